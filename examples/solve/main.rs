@@ -1,0 +1,114 @@
+//! Solves scene files and prints how exactly and how fast.
+//!
+//! `cargo run --release --example solve` solves the bundled scenes and prints a table; with files
+//! and options it is a measuring instrument. Errors are recomputed in f64 from the file's data,
+//! not taken from the kernel.
+
+#[path = "../../tests/support/mod.rs"]
+mod support;
+
+mod report;
+mod run;
+
+use clap::{Parser, ValueEnum};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use support::scene_file::{self, SceneFile};
+
+/// Solve frictional contact scenes and measure error, iterations and time.
+#[derive(Parser)]
+struct Options {
+    /// One JSON object a scene and line instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Number type of the kernel
+    #[arg(long, value_enum, default_value_t = Precision::F64)]
+    precision: Precision,
+    /// Algorithm
+    #[arg(long, value_enum, default_value_t = Method::Default)]
+    method: Method,
+    /// Error below which a scene counts as solved [default: 1e-9 for f64, 1e-4 for f32]
+    #[arg(long)]
+    tolerance: Option<f64>,
+    /// Largest number of iterations
+    #[arg(long, default_value_t = 1000)]
+    max_iterations: usize,
+    /// Solve each scene N times and give the best time
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    repeat: usize,
+    /// Scene or sequence files [default: the bundled scenes]
+    #[arg(value_name = "FILE")]
+    files: Vec<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Precision {
+    F64,
+    F32,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Method {
+    Plain,
+    Fast,
+    Restart,
+    Default,
+}
+
+impl Precision {
+    fn name(self) -> &'static str {
+        match self {
+            Self::F64 => "f64",
+            Self::F32 => "f32",
+        }
+    }
+}
+
+impl Method {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Fast => "fast",
+            Self::Restart => "restart",
+            Self::Default => "default",
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let mut options = Options::parse();
+    if options.files.is_empty() {
+        options.files = scene_file::bundled();
+    }
+    let mut failed = false;
+    let mut runs = Vec::new();
+    if !options.json {
+        report::header(&options);
+    }
+    for path in &options.files {
+        let results = scene_file::read(path).and_then(|scenes| {
+            let solve = |scene: &SceneFile| run::solve(scene, &options);
+            scenes.iter().map(solve).collect::<Result<Vec<_>, _>>()
+        });
+        match results {
+            Ok(results) => {
+                for result in results {
+                    if options.json {
+                        report::json(&result, &options);
+                    } else {
+                        report::row(&result);
+                    }
+                    runs.push(result);
+                }
+            }
+            Err(error) => {
+                eprintln!("{}: {error}", path.display());
+                failed = true;
+            }
+        }
+    }
+    if !options.json {
+        report::summary(&runs, &options);
+    }
+    ExitCode::from(if failed { 2 } else { 0 })
+}

@@ -1,0 +1,102 @@
+//! The table and the JSON lines.
+
+use crate::Options;
+use crate::run::Run;
+use serde_json::json;
+use stiction::{ContactMode, Status};
+
+pub fn header(options: &Options) {
+    println!(
+        "method {}, {}; error recomputed in f64; contacts: = stick, ~ slip, o open\n",
+        options.method.name(),
+        options.precision.name()
+    );
+    println!(
+        "{:<28} {:>4} {:>8} {:<14} {:>5} {:>8} {:>10} {:>9} {:>8}  contacts",
+        "scene", "dofs", "contacts", "status", "iter", "error", "prepare/µs", "solve/µs", "ns/iter"
+    );
+}
+
+pub fn row(run: &Run) {
+    let modes: String = run.modes.iter().map(|&mode| symbol(mode)).collect();
+    println!(
+        "{:<28} {:>4} {:>8} {:<14} {:>5} {:>8.1e} {:>10.2} {:>9.2} {:>8.0}  {}",
+        run.name,
+        run.n_dof,
+        format!("{}x{}", run.n_contacts, run.dim),
+        status(run.status),
+        run.iterations,
+        run.error,
+        run.prepare_ns / 1e3,
+        run.solve_ns / 1e3,
+        run.solve_ns / run.iterations.max(1) as f64,
+        modes,
+    );
+}
+
+pub fn json(run: &Run, options: &Options) {
+    let line = json!({
+        "name": run.name,
+        "n_dof": run.n_dof,
+        "n_contacts": run.n_contacts,
+        "dim": run.dim,
+        "precision": options.precision.name(),
+        "method": options.method.name(),
+        "status": status(run.status),
+        "iterations": run.iterations,
+        "newton_steps": 0,
+        "factorizations": 1,
+        "error": run.error,
+        "prepare_ns": run.prepare_ns,
+        "solve_ns": run.solve_ns,
+        "v": run.v,
+        "r": run.r,
+        "certificate": null,
+    });
+    println!("{line}");
+}
+
+/// How many scenes reached which error, and how long it took.
+pub fn summary(runs: &[Run], options: &Options) {
+    if runs.is_empty() {
+        return;
+    }
+    let mut iterations: Vec<usize> = runs.iter().map(|run| run.iterations).collect();
+    iterations.sort_unstable();
+    let quantile = |q: f64| iterations[((iterations.len() - 1) as f64 * q).round() as usize];
+    let count = |wanted: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| wanted(run)).count();
+    println!(
+        "\n{} scenes, {} solved; error <= 1e-3: {}, 1e-6: {}, 1e-9: {}; \
+         iterations median {}, 90 % {}, max {}",
+        runs.len(),
+        count(&|run| run.status == Status::Solved),
+        count(&|run| run.error <= 1e-3),
+        count(&|run| run.error <= 1e-6),
+        count(&|run| run.error <= 1e-9),
+        quantile(0.5),
+        quantile(0.9),
+        quantile(1.0),
+    );
+    let false_claims = runs.iter().filter(|run| {
+        let tolerance = options.tolerance.unwrap_or(f64::INFINITY);
+        run.status == Status::Solved && run.error > tolerance
+    });
+    for run in false_claims {
+        println!("{}: solved, but the error is {:.3e}", run.name, run.error);
+    }
+}
+
+fn status(status: Status) -> &'static str {
+    match status {
+        Status::Solved => "solved",
+        _ => "max_iterations",
+    }
+}
+
+fn symbol(mode: ContactMode) -> char {
+    match mode {
+        ContactMode::Open => 'o',
+        ContactMode::Stick => '=',
+        ContactMode::Slip => '~',
+    }
+}

@@ -1,0 +1,192 @@
+//! The friction cone `K`, its dual `K*` and the projections onto them: Eqs. (1)-(10) of the note.
+//!
+//! The note divides by `mu` in (2), (4), (5) and (10), so it has no frictionless contact. Here a
+//! cone is given by the direction `(axial, radial)` of its boundary ray,
+//! `{(x1, x2): axial |x2| <= radial x1, x1 >= 0}`: `K_mu` is `(1, mu)` and its dual (9) is
+//! `(mu, 1)`. All formulas of the note multiplied out by `mu` then serve both cones, `mu = 0`
+//! included (`K` a ray, `K*` a half-space), exactly and without a division by `mu`.
+//!
+//! ```
+//! use nalgebra::vector;
+//! use stiction::FrictionCone;
+//!
+//! let cone = FrictionCone::new(0.5).unwrap();
+//! let slipping = vector![2.0, 3.0, 0.0]; // normal first
+//! assert_eq!(cone.project(&slipping), vector![2.8, 1.4, 0.0]);
+//! assert!(cone.dual().contains(&vector![1.0, 2.0, 0.0]));
+//! ```
+
+use crate::Real;
+use nalgebra::SVector;
+
+/// A friction cone in any dimension `D >= 1`, normal component first.
+///
+/// `D` = 1 is a frictionless contact (the half-line), 2 planar, 3 spatial, 4 with a torsional row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionCone<T> {
+    axial: T,
+    radial: T,
+}
+
+/// Spectral factorisation `x = values[0] vectors[0] + values[1] vectors[1]`, Eqs. (3)-(5).
+///
+/// The spectral values are the note's `lambda_1` and `lambda_2` multiplied by `mu` and 1 (for
+/// `K*`: by 1 and `mu`), the spectral vectors divided by the same, so that signs, products and
+/// Eq. (7) are the note's and `mu = 0` needs no case of its own. The two vectors are orthogonal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spectral<T, const D: usize> {
+    /// Spectral values, Eq. (4).
+    pub values: [T; 2],
+    /// Spectral vectors, Eq. (5).
+    pub vectors: [SVector<T, D>; 2],
+}
+
+impl<T: Real> FrictionCone<T> {
+    /// The cone `K_mu = {(x1, x2): |x2| <= mu x1}`.
+    ///
+    /// `None` if `mu` is negative, NaN, infinite, or so large that `mu²` overflows.
+    #[must_use]
+    pub fn new(mu: T) -> Option<Self> {
+        let valid = mu >= T::ZERO && (mu * mu).is_finite();
+        valid.then_some(Self {
+            axial: T::ONE,
+            radial: mu,
+        })
+    }
+
+    /// The cone of a contact without friction, `K_0`: a ray.
+    #[must_use]
+    pub const fn frictionless() -> Self {
+        Self {
+            axial: T::ONE,
+            radial: T::ZERO,
+        }
+    }
+
+    /// The dual cone, Eq. (9): `K*_mu = K_{1/mu} = {(x1, x2): mu |x2| <= x1}`.
+    #[must_use]
+    pub const fn dual(&self) -> Self {
+        Self {
+            axial: self.radial,
+            radial: self.axial,
+        }
+    }
+
+    /// Is `x` in the cone?
+    #[must_use]
+    pub fn contains<const D: usize>(&self, x: &SVector<T, D>) -> bool {
+        let (normal, tangent) = split(x);
+        normal >= T::ZERO && self.axial * norm(tangent) <= self.radial * normal
+    }
+
+    /// Euclidean projection (6) in the case form: Eq. (1) = (8) for `K`, (2) = (10) for `K*`.
+    #[inline]
+    #[must_use]
+    pub fn project<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
+        self.project_with_length(x).0
+    }
+
+    /// [`Self::project`], with the length of the tangential part of the projection.
+    #[inline]
+    pub(crate) fn project_with_length<const D: usize>(
+        &self,
+        x: &SVector<T, D>,
+    ) -> (SVector<T, D>, T) {
+        let (normal, tangent) = split(x);
+        let length = norm(tangent);
+        if normal >= T::ZERO && self.axial * length <= self.radial * normal {
+            return (*x, length);
+        }
+        if self.radial * length <= -self.axial * normal {
+            return (SVector::zeros(), T::ZERO);
+        }
+        // Here `length > 0`: without a tangential part one of the cases above holds.
+        let along = self.axial * normal + self.radial * length;
+        let norm2 = self.axial * self.axial + self.radial * self.radial;
+        let per_length = along / (norm2 * length);
+        let shrink = per_length * self.radial;
+        let mut projection = x * shrink;
+        if let Some(first) = projection.as_mut_slice().first_mut() {
+            *first = per_length * self.axial * length;
+        }
+        (projection, shrink * length)
+    }
+
+    /// Spectral factorisation of `x` with respect to the cone, Eqs. (3)-(5).
+    ///
+    /// Where `x2 = 0` the direction is free; this takes the first tangent.
+    #[must_use]
+    pub fn spectral<const D: usize>(&self, x: &SVector<T, D>) -> Spectral<T, D> {
+        let (normal, tangent) = split(x);
+        let length = norm(tangent);
+        let norm2 = self.axial * self.axial + self.radial * self.radial;
+        let mut direction = SVector::<T, D>::zeros();
+        if let Some((_, unit)) = direction.as_mut_slice().split_first_mut() {
+            for (unit, &x) in unit.iter_mut().zip(tangent) {
+                *unit = x / length;
+            }
+            if length == T::ZERO {
+                for (k, unit) in unit.iter_mut().enumerate() {
+                    *unit = if k == 0 { T::ONE } else { T::ZERO };
+                }
+            }
+        }
+        let vector = |axial: T, radial: T| {
+            let mut vector = direction * (radial / norm2);
+            if let Some(first) = vector.as_mut_slice().first_mut() {
+                *first = axial / norm2;
+            }
+            vector
+        };
+        Spectral {
+            values: [
+                self.radial * normal - self.axial * length,
+                self.axial * normal + self.radial * length,
+            ],
+            vectors: [
+                vector(self.radial, -self.axial),
+                vector(self.axial, self.radial),
+            ],
+        }
+    }
+
+    /// Projection through the spectral factorisation, Eq. (7); equal to [`Self::project`].
+    #[must_use]
+    pub fn project_spectral<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
+        let Spectral { values, vectors } = self.spectral(x);
+        let [first, second] = values.map(|value| value.max(T::ZERO));
+        let [u1, u2] = vectors;
+        u1 * first + u2 * second
+    }
+}
+
+/// Normal and tangential part of a contact vector.
+#[inline]
+pub(crate) fn split<T: Real, const D: usize>(x: &SVector<T, D>) -> (T, &[T]) {
+    const { assert!(D >= 1, "a contact has at least its normal row") }
+    match x.as_slice().split_first() {
+        Some((&normal, tangent)) => (normal, tangent),
+        None => (T::ZERO, &[]),
+    }
+}
+
+/// Euclidean norm; a planar contact (one tangent) needs no square root.
+#[inline]
+pub(crate) fn norm<T: Real>(tangent: &[T]) -> T {
+    match tangent {
+        [] => T::ZERO,
+        [only] => only.abs(),
+        more => more
+            .iter()
+            .fold(T::ZERO, |sum, &x| sum + x * x)
+            .square_root(),
+    }
+}
+
+/// Adds to the normal component.
+#[inline]
+pub(crate) fn add_to_normal<T: Real, const D: usize>(x: &mut SVector<T, D>, value: T) {
+    if let Some(normal) = x.as_mut_slice().first_mut() {
+        *normal += value;
+    }
+}

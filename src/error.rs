@@ -1,0 +1,116 @@
+//! What can be wrong with the data of a scene.
+
+use core::fmt;
+
+/// Which input of a scene an [`Error`] speaks of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Input {
+    /// The generalised mass matrix `M`.
+    Mass,
+    /// The free impulse `f`.
+    FreeImpulse,
+    /// The Jacobian `H_i` of contact `i`.
+    Jacobian {
+        /// Index `i` of the contact.
+        contact: usize,
+    },
+    /// The offset `w_i` of contact `i`.
+    Offset {
+        /// Index `i` of the contact.
+        contact: usize,
+    },
+}
+
+/// A scene that cannot be solved as it was given. Nothing is changed by the call that returns it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Error {
+    /// An entry is NaN or infinite.
+    NotFinite {
+        /// The matrix or vector it stands in.
+        input: Input,
+        /// Row of the entry.
+        row: usize,
+        /// Column of the entry, 0 in a vector.
+        column: usize,
+    },
+    /// `M[row][column]` and `M[column][row]` differ by more than rounding.
+    MassNotSymmetric {
+        /// Row of the entry.
+        row: usize,
+        /// Column of the entry.
+        column: usize,
+    },
+    /// The mass matrix has no Cholesky factor: the velocity `dof` carries no inertia of its own.
+    MassNotPositiveDefinite {
+        /// Generalised velocity at which the factorisation stopped.
+        dof: usize,
+    },
+    /// A friction coefficient is negative, NaN, infinite, or so large that its square overflows.
+    InvalidFriction {
+        /// Index of the contact.
+        contact: usize,
+    },
+    /// No room for one more contact.
+    ContactListFull {
+        /// Number of contacts the scene can hold.
+        capacity: usize,
+    },
+    /// There is no contact of this index.
+    NoSuchContact {
+        /// The index asked for.
+        contact: usize,
+    },
+    /// The penalty `rho` is not a positive number the factorisation can use.
+    InvalidPenalty,
+    /// The factor was computed for another number of contacts than the scene has.
+    FactorMismatch {
+        /// Contacts of the scene.
+        scene: usize,
+        /// Contacts of the factor.
+        factor: usize,
+    },
+}
+
+impl fmt::Display for Input {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mass => write!(f, "mass matrix M"),
+            Self::FreeImpulse => write!(f, "free impulse f"),
+            Self::Jacobian { contact } => write!(f, "Jacobian H of contact {contact}"),
+            Self::Offset { contact } => write!(f, "offset w of contact {contact}"),
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite { input, row, column } => {
+                write!(f, "{input}: entry ({row}, {column}) is not finite")
+            }
+            Self::MassNotSymmetric { row, column } => {
+                write!(f, "mass matrix M is not symmetric at ({row}, {column})")
+            }
+            Self::MassNotPositiveDefinite { dof } => {
+                write!(f, "mass matrix M is not positive definite at dof {dof}")
+            }
+            Self::InvalidFriction { contact } => write!(
+                f,
+                "friction coefficient mu of contact {contact} is negative, not finite or too large"
+            ),
+            Self::ContactListFull { capacity } => {
+                write!(f, "contact list is full ({capacity} contacts)")
+            }
+            Self::NoSuchContact { contact } => write!(f, "there is no contact {contact}"),
+            Self::InvalidPenalty => write!(f, "penalty rho is not a usable positive number"),
+            Self::FactorMismatch { scene, factor } => write!(
+                f,
+                "factor was computed for {factor} contacts, the scene has {scene}"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Error {}

@@ -1,0 +1,311 @@
+//! The stored factor: what depends on `M` and `H` alone, computed once and reused by every solve.
+//!
+//! The note factorises `A = M + rho HᵀH` and solves with it at each iteration (step 2). With the
+//! Delassus operator `W = H M⁻¹ Hᵀ` the same step is one symmetric product in contact space:
+//! `H A⁻¹ = B H M⁻¹` with the resolvent `B = (I + rho W)⁻¹ = I - rho H A⁻¹ Hᵀ`, so that
+//!
+//! `H vᵏ⁺¹ + b = y + B (q + S - y)`, `y = û - ζ̂`, `q = H v_free + w`, `S_i = mu_i s_i e_N`.
+//!
+//! That needs `(D·C)²` multiplications against `N² + 2·N·D·C` through the factor of `A`, and a new
+//! `rho` never touches the `N × N` factor again.
+
+use crate::cholesky::{axpy, dot, factorise, scale_by_reciprocal, solve_lower, solve_upper};
+use crate::{Error, Real, Scene};
+use nalgebra::SVector;
+
+/// A vector in contact space: one block of `D` rows a contact, room for `C` contacts.
+pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
+
+/// A square matrix in contact space, row by row.
+type ContactMatrix<T, const D: usize, const C: usize> = [[ContactVector<T, D, C>; D]; C];
+
+/// Cholesky factor of the mass matrix, Delassus operator and resolvent of a scene.
+///
+/// Read-only once computed; it may outlive any number of solves and stand in a `static`. Friction
+/// coefficients, offsets and the free impulse are no part of it.
+#[derive(Clone, Debug)]
+pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
+    contacts: usize,
+    penalty: T,
+    /// `M = L D Lᵀ`.
+    mass: [[T; N]; N],
+    /// `L⁻¹ H_iᵀ`, one column of `L⁻¹ Hᵀ` a row here.
+    whitened: [[[T; N]; D]; C],
+    /// `W = H M⁻¹ Hᵀ`.
+    delassus: ContactMatrix<T, D, C>,
+    /// `B = (I + rho W)⁻¹`.
+    resolvent: ContactMatrix<T, D, C>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
+    /// An empty factor, to be filled by [`Self::compute`].
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self {
+            contacts: 0,
+            penalty: T::ONE,
+            mass: [[T::ZERO; N]; N],
+            whitened: [[[T::ZERO; N]; D]; C],
+            delassus: [[[[T::ZERO; D]; C]; D]; C],
+            resolvent: [[[[T::ZERO; D]; C]; D]; C],
+        }
+    }
+
+    /// Factorises a scene with the default penalty.
+    ///
+    /// # Errors
+    /// [`Error::MassNotPositiveDefinite`].
+    pub fn new(scene: &Scene<T, N, D, C>) -> Result<Self, Error> {
+        let mut factor = Self::empty();
+        factor.compute(scene)?;
+        Ok(factor)
+    }
+
+    /// Factorises a scene in place, with the default penalty; see [`Self::penalty`].
+    ///
+    /// # Errors
+    /// [`Error::MassNotPositiveDefinite`].
+    pub fn compute(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+        self.compute_delassus(scene)?;
+        self.set_penalty(self.default_penalty())
+    }
+
+    /// Replaces the penalty `rho` (kg): one factorisation of `I + rho W`, none of `M`.
+    ///
+    /// # Errors
+    /// [`Error::InvalidPenalty`] if `rho` is not positive and finite, or so large that
+    /// `I + rho W` is singular in this number type. The factor keeps its old penalty.
+    pub fn set_penalty(&mut self, penalty: T) -> Result<(), Error> {
+        if !(penalty > T::ZERO && penalty.is_finite()) {
+            return Err(Error::InvalidPenalty);
+        }
+        let previous = self.penalty;
+        self.penalty = penalty;
+        let result = self.compute_resolvent();
+        if result.is_err() {
+            self.penalty = previous;
+            self.compute_resolvent()?;
+        }
+        result
+    }
+
+    /// The penalty `rho` (kg) of the augmented Lagrangian.
+    #[must_use]
+    pub const fn penalty(&self) -> T {
+        self.penalty
+    }
+
+    /// Number of contacts of the scene this was computed for.
+    #[must_use]
+    pub const fn contacts(&self) -> usize {
+        self.contacts
+    }
+
+    /// Step `alpha_i = D / trace(W_ii)` (kg) of the natural map; 0 for a contact that nothing moves.
+    #[must_use]
+    pub fn step(&self, contact: usize) -> T {
+        let rows = self.delassus.get(contact).into_iter().flatten();
+        let trace = rows.enumerate().fold(T::ZERO, |trace, (row, entries)| {
+            let block = entries.get(contact).into_iter().flatten();
+            trace + block.copied().nth(row).unwrap_or(T::ZERO)
+        });
+        if trace > T::ZERO {
+            T::literal(D as f64) / trace
+        } else {
+            T::ZERO
+        }
+    }
+
+    /// Rows in use.
+    const fn rows(&self) -> usize {
+        self.contacts * D
+    }
+
+    fn compute_delassus(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+        self.contacts = 0;
+        let columns = scene.mass().as_slice().chunks_exact(N);
+        for (row, column) in self.mass.iter_mut().zip(columns) {
+            // Row i of the lower triangle is column i of the upper one.
+            for (entry, &mass) in row.iter_mut().zip(column) {
+                *entry = mass;
+            }
+        }
+        factorise(self.mass.as_flattened_mut(), N, N, T::EPSILON)
+            .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
+        self.contacts = scene.contacts().len();
+        for (rows, contact) in self.whitened.iter_mut().zip(scene.contacts()) {
+            for (row, jacobian) in rows.iter_mut().zip(contact.jacobian.row_iter()) {
+                for (entry, &h) in row.iter_mut().zip(jacobian.iter()) {
+                    *entry = h;
+                }
+                solve_lower(self.mass.as_flattened(), N, row);
+            }
+        }
+        let rows = self.rows();
+        let whitened = self.whitened.as_flattened();
+        let delassus = self.delassus.as_flattened_mut();
+        for (i, (row, x)) in delassus.iter_mut().zip(whitened).take(rows).enumerate() {
+            let mut scaled = *x;
+            scale_by_reciprocal(self.mass.as_flattened(), N, &mut scaled);
+            let lower = row.as_flattened_mut().iter_mut().zip(whitened);
+            for (entry, y) in lower.take(i + 1) {
+                *entry = dot(&scaled, y);
+            }
+        }
+        mirror(delassus.as_flattened_mut().as_flattened_mut(), D * C, rows);
+        Ok(())
+    }
+
+    /// `rho` from the size of the Delassus operator, without eigenvalues.
+    fn default_penalty(&self) -> T {
+        let rows = self.rows();
+        let square_sum = self
+            .delassus
+            .as_flattened()
+            .iter()
+            .take(rows)
+            .flat_map(|row| row.as_flattened().iter().take(rows))
+            .fold(T::ZERO, |sum, &entry| sum + entry * entry);
+        if square_sum > T::ZERO {
+            (T::literal(rows as f64) / square_sum).square_root()
+        } else {
+            T::ONE
+        }
+    }
+
+    fn compute_resolvent(&mut self) -> Result<(), Error> {
+        let (rows, stride) = (self.rows(), D * C);
+        let delassus = self.delassus.as_flattened().iter();
+        let resolvent = self.resolvent.as_flattened_mut();
+        for (i, (row, source)) in resolvent.iter_mut().zip(delassus).take(rows).enumerate() {
+            let entries = row.as_flattened_mut().iter_mut().zip(source.as_flattened());
+            for (j, (entry, &w)) in entries.take(i + 1).enumerate() {
+                let unit = if i == j { T::ONE } else { T::ZERO };
+                *entry = unit + self.penalty * w;
+            }
+        }
+        let flat = resolvent.as_flattened_mut().as_flattened_mut();
+        factorise(flat, stride, rows, T::ZERO).map_err(|_| Error::InvalidPenalty)?;
+        invert(flat, stride, rows);
+        mirror(flat, stride, rows);
+        Ok(())
+    }
+
+    /// `y_i = (B x)_i` for the contacts in use.
+    #[inline]
+    pub(crate) fn resolvent_times(
+        &self,
+        x: &ContactVector<T, D, C>,
+        y: &mut ContactVector<T, D, C>,
+    ) {
+        multiply(&self.resolvent, self.contacts, x, y);
+    }
+
+    /// `y_i = (W x)_i` for the contacts in use.
+    pub(crate) fn delassus_times(
+        &self,
+        x: &ContactVector<T, D, C>,
+        y: &mut ContactVector<T, D, C>,
+    ) {
+        multiply(&self.delassus, self.contacts, x, y);
+    }
+
+    /// `L⁻¹ f`, from which [`Self::free_velocity`] and [`Self::velocity`] start.
+    pub(crate) fn whiten(&self, f: &SVector<T, N>) -> [T; N] {
+        let mut g: [T; N] = (*f).into();
+        solve_lower(self.mass.as_flattened(), N, &mut g);
+        g
+    }
+
+    /// Relative velocity of the contacts without impulses, `H v_free = -H M⁻¹ f`.
+    pub(crate) fn free_velocity(&self, mut g: [T; N], u: &mut ContactVector<T, D, C>) {
+        scale_by_reciprocal(self.mass.as_flattened(), N, &mut g);
+        for (u, rows) in u.iter_mut().zip(&self.whitened).take(self.contacts) {
+            for (u, row) in u.iter_mut().zip(rows) {
+                *u = -dot(row, &g);
+            }
+        }
+    }
+
+    /// `v = M⁻¹ (Hᵀ r - f)`.
+    pub(crate) fn velocity(&self, mut g: [T; N], r: &ContactVector<T, D, C>) -> SVector<T, N> {
+        for g in &mut g {
+            *g = -*g;
+        }
+        for (r, rows) in r.iter().zip(&self.whitened).take(self.contacts) {
+            for (&r, row) in r.iter().zip(rows) {
+                axpy(r, row, &mut g);
+            }
+        }
+        scale_by_reciprocal(self.mass.as_flattened(), N, &mut g);
+        solve_upper(self.mass.as_flattened(), N, &mut g);
+        g.into()
+    }
+}
+
+#[inline]
+fn multiply<T: Real, const D: usize, const C: usize>(
+    matrix: &ContactMatrix<T, D, C>,
+    contacts: usize,
+    x: &ContactVector<T, D, C>,
+    y: &mut ContactVector<T, D, C>,
+) {
+    let x = x.get(..contacts).unwrap_or_default().as_flattened();
+    for (y, rows) in y.iter_mut().zip(matrix).take(contacts) {
+        for (y, row) in y.iter_mut().zip(rows) {
+            *y = dot(row.as_flattened(), x);
+        }
+    }
+}
+
+/// Copies the lower triangle of the leading `n × n` block to the upper one.
+fn mirror<T: Real>(a: &mut [T], stride: usize, n: usize) {
+    for i in 1..n {
+        let Some((above, rest)) = a.split_at_mut_checked(i * stride) else {
+            return;
+        };
+        for (row, &entry) in above.chunks_exact_mut(stride).zip(rest.iter()) {
+            if let Some(mirrored) = row.get_mut(i) {
+                *mirrored = entry;
+            }
+        }
+    }
+}
+
+/// Replaces `L D Lᵀ` as [`factorise`] leaves it by the lower triangle of its inverse.
+fn invert<T: Real>(a: &mut [T], stride: usize, n: usize) {
+    // Row i of L⁻¹ is -(row i of L without its diagonal) times the rows of L⁻¹ above.
+    for i in 0..n {
+        let Some((done, row)) = a.split_at_mut_checked(i * stride) else {
+            return;
+        };
+        for (k, above) in done.chunks_exact(stride).enumerate() {
+            if let Some((head, [entry, ..])) = row.split_at_mut_checked(k) {
+                axpy(-*entry, above, head);
+                *entry = -*entry;
+            }
+        }
+    }
+    // Row i of L⁻ᵀ D⁻¹ L⁻¹ gathers the rows of L⁻¹ from i on.
+    for i in 0..n {
+        let Some((row, below)) = a
+            .get_mut(i * stride..n * stride)
+            .and_then(|rows| rows.split_at_mut_checked(stride))
+        else {
+            return;
+        };
+        let Some((head, [diagonal, ..])) = row.split_at_mut_checked(i) else {
+            return;
+        };
+        for entry in head.iter_mut() {
+            *entry *= *diagonal;
+        }
+        for (k, other) in below.chunks_exact(stride).enumerate() {
+            let (Some(&entry), Some(&reciprocal)) = (other.get(i), other.get(i + 1 + k)) else {
+                return;
+            };
+            axpy(entry * reciprocal, other, head);
+            *diagonal += entry * reciprocal * entry;
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! One time step: a scene, its factor and a free impulse, brought into contact space.
+
+use crate::cone::FrictionCone;
+use crate::factor::{ContactVector, Factor};
+use crate::scene::check_finite;
+use crate::{Error, Input, Real, Scene, SlipUpdate, residual};
+use nalgebra::SVector;
+
+/// What a solve needs to know of one contact, besides the factor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Law<T, const D: usize> {
+    pub(crate) mu: T,
+    /// The cone `K` the impulse lies in.
+    pub(crate) cone: FrictionCone<T>,
+    /// Step `alpha_i` (kg) of the natural map, see [`Factor::step`].
+    pub(crate) step: T,
+    /// `q_i = H_i v_free + w_i`.
+    pub(crate) free: SVector<T, D>,
+}
+
+/// The data of one solve.
+pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize> {
+    pub(crate) scene: &'a Scene<T, N, D, C>,
+    pub(crate) factor: &'a Factor<T, N, D, C>,
+    f: &'a SVector<T, N>,
+    pub(crate) slip: SlipUpdate,
+    /// `L⁻¹ f`.
+    whitened: [T; N],
+    laws: [Law<T, D>; C],
+    /// `|alpha q|`: the size of the impulses to expect.
+    pub(crate) size: T,
+}
+
+impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T, N, D, C> {
+    pub(crate) fn new(
+        scene: &'a Scene<T, N, D, C>,
+        factor: &'a Factor<T, N, D, C>,
+        f: &'a SVector<T, N>,
+        slip: SlipUpdate,
+    ) -> Result<Self, Error> {
+        check_finite(f, Input::FreeImpulse)?;
+        let contacts = scene.contacts();
+        if contacts.len() != factor.contacts() {
+            return Err(Error::FactorMismatch {
+                scene: contacts.len(),
+                factor: factor.contacts(),
+            });
+        }
+        let whitened = factor.whiten(f);
+        let mut free = [[T::ZERO; D]; C];
+        factor.free_velocity(whitened, &mut free);
+        let mut laws = [Law {
+            mu: T::ZERO,
+            cone: FrictionCone::frictionless(),
+            step: T::ZERO,
+            free: SVector::zeros(),
+        }; C];
+        let mut square = T::ZERO;
+        for (i, ((law, contact), free)) in laws.iter_mut().zip(contacts).zip(free).enumerate() {
+            law.mu = contact.mu;
+            law.cone =
+                FrictionCone::new(contact.mu).ok_or(Error::InvalidFriction { contact: i })?;
+            law.step = factor.step(i);
+            law.free = contact.offset + SVector::from(free);
+            square += (law.free * law.step).norm_squared();
+        }
+        Ok(Self {
+            scene,
+            factor,
+            f,
+            slip,
+            whitened,
+            laws,
+            size: square.square_root(),
+        })
+    }
+
+    /// The contacts in use.
+    pub(crate) fn laws(&self) -> &[Law<T, D>] {
+        self.laws.get(..self.factor.contacts()).unwrap_or_default()
+    }
+
+    /// First part of the error of an impulse, with `u = W r + q`.
+    pub(crate) fn natural_map(&self, r: &ContactVector<T, D, C>) -> T {
+        let mut u = [[T::ZERO; D]; C];
+        self.factor.delassus_times(r, &mut u);
+        let contacts = self.laws().iter().zip(&mut u).zip(r).map(|((law, u), r)| {
+            for (u, &q) in u.iter_mut().zip(law.free.iter()) {
+                *u += q;
+            }
+            (law, &*u, r, T::ZERO)
+        });
+        residual::natural_map(contacts, self.slip)
+    }
+
+    /// Generalised velocity of an impulse, `v = M⁻¹ (Hᵀ r - f)`.
+    pub(crate) fn velocity(&self, r: &ContactVector<T, D, C>) -> SVector<T, N> {
+        self.factor.velocity(self.whitened, r)
+    }
+
+    /// The whole error of `v` and `r`; fills `u = H v + w`.
+    pub(crate) fn error(
+        &self,
+        v: &SVector<T, N>,
+        r: &ContactVector<T, D, C>,
+        u: &mut ContactVector<T, D, C>,
+    ) -> T {
+        residual::error(self.scene, self.laws(), self.f, v, r, self.slip, u)
+    }
+}

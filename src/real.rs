@@ -1,0 +1,64 @@
+//! The number types of the kernel: `f32` and `f64`.
+
+use nalgebra::RealField;
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A floating-point type the kernel can compute with: `f32` or `f64`.
+///
+/// It adds to [`nalgebra::RealField`] what a constant constructor needs (associated constants)
+/// and one square root that is the same, bit for bit, on every machine. Sealed: no other type
+/// implements it.
+pub trait Real: RealField + Copy + sealed::Sealed {
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+
+    /// Correctly rounded square root (IEEE 754).
+    #[must_use]
+    fn square_root(self) -> Self;
+
+    /// A constant of the algorithms, rounded to this type.
+    #[must_use]
+    fn literal(value: f64) -> Self;
+}
+
+impl Real for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const EPSILON: Self = Self::EPSILON;
+
+    #[inline]
+    fn square_root(self) -> Self {
+        libm::sqrtf(self)
+    }
+
+    #[inline]
+    #[allow(clippy::cast_possible_truncation)]
+    fn literal(value: f64) -> Self {
+        value as Self
+    }
+}
+
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const EPSILON: Self = Self::EPSILON;
+
+    #[inline]
+    fn square_root(self) -> Self {
+        libm::sqrt(self)
+    }
+
+    #[inline]
+    fn literal(value: f64) -> Self {
+        value
+    }
+}

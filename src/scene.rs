@@ -1,0 +1,166 @@
+//! The scene: generalised mass matrix and contacts, checked as they come in.
+
+use crate::{Error, FrictionCone, Input, Real};
+use heapless::Vec;
+use nalgebra::{ArrayStorage, SMatrix, SVector};
+
+/// One contact with friction: `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`.
+///
+/// `N` generalised velocities, `D` rows, the normal first, pointing out of the obstacle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact<T, const N: usize, const D: usize> {
+    /// Contact Jacobian `H_i`, `D × N`.
+    pub jacobian: SMatrix<T, D, N>,
+    /// Offset `w_i` (m/s): velocity of a moving surface, gap over time step, restitution.
+    pub offset: SVector<T, D>,
+    /// Coulomb friction coefficient `mu_i >= 0`.
+    pub mu: T,
+}
+
+/// A generalised mass matrix and up to `C` contacts of `D` rows each over `N` velocities.
+///
+/// The number of contacts is chosen at run time, the sizes at compile time. A scene can stand in
+/// a `static`; whatever is in it has been checked.
+///
+/// ```
+/// use nalgebra::{Matrix2, matrix, vector};
+/// use stiction::{Contact, Error, Scene};
+///
+/// // A 2 kg point mass in the plane (x, height) over a floor.
+/// let mut scene = Scene::<f32, 2, 2, 1>::new();
+/// scene.set_mass(&(2.0 * Matrix2::identity()))?;
+/// let floor = Contact {
+///     jacobian: matrix![0.0, 1.0; 1.0, 0.0], // normal row first
+///     offset: vector![0.0, 0.0],
+///     mu: 0.5,
+/// };
+/// assert_eq!(scene.push(&floor), Ok(0));
+/// assert_eq!(scene.push(&floor), Err(Error::ContactListFull { capacity: 1 }));
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Scene<T, const N: usize, const D: usize, const C: usize> {
+    mass: SMatrix<T, N, N>,
+    contacts: Vec<Contact<T, N, D>, C>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> {
+    /// A scene without mass and without contacts; give it a mass matrix before it is factorised.
+    #[must_use]
+    pub const fn new() -> Self {
+        const { assert!(N >= 1 && D >= 1 && C >= 1, "N, D and C are at least 1") }
+        Self {
+            mass: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; N]; N])),
+            contacts: Vec::new(),
+        }
+    }
+
+    /// Sets the generalised mass matrix `M` (`N × N`; kg, kg m, kg m² by the units of the dofs).
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] beyond `sqrt(eps)` of the diagonal.
+    /// Positive definiteness shows when [`crate::Factor`] is computed.
+    pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
+        check_finite(mass, Input::Mass)?;
+        let columns = || mass.as_slice().chunks_exact(N).enumerate();
+        let diagonal = |i: usize| mass.get((i, i)).copied().unwrap_or(T::ZERO);
+        for (j, column) in columns() {
+            for (i, &lower) in column.iter().enumerate().skip(j + 1) {
+                let upper = mass.get((j, i)).copied().unwrap_or(lower);
+                let size = (diagonal(i).abs() * diagonal(j).abs()).square_root();
+                if (lower - upper).abs() > T::EPSILON.square_root() * size {
+                    return Err(Error::MassNotSymmetric { row: i, column: j });
+                }
+            }
+        }
+        self.mass.copy_from(mass);
+        Ok(())
+    }
+
+    /// Adds a contact and returns its index.
+    ///
+    /// # Errors
+    /// [`Error::ContactListFull`], [`Error::NotFinite`], [`Error::InvalidFriction`].
+    pub fn push(&mut self, contact: &Contact<T, N, D>) -> Result<usize, Error> {
+        let index = self.contacts.len();
+        if self.contacts.is_full() {
+            return Err(Error::ContactListFull { capacity: C });
+        }
+        check_finite(&contact.jacobian, Input::Jacobian { contact: index })?;
+        check_finite(&contact.offset, Input::Offset { contact: index })?;
+        if FrictionCone::new(contact.mu).is_none() {
+            return Err(Error::InvalidFriction { contact: index });
+        }
+        match self.contacts.push(contact.clone()) {
+            Ok(()) => Ok(index),
+            Err(_) => Err(Error::ContactListFull { capacity: C }),
+        }
+    }
+
+    /// Removes all contacts.
+    pub fn clear_contacts(&mut self) {
+        self.contacts.clear();
+    }
+
+    /// Replaces the offset `w_i` of a contact; a stored factor stays valid.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchContact`], [`Error::NotFinite`].
+    pub fn set_offset(&mut self, contact: usize, offset: &SVector<T, D>) -> Result<(), Error> {
+        check_finite(offset, Input::Offset { contact })?;
+        let slot = self.contact_mut(contact)?;
+        slot.offset = *offset;
+        Ok(())
+    }
+
+    /// Replaces the friction coefficient `mu_i` of a contact; a stored factor stays valid.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchContact`], [`Error::InvalidFriction`].
+    pub fn set_friction(&mut self, contact: usize, mu: T) -> Result<(), Error> {
+        if FrictionCone::new(mu).is_none() {
+            return Err(Error::InvalidFriction { contact });
+        }
+        self.contact_mut(contact)?.mu = mu;
+        Ok(())
+    }
+
+    fn contact_mut(&mut self, contact: usize) -> Result<&mut Contact<T, N, D>, Error> {
+        self.contacts
+            .get_mut(contact)
+            .ok_or(Error::NoSuchContact { contact })
+    }
+
+    /// The generalised mass matrix `M`.
+    #[must_use]
+    pub const fn mass(&self) -> &SMatrix<T, N, N> {
+        &self.mass
+    }
+
+    /// The contacts, in the order they were added.
+    #[must_use]
+    pub fn contacts(&self) -> &[Contact<T, N, D>] {
+        &self.contacts
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Scene<T, N, D, C> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Every entry of a matrix or vector is a number.
+pub(crate) fn check_finite<T: Real, const R: usize, const K: usize>(
+    matrix: &SMatrix<T, R, K>,
+    input: Input,
+) -> Result<(), Error> {
+    for (column, entries) in matrix.as_slice().chunks_exact(R).enumerate() {
+        for (row, entry) in entries.iter().enumerate() {
+            if !entry.is_finite() {
+                return Err(Error::NotFinite { input, row, column });
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,68 @@
+//! The error of a solution as somebody else would measure it: in f64, from the scene as given.
+
+use super::scene_file::SceneFile;
+use nalgebra::{DMatrix, DVector};
+
+/// Coulomb's law, or its convex relaxation (no `mu |u_T|` in the normal velocity).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Law {
+    Coulomb,
+    Relaxed,
+}
+
+/// Projection onto `K_mu`, Eq. (1), as plainly as it can be written.
+pub fn project(x: &[f64], mu: f64) -> Vec<f64> {
+    let length = x[1..].iter().map(|x| x * x).sum::<f64>().sqrt();
+    if x[0] >= 0.0 && length <= mu * x[0] {
+        return x.to_vec();
+    }
+    if mu * length <= -x[0] {
+        return vec![0.0; x.len()];
+    }
+    let along = (x[0] + mu * length) / (1.0 + mu * mu);
+    let mut projection = vec![along];
+    projection.extend(x[1..].iter().map(|x| along * mu * x / length));
+    projection
+}
+
+fn ratio(numerator: f64, denominator: f64) -> f64 {
+    if numerator == 0.0 {
+        0.0
+    } else {
+        numerator / denominator
+    }
+}
+
+/// `max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`.
+pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
+    let (v, r) = (DVector::from_row_slice(v), DVector::from_row_slice(r));
+    let cholesky = scene
+        .mass
+        .clone()
+        .cholesky()
+        .expect("M is positive definite");
+    let delassus: DMatrix<f64> = &scene.h * cholesky.solve(&scene.h.transpose());
+    let q = &scene.w - &scene.h * cholesky.solve(&scene.f);
+    let u = &scene.h * &v + &scene.w;
+    let d = scene.dim;
+    let (mut residual, mut scaled_q) = (0.0_f64, 0.0_f64);
+    for (i, &mu) in scene.mu.iter().enumerate() {
+        let rows = i * d..(i + 1) * d;
+        let trace: f64 = rows.clone().map(|k| delassus[(k, k)]).sum();
+        let alpha = if trace > 0.0 { d as f64 / trace } else { 0.0 };
+        let (u, r) = (u.rows(i * d, d), r.rows(i * d, d));
+        let slip = u.rows(1, d - 1).norm();
+        let mut x: Vec<f64> = (0..d).map(|k| r[k] - alpha * u[k]).collect();
+        if law == Law::Coulomb {
+            x[0] -= alpha * mu * slip;
+        }
+        let projection = project(&x, mu);
+        residual += (0..d).map(|k| (r[k] - projection[k]).powi(2)).sum::<f64>();
+        scaled_q += rows.map(|k| (alpha * q[k]).powi(2)).sum::<f64>();
+    }
+    let natural_map = ratio(residual.sqrt(), r.norm().max(scaled_q.sqrt()));
+    let (inertia, contact) = (&scene.mass * &v, scene.h.transpose() * &r);
+    let size = scene.f.norm().max(inertia.norm()).max(contact.norm());
+    let dynamics = ratio((inertia + &scene.f - contact).norm(), size);
+    natural_map.max(dynamics)
+}

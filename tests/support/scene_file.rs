@@ -1,0 +1,142 @@
+//! Scene files: one JSON object a file, or a sequence of time steps under `problems`.
+
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use stiction::{Contact, Error, Real, Scene};
+
+/// A scene as it stands in a file; rows of `h` go contact by contact, normal first.
+#[derive(Clone, Debug)]
+pub struct SceneFile {
+    pub name: String,
+    pub n_dof: usize,
+    pub n_contacts: usize,
+    pub dim: usize,
+    pub mass: DMatrix<f64>,
+    pub h: DMatrix<f64>,
+    pub f: DVector<f64>,
+    pub w: DVector<f64>,
+    pub mu: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+struct Header {
+    name: Option<String>,
+    n_dof: usize,
+    dim: usize,
+    #[serde(default)]
+    problems: Vec<Problem>,
+    #[serde(flatten)]
+    problem: Option<Problem>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "PascalCase")]
+struct Problem {
+    #[serde(rename = "n_contacts")]
+    n_contacts: usize,
+    m: Vec<Vec<f64>>,
+    h: Vec<Vec<f64>>,
+    #[serde(rename = "f")]
+    f: Vec<f64>,
+    #[serde(rename = "w")]
+    w: Vec<f64>,
+    #[serde(rename = "mu")]
+    mu: Vec<f64>,
+}
+
+/// All scenes of a file: one, or the time steps of a sequence named `name[k]`.
+pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
+    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+    let header: Header = serde_json::from_str(&text).map_err(|error| error.to_string())?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = header.name.unwrap_or_else(|| stem.into_owned());
+    if header.problems.is_empty() {
+        let problem = header
+            .problem
+            .ok_or("neither a scene (n_contacts, M, H, f, w, mu) nor a sequence (problems)")?;
+        return Ok(vec![problem.check(name, header.n_dof, header.dim)?]);
+    }
+    let steps = header.problems.into_iter().enumerate();
+    steps
+        .map(|(k, problem)| problem.check(format!("{name}[{k}]"), header.n_dof, header.dim))
+        .collect()
+}
+
+/// The bundled scenes, by name.
+pub fn bundled() -> Vec<PathBuf> {
+    json_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes"))
+}
+
+/// The `.json` files of a folder, by name.
+pub fn json_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries
+        .map(|entry| entry.path())
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "json")
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+fn matrix(what: &str, rows: &[Vec<f64>], n: usize, m: usize) -> Result<DMatrix<f64>, String> {
+    if rows.len() != n || rows.iter().any(|row| row.len() != m) {
+        return Err(format!("{what} is not {n} x {m}"));
+    }
+    Ok(DMatrix::from_fn(n, m, |i, j| rows[i][j]))
+}
+
+fn vector(what: &str, entries: Vec<f64>, n: usize) -> Result<DVector<f64>, String> {
+    if entries.len() != n {
+        return Err(format!("{what} has {} entries, not {n}", entries.len()));
+    }
+    Ok(DVector::from_vec(entries))
+}
+
+impl Problem {
+    fn check(self, name: String, n_dof: usize, dim: usize) -> Result<SceneFile, String> {
+        let rows = dim * self.n_contacts;
+        Ok(SceneFile {
+            name,
+            n_dof,
+            n_contacts: self.n_contacts,
+            dim,
+            mass: matrix("M", &self.m, n_dof, n_dof)?,
+            h: matrix("H", &self.h, rows, n_dof)?,
+            f: vector("f", self.f, n_dof)?,
+            w: vector("w", self.w, rows)?,
+            mu: vector("mu", self.mu, self.n_contacts)?.as_slice().to_vec(),
+        })
+    }
+}
+
+impl SceneFile {
+    /// The scene in the kernel's types, padded with decoupled velocities of unit mass up to `N`.
+    pub fn scene<T: Real, const N: usize, const D: usize, const C: usize>(
+        &self,
+    ) -> Result<Scene<T, N, D, C>, Error> {
+        let mut scene = Scene::new();
+        scene.set_mass(&SMatrix::from_fn(|i, j| {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            T::literal(*self.mass.get((i, j)).unwrap_or(&unit))
+        }))?;
+        for i in 0..self.n_contacts {
+            scene.push(&Contact {
+                jacobian: SMatrix::from_fn(|row, j| {
+                    T::literal(*self.h.get((i * D + row, j)).unwrap_or(&0.0))
+                }),
+                offset: SVector::from_fn(|row, _| T::literal(self.w[i * D + row])),
+                mu: T::literal(self.mu[i]),
+            })?;
+        }
+        Ok(scene)
+    }
+
+    /// The free impulse `f` in the kernel's type, padded with zeros.
+    pub fn free_impulse<T: Real, const N: usize>(&self) -> SVector<T, N> {
+        SVector::from_fn(|i, _| T::literal(self.f.get(i).copied().unwrap_or(0.0)))
+    }
+}
