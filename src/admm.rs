@@ -108,18 +108,17 @@ impl<T: Real> Acceleration<T> for Restart<T> {
     #[inline]
     fn momentum(&mut self, residual: T) -> T {
         let eta = T::literal(0.999);
-        match self.residual {
+        let momentum = match self.residual {
             Some(previous) if residual >= eta * previous => {
-                // Step 10-13, but from the current iterate: the note goes back to the previous.
+                // Steps 10-13, but from the current iterate and with its own e_k: the note goes
+                // back to the previous iterate and sets e_k = e_{k-1} / eta.
                 self.fast.tau = T::ONE;
-                self.residual = Some(previous / eta);
                 T::ZERO
             }
-            _ => {
-                self.residual = Some(residual);
-                self.fast.momentum(residual)
-            }
-        }
+            _ => self.fast.momentum(residual),
+        };
+        self.residual = Some(residual);
+        momentum
     }
 }
 

@@ -67,7 +67,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// [`Error::MassNotPositiveDefinite`].
     pub fn compute(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.compute_delassus(scene)?;
-        self.set_penalty(self.default_penalty())
+        self.set_penalty(default_penalty(scene))
     }
 
     /// Replaces the penalty `rho` (kg): one factorisation of `I + rho W`, none of `M`.
@@ -156,23 +156,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         Ok(())
     }
 
-    /// `rho` from the size of the Delassus operator, without eigenvalues.
-    fn default_penalty(&self) -> T {
-        let rows = self.rows();
-        let square_sum = self
-            .delassus
-            .as_flattened()
-            .iter()
-            .take(rows)
-            .flat_map(|row| row.as_flattened().iter().take(rows))
-            .fold(T::ZERO, |sum, &entry| sum + entry * entry);
-        if square_sum > T::ZERO {
-            (T::literal(rows as f64) / square_sum).square_root()
-        } else {
-            T::ONE
-        }
-    }
-
     fn compute_resolvent(&mut self) -> Result<(), Error> {
         let (rows, stride) = (self.rows(), D * C);
         let delassus = self.delassus.as_flattened().iter();
@@ -241,6 +224,40 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         solve_upper(self.mass.as_flattened(), N, &mut g);
         g.into()
     }
+}
+
+/// The default `rho`: twice the median over the generalised velocities of `M_jj / (HᵀH)_jj`.
+///
+/// The quotient is the mass that a contact feels which moves dof `j` alone, so `rho` has the unit of
+/// a mass, and neither the units of the dofs nor dofs that no contact moves matter. The middle
+/// serves stacks of unlike bodies, where the trace of `W` sees only the lightest.
+fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<T, N, D, C>,
+) -> T {
+    let masses = scene.mass().as_slice().iter().step_by(N + 1);
+    let mut reach = [T::ZERO; N];
+    for contact in scene.contacts() {
+        let columns = contact.jacobian.as_slice().chunks_exact(D);
+        for (reach, column) in reach.iter_mut().zip(columns) {
+            *reach += dot(column, column);
+        }
+    }
+    // (HᵀH)_jj / M_jj: not a division by the zeros of dofs that no contact moves.
+    let mut largest = T::ZERO;
+    for (reach, &mass) in reach.iter_mut().zip(masses) {
+        *reach /= mass;
+        largest = largest.max(*reach);
+    }
+    let rounding = largest * T::literal(1e-9);
+    let moved = || reach.iter().copied().filter(|&reach| reach > rounding);
+    let half = moved().count() / 2;
+    let median = moved().find(|&candidate| {
+        let below = moved().filter(|&other| other < candidate).count();
+        let not_above = moved().filter(|&other| other <= candidate).count();
+        below <= half && half < not_above
+    });
+    let two = T::ONE + T::ONE;
+    median.map_or(T::ONE, |median| two / median)
 }
 
 #[inline]

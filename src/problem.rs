@@ -3,7 +3,7 @@
 use crate::cone::FrictionCone;
 use crate::factor::{ContactVector, Factor};
 use crate::scene::check_finite;
-use crate::{Error, Input, Real, Scene, SlipUpdate, residual};
+use crate::{ContactSolution, Error, Input, Real, Scene, SlipUpdate, Solution, residual};
 use nalgebra::SVector;
 
 /// What a solve needs to know of one contact, besides the factor.
@@ -93,18 +93,22 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         residual::natural_map(contacts, self.slip)
     }
 
-    /// Generalised velocity of an impulse, `v = M⁻¹ (Hᵀ r - f)`.
-    pub(crate) fn velocity(&self, r: &ContactVector<T, D, C>) -> SVector<T, N> {
-        self.factor.velocity(self.whitened, r)
-    }
-
-    /// The whole error of `v` and `r`; fills `u = H v + w`.
-    pub(crate) fn error(
-        &self,
-        v: &SVector<T, N>,
-        r: &ContactVector<T, D, C>,
-        u: &mut ContactVector<T, D, C>,
-    ) -> T {
-        residual::error(self.scene, self.laws(), self.f, v, r, self.slip, u)
+    /// Writes velocity, contacts and error of an impulse into a solution.
+    pub(crate) fn evaluate(&self, r: &ContactVector<T, D, C>, solution: &mut Solution<T, N, D, C>) {
+        let mut u = [[T::ZERO; D]; C];
+        solution.velocity = self.factor.velocity(self.whitened, r);
+        let (laws, v) = (self.laws(), &solution.velocity);
+        solution.error = residual::error(self.scene, laws, self.f, v, r, self.slip, &mut u);
+        solution.contacts.clear();
+        for ((law, &r), u) in laws.iter().zip(r).zip(u) {
+            let (impulse, velocity) = (r.into(), u.into());
+            let contact = ContactSolution {
+                impulse,
+                velocity,
+                mode: residual::mode(law, self.slip, &velocity, &impulse),
+            };
+            // There is room: the scene has no more contacts than the solution.
+            let _ = solution.contacts.push(contact);
+        }
     }
 }

@@ -3,7 +3,7 @@
 use crate::admm::{Acceleration, Fast, Iterate, Plain, Restart, iterate};
 use crate::factor::{ContactVector, Factor};
 use crate::problem::Problem;
-use crate::residual::{mode, quotient};
+use crate::residual::quotient;
 use crate::{Error, Real, Scene};
 use heapless::Vec;
 use nalgebra::{ArrayStorage, SVector};
@@ -245,8 +245,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         let rho = factor.penalty();
         let tolerance = settings.tolerance;
         let mut iterates = self.start(&problem);
-        let mut best = Best::none();
-        let mut solved = best.consider(&problem, &iterates, tolerance);
+        let mut best = Best {
+            r: [[T::ZERO; D]; C],
+            natural_map: None,
+        };
+        let mut solved = best.consider(&problem, &iterates, tolerance, &mut self.solution);
         let mut acceleration = A::START;
         // The estimate of the error is cheap; the error is looked at when the estimate promises.
         let mut gate = tolerance + tolerance;
@@ -261,7 +264,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                 acceleration = A::START;
             }
             if estimate <= gate || iterations == settings.max_iterations {
-                solved = best.consider(&problem, &iterates, tolerance);
+                solved = best.consider(&problem, &iterates, tolerance, &mut self.solution);
                 gate = estimate * T::literal(0.5);
             }
         }
@@ -272,13 +275,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                 r: iterate.zeta * -rho,
             });
         }
-        self.solution.status = if solved {
-            Status::Solved
-        } else {
-            Status::MaxIterations
-        };
         self.solution.iterations = iterations;
-        best.write(&problem, &mut self.solution);
+        self.solution.status = Status::Solved;
+        if !solved {
+            self.solution.status = Status::MaxIterations;
+            problem.evaluate(&best.r, &mut self.solution);
+        }
         Ok(&self.solution)
     }
 
@@ -302,35 +304,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solver
     }
 }
 
-/// The best solution so far.
-struct Best<T, const N: usize, const D: usize, const C: usize> {
-    velocity: SVector<T, N>,
+/// The best impulse so far.
+struct Best<T, const D: usize, const C: usize> {
     r: ContactVector<T, D, C>,
-    u: ContactVector<T, D, C>,
-    /// The first part of the error, from contact space; infinite before the first candidate.
+    /// The first part of its error, as contact space sees it; none before the first candidate.
     natural_map: Option<T>,
-    error: T,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Best<T, N, D, C> {
-    fn none() -> Self {
-        Self {
-            velocity: zeros(),
-            r: [[T::ZERO; D]; C],
-            u: [[T::ZERO; D]; C],
-            natural_map: None,
-            error: T::ZERO,
-        }
-    }
-
-    /// Looks at the error of an iterate; true if it is below the tolerance.
+impl<T: Real, const D: usize, const C: usize> Best<T, D, C> {
+    /// Keeps the impulse of an iterate if it is the best so far; true if it solves the problem.
     ///
-    /// The velocity is computed only for an impulse that contact space finds better.
-    fn consider(
+    /// Only an impulse that contact space finds good enough is worth its velocity and its error.
+    fn consider<const N: usize>(
         &mut self,
         problem: &Problem<'_, T, N, D, C>,
         iterates: &[Iterate<T, D>; C],
         tolerance: T,
+        solution: &mut Solution<T, N, D, C>,
     ) -> bool {
         let mut r = [[T::ZERO; D]; C];
         for (r, iterate) in r.iter_mut().zip(iterates) {
@@ -340,35 +330,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Best<T, N, D, C> {
         if self.natural_map.is_some_and(|best| natural_map >= best) {
             return false;
         }
-        let velocity = problem.velocity(&r);
-        let mut u = [[T::ZERO; D]; C];
-        let error = problem.error(&velocity, &r, &mut u);
-        if self.natural_map.is_none() || error < self.error {
-            *self = Self {
-                velocity,
-                r,
-                u,
-                natural_map: Some(natural_map),
-                error,
-            };
+        self.r = r;
+        self.natural_map = Some(natural_map);
+        if natural_map > tolerance {
+            return false;
         }
-        error <= tolerance
-    }
-
-    fn write(&self, problem: &Problem<'_, T, N, D, C>, solution: &mut Solution<T, N, D, C>) {
-        solution.velocity = self.velocity;
-        solution.error = self.error;
-        solution.contacts.clear();
-        for ((law, r), u) in problem.laws().iter().zip(&self.r).zip(&self.u) {
-            let (impulse, velocity) = ((*r).into(), (*u).into());
-            let contact = ContactSolution {
-                impulse,
-                velocity,
-                mode: mode(law, problem.slip, &velocity, &impulse),
-            };
-            // There is room: the scene has no more contacts than the solution.
-            let _ = solution.contacts.push(contact);
-        }
+        problem.evaluate(&r, solution);
+        solution.error <= tolerance
     }
 }
 
