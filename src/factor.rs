@@ -249,12 +249,13 @@ fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
         largest = largest.max(*reach);
     }
     let rounding = largest * T::literal(1e-9);
-    let moved = || reach.iter().copied().filter(|&reach| reach > rounding);
-    let half = moved().count() / 2;
-    let median = moved().find(|&candidate| {
-        let below = moved().filter(|&other| other < candidate).count();
-        let not_above = moved().filter(|&other| other <= candidate).count();
-        below <= half && half < not_above
+    let reaches = || reach.iter().copied().filter(|&reach| reach > rounding);
+    let moved = reaches().count();
+    let median = reaches().find(|&candidate| {
+        let below = reaches().filter(|&other| other < candidate).count();
+        let not_above = reaches().filter(|&other| other <= candidate).count();
+        // Of two in the middle the heavier, the one with less reach.
+        2 * below < moved && moved <= 2 * not_above
     });
     let two = T::ONE + T::ONE;
     median.map_or(T::ONE, |median| two / median)
