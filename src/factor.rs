@@ -226,15 +226,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     }
 }
 
-/// The default `rho`: twice the median over the generalised velocities of `M_jj / (HᵀH)_jj`.
+/// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`.
 ///
-/// The quotient is the mass that a contact feels which moves dof `j` alone, so `rho` has the unit of
-/// a mass, and neither the units of the dofs nor dofs that no contact moves matter. The middle
-/// serves stacks of unlike bodies, where the trace of `W` sees only the lightest.
+/// The quotient is the mass felt by a contact that moves dof `j` alone, so `rho` has the unit of a
+/// mass; the units of the dofs, and dofs that no contact moves, do not matter. The geometric mean
+/// serves stacks of unlike bodies, where the trace of `W` sees only the lightest; taken over binary
+/// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
 fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
 ) -> T {
-    let masses = scene.mass().as_slice().iter().step_by(N + 1);
+    // (HᵀH)_jj / M_jj
     let mut reach = [T::ZERO; N];
     for contact in scene.contacts() {
         let columns = contact.jacobian.as_slice().chunks_exact(D);
@@ -242,23 +243,22 @@ fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
             *reach += dot(column, column);
         }
     }
-    // (HᵀH)_jj / M_jj: not a division by the zeros of dofs that no contact moves.
     let mut largest = T::ZERO;
+    let masses = scene.mass().as_slice().iter().step_by(N + 1);
     for (reach, &mass) in reach.iter_mut().zip(masses) {
         *reach /= mass;
         largest = largest.max(*reach);
     }
     let rounding = largest * T::literal(1e-9);
-    let reaches = || reach.iter().copied().filter(|&reach| reach > rounding);
-    let moved = reaches().count();
-    let median = reaches().find(|&candidate| {
-        let below = reaches().filter(|&other| other < candidate).count();
-        let not_above = reaches().filter(|&other| other <= candidate).count();
-        // Of two in the middle the heavier, the one with less reach.
-        2 * below < moved && moved <= 2 * not_above
-    });
-    let two = T::ONE + T::ONE;
-    median.map_or(T::ONE, |median| two / median)
+    let (mut exponents, mut moved) = (0_i32, 0_i32);
+    for reach in reach.into_iter().filter(|&reach| reach > rounding) {
+        exponents += reach.exponent();
+        moved += 1;
+    }
+    match exponents.checked_div_euclid(moved) {
+        Some(mean) => T::power_of_two(2 - mean),
+        None => T::ONE,
+    }
 }
 
 #[inline]

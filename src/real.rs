@@ -25,6 +25,14 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     #[must_use]
     fn square_root(self) -> Self;
 
+    /// The binary exponent `e` of a positive number, `2^e <= x < 2^(e+1)`.
+    #[must_use]
+    fn exponent(self) -> i32;
+
+    /// `2^exponent`.
+    #[must_use]
+    fn power_of_two(exponent: i32) -> Self;
+
     /// A constant of the algorithms, rounded to this type.
     #[must_use]
     fn literal(value: f64) -> Self;
@@ -38,6 +46,12 @@ impl Real for f32 {
     #[inline]
     fn square_root(self) -> Self {
         libm::sqrtf(self)
+    }
+    fn exponent(self) -> i32 {
+        libm::ilogbf(self)
+    }
+    fn power_of_two(exponent: i32) -> Self {
+        libm::scalbnf(1.0, exponent)
     }
 
     #[inline]
@@ -55,6 +69,12 @@ impl Real for f64 {
     #[inline]
     fn square_root(self) -> Self {
         libm::sqrt(self)
+    }
+    fn exponent(self) -> i32 {
+        libm::ilogb(self)
+    }
+    fn power_of_two(exponent: i32) -> Self {
+        libm::scalbn(1.0, exponent)
     }
 
     #[inline]
