@@ -6,8 +6,9 @@
 //! `ûᵏ⁺¹ = ũᵏ⁺¹ + c (ũᵏ⁺¹ - ũᵏ)` where they print `ûᵏ + …`.
 
 use crate::cone::{add_to_normal, norm, split};
-use crate::factor::ContactVector;
+use crate::contact_space::ContactVector;
 use crate::problem::Problem;
+use crate::resolvent::Resolvent;
 use crate::{Real, SlipUpdate};
 use nalgebra::SVector;
 
@@ -42,14 +43,16 @@ impl<T: Real, const D: usize> Iterate<T, D> {
     }
 }
 
-/// How far one iteration moved, in impulses (N·s).
+/// How far one iteration moved.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change<T> {
-    /// `e_k / rho`, with the `e_k` of the note: `|ζᵏ⁺¹ - ζ̂ᵏ|² + |ũᵏ⁺¹ - ûᵏ|²`.
-    pub(crate) combined: T,
-    /// Square of an estimate of what is left of the natural map.
-    pub(crate) residual: T,
-    /// `|ζ|²`
+    /// `|ζᵏ⁺¹ - ζ̂ᵏ|²`, m²/s²; with `dual` the `e_k / rho` of the note.
+    pub(crate) primal: T,
+    /// `|ũᵏ⁺¹ - ûᵏ|²`
+    pub(crate) dual: T,
+    /// Square of an estimate of what is left of the natural map, N²s².
+    pub(crate) error: T,
+    /// `|ζᵏ⁺¹|²`
     pub(crate) zeta: T,
 }
 
@@ -126,13 +129,14 @@ impl<T: Real> Acceleration<T> for Restart<T> {
 #[inline]
 pub(crate) fn iterate<T: Real, A, const N: usize, const D: usize, const C: usize>(
     problem: &Problem<'_, T, N, D, C>,
+    resolvent: &Resolvent<T, D, C>,
     iterates: &mut [Iterate<T, D>; C],
     acceleration: &mut A,
 ) -> Change<T>
 where
     A: Acceleration<T>,
 {
-    let (factor, laws) = (problem.factor, problem.laws());
+    let laws = problem.laws();
     let mut rhs: ContactVector<T, D, C> = [[T::ZERO; D]; C];
     let mut product: ContactVector<T, D, C> = [[T::ZERO; D]; C];
 
@@ -140,17 +144,18 @@ where
     let pairs = laws.iter().zip(iterates.iter());
     for (rhs, (law, iterate)) in rhs.iter_mut().zip(pairs) {
         let mut velocity = law.free + iterate.zeta_hat - iterate.u_hat;
-        add_to_normal(&mut velocity, law.mu * iterate.slip);
+        add_to_normal(&mut velocity, law.lift * iterate.slip);
         *rhs = velocity.into();
     }
-    factor.resolvent_times(&rhs, &mut product);
+    resolvent.times(laws.len(), &rhs, &mut product);
 
     let mut change = Change {
-        combined: T::ZERO,
-        residual: T::ZERO,
+        primal: T::ZERO,
+        dual: T::ZERO,
+        error: T::ZERO,
         zeta: T::ZERO,
     };
-    let rho = factor.penalty();
+    let rho = resolvent.penalty();
     let pairs = laws.iter().zip(iterates.iter_mut());
     for (product, (law, iterate)) in product.iter().zip(pairs) {
         // H v + b + ζ̂ = û + B (q + S + ζ̂ - û)
@@ -161,11 +166,12 @@ where
         let mut primal = zeta - iterate.zeta_hat;
         let dual = u - iterate.u_hat;
         let dual2 = dual.norm_squared();
-        change.combined += primal.norm_squared() + dual2;
+        change.primal += primal.norm_squared();
+        change.dual += dual2;
         if problem.slip == SlipUpdate::EveryIteration {
-            add_to_normal(&mut primal, law.mu * (speed - iterate.slip));
+            add_to_normal(&mut primal, law.lift * (speed - iterate.slip));
         }
-        change.residual += law.step * law.step * primal.norm_squared() + rho * rho * dual2;
+        change.error += law.step * law.step * primal.norm_squared() + rho * rho * dual2;
         change.zeta += zeta.norm_squared();
 
         if problem.slip == SlipUpdate::EveryIteration {
@@ -178,7 +184,7 @@ where
         iterate.zeta = zeta;
     }
 
-    let c = acceleration.momentum(change.combined);
+    let c = acceleration.momentum(change.primal + change.dual);
     for iterate in iterates.iter_mut().take(laws.len()) {
         iterate.u_hat = iterate.u + (iterate.u - iterate.u_hat) * c;
         iterate.zeta_hat = iterate.zeta + (iterate.zeta - iterate.zeta_hat) * c;

@@ -17,7 +17,7 @@
 //! ```
 
 use crate::Real;
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 /// A friction cone in any dimension `D >= 1`, normal component first.
 ///
@@ -79,6 +79,12 @@ impl<T: Real> FrictionCone<T> {
         normal >= T::ZERO && self.axial * norm(tangent) <= self.radial * normal
     }
 
+    /// Is `x` in the interior of the cone? (Of a ray: of the half-line, if there is no tangent.)
+    pub(crate) fn is_interior<const D: usize>(&self, x: &SVector<T, D>) -> bool {
+        let (normal, tangent) = split(x);
+        self.axial * norm(tangent) < self.radial * normal || (D == 1 && normal > T::ZERO)
+    }
+
     /// Euclidean projection (6) in the case form: Eq. (1) = (8) for `K`, (2) = (10) for `K*`.
     #[inline]
     #[must_use]
@@ -110,6 +116,46 @@ impl<T: Real> FrictionCone<T> {
             *first = per_length * self.axial * length;
         }
         (projection, shrink * length)
+    }
+
+    /// A generalised derivative of the projection at `x`, and the direction `x2 / |x2|`.
+    ///
+    /// The direction has no normal component; it is zero where `x2 = 0`. On the kinks the
+    /// derivative is that of the cone's side, and a half-space keeps the tangents it never moves.
+    pub(crate) fn derivative<const D: usize>(
+        &self,
+        x: &SVector<T, D>,
+    ) -> (SMatrix<T, D, D>, SVector<T, D>) {
+        let (normal, tangent) = split(x);
+        let length = norm(tangent);
+        let mut direction = *x;
+        if let Some(first) = direction.as_mut_slice().first_mut() {
+            *first = T::ZERO;
+        }
+        if length > T::ZERO {
+            direction /= length;
+        }
+        if normal >= T::ZERO && self.axial * length <= self.radial * normal {
+            return (SMatrix::identity(), direction);
+        }
+        let mut axis = SVector::<T, D>::zeros();
+        if let Some(first) = axis.as_mut_slice().first_mut() {
+            *first = T::ONE;
+        }
+        if self.axial == T::ZERO {
+            return (SMatrix::identity() - axis * axis.transpose(), direction);
+        }
+        if self.radial * length <= -self.axial * normal {
+            return (SMatrix::zeros(), direction);
+        }
+        let norm2 = self.axial * self.axial + self.radial * self.radial;
+        let along = (self.axial * normal + self.radial * length) / norm2;
+        let ray = axis * self.axial + direction * self.radial;
+        let turn = along * self.radial / length;
+        let sideways =
+            SMatrix::identity() - axis * axis.transpose() - direction * direction.transpose();
+        let derivative = ray * ray.transpose() / norm2 + sideways * turn;
+        (derivative, direction)
     }
 
     /// Spectral factorisation of `x` with respect to the cone, Eqs. (3)-(5).

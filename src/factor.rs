@@ -10,14 +10,10 @@
 //! `rho` never touches the `N × N` factor again.
 
 use crate::cholesky::{axpy, dot, factorise, scale_by_reciprocal, solve_lower, solve_upper};
+use crate::contact_space::{ContactMatrix, ContactVector, mirror, multiply};
+use crate::resolvent::Resolvent;
 use crate::{Error, Real, Scene};
 use nalgebra::SVector;
-
-/// A vector in contact space: one block of `D` rows a contact, room for `C` contacts.
-pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
-
-/// A square matrix in contact space, row by row.
-type ContactMatrix<T, const D: usize, const C: usize> = [[ContactVector<T, D, C>; D]; C];
 
 /// Cholesky factor of the mass matrix, Delassus operator and resolvent of a scene.
 ///
@@ -26,15 +22,13 @@ type ContactMatrix<T, const D: usize, const C: usize> = [[ContactVector<T, D, C>
 #[derive(Clone, Debug)]
 pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     contacts: usize,
-    penalty: T,
     /// `M = L D Lᵀ`.
     mass: [[T; N]; N],
     /// `L⁻¹ H_iᵀ`, one column of `L⁻¹ Hᵀ` a row here.
     whitened: [[[T; N]; D]; C],
     /// `W = H M⁻¹ Hᵀ`.
     delassus: ContactMatrix<T, D, C>,
-    /// `B = (I + rho W)⁻¹`.
-    resolvent: ContactMatrix<T, D, C>,
+    resolvent: Resolvent<T, D, C>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
@@ -43,11 +37,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     pub const fn empty() -> Self {
         Self {
             contacts: 0,
-            penalty: T::ONE,
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; N]; D]; C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],
-            resolvent: [[[[T::ZERO; D]; C]; D]; C],
+            resolvent: Resolvent::empty(),
         }
     }
 
@@ -76,15 +69,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// [`Error::InvalidPenalty`] if `rho` is not positive and finite, or so large that
     /// `I + rho W` is singular in this number type. The factor keeps its old penalty.
     pub fn set_penalty(&mut self, penalty: T) -> Result<(), Error> {
-        if !(penalty > T::ZERO && penalty.is_finite()) {
-            return Err(Error::InvalidPenalty);
-        }
-        let previous = self.penalty;
-        self.penalty = penalty;
-        let result = self.compute_resolvent();
+        let previous = self.resolvent.penalty();
+        let result = self
+            .resolvent
+            .compute(&self.delassus, self.contacts, penalty);
         if result.is_err() {
-            self.penalty = previous;
-            self.compute_resolvent()?;
+            self.resolvent
+                .compute(&self.delassus, self.contacts, previous)?;
         }
         result
     }
@@ -92,7 +83,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// The penalty `rho` (kg) of the augmented Lagrangian.
     #[must_use]
     pub const fn penalty(&self) -> T {
-        self.penalty
+        self.resolvent.penalty()
     }
 
     /// Number of contacts of the scene this was computed for.
@@ -156,32 +147,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         Ok(())
     }
 
-    fn compute_resolvent(&mut self) -> Result<(), Error> {
-        let (rows, stride) = (self.rows(), D * C);
-        let delassus = self.delassus.as_flattened().iter();
-        let resolvent = self.resolvent.as_flattened_mut();
-        for (i, (row, source)) in resolvent.iter_mut().zip(delassus).take(rows).enumerate() {
-            let entries = row.as_flattened_mut().iter_mut().zip(source.as_flattened());
-            for (j, (entry, &w)) in entries.take(i + 1).enumerate() {
-                let unit = if i == j { T::ONE } else { T::ZERO };
-                *entry = unit + self.penalty * w;
-            }
-        }
-        let flat = resolvent.as_flattened_mut().as_flattened_mut();
-        factorise(flat, stride, rows, T::ZERO).map_err(|_| Error::InvalidPenalty)?;
-        invert(flat, stride, rows);
-        mirror(flat, stride, rows);
-        Ok(())
+    /// `(I + rho W)⁻¹`
+    pub(crate) const fn resolvent(&self) -> &Resolvent<T, D, C> {
+        &self.resolvent
     }
 
-    /// `y_i = (B x)_i` for the contacts in use.
-    #[inline]
-    pub(crate) fn resolvent_times(
-        &self,
-        x: &ContactVector<T, D, C>,
-        y: &mut ContactVector<T, D, C>,
-    ) {
-        multiply(&self.resolvent, self.contacts, x, y);
+    /// `W`
+    pub(crate) const fn delassus(&self) -> &ContactMatrix<T, D, C> {
+        &self.delassus
     }
 
     /// `y_i = (W x)_i` for the contacts in use.
@@ -258,72 +231,5 @@ fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
     match exponents.checked_div_euclid(moved) {
         Some(mean) => T::power_of_two(2 - mean),
         None => T::ONE,
-    }
-}
-
-#[inline]
-fn multiply<T: Real, const D: usize, const C: usize>(
-    matrix: &ContactMatrix<T, D, C>,
-    contacts: usize,
-    x: &ContactVector<T, D, C>,
-    y: &mut ContactVector<T, D, C>,
-) {
-    let x = x.get(..contacts).unwrap_or_default().as_flattened();
-    for (y, rows) in y.iter_mut().zip(matrix).take(contacts) {
-        for (y, row) in y.iter_mut().zip(rows) {
-            *y = dot(row.as_flattened(), x);
-        }
-    }
-}
-
-/// Copies the lower triangle of the leading `n × n` block to the upper one.
-fn mirror<T: Real>(a: &mut [T], stride: usize, n: usize) {
-    for i in 1..n {
-        let Some((above, rest)) = a.split_at_mut_checked(i * stride) else {
-            return;
-        };
-        for (row, &entry) in above.chunks_exact_mut(stride).zip(rest.iter()) {
-            if let Some(mirrored) = row.get_mut(i) {
-                *mirrored = entry;
-            }
-        }
-    }
-}
-
-/// Replaces `L D Lᵀ` as [`factorise`] leaves it by the lower triangle of its inverse.
-fn invert<T: Real>(a: &mut [T], stride: usize, n: usize) {
-    // Row i of L⁻¹ is -(row i of L without its diagonal) times the rows of L⁻¹ above.
-    for i in 0..n {
-        let Some((done, row)) = a.split_at_mut_checked(i * stride) else {
-            return;
-        };
-        for (k, above) in done.chunks_exact(stride).enumerate() {
-            if let Some((head, [entry, ..])) = row.split_at_mut_checked(k) {
-                axpy(-*entry, above, head);
-                *entry = -*entry;
-            }
-        }
-    }
-    // Row i of L⁻ᵀ D⁻¹ L⁻¹ gathers the rows of L⁻¹ from i on.
-    for i in 0..n {
-        let Some((row, below)) = a
-            .get_mut(i * stride..n * stride)
-            .and_then(|rows| rows.split_at_mut_checked(stride))
-        else {
-            return;
-        };
-        let Some((head, [diagonal, ..])) = row.split_at_mut_checked(i) else {
-            return;
-        };
-        for entry in head.iter_mut() {
-            *entry *= *diagonal;
-        }
-        for (k, other) in below.chunks_exact(stride).enumerate() {
-            let (Some(&entry), Some(&reciprocal)) = (other.get(i), other.get(i + 1 + k)) else {
-                return;
-            };
-            axpy(entry * reciprocal, other, head);
-            *diagonal += entry * reciprocal * entry;
-        }
     }
 }

@@ -1,21 +1,33 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
-use crate::cone::FrictionCone;
-use crate::factor::{ContactVector, Factor};
+use crate::cone::{norm, split};
+use crate::contact_space::ContactVector;
 use crate::scene::check_finite;
-use crate::{ContactSolution, Error, Input, Real, Scene, SlipUpdate, Solution, residual};
+use crate::{
+    ContactSolution, Error, Factor, FrictionCone, Input, Real, Scene, SlipUpdate, Solution,
+    residual,
+};
 use nalgebra::SVector;
 
 /// What a solve needs to know of one contact, besides the factor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law<T, const D: usize> {
-    pub(crate) mu: T,
+    /// `mu_i`; 0 in the convex relaxation, which has no `mu |u_T|`.
+    pub(crate) lift: T,
     /// The cone `K` the impulse lies in.
     pub(crate) cone: FrictionCone<T>,
     /// Step `alpha_i` (kg) of the natural map, see [`Factor::step`].
     pub(crate) step: T,
     /// `q_i = H_i v_free + w_i`.
     pub(crate) free: SVector<T, D>,
+}
+
+impl<T: Real, const D: usize> Law<T, D> {
+    /// `mu_i |u_Ti|`, what `û` adds to the normal velocity.
+    pub(crate) fn lift(&self, u: &SVector<T, D>) -> T {
+        let (_, tangent) = split(u);
+        self.lift * norm(tangent)
+    }
 }
 
 /// The data of one solve.
@@ -50,14 +62,16 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         let mut free = [[T::ZERO; D]; C];
         factor.free_velocity(whitened, &mut free);
         let mut laws = [Law {
-            mu: T::ZERO,
+            lift: T::ZERO,
             cone: FrictionCone::frictionless(),
             step: T::ZERO,
             free: SVector::zeros(),
         }; C];
         let mut square = T::ZERO;
         for (i, ((law, contact), free)) in laws.iter_mut().zip(contacts).zip(free).enumerate() {
-            law.mu = contact.mu;
+            if slip != SlipUpdate::Never {
+                law.lift = contact.mu;
+            }
             law.cone =
                 FrictionCone::new(contact.mu).ok_or(Error::InvalidFriction { contact: i })?;
             law.step = factor.step(i);
@@ -80,17 +94,20 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         self.laws.get(..self.factor.contacts()).unwrap_or_default()
     }
 
-    /// First part of the error of an impulse, with `u = W r + q`.
-    pub(crate) fn natural_map(&self, r: &ContactVector<T, D, C>) -> T {
-        let mut u = [[T::ZERO; D]; C];
-        self.factor.delassus_times(r, &mut u);
-        let contacts = self.laws().iter().zip(&mut u).zip(r).map(|((law, u), r)| {
+    /// Fills `u = W r + q`; returns the first part of the error.
+    pub(crate) fn natural_map(
+        &self,
+        r: &ContactVector<T, D, C>,
+        u: &mut ContactVector<T, D, C>,
+    ) -> T {
+        self.factor.delassus_times(r, u);
+        let contacts = self.laws().iter().zip(u).zip(r).map(|((law, u), r)| {
             for (u, &q) in u.iter_mut().zip(law.free.iter()) {
                 *u += q;
             }
             (law, &*u, r, T::ZERO)
         });
-        residual::natural_map(contacts, self.slip)
+        residual::natural_map(contacts)
     }
 
     /// Writes velocity, contacts and error of an impulse into a solution.
@@ -98,14 +115,14 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         let mut u = [[T::ZERO; D]; C];
         solution.velocity = self.factor.velocity(self.whitened, r);
         let (laws, v) = (self.laws(), &solution.velocity);
-        solution.error = residual::error(self.scene, laws, self.f, v, r, self.slip, &mut u);
+        solution.error = residual::error(self.scene, laws, self.f, v, r, &mut u);
         solution.contacts.clear();
         for ((law, &r), u) in laws.iter().zip(r).zip(u) {
             let (impulse, velocity) = (r.into(), u.into());
             let contact = ContactSolution {
                 impulse,
                 velocity,
-                mode: residual::mode(law, self.slip, &velocity, &impulse),
+                mode: residual::mode(law, &velocity, &impulse),
             };
             // There is room: the scene has no more contacts than the solution.
             let _ = solution.contacts.push(contact);

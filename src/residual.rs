@@ -5,10 +5,10 @@
 //! `alpha_i = D / trace(W_ii)`. It is the natural-map residual of FCLIB and Siconos made
 //! independent of units; 0/0 counts as 0.
 
-use crate::cone::{add_to_normal, norm, split};
-use crate::factor::ContactVector;
+use crate::cone::{add_to_normal, norm};
+use crate::contact_space::ContactVector;
 use crate::problem::Law;
-use crate::{ContactMode, Real, Scene, SlipUpdate};
+use crate::{ContactMode, Real, Scene};
 use nalgebra::SVector;
 
 /// A quotient of norms in which 0/0 is 0; never NaN.
@@ -23,30 +23,23 @@ pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
 /// Argument `r - alpha û` of the natural map of one contact.
 fn argument<T: Real, const D: usize>(
     law: &Law<T, D>,
-    slip: SlipUpdate,
     u: &SVector<T, D>,
     r: &SVector<T, D>,
 ) -> SVector<T, D> {
     let mut velocity = *u;
-    if slip != SlipUpdate::Never {
-        let (_, tangent) = split(u);
-        add_to_normal(&mut velocity, law.mu * norm(tangent));
-    }
+    add_to_normal(&mut velocity, law.lift(u));
     r - velocity * law.step
 }
 
 /// What a contact does, read off the argument of the natural map.
 pub(crate) fn mode<T: Real, const D: usize>(
     law: &Law<T, D>,
-    slip: SlipUpdate,
     u: &SVector<T, D>,
     r: &SVector<T, D>,
 ) -> ContactMode {
-    let x = argument(law, slip, u, r);
-    let (normal, tangent) = split(&x);
     if r.iter().all(|&r| r == T::ZERO) {
         ContactMode::Open
-    } else if norm(tangent) < law.mu * normal || tangent.is_empty() {
+    } else if law.cone.is_interior(&argument(law, u, r)) {
         ContactMode::Stick
     } else {
         ContactMode::Slip
@@ -58,14 +51,13 @@ pub(crate) fn mode<T: Real, const D: usize>(
 /// `noise` bounds what rounding did to each `u_i`, m/s; it is counted as part of the error.
 pub(crate) fn natural_map<'a, T: Real, const D: usize>(
     contacts: impl Iterator<Item = (&'a Law<T, D>, &'a [T; D], &'a [T; D], T)>,
-    slip: SlipUpdate,
 ) -> T {
     let [mut residual, mut impulse, mut free] = [T::ZERO; 3];
     for (law, u, r, noise) in contacts {
         let (u, r) = (SVector::from(*u), SVector::from(*r));
-        let x = argument(law, slip, &u, &r);
+        let x = argument(law, &u, &r);
         let gap = (r - law.cone.project(&x)).norm_squared();
-        let noise = law.step * (T::ONE + law.mu) * noise;
+        let noise = law.step * (T::ONE + law.lift) * noise;
         residual += gap + noise * noise;
         impulse += r.norm_squared();
         free += (law.free * law.step).norm_squared();
@@ -83,7 +75,6 @@ pub(crate) fn error<T: Real, const N: usize, const D: usize, const C: usize>(
     f: &SVector<T, N>,
     v: &SVector<T, N>,
     r: &ContactVector<T, D, C>,
-    slip: SlipUpdate,
     u: &mut ContactVector<T, D, C>,
 ) -> T {
     let mut noise = [T::ZERO; C];
@@ -120,10 +111,7 @@ pub(crate) fn error<T: Real, const N: usize, const D: usize, const C: usize>(
     }
 
     let contacts = laws.iter().zip(&*u).zip(r).zip(noise);
-    let natural_map = natural_map(
-        contacts.map(|(((law, u), r), noise)| (law, u, r, noise)),
-        slip,
-    );
+    let natural_map = natural_map(contacts.map(|(((law, u), r), noise)| (law, u, r, noise)));
 
     let [mut residual, mut free, mut moved, mut pushed] = [T::ZERO; 4];
     let dofs = f.iter().zip(&inertia).zip(&contact_force).zip(&terms);

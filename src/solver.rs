@@ -1,103 +1,15 @@
-//! The solver: settings, status, solution, and the loop that stops on the promised error.
+//! The default method: Algorithm 2 for a start, semismooth Newton to the end.
 
-use crate::admm::{Acceleration, Fast, Iterate, Plain, Restart, iterate};
-use crate::factor::{ContactVector, Factor};
+use crate::admm::{Acceleration, Change, Iterate, Restart};
+use crate::newton::{self, Point};
 use crate::problem::Problem;
 use crate::residual::quotient;
-use crate::{Error, Real, Scene};
-use heapless::Vec;
-use nalgebra::{ArrayStorage, SVector};
-
-/// When the tangential speed `s` in `b(s) = w + mu s e_N` is updated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SlipUpdate {
-    /// At every iteration, `s_i = |ũ_Ti|` (default).
-    EveryIteration,
-    /// In an outer loop, each time the convex problem with `s` frozen is solved.
-    OuterLoop,
-    /// Never, `s = 0`: the convex relaxation, in which a sliding contact lifts off at `mu |u_T|`.
-    /// The error is then that of the relaxation, without `mu |u_T|`.
-    Never,
-}
-
-/// How exactly and how long to solve.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings<T> {
-    /// Error below which a solution counts as solved (dimensionless); see [`Solution::error`].
-    pub tolerance: T,
-    /// Largest number of iterations.
-    pub max_iterations: usize,
-    /// When `s` is updated.
-    pub slip: SlipUpdate,
-}
-
-impl<T> Settings<T> {
-    /// Settings for Coulomb's law with at most 1000 iterations.
-    pub const fn new(tolerance: T) -> Self {
-        Self {
-            tolerance,
-            max_iterations: 1000,
-            slip: SlipUpdate::EveryIteration,
-        }
-    }
-}
-
-impl<T: Real> Default for Settings<T> {
-    /// Tolerance 1e-4, which `f32` reaches as well.
-    fn default() -> Self {
-        Self::new(T::literal(1e-4))
-    }
-}
-
-/// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Status {
-    /// The error is at most the tolerance.
-    Solved,
-    /// It is not; the solution is the best that was found.
-    MaxIterations,
-}
-
-/// What a contact does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ContactMode {
-    /// No impulse.
-    Open,
-    /// An impulse inside the friction cone, no relative velocity.
-    Stick,
-    /// An impulse on the boundary of the friction cone.
-    Slip,
-}
-
-/// One contact of a [`Solution`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactSolution<T, const D: usize> {
-    /// Contact impulse `r_i` (N·s), normal first.
-    pub impulse: SVector<T, D>,
-    /// Relative velocity `u_i = H_i v + w_i` (m/s), normal first.
-    pub velocity: SVector<T, D>,
-    /// Open, stick or slip.
-    pub mode: ContactMode,
-}
-
-/// The outcome of a solve.
-#[derive(Clone, Debug)]
-pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
-    /// Generalised velocity `v` at the end of the step.
-    pub velocity: SVector<T, N>,
-    /// The contacts, in the order of the scene.
-    pub contacts: Vec<ContactSolution<T, D>, C>,
-    /// Whether the error is below the tolerance.
-    pub status: Status,
-    /// Iterations done.
-    pub iterations: usize,
-    /// Error of `v` and `r` in Coulomb's law and in the dynamics, the larger of
-    /// `|r - Π_K(r - alpha û)| / max(|r|, |alpha q|)` and
-    /// `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, with a bound on the rounding in its own
-    /// evaluation added. Independent of units.
-    pub error: T,
-}
+use crate::resolvent::Resolvent;
+use crate::search::Search;
+use crate::solution::zeros;
+use crate::state::State;
+use crate::{Error, Factor, Real, Scene, Settings, Solution};
+use nalgebra::SVector;
 
 /// A solver for scenes of `N` velocities and up to `C` contacts of `D` rows.
 ///
@@ -125,16 +37,10 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Solver<T, const N: usize, const D: usize, const C: usize> {
-    /// `ũ` and `r` of the last solve, for those that have them.
-    state: [Option<State<T, D>>; C],
+    state: State<T, D, C>,
     solution: Solution<T, N, D, C>,
-}
-
-/// What a warm start keeps of a contact.
-#[derive(Clone, Copy, Debug)]
-struct State<T, const D: usize> {
-    u: SVector<T, D>,
-    r: SVector<T, D>,
+    /// The system of a Newton step, or the resolvent of an adapted penalty.
+    workspace: Resolvent<T, D, C>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C> {
@@ -142,30 +48,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            state: [None; C],
-            solution: Solution {
-                velocity: zeros(),
-                contacts: Vec::new(),
-                status: Status::MaxIterations,
-                iterations: 0,
-                error: T::ZERO,
-            },
+            state: State::cold(),
+            solution: Solution::none(),
+            workspace: Resolvent::empty(),
         }
     }
 
     /// Forgets the last solution: the next solve starts cold.
     pub fn reset(&mut self) {
-        self.state = [None; C];
+        self.state = State::cold();
     }
 
     /// Tells the next solve which contact of the last one each of its contacts was; `None` for a
     /// contact that was just made. Contacts that `previous` does not list start cold.
     pub fn carry_over(&mut self, previous: &[Option<usize>]) {
-        let last = self.state;
-        self.reset();
-        for (state, index) in self.state.iter_mut().zip(previous) {
-            *state = index.and_then(|index| last.get(index).copied().flatten());
-        }
+        self.state.carry_over(previous);
     }
 
     /// The last solution.
@@ -174,7 +71,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         &self.solution
     }
 
-    /// Solves by the default method, [`Self::solve_restart`].
+    /// Solves a scene for a free impulse `f = -M v_free` (N·s).
     ///
     /// # Errors
     /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
@@ -185,116 +82,65 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         f: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.solve_restart(scene, factor, f, settings)
-    }
-
-    /// Solves by ADMM without acceleration.
-    ///
-    /// `f = -M v_free` is minus the free impulse (N·s).
-    ///
-    /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
-    pub fn solve_plain(
-        &mut self,
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.run::<Plain>(scene, factor, f, settings)
-    }
-
-    /// Solves by Algorithm 1 of the note, fast ADMM.
-    ///
-    /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
-    pub fn solve_fast(
-        &mut self,
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.run::<Fast<T>>(scene, factor, f, settings)
-    }
-
-    /// Solves by Algorithm 2 of the note, fast ADMM with restart.
-    ///
-    /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
-    pub fn solve_restart(
-        &mut self,
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.run::<Restart<T>>(scene, factor, f, settings)
-    }
-}
-
-impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C> {
-    fn run<A: Acceleration<T>>(
-        &mut self,
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
         let problem = Problem::new(scene, factor, f, settings.slip)?;
-        let rho = factor.penalty();
-        let tolerance = settings.tolerance;
-        let mut iterates = self.start(&problem);
-        let mut best = Best {
-            r: [[T::ZERO; D]; C],
-            natural_map: None,
-        };
-        let mut solved = best.consider(&problem, &iterates, tolerance, &mut self.solution);
-        let mut acceleration = A::START;
-        // The estimate of the error is cheap; the error is looked at when the estimate promises.
-        let mut gate = tolerance + tolerance;
-        let mut iterations = 0;
-        while !solved && iterations < settings.max_iterations {
-            iterations += 1;
-            let change = iterate(&problem, &mut iterates, &mut acceleration);
-            let size = problem.size.max(rho * change.zeta.square_root());
-            let estimate = quotient(change.residual.square_root(), size);
-            if settings.slip == SlipUpdate::OuterLoop && estimate <= tolerance {
-                iterates.iter_mut().for_each(Iterate::update_slip);
-                acceleration = A::START;
+        let mut balance = Balance::of(factor.penalty());
+        let mut iterates = self.state.start(&problem, balance.penalty);
+        let mut search = Search::new(&problem, settings, &mut self.solution);
+        let mut solved = search.consider_iterates(&iterates, balance.penalty);
+        let mut caution = Caution::new();
+        let mut adapted = false;
+        let mut length = 5;
+        while !solved && search.has_budget() {
+            let resolvent = if adapted {
+                &self.workspace
+            } else {
+                factor.resolvent()
+            };
+            let mut acceleration = Restart::START;
+            for _ in 0..length {
+                let (change, done) = search.iterate(resolvent, &mut iterates, &mut acceleration);
+                balance.observe(&change);
+                solved = done;
+                if solved || !search.has_budget() {
+                    break;
+                }
             }
-            if estimate <= gate || iterations == settings.max_iterations {
-                solved = best.consider(&problem, &iterates, tolerance, &mut self.solution);
-                gate = estimate * T::literal(0.5);
+            if solved {
+                break;
             }
+            let z = balance.join(&problem, &iterates);
+            let mut point = Point::at(&problem, balance.scale, &z);
+            solved = search.consider(&point.impulse, point.natural_map)
+                || caution.allows(&point)
+                    && finish(
+                        &mut search,
+                        &mut point,
+                        &mut caution,
+                        &balance,
+                        &mut self.workspace,
+                    );
+            // What Newton leaves goes back to ADMM, with a penalty between its residuals.
+            balance.update(search.cost());
+            adapted = !solved && balance.penalty != factor.penalty();
+            if adapted {
+                let (delassus, contacts) = (factor.delassus(), factor.contacts());
+                let computed = self.workspace.compute(delassus, contacts, balance.penalty);
+                search.count_factorization();
+                if computed.is_err() {
+                    balance = Balance::of(factor.penalty());
+                    adapted = false;
+                }
+            }
+            for ((iterate, velocity), impulse) in
+                iterates.iter_mut().zip(&point.velocity).zip(&point.impulse)
+            {
+                *iterate = Iterate::at(*velocity, SVector::from(*impulse) / -balance.penalty);
+            }
+            length = 8;
         }
-        let contacts = problem.laws().len();
-        for (state, iterate) in self.state.iter_mut().zip(&iterates).take(contacts) {
-            *state = Some(State {
-                u: iterate.u,
-                r: iterate.zeta * -rho,
-            });
-        }
-        self.solution.iterations = iterations;
-        self.solution.status = Status::Solved;
-        if !solved {
-            self.solution.status = Status::MaxIterations;
-            problem.evaluate(&best.r, &mut self.solution);
-        }
+        search.finish(solved);
+        self.state.keep(&problem, &iterates, balance.penalty);
         Ok(&self.solution)
-    }
-
-    /// The first iterate: the state of the last solve, or at rest without impulse.
-    fn start(&self, problem: &Problem<'_, T, N, D, C>) -> [Iterate<T, D>; C] {
-        let mut iterates = [Iterate::at(zeros(), zeros()); C];
-        let states = problem.laws().iter().zip(&self.state);
-        for (iterate, (law, state)) in iterates.iter_mut().zip(states) {
-            if let Some(State { u, r }) = state {
-                let r = law.cone.project(r);
-                *iterate = Iterate::at(*u, r / -problem.factor.penalty());
-            }
-        }
-        iterates
     }
 }
 
@@ -304,42 +150,165 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solver
     }
 }
 
-/// The best impulse so far.
-struct Best<T, const D: usize, const C: usize> {
-    r: ContactVector<T, D, C>,
-    /// The first part of its error, as contact space sees it; none before the first candidate.
-    natural_map: Option<T>,
+/// Newton steps as long as they reduce the merit; true if one solves the problem.
+fn finish<T: Real, const N: usize, const D: usize, const C: usize>(
+    search: &mut Search<'_, T, N, D, C>,
+    point: &mut Point<T, D, C>,
+    caution: &mut Caution<T>,
+    balance: &Balance<T>,
+    workspace: &mut Resolvent<T, D, C>,
+) -> bool {
+    let problem = search.problem;
+    while search.has_budget() {
+        search.count_newton_step();
+        let regularisation = caution.regularisation(point.natural_map);
+        let matrix = &mut workspace.matrix;
+        let step = newton::direction(problem, point, balance.scale, regularisation, matrix);
+        let Some(step) = step else { break };
+        let half = T::literal(0.5);
+        let mut accepted = false;
+        for length in [T::ONE, half] {
+            let mut z = point.z;
+            for (z, step) in z.iter_mut().zip(&step) {
+                *z += step * length;
+            }
+            let trial = Point::at(problem, balance.scale, &z);
+            if search.consider(&trial.impulse, trial.natural_map) {
+                *point = trial;
+                return true;
+            }
+            if trial.merit < point.merit * (T::ONE - T::literal(1e-4) * length) {
+                *point = trial;
+                accepted = true;
+                if length == T::ONE {
+                    caution.relax();
+                }
+                break;
+            }
+        }
+        if !accepted {
+            break;
+        }
+    }
+    caution.reject(point.merit);
+    false
 }
 
-impl<T: Real, const D: usize, const C: usize> Best<T, D, C> {
-    /// Keeps the impulse of an iterate if it is the best so far; true if it solves the problem.
-    ///
-    /// Only an impulse that contact space finds good enough is worth its velocity and its error.
-    fn consider<const N: usize>(
-        &mut self,
-        problem: &Problem<'_, T, N, D, C>,
-        iterates: &[Iterate<T, D>; C],
-        tolerance: T,
-        solution: &mut Solution<T, N, D, C>,
-    ) -> bool {
-        let mut r = [[T::ZERO; D]; C];
-        for (r, iterate) in r.iter_mut().zip(iterates) {
-            *r = (iterate.zeta * -problem.factor.penalty()).into();
+/// How much Newton's steps are regularised, and when they are worth trying.
+struct Caution<T> {
+    level: T,
+    /// The merit at which the last step was rejected, and how often it was waited since.
+    rejected: Option<T>,
+    waited: usize,
+}
+
+impl<T: Real> Caution<T> {
+    fn new() -> Self {
+        Self {
+            level: T::literal(1e-3),
+            rejected: None,
+            waited: 0,
         }
-        let natural_map = problem.natural_map(&r);
-        if self.natural_map.is_some_and(|best| natural_map >= best) {
+    }
+
+    /// Is a step worth trying? After a rejection first-order iterations must have brought the
+    /// merit down, or have been tried twice.
+    fn allows<const D: usize, const C: usize>(&mut self, point: &Point<T, D, C>) -> bool {
+        let waiting = self
+            .rejected
+            .is_some_and(|merit| point.merit > merit * T::literal(0.3));
+        if waiting && self.waited < 2 {
+            self.waited += 1;
             return false;
         }
-        self.r = r;
-        self.natural_map = Some(natural_map);
-        if natural_map > tolerance {
-            return false;
-        }
-        problem.evaluate(&r, solution);
-        solution.error <= tolerance
+        self.waited = 0;
+        true
+    }
+
+    /// `λ`: vanishes with the error, so that the last steps are Newton's.
+    fn regularisation(&self, natural_map: T) -> T {
+        let lambda = self.level * T::literal(1e-3) * natural_map.min(T::ONE) + T::literal(1e-9);
+        lambda.min(T::literal(0.3))
+    }
+
+    /// A full step was accepted.
+    fn relax(&mut self) {
+        self.level = (self.level * T::literal(0.1)).max(T::literal(1e-3));
+    }
+
+    /// A step was rejected at this merit.
+    fn reject(&mut self, merit: T) {
+        self.level = (self.level * T::literal(10.0))
+            .max(T::ONE)
+            .min(T::literal(1e6));
+        self.rejected = Some(merit);
     }
 }
 
-const fn zeros<T: Real, const K: usize>() -> SVector<T, K> {
-    SVector::from_array_storage(ArrayStorage([[T::ZERO; K]; 1]))
+/// The penalties of ADMM and of Newton's method, and what ADMM says of them.
+struct Balance<T> {
+    /// `rho` of ADMM.
+    penalty: T,
+    /// `kappa` of Newton's `rho_i = kappa alpha_i`.
+    scale: T,
+    start: T,
+    /// `|ζᵏ⁺¹ - ζ̂ᵏ|²` and `|ũᵏ⁺¹ - ûᵏ|²` of the last iteration.
+    primal: T,
+    dual: T,
+    restarts: usize,
+}
+
+impl<T: Real> Balance<T> {
+    fn of(penalty: T) -> Self {
+        Self {
+            penalty,
+            scale: T::ONE,
+            start: penalty,
+            primal: T::ONE,
+            dual: T::ONE,
+            restarts: 0,
+        }
+    }
+
+    fn observe(&mut self, change: &Change<T>) {
+        self.primal = change.primal;
+        self.dual = change.dual;
+    }
+
+    /// Raises the penalties where the primal residual is the larger, by the square root of the
+    /// ratio, at most tenfold; every 300 iterations' worth of work tries another size altogether.
+    fn update(&mut self, cost: usize) {
+        const SCALES: [f64; 8] = [10.0, 0.1, 100.0, 0.01, 3.0, 0.3, 1000.0, 1e-3];
+        if cost >= 300 * (self.restarts + 1) {
+            let scale = SCALES.get(self.restarts % SCALES.len()).copied();
+            self.scale = T::literal(scale.unwrap_or(1.0));
+            self.penalty = self.start * self.scale;
+            self.restarts += 1;
+            return;
+        }
+        let (ten, tenth) = (T::literal(10.0), T::literal(0.1));
+        let factor = quotient(self.primal, self.dual).square_root().square_root();
+        let factor = factor.min(ten).max(tenth);
+        let two = T::ONE + T::ONE;
+        if factor > two || factor * two < T::ONE {
+            self.penalty *= factor;
+            self.scale *= factor;
+        }
+    }
+
+    /// `z = P - r / rho_i` at the projected velocities and multipliers of ADMM.
+    fn join<const N: usize, const D: usize, const C: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        iterates: &[Iterate<T, D>; C],
+    ) -> [SVector<T, D>; C] {
+        let mut z = [zeros(); C];
+        for ((z, iterate), law) in z.iter_mut().zip(iterates).zip(problem.laws()) {
+            *z = iterate.u;
+            if law.step > T::ZERO {
+                *z += iterate.zeta * (self.penalty / (self.scale * law.step));
+            }
+        }
+        z
+    }
 }

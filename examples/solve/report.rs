@@ -12,20 +12,30 @@ pub fn header(options: &Options) {
         options.precision.name()
     );
     println!(
-        "{:<28} {:>4} {:>8} {:<14} {:>5} {:>8} {:>10} {:>9} {:>8}  contacts",
-        "scene", "dofs", "contacts", "status", "iter", "error", "prepare/µs", "solve/µs", "ns/iter"
+        "{:<28} {:>4} {:>8} {:<14} {:>5} {:>6} {:>8} {:>10} {:>9} {:>8}  contacts",
+        "scene",
+        "dofs",
+        "contacts",
+        "status",
+        "iter",
+        "newton",
+        "error",
+        "prepare/µs",
+        "solve/µs",
+        "ns/iter"
     );
 }
 
 pub fn row(run: &Run) {
     let modes: String = run.modes.iter().map(|&mode| symbol(mode)).collect();
     println!(
-        "{:<28} {:>4} {:>8} {:<14} {:>5} {:>8.1e} {:>10.2} {:>9.2} {:>8.0}  {}",
+        "{:<28} {:>4} {:>8} {:<14} {:>5} {:>6} {:>8.1e} {:>10.2} {:>9.2} {:>8.0}  {}",
         run.name,
         run.n_dof,
         format!("{}x{}", run.n_contacts, run.dim),
         status(run.status),
         run.iterations,
+        run.newton_steps,
         run.error,
         run.prepare_ns / 1e3,
         run.solve_ns / 1e3,
@@ -44,8 +54,8 @@ pub fn json(run: &Run, options: &Options) {
         "method": options.method.name(),
         "status": status(run.status),
         "iterations": run.iterations,
-        "newton_steps": 0,
-        "factorizations": 1,
+        "newton_steps": run.newton_steps,
+        "factorizations": run.factorizations,
         "error": run.error,
         "prepare_ns": run.prepare_ns,
         "solve_ns": run.solve_ns,
@@ -61,13 +71,16 @@ pub fn summary(runs: &[Run], options: &Options) {
     if runs.is_empty() {
         return;
     }
-    let mut iterations: Vec<usize> = runs.iter().map(|run| run.iterations).collect();
-    iterations.sort_unstable();
-    let quantile = |q: f64| iterations[((iterations.len() - 1) as f64 * q).round() as usize];
+    let mut work: Vec<usize> = runs
+        .iter()
+        .map(|run| run.iterations + 10 * run.newton_steps)
+        .collect();
+    work.sort_unstable();
+    let quantile = |q: f64| work[((work.len() - 1) as f64 * q).round() as usize];
     let count = |wanted: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| wanted(run)).count();
     println!(
         "\n{} scenes, {} solved; error <= 1e-3: {}, 1e-6: {}, 1e-9: {}; \
-         iterations median {}, 90 % {}, max {}",
+         work (iterations + 10 newton) median {}, 90 % {}, max {}",
         runs.len(),
         count(&|run| run.status == Status::Solved),
         count(&|run| run.error <= 1e-3),

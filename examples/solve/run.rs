@@ -5,7 +5,7 @@ use crate::support::scene_file::SceneFile;
 use crate::{Method, Options, Precision};
 use std::hint::black_box;
 use std::time::Instant;
-use stiction::{ContactMode, Error, Factor, Real, Settings, Solver, Status};
+use stiction::{AdmmSolver, ContactMode, Error, Factor, Real, Settings, Solver, Status};
 
 /// One solved scene.
 pub struct Run {
@@ -15,6 +15,8 @@ pub struct Run {
     pub dim: usize,
     pub status: Status,
     pub iterations: usize,
+    pub newton_steps: usize,
+    pub factorizations: usize,
     /// Recomputed in f64.
     pub error: f64,
     pub prepare_ns: f64,
@@ -68,7 +70,7 @@ fn solve_as<T: Real, const N: usize, const D: usize, const C: usize>(
         ..Settings::new(T::literal(tolerance))
     };
     let mut factor = Factor::empty();
-    let mut solver = Solver::new();
+    let (mut solver, mut admm) = (Solver::new(), AdmmSolver::new());
     let (mut prepare_ns, mut solve_ns) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..options.repeat.max(1) {
         let start = Instant::now();
@@ -76,18 +78,22 @@ fn solve_as<T: Real, const N: usize, const D: usize, const C: usize>(
         prepare_ns = prepare_ns.min(start.elapsed().as_nanos() as f64);
 
         solver.reset();
+        admm.reset();
         let start = Instant::now();
         let (scene, factor, f) = (black_box(&scene), black_box(&factor), black_box(&f));
         let solution = match options.method {
-            Method::Plain => solver.solve_plain(scene, factor, f, &settings)?,
-            Method::Fast => solver.solve_fast(scene, factor, f, &settings)?,
-            Method::Restart => solver.solve_restart(scene, factor, f, &settings)?,
+            Method::Plain => admm.solve_plain(scene, factor, f, &settings)?,
+            Method::Fast => admm.solve_fast(scene, factor, f, &settings)?,
+            Method::Restart => admm.solve_restart(scene, factor, f, &settings)?,
             Method::Default => solver.solve(scene, factor, f, &settings)?,
         };
         black_box(solution);
         solve_ns = solve_ns.min(start.elapsed().as_nanos() as f64);
     }
-    let solution = solver.solution();
+    let solution = match options.method {
+        Method::Default => solver.solution(),
+        _ => admm.solution(),
+    };
     let double = |x: &T| x.to_subset().unwrap_or(f64::NAN);
     let velocity = solution.velocity.iter().take(file.n_dof);
     let impulses = solution.contacts.iter().flat_map(|c| c.impulse.iter());
@@ -102,6 +108,8 @@ fn solve_as<T: Real, const N: usize, const D: usize, const C: usize>(
         dim: file.dim,
         status: solution.status,
         iterations: solution.iterations,
+        newton_steps: solution.newton_steps,
+        factorizations: solution.factorizations,
         error: measure::error(file, &v, &r, Law::Coulomb),
         prepare_ns,
         solve_ns,

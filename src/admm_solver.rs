@@ -1,0 +1,115 @@
+//! The first-order methods of the note as solvers of their own, without Newton's method.
+
+use crate::admm::{Acceleration, Fast, Plain, Restart};
+use crate::problem::Problem;
+use crate::search::Search;
+use crate::state::State;
+use crate::{Error, Factor, Real, Scene, Settings, Solution};
+use nalgebra::SVector;
+
+/// Plain ADMM, Algorithm 1 and Algorithm 2 with the penalty of the factor.
+///
+/// For firmware that does without the Newton finish of [`crate::Solver`]: less code and no
+/// workspace, but one real scene in ten stays above an error of 1e-6. It keeps the last solution
+/// for a warm start, as [`crate::Solver`] does, and never allocates.
+#[derive(Clone, Debug)]
+pub struct AdmmSolver<T, const N: usize, const D: usize, const C: usize> {
+    state: State<T, D, C>,
+    solution: Solution<T, N, D, C>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D, C> {
+    /// A solver that has solved nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            state: State::cold(),
+            solution: Solution::none(),
+        }
+    }
+
+    /// Forgets the last solution: the next solve starts cold.
+    pub fn reset(&mut self) {
+        self.state = State::cold();
+    }
+
+    /// See [`crate::Solver::carry_over`].
+    pub fn carry_over(&mut self, previous: &[Option<usize>]) {
+        self.state.carry_over(previous);
+    }
+
+    /// The last solution.
+    #[must_use]
+    pub const fn solution(&self) -> &Solution<T, N, D, C> {
+        &self.solution
+    }
+
+    /// Solves by ADMM without acceleration; `f = -M v_free` is minus the free impulse (N·s).
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
+    pub fn solve_plain(
+        &mut self,
+        scene: &Scene<T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        f: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        self.run::<Plain>(scene, factor, f, settings)
+    }
+
+    /// Solves by Algorithm 1 of the note, fast ADMM.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
+    pub fn solve_fast(
+        &mut self,
+        scene: &Scene<T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        f: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        self.run::<Fast<T>>(scene, factor, f, settings)
+    }
+
+    /// Solves by Algorithm 2 of the note, fast ADMM with restart.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
+    pub fn solve_restart(
+        &mut self,
+        scene: &Scene<T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        f: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        self.run::<Restart<T>>(scene, factor, f, settings)
+    }
+
+    fn run<A: Acceleration<T>>(
+        &mut self,
+        scene: &Scene<T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        f: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        let problem = Problem::new(scene, factor, f, settings.slip)?;
+        let penalty = factor.penalty();
+        let mut iterates = self.state.start(&problem, penalty);
+        let mut search = Search::new(&problem, settings, &mut self.solution);
+        let mut acceleration = A::START;
+        let mut solved = search.consider_iterates(&iterates, penalty);
+        while !solved && search.has_budget() {
+            (_, solved) = search.iterate(factor.resolvent(), &mut iterates, &mut acceleration);
+        }
+        search.finish(solved);
+        self.state.keep(&problem, &iterates, penalty);
+        Ok(&self.solution)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Default for AdmmSolver<T, N, D, C> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

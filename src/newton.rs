@@ -1,0 +1,232 @@
+//! Semismooth Newton on the fixed-point map of ADMM, in contact space.
+//!
+//! With one vector `z` a contact, `P = Π_{K*}(z)` and `r = rho_i (P - z)`, the impulse lies in `K`
+//! and is complementary to `P` whatever `z` is; a solution is a root of
+//!
+//! `E(z) = W r + q + S(P) - P`, `S_i = mu_i |P_Ti| e_N`.
+//!
+//! `E` needs no resolvent: the penalty is only a scale here, so each contact has its own, its
+//! effective mass `rho_i = kappa alpha_i`. A step solves
+//! `[rho W (I - DP + λI) + DP - DS + λI] d = E` with the derivatives `DP` and `DS`, where `λ`
+//! regularises hyperstatic scenes (singular `W`). A contact in the interior of `K*` has
+//! `DP = I`, is coupled to the others by `λ` alone, and is left out of the system.
+
+use crate::Real;
+use crate::cholesky::{axpy, dot};
+use crate::cone::split;
+use crate::contact_space::{ContactMatrix, ContactVector};
+use crate::problem::{Law, Problem};
+use crate::solution::zeros;
+use nalgebra::{SMatrix, SVector};
+
+/// A point `z` and what follows from it.
+#[derive(Clone, Debug)]
+pub(crate) struct Point<T, const D: usize, const C: usize> {
+    pub(crate) z: [SVector<T, D>; C],
+    /// `P = Π_{K*}(z)`
+    pub(crate) velocity: [SVector<T, D>; C],
+    /// `r`
+    pub(crate) impulse: ContactVector<T, D, C>,
+    /// `E(z)`
+    residual: ContactVector<T, D, C>,
+    /// `sqrt(Σ alpha_i |E_i|²)`, the square root of an energy: what a step has to reduce.
+    pub(crate) merit: T,
+    /// First part of the error.
+    pub(crate) natural_map: T,
+}
+
+impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
+    /// Evaluates a point, with `rho_i = scale alpha_i`.
+    pub(crate) fn at<const N: usize>(
+        problem: &Problem<'_, T, N, D, C>,
+        scale: T,
+        z: &[SVector<T, D>; C],
+    ) -> Self {
+        let mut point = Self {
+            z: *z,
+            velocity: [zeros(); C],
+            impulse: [[T::ZERO; D]; C],
+            residual: [[T::ZERO; D]; C],
+            merit: T::ZERO,
+            natural_map: T::ZERO,
+        };
+        let laws = problem.laws();
+        let pairs = laws.iter().zip(&mut point.velocity).zip(z);
+        for (((law, velocity), z), impulse) in pairs.zip(&mut point.impulse) {
+            *velocity = law.cone.dual().project(z);
+            *impulse = ((*velocity - z) * (scale * law.step)).into();
+        }
+        point.natural_map = problem.natural_map(&point.impulse, &mut point.residual);
+        let mut energy = T::ZERO;
+        for ((law, velocity), residual) in laws.iter().zip(&point.velocity).zip(&mut point.residual)
+        {
+            for (residual, &velocity) in residual.iter_mut().zip(velocity.iter()) {
+                *residual -= velocity;
+            }
+            if let Some(normal) = residual.first_mut() {
+                *normal += law.lift(velocity);
+            }
+            energy += law.step * dot(residual, residual);
+        }
+        point.merit = energy.square_root();
+        point
+    }
+}
+
+/// The derivative at a contact, as the system needs it.
+#[derive(Clone, Copy)]
+struct Block<T, const D: usize> {
+    /// `rho_i (I - DP + λI)`, by which `W` is multiplied; none for an open contact.
+    coupling: Option<SMatrix<T, D, D>>,
+    /// `DP - DS + λI`
+    own: SMatrix<T, D, D>,
+}
+
+impl<T: Real, const D: usize> Block<T, D> {
+    fn at(law: &Law<T, D>, z: &SVector<T, D>, scale: T, regularisation: T) -> Self {
+        let identity = SMatrix::<T, D, D>::identity();
+        let (derivative, direction) = law.cone.dual().derivative(z);
+        let mut own = derivative + identity * regularisation;
+        // DS = mu e_N (P_T / |P_T|)ᵀ DP
+        let slip = direction.tr_mul(&derivative) * law.lift;
+        for (j, &slip) in slip.iter().enumerate() {
+            if let Some(entry) = own.get_mut((0, j)) {
+                *entry -= slip;
+            }
+        }
+        let open = derivative == identity;
+        Self {
+            coupling: (!open)
+                .then(|| (identity * (T::ONE + regularisation) - derivative) * (scale * law.step)),
+            own,
+        }
+    }
+}
+
+/// The step `d` of a Newton iteration from a point; `None` if the system is singular.
+pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>(
+    problem: &Problem<'_, T, N, D, C>,
+    point: &Point<T, D, C>,
+    scale: T,
+    regularisation: T,
+    workspace: &mut ContactMatrix<T, D, C>,
+) -> Option<[SVector<T, D>; C]> {
+    let laws = problem.laws();
+    let mut blocks = [Block {
+        coupling: None,
+        own: SMatrix::zeros(),
+    }; C];
+    for ((block, law), z) in blocks.iter_mut().zip(laws).zip(&point.z) {
+        *block = Block::at(law, z, scale, regularisation);
+    }
+    let blocks = blocks.get(..laws.len())?;
+
+    // The rows and columns of the contacts that are not open, close together.
+    let delassus = problem.factor.delassus();
+    let mut rhs = [[T::ZERO; D]; C];
+    let coupled = || blocks.iter().filter(|block| block.coupling.is_some());
+    let rows = blocks.iter().zip(delassus).zip(&point.residual);
+    let rows = rows.filter(|((block, _), _)| block.coupling.is_some());
+    for (i, (((block, source), residual), (target, rhs))) in
+        rows.zip(workspace.iter_mut().zip(&mut rhs)).enumerate()
+    {
+        *rhs = *residual;
+        for (a, (target, source)) in target.iter_mut().zip(source).enumerate() {
+            let columns = blocks.iter().zip(source);
+            let columns = columns.filter_map(|(block, w)| block.coupling.as_ref().zip(Some(w)));
+            for (j, (entries, (coupling, w))) in target.iter_mut().zip(columns).enumerate() {
+                for (b, (entry, column)) in entries
+                    .iter_mut()
+                    .zip(coupling.as_slice().chunks_exact(D))
+                    .enumerate()
+                {
+                    *entry = dot(w, column);
+                    if i == j {
+                        *entry += block.own.get((a, b)).copied().unwrap_or(T::ZERO);
+                    }
+                }
+            }
+        }
+    }
+    let n = coupled().count() * D;
+    let rows = workspace.as_flattened_mut().get_mut(..n)?;
+    eliminate(rows, rhs.as_flattened_mut())?;
+
+    // Back to all contacts; the open ones follow from the impulses of the others.
+    let mut step = [zeros(); C];
+    let mut push = [[T::ZERO; D]; C];
+    let targets = blocks.iter().zip(step.iter_mut().zip(&mut push));
+    let targets = targets.filter_map(|(block, target)| block.coupling.as_ref().zip(Some(target)));
+    for ((coupling, (step, push)), rhs) in targets.zip(rhs) {
+        *step = SVector::from(rhs);
+        *push = (coupling * *step).into();
+    }
+    let mut moved = [[T::ZERO; D]; C];
+    problem.factor.delassus_times(&push, &mut moved);
+    let open = blocks
+        .iter()
+        .zip(&mut step)
+        .zip(&point.residual)
+        .zip(&moved);
+    for (((block, step), residual), moved) in open {
+        if block.coupling.is_none() {
+            let rhs = SVector::from(*residual) - SVector::from(*moved);
+            // `own` is (1 + λ) I but for its first row.
+            let own = block.own.row(0);
+            let (first, _) = split(&rhs);
+            let diagonal = T::ONE + regularisation;
+            *step = rhs / diagonal;
+            let coupled = own.iter().zip(step.iter()).skip(1);
+            let sum = coupled.fold(first, |sum, (&own, &step)| sum - own * step);
+            if let Some(normal) = step.as_mut_slice().first_mut() {
+                *normal = sum / own.get(0).copied().unwrap_or(diagonal);
+            }
+        }
+    }
+    let finite = step.iter().all(|step| step.iter().all(|x| x.is_finite()));
+    finite.then_some(step)
+}
+
+/// Gaussian elimination, pivots sought within the rows of a contact; the solution replaces `b`.
+fn eliminate<T: Real, const D: usize, const C: usize>(
+    rows: &mut [ContactVector<T, D, C>],
+    b: &mut [T],
+) -> Option<()> {
+    let n = rows.len();
+    for k in 0..n {
+        let mut pivot = (T::ZERO, k);
+        for (i, row) in rows.iter().enumerate().skip(k).take(D - k % D) {
+            let size = row.as_flattened().get(k)?.abs();
+            if size > pivot.0 {
+                pivot = (size, i);
+            }
+        }
+        if pivot.0 == T::ZERO {
+            return None;
+        }
+        rows.swap(k, pivot.1);
+        b.swap(k, pivot.1);
+        let (done, below) = rows.split_at_mut_checked(k + 1)?;
+        let (solved, rhs) = b.split_at_mut_checked(k + 1)?;
+        let row = done.last_mut()?.as_flattened_mut();
+        let reciprocal = T::ONE / *row.get(k)?;
+        *row.get_mut(k)? = reciprocal;
+        let row = row.get(k + 1..n)?;
+        let solved = *solved.last()?;
+        for (other, rhs) in below.iter_mut().zip(rhs) {
+            let other = other.as_flattened_mut().get_mut(k..n)?;
+            let (first, rest) = other.split_first_mut()?;
+            let factor = *first * reciprocal;
+            axpy(-factor, row, rest);
+            *rhs -= factor * solved;
+        }
+    }
+    for (k, row) in rows.iter().enumerate().rev() {
+        let (head, solved) = b.split_at_mut_checked(k + 1)?;
+        let row = row.as_flattened().get(k..n)?;
+        let (reciprocal, row) = row.split_first()?;
+        let entry = head.last_mut()?;
+        *entry = (*entry - dot(row, solved)) * *reciprocal;
+    }
+    Some(())
+}

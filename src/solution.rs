@@ -1,0 +1,120 @@
+//! What is asked of a solve, and what it answers.
+
+use crate::Real;
+use heapless::Vec;
+use nalgebra::{ArrayStorage, SVector};
+
+/// When the tangential speed `s` in `b(s) = w + mu s e_N` is updated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlipUpdate {
+    /// At every iteration, `s_i = |ũ_Ti|` (default).
+    EveryIteration,
+    /// In an outer loop, each time the convex problem with `s` frozen is solved.
+    OuterLoop,
+    /// Never, `s = 0`: the convex relaxation, in which a sliding contact lifts off at `mu |u_T|`.
+    /// The error is then that of the relaxation, without `mu |u_T|`.
+    Never,
+}
+
+/// How exactly and how long to solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<T> {
+    /// Error below which a solution counts as solved (dimensionless); see [`Solution::error`].
+    pub tolerance: T,
+    /// Largest number of iterations; a Newton step counts as ten.
+    pub max_iterations: usize,
+    /// When `s` is updated.
+    pub slip: SlipUpdate,
+}
+
+impl<T> Settings<T> {
+    /// Settings for Coulomb's law with at most 1000 iterations.
+    pub const fn new(tolerance: T) -> Self {
+        Self {
+            tolerance,
+            max_iterations: 1000,
+            slip: SlipUpdate::EveryIteration,
+        }
+    }
+}
+
+impl<T: Real> Default for Settings<T> {
+    /// Tolerance 1e-4, which `f32` reaches as well.
+    fn default() -> Self {
+        Self::new(T::literal(1e-4))
+    }
+}
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Status {
+    /// The error is at most the tolerance.
+    Solved,
+    /// It is not, after as many iterations as were allowed; the solution is the best that was found.
+    MaxIterations,
+}
+
+/// What a contact does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactMode {
+    /// No impulse.
+    Open,
+    /// An impulse inside the friction cone, no relative velocity.
+    Stick,
+    /// An impulse on the boundary of the friction cone.
+    Slip,
+}
+
+/// One contact of a [`Solution`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactSolution<T, const D: usize> {
+    /// Contact impulse `r_i` (N·s), normal first.
+    pub impulse: SVector<T, D>,
+    /// Relative velocity `u_i = H_i v + w_i` (m/s), normal first.
+    pub velocity: SVector<T, D>,
+    /// Open, stick or slip.
+    pub mode: ContactMode,
+}
+
+/// The outcome of a solve.
+#[derive(Clone, Debug)]
+pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
+    /// Generalised velocity `v` at the end of the step.
+    pub velocity: SVector<T, N>,
+    /// The contacts, in the order of the scene.
+    pub contacts: Vec<ContactSolution<T, D>, C>,
+    /// Whether the error is below the tolerance.
+    pub status: Status,
+    /// ADMM iterations done.
+    pub iterations: usize,
+    /// Newton steps done.
+    pub newton_steps: usize,
+    /// Resolvents computed during the solve, each for a new penalty.
+    pub factorizations: usize,
+    /// Error of `v` and `r` in Coulomb's law and in the dynamics, the larger of
+    /// `|r - Π_K(r - alpha û)| / max(|r|, |alpha q|)` and
+    /// `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, with a bound on the rounding in its own
+    /// evaluation added. Independent of units.
+    pub error: T,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, C> {
+    /// The solution of nothing.
+    pub(crate) const fn none() -> Self {
+        Self {
+            velocity: zeros(),
+            contacts: Vec::new(),
+            status: Status::MaxIterations,
+            iterations: 0,
+            newton_steps: 0,
+            factorizations: 0,
+            error: T::ZERO,
+        }
+    }
+}
+
+/// A vector of zeros in a constant.
+pub(crate) const fn zeros<T: Real, const K: usize>() -> SVector<T, K> {
+    SVector::from_array_storage(ArrayStorage([[T::ZERO; K]; 1]))
+}
