@@ -95,15 +95,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     ) -> Result<&Solution<T, N, D, C>, Error> {
         let problem = Problem::new(scene, factor, f, settings.slip)?;
         let penalty = factor.penalty();
-        let mut iterates = self.state.start(&problem, penalty);
-        let mut search = Search::new(&problem, settings, &mut self.solution);
+        let mut iterates = self.state.iterates(&problem, penalty);
+        let mut search = Search::new(problem, settings, &mut self.solution);
         let mut acceleration = A::START;
-        let mut solved = search.consider_iterates(&iterates, penalty);
-        while !solved && search.has_budget() {
-            (_, solved) = search.iterate(factor.resolvent(), &mut iterates, &mut acceleration);
+        search.consider_iterates(&iterates, penalty);
+        while search.is_running() {
+            search.iterate(factor.resolvent(), &mut iterates, &mut acceleration);
         }
-        search.finish(solved);
-        self.state.keep(&problem, &iterates, penalty);
+        search.finish();
+        let contacts = iterates.iter().map(|i| (i.u, i.zeta * -penalty));
+        self.state.keep(contacts.take(factor.contacts()));
         Ok(&self.solution)
     }
 }

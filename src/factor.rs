@@ -183,6 +183,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         }
     }
 
+    /// `|H_Nᵀ d|` in the norm of `M⁻¹`, for one `d_i` a contact.
+    pub(crate) fn normal_momentum(&self, d: &[T; C]) -> T {
+        let mut g = [T::ZERO; N];
+        for (&d, rows) in d.iter().zip(&self.whitened).take(self.contacts) {
+            if let Some(normal) = rows.first() {
+                axpy(d, normal, &mut g);
+            }
+        }
+        let mut scaled = g;
+        scale_by_reciprocal(self.mass.as_flattened(), N, &mut scaled);
+        dot(&g, &scaled).max(T::ZERO).square_root()
+    }
+
     /// `v = M⁻¹ (Hᵀ r - f)`.
     pub(crate) fn velocity(&self, mut g: [T; N], r: &ContactVector<T, D, C>) -> SVector<T, N> {
         for g in &mut g {

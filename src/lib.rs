@@ -10,6 +10,7 @@ mod cone;
 mod contact_space;
 mod error;
 mod factor;
+mod infeasibility;
 mod newton;
 mod problem;
 mod real;

@@ -27,6 +27,8 @@ pub(crate) struct Point<T, const D: usize, const C: usize> {
     pub(crate) velocity: [SVector<T, D>; C],
     /// `r`
     pub(crate) impulse: ContactVector<T, D, C>,
+    /// `u = W r + q`
+    pub(crate) relative: ContactVector<T, D, C>,
     /// `E(z)`
     residual: ContactVector<T, D, C>,
     /// `sqrt(Σ alpha_i |E_i|²)`, the square root of an energy: what a step has to reduce.
@@ -46,6 +48,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
             z: *z,
             velocity: [zeros(); C],
             impulse: [[T::ZERO; D]; C],
+            relative: [[T::ZERO; D]; C],
             residual: [[T::ZERO; D]; C],
             merit: T::ZERO,
             natural_map: T::ZERO,
@@ -56,7 +59,8 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
             *velocity = law.cone.dual().project(z);
             *impulse = ((*velocity - z) * (scale * law.step)).into();
         }
-        point.natural_map = problem.natural_map(&point.impulse, &mut point.residual);
+        point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
+        point.residual = point.relative;
         let mut energy = T::ZERO;
         for ((law, velocity), residual) in laws.iter().zip(&point.velocity).zip(&mut point.residual)
         {

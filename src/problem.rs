@@ -110,6 +110,13 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         residual::natural_map(contacts)
     }
 
+    /// Adds to `q_i`.
+    pub(crate) fn correct(&mut self, contact: usize, difference: SVector<T, D>) {
+        if let Some(law) = self.laws.get_mut(contact) {
+            law.free += difference;
+        }
+    }
+
     /// Writes velocity, contacts and error of an impulse into a solution.
     pub(crate) fn evaluate(&self, r: &ContactVector<T, D, C>, solution: &mut Solution<T, N, D, C>) {
         let mut u = [[T::ZERO; D]; C];

@@ -6,35 +6,48 @@ use crate::problem::Problem;
 use crate::residual::quotient;
 use crate::resolvent::Resolvent;
 use crate::{Real, Settings, SlipUpdate, Solution, Status};
+use nalgebra::SVector;
 
 /// One solve under way.
 pub(crate) struct Search<'a, T, const N: usize, const D: usize, const C: usize> {
-    pub(crate) problem: &'a Problem<'a, T, N, D, C>,
+    pub(crate) problem: Problem<'a, T, N, D, C>,
+    pub(crate) solution: &'a mut Solution<T, N, D, C>,
     settings: &'a Settings<T>,
-    solution: &'a mut Solution<T, N, D, C>,
+    /// How it ended, once it has.
+    status: Option<Status>,
     /// The best impulse so far, and the first part of its error as contact space sees it.
     best: ContactVector<T, D, C>,
     natural_map: Option<T>,
     /// The error of an iterate is looked at when its cheap estimate is below this.
     gate: T,
+    /// Corrections of `q`, see [`Self::consider`].
+    corrections: usize,
+    /// The best natural map when it last halved, and the failures since.
+    milestone: Option<T>,
+    failures: usize,
 }
 
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, N, D, C> {
     pub(crate) fn new(
-        problem: &'a Problem<'a, T, N, D, C>,
+        problem: Problem<'a, T, N, D, C>,
         settings: &'a Settings<T>,
         solution: &'a mut Solution<T, N, D, C>,
     ) -> Self {
         solution.iterations = 0;
         solution.newton_steps = 0;
         solution.factorizations = 0;
+        solution.certificate.clear();
         Self {
             problem,
-            settings,
             solution,
+            settings,
+            status: None,
             best: [[T::ZERO; D]; C],
             natural_map: None,
             gate: settings.tolerance + settings.tolerance,
+            corrections: 0,
+            milestone: None,
+            failures: 0,
         }
     }
 
@@ -43,31 +56,39 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         self.solution.iterations + 10 * self.solution.newton_steps
     }
 
-    /// May it go on?
-    pub(crate) fn has_budget(&self) -> bool {
-        self.cost() < self.settings.max_iterations
+    /// Does it go on?
+    pub(crate) fn is_running(&self) -> bool {
+        self.status.is_none() && self.cost() < self.settings.max_iterations
     }
 
-    /// One more Newton step was made.
-    pub(crate) fn count_newton_step(&mut self) {
-        self.solution.newton_steps += 1;
+    /// Is this a claim that [`Self::finish`] will make?
+    pub(crate) fn is_solved(&self) -> bool {
+        self.status == Some(Status::Solved)
     }
 
-    /// One more resolvent was computed.
-    pub(crate) fn count_factorization(&mut self) {
-        self.solution.factorizations += 1;
+    /// Are the impulses much larger than the velocities to be changed explain? Where walls close
+    /// on a body they grow without bound, and an error relative to them says nothing.
+    pub(crate) fn impulse_is_excessive(&self) -> bool {
+        let contacts = self.solution.contacts.iter();
+        let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());
+        square.square_root() > T::literal(100.0) * self.problem.size
     }
 
-    /// One ADMM iteration; true in the second place if it solves the problem.
+    /// Ends it.
+    pub(crate) fn stop(&mut self, status: Status) {
+        self.status = Some(status);
+    }
+
+    /// One ADMM iteration.
     #[inline]
     pub(crate) fn iterate<A: Acceleration<T>>(
         &mut self,
         resolvent: &Resolvent<T, D, C>,
         iterates: &mut [Iterate<T, D>; C],
         acceleration: &mut A,
-    ) -> (Change<T>, bool) {
+    ) -> Change<T> {
         self.solution.iterations += 1;
-        let change = iterate(self.problem, resolvent, iterates, acceleration);
+        let change = iterate(&self.problem, resolvent, iterates, acceleration);
         let penalty = resolvent.penalty();
         let size = self.problem.size.max(penalty * change.zeta.square_root());
         let estimate = quotient(change.error.square_root(), size);
@@ -76,45 +97,79 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
             iterates.iter_mut().for_each(Iterate::update_slip);
             *acceleration = A::START;
         }
-        let last = self.solution.iterations == self.settings.max_iterations;
-        if estimate > self.gate && !last {
-            return (change, false);
+        let last = self.cost() >= self.settings.max_iterations;
+        if estimate <= self.gate || last {
+            self.gate = estimate * T::literal(0.5);
+            self.consider_iterates(iterates, penalty);
         }
-        self.gate = estimate * T::literal(0.5);
-        (change, self.consider_iterates(iterates, penalty))
+        change
     }
 
     /// [`Self::consider`] for `r = -rho ζ`.
-    pub(crate) fn consider_iterates(&mut self, iterates: &[Iterate<T, D>; C], penalty: T) -> bool {
+    pub(crate) fn consider_iterates(&mut self, iterates: &[Iterate<T, D>; C], penalty: T) {
         let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
         for (r, iterate) in r.iter_mut().zip(iterates) {
             *r = (iterate.zeta * -penalty).into();
         }
         let natural_map = self.problem.natural_map(&r, &mut u);
-        self.consider(&r, natural_map)
+        self.consider(&r, &u, natural_map);
     }
 
-    /// Keeps an impulse if it is the best so far; true if it solves the problem.
+    /// Keeps an impulse if it is the best so far, and stops if it solves the problem.
     ///
-    /// Only an impulse that contact space finds good enough is worth its velocity and its error.
-    pub(crate) fn consider(&mut self, r: &ContactVector<T, D, C>, natural_map: T) -> bool {
+    /// `u = W r + q`. Only an impulse that contact space finds good enough is worth its velocity
+    /// and its error. Where rounding makes `H v + w` another velocity than `W r + q`, `q` takes
+    /// the difference, and the search goes on with what counts (iterative refinement).
+    pub(crate) fn consider(
+        &mut self,
+        r: &ContactVector<T, D, C>,
+        u: &ContactVector<T, D, C>,
+        natural_map: T,
+    ) {
         if self.natural_map.is_some_and(|best| natural_map >= best) {
-            return false;
+            return;
         }
         self.best = *r;
         self.natural_map = Some(natural_map);
         if natural_map > self.settings.tolerance {
-            return false;
+            return;
         }
         self.problem.evaluate(r, self.solution);
-        self.solution.error <= self.settings.tolerance
+        if self.solution.error <= self.settings.tolerance {
+            self.stop(Status::Solved);
+        } else if self.corrections < 4 {
+            self.corrections += 1;
+            self.natural_map = Some(self.solution.error);
+            for (i, (contact, u)) in self.solution.contacts.iter().zip(u).enumerate() {
+                self.problem
+                    .correct(i, contact.velocity - SVector::from(*u));
+            }
+        } else {
+            self.stop(Status::PrecisionLimit);
+        }
     }
 
-    /// Ends the search with the best that was found.
-    pub(crate) fn finish(self, solved: bool) {
-        self.solution.status = Status::Solved;
-        if !solved {
-            self.solution.status = Status::MaxIterations;
+    /// A Newton step was rejected: near the limit of the number type, ten in a row are enough.
+    pub(crate) fn fail(&mut self) {
+        let Some(best) = self.natural_map else { return };
+        let two = T::ONE + T::ONE;
+        if self
+            .milestone
+            .is_none_or(|milestone| two * best < milestone)
+        {
+            self.milestone = Some(best);
+            self.failures = 0;
+        }
+        self.failures += 1;
+        if self.failures > 10 && best < T::literal(16384.0) * T::EPSILON {
+            self.stop(Status::PrecisionLimit);
+        }
+    }
+
+    /// Writes down the best that was found.
+    pub(crate) fn finish(self) {
+        self.solution.status = self.status.unwrap_or(Status::MaxIterations);
+        if !self.is_solved() {
             self.problem.evaluate(&self.best, self.solution);
         }
     }

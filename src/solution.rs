@@ -53,6 +53,10 @@ pub enum Status {
     Solved,
     /// It is not, after as many iterations as were allowed; the solution is the best that was found.
     MaxIterations,
+    /// It is not, and rounding in this number type does not allow much better.
+    PrecisionLimit,
+    /// No velocity satisfies all contacts; [`Solution::certificate`] is the proof.
+    Infeasible,
 }
 
 /// What a contact does.
@@ -84,8 +88,11 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     pub velocity: SVector<T, N>,
     /// The contacts, in the order of the scene.
     pub contacts: Vec<ContactSolution<T, D>, C>,
-    /// Whether the error is below the tolerance.
+    /// How the solve ended.
     pub status: Status,
+    /// Proof of [`Status::Infeasible`], otherwise empty: one `d_i >= 0` a contact with
+    /// `Σ d_i H_Niᵀ = 0` and `Σ d_i w_Ni < 0` (Farkas' lemma).
+    pub certificate: Vec<T, C>,
     /// ADMM iterations done.
     pub iterations: usize,
     /// Newton steps done.
@@ -106,6 +113,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, 
             velocity: zeros(),
             contacts: Vec::new(),
             status: Status::MaxIterations,
+            certificate: Vec::new(),
             iterations: 0,
             newton_steps: 0,
             factorizations: 0,

@@ -1,6 +1,7 @@
 //! The default method: Algorithm 2 for a start, semismooth Newton to the end.
 
 use crate::admm::{Acceleration, Change, Iterate, Restart};
+use crate::infeasibility;
 use crate::newton::{self, Point};
 use crate::problem::Problem;
 use crate::residual::quotient;
@@ -8,7 +9,7 @@ use crate::resolvent::Resolvent;
 use crate::search::Search;
 use crate::solution::zeros;
 use crate::state::State;
-use crate::{Error, Factor, Real, Scene, Settings, Solution};
+use crate::{Error, Factor, Real, Scene, Settings, Solution, Status};
 use nalgebra::SVector;
 
 /// A solver for scenes of `N` velocities and up to `C` contacts of `D` rows.
@@ -84,62 +85,54 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     ) -> Result<&Solution<T, N, D, C>, Error> {
         let problem = Problem::new(scene, factor, f, settings.slip)?;
         let mut balance = Balance::of(factor.penalty());
-        let mut iterates = self.state.start(&problem, balance.penalty);
-        let mut search = Search::new(&problem, settings, &mut self.solution);
-        let mut solved = search.consider_iterates(&iterates, balance.penalty);
         let mut caution = Caution::new();
+        let (mut point, eager) = self.state.point(&problem, balance.scale);
+        let mut search = Search::new(problem, settings, &mut self.solution);
+        search.consider(&point.impulse, &point.relative, point.natural_map);
         let mut adapted = false;
-        let mut length = 5;
-        while !solved && search.has_budget() {
-            let resolvent = if adapted {
-                &self.workspace
-            } else {
-                factor.resolvent()
-            };
-            let mut acceleration = Restart::START;
-            for _ in 0..length {
-                let (change, done) = search.iterate(resolvent, &mut iterates, &mut acceleration);
-                balance.observe(&change);
-                solved = done;
-                if solved || !search.has_budget() {
-                    break;
-                }
+        let mut length = if eager { 0 } else { 5 };
+        while search.is_running() {
+            if length > 0 {
+                let resolvent = if adapted {
+                    &self.workspace
+                } else {
+                    factor.resolvent()
+                };
+                point = approach(&mut search, &point, resolvent, &mut balance, length);
             }
-            if solved {
+            if search.is_running() && caution.allows(&point) {
+                refine(
+                    &mut search,
+                    &mut point,
+                    &mut caution,
+                    &balance,
+                    &mut self.workspace,
+                );
+            }
+            if !search.is_running() {
                 break;
             }
-            let z = balance.join(&problem, &iterates);
-            let mut point = Point::at(&problem, balance.scale, &z);
-            solved = search.consider(&point.impulse, point.natural_map)
-                || caution.allows(&point)
-                    && finish(
-                        &mut search,
-                        &mut point,
-                        &mut caution,
-                        &balance,
-                        &mut self.workspace,
-                    );
             // What Newton leaves goes back to ADMM, with a penalty between its residuals.
             balance.update(search.cost());
-            adapted = !solved && balance.penalty != factor.penalty();
+            adapted = balance.penalty != factor.penalty();
             if adapted {
                 let (delassus, contacts) = (factor.delassus(), factor.contacts());
                 let computed = self.workspace.compute(delassus, contacts, balance.penalty);
-                search.count_factorization();
+                search.solution.factorizations += 1;
                 if computed.is_err() {
                     balance = Balance::of(factor.penalty());
                     adapted = false;
                 }
             }
-            for ((iterate, velocity), impulse) in
-                iterates.iter_mut().zip(&point.velocity).zip(&point.impulse)
-            {
-                *iterate = Iterate::at(*velocity, SVector::from(*impulse) / -balance.penalty);
-            }
             length = 8;
         }
-        search.finish(solved);
-        self.state.keep(&problem, &iterates, balance.penalty);
+        if search.is_solved() && search.impulse_is_excessive() {
+            caution.look_for_proof(&mut search);
+        }
+        search.finish();
+        let contacts = point.velocity.into_iter().zip(point.impulse);
+        let contacts = contacts.map(|(u, r)| (u, r.into()));
+        self.state.keep(contacts.take(factor.contacts()));
         Ok(&self.solution)
     }
 }
@@ -150,48 +143,83 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solver
     }
 }
 
-/// Newton steps as long as they reduce the merit; true if one solves the problem.
-fn finish<T: Real, const N: usize, const D: usize, const C: usize>(
+/// A few iterations of Algorithm 2 from a point.
+fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
+    search: &mut Search<'_, T, N, D, C>,
+    point: &Point<T, D, C>,
+    resolvent: &Resolvent<T, D, C>,
+    balance: &mut Balance<T>,
+    length: usize,
+) -> Point<T, D, C> {
+    let mut iterates = [Iterate::at(zeros(), zeros()); C];
+    let pairs = point.velocity.iter().zip(point.impulse);
+    for (iterate, (velocity, impulse)) in iterates.iter_mut().zip(pairs) {
+        *iterate = Iterate::at(*velocity, SVector::from(impulse) / -balance.penalty);
+    }
+    let mut acceleration = Restart::START;
+    for _ in 0..length {
+        let change = search.iterate(resolvent, &mut iterates, &mut acceleration);
+        balance.observe(&change);
+        if !search.is_running() {
+            break;
+        }
+    }
+    // z = P - r / rho_i
+    let mut z = [zeros(); C];
+    for ((z, iterate), law) in z.iter_mut().zip(&iterates).zip(search.problem.laws()) {
+        *z = iterate.u;
+        if law.step > T::ZERO {
+            *z += iterate.zeta * (balance.penalty / (balance.scale * law.step));
+        }
+    }
+    let point = Point::at(&search.problem, balance.scale, &z);
+    if search.is_running() {
+        search.consider(&point.impulse, &point.relative, point.natural_map);
+    }
+    point
+}
+
+/// Newton steps from a point, as long as they reduce the merit.
+fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     search: &mut Search<'_, T, N, D, C>,
     point: &mut Point<T, D, C>,
     caution: &mut Caution<T>,
     balance: &Balance<T>,
     workspace: &mut Resolvent<T, D, C>,
-) -> bool {
-    let problem = search.problem;
-    while search.has_budget() {
-        search.count_newton_step();
+) {
+    while search.is_running() {
+        search.solution.newton_steps += 1;
         let regularisation = caution.regularisation(point.natural_map);
-        let matrix = &mut workspace.matrix;
+        let (problem, matrix) = (&search.problem, &mut workspace.matrix);
         let step = newton::direction(problem, point, balance.scale, regularisation, matrix);
-        let Some(step) = step else { break };
-        let half = T::literal(0.5);
-        let mut accepted = false;
-        for length in [T::ONE, half] {
-            let mut z = point.z;
-            for (z, step) in z.iter_mut().zip(&step) {
-                *z += step * length;
-            }
-            let trial = Point::at(problem, balance.scale, &z);
-            if search.consider(&trial.impulse, trial.natural_map) {
-                *point = trial;
-                return true;
-            }
-            if trial.merit < point.merit * (T::ONE - T::literal(1e-4) * length) {
-                *point = trial;
-                accepted = true;
-                if length == T::ONE {
-                    caution.relax();
+        let accepted = step.and_then(|step| {
+            let half = T::literal(0.5);
+            [T::ONE, half].into_iter().find(|&length| {
+                let mut z = point.z;
+                for (z, step) in z.iter_mut().zip(&step) {
+                    *z += step * length;
                 }
-                break;
+                let trial = Point::at(&search.problem, balance.scale, &z);
+                search.consider(&trial.impulse, &trial.relative, trial.natural_map);
+                let enough = point.merit * (T::ONE - T::literal(1e-4) * length);
+                let better = trial.merit < enough || !search.is_running();
+                if better {
+                    *point = trial;
+                }
+                better
+            })
+        });
+        match accepted {
+            Some(length) if length == T::ONE => caution.relax(),
+            Some(_) => {}
+            None => {
+                caution.reject(point.merit);
+                caution.look_for_proof(search);
+                search.fail();
+                return;
             }
-        }
-        if !accepted {
-            break;
         }
     }
-    caution.reject(point.merit);
-    false
 }
 
 /// How much Newton's steps are regularised, and when they are worth trying.
@@ -200,6 +228,8 @@ struct Caution<T> {
     /// The merit at which the last step was rejected, and how often it was waited since.
     rejected: Option<T>,
     waited: usize,
+    /// Whether a proof of infeasibility was looked for: once a solve is enough.
+    looked: bool,
 }
 
 impl<T: Real> Caution<T> {
@@ -208,6 +238,7 @@ impl<T: Real> Caution<T> {
             level: T::literal(1e-3),
             rejected: None,
             waited: 0,
+            looked: false,
         }
     }
 
@@ -227,13 +258,33 @@ impl<T: Real> Caution<T> {
 
     /// `λ`: vanishes with the error, so that the last steps are Newton's.
     fn regularisation(&self, natural_map: T) -> T {
-        let lambda = self.level * T::literal(1e-3) * natural_map.min(T::ONE) + T::literal(1e-9);
+        let lambda = self.level * T::literal(1e-3) * natural_map.min(T::ONE)
+            + T::literal(1e-9).max(T::EPSILON * T::literal(8.0));
         lambda.min(T::literal(0.3))
     }
 
     /// A full step was accepted.
     fn relax(&mut self) {
         self.level = (self.level * T::literal(0.1)).max(T::literal(1e-3));
+    }
+
+    /// Stops the search if the scene is infeasible.
+    fn look_for_proof<const N: usize, const D: usize, const C: usize>(
+        &mut self,
+        search: &mut Search<'_, T, N, D, C>,
+    ) {
+        if self.looked {
+            return;
+        }
+        self.looked = true;
+        if let Some(proof) = infeasibility::certificate(&search.problem) {
+            let contacts = search.problem.laws().len();
+            for &d in proof.iter().take(contacts) {
+                // There is room: a solution holds as many contacts as a scene.
+                let _ = search.solution.certificate.push(d);
+            }
+            search.stop(Status::Infeasible);
+        }
     }
 
     /// A step was rejected at this merit.
@@ -294,21 +345,5 @@ impl<T: Real> Balance<T> {
             self.penalty *= factor;
             self.scale *= factor;
         }
-    }
-
-    /// `z = P - r / rho_i` at the projected velocities and multipliers of ADMM.
-    fn join<const N: usize, const D: usize, const C: usize>(
-        &self,
-        problem: &Problem<'_, T, N, D, C>,
-        iterates: &[Iterate<T, D>; C],
-    ) -> [SVector<T, D>; C] {
-        let mut z = [zeros(); C];
-        for ((z, iterate), law) in z.iter_mut().zip(iterates).zip(problem.laws()) {
-            *z = iterate.u;
-            if law.step > T::ZERO {
-                *z += iterate.zeta * (self.penalty / (self.scale * law.step));
-            }
-        }
-        z
     }
 }

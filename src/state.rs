@@ -2,6 +2,8 @@
 
 use crate::Real;
 use crate::admm::Iterate;
+use crate::cone::add_to_normal;
+use crate::newton::Point;
 use crate::problem::Problem;
 use crate::solution::zeros;
 use nalgebra::SVector;
@@ -35,24 +37,15 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         }
     }
 
-    /// Remembers the iterates of the contacts in use, for the penalty they belong to.
-    pub(crate) fn keep<const N: usize>(
-        &mut self,
-        problem: &Problem<'_, T, N, D, C>,
-        iterates: &[Iterate<T, D>; C],
-        penalty: T,
-    ) {
-        let pairs = self.contacts.iter_mut().zip(iterates);
-        for (contact, iterate) in pairs.take(problem.laws().len()) {
-            *contact = Some(ContactState {
-                u: iterate.u,
-                r: iterate.zeta * -penalty,
-            });
+    /// Remembers `ũ` and `r` of the contacts in use.
+    pub(crate) fn keep(&mut self, contacts: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>) {
+        for (state, (u, r)) in self.contacts.iter_mut().zip(contacts) {
+            *state = Some(ContactState { u, r });
         }
     }
 
-    /// The first iterate of a solve: the last one, or at rest without impulse.
-    pub(crate) fn start<const N: usize>(
+    /// The first iterates of ADMM: the last ones, or at rest without impulse.
+    pub(crate) fn iterates<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
         penalty: T,
@@ -61,10 +54,66 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         let pairs = problem.laws().iter().zip(&self.contacts);
         for (iterate, (law, contact)) in iterates.iter_mut().zip(pairs) {
             if let Some(ContactState { u, r }) = contact {
-                let r = law.cone.project(r);
-                *iterate = Iterate::at(*u, r / -penalty);
+                *iterate = Iterate::at(*u, law.cone.project(r) / -penalty);
             }
         }
         iterates
+    }
+
+    /// The first point of Newton's method with `rho_i = scale alpha_i`, and whether it is so good
+    /// that no iteration has to come before a step.
+    ///
+    /// Three candidates: `z = ũ - r / rho_i` as the last solve left it, the same with the velocity
+    /// that the last impulse has now, and none of it. The one with the least merit is taken.
+    pub(crate) fn point<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        scale: T,
+    ) -> (Point<T, D, C>, bool) {
+        let cold = Point::at(problem, scale, &[zeros(); C]);
+        if self.contacts.iter().all(Option::is_none) {
+            return (cold, false);
+        }
+        let mut impulse = [[T::ZERO; D]; C];
+        let mut relative = [[T::ZERO; D]; C];
+        let pairs = problem.laws().iter().zip(&self.contacts);
+        for (impulse, (law, contact)) in impulse.iter_mut().zip(pairs) {
+            if let Some(ContactState { r, .. }) = contact {
+                *impulse = law.cone.project(r).into();
+            }
+        }
+        problem.natural_map(&impulse, &mut relative);
+        let (mut then, mut now) = ([zeros(); C], [zeros(); C]);
+        let targets = then.iter_mut().zip(&mut now);
+        let sources = problem
+            .laws()
+            .iter()
+            .zip(&self.contacts)
+            .zip(impulse)
+            .zip(relative);
+        for ((then, now), (((law, contact), impulse), relative)) in targets.zip(sources) {
+            *now = relative.into();
+            add_to_normal(now, law.lift(&relative.into()));
+            if law.step > T::ZERO {
+                *now -= SVector::from(impulse) / (scale * law.step);
+            }
+            *then = *now;
+            if let Some(ContactState { u, .. }) = contact
+                && law.step > T::ZERO
+            {
+                *then = u - SVector::from(impulse) / (scale * law.step);
+            }
+        }
+        let (then, now) = (
+            Point::at(problem, scale, &then),
+            Point::at(problem, scale, &now),
+        );
+        let warm = if then.merit <= now.merit { then } else { now };
+        if warm.merit < cold.merit {
+            let eager = warm.merit < cold.merit * T::literal(0.1);
+            (warm, eager)
+        } else {
+            (cold, false)
+        }
     }
 }

@@ -12,7 +12,7 @@ pub fn header(options: &Options) {
         options.precision.name()
     );
     println!(
-        "{:<28} {:>4} {:>8} {:<14} {:>5} {:>6} {:>8} {:>10} {:>9} {:>8}  contacts",
+        "{:<28} {:>4} {:>8} {:<15} {:>5} {:>6} {:>8} {:>10} {:>9} {:>8}  contacts",
         "scene",
         "dofs",
         "contacts",
@@ -29,7 +29,7 @@ pub fn header(options: &Options) {
 pub fn row(run: &Run) {
     let modes: String = run.modes.iter().map(|&mode| symbol(mode)).collect();
     println!(
-        "{:<28} {:>4} {:>8} {:<14} {:>5} {:>6} {:>8.1e} {:>10.2} {:>9.2} {:>8.0}  {}",
+        "{:<28} {:>4} {:>8} {:<15} {:>5} {:>6} {:>8.1e} {:>10.2} {:>9.2} {:>8.0}  {}",
         run.name,
         run.n_dof,
         format!("{}x{}", run.n_contacts, run.dim),
@@ -61,7 +61,7 @@ pub fn json(run: &Run, options: &Options) {
         "solve_ns": run.solve_ns,
         "v": run.v,
         "r": run.r,
-        "certificate": null,
+        "certificate": run.certificate,
     });
     println!("{line}");
 }
@@ -102,6 +102,8 @@ pub fn summary(runs: &[Run], options: &Options) {
 fn status(status: Status) -> &'static str {
     match status {
         Status::Solved => "solved",
+        Status::PrecisionLimit => "precision_limit",
+        Status::Infeasible => "infeasible",
         _ => "max_iterations",
     }
 }

@@ -24,6 +24,8 @@ pub struct Run {
     pub v: Vec<f64>,
     pub r: Vec<f64>,
     pub modes: Vec<ContactMode>,
+    /// `d`, row by row with zero tangential parts, if the scene is infeasible.
+    pub certificate: Option<Vec<f64>>,
 }
 
 /// Solves a scene, or says why it cannot be solved.
@@ -115,6 +117,12 @@ fn solve_as<T: Real, const N: usize, const D: usize, const C: usize>(
         solve_ns,
         v,
         r,
+        certificate: (solution.status == Status::Infeasible).then(|| {
+            let normals = solution.certificate.iter().map(double);
+            normals
+                .flat_map(|d| (0..D).map(move |row| if row == 0 { d } else { 0.0 }))
+                .collect()
+        }),
         modes: solution.contacts.iter().map(|c| c.mode).collect(),
     })
 }
