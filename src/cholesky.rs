@@ -11,18 +11,28 @@ use crate::Real;
 #[inline]
 pub(crate) fn dot<T: Real>(x: &[T], y: &[T]) -> T {
     let length = x.len().min(y.len());
-    let (x, y) = (x.get(..length).unwrap_or(x), y.get(..length).unwrap_or(y));
-    let (mut xs, mut ys) = (x.chunks_exact(4), y.chunks_exact(4));
+    let (xs, x_rest) = x.get(..length).unwrap_or(x).as_chunks::<4>();
+    let (ys, y_rest) = y.get(..length).unwrap_or(y).as_chunks::<4>();
     let mut sums = [T::ZERO; 4];
-    for (x, y) in xs.by_ref().zip(ys.by_ref()) {
-        for ((sum, &x), &y) in sums.iter_mut().zip(x).zip(y) {
-            *sum += x * y;
-        }
+    for (x, y) in xs.iter().zip(ys) {
+        add_products(&mut sums, x, y);
     }
-    let rest = xs.remainder().iter().zip(ys.remainder());
-    let rest = rest.fold(T::ZERO, |sum, (&x, &y)| sum + x * y);
-    let [a, b, c, d] = sums;
-    ((a + b) + (c + d)) + rest
+    let rest = x_rest.iter().zip(y_rest);
+    total(sums) + rest.fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
+}
+
+/// Adds the products of four pairs to four running sums.
+#[inline]
+pub(crate) fn add_products<T: Real>(sums: &mut [T; 4], x: &[T; 4], y: &[T; 4]) {
+    for ((sum, &x), &y) in sums.iter_mut().zip(x).zip(y) {
+        *sum += x * y;
+    }
+}
+
+/// The sum of four running sums.
+#[inline]
+pub(crate) fn total<T: Real>([a, b, c, d]: [T; 4]) -> T {
+    (a + b) + (c + d)
 }
 
 /// `y += a x` over the common length.

@@ -1,7 +1,7 @@
 //! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
 
 use crate::Real;
-use crate::cholesky::dot;
+use crate::cholesky::{add_products, total};
 
 /// A vector in contact space.
 pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
@@ -9,7 +9,7 @@ pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
 /// A square matrix in contact space, row by row.
 pub(crate) type ContactMatrix<T, const D: usize, const C: usize> = [[ContactVector<T, D, C>; D]; C];
 
-/// `y = A x` for the first `contacts` contacts.
+/// `y = A x` for the first `contacts` contacts; the `D` rows of a contact share the reading of `x`.
 #[inline]
 pub(crate) fn multiply<T: Real, const D: usize, const C: usize>(
     matrix: &ContactMatrix<T, D, C>,
@@ -18,9 +18,23 @@ pub(crate) fn multiply<T: Real, const D: usize, const C: usize>(
     y: &mut ContactVector<T, D, C>,
 ) {
     let x = x.get(..contacts).unwrap_or_default().as_flattened();
+    let (x_chunks, x_rest) = x.as_chunks::<4>();
     for (y, rows) in y.iter_mut().zip(matrix).take(contacts) {
-        for (y, row) in y.iter_mut().zip(rows) {
-            *y = dot(row.as_flattened(), x);
+        let rows = rows.each_ref().map(|row| {
+            let row = row.as_flattened();
+            row.get(..x.len()).unwrap_or(row).as_chunks::<4>()
+        });
+        let mut sums = [[T::ZERO; 4]; D];
+        for (k, x) in x_chunks.iter().enumerate() {
+            for (sums, (chunks, _)) in sums.iter_mut().zip(&rows) {
+                if let Some(chunk) = chunks.get(k) {
+                    add_products(sums, chunk, x);
+                }
+            }
+        }
+        for ((y, sums), (_, rest)) in y.iter_mut().zip(sums).zip(rows) {
+            let rest = rest.iter().zip(x_rest);
+            *y = total(sums) + rest.fold(T::ZERO, |sum, (&a, &x)| sum + a * x);
         }
     }
 }

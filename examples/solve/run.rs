@@ -42,7 +42,6 @@ fn solve_sized<T: Real>(scene: &SceneFile, options: &Options) -> Result<Run, Str
             match (scene.n_dof, scene.n_contacts) {
                 $(
                     (..=$n, ..=4) => solve_as::<T, $n, $d, 4>(scene, options),
-                    (..=$n, ..=8) => solve_as::<T, $n, $d, 8>(scene, options),
                     (..=$n, ..=12) => solve_as::<T, $n, $d, 12>(scene, options),
                 )*
                 (n, c) => return Err(format!("{n} dofs and {c} contacts: at most 30 and 12")),
@@ -50,8 +49,8 @@ fn solve_sized<T: Real>(scene: &SceneFile, options: &Options) -> Result<Run, Str
         };
     }
     match scene.dim {
-        2 => sizes!(2: 3, 6, 12, 18, 30),
-        3 => sizes!(3: 3, 6, 12, 18, 24, 30),
+        2 => sizes!(2: 6, 18, 30),
+        3 => sizes!(3: 6, 12, 18, 24, 30),
         dim => return Err(format!("dim {dim} is not 2 or 3")),
     }
     .map_err(|error| format!("{}: {error}", scene.name))
