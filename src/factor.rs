@@ -101,7 +101,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             trace + block.copied().nth(row).unwrap_or(T::ZERO)
         });
         if trace > T::ZERO {
-            T::literal(D as f64) / trace
+            T::count(D) / trace
         } else {
             T::ZERO
         }

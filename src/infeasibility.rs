@@ -151,7 +151,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
     /// Solves `(W_NN + weight g gᵀ + δI) x = b` on a support, zero elsewhere.
     fn solve(&self, support: &[usize], weight: T, g: &[T; C], b: &[T; C]) -> Option<[T; C]> {
         let n = support.len();
-        let ridge = T::EPSILON * T::literal(4.0 * n as f64);
+        let ridge = T::EPSILON * T::count(4 * n);
         let mut matrix = [[T::ZERO; C]; C];
         let mut rhs = [T::ZERO; C];
         for ((row, rhs), &i) in matrix.iter_mut().zip(&mut rhs).zip(support) {

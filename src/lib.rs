@@ -1,7 +1,72 @@
-//! Coulomb friction for microcontrollers.
+//! Coulomb friction with unilateral contact, for microcontrollers.
+//!
+//! A scene has `N` generalised velocities and up to `C` contacts of `D` rows each (1 frictionless,
+//! 2 planar, 3 spatial, 4 with a torsional row). For a mass matrix `M`, a free impulse
+//! `f = -M v_free`, contact Jacobians `H_i`, offsets `w_i` and friction coefficients `mu_i` the
+//! kernel finds the velocity `v` and the contact impulses `r_i` with
+//!
+//! `M v + f = Hᵀ r`, `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`
+//!
+//! and tells which contacts stick, which slip and which let go. All sizes are known at compile
+//! time; nothing allocates and nothing panics.
+//!
+//! ```
+//! use nalgebra::{Matrix3, matrix, vector};
+//! use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
+//!
+//! // A 2 kg point mass on the floor, pushed sideways for 1 ms with 30 N: more than mu m g holds.
+//! let mut scene = Scene::<f32, 3, 3, 1>::new();
+//! scene.set_mass(&(2.0 * Matrix3::identity()))?;
+//! scene.push(&Contact {
+//!     jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0], // normal row first
+//!     offset: vector![0.0, 0.0, 0.0],
+//!     mu: 0.8,
+//! })?;
+//! let factor = Factor::new(&scene)?; // once a scene, or a `static`
+//! let mut solver = Solver::new(); // keeps what a warm start needs
+//!
+//! let f = -vector![30.0e-3, 0.0, -2.0 * 9.81e-3]; // minus the free impulse, N·s
+//! let solution = solver.solve(&scene, &factor, &f, &Settings::new(1e-5))?;
+//!
+//! assert_eq!(solution.status, Status::Solved);
+//! assert_eq!(solution.contacts[0].mode, ContactMode::Slip);
+//! # Ok::<(), stiction::Error>(())
+//! ```
+//!
+//! # The way of the data
+//!
+//! [`Scene`] (checked as it is filled) → [`Factor`] (all that depends on `M` and `H`; read-only)
+//! → [`Solver`] (the one mutable thing) → [`Solution`] with its [`Status`] and its error.
+//!
+//! | module | idea | in the note |
+//! |---|---|---|
+//! | `cone` | `K`, `K*`, projections, spectral form | Eqs. (1)-(10) |
+//! | `scene` | mass matrix and contacts, and what can be wrong with them | |
+//! | `cholesky` | dense, in place, root-free | step 2 |
+//! | `factor`, `resolvent` | Delassus operator `W` and `(I + rho W)⁻¹`, computed once | step 2 |
+//! | `admm`, `admm_solver` | one iteration, plain, Algorithm 1, Algorithm 2 | steps 2-15 |
+//! | `newton`, `safeguard`, `solver` | semismooth Newton on the fixed-point map: the default method | |
+//! | `residual`, `problem`, `search` | the error that "solved" promises, and when to stop | |
+//! | `infeasibility` | Farkas' proof that there is nothing to solve | |
+//! | `state` | the warm start | |
+//!
+//! "The note" is Y. Kanno, *Accelerated Alternating Direction Method of Multipliers for Frictional
+//! Contact*; the README says how to cite it and what in it is put right here.
+//!
+//! # Panics
+//!
+//! None. Data is checked where it enters and refused with an [`Error`] that names the culprit; the
+//! code has no indexing, no `unwrap` and no integer division that could fail.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
+#![deny(
+    clippy::indexing_slicing,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::integer_division
+)]
 
 mod admm;
 mod admm_solver;
@@ -16,6 +81,7 @@ mod problem;
 mod real;
 mod residual;
 mod resolvent;
+mod safeguard;
 mod scene;
 mod search;
 mod solution;

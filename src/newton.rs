@@ -17,6 +17,7 @@ use crate::cone::split;
 use crate::contact_space::{ContactMatrix, ContactVector};
 use crate::problem::{Law, Problem};
 use crate::solution::zeros;
+use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 
 /// A point `z` and what follows from it.
@@ -77,13 +78,15 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
     }
 }
 
-/// The derivative at a contact, as the system needs it.
+/// The derivatives at a contact, as the system needs them.
 #[derive(Clone, Copy)]
 struct Block<T, const D: usize> {
-    /// `rho_i (I - DP + λI)`, by which `W` is multiplied; none for an open contact.
-    coupling: Option<SMatrix<T, D, D>>,
+    /// `rho_i (I - DP + λI)`, by which `W` is multiplied.
+    coupling: SMatrix<T, D, D>,
     /// `DP - DS + λI`
     own: SMatrix<T, D, D>,
+    /// In the interior of `K*`: `DP = I`.
+    open: bool,
 }
 
 impl<T: Real, const D: usize> Block<T, D> {
@@ -93,17 +96,34 @@ impl<T: Real, const D: usize> Block<T, D> {
         let mut own = derivative + identity * regularisation;
         // DS = mu e_N (P_T / |P_T|)ᵀ DP
         let slip = direction.tr_mul(&derivative) * law.lift;
-        for (j, &slip) in slip.iter().enumerate() {
-            if let Some(entry) = own.get_mut((0, j)) {
-                *entry -= slip;
+        let columns = own.as_mut_slice().chunks_exact_mut(D);
+        for (column, &slip) in columns.zip(slip.iter()) {
+            if let Some(normal) = column.first_mut() {
+                *normal -= slip;
             }
         }
-        let open = derivative == identity;
         Self {
-            coupling: (!open)
-                .then(|| (identity * (T::ONE + regularisation) - derivative) * (scale * law.step)),
+            coupling: (identity * (T::ONE + regularisation) - derivative) * (scale * law.step),
             own,
+            open: derivative == identity,
         }
+    }
+
+    /// The step of an open contact, from what the others leave of its equation.
+    fn solve_open(&self, rhs: SVector<T, D>) -> SVector<T, D> {
+        // `own` is (1 + λ) I but for its first row.
+        let diagonal = self.own.as_slice().last().copied().unwrap_or(T::ONE);
+        let mut step = rhs / diagonal;
+        let first_row = self.own.as_slice().iter().step_by(D);
+        let tangents = first_row.clone().zip(step.iter()).skip(1);
+        let (normal, _) = split(&rhs);
+        let normal = tangents.fold(normal, |rest, (&own, &step)| rest - own * step);
+        if let (Some(step), Some(&own)) =
+            (step.as_mut_slice().first_mut(), first_row.take(1).last())
+        {
+            *step = normal / own;
+        }
+        step
     }
 }
 
@@ -117,77 +137,58 @@ pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>
 ) -> Option<[SVector<T, D>; C]> {
     let laws = problem.laws();
     let mut blocks = [Block {
-        coupling: None,
+        coupling: SMatrix::zeros(),
         own: SMatrix::zeros(),
+        open: true,
     }; C];
-    for ((block, law), z) in blocks.iter_mut().zip(laws).zip(&point.z) {
+    let mut coupled = Vec::<usize, C>::new();
+    for (i, ((block, law), z)) in blocks.iter_mut().zip(laws).zip(&point.z).enumerate() {
         *block = Block::at(law, z, scale, regularisation);
+        if !block.open {
+            coupled.push(i).ok()?;
+        }
     }
-    let blocks = blocks.get(..laws.len())?;
 
     // The rows and columns of the contacts that are not open, close together.
     let delassus = problem.factor.delassus();
     let mut rhs = [[T::ZERO; D]; C];
-    let coupled = || blocks.iter().filter(|block| block.coupling.is_some());
-    let rows = blocks.iter().zip(delassus).zip(&point.residual);
-    let rows = rows.filter(|((block, _), _)| block.coupling.is_some());
-    for (i, (((block, source), residual), (target, rhs))) in
-        rows.zip(workspace.iter_mut().zip(&mut rhs)).enumerate()
-    {
-        *rhs = *residual;
-        for (a, (target, source)) in target.iter_mut().zip(source).enumerate() {
-            let columns = blocks.iter().zip(source);
-            let columns = columns.filter_map(|(block, w)| block.coupling.as_ref().zip(Some(w)));
-            for (j, (entries, (coupling, w))) in target.iter_mut().zip(columns).enumerate() {
-                for (b, (entry, column)) in entries
-                    .iter_mut()
-                    .zip(coupling.as_slice().chunks_exact(D))
-                    .enumerate()
-                {
+    let targets = workspace.iter_mut().zip(&mut rhs).zip(&coupled);
+    for (k, ((rows, rhs), &i)) in targets.enumerate() {
+        *rhs = *point.residual.get(i)?;
+        let own = blocks.get(i)?.own;
+        for ((row, source), own) in rows.iter_mut().zip(delassus.get(i)?).zip(own.row_iter()) {
+            for (entries, &j) in row.iter_mut().zip(&coupled) {
+                let (w, coupling) = (source.get(j)?, blocks.get(j)?.coupling);
+                for (entry, column) in entries.iter_mut().zip(coupling.as_slice().chunks_exact(D)) {
                     *entry = dot(w, column);
-                    if i == j {
-                        *entry += block.own.get((a, b)).copied().unwrap_or(T::ZERO);
-                    }
                 }
+            }
+            for (entry, &own) in row.get_mut(k)?.iter_mut().zip(own.iter()) {
+                *entry += own;
             }
         }
     }
-    let n = coupled().count() * D;
-    let rows = workspace.as_flattened_mut().get_mut(..n)?;
+    let rows = workspace.as_flattened_mut().get_mut(..coupled.len() * D)?;
     eliminate(rows, rhs.as_flattened_mut())?;
 
     // Back to all contacts; the open ones follow from the impulses of the others.
     let mut step = [zeros(); C];
     let mut push = [[T::ZERO; D]; C];
-    let targets = blocks.iter().zip(step.iter_mut().zip(&mut push));
-    let targets = targets.filter_map(|(block, target)| block.coupling.as_ref().zip(Some(target)));
-    for ((coupling, (step, push)), rhs) in targets.zip(rhs) {
-        *step = SVector::from(rhs);
-        *push = (coupling * *step).into();
+    for (rhs, &i) in rhs.iter().zip(&coupled) {
+        let solved = SVector::from(*rhs);
+        *step.get_mut(i)? = solved;
+        *push.get_mut(i)? = (blocks.get(i)?.coupling * solved).into();
     }
-    let mut moved = [[T::ZERO; D]; C];
-    problem.factor.delassus_times(&push, &mut moved);
-    let open = blocks
-        .iter()
-        .zip(&mut step)
-        .zip(&point.residual)
-        .zip(&moved);
-    for (((block, step), residual), moved) in open {
-        if block.coupling.is_none() {
-            let rhs = SVector::from(*residual) - SVector::from(*moved);
-            // `own` is (1 + λ) I but for its first row.
-            let own = block.own.row(0);
-            let (first, _) = split(&rhs);
-            let diagonal = T::ONE + regularisation;
-            *step = rhs / diagonal;
-            let coupled = own.iter().zip(step.iter()).skip(1);
-            let sum = coupled.fold(first, |sum, (&own, &step)| sum - own * step);
-            if let Some(normal) = step.as_mut_slice().first_mut() {
-                *normal = sum / own.get(0).copied().unwrap_or(diagonal);
-            }
+    if coupled.len() < laws.len() {
+        let mut moved = [[T::ZERO; D]; C];
+        problem.factor.delassus_times(&push, &mut moved);
+        let rhs = point.residual.iter().zip(moved);
+        let targets = step.iter_mut().zip(&blocks).zip(rhs).take(laws.len());
+        for ((step, block), (&residual, moved)) in targets.filter(|((_, block), _)| block.open) {
+            *step = block.solve_open(SVector::from(residual) - SVector::from(moved));
         }
     }
-    let finite = step.iter().all(|step| step.iter().all(|x| x.is_finite()));
+    let finite = step.iter().flatten().all(T::is_finite);
     finite.then_some(step)
 }
 

@@ -33,52 +33,51 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     #[must_use]
     fn power_of_two(exponent: i32) -> Self;
 
+    /// A small count.
+    #[must_use]
+    fn count(number: usize) -> Self;
+
     /// A constant of the algorithms, rounded to this type.
     #[must_use]
     fn literal(value: f64) -> Self;
 }
 
-impl Real for f32 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    const EPSILON: Self = Self::EPSILON;
+macro_rules! real {
+    ($float:ident, $sqrt:path, $ilogb:path, $scalbn:path) => {
+        impl Real for $float {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const EPSILON: Self = $float::EPSILON;
 
-    #[inline]
-    fn square_root(self) -> Self {
-        libm::sqrtf(self)
-    }
-    fn exponent(self) -> i32 {
-        libm::ilogbf(self)
-    }
-    fn power_of_two(exponent: i32) -> Self {
-        libm::scalbnf(1.0, exponent)
-    }
+            #[inline]
+            fn square_root(self) -> Self {
+                $sqrt(self)
+            }
 
-    #[inline]
-    #[allow(clippy::cast_possible_truncation)]
-    fn literal(value: f64) -> Self {
-        value as Self
-    }
+            #[inline]
+            fn exponent(self) -> i32 {
+                $ilogb(self)
+            }
+
+            #[inline]
+            fn power_of_two(exponent: i32) -> Self {
+                $scalbn(1.0, exponent)
+            }
+
+            #[inline]
+            #[allow(clippy::cast_precision_loss)]
+            fn count(number: usize) -> Self {
+                number as Self
+            }
+
+            #[inline]
+            #[allow(clippy::cast_possible_truncation)]
+            fn literal(value: f64) -> Self {
+                value as Self
+            }
+        }
+    };
 }
 
-impl Real for f64 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    const EPSILON: Self = Self::EPSILON;
-
-    #[inline]
-    fn square_root(self) -> Self {
-        libm::sqrt(self)
-    }
-    fn exponent(self) -> i32 {
-        libm::ilogb(self)
-    }
-    fn power_of_two(exponent: i32) -> Self {
-        libm::scalbn(1.0, exponent)
-    }
-
-    #[inline]
-    fn literal(value: f64) -> Self {
-        value
-    }
-}
+real!(f32, libm::sqrtf, libm::ilogbf, libm::scalbnf);
+real!(f64, libm::sqrt, libm::ilogb, libm::scalbn);

@@ -1,11 +1,11 @@
 //! The default method: Algorithm 2 for a start, semismooth Newton to the end.
 
-use crate::admm::{Acceleration, Change, Iterate, Restart};
+use crate::admm::{Acceleration, Iterate, Restart};
 use crate::infeasibility;
 use crate::newton::{self, Point};
 use crate::problem::Problem;
-use crate::residual::quotient;
 use crate::resolvent::Resolvent;
+use crate::safeguard::{Balance, Caution};
 use crate::search::Search;
 use crate::solution::zeros;
 use crate::state::State;
@@ -127,7 +127,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
             length = 8;
         }
         if search.is_solved() && search.impulse_is_excessive() {
-            caution.look_for_proof(&mut search);
+            look_for_proof(&mut search);
         }
         search.finish();
         let contacts = point.velocity.into_iter().zip(point.impulse);
@@ -214,7 +214,9 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
             Some(_) => {}
             None => {
                 caution.reject(point.merit);
-                caution.look_for_proof(search);
+                if caution.is_first_rejection() {
+                    look_for_proof(search);
+                }
                 search.fail();
                 return;
             }
@@ -222,128 +224,16 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     }
 }
 
-/// How much Newton's steps are regularised, and when they are worth trying.
-struct Caution<T> {
-    level: T,
-    /// The merit at which the last step was rejected, and how often it was waited since.
-    rejected: Option<T>,
-    waited: usize,
-    /// Whether a proof of infeasibility was looked for: once a solve is enough.
-    looked: bool,
-}
-
-impl<T: Real> Caution<T> {
-    fn new() -> Self {
-        Self {
-            level: T::literal(1e-3),
-            rejected: None,
-            waited: 0,
-            looked: false,
-        }
+/// Stops the search if the scene is infeasible.
+fn look_for_proof<T: Real, const N: usize, const D: usize, const C: usize>(
+    search: &mut Search<'_, T, N, D, C>,
+) {
+    let Some(proof) = infeasibility::certificate(&search.problem) else {
+        return;
+    };
+    for &d in proof.iter().take(search.problem.laws().len()) {
+        // There is room: a solution holds as many contacts as a scene.
+        let _ = search.solution.certificate.push(d);
     }
-
-    /// Is a step worth trying? After a rejection first-order iterations must have brought the
-    /// merit down, or have been tried twice.
-    fn allows<const D: usize, const C: usize>(&mut self, point: &Point<T, D, C>) -> bool {
-        let waiting = self
-            .rejected
-            .is_some_and(|merit| point.merit > merit * T::literal(0.3));
-        if waiting && self.waited < 2 {
-            self.waited += 1;
-            return false;
-        }
-        self.waited = 0;
-        true
-    }
-
-    /// `λ`: vanishes with the error, so that the last steps are Newton's.
-    fn regularisation(&self, natural_map: T) -> T {
-        let lambda = self.level * T::literal(1e-3) * natural_map.min(T::ONE)
-            + T::literal(1e-9).max(T::EPSILON * T::literal(8.0));
-        lambda.min(T::literal(0.3))
-    }
-
-    /// A full step was accepted.
-    fn relax(&mut self) {
-        self.level = (self.level * T::literal(0.1)).max(T::literal(1e-3));
-    }
-
-    /// Stops the search if the scene is infeasible.
-    fn look_for_proof<const N: usize, const D: usize, const C: usize>(
-        &mut self,
-        search: &mut Search<'_, T, N, D, C>,
-    ) {
-        if self.looked {
-            return;
-        }
-        self.looked = true;
-        if let Some(proof) = infeasibility::certificate(&search.problem) {
-            let contacts = search.problem.laws().len();
-            for &d in proof.iter().take(contacts) {
-                // There is room: a solution holds as many contacts as a scene.
-                let _ = search.solution.certificate.push(d);
-            }
-            search.stop(Status::Infeasible);
-        }
-    }
-
-    /// A step was rejected at this merit.
-    fn reject(&mut self, merit: T) {
-        self.level = (self.level * T::literal(10.0))
-            .max(T::ONE)
-            .min(T::literal(1e6));
-        self.rejected = Some(merit);
-    }
-}
-
-/// The penalties of ADMM and of Newton's method, and what ADMM says of them.
-struct Balance<T> {
-    /// `rho` of ADMM.
-    penalty: T,
-    /// `kappa` of Newton's `rho_i = kappa alpha_i`.
-    scale: T,
-    start: T,
-    /// `|ζᵏ⁺¹ - ζ̂ᵏ|²` and `|ũᵏ⁺¹ - ûᵏ|²` of the last iteration.
-    primal: T,
-    dual: T,
-    restarts: usize,
-}
-
-impl<T: Real> Balance<T> {
-    fn of(penalty: T) -> Self {
-        Self {
-            penalty,
-            scale: T::ONE,
-            start: penalty,
-            primal: T::ONE,
-            dual: T::ONE,
-            restarts: 0,
-        }
-    }
-
-    fn observe(&mut self, change: &Change<T>) {
-        self.primal = change.primal;
-        self.dual = change.dual;
-    }
-
-    /// Raises the penalties where the primal residual is the larger, by the square root of the
-    /// ratio, at most tenfold; every 300 iterations' worth of work tries another size altogether.
-    fn update(&mut self, cost: usize) {
-        const SCALES: [f64; 8] = [10.0, 0.1, 100.0, 0.01, 3.0, 0.3, 1000.0, 1e-3];
-        if cost >= 300 * (self.restarts + 1) {
-            let scale = SCALES.get(self.restarts % SCALES.len()).copied();
-            self.scale = T::literal(scale.unwrap_or(1.0));
-            self.penalty = self.start * self.scale;
-            self.restarts += 1;
-            return;
-        }
-        let (ten, tenth) = (T::literal(10.0), T::literal(0.1));
-        let factor = quotient(self.primal, self.dual).square_root().square_root();
-        let factor = factor.min(ten).max(tenth);
-        let two = T::ONE + T::ONE;
-        if factor > two || factor * two < T::ONE {
-            self.penalty *= factor;
-            self.scale *= factor;
-        }
-    }
+    search.stop(Status::Infeasible);
 }

@@ -1,0 +1,122 @@
+//! What keeps Newton's method from doing harm: regularisation, patience, balanced penalties.
+
+use crate::Real;
+use crate::admm::Change;
+use crate::newton::Point;
+use crate::residual::quotient;
+
+/// How much Newton's steps are regularised, and when they are worth trying.
+pub(crate) struct Caution<T> {
+    level: T,
+    /// The merit at which the last step was rejected, how often that has happened, and how often
+    /// it was waited since.
+    rejected: Option<T>,
+    rejections: usize,
+    waited: usize,
+}
+
+impl<T: Real> Caution<T> {
+    pub(crate) fn new() -> Self {
+        Self {
+            level: T::literal(1e-3),
+            rejected: None,
+            rejections: 0,
+            waited: 0,
+        }
+    }
+
+    /// Is a step worth trying? After a rejection first-order iterations must have brought the
+    /// merit down, or have been tried twice.
+    pub(crate) fn allows<const D: usize, const C: usize>(
+        &mut self,
+        point: &Point<T, D, C>,
+    ) -> bool {
+        let waiting = self
+            .rejected
+            .is_some_and(|merit| point.merit > merit * T::literal(0.3));
+        if waiting && self.waited < 2 {
+            self.waited += 1;
+            return false;
+        }
+        self.waited = 0;
+        true
+    }
+
+    /// Has one step been rejected, and only one? The time to doubt that there is a solution.
+    pub(crate) fn is_first_rejection(&self) -> bool {
+        self.rejections == 1
+    }
+
+    /// `λ`: vanishes with the error, so that the last steps are Newton's.
+    pub(crate) fn regularisation(&self, natural_map: T) -> T {
+        let lambda = self.level * T::literal(1e-3) * natural_map.min(T::ONE)
+            + T::literal(1e-9).max(T::EPSILON * T::literal(8.0));
+        lambda.min(T::literal(0.3))
+    }
+
+    /// A full step was accepted.
+    pub(crate) fn relax(&mut self) {
+        self.level = (self.level * T::literal(0.1)).max(T::literal(1e-3));
+    }
+
+    /// A step was rejected at this merit.
+    pub(crate) fn reject(&mut self, merit: T) {
+        self.level = (self.level * T::literal(10.0))
+            .max(T::ONE)
+            .min(T::literal(1e6));
+        self.rejected = Some(merit);
+        self.rejections += 1;
+    }
+}
+
+/// The penalties of ADMM and of Newton's method, and what ADMM says of them.
+pub(crate) struct Balance<T> {
+    /// `rho` of ADMM.
+    pub(crate) penalty: T,
+    /// `kappa` of Newton's `rho_i = kappa alpha_i`.
+    pub(crate) scale: T,
+    start: T,
+    /// `|ζᵏ⁺¹ - ζ̂ᵏ|²` and `|ũᵏ⁺¹ - ûᵏ|²` of the last iteration.
+    primal: T,
+    dual: T,
+    restarts: usize,
+}
+
+impl<T: Real> Balance<T> {
+    pub(crate) fn of(penalty: T) -> Self {
+        Self {
+            penalty,
+            scale: T::ONE,
+            start: penalty,
+            primal: T::ONE,
+            dual: T::ONE,
+            restarts: 0,
+        }
+    }
+
+    pub(crate) fn observe(&mut self, change: &Change<T>) {
+        self.primal = change.primal;
+        self.dual = change.dual;
+    }
+
+    /// Raises the penalties where the primal residual is the larger, by the square root of the
+    /// ratio, at most tenfold; every 300 iterations' worth of work tries another size altogether.
+    pub(crate) fn update(&mut self, cost: usize) {
+        const SCALES: [f64; 8] = [10.0, 0.1, 100.0, 0.01, 3.0, 0.3, 1000.0, 1e-3];
+        if cost >= 300 * (self.restarts + 1) {
+            let scale = SCALES.get(self.restarts % SCALES.len()).copied();
+            self.scale = T::literal(scale.unwrap_or(1.0));
+            self.penalty = self.start * self.scale;
+            self.restarts += 1;
+            return;
+        }
+        let (ten, tenth) = (T::literal(10.0), T::literal(0.1));
+        let factor = quotient(self.primal, self.dual).square_root().square_root();
+        let factor = factor.min(ten).max(tenth);
+        let two = T::ONE + T::ONE;
+        if factor > two || factor * two < T::ONE {
+            self.penalty *= factor;
+            self.scale *= factor;
+        }
+    }
+}
