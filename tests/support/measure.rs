@@ -66,3 +66,35 @@ pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let dynamics = ratio((inertia + &scene.f - contact).norm(), size);
     natural_map.max(dynamics)
 }
+
+/// What a certificate of infeasibility `d` (one number a contact) proves: any velocity with
+/// `H_N v + w_N >= 0` has so many times the kinetic energy, in its square root, that the fastest
+/// offset asks for alone. Infinite if `H_Nᵀ d = 0` exactly, 0 if `d` proves nothing.
+pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
+    let normal = |i: usize| scene.h.row(i * scene.dim);
+    let cholesky = scene
+        .mass
+        .clone()
+        .cholesky()
+        .expect("M is positive definite");
+    let energy = |x: &DVector<f64>| x.dot(&cholesky.solve(x)).sqrt();
+    let mut leak = DVector::zeros(scene.n_dof);
+    let (mut approach, mut fastest) = (0.0, 0.0_f64);
+    for (i, &d) in d.iter().enumerate() {
+        let (row, w) = (normal(i).transpose(), scene.w[i * scene.dim]);
+        approach -= d * w;
+        if energy(&row) > 0.0 {
+            fastest = fastest.max(w.abs() / energy(&row));
+        }
+        leak += row * d;
+    }
+    if d.len() != scene.n_contacts || d.iter().any(|&d| d < 0.0) || approach <= 0.0 {
+        return 0.0;
+    }
+    let leak = energy(&leak) * fastest;
+    if leak > 0.0 {
+        approach / leak
+    } else {
+        f64::INFINITY
+    }
+}
