@@ -110,6 +110,17 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         residual::natural_map(contacts)
     }
 
+    /// `rho_i = scale alpha_i`; the penalty of the factor for a contact that nothing moves.
+    pub(crate) fn penalties(&self, scale: T) -> [T; C] {
+        let mut penalties = [self.factor.penalty(); C];
+        for (penalty, law) in penalties.iter_mut().zip(self.laws()) {
+            if law.step > T::ZERO {
+                *penalty = scale * law.step;
+            }
+        }
+        penalties
+    }
+
     /// Adds to `q_i`.
     pub(crate) fn correct(&mut self, contact: usize, difference: SVector<T, D>) {
         if let Some(law) = self.laws.get_mut(contact) {
