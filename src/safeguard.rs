@@ -54,6 +54,13 @@ impl<T: Real> Caution<T> {
         lambda.min(T::literal(0.3))
     }
 
+    /// Forgets the rejections, for a new beginning.
+    pub(crate) fn forget(&mut self) {
+        self.level = T::ONE;
+        self.rejected = None;
+        self.waited = 0;
+    }
+
     /// A full step was accepted.
     pub(crate) fn relax(&mut self) {
         self.level = (self.level * T::literal(0.1)).max(T::literal(1e-3));
@@ -76,6 +83,7 @@ pub(crate) struct Balance<T> {
     primal: T,
     dual: T,
     restarts: usize,
+    restarted: bool,
 }
 
 impl<T: Real> Balance<T> {
@@ -85,9 +93,17 @@ impl<T: Real> Balance<T> {
             primal: T::ONE,
             dual: T::ONE,
             restarts: 0,
+            restarted: false,
         }
     }
 
+    pub(crate) fn has_restarted(&self) -> bool {
+        self.restarted
+    }
+
+    pub(crate) fn from_rest(&self) -> bool {
+        self.restarts % 8 == 4
+    }
     pub(crate) fn observe(&mut self, change: &Change<T>) {
         self.primal = change.primal;
         self.dual = change.dual;
@@ -101,8 +117,10 @@ impl<T: Real> Balance<T> {
             let scale = SCALES.get(self.restarts % SCALES.len()).copied();
             self.scale = T::literal(scale.unwrap_or(1.0));
             self.restarts += 1;
+            self.restarted = true;
             return;
         }
+        self.restarted = false;
         let (ten, tenth) = (T::literal(10.0), T::literal(0.1));
         let factor = quotient(self.primal, self.dual).square_root().square_root();
         let factor = factor.min(ten).max(tenth);

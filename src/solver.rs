@@ -122,6 +122,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
             adapted = computed.is_ok();
             search.solution.factorizations += 1;
             length = 8;
+            if balance.has_restarted() {
+                caution.forget();
+                length = 20;
+                if balance.from_rest() {
+                    point = Point::at(&search.problem, balance.scale, &[zeros(); C]);
+                }
+            }
         }
         if search.is_solved() && search.impulse_is_excessive() {
             look_for_proof(&mut search);
