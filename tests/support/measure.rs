@@ -1,17 +1,18 @@
 //! The error of a solution as somebody else would measure it: in f64, from the scene as given.
 
 use super::scene_file::SceneFile;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVector};
+use stiction::{Real, Scene, Solution};
 
 /// Coulomb's law, or its convex relaxation (no `mu |u_T|` in the normal velocity).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Law {
+pub(crate) enum Law {
     Coulomb,
     Relaxed,
 }
 
 /// Projection onto `K_mu`, Eq. (1), as plainly as it can be written.
-pub fn project(x: &[f64], mu: f64) -> Vec<f64> {
+pub(crate) fn project(x: &[f64], mu: f64) -> Vec<f64> {
     let length = x[1..].iter().map(|x| x * x).sum::<f64>().sqrt();
     if x[0] >= 0.0 && length <= mu * x[0] {
         return x.to_vec();
@@ -34,7 +35,7 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
 }
 
 /// `max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`.
-pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
+pub(crate) fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let (v, r) = (DVector::from_row_slice(v), DVector::from_row_slice(r));
     let cholesky = scene
         .mass
@@ -65,4 +66,36 @@ pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let size = scene.f.norm().max(inertia.norm()).max(contact.norm());
     let dynamics = ratio((inertia + &scene.f - contact).norm(), size);
     natural_map.max(dynamics)
+}
+
+/// [`error`] of a solution of the kernel.
+pub(crate) fn error_of<T: Real, const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<T, N, D, C>,
+    f: &SVector<T, N>,
+    solution: &Solution<T, N, D, C>,
+    law: Law,
+) -> f64 {
+    let scene = SceneFile::of(scene, f);
+    error(&scene, &velocity(solution), &impulses(solution), law)
+}
+
+/// The velocity `v` of a solution, in f64.
+pub(crate) fn velocity<T: Real, const N: usize, const D: usize, const C: usize>(
+    solution: &Solution<T, N, D, C>,
+) -> Vec<f64> {
+    solution.velocity.iter().map(double).collect()
+}
+
+/// The impulses `r` of a solution, contact by contact, in f64.
+pub(crate) fn impulses<T: Real, const N: usize, const D: usize, const C: usize>(
+    solution: &Solution<T, N, D, C>,
+) -> Vec<f64> {
+    let contacts = solution.contacts.iter();
+    contacts
+        .flat_map(|contact| contact.impulse.iter().map(double))
+        .collect()
+}
+
+fn double<T: Real>(x: &T) -> f64 {
+    x.to_subset().unwrap_or(f64::NAN)
 }

@@ -1,5 +1,9 @@
-//! Shared by the tests and the examples: scene files and the error measured by a stranger.
+//! Shared by the tests and the examples: scenes, and the error measured by a stranger.
 #![allow(dead_code)] // each user takes a part
+#![allow(clippy::cast_precision_loss)] // sizes and counts are small
 
-pub mod measure;
-pub mod scene_file;
+pub(crate) mod boxes;
+pub(crate) mod measure;
+pub(crate) mod method;
+pub(crate) mod random;
+pub(crate) mod scene_file;
