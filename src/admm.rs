@@ -191,3 +191,6 @@ where
     }
     change
 }
+
+#[cfg(test)]
+mod tests;
