@@ -132,7 +132,6 @@ fn is_factorisation<T: Real, const D: usize>(mu: f64, x: [f64; 4]) -> Property {
     for (which, cone) in both::<T>(mu).into_iter().enumerate() {
         let Spectral { values, vectors } = cone.spectral(&x);
         let [first, second] = vectors;
-        prop_assert!();
         prop_assert!((first * values[0] + second * values[1] - x).norm() <= rounding(x.norm()));
         if D > 1 {
             prop_assert!(first.dot(&second).abs() <= rounding(T::ONE));
