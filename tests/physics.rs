@@ -13,7 +13,10 @@ use support::random::scenes;
 const STEP: f64 = 0.01;
 
 fn exactly() -> Settings<f64> {
-    Settings::new(1e-11)
+    Settings {
+        max_iterations: 10_000,
+        ..Settings::new(1e-11)
+    }
 }
 
 /// A point mass of 2 kg over a floor; normal `z` first.
@@ -99,11 +102,11 @@ proptest! {
     }
 
     #[test]
-    fn a_solved_impact_never_gains_energy((scene, f) in scenes::<6, 3, 3>(1.5)) {
+    fn an_impact_never_gains_energy((scene, f) in scenes::<6, 3, 3>(1.5)) {
         let energy = |v: SVector<f64, 6>| v.dot(&(scene.mass() * v)) / 2.0;
         let free = scene.mass().cholesky().expect("positive definite").solve(&-f);
         let solution = Method::Newton.solve(&scene, &f, &exactly())?;
-        prop_assume!(solution.status == Status::Solved);
+        prop_assert_eq!(solution.status, Status::Solved);
         prop_assert!(energy(solution.velocity) <= energy(free) * (1.0 + 1e-9));
         for contact in &solution.contacts {
             let work = contact.impulse.dot(&contact.velocity);
