@@ -125,7 +125,7 @@ fn newton_solves_every_feasible_scene_to_a_billionth() -> Result<(), Error> {
 /// Medians measured to 1e-6 in f64; a change that costs more than one iteration in ten shows here.
 #[test]
 fn the_median_cost_of_a_solve_does_not_grow() -> Result<(), Error> {
-    for (method, measured) in [(Method::Restart, 49), (Method::Newton, 0)] {
+    for (method, measured) in [(Method::Restart, 49), (Method::Newton, 25)] {
         let median = median_cost(&solve_feasible::<f64>(method, 1e-6)?);
         assert!(median <= measured + measured / 10, "{method:?}: {median}");
     }
