@@ -1,4 +1,9 @@
 //! The iterates against the steps of the note, with a dense solve in `N` velocities.
+#![allow(
+    clippy::indexing_slicing,
+    clippy::expect_used,
+    clippy::integer_division
+)]
 
 extern crate std;
 
