@@ -32,8 +32,9 @@ pub(crate) struct Point<T, const D: usize, const C: usize> {
     pub(crate) relative: ContactVector<T, D, C>,
     /// `E(z)`
     residual: ContactVector<T, D, C>,
-    /// `sqrt(Σ alpha_i |E_i|²)`, the square root of an energy: what a step has to reduce.
-    pub(crate) merit: T,
+    /// `Σ alpha_i |E_i|²`, what a step has to reduce. An energy, and not its root, so that units
+    /// scaled by powers of two change nothing but exponents.
+    pub(crate) energy: T,
     /// First part of the error.
     pub(crate) natural_map: T,
 }
@@ -51,7 +52,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
             impulse: [[T::ZERO; D]; C],
             relative: [[T::ZERO; D]; C],
             residual: [[T::ZERO; D]; C],
-            merit: T::ZERO,
+            energy: T::ZERO,
             natural_map: T::ZERO,
         };
         let laws = problem.laws();
@@ -62,7 +63,6 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         }
         point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
         point.residual = point.relative;
-        let mut energy = T::ZERO;
         for ((law, velocity), residual) in laws.iter().zip(&point.velocity).zip(&mut point.residual)
         {
             for (residual, &velocity) in residual.iter_mut().zip(velocity.iter()) {
@@ -71,9 +71,8 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
             if let Some(normal) = residual.first_mut() {
                 *normal += law.lift(velocity);
             }
-            energy += law.step * dot(residual, residual);
+            point.energy += law.step * dot(residual, residual);
         }
-        point.merit = energy.square_root();
         point
     }
 }

@@ -8,7 +8,7 @@ use crate::residual::quotient;
 /// How much Newton's steps are regularised, and when they are worth trying.
 pub(crate) struct Caution<T> {
     level: T,
-    /// The merit at which the last step was rejected, how often that has happened, and how often
+    /// The energy at which the last step was rejected, how often that has happened, and how often
     /// it was waited since.
     rejected: Option<T>,
     rejections: usize,
@@ -26,14 +26,14 @@ impl<T: Real> Caution<T> {
     }
 
     /// Is a step worth trying? After a rejection first-order iterations must have brought the
-    /// merit down, or have been tried twice.
+    /// energy down, or have been tried twice.
     pub(crate) fn allows<const D: usize, const C: usize>(
         &mut self,
         point: &Point<T, D, C>,
     ) -> bool {
         let waiting = self
             .rejected
-            .is_some_and(|merit| point.merit > merit * T::literal(0.3));
+            .is_some_and(|energy| point.energy > energy * T::literal(0.09));
         if waiting && self.waited < 2 {
             self.waited += 1;
             return false;
@@ -59,12 +59,12 @@ impl<T: Real> Caution<T> {
         self.level = (self.level * T::literal(0.1)).max(T::literal(1e-3));
     }
 
-    /// A step was rejected at this merit.
-    pub(crate) fn reject(&mut self, merit: T) {
+    /// A step was rejected at this energy.
+    pub(crate) fn reject(&mut self, energy: T) {
         self.level = (self.level * T::literal(10.0))
             .max(T::ONE)
             .min(T::literal(1e6));
-        self.rejected = Some(merit);
+        self.rejected = Some(energy);
         self.rejections += 1;
     }
 }

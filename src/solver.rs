@@ -179,7 +179,7 @@ fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
     point
 }
 
-/// Newton steps from a point, as long as they reduce the merit.
+/// Newton steps from a point, as long as they reduce the energy.
 fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     search: &mut Search<'_, T, N, D, C>,
     point: &mut Point<T, D, C>,
@@ -201,8 +201,8 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
                 }
                 let trial = Point::at(&search.problem, balance.scale, &z);
                 search.consider(&trial.impulse, &trial.relative, trial.natural_map);
-                let enough = point.merit * (T::ONE - T::literal(1e-4) * length);
-                let better = trial.merit < enough || !search.is_running();
+                let enough = point.energy * (T::ONE - T::literal(2e-4) * length);
+                let better = trial.energy < enough || !search.is_running();
                 if better {
                     *point = trial;
                 }
@@ -213,7 +213,7 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
             Some(length) if length == T::ONE => caution.relax(),
             Some(_) => {}
             None => {
-                caution.reject(point.merit);
+                caution.reject(point.energy);
                 if caution.is_first_rejection() {
                     look_for_proof(search);
                 }

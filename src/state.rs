@@ -64,7 +64,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     /// that no iteration has to come before a step.
     ///
     /// Three candidates: `z = ũ - r / rho_i` as the last solve left it, the same with the velocity
-    /// that the last impulse has now, and none of it. The one with the least merit is taken.
+    /// that the last impulse has now, and none of it. The one with the least energy is taken.
     pub(crate) fn point<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
@@ -108,9 +108,9 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
             Point::at(problem, scale, &then),
             Point::at(problem, scale, &now),
         );
-        let warm = if then.merit <= now.merit { then } else { now };
-        if warm.merit < cold.merit {
-            let eager = warm.merit < cold.merit * T::literal(0.1);
+        let warm = if then.energy <= now.energy { then } else { now };
+        if warm.energy < cold.energy {
+            let eager = warm.energy < cold.energy * T::literal(0.01);
             (warm, eager)
         } else {
             (cold, false)

@@ -6,13 +6,13 @@ use stiction::{Real, Scene, Solution};
 
 /// Coulomb's law, or its convex relaxation (no `mu |u_T|` in the normal velocity).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Law {
+pub enum Law {
     Coulomb,
     Relaxed,
 }
 
 /// Projection onto `K_mu`, Eq. (1), as plainly as it can be written.
-pub(crate) fn project(x: &[f64], mu: f64) -> Vec<f64> {
+pub fn project(x: &[f64], mu: f64) -> Vec<f64> {
     let length = x[1..].iter().map(|x| x * x).sum::<f64>().sqrt();
     if x[0] >= 0.0 && length <= mu * x[0] {
         return x.to_vec();
@@ -35,7 +35,7 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
 }
 
 /// `max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`.
-pub(crate) fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
+pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let (v, r) = (DVector::from_row_slice(v), DVector::from_row_slice(r));
     let cholesky = scene
         .mass
@@ -68,8 +68,40 @@ pub(crate) fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     natural_map.max(dynamics)
 }
 
+/// What a certificate of infeasibility `d` (one number a contact) proves: any velocity with
+/// `H_N v + w_N >= 0` has so many times the kinetic energy, in its square root, that the fastest
+/// offset asks for alone. Infinite if `H_Nᵀ d = 0` exactly, 0 if `d` proves nothing.
+pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
+    let normal = |i: usize| scene.h.row(i * scene.dim);
+    let cholesky = scene
+        .mass
+        .clone()
+        .cholesky()
+        .expect("M is positive definite");
+    let energy = |x: &DVector<f64>| x.dot(&cholesky.solve(x)).sqrt();
+    let mut leak = DVector::zeros(scene.n_dof);
+    let (mut approach, mut fastest) = (0.0, 0.0_f64);
+    for (i, &d) in d.iter().enumerate() {
+        let (row, w) = (normal(i).transpose(), scene.w[i * scene.dim]);
+        approach -= d * w;
+        if energy(&row) > 0.0 {
+            fastest = fastest.max(w.abs() / energy(&row));
+        }
+        leak += row * d;
+    }
+    if d.len() != scene.n_contacts || d.iter().any(|&d| d < 0.0) || approach <= 0.0 {
+        return 0.0;
+    }
+    let leak = energy(&leak) * fastest;
+    if leak > 0.0 {
+        approach / leak
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// [`error`] of a solution of the kernel.
-pub(crate) fn error_of<T: Real, const N: usize, const D: usize, const C: usize>(
+pub fn error_of<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
     f: &SVector<T, N>,
     solution: &Solution<T, N, D, C>,
@@ -80,14 +112,14 @@ pub(crate) fn error_of<T: Real, const N: usize, const D: usize, const C: usize>(
 }
 
 /// The velocity `v` of a solution, in f64.
-pub(crate) fn velocity<T: Real, const N: usize, const D: usize, const C: usize>(
+pub fn velocity<T: Real, const N: usize, const D: usize, const C: usize>(
     solution: &Solution<T, N, D, C>,
 ) -> Vec<f64> {
     solution.velocity.iter().map(double).collect()
 }
 
 /// The impulses `r` of a solution, contact by contact, in f64.
-pub(crate) fn impulses<T: Real, const N: usize, const D: usize, const C: usize>(
+pub fn impulses<T: Real, const N: usize, const D: usize, const C: usize>(
     solution: &Solution<T, N, D, C>,
 ) -> Vec<f64> {
     let contacts = solution.contacts.iter();

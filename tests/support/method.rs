@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use stiction::{AdmmSolver, Error, Factor, Real, Scene, Settings, Solution, Solver};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Method {
+pub enum Method {
     Plain,
     Fast,
     Restart,
@@ -12,10 +12,10 @@ pub(crate) enum Method {
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 4] = [Self::Plain, Self::Fast, Self::Restart, Self::Newton];
+    pub const ALL: [Self; 4] = [Self::Plain, Self::Fast, Self::Restart, Self::Newton];
 
     /// A cold solve.
-    pub(crate) fn solve<T: Real, const N: usize, const D: usize, const C: usize>(
+    pub fn solve<T: Real, const N: usize, const D: usize, const C: usize>(
         self,
         scene: &Scene<T, N, D, C>,
         f: &SVector<T, N>,

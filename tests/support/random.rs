@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use stiction::{Contact, Scene};
 
 /// A scene of the kernel and its `f`.
-pub(crate) type Case<const N: usize, const D: usize, const C: usize> =
+pub type Case<const N: usize, const D: usize, const C: usize> =
     (Scene<f64, N, D, C>, SVector<f64, N>);
 
 /// `count` numbers between -1 and 1.
@@ -16,7 +16,7 @@ fn numbers(count: usize) -> impl Strategy<Value = Vec<f64>> {
 
 /// `C` contacts with dense Jacobians on a dense, well-conditioned mass matrix, at rest (`w = 0`:
 /// then `v = 0` is feasible and a solution exists), with friction coefficients up to `max_mu`.
-pub(crate) fn scenes<const N: usize, const D: usize, const C: usize>(
+pub fn scenes<const N: usize, const D: usize, const C: usize>(
     max_mu: f64,
 ) -> impl Strategy<Value = Case<N, D, C>> {
     let mus = vec(0.0..=max_mu, C);

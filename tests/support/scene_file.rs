@@ -7,16 +7,16 @@ use stiction::{Contact, Error, Real, Scene};
 
 /// A scene as it stands in a file; rows of `h` go contact by contact, normal first.
 #[derive(Clone, Debug)]
-pub(crate) struct SceneFile {
-    pub(crate) name: String,
-    pub(crate) n_dof: usize,
-    pub(crate) n_contacts: usize,
-    pub(crate) dim: usize,
-    pub(crate) mass: DMatrix<f64>,
-    pub(crate) h: DMatrix<f64>,
-    pub(crate) f: DVector<f64>,
-    pub(crate) w: DVector<f64>,
-    pub(crate) mu: Vec<f64>,
+pub struct SceneFile {
+    pub name: String,
+    pub n_dof: usize,
+    pub n_contacts: usize,
+    pub dim: usize,
+    pub mass: DMatrix<f64>,
+    pub h: DMatrix<f64>,
+    pub f: DVector<f64>,
+    pub w: DVector<f64>,
+    pub mu: Vec<f64>,
 }
 
 #[derive(Deserialize)]
@@ -46,7 +46,7 @@ struct Problem {
 }
 
 /// All scenes of a file: one, or the time steps of a sequence named `name[k]`.
-pub(crate) fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
+pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
     let header: Header = serde_json::from_str(&text).map_err(|error| error.to_string())?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -64,12 +64,12 @@ pub(crate) fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
 }
 
 /// The bundled scenes, by name.
-pub(crate) fn bundled() -> Vec<PathBuf> {
+pub fn bundled() -> Vec<PathBuf> {
     json_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes"))
 }
 
 /// The `.json` files of a folder, by name.
-pub(crate) fn json_files(folder: &Path) -> Vec<PathBuf> {
+pub fn json_files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut files: Vec<PathBuf> = entries
         .map(|entry| entry.path())
@@ -115,7 +115,7 @@ impl Problem {
 
 impl SceneFile {
     /// The scene in the kernel's types, padded with decoupled velocities of unit mass up to `N`.
-    pub(crate) fn scene<T: Real, const N: usize, const D: usize, const C: usize>(
+    pub fn scene<T: Real, const N: usize, const D: usize, const C: usize>(
         &self,
     ) -> Result<Scene<T, N, D, C>, Error> {
         let mut scene = Scene::new();
@@ -136,7 +136,7 @@ impl SceneFile {
     }
 
     /// The data of a scene of the kernel, in f64.
-    pub(crate) fn of<T: Real, const N: usize, const D: usize, const C: usize>(
+    pub fn of<T: Real, const N: usize, const D: usize, const C: usize>(
         scene: &Scene<T, N, D, C>,
         f: &SVector<T, N>,
     ) -> Self {
@@ -157,7 +157,7 @@ impl SceneFile {
     }
 
     /// The free impulse `f` in the kernel's type, padded with zeros.
-    pub(crate) fn free_impulse<T: Real, const N: usize>(&self) -> SVector<T, N> {
+    pub fn free_impulse<T: Real, const N: usize>(&self) -> SVector<T, N> {
         SVector::from_fn(|i, _| T::literal(self.f.get(i).copied().unwrap_or(0.0)))
     }
 }

@@ -1,0 +1,87 @@
+//! Solves random hard scenes and counts what was solved, what was not, and what was claimed
+//! falsely. A panic of the kernel ends the campaign.
+//!
+//! `cargo run --release --example campaign -- --count 100000 --seed 1`; a scene of the list at
+//! the end is solved again, alone, with `--only INDEX` and the same seed.
+
+#[path = "../../tests/support/mod.rs"]
+mod support;
+
+mod tally;
+
+use clap::{Parser, ValueEnum};
+use std::process::ExitCode;
+use support::generate::{self, Class};
+use support::solve;
+use tally::{Tally, Verdict};
+
+/// Solve random hard scenes; exit with 1 if the kernel claimed anything false.
+#[derive(Parser)]
+struct Options {
+    /// Scenes to draw, one class after the other
+    #[arg(long, default_value_t = 100_000)]
+    count: u64,
+    /// Seed of the campaign
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Draw the scene of this index only
+    #[arg(long, value_name = "INDEX")]
+    only: Option<u64>,
+    /// Number type of the kernel
+    #[arg(long, value_enum, default_value_t = Precision::F64)]
+    precision: Precision,
+    /// Error below which a scene counts as solved
+    #[arg(long, default_value_t = 1e-6)]
+    tolerance: f64,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Precision {
+    F64,
+    F32,
+}
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    let indices = match options.only {
+        Some(index) => index..index + 1,
+        None => 0..options.count,
+    };
+    let solve = match options.precision {
+        Precision::F64 => solve::solve::<f64>,
+        Precision::F32 => solve::solve::<f32>,
+    };
+    let mut tallies = Class::ALL.map(Tally::new);
+    let mut noted = Vec::new();
+    for index in indices {
+        let turn = usize::try_from(index).unwrap_or(0) % Class::ALL.len();
+        let (scene, existence) = generate::draw(Class::ALL[turn], options.seed, index);
+        let outcome = solve(&scene, options.tolerance);
+        let verdict = Verdict::new(&outcome, existence, options.tolerance);
+        tallies[turn].add(verdict, outcome.work);
+        if verdict.is_noted() || options.only.is_some() {
+            noted.push(format!(
+                "{} of seed {}: {} dofs, {} x {} rows, {verdict:?}, error {:.2e}, work {}",
+                scene.name,
+                options.seed,
+                scene.n_dof,
+                scene.n_contacts,
+                scene.dim,
+                outcome.error,
+                outcome.work
+            ));
+        }
+        if index % 1000 == 999 {
+            eprint!("\r{}", index + 1);
+        }
+    }
+    eprintln!();
+    println!("{}", Tally::header());
+    tallies.iter().for_each(|tally| println!("{tally}"));
+    println!();
+    noted.iter().for_each(|scene| println!("{scene}"));
+    let count = |wanted: fn(Verdict) -> bool| tallies.iter().map(|tally| tally.count(wanted)).sum();
+    let (noted, falsehoods): (usize, usize) = (count(Verdict::is_noted), count(Verdict::is_false));
+    println!("{noted} unsolved or false, {falsehoods} false");
+    ExitCode::from(u8::from(falsehoods > 0))
+}
