@@ -200,3 +200,6 @@ where
     }
     change
 }
+
+#[cfg(test)]
+mod tests;

@@ -104,3 +104,6 @@ pub(crate) fn solve_upper<T: Real>(l: &[T], stride: usize, x: &mut [T]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

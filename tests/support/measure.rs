@@ -1,7 +1,8 @@
 //! The error of a solution as somebody else would measure it: in f64, from the scene as given.
 
 use super::scene_file::SceneFile;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVector};
+use stiction::{Real, Scene, Solution};
 
 /// Coulomb's law, or its convex relaxation (no `mu |u_T|` in the normal velocity).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,4 +98,36 @@ pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
     } else {
         f64::INFINITY
     }
+}
+
+/// [`error`] of a solution of the kernel.
+pub fn error_of<T: Real, const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<T, N, D, C>,
+    f: &SVector<T, N>,
+    solution: &Solution<T, N, D, C>,
+    law: Law,
+) -> f64 {
+    let scene = SceneFile::of(scene, f);
+    error(&scene, &velocity(solution), &impulses(solution), law)
+}
+
+/// The velocity `v` of a solution, in f64.
+pub fn velocity<T: Real, const N: usize, const D: usize, const C: usize>(
+    solution: &Solution<T, N, D, C>,
+) -> Vec<f64> {
+    solution.velocity.iter().map(double).collect()
+}
+
+/// The impulses `r` of a solution, contact by contact, in f64.
+pub fn impulses<T: Real, const N: usize, const D: usize, const C: usize>(
+    solution: &Solution<T, N, D, C>,
+) -> Vec<f64> {
+    let contacts = solution.contacts.iter();
+    contacts
+        .flat_map(|contact| contact.impulse.iter().map(double))
+        .collect()
+}
+
+fn double<T: Real>(x: &T) -> f64 {
+    x.to_subset().unwrap_or(f64::NAN)
 }

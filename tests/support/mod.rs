@@ -1,8 +1,12 @@
-//! Shared by the tests and the examples: scene files, hard scenes drawn at random, and the error
-//! measured by a stranger.
+//! Shared by the tests and the examples: scenes from files, drawn at random and built by hand, and
+//! the error measured by a stranger.
 #![allow(dead_code, unreachable_pub)] // each user takes a part
+#![allow(clippy::cast_precision_loss)] // sizes and counts are small
 
+pub mod boxes;
 pub mod generate;
 pub mod measure;
+pub mod method;
+pub mod random;
 pub mod scene_file;
 pub mod solve;

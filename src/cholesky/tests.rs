@@ -1,0 +1,136 @@
+//! `L D Lᵀ` against its definition, one degenerate matrix a test.
+#![allow(clippy::indexing_slicing, clippy::expect_used, clippy::float_cmp)]
+
+extern crate std;
+
+use super::{factorise, scale_by_reciprocal, solve_lower, solve_upper};
+use nalgebra::{DMatrix, DVector};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+/// A random `n × n` matrix, positive definite by construction, and a right-hand side.
+fn systems() -> impl Strategy<Value = (DMatrix<f64>, DVector<f64>)> {
+    (1_usize..=12).prop_flat_map(|n| {
+        (vec(-1.0..1.0, n * n), vec(-1.0..1.0, n)).prop_map(move |(root, b)| {
+            let root = DMatrix::from_vec(n, n, root);
+            let a = &root * root.transpose() + DMatrix::identity(n, n) * 0.1;
+            (a, DVector::from_vec(b))
+        })
+    })
+}
+
+/// Row-major storage with `stride - n` columns of padding.
+fn store(a: &DMatrix<f64>, stride: usize) -> Vec<f64> {
+    let n = a.nrows();
+    let mut storage = std::vec![f64::NAN; n * stride];
+    for i in 0..n {
+        for j in 0..n {
+            storage[i * stride + j] = a[(i, j)];
+        }
+    }
+    storage
+}
+
+/// The row at which a matrix fails, if it does.
+fn failure(rows: &[&[f64]], threshold: f64) -> Option<usize> {
+    let n = rows.len();
+    let mut storage = rows.concat();
+    factorise(&mut storage, n, n, threshold).err()
+}
+
+proptest! {
+    #[test]
+    fn the_factors_multiply_to_the_matrix((a, _) in systems(), padding in 0_usize..3) {
+        let (n, stride) = (a.nrows(), a.nrows() + padding);
+        let mut storage = store(&a, stride);
+        factorise(&mut storage, stride, n, f64::EPSILON).expect("positive definite");
+        let entry = |i: usize, j: usize| storage[i * stride + j];
+        let l = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+            core::cmp::Ordering::Less => 0.0,
+            core::cmp::Ordering::Equal => 1.0,
+            core::cmp::Ordering::Greater => entry(i, j),
+        });
+        let d = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| 1.0 / entry(i, i)));
+        prop_assert!((&l * d * l.transpose() - &a).norm() <= 1e-14 * a.norm());
+    }
+
+    #[test]
+    fn the_three_solves_solve_the_system((a, b) in systems(), padding in 0_usize..3) {
+        let (n, stride) = (a.nrows(), a.nrows() + padding);
+        let mut storage = store(&a, stride);
+        factorise(&mut storage, stride, n, f64::EPSILON).expect("positive definite");
+        let mut x = b.clone();
+        solve_lower(&storage, stride, x.as_mut_slice());
+        scale_by_reciprocal(&storage, stride, x.as_mut_slice());
+        solve_upper(&storage, stride, x.as_mut_slice());
+        prop_assert!((&a * &x - &b).norm() <= 1e-13 * (a.norm() * x.norm() + b.norm()));
+    }
+
+    #[test]
+    fn a_change_of_units_by_powers_of_two_changes_exponents_only(
+        (a, _) in systems(),
+        exponents in vec(-20_i32..20, 12),
+    ) {
+        let n = a.nrows();
+        let unit = |i: usize| 2_f64.powi(exponents[i]);
+        let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] * unit(i) * unit(j));
+        let (mut a, mut scaled) = (store(&a, n), store(&scaled, n));
+        factorise(&mut a, n, n, f64::EPSILON).expect("positive definite");
+        factorise(&mut scaled, n, n, f64::EPSILON).expect("positive definite");
+        for i in 0..n {
+            for j in 0..i {
+                prop_assert_eq!(scaled[i * n + j], a[i * n + j] * unit(i) / unit(j));
+            }
+            prop_assert_eq!(scaled[i * n + i], a[i * n + i] / unit(i) / unit(i));
+        }
+    }
+
+    #[test]
+    fn a_negative_direction_is_reported_at_its_row((a, _) in systems(), row in 0_usize..12) {
+        let (n, row) = (a.nrows(), row % a.nrows());
+        let mut a = a;
+        a[(row, row)] = -a[(row, row)];
+        let mut storage = store(&a, n);
+        prop_assert_eq!(factorise(&mut storage, n, n, f64::EPSILON), Err(row));
+    }
+}
+
+#[test]
+fn a_singleton_is_its_own_pivot() {
+    let mut a = [4.0];
+    assert_eq!(factorise(&mut a, 1, 1, f64::EPSILON), Ok(()));
+    assert_eq!(a, [0.25]);
+    assert_eq!(failure(&[&[-4.0]], 0.0), Some(0));
+}
+
+#[test]
+fn no_rows_need_no_pivot() {
+    assert_eq!(factorise::<f64>(&mut [], 3, 0, f64::EPSILON), Ok(()));
+}
+
+#[test]
+fn a_zero_on_the_diagonal_is_no_pivot() {
+    assert_eq!(failure(&[&[0.0]], 0.0), Some(0));
+    assert_eq!(failure(&[&[1.0, 0.0], &[0.0, 0.0]], 0.0), Some(1));
+    assert_eq!(failure(&[&[0.0, 1.0], &[1.0, 0.0]], 0.0), Some(0));
+}
+
+#[test]
+fn a_rank_deficient_matrix_fails_at_the_dependent_row() {
+    let rows: [&[f64]; 3] = [&[2.0, 1.0, 3.0], &[1.0, 2.0, 3.0], &[3.0, 3.0, 6.0]];
+    assert_eq!(failure(&rows, f64::EPSILON), Some(2));
+}
+
+#[test]
+fn a_pivot_below_the_threshold_is_rounding() {
+    let rows: [&[f64]; 2] = [&[1.0, 1.0], &[1.0, 1.0 + f64::EPSILON]];
+    assert_eq!(failure(&rows, f64::EPSILON), Some(1));
+    assert_eq!(failure(&rows, 0.0), None);
+}
+
+#[test]
+fn a_nan_is_no_pivot() {
+    assert_eq!(failure(&[&[f64::NAN]], 0.0), Some(0));
+    assert_eq!(failure(&[&[1.0, 0.0], &[f64::NAN, 1.0]], 0.0), Some(1));
+}

@@ -1,0 +1,135 @@
+//! Nothing allocates: not the set-up, not a solve by any method, not a projection.
+
+mod support;
+
+use allocation_counter::measure;
+use nalgebra::{SVector, vector};
+use stiction::{
+    AdmmSolver, Error, Factor, FrictionCone, Scene, Settings, SlipUpdate, Solver, Status,
+};
+use support::boxes::{BRICK, BoxScene};
+
+/// Allocations of a call.
+fn allocations(call: impl FnOnce()) -> u64 {
+    measure(call).count_total
+}
+
+fn sliding_box() -> Result<(BoxScene<f64>, SVector<f64, 6>), Error> {
+    Ok((BRICK.on_plane(0.3)?, BRICK.free_impulse(0.5, 0.01)))
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 1);
+}
+
+#[test]
+fn building_a_scene_does_not_allocate() -> Result<(), Error> {
+    let (source, _) = sliding_box()?;
+    let mut scene = Scene::<f64, 6, 3, 4>::new();
+    let mut result = Ok(());
+    let count = allocations(|| {
+        result = scene.set_mass(source.mass());
+        for contact in source.contacts() {
+            result = result.and(scene.push(contact).map(|_| ()));
+        }
+        result = result
+            .and(scene.set_friction(0, 0.2))
+            .and(scene.set_offset(0, &SVector::zeros()));
+    });
+    assert_eq!((count, result), (0, Ok(())));
+    Ok(())
+}
+
+#[test]
+fn factorising_does_not_allocate() -> Result<(), Error> {
+    let (scene, _) = sliding_box()?;
+    let mut factor = Factor::empty();
+    let mut result = Ok(());
+    let count = allocations(|| result = factor.compute(&scene).and(factor.set_penalty(3.0)));
+    assert_eq!((count, result), (0, Ok(())));
+    Ok(())
+}
+
+#[test]
+fn newton_does_not_allocate_cold_or_warm() -> Result<(), Error> {
+    let (scene, f) = sliding_box()?;
+    let (factor, settings) = (Factor::new(&scene)?, Settings::new(1e-9));
+    let mut solver = Solver::new();
+    for f in [f, f * 1.01, f * -1.0] {
+        let mut status = Err(Error::InvalidPenalty);
+        let count = allocations(|| {
+            let solution = solver.solve(&scene, &factor, &f, &settings);
+            status = solution.map(|solution| solution.status);
+            solver.carry_over(&[Some(1), None, Some(0)]);
+        });
+        assert_eq!((count, status), (0, Ok(Status::Solved)));
+    }
+    Ok(())
+}
+
+#[test]
+fn no_first_order_method_allocates() -> Result<(), Error> {
+    let (scene, f) = sliding_box()?;
+    let factor = Factor::new(&scene)?;
+    for slip in [
+        SlipUpdate::EveryIteration,
+        SlipUpdate::OuterLoop,
+        SlipUpdate::Never,
+    ] {
+        let settings = Settings {
+            slip,
+            ..Settings::new(1e-3)
+        };
+        let mut solver = AdmmSolver::new();
+        let mut solved = false;
+        let count = allocations(|| {
+            let is_solved = |status| status == Ok(Status::Solved);
+            let plain = solver.solve_plain(&scene, &factor, &f, &settings);
+            solved = is_solved(plain.map(|solution| solution.status));
+            solver.reset();
+            let fast = solver.solve_fast(&scene, &factor, &f, &settings);
+            solved &= is_solved(fast.map(|solution| solution.status));
+            solver.reset();
+            let restart = solver.solve_restart(&scene, &factor, &f, &settings);
+            solved &= is_solved(restart.map(|solution| solution.status));
+        });
+        assert_eq!((count, solved), (0, true), "{slip:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn an_unsolved_scene_does_not_allocate() -> Result<(), Error> {
+    let (scene, f) = sliding_box()?;
+    let factor = Factor::new(&scene)?;
+    let settings = Settings {
+        max_iterations: 3,
+        ..Settings::new(1e-12)
+    };
+    let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
+    let mut statuses = [None; 2];
+    let count = allocations(|| {
+        let newton = newton.solve(&scene, &factor, &f, &settings);
+        let admm = admm.solve_restart(&scene, &factor, &f, &settings);
+        statuses = [newton, admm].map(|result| result.ok().map(|solution| solution.status));
+    });
+    assert_eq!((count, statuses), (0, [Some(Status::MaxIterations); 2]));
+    Ok(())
+}
+
+#[test]
+fn projecting_does_not_allocate() {
+    let mut sum = SVector::<f64, 3>::zeros();
+    let count = allocations(|| {
+        for cone in FrictionCone::new(0.5)
+            .into_iter()
+            .flat_map(|cone| [cone, cone.dual()])
+        {
+            let x = vector![0.1, 2.0, -1.0];
+            sum += cone.project(&x) - cone.project_spectral(&x) + cone.spectral(&x).vectors[0];
+        }
+    });
+    assert_eq!(count, 0);
+    assert!(sum.norm() > 0.0);
+}

@@ -1,0 +1,346 @@
+//! Bad data: each kind has its error, which names the culprit, and changes nothing.
+
+use nalgebra::{SMatrix, SVector, matrix, vector};
+use stiction::{AdmmSolver, Contact, Error, Factor, Input, Scene, Settings, Solver, Status};
+
+type Planar = Scene<f64, 2, 2, 2>;
+
+const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+const NOT_FRICTION: [f64; 5] = [-1e-9, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200];
+
+fn floor() -> Contact<f64, 2, 2> {
+    Contact {
+        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
+        offset: vector![0.1, 0.0],
+        mu: 0.5,
+    }
+}
+
+/// Two kilogrammes on a floor.
+fn scene() -> Planar {
+    let mut scene = Scene::new();
+    scene
+        .set_mass(&matrix![2.0, 0.5; 0.5, 2.0])
+        .expect("a mass matrix");
+    scene.push(&floor()).expect("a contact");
+    scene
+}
+
+/// The call fails with this error and leaves the scene as it was.
+fn refuses(error: Error, call: impl FnOnce(&mut Planar) -> Result<(), Error>) {
+    let mut scene = scene();
+    let (mass, contacts) = (*scene.mass(), scene.contacts().to_vec());
+    assert_eq!(call(&mut scene), Err(error));
+    assert_eq!(*scene.mass(), mass);
+    assert_eq!(scene.contacts(), contacts);
+}
+
+#[test]
+fn a_mass_matrix_is_made_of_numbers() {
+    for (row, column, bad) in NOT_FINITE
+        .into_iter()
+        .flat_map(|x| [(0, 0, x), (1, 0, x), (0, 1, x)])
+    {
+        let mut mass = matrix![1.0, 0.0; 0.0, 1.0];
+        mass[(row, column)] = bad;
+        let input = Input::Mass;
+        refuses(Error::NotFinite { input, row, column }, |scene| {
+            scene.set_mass(&mass)
+        });
+    }
+}
+
+#[test]
+fn a_mass_matrix_is_symmetric_up_to_rounding() {
+    for bad in [0.5, -1.0, 1e-6] {
+        let mass = matrix![1.0, bad; 0.0, 1.0];
+        let error = Error::MassNotSymmetric { row: 1, column: 0 };
+        refuses(error, |scene| scene.set_mass(&mass));
+    }
+    let rounded = matrix![1.0, 0.1; 0.1 + f64::EPSILON, 1.0];
+    assert_eq!(scene().set_mass(&rounded), Ok(()));
+}
+
+#[test]
+fn a_mass_matrix_is_positive_definite() {
+    let indefinite = [
+        (0, matrix![-1.0, 0.0; 0.0, 1.0]),
+        (0, matrix![0.0, 0.0; 0.0, 1.0]),
+        (1, matrix![1.0, 0.0; 0.0, 0.0]),
+        (1, matrix![1.0, 2.0; 2.0, 1.0]),
+        (1, matrix![1.0, 1.0; 1.0, 1.0]),
+    ];
+    for (dof, mass) in indefinite {
+        let mut scene = scene();
+        assert_eq!(scene.set_mass(&mass), Ok(()));
+        let error = Factor::new(&scene).map(|_| ());
+        assert_eq!(error, Err(Error::MassNotPositiveDefinite { dof }));
+    }
+}
+
+#[test]
+fn a_scene_without_mass_is_not_factorised() {
+    let error = Factor::new(&Planar::new()).map(|_| ());
+    assert_eq!(error, Err(Error::MassNotPositiveDefinite { dof: 0 }));
+}
+
+#[test]
+fn a_jacobian_is_made_of_numbers() {
+    for (row, column, bad) in NOT_FINITE.into_iter().flat_map(|x| [(0, 1, x), (1, 0, x)]) {
+        let mut contact = floor();
+        contact.jacobian[(row, column)] = bad;
+        let input = Input::Jacobian { contact: 1 };
+        let error = Error::NotFinite { input, row, column };
+        refuses(error, |scene| scene.push(&contact).map(|_| ()));
+    }
+}
+
+#[test]
+fn an_offset_is_made_of_numbers() {
+    for (row, bad) in NOT_FINITE.into_iter().flat_map(|x| [(0, x), (1, x)]) {
+        let mut contact = floor();
+        contact.offset[row] = bad;
+        let error = |contact| {
+            let input = Input::Offset { contact };
+            Error::NotFinite {
+                input,
+                row,
+                column: 0,
+            }
+        };
+        refuses(error(1), |scene| scene.push(&contact).map(|_| ()));
+        refuses(error(0), |scene| scene.set_offset(0, &contact.offset));
+    }
+}
+
+#[test]
+fn a_friction_coefficient_is_a_number_from_zero_up() {
+    for mu in NOT_FRICTION {
+        let contact = Contact { mu, ..floor() };
+        let error = |contact| Error::InvalidFriction { contact };
+        refuses(error(1), |scene| scene.push(&contact).map(|_| ()));
+        refuses(error(0), |scene| scene.set_friction(0, mu));
+    }
+}
+
+#[test]
+fn a_contact_that_is_not_there_cannot_be_changed() {
+    for contact in [1, 2, usize::MAX] {
+        let error = Error::NoSuchContact { contact };
+        refuses(error, |scene| scene.set_friction(contact, 0.1));
+        refuses(error, |scene| scene.set_offset(contact, &SVector::zeros()));
+    }
+}
+
+#[test]
+fn a_full_scene_takes_no_contact() {
+    let mut scene = scene();
+    assert_eq!(scene.push(&floor()), Ok(1));
+    assert_eq!(
+        scene.push(&floor()),
+        Err(Error::ContactListFull { capacity: 2 })
+    );
+    assert_eq!(scene.contacts().len(), 2);
+    scene.clear_contacts();
+    assert_eq!(scene.push(&floor()), Ok(0));
+}
+
+#[test]
+fn a_penalty_is_a_usable_positive_number() -> Result<(), Error> {
+    let (scene, f) = (scene(), vector![-0.1, 1.0]);
+    let untouched = Factor::new(&scene)?;
+    let mut factor = untouched.clone();
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert_eq!(factor.set_penalty(bad), Err(Error::InvalidPenalty), "{bad}");
+        assert_eq!(factor.penalty().to_bits(), untouched.penalty().to_bits());
+    }
+    let (mut one, mut other) = (AdmmSolver::new(), AdmmSolver::new());
+    let settings = Settings::new(1e-9);
+    let one = one.solve_restart(&scene, &untouched, &f, &settings)?;
+    let other = other.solve_restart(&scene, &factor, &f, &settings)?;
+    assert_eq!(one.status, Status::Solved);
+    assert_eq!(
+        (one.velocity, one.iterations),
+        (other.velocity, other.iterations)
+    );
+    Ok(())
+}
+
+/// `rho W` swallows the unit matrix: two contacts on one point make `W` singular.
+#[test]
+fn a_penalty_that_drowns_the_unit_matrix_is_refused() -> Result<(), Error> {
+    let mut scene = scene();
+    scene.push(&floor())?;
+    let untouched = Factor::new(&scene)?;
+    let mut factor = untouched.clone();
+    assert_eq!(factor.set_penalty(1e300), Err(Error::InvalidPenalty));
+    assert_eq!(factor.penalty().to_bits(), untouched.penalty().to_bits());
+    let (f, settings) = (vector![-0.1, 1.0], Settings::new(1e-9));
+    let (mut one, mut other) = (AdmmSolver::new(), AdmmSolver::new());
+    let one = one.solve_restart(&scene, &untouched, &f, &settings)?;
+    let other = other.solve_restart(&scene, &factor, &f, &settings)?;
+    assert_eq!(
+        (one.velocity, one.iterations),
+        (other.velocity, other.iterations)
+    );
+    Ok(())
+}
+
+#[test]
+fn a_factor_belongs_to_its_number_of_contacts() -> Result<(), Error> {
+    let mut scene = scene();
+    let factor = Factor::new(&scene)?;
+    scene.push(&floor())?;
+    let (f, settings) = (SVector::zeros(), Settings::default());
+    let error = Error::FactorMismatch {
+        scene: 2,
+        factor: 1,
+    };
+    assert_eq!(
+        Solver::new().solve(&scene, &factor, &f, &settings).err(),
+        Some(error)
+    );
+    let mut admm = AdmmSolver::new();
+    assert_eq!(
+        admm.solve_plain(&scene, &factor, &f, &settings).err(),
+        Some(error)
+    );
+    assert_eq!(
+        admm.solve_fast(&scene, &factor, &f, &settings).err(),
+        Some(error)
+    );
+    assert_eq!(
+        admm.solve_restart(&scene, &factor, &f, &settings).err(),
+        Some(error)
+    );
+    Ok(())
+}
+
+#[test]
+fn a_free_impulse_is_made_of_numbers_and_a_refusal_keeps_the_solution() -> Result<(), Error> {
+    let scene = scene();
+    let (factor, settings) = (Factor::new(&scene)?, Settings::new(1e-9));
+    let mut solver = Solver::new();
+    let before = solver
+        .solve(&scene, &factor, &vector![-0.1, 1.0], &settings)?
+        .clone();
+    for (row, bad) in NOT_FINITE.into_iter().flat_map(|x| [(0, x), (1, x)]) {
+        let mut f = vector![-0.1, 1.0];
+        f[row] = bad;
+        let input = Input::FreeImpulse;
+        let error = Error::NotFinite {
+            input,
+            row,
+            column: 0,
+        };
+        assert_eq!(
+            solver.solve(&scene, &factor, &f, &settings).err(),
+            Some(error)
+        );
+        let after = solver.solution();
+        assert_eq!(
+            (after.velocity, after.status),
+            (before.velocity, before.status)
+        );
+    }
+    Ok(())
+}
+
+/// A failed factorisation must not serve a scene it does not belong to.
+#[test]
+fn a_factor_that_failed_solves_nothing() -> Result<(), Error> {
+    let good = scene();
+    let mut factor = Factor::new(&good)?;
+    let mut bad = scene();
+    bad.set_mass(&-SMatrix::identity())?;
+    assert!(factor.compute(&bad).is_err());
+    let mut solver = Solver::new();
+    let solution = solver.solve(&good, &factor, &vector![-0.1, 1.0], &Settings::default());
+    assert!(solution.is_err());
+    Ok(())
+}
+
+/// Finite data may overflow on the way; that is an error or an unsolved scene, not a panic.
+#[test]
+fn extreme_numbers_do_not_panic() -> Result<(), Error> {
+    for size in [1e-300, 1e-150, 1e150, 1e300] {
+        for mass in [1e-300, 1.0, 1e300] {
+            let mut scene = Scene::<f64, 2, 2, 2>::new();
+            scene.set_mass(&SMatrix::from_diagonal_element(mass))?;
+            let jacobian = floor().jacobian * size;
+            scene.push(&Contact {
+                jacobian,
+                ..floor()
+            })?;
+            let Ok(factor) = Factor::new(&scene) else {
+                continue;
+            };
+            let f = vector![-size, size];
+            let mut solver = Solver::new();
+            let solution = solver.solve(&scene, &factor, &f, &Settings::new(1e-6))?;
+            let finite = solution.velocity.iter().all(|v| v.is_finite());
+            assert!(
+                solution.status != Status::Solved || finite,
+                "{size:e} {mass:e}"
+            );
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn every_error_says_which_datum_is_wrong() {
+    let texts = [
+        (
+            Error::NotFinite {
+                input: Input::Mass,
+                row: 3,
+                column: 4,
+            },
+            "mass matrix M: entry (3, 4)",
+        ),
+        (
+            Error::NotFinite {
+                input: Input::Jacobian { contact: 5 },
+                row: 1,
+                column: 2,
+            },
+            "Jacobian H of contact 5: entry (1, 2)",
+        ),
+        (
+            Error::NotFinite {
+                input: Input::Offset { contact: 6 },
+                row: 1,
+                column: 0,
+            },
+            "offset w of contact 6: entry (1, 0)",
+        ),
+        (
+            Error::NotFinite {
+                input: Input::FreeImpulse,
+                row: 7,
+                column: 0,
+            },
+            "free impulse f: entry (7, 0)",
+        ),
+        (
+            Error::MassNotSymmetric { row: 3, column: 4 },
+            "M is not symmetric at (3, 4)",
+        ),
+        (Error::MassNotPositiveDefinite { dof: 8 }, "dof 8"),
+        (Error::InvalidFriction { contact: 9 }, "mu of contact 9"),
+        (Error::ContactListFull { capacity: 10 }, "10 contacts"),
+        (Error::NoSuchContact { contact: 11 }, "no contact 11"),
+        (Error::InvalidPenalty, "penalty rho"),
+        (
+            Error::FactorMismatch {
+                scene: 12,
+                factor: 13,
+            },
+            "13 contacts, the scene has 12",
+        ),
+    ];
+    for (error, text) in texts {
+        assert!(error.to_string().contains(text), "{error}");
+    }
+}

@@ -1,0 +1,38 @@
+//! Random scenes that have a solution, as proptest strategies.
+
+use nalgebra::{SMatrix, SVector};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use stiction::{Contact, Scene};
+
+/// A scene of the kernel and its `f`.
+pub type Case<const N: usize, const D: usize, const C: usize> =
+    (Scene<f64, N, D, C>, SVector<f64, N>);
+
+/// `count` numbers between -1 and 1.
+fn numbers(count: usize) -> impl Strategy<Value = Vec<f64>> {
+    vec(-1.0..1.0, count)
+}
+
+/// `C` contacts with dense Jacobians on a dense, well-conditioned mass matrix, at rest (`w = 0`:
+/// then `v = 0` is feasible and a solution exists), with friction coefficients up to `max_mu`.
+pub fn scenes<const N: usize, const D: usize, const C: usize>(
+    max_mu: f64,
+) -> impl Strategy<Value = Case<N, D, C>> {
+    let mus = vec(0.0..=max_mu, C);
+    (numbers(N * N), numbers(C * D * N), numbers(N), mus).prop_map(|(root, h, f, mu)| {
+        let root = SMatrix::<f64, N, N>::from_iterator(root);
+        let mut scene = Scene::new();
+        let mass = root * root.transpose() + SMatrix::identity();
+        scene.set_mass(&mass).expect("M is symmetric");
+        for (h, mu) in h.chunks(D * N).zip(mu) {
+            let contact = Contact {
+                jacobian: SMatrix::from_column_slice(h),
+                offset: SVector::zeros(),
+                mu,
+            };
+            scene.push(&contact).expect("the contact is valid");
+        }
+        (scene, SVector::from_iterator(f))
+    })
+}
