@@ -2,6 +2,7 @@
 //! measured by a stranger.
 #![allow(dead_code, unreachable_pub)] // each user takes a part
 
+pub mod check;
 pub mod generate;
 pub mod measure;
 pub mod scene_file;
