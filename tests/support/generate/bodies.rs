@@ -31,7 +31,7 @@ struct Touch {
 /// Bodies, their contacts, and how they move before the step.
 ///
 /// Motions have six entries a body, also in the plane.
-pub struct Bodies {
+pub struct Assembly {
     pub dim: usize,
     bodies: Vec<Body>,
     touches: Vec<Touch>,
@@ -41,7 +41,7 @@ pub struct Bodies {
     pub impulse: DVector<f64>,
 }
 
-impl Bodies {
+impl Assembly {
     pub fn new(dim: usize) -> Self {
         Self {
             dim,

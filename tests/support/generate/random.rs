@@ -4,6 +4,11 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
+/// A count as a number to compute with.
+pub fn real(count: usize) -> f64 {
+    u32::try_from(count).map_or(f64::INFINITY, f64::from)
+}
+
 /// A seeded source; logarithms and sines come from `libm`, so a seed means the same everywhere.
 pub struct Random(Pcg64Mcg);
 

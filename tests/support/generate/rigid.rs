@@ -1,8 +1,8 @@
 //! Classes of scenes made of rigid bodies: slopes, stacks, hands, rods, wedges.
 
 use super::Candidate;
-use super::bodies::{Bodies, GRAVITY, STEP};
-use super::random::Random;
+use super::bodies::{Assembly, GRAVITY, STEP};
+use super::random::{Random, real};
 use nalgebra::{DVector, Vector3};
 use std::f64::consts::{PI, TAU};
 
@@ -18,7 +18,7 @@ pub fn dimension(random: &mut Random) -> usize {
 }
 
 /// `w = 0`: rest is in `K*`.
-fn at_rest(bodies: &Bodies) -> Candidate {
+fn at_rest(bodies: &Assembly) -> Candidate {
     let scene = bodies.scene();
     let witness = DVector::zeros(scene.n_dof);
     Candidate { scene, witness }
@@ -45,7 +45,7 @@ fn around(dim: usize, angle: f64, lift: f64) -> Vector3<f64> {
 }
 
 /// Rest, any motion, sliding or spinning.
-fn set_in_motion(bodies: &mut Bodies, random: &mut Random) {
+fn set_in_motion(bodies: &mut Assembly, random: &mut Random) {
     let dofs: &[usize] = random.pick(&[&[][..], &[0, 1, 2, 3, 4, 5], &[0, 1], &[5]]);
     for body in 0..bodies.len() {
         for dof in dofs {
@@ -54,8 +54,8 @@ fn set_in_motion(bodies: &mut Bodies, random: &mut Random) {
     }
 }
 
-fn box_on_slope(random: &mut Random) -> (Bodies, Vector3<f64>) {
-    let mut bodies = Bodies::new(dimension(random));
+fn box_on_slope(random: &mut Random) -> (Assembly, Vector3<f64>) {
+    let mut bodies = Assembly::new(dimension(random));
     let half = Vector3::new(
         random.uniform(0.1, 1.0),
         random.uniform(0.1, 1.0),
@@ -107,9 +107,9 @@ pub fn redundant_slope(random: &mut Random) -> Candidate {
 }
 
 /// A stack, and the motion that opens all its contacts.
-fn pile(random: &mut Random) -> (Bodies, DVector<f64>) {
+fn pile(random: &mut Random) -> (Assembly, DVector<f64>) {
     let dim = dimension(random);
-    let mut bodies = Bodies::new(dim);
+    let mut bodies = Assembly::new(dim);
     let count = random.count(2, if dim == 2 { 5 } else { 3 });
     let any = random.log_uniform(1.0, 1e6);
     let ratio = random.pick(&[any, any, 1e6]);
@@ -159,9 +159,9 @@ pub fn stack(random: &mut Random) -> Candidate {
 }
 
 /// A grasped object, and the motion that lets it go.
-fn grasp(random: &mut Random) -> (Bodies, DVector<f64>) {
+fn grasp(random: &mut Random) -> (Assembly, DVector<f64>) {
     let dim = dimension(random);
-    let mut bodies = Bodies::new(dim);
+    let mut bodies = Assembly::new(dim);
     let (radius, finger) = (random.uniform(0.02, 0.1), 0.02);
     let mass = random.log_uniform(0.01, 10.0);
     let half = Vector3::repeat(radius);
@@ -180,7 +180,7 @@ fn grasp(random: &mut Random) -> (Bodies, DVector<f64>) {
             lift,
         );
         let side = around(dim, angle + PI / 2.0, 0.0);
-        angle += TAU / f64::from(u32::try_from(fingers).unwrap_or(1));
+        angle += TAU / real(fingers);
         let (half, center) = (Vector3::repeat(finger), outward * (radius + finger));
         let body = bodies.push_box(mass / ratio, half, center, DOWN);
         bodies.push_with(body, outward * -squeeze);
@@ -235,7 +235,7 @@ pub fn moving(random: &mut Random) -> Candidate {
 
 /// A rod that slides on one end, with friction high enough for Painlevé's paradox.
 pub fn painleve(random: &mut Random) -> Candidate {
-    let mut bodies = Bodies::new(dimension(random));
+    let mut bodies = Assembly::new(dimension(random));
     let (length, mass) = (random.uniform(0.3, 1.0), random.log_uniform(0.1, 10.0));
     let (rise, run) = libm::sincos(random.uniform(0.2, 1.5));
     let azimuth = random.uniform(0.0, TAU);
@@ -272,7 +272,7 @@ pub fn painleve(random: &mut Random) -> Candidate {
 /// Most moving walls move with one rigid motion, which is in `K*`; a few each for itself, so that
 /// no solution need exist.
 pub fn wedge(random: &mut Random) -> Candidate {
-    let mut bodies = Bodies::new(dimension(random));
+    let mut bodies = Assembly::new(dimension(random));
     let radius = 0.1;
     let mass = random.log_uniform(0.1, 10.0);
     let body = bodies.push_box(mass, Vector3::repeat(radius), Vector3::zeros(), DOWN);
@@ -281,7 +281,7 @@ pub fn wedge(random: &mut Random) -> Candidate {
     let (mu, any) = (random.friction(), random.uniform(0.05, 1.4));
     let tilt = random.pick(&[any, any, 1e-3]);
     let regular = if spatial { walls } else { 2 };
-    let turn = TAU / f64::from(u32::try_from(regular).unwrap_or(1));
+    let turn = TAU / real(regular);
     let mut angle = if spatial {
         random.uniform(0.0, TAU)
     } else {
