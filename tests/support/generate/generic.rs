@@ -2,7 +2,6 @@
 
 use super::super::scene_file::SceneFile;
 use super::random::{Random, real};
-use super::rigid::dimension;
 use super::{Candidate, Existence};
 use nalgebra::{DMatrix, DVector};
 
@@ -28,7 +27,7 @@ impl Shape {
         Self {
             mu: mu.collect(),
             n_dof,
-            dim: dimension(random),
+            dim: random.dimension(),
             condition: random.log_uniform(1.0, 1e4),
         }
     }

@@ -59,4 +59,9 @@ impl Random {
             0.0, 1e-6, 0.05, 0.3, 0.5, 0.8, 1.0, 5.0, 10.0, usual, usual, usual, usual, usual,
         ])
     }
+
+    /// Two or three rows a contact: spatial three times in four.
+    pub fn dimension(&mut self) -> usize {
+        self.pick(&[2, 3, 3, 3])
+    }
 }
