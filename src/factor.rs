@@ -123,8 +123,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
                 *entry = mass;
             }
         }
-        factorise(self.mass.as_flattened_mut(), N, N, T::EPSILON)
-            .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
+        factorise(
+            self.mass.as_flattened_mut(),
+            N,
+            N,
+            T::literal(32.0) * T::EPSILON,
+        )
+        .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.contacts = scene.contacts().len();
         for (rows, contact) in self.whitened.iter_mut().zip(scene.contacts()) {
             for (row, jacobian) in rows.iter_mut().zip(contact.jacobian.row_iter()) {

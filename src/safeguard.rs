@@ -101,7 +101,7 @@ impl<T: Real> Balance<T> {
         self.restarted
     }
 
-    pub(crate) fn from_rest(&self) -> bool {
+    pub(crate) fn starts_from_rest(&self) -> bool {
         self.restarts % 8 == 4
     }
     pub(crate) fn observe(&mut self, change: &Change<T>) {

@@ -71,7 +71,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
     pub(crate) fn impulse_is_excessive(&self) -> bool {
         let contacts = self.solution.contacts.iter();
         let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());
-        square.square_root() > T::literal(100.0) * self.problem.size
+        square.square_root() > T::literal(4.0) * self.problem.size
     }
 
     /// Ends it.

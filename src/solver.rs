@@ -125,12 +125,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
             if balance.has_restarted() {
                 caution.forget();
                 length = 20;
-                if balance.from_rest() {
+                if balance.starts_from_rest() {
                     point = Point::at(&search.problem, balance.scale, &[zeros(); C]);
                 }
             }
         }
-        if search.is_solved() && search.impulse_is_excessive() {
+        if !search.is_solved() || search.impulse_is_excessive() {
             look_for_proof(&mut search);
         }
         search.finish();
@@ -233,7 +233,9 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
 fn look_for_proof<T: Real, const N: usize, const D: usize, const C: usize>(
     search: &mut Search<'_, T, N, D, C>,
 ) {
-    let Some(proof) = infeasibility::certificate(&search.problem) else {
+    let known = !search.solution.certificate.is_empty();
+    let proof = infeasibility::certificate(&search.problem);
+    let Some(proof) = proof.filter(|_| !known) else {
         return;
     };
     for &d in proof.iter().take(search.problem.laws().len()) {
