@@ -146,7 +146,7 @@ fn follows<A: Acceleration<f64>>(
 ) -> Result<(), TestCaseError> {
     let factor = Factor::new(scene).expect("M is positive definite");
     let problem = Problem::new(scene, &factor, f, slip).expect("the data are valid");
-    let mut iterates = [Iterate::at(SVector::zeros(), SVector::zeros()); C];
+    let mut iterates = [Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty()); C];
     let mut acceleration = A::START;
     let mut note = Note::new(scene, f, factor.penalty());
     for k in 0..80 {
