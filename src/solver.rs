@@ -90,6 +90,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         let mut search = Search::new(problem, settings, &mut self.solution);
         search.consider(&point.impulse, &point.relative, point.natural_map);
         let mut adapted = false;
+        let mut left = None;
         let mut length = if eager { 0 } else { 5 };
         while search.is_running() {
             if length > 0 {
@@ -125,9 +126,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
             if balance.has_restarted() {
                 caution.forget();
                 length = 20;
-                if balance.starts_from_rest() {
-                    point = Point::at(&search.problem, balance.scale, &[zeros(); C]);
-                }
+                // Now and then from rest; if that does not help, back to where it was.
+                let (velocity, impulse) = match left.take() {
+                    Some(last) => last,
+                    None if balance.starts_from_rest() => {
+                        left = Some((point.velocity, point.impulse));
+                        ([zeros(); C], [[T::ZERO; D]; C])
+                    }
+                    None => (point.velocity, point.impulse),
+                };
+                point = Point::of(&search.problem, balance.scale, &velocity, &impulse);
             }
         }
         if !search.is_solved() || search.impulse_is_excessive() {
@@ -169,15 +177,9 @@ fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
             break;
         }
     }
-    // z = P - r / rho_i
-    let mut z = [zeros(); C];
-    for ((z, iterate), law) in z.iter_mut().zip(&iterates).zip(search.problem.laws()) {
-        *z = iterate.u;
-        if law.step > T::ZERO {
-            *z -= iterate.impulse() / (balance.scale * law.step);
-        }
-    }
-    let point = Point::at(&search.problem, balance.scale, &z);
+    let velocity = iterates.map(|iterate| iterate.u);
+    let impulse = iterates.map(|iterate| iterate.impulse().into());
+    let point = Point::of(&search.problem, balance.scale, &velocity, &impulse);
     if search.is_running() {
         search.consider(&point.impulse, &point.relative, point.natural_map);
     }
