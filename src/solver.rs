@@ -108,6 +108,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                     &mut caution,
                     &balance,
                     &mut self.workspace,
+                    left.is_some(),
                 );
             }
             if !search.is_running() {
@@ -193,6 +194,7 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     caution: &mut Caution<T>,
     balance: &Balance<T>,
     workspace: &mut Resolvent<T, D, C>,
+    patient: bool,
 ) {
     while search.is_running() {
         search.solution.newton_steps += 1;
@@ -201,20 +203,23 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
         let step = newton::direction(problem, point, balance.scale, regularisation, matrix);
         let accepted = step.and_then(|step| {
             let half = T::literal(0.5);
-            [T::ONE, half].into_iter().find(|&length| {
-                let mut z = point.z;
-                for (z, step) in z.iter_mut().zip(&step) {
-                    *z += step * length;
-                }
-                let trial = Point::at(&search.problem, balance.scale, &z);
-                search.consider(&trial.impulse, &trial.relative, trial.natural_map);
-                let enough = point.energy * (T::ONE - T::literal(2e-4) * length);
-                let better = trial.energy < enough || !search.is_running();
-                if better {
-                    *point = trial;
-                }
-                better
-            })
+            [T::ONE, half, T::literal(0.1), T::literal(0.01)]
+                .into_iter()
+                .take(if patient { 4 } else { 2 })
+                .find(|&length| {
+                    let mut z = point.z;
+                    for (z, step) in z.iter_mut().zip(&step) {
+                        *z += step * length;
+                    }
+                    let trial = Point::at(&search.problem, balance.scale, &z);
+                    search.consider(&trial.impulse, &trial.relative, trial.natural_map);
+                    let enough = point.energy * (T::ONE - T::literal(2e-4) * length);
+                    let better = trial.energy < enough || !search.is_running();
+                    if better {
+                        *point = trial;
+                    }
+                    better
+                })
         });
         match accepted {
             Some(length) if length == T::ONE => caution.relax(),
