@@ -26,6 +26,8 @@ use nalgebra::{SMatrix, SVector};
 pub struct FrictionCone<T> {
     axial: T,
     radial: T,
+    /// `1 / (axial² + radial²)`
+    shrink: T,
 }
 
 /// Spectral factorisation `x = values[0] vectors[0] + values[1] vectors[1]`, Eqs. (3)-(5).
@@ -48,9 +50,10 @@ impl<T: Real> FrictionCone<T> {
     #[must_use]
     pub fn new(mu: T) -> Option<Self> {
         let valid = mu >= T::ZERO && (mu * mu).is_finite();
-        valid.then_some(Self {
+        valid.then(|| Self {
             axial: T::ONE,
             radial: mu,
+            shrink: T::ONE / (T::ONE + mu * mu),
         })
     }
 
@@ -60,6 +63,7 @@ impl<T: Real> FrictionCone<T> {
         Self {
             axial: T::ONE,
             radial: T::ZERO,
+            shrink: T::ONE,
         }
     }
 
@@ -69,6 +73,7 @@ impl<T: Real> FrictionCone<T> {
         Self {
             axial: self.radial,
             radial: self.axial,
+            shrink: self.shrink,
         }
     }
 
@@ -107,15 +112,13 @@ impl<T: Real> FrictionCone<T> {
             return (SVector::zeros(), T::ZERO);
         }
         // Here `length > 0`: without a tangential part one of the cases above holds.
-        let along = self.axial * normal + self.radial * length;
-        let norm2 = self.axial * self.axial + self.radial * self.radial;
-        let per_length = along / (norm2 * length);
-        let shrink = per_length * self.radial;
-        let mut projection = x * shrink;
+        let along = (self.axial * normal + self.radial * length) * self.shrink;
+        let shadow = along * self.radial;
+        let mut projection = x / length * shadow;
         if let Some(first) = projection.as_mut_slice().first_mut() {
-            *first = per_length * self.axial * length;
+            *first = along * self.axial;
         }
-        (projection, shrink * length)
+        (projection, shadow)
     }
 
     /// A generalised derivative of the projection at `x`, and the direction `x2 / |x2|`.
@@ -148,13 +151,12 @@ impl<T: Real> FrictionCone<T> {
         if self.radial * length <= -self.axial * normal {
             return (SMatrix::zeros(), direction);
         }
-        let norm2 = self.axial * self.axial + self.radial * self.radial;
-        let along = (self.axial * normal + self.radial * length) / norm2;
+        let along = (self.axial * normal + self.radial * length) * self.shrink;
         let ray = axis * self.axial + direction * self.radial;
         let turn = along * self.radial / length;
         let sideways =
             SMatrix::identity() - axis * axis.transpose() - direction * direction.transpose();
-        let derivative = ray * ray.transpose() / norm2 + sideways * turn;
+        let derivative = ray * ray.transpose() * self.shrink + sideways * turn;
         (derivative, direction)
     }
 
@@ -165,7 +167,6 @@ impl<T: Real> FrictionCone<T> {
     pub fn spectral<const D: usize>(&self, x: &SVector<T, D>) -> Spectral<T, D> {
         let (normal, tangent) = split(x);
         let length = norm(tangent);
-        let norm2 = self.axial * self.axial + self.radial * self.radial;
         let mut direction = SVector::<T, D>::zeros();
         if let Some((_, unit)) = direction.as_mut_slice().split_first_mut() {
             for (unit, &x) in unit.iter_mut().zip(tangent) {
@@ -178,9 +179,9 @@ impl<T: Real> FrictionCone<T> {
             }
         }
         let vector = |axial: T, radial: T| {
-            let mut vector = direction * (radial / norm2);
+            let mut vector = direction * (radial * self.shrink);
             if let Some(first) = vector.as_mut_slice().first_mut() {
-                *first = axial / norm2;
+                *first = axial * self.shrink;
             }
             vector
         };

@@ -190,17 +190,27 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         }
     }
 
-    /// `|H_Nᵀ d|` in the norm of `M⁻¹`, for one `d_i` a contact.
-    pub(crate) fn normal_momentum(&self, d: &[T; C]) -> T {
-        let mut g = [T::ZERO; N];
-        for (&d, rows) in d.iter().zip(&self.whitened).take(self.contacts) {
-            if let Some(normal) = rows.first() {
-                axpy(d, normal, &mut g);
-            }
+    /// `W_NN d` for one `d_i` a contact, and `|H_Nᵀ d|` in the norm of `M⁻¹`; by way of `H_Nᵀ d`,
+    /// so that both are small where that is.
+    pub(crate) fn normal_products(&self, d: &[T; C]) -> ([T; C], T) {
+        let mut momentum = [T::ZERO; N];
+        let normals = || {
+            self.whitened
+                .iter()
+                .take(self.contacts)
+                .filter_map(|rows| rows.first())
+        };
+        for (&d, normal) in d.iter().zip(normals()) {
+            axpy(d, normal, &mut momentum);
         }
-        let mut scaled = g;
+        let mut scaled = momentum;
         scale_by_reciprocal(self.mass.as_flattened(), N, &mut scaled);
-        dot(&g, &scaled).max(T::ZERO).square_root()
+        let mut product = [T::ZERO; C];
+        for (product, normal) in product.iter_mut().zip(normals()) {
+            *product = dot(normal, &scaled);
+        }
+        let energy = dot(&momentum, &scaled).max(T::ZERO);
+        (product, energy.square_root())
     }
 
     /// `v = M⁻¹ (Hᵀ r - f)`.

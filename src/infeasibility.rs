@@ -40,14 +40,30 @@ pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usiz
         .iter()
         .fold(T::ZERO, |size, g| size.max(g.abs()));
     let mut d = gram.minimise(fastest)?;
-    gram.purify(&mut d)?;
-    for (d, scale) in d.iter_mut().zip(scale) {
-        *d *= scale;
+    let support = gram.purify(&mut d)?;
+    // What rounding left of W_NN d, taken away twice.
+    for _ in 0..2 {
+        let (mut left, _) = problem.factor.normal_products(&product(&d, &scale));
+        left = product(&left, &scale);
+        let correction = gram.solve(&support, T::ZERO, &gram.offset, &left)?;
+        for (d, correction) in d.iter_mut().zip(correction) {
+            *d = (*d - correction).max(T::ZERO);
+        }
     }
+    let d = product(&d, &scale);
     let approach = -dot(&d, &offset);
-    let leak = problem.factor.normal_momentum(&d);
+    let (_, leak) = problem.factor.normal_products(&d);
     let proportion = T::literal(1e9).min(T::literal(0.25) / T::EPSILON);
     (approach > T::ZERO && leak * proportion * fastest <= approach).then_some(d)
+}
+
+/// Entry by entry.
+fn product<T: Real, const C: usize>(x: &[T; C], y: &[T; C]) -> [T; C] {
+    let mut product = *x;
+    for (product, &y) in product.iter_mut().zip(y) {
+        *product *= y;
+    }
+    product
 }
 
 /// The quadratic form of the search, over contacts scaled to unit effective mass.
@@ -125,8 +141,9 @@ impl<T: Real, const C: usize> Gram<T, C> {
         (T::ONE + dot(&g, &d) <= T::literal(0.999)).then_some(d)
     }
 
-    /// Inverse iteration on the support of `d`: what is not in the null space dies out.
-    fn purify(&self, d: &mut [T; C]) -> Option<()> {
+    /// Inverse iteration on the support of `d`, which it returns: what is not in the null space
+    /// dies out.
+    fn purify(&self, d: &mut [T; C]) -> Option<Vec<usize, C>> {
         let mut support = Vec::<usize, C>::new();
         for (i, _) in d.iter().enumerate().filter(|&(_, &d)| d > T::ZERO) {
             let _ = support.push(i);
@@ -145,7 +162,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
                 *d = T::ZERO;
             }
         }
-        d.iter().all(|&d| d >= T::ZERO).then_some(())
+        d.iter().all(|&d| d >= T::ZERO).then_some(support)
     }
 
     /// Solves `(W_NN + weight g gᵀ + δI) x = b` on a support, zero elsewhere.

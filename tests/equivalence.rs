@@ -205,7 +205,10 @@ proptest! {
 
     #[test]
     fn a_hyperstatic_box_moves_alike_in_any_order_and_axes(angle in 0.0..6.3) {
-        let case = sliding::<f64>()?;
+        // Without spin: friction that turns would depend on how four corners share the weight.
+        let f = BRICK.free_impulse::<f64>(0.4, 0.01)
+            - BRICK.mass_matrix() * SVector::<f64, 6>::from([0.3, 0.1, 0.0, 0.0, 0.0, 0.0]);
+        let case = (BRICK.on_plane(0.3)?, f);
         agrees(&case, &reversed(&case.0)?, |solution| impulses(solution).rev().collect())?;
         agrees(&case, &turned(&case.0, angle)?, |solution| turned_back(solution, angle))?;
     }
