@@ -10,10 +10,10 @@
 //! use nalgebra::vector;
 //! use stiction::FrictionCone;
 //!
-//! let cone = FrictionCone::new(0.5).unwrap();
-//! let slipping = vector![2.0, 3.0, 0.0]; // normal first
-//! assert_eq!(cone.project(&slipping), vector![2.8, 1.4, 0.0]);
-//! assert!(cone.dual().contains(&vector![1.0, 2.0, 0.0]));
+//! let cone = FrictionCone::new(1.0).unwrap();
+//! let slipping = vector![2.0, 4.0, 0.0]; // normal first
+//! assert_eq!(cone.project(&slipping), vector![3.0, 3.0, 0.0]);
+//! assert!(cone.dual().contains(&vector![2.0, 1.0, 0.0]));
 //! ```
 
 use crate::Real;
@@ -114,7 +114,7 @@ impl<T: Real> FrictionCone<T> {
         // Here `length > 0`: without a tangential part one of the cases above holds.
         let along = (self.axial * normal + self.radial * length) * self.shrink;
         let shadow = along * self.radial;
-        let mut projection = x / length * shadow;
+        let mut projection = x * (shadow / length);
         if let Some(first) = projection.as_mut_slice().first_mut() {
             *first = along * self.axial;
         }

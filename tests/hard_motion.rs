@@ -2,7 +2,7 @@
 
 mod support;
 
-use support::check::{F32, F64, scene, solved};
+use support::check::{DRAWN_F64, F32, F64, scene, solved};
 use support::generate::{Class, solvable};
 use support::scene_file::SceneFile;
 
@@ -35,7 +35,7 @@ fn point_in_f32() {
 
 #[test]
 fn belts_and_impacts_in_f64() {
-    solved::<f64>(solvable(Class::Moving, 60), F64);
+    solved::<f64>(solvable(Class::Moving, 60), DRAWN_F64);
 }
 
 #[test]
