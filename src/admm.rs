@@ -17,6 +17,8 @@ use nalgebra::SVector;
 pub(crate) struct Iterate<T, const D: usize> {
     pub(crate) u: SVector<T, D>,
     pub(crate) zeta: SVector<T, D>,
+    /// `rho_i`
+    penalty: T,
     u_hat: SVector<T, D>,
     zeta_hat: SVector<T, D>,
     /// `s`: the tangential speed in `b(s)`.
@@ -24,16 +26,23 @@ pub(crate) struct Iterate<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Iterate<T, D> {
-    /// An iterate without momentum, at a velocity `ũ` and a scaled multiplier `ζ = -r / rho`.
-    pub(crate) fn at(u: SVector<T, D>, zeta: SVector<T, D>) -> Self {
+    /// An iterate without momentum, at a velocity `ũ` and an impulse `r = -rho ζ`.
+    pub(crate) fn at(u: SVector<T, D>, r: SVector<T, D>, penalty: T) -> Self {
+        let zeta = r / -penalty;
         let (_, tangent) = split(&u);
         Self {
             u,
             zeta,
+            penalty,
             u_hat: u,
             zeta_hat: zeta,
             slip: norm(tangent),
         }
+    }
+
+    /// `r = -rho ζ`
+    pub(crate) fn impulse(&self) -> SVector<T, D> {
+        self.zeta * -self.penalty
     }
 
     /// `s = |ũ_T|`, for the outer loop.
@@ -46,14 +55,14 @@ impl<T: Real, const D: usize> Iterate<T, D> {
 /// How far one iteration moved.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change<T> {
-    /// `|ζᵏ⁺¹ - ζ̂ᵏ|²`, m²/s²; with `dual` the `e_k / rho` of the note.
+    /// `rho |ζᵏ⁺¹ - ζ̂ᵏ|²`; with `dual` the `e_k` of the note.
     pub(crate) primal: T,
-    /// `|ũᵏ⁺¹ - ûᵏ|²`
+    /// `rho |ũᵏ⁺¹ - ûᵏ|²`
     pub(crate) dual: T,
     /// Square of an estimate of what is left of the natural map, N²s².
     pub(crate) error: T,
-    /// `|ζᵏ⁺¹|²`
-    pub(crate) zeta: T,
+    /// `|rᵏ⁺¹|²`
+    pub(crate) impulse: T,
 }
 
 /// How the next iterate is extrapolated: `û = ũ + c (ũ - ũ_previous)`, and `ζ` likewise.
@@ -153,9 +162,8 @@ where
         primal: T::ZERO,
         dual: T::ZERO,
         error: T::ZERO,
-        zeta: T::ZERO,
+        impulse: T::ZERO,
     };
-    let rho = resolvent.penalty();
     let pairs = laws.iter().zip(iterates.iter_mut());
     for (product, (law, iterate)) in product.iter().zip(pairs) {
         // H v + b + ζ̂ = û + B (q + S + ζ̂ - û)
@@ -166,13 +174,14 @@ where
         let mut primal = zeta - iterate.zeta_hat;
         let dual = u - iterate.u_hat;
         let dual2 = dual.norm_squared();
-        change.primal += primal.norm_squared();
-        change.dual += dual2;
+        let rho = iterate.penalty;
+        change.primal += rho * primal.norm_squared();
+        change.dual += rho * dual2;
         if problem.slip == SlipUpdate::EveryIteration {
             add_to_normal(&mut primal, law.lift * (speed - iterate.slip));
         }
         change.error += law.step * law.step * primal.norm_squared() + rho * rho * dual2;
-        change.zeta += zeta.norm_squared();
+        change.impulse += rho * rho * zeta.norm_squared();
 
         if problem.slip == SlipUpdate::EveryIteration {
             iterate.slip = speed;

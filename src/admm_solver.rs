@@ -94,16 +94,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
         let problem = Problem::new(scene, factor, f, settings.slip)?;
-        let penalty = factor.penalty();
-        let mut iterates = self.state.iterates(&problem, penalty);
+        let mut iterates = self.state.iterates(&problem, factor.penalty());
         let mut search = Search::new(problem, settings, &mut self.solution);
         let mut acceleration = A::START;
-        search.consider_iterates(&iterates, penalty);
+        search.consider_iterates(&iterates);
         while search.is_running() {
             search.iterate(factor.resolvent(), &mut iterates, &mut acceleration);
         }
         search.finish();
-        let contacts = iterates.iter().map(|i| (i.u, i.zeta * -penalty));
+        let contacts = iterates.iter().map(|i| (i.u, i.impulse()));
         self.state.keep(contacts.take(factor.contacts()));
         Ok(&self.solution)
     }

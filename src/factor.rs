@@ -22,6 +22,7 @@ use nalgebra::SVector;
 #[derive(Clone, Debug)]
 pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     contacts: usize,
+    penalty: T,
     /// `M = L D Lᵀ`.
     mass: [[T; N]; N],
     /// `L⁻¹ H_iᵀ`, one column of `L⁻¹ Hᵀ` a row here.
@@ -37,6 +38,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     pub const fn empty() -> Self {
         Self {
             contacts: 0,
+            penalty: T::ONE,
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; N]; D]; C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],
@@ -69,13 +71,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// [`Error::InvalidPenalty`] if `rho` is not positive and finite, or so large that
     /// `I + rho W` is singular in this number type. The factor keeps its old penalty.
     pub fn set_penalty(&mut self, penalty: T) -> Result<(), Error> {
-        let previous = self.resolvent.penalty();
-        let result = self
-            .resolvent
-            .compute(&self.delassus, self.contacts, penalty);
-        if result.is_err() {
-            self.resolvent
-                .compute(&self.delassus, self.contacts, previous)?;
+        let (delassus, contacts) = (&self.delassus, self.contacts);
+        let result = self.resolvent.compute(delassus, contacts, &[penalty; C]);
+        match result {
+            Ok(()) => self.penalty = penalty,
+            Err(_) => self
+                .resolvent
+                .compute(delassus, contacts, &[self.penalty; C])?,
         }
         result
     }
@@ -83,7 +85,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// The penalty `rho` (kg) of the augmented Lagrangian.
     #[must_use]
     pub const fn penalty(&self) -> T {
-        self.resolvent.penalty()
+        self.penalty
     }
 
     /// Number of contacts of the scene this was computed for.
@@ -121,8 +123,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
                 *entry = mass;
             }
         }
-        factorise(self.mass.as_flattened_mut(), N, N, T::EPSILON)
-            .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
+        factorise(
+            self.mass.as_flattened_mut(),
+            N,
+            N,
+            T::literal(32.0) * T::EPSILON,
+        )
+        .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.contacts = scene.contacts().len();
         for (rows, contact) in self.whitened.iter_mut().zip(scene.contacts()) {
             for (row, jacobian) in rows.iter_mut().zip(contact.jacobian.row_iter()) {

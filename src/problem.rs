@@ -101,13 +101,25 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         u: &mut ContactVector<T, D, C>,
     ) -> T {
         self.factor.delassus_times(r, u);
-        let contacts = self.laws().iter().zip(u).zip(r).map(|((law, u), r)| {
+        for (u, law) in u.iter_mut().zip(self.laws()) {
             for (u, &q) in u.iter_mut().zip(law.free.iter()) {
                 *u += q;
             }
-            (law, &*u, r, T::ZERO)
-        });
+        }
+        let contacts = self.laws().iter().zip(&*u).zip(r);
+        let contacts = contacts.map(|((law, u), r)| (law, u, r, T::ZERO));
         residual::natural_map(contacts)
+    }
+
+    /// `rho_i = scale alpha_i`; the penalty of the factor for a contact that nothing moves.
+    pub(crate) fn penalties(&self, scale: T) -> [T; C] {
+        let mut penalties = [self.factor.penalty(); C];
+        for (penalty, law) in penalties.iter_mut().zip(self.laws()) {
+            if law.step > T::ZERO {
+                *penalty = scale * law.step;
+            }
+        }
+        penalties
     }
 
     /// Adds to `q_i`.

@@ -11,12 +11,25 @@ use crate::problem::Law;
 use crate::{ContactMode, Real, Scene};
 use nalgebra::SVector;
 
-/// A quotient of norms in which 0/0 is 0; never NaN.
+/// A quotient of norms in which 0/0 is 0, and whatever is not a number is infinite.
 pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
-    if numerator == T::ZERO {
+    if numerator == T::ZERO && denominator.is_finite() {
         T::ZERO
-    } else {
+    } else if numerator.is_finite() && denominator.is_finite() {
         numerator / denominator
+    } else {
+        T::ONE / T::ZERO
+    }
+}
+
+/// A power of two that brings the largest of some numbers near 1, so that their squares neither
+/// overflow nor vanish.
+fn unit<T: Real>(numbers: impl Iterator<Item = T>) -> T {
+    let largest = numbers.fold(T::ZERO, |largest, x| largest.max(x.abs()));
+    if largest > T::ZERO && largest.is_finite() {
+        T::power_of_two(-largest.exponent())
+    } else {
+        T::ONE
     }
 }
 
@@ -50,19 +63,29 @@ pub(crate) fn mode<T: Real, const D: usize>(
 ///
 /// `noise` bounds what rounding did to each `u_i`, m/s; it is counted as part of the error.
 pub(crate) fn natural_map<'a, T: Real, const D: usize>(
-    contacts: impl Iterator<Item = (&'a Law<T, D>, &'a [T; D], &'a [T; D], T)>,
+    contacts: impl Iterator<Item = (&'a Law<T, D>, &'a [T; D], &'a [T; D], T)> + Clone,
 ) -> T {
-    let [mut residual, mut impulse, mut free] = [T::ZERO; 3];
+    let sizes = contacts.clone().flat_map(|(law, _, r, _)| {
+        let free = law.free.iter().map(|&q| law.step * q);
+        r.iter().copied().chain(free)
+    });
+    let unit = unit(sizes);
+    let [mut residual, mut impulse, mut free, mut noises] = [T::ZERO; 4];
     for (law, u, r, noise) in contacts {
         let (u, r) = (SVector::from(*u), SVector::from(*r));
         let x = argument(law, &u, &r);
-        let gap = (r - law.cone.project(&x)).norm_squared();
-        let noise = law.step * (T::ONE + law.lift) * noise;
-        residual += gap + noise * noise;
-        impulse += r.norm_squared();
-        free += (law.free * law.step).norm_squared();
+        residual += ((r - law.cone.project(&x)) * unit).norm_squared();
+        impulse += (r * unit).norm_squared();
+        free += (law.free * (law.step * unit)).norm_squared();
+        let noise = law.step * unit * (T::ONE + law.lift) * noise;
+        noises += noise * noise;
     }
-    quotient(residual.square_root(), impulse.max(free).square_root())
+    let size = impulse.max(free);
+    if residual == T::ZERO && size == T::ZERO {
+        // Nothing moves and nothing pushes: what noise there is has cancelled.
+        return T::ZERO;
+    }
+    quotient((residual + noises).square_root(), size.square_root())
 }
 
 /// The whole error of a solution, plus what rounding in this function may hide of it.
@@ -113,15 +136,17 @@ pub(crate) fn error<T: Real, const N: usize, const D: usize, const C: usize>(
     let contacts = laws.iter().zip(&*u).zip(r).zip(noise);
     let natural_map = natural_map(contacts.map(|(((law, u), r), noise)| (law, u, r, noise)));
 
+    let sizes = f.iter().chain(&inertia).chain(&contact_force).copied();
+    let unit = unit(sizes);
     let [mut residual, mut free, mut moved, mut pushed] = [T::ZERO; 4];
     let dofs = f.iter().zip(&inertia).zip(&contact_force).zip(&terms);
     for (((&f, &inertia), &contact), &terms) in dofs {
-        let gap = inertia + f - contact;
-        let noise = T::EPSILON * (terms + f.abs());
+        let gap = unit * (inertia + f - contact);
+        let noise = T::EPSILON * unit * (terms + f.abs());
         residual += gap * gap + noise * noise;
-        free += f * f;
-        moved += inertia * inertia;
-        pushed += contact * contact;
+        free += (unit * f) * (unit * f);
+        moved += (unit * inertia) * (unit * inertia);
+        pushed += (unit * contact) * (unit * contact);
     }
     let size = free.max(moved).max(pushed);
     natural_map.max(quotient(residual.square_root(), size.square_root()))

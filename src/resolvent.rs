@@ -1,53 +1,60 @@
-//! The resolvent `B = (I + rho W)⁻¹` of the Delassus operator: all that depends on the penalty.
+//! The resolvent `B = (I + W R)⁻¹` of the Delassus operator: all that depends on the penalties.
+//!
+//! `R` is `rho I` as in the note, or has one penalty a contact. A projection onto a cone does not
+//! mind a factor of its own for each contact.
 
 use crate::cholesky::{axpy, factorise};
 use crate::contact_space::{ContactMatrix, ContactVector, mirror, multiply};
 use crate::{Error, Real};
 
-/// `B = (I + rho W)⁻¹`, symmetric, with the `rho` it belongs to.
+/// `B = (I + W R)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
 #[derive(Clone, Debug)]
 pub(crate) struct Resolvent<T, const D: usize, const C: usize> {
-    penalty: T,
+    pub(crate) penalties: [T; C],
     pub(crate) matrix: ContactMatrix<T, D, C>,
 }
 
 impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     pub(crate) const fn empty() -> Self {
         Self {
-            penalty: T::ONE,
+            penalties: [T::ONE; C],
             matrix: [[[[T::ZERO; D]; C]; D]; C],
         }
     }
 
-    pub(crate) const fn penalty(&self) -> T {
-        self.penalty
-    }
-
-    /// Inverts `I + rho W` for the first `contacts` contacts, by its Cholesky factor.
+    /// `B = R⁻¹ (W + R⁻¹)⁻¹` for the first `contacts` contacts, by the Cholesky factor of `W + R⁻¹`.
     pub(crate) fn compute(
         &mut self,
         delassus: &ContactMatrix<T, D, C>,
         contacts: usize,
-        penalty: T,
+        penalties: &[T; C],
     ) -> Result<(), Error> {
-        if !(penalty > T::ZERO && penalty.is_finite()) {
+        let usable = |&rho: &T| rho > T::ZERO && rho.is_finite();
+        if !penalties.iter().all(usable) {
             return Err(Error::InvalidPenalty);
         }
         let (rows, stride) = (contacts * D, D * C);
-        let matrix = self.matrix.as_flattened_mut();
-        let pairs = matrix.iter_mut().zip(delassus.as_flattened());
-        for (i, (row, source)) in pairs.take(rows).enumerate() {
-            let entries = row.as_flattened_mut().iter_mut().zip(source.as_flattened());
-            for (j, (entry, &w)) in entries.take(i + 1).enumerate() {
-                let unit = if i == j { T::ONE } else { T::ZERO };
-                *entry = unit + penalty * w;
+        let blocks = self.matrix.iter_mut().zip(delassus).zip(penalties);
+        for (i, ((rows, sources), &rho)) in blocks.take(contacts).enumerate() {
+            for (a, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
+                *row = *source;
+                let diagonal = row.get_mut(i).and_then(|block| block.get_mut(a));
+                if let Some(entry) = diagonal {
+                    *entry += T::ONE / rho;
+                }
             }
         }
-        let flat = matrix.as_flattened_mut().as_flattened_mut();
+        let flat = self.matrix.as_flattened_mut().as_flattened_mut();
+        let flat = flat.as_flattened_mut();
         factorise(flat, stride, rows, T::ZERO).map_err(|_| Error::InvalidPenalty)?;
         invert(flat, stride, rows);
         mirror(flat, stride, rows);
-        self.penalty = penalty;
+        for (rows, &rho) in self.matrix.iter_mut().zip(penalties) {
+            for entry in rows.as_flattened_mut().as_flattened_mut() {
+                *entry /= rho;
+            }
+        }
+        self.penalties = *penalties;
         Ok(())
     }
 

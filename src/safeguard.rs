@@ -50,8 +50,15 @@ impl<T: Real> Caution<T> {
     /// `λ`: vanishes with the error, so that the last steps are Newton's.
     pub(crate) fn regularisation(&self, natural_map: T) -> T {
         let lambda = self.level * T::literal(1e-3) * natural_map.min(T::ONE)
-            + T::literal(1e-9).max(T::EPSILON * T::literal(8.0));
+            + T::literal(1e-12).max(T::EPSILON * T::literal(8.0));
         lambda.min(T::literal(0.3))
+    }
+
+    /// Forgets the rejections, for a new beginning.
+    pub(crate) fn forget(&mut self) {
+        self.level = T::ONE;
+        self.rejected = None;
+        self.waited = 0;
     }
 
     /// A full step was accepted.
@@ -69,31 +76,34 @@ impl<T: Real> Caution<T> {
     }
 }
 
-/// The penalties of ADMM and of Newton's method, and what ADMM says of them.
+/// The penalties `rho_i = scale alpha_i` of Newton's method, and of ADMM once it has failed.
 pub(crate) struct Balance<T> {
-    /// `rho` of ADMM.
-    pub(crate) penalty: T,
-    /// `kappa` of Newton's `rho_i = kappa alpha_i`.
     pub(crate) scale: T,
-    start: T,
-    /// `|ζᵏ⁺¹ - ζ̂ᵏ|²` and `|ũᵏ⁺¹ - ûᵏ|²` of the last iteration.
+    /// `rho |ζᵏ⁺¹ - ζ̂ᵏ|²` and `rho |ũᵏ⁺¹ - ûᵏ|²` of the last iteration.
     primal: T,
     dual: T,
     restarts: usize,
+    restarted: bool,
 }
 
 impl<T: Real> Balance<T> {
-    pub(crate) fn of(penalty: T) -> Self {
+    pub(crate) fn new() -> Self {
         Self {
-            penalty,
             scale: T::ONE,
-            start: penalty,
             primal: T::ONE,
             dual: T::ONE,
             restarts: 0,
+            restarted: false,
         }
     }
 
+    pub(crate) fn has_restarted(&self) -> bool {
+        self.restarted
+    }
+
+    pub(crate) fn starts_from_rest(&self) -> bool {
+        self.restarts % 8 == 4
+    }
     pub(crate) fn observe(&mut self, change: &Change<T>) {
         self.primal = change.primal;
         self.dual = change.dual;
@@ -106,16 +116,16 @@ impl<T: Real> Balance<T> {
         if cost >= 300 * (self.restarts + 1) {
             let scale = SCALES.get(self.restarts % SCALES.len()).copied();
             self.scale = T::literal(scale.unwrap_or(1.0));
-            self.penalty = self.start * self.scale;
             self.restarts += 1;
+            self.restarted = true;
             return;
         }
+        self.restarted = false;
         let (ten, tenth) = (T::literal(10.0), T::literal(0.1));
         let factor = quotient(self.primal, self.dual).square_root().square_root();
         let factor = factor.min(ten).max(tenth);
         let two = T::ONE + T::ONE;
         if factor > two || factor * two < T::ONE {
-            self.penalty *= factor;
             self.scale *= factor;
         }
     }

@@ -71,7 +71,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
     pub(crate) fn impulse_is_excessive(&self) -> bool {
         let contacts = self.solution.contacts.iter();
         let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());
-        square.square_root() > T::literal(100.0) * self.problem.size
+        square.square_root() > T::literal(4.0) * self.problem.size
     }
 
     /// Ends it.
@@ -89,8 +89,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
     ) -> Change<T> {
         self.solution.iterations += 1;
         let change = iterate(&self.problem, resolvent, iterates, acceleration);
-        let penalty = resolvent.penalty();
-        let size = self.problem.size.max(penalty * change.zeta.square_root());
+        let size = self.problem.size.max(change.impulse.square_root());
         let estimate = quotient(change.error.square_root(), size);
         let tolerance = self.settings.tolerance;
         if self.problem.slip == SlipUpdate::OuterLoop && estimate <= tolerance {
@@ -100,16 +99,16 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         let last = self.cost() >= self.settings.max_iterations;
         if estimate <= self.gate || last {
             self.gate = estimate * T::literal(0.5);
-            self.consider_iterates(iterates, penalty);
+            self.consider_iterates(iterates);
         }
         change
     }
 
     /// [`Self::consider`] for `r = -rho ζ`.
-    pub(crate) fn consider_iterates(&mut self, iterates: &[Iterate<T, D>; C], penalty: T) {
+    pub(crate) fn consider_iterates(&mut self, iterates: &[Iterate<T, D>; C]) {
         let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
         for (r, iterate) in r.iter_mut().zip(iterates) {
-            *r = (iterate.zeta * -penalty).into();
+            *r = iterate.impulse().into();
         }
         let natural_map = self.problem.natural_map(&r, &mut u);
         self.consider(&r, &u, natural_map);

@@ -32,7 +32,7 @@ impl<T> Settings<T> {
     pub const fn new(tolerance: T) -> Self {
         Self {
             tolerance,
-            max_iterations: 1000,
+            max_iterations: 10_000,
             slip: SlipUpdate::EveryIteration,
         }
     }

@@ -84,7 +84,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
         let problem = Problem::new(scene, factor, f, settings.slip)?;
-        let mut balance = Balance::of(factor.penalty());
+        let mut balance = Balance::new();
         let mut caution = Caution::new();
         let (mut point, eager) = self.state.point(&problem, balance.scale);
         let mut search = Search::new(problem, settings, &mut self.solution);
@@ -112,21 +112,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
             if !search.is_running() {
                 break;
             }
-            // What Newton leaves goes back to ADMM, with a penalty between its residuals.
-            balance.update(search.cost());
-            adapted = balance.penalty != factor.penalty();
+            // What Newton leaves goes back to ADMM, with penalties that its residuals balance.
             if adapted {
-                let (delassus, contacts) = (factor.delassus(), factor.contacts());
-                let computed = self.workspace.compute(delassus, contacts, balance.penalty);
-                search.solution.factorizations += 1;
-                if computed.is_err() {
-                    balance = Balance::of(factor.penalty());
-                    adapted = false;
+                balance.update(search.cost());
+            }
+            let penalties = search.problem.penalties(balance.scale);
+            let (delassus, contacts) = (factor.delassus(), factor.contacts());
+            let computed = self.workspace.compute(delassus, contacts, &penalties);
+            adapted = computed.is_ok();
+            search.solution.factorizations += 1;
+            length = 8;
+            if balance.has_restarted() {
+                caution.forget();
+                length = 20;
+                if balance.starts_from_rest() {
+                    point = Point::at(&search.problem, balance.scale, &[zeros(); C]);
                 }
             }
-            length = 8;
         }
-        if search.is_solved() && search.impulse_is_excessive() {
+        if !search.is_solved() || search.impulse_is_excessive() {
             look_for_proof(&mut search);
         }
         search.finish();
@@ -151,10 +155,11 @@ fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
     balance: &mut Balance<T>,
     length: usize,
 ) -> Point<T, D, C> {
-    let mut iterates = [Iterate::at(zeros(), zeros()); C];
+    let mut iterates = [Iterate::at(zeros(), zeros(), T::ONE); C];
     let pairs = point.velocity.iter().zip(point.impulse);
-    for (iterate, (velocity, impulse)) in iterates.iter_mut().zip(pairs) {
-        *iterate = Iterate::at(*velocity, SVector::from(impulse) / -balance.penalty);
+    let pairs = pairs.zip(resolvent.penalties);
+    for (iterate, ((velocity, impulse), penalty)) in iterates.iter_mut().zip(pairs) {
+        *iterate = Iterate::at(*velocity, impulse.into(), penalty);
     }
     let mut acceleration = Restart::START;
     for _ in 0..length {
@@ -169,7 +174,7 @@ fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
     for ((z, iterate), law) in z.iter_mut().zip(&iterates).zip(search.problem.laws()) {
         *z = iterate.u;
         if law.step > T::ZERO {
-            *z += iterate.zeta * (balance.penalty / (balance.scale * law.step));
+            *z -= iterate.impulse() / (balance.scale * law.step);
         }
     }
     let point = Point::at(&search.problem, balance.scale, &z);
@@ -228,7 +233,9 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
 fn look_for_proof<T: Real, const N: usize, const D: usize, const C: usize>(
     search: &mut Search<'_, T, N, D, C>,
 ) {
-    let Some(proof) = infeasibility::certificate(&search.problem) else {
+    let known = !search.solution.certificate.is_empty();
+    let proof = infeasibility::certificate(&search.problem);
+    let Some(proof) = proof.filter(|_| !known) else {
         return;
     };
     for &d in proof.iter().take(search.problem.laws().len()) {

@@ -50,11 +50,11 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         problem: &Problem<'_, T, N, D, C>,
         penalty: T,
     ) -> [Iterate<T, D>; C] {
-        let mut iterates = [Iterate::at(zeros(), zeros()); C];
+        let mut iterates = [Iterate::at(zeros(), zeros(), penalty); C];
         let pairs = problem.laws().iter().zip(&self.contacts);
         for (iterate, (law, contact)) in iterates.iter_mut().zip(pairs) {
             if let Some(ContactState { u, r }) = contact {
-                *iterate = Iterate::at(*u, law.cone.project(r) / -penalty);
+                *iterate = Iterate::at(*u, law.cone.project(r), penalty);
             }
         }
         iterates

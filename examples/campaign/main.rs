@@ -77,9 +77,13 @@ fn main() -> ExitCode {
     }
     eprintln!();
     println!("{}", Tally::header());
-    tallies.iter().for_each(|tally| println!("{tally}"));
+    for tally in &tallies {
+        println!("{tally}");
+    }
     println!();
-    noted.iter().for_each(|scene| println!("{scene}"));
+    for scene in &noted {
+        println!("{scene}");
+    }
     let count = |wanted: fn(Verdict) -> bool| tallies.iter().map(|tally| tally.count(wanted)).sum();
     let (noted, falsehoods): (usize, usize) = (count(Verdict::is_noted), count(Verdict::is_false));
     println!("{noted} unsolved or false, {falsehoods} false");

@@ -4,7 +4,8 @@
 mod bodies;
 mod generic;
 mod random;
-mod rigid;
+mod several;
+mod single;
 mod units;
 
 use super::scene_file::SceneFile;
@@ -121,15 +122,15 @@ pub fn solvable(class: Class, count: usize) -> impl Iterator<Item = SceneFile> {
 
 fn draw_from(random: &mut Random, class: Class) -> (SceneFile, Existence) {
     let candidate = match class {
-        Class::Stack => rigid::stack(random),
-        Class::Hand => rigid::hand(random),
-        Class::Redundant if random.one_in(2) => rigid::redundant_slope(random),
+        Class::Stack => several::stack(random),
+        Class::Hand => several::hand(random),
+        Class::Redundant if random.one_in(2) => single::redundant_slope(random),
         Class::Redundant => generic::repeated(random),
-        Class::Slope => rigid::slope(random),
+        Class::Slope => single::slope(random),
         Class::MixedFriction => generic::mixed_friction(random),
-        Class::Painleve => rigid::painleve(random),
-        Class::Wedge => rigid::wedge(random),
-        Class::Moving => rigid::moving(random),
+        Class::Painleve => single::painleve(random),
+        Class::Wedge => single::wedge(random),
+        Class::Moving => several::moving(random),
         Class::Unloaded => generic::unloaded(random),
         Class::Open => generic::open(random),
         Class::OneDof => generic::one_dof(random),

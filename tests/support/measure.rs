@@ -49,8 +49,8 @@ pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let (mut residual, mut scaled_q) = (0.0_f64, 0.0_f64);
     for (i, &mu) in scene.mu.iter().enumerate() {
         let rows = i * d..(i + 1) * d;
-        let trace: f64 = rows.clone().map(|k| delassus[(k, k)]).sum();
-        let alpha = if trace > 0.0 { d as f64 / trace } else { 0.0 };
+        let mean = delassus.view((i * d, i * d), (d, d)).diagonal().mean();
+        let alpha = if mean > 0.0 { 1.0 / mean } else { 0.0 };
         let (u, r) = (u.rows(i * d, d), r.rows(i * d, d));
         let slip = u.rows(1, d - 1).norm();
         let mut x: Vec<f64> = (0..d).map(|k| r[k] - alpha * u[k]).collect();

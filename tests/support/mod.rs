@@ -4,6 +4,7 @@
 #![allow(clippy::cast_precision_loss)] // sizes and counts are small
 
 pub mod boxes;
+pub mod check;
 pub mod generate;
 pub mod measure;
 pub mod method;

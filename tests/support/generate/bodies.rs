@@ -1,12 +1,15 @@
 //! Rigid bodies and the contacts between them, in space or in the plane (x, z).
 
 use super::super::scene_file::SceneFile;
+use super::Candidate;
+use super::random::Random;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// Length of a time step, s.
 pub const STEP: f64 = 1e-2;
 /// Acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
+pub const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -GRAVITY);
 
 /// Dofs of a body: three translations and three rotations; those that stay in the plane.
 const SPATIAL: [usize; 6] = [0, 1, 2, 3, 4, 5];
@@ -31,7 +34,7 @@ struct Touch {
 /// Bodies, their contacts, and how they move before the step.
 ///
 /// Motions have six entries a body, also in the plane.
-pub struct Bodies {
+pub struct Assembly {
     pub dim: usize,
     bodies: Vec<Body>,
     touches: Vec<Touch>,
@@ -41,7 +44,7 @@ pub struct Bodies {
     pub impulse: DVector<f64>,
 }
 
-impl Bodies {
+impl Assembly {
     pub fn new(dim: usize) -> Self {
         Self {
             dim,
@@ -183,6 +186,43 @@ impl Bodies {
             h: DMatrix::from_rows(&rows),
             f: -self.dofs(&momentum),
             mu: self.touches.iter().map(|touch| touch.mu).collect(),
+        }
+    }
+}
+
+/// `w = 0`: rest is in `K*`.
+pub fn at_rest(bodies: &Assembly) -> Candidate {
+    let scene = bodies.scene();
+    let witness = DVector::zeros(scene.n_dof);
+    Candidate { scene, witness }
+}
+
+/// The corners of a rectangle, or the ends of a segment in the plane.
+pub fn corners(dim: usize, x: f64, y: f64) -> Vec<Vector3<f64>> {
+    if dim == 2 {
+        return [-x, x].map(|x| Vector3::new(x, 0.0, 0.0)).to_vec();
+    }
+    [(-x, -y), (-x, y), (x, -y), (x, y)]
+        .map(|(x, y)| Vector3::new(x, y, 0.0))
+        .to_vec()
+}
+
+/// A unit vector at an angle around the vertical, or in the vertical plane.
+pub fn around(dim: usize, angle: f64, lift: f64) -> Vector3<f64> {
+    let (sin, cos) = libm::sincos(angle);
+    if dim == 2 {
+        Vector3::new(cos, 0.0, sin)
+    } else {
+        Vector3::new(cos, sin, lift).normalize()
+    }
+}
+
+/// Rest, any motion, sliding or spinning.
+pub fn set_in_motion(bodies: &mut Assembly, random: &mut Random) {
+    let dofs: &[usize] = random.pick(&[&[][..], &[0, 1, 2, 3, 4, 5], &[0, 1], &[5]]);
+    for body in 0..bodies.len() {
+        for dof in dofs {
+            bodies.before[6 * body + dof] = random.normal();
         }
     }
 }

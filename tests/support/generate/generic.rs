@@ -1,8 +1,7 @@
 //! Classes of scenes without bodies: any mass matrix, any Jacobian.
 
 use super::super::scene_file::SceneFile;
-use super::random::Random;
-use super::rigid::dimension;
+use super::random::{Random, real};
 use super::{Candidate, Existence};
 use nalgebra::{DMatrix, DVector};
 
@@ -28,7 +27,7 @@ impl Shape {
         Self {
             mu: mu.collect(),
             n_dof,
-            dim: dimension(random),
+            dim: random.dimension(),
             condition: random.log_uniform(1.0, 1e4),
         }
     }
@@ -37,9 +36,7 @@ impl Shape {
     fn mass(&self, random: &mut Random) -> DMatrix<f64> {
         let n = self.n_dof;
         let basis = DMatrix::from_fn(n, n, |_, _| random.normal()).qr().q();
-        let ratio = self
-            .condition
-            .powf(-1.0 / f64::from(u32::try_from(n.max(2) - 1).unwrap_or(1)));
+        let ratio = libm::pow(self.condition, -1.0 / real(n.max(2) - 1));
         let mut eigenvalue = 1.0;
         let eigenvalues = DVector::from_fn(n, |_, _| {
             eigenvalue *= ratio;

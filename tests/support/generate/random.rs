@@ -4,6 +4,11 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
+/// A count as a number to compute with.
+pub fn real(count: usize) -> f64 {
+    u32::try_from(count).map_or(f64::INFINITY, f64::from)
+}
+
 /// A seeded source; logarithms and sines come from `libm`, so a seed means the same everywhere.
 pub struct Random(Pcg64Mcg);
 
@@ -53,5 +58,10 @@ impl Random {
         self.pick(&[
             0.0, 1e-6, 0.05, 0.3, 0.5, 0.8, 1.0, 5.0, 10.0, usual, usual, usual, usual, usual,
         ])
+    }
+
+    /// Two or three rows a contact: spatial three times in four.
+    pub fn dimension(&mut self) -> usize {
+        self.pick(&[2, 3, 3, 3])
     }
 }

@@ -1,0 +1,74 @@
+//! What the tests of hard scenes ask of the kernel, and scenes made by hand.
+
+use super::scene_file::SceneFile;
+use super::solve::{self, Answer, Outcome};
+use nalgebra::{DMatrix, DVector};
+use stiction::Real;
+
+/// Error to be reached in f64.
+pub const F64: f64 = 1e-9;
+/// Error to be reached in f32.
+pub const F32: f64 = 1e-4;
+
+/// Fails with the list of the scenes whose outcome is not as wanted.
+pub fn all<T: Real>(
+    scenes: impl Iterator<Item = SceneFile>,
+    tolerance: f64,
+    wanted: impl Fn(&Outcome) -> bool,
+) {
+    let (mut count, mut failures) = (0, Vec::new());
+    for scene in scenes {
+        let outcome = solve::solve::<T>(&scene, tolerance);
+        count += 1;
+        if !wanted(&outcome) {
+            failures.push(format!("{}: {outcome:?}", scene.name));
+        }
+    }
+    assert!(
+        failures.is_empty(),
+        "{} of {count} scenes to {tolerance:e}:\n{}",
+        failures.len(),
+        failures.join("\n")
+    );
+}
+
+/// The kernel says that it solved each scene, and a stranger measures that it did.
+pub fn solved<T: Real>(scenes: impl Iterator<Item = SceneFile>, tolerance: f64) {
+    all::<T>(scenes, tolerance, |outcome| {
+        outcome.answer == Answer::Solved && outcome.error <= tolerance
+    });
+}
+
+/// The kernel says nothing of a scene that has a solution but what is true.
+pub fn honest<T: Real>(scenes: impl Iterator<Item = SceneFile>, tolerance: f64) {
+    all::<T>(scenes, tolerance, |outcome| match outcome.answer {
+        Answer::Solved => outcome.error <= tolerance,
+        Answer::Infeasible { .. } => false,
+        Answer::Unsolved | Answer::Refused(_) => true,
+    });
+}
+
+/// A contact of a scene made by hand: rows `H_i`, offset `w_i`, `mu_i`.
+pub type Rows<'a, const D: usize> = ([&'a [f64]; D], [f64; D], f64);
+
+/// A scene with a diagonal mass matrix.
+pub fn scene<const D: usize>(
+    name: &str,
+    mass: &[f64],
+    f: &[f64],
+    contacts: &[Rows<'_, D>],
+) -> SceneFile {
+    let rows = contacts.iter().flat_map(|(rows, _, _)| rows.concat());
+    let offsets = contacts.iter().flat_map(|&(_, w, _)| w);
+    SceneFile {
+        name: name.to_owned(),
+        n_dof: mass.len(),
+        n_contacts: contacts.len(),
+        dim: D,
+        mass: DMatrix::from_diagonal(&DVector::from_row_slice(mass)),
+        h: DMatrix::from_row_iterator(D * contacts.len(), mass.len(), rows),
+        f: DVector::from_row_slice(f),
+        w: DVector::from_iterator(D * contacts.len(), offsets),
+        mu: contacts.iter().map(|&(_, _, mu)| mu).collect(),
+    }
+}
