@@ -40,6 +40,22 @@ pub(crate) struct Point<T, const D: usize, const C: usize> {
 }
 
 impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
+    /// The point `z_i = P_i - r_i / rho_i`, with `rho_i = scale alpha_i`.
+    pub(crate) fn of<const N: usize>(
+        problem: &Problem<'_, T, N, D, C>,
+        scale: T,
+        velocity: &[SVector<T, D>; C],
+        impulse: &ContactVector<T, D, C>,
+    ) -> Self {
+        let mut z = *velocity;
+        for ((z, &impulse), law) in z.iter_mut().zip(impulse).zip(problem.laws()) {
+            if law.step > T::ZERO {
+                *z -= SVector::from(impulse) / (scale * law.step);
+            }
+        }
+        Self::at(problem, scale, &z)
+    }
+
     /// Evaluates a point, with `rho_i = scale alpha_i`.
     pub(crate) fn at<const N: usize>(
         problem: &Problem<'_, T, N, D, C>,

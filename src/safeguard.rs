@@ -102,7 +102,7 @@ impl<T: Real> Balance<T> {
     }
 
     pub(crate) fn starts_from_rest(&self) -> bool {
-        self.restarts % 8 == 4
+        self.restarts % 3 == 2
     }
     pub(crate) fn observe(&mut self, change: &Change<T>) {
         self.primal = change.primal;

@@ -90,6 +90,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         let mut search = Search::new(problem, settings, &mut self.solution);
         search.consider(&point.impulse, &point.relative, point.natural_map);
         let mut adapted = false;
+        let mut left = None;
         let mut length = if eager { 0 } else { 5 };
         while search.is_running() {
             if length > 0 {
@@ -107,6 +108,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                     &mut caution,
                     &balance,
                     &mut self.workspace,
+                    left.is_some(),
                 );
             }
             if !search.is_running() {
@@ -125,9 +127,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
             if balance.has_restarted() {
                 caution.forget();
                 length = 20;
-                if balance.starts_from_rest() {
-                    point = Point::at(&search.problem, balance.scale, &[zeros(); C]);
-                }
+                // Now and then from rest; if that does not help, back to where it was.
+                let (velocity, impulse) = match left.take() {
+                    Some(last) => last,
+                    None if balance.starts_from_rest() => {
+                        left = Some((point.velocity, point.impulse));
+                        ([zeros(); C], [[T::ZERO; D]; C])
+                    }
+                    None => (point.velocity, point.impulse),
+                };
+                point = Point::of(&search.problem, balance.scale, &velocity, &impulse);
             }
         }
         if !search.is_solved() || search.impulse_is_excessive() {
@@ -169,15 +178,9 @@ fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
             break;
         }
     }
-    // z = P - r / rho_i
-    let mut z = [zeros(); C];
-    for ((z, iterate), law) in z.iter_mut().zip(&iterates).zip(search.problem.laws()) {
-        *z = iterate.u;
-        if law.step > T::ZERO {
-            *z -= iterate.impulse() / (balance.scale * law.step);
-        }
-    }
-    let point = Point::at(&search.problem, balance.scale, &z);
+    let velocity = iterates.map(|iterate| iterate.u);
+    let impulse = iterates.map(|iterate| iterate.impulse().into());
+    let point = Point::of(&search.problem, balance.scale, &velocity, &impulse);
     if search.is_running() {
         search.consider(&point.impulse, &point.relative, point.natural_map);
     }
@@ -191,6 +194,7 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     caution: &mut Caution<T>,
     balance: &Balance<T>,
     workspace: &mut Resolvent<T, D, C>,
+    patient: bool,
 ) {
     while search.is_running() {
         search.solution.newton_steps += 1;
@@ -199,20 +203,23 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
         let step = newton::direction(problem, point, balance.scale, regularisation, matrix);
         let accepted = step.and_then(|step| {
             let half = T::literal(0.5);
-            [T::ONE, half].into_iter().find(|&length| {
-                let mut z = point.z;
-                for (z, step) in z.iter_mut().zip(&step) {
-                    *z += step * length;
-                }
-                let trial = Point::at(&search.problem, balance.scale, &z);
-                search.consider(&trial.impulse, &trial.relative, trial.natural_map);
-                let enough = point.energy * (T::ONE - T::literal(2e-4) * length);
-                let better = trial.energy < enough || !search.is_running();
-                if better {
-                    *point = trial;
-                }
-                better
-            })
+            [T::ONE, half, T::literal(0.1), T::literal(0.01)]
+                .into_iter()
+                .take(if patient { 4 } else { 2 })
+                .find(|&length| {
+                    let mut z = point.z;
+                    for (z, step) in z.iter_mut().zip(&step) {
+                        *z += step * length;
+                    }
+                    let trial = Point::at(&search.problem, balance.scale, &z);
+                    search.consider(&trial.impulse, &trial.relative, trial.natural_map);
+                    let enough = point.energy * (T::ONE - T::literal(2e-4) * length);
+                    let better = trial.energy < enough || !search.is_running();
+                    if better {
+                        *point = trial;
+                    }
+                    better
+                })
         });
         match accepted {
             Some(length) if length == T::ONE => caution.relax(),

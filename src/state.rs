@@ -84,30 +84,15 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         }
         problem.natural_map(&impulse, &mut relative);
         let (mut then, mut now) = ([zeros(); C], [zeros(); C]);
-        let targets = then.iter_mut().zip(&mut now);
-        let sources = problem
-            .laws()
-            .iter()
-            .zip(&self.contacts)
-            .zip(impulse)
-            .zip(relative);
-        for ((then, now), (((law, contact), impulse), relative)) in targets.zip(sources) {
+        let sources = problem.laws().iter().zip(&self.contacts).zip(relative);
+        for ((then, now), ((law, contact), relative)) in then.iter_mut().zip(&mut now).zip(sources)
+        {
             *now = relative.into();
             add_to_normal(now, law.lift(&relative.into()));
-            if law.step > T::ZERO {
-                *now -= SVector::from(impulse) / (scale * law.step);
-            }
-            *then = *now;
-            if let Some(ContactState { u, .. }) = contact
-                && law.step > T::ZERO
-            {
-                *then = u - SVector::from(impulse) / (scale * law.step);
-            }
+            *then = contact.map_or(*now, |ContactState { u, .. }| u);
         }
-        let (then, now) = (
-            Point::at(problem, scale, &then),
-            Point::at(problem, scale, &now),
-        );
+        let then = Point::of(problem, scale, &then, &impulse);
+        let now = Point::of(problem, scale, &now, &impulse);
         let warm = if then.energy <= now.energy { then } else { now };
         if warm.energy < cold.energy {
             let eager = warm.energy < cold.energy * T::literal(0.01);
