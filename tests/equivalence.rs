@@ -163,7 +163,8 @@ fn agrees<const N: usize, const C: usize>(
         prop_assume!(ours.status == Status::Solved && theirs.status == Status::Solved);
         prop_assert!(error_of(other, f, &theirs, Law::Coulomb) <= TOLERANCE);
         let size = ours.velocity.norm().max(1e-3);
-        prop_assert!((ours.velocity - theirs.velocity).norm() <= 1e-6 * size);
+        let difference = (ours.velocity - theirs.velocity).norm() / size;
+        prop_assert!(difference <= 1e-6, "{method:?}: {difference:e}");
         if 3 * C <= N {
             let size = impulses(&ours).map(|impulse| impulse.norm()).sum::<f64>();
             for (ours, theirs) in impulses(&ours).zip(back(&theirs)) {
@@ -203,12 +204,11 @@ proptest! {
         agrees(&case, &turned(&case.0, angle)?, |solution| turned_back(solution, angle))?;
     }
 
+    /// It must not spin: the friction of a spinning box depends on how the corners share its weight,
+    /// which four normals leave open, so that its velocity is not unique.
     #[test]
-    fn a_hyperstatic_box_moves_alike_in_any_order_and_axes(angle in 0.0..6.3) {
-        // Without spin: friction that turns would depend on how four corners share the weight.
-        let f = BRICK.free_impulse::<f64>(0.4, 0.01)
-            - BRICK.mass_matrix() * SVector::<f64, 6>::from([0.3, 0.1, 0.0, 0.0, 0.0, 0.0]);
-        let case = (BRICK.on_plane(0.3)?, f);
+    fn a_hyperstatic_box_slides_alike_in_any_order_and_axes(angle in 0.0..6.3) {
+        let case = (BRICK.on_plane(0.3)?, BRICK.free_impulse(0.4, 0.01));
         agrees(&case, &reversed(&case.0)?, |solution| impulses(solution).rev().collect())?;
         agrees(&case, &turned(&case.0, angle)?, |solution| turned_back(solution, angle))?;
     }
