@@ -91,7 +91,7 @@ mod state;
 pub use admm_solver::AdmmSolver;
 pub use cone::{FrictionCone, Spectral};
 pub use error::{Error, Input};
-pub use factor::Factor;
+pub use factor::{Factor, FactorParts};
 pub use real::Real;
 pub use scene::{Contact, Scene};
 pub use solution::{ContactMode, ContactSolution, Settings, SlipUpdate, Solution, Status};
