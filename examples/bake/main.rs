@@ -1,12 +1,14 @@
 //! Scene files for firmware, written on the host.
 //!
 //! `cargo run --example bake -- records FILE > scene.bin` writes a scene, or some steps of a
-//! sequence, as the bytes `examples/embedded/records.rs` reads.
+//! sequence, as the bytes `examples/embedded/records.rs` reads; `rust FILE` writes a scene and its
+//! stored factor as the constants of `examples/baked`.
 
 #[path = "../../tests/support/mod.rs"]
 mod support;
 
 mod records;
+mod rust_source;
 
 use clap::{Args, Parser};
 use std::io::{Write, stdout};
@@ -19,6 +21,8 @@ use support::scene_file;
 enum Command {
     /// Little-endian f32 records
     Records(Selection),
+    /// Rust constants, factor included
+    Rust(Selection),
 }
 
 /// What to take of a file.
@@ -44,13 +48,17 @@ struct Selection {
 }
 
 fn run(command: &Command) -> Result<(), String> {
-    let Command::Records(selection) = command;
+    let (Command::Records(selection) | Command::Rust(selection)) = command;
     let scenes = scene_file::read(&selection.file)?;
     let names = records::names(&selection.file)?;
     let steps = scenes.iter().zip(&names).skip(selection.from);
     let mut bytes = Vec::new();
     for (scene, names) in steps.take(selection.steps) {
-        records::write(&selection.reduce(scene, names), &mut bytes);
+        let scene = selection.reduce(scene, names);
+        match command {
+            Command::Records(_) => records::write(&scene, &mut bytes),
+            Command::Rust(_) => bytes.extend(rust_source::write(&scene)?.into_bytes()),
+        }
     }
     stdout()
         .write_all(&bytes)

@@ -10,6 +10,9 @@
 #[cfg(target_os = "none")]
 #[path = "../embedded/board.rs"]
 mod board;
+#[cfg(target_os = "none")]
+#[path = "../embedded/counter.rs"]
+mod counter;
 #[path = "../embedded/records.rs"]
 mod records;
 mod trot;
@@ -34,7 +37,8 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(target_os = "none")]
 mod firmware {
-    use crate::board::{Counter, exit};
+    use crate::board::exit;
+    use crate::counter::Counter;
     use crate::trot::Trot;
     use core::fmt::Write;
     use cortex_m_rt::entry;

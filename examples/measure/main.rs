@@ -14,6 +14,9 @@ fn main() {
 #[path = "../embedded/board.rs"]
 mod board;
 #[cfg(target_os = "none")]
+#[path = "../embedded/counter.rs"]
+mod counter;
+#[cfg(target_os = "none")]
 mod gauss_seidel;
 #[cfg(target_os = "none")]
 #[path = "../embedded/records.rs"]
@@ -24,7 +27,8 @@ mod stack;
 
 #[cfg(target_os = "none")]
 mod measure {
-    use crate::board::{Counter, exit};
+    use crate::board::exit;
+    use crate::counter::Counter;
     use crate::gauss_seidel::GaussSeidel;
     use crate::records::{Records, Step};
     use crate::stack::stack_bytes;
