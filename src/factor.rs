@@ -57,7 +57,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// Nothing is checked. With other numbers a solve ends with a status other than
     /// [`crate::Status::Solved`], since the error is computed from the scene alone.
     #[must_use]
-    pub const fn from_parts(parts: FactorParts<T, N, D, C>) -> Self {
+    pub const fn from_parts(parts: &FactorParts<T, N, D, C>) -> Self {
         Self {
             contacts: C,
             penalty: parts.penalty,

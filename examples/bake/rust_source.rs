@@ -82,8 +82,8 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
     Ok(format!(
         "// Written by `cargo run --example bake -- rust FILE`: each number is the bits of an f32.\n\
          const fn bits(bits: u32) -> f32 {{ f32::from_bits(bits) }}\n\
-         static SCENE: Scene<{sizes}> = Scene::from_parts({mass}, [\n{contacts}]);\n\
-         static FREE_IMPULSE: SVector<f32, {N}> = {f};\n\
-         static FACTOR: Factor<{sizes}> = Factor::from_parts(FactorParts {{\n{fields}}});\n"
+         pub(super) static SCENE: Scene<{sizes}> = Scene::from_parts({mass}, [\n{contacts}]);\n\
+         pub(super) static FREE_IMPULSE: SVector<f32, {N}> = {f};\n\
+         pub(super) static FACTOR: Factor<{sizes}> = Factor::from_parts(&FactorParts {{\n{fields}}});\n"
     ))
 }

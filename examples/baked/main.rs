@@ -6,14 +6,19 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use core::fmt::{Result, Write};
-use nalgebra::{ArrayStorage, SMatrix, SVector};
-use stiction::{AdmmSolver, Contact, Factor, FactorParts, Scene, Settings};
+use stiction::{AdmmSolver, Settings};
 
 #[cfg(target_os = "none")]
 #[path = "../embedded/board.rs"]
 mod board;
 
-include!("quadruped.rs");
+#[allow(clippy::unreadable_literal)] // bits
+mod quadruped {
+    use nalgebra::{ArrayStorage, SMatrix, SVector};
+    use stiction::{Contact, Factor, FactorParts, Scene};
+    include!("quadruped.rs");
+}
+use quadruped::{FACTOR, FREE_IMPULSE, SCENE};
 
 /// Solves by Algorithm 2, with the stored factor alone.
 fn report(solver: &mut AdmmSolver<f32, 18, 3, 4>, out: &mut impl Write) -> Result {
@@ -35,7 +40,9 @@ fn main() -> std::process::ExitCode {
     let mut line = String::new();
     let _ = report(&mut AdmmSolver::new(), &mut line);
     print!("{line}");
-    let anew = Factor::new(&SCENE).ok().and_then(|factor| factor.parts());
+    let anew = stiction::Factor::new(&SCENE)
+        .ok()
+        .and_then(|factor| factor.parts());
     std::process::ExitCode::from(u8::from(anew != FACTOR.parts()))
 }
 
