@@ -73,6 +73,8 @@ mod admm_solver;
 mod cholesky;
 mod cone;
 mod contact_space;
+#[cfg(feature = "defmt")]
+mod defmt_format;
 mod error;
 mod factor;
 mod infeasibility;

@@ -32,23 +32,28 @@ mod firmware {
     }
 
     #[cfg(not(empty))]
+    use {
+        core::hint::black_box,
+        stiction::{Factor, Scene, Settings},
+    };
+
+    #[cfg(all(not(empty), restart))]
+    use stiction::AdmmSolver as Solver;
+    #[cfg(all(not(empty), not(restart)))]
+    use stiction::Solver;
+
+    #[cfg(not(empty))]
+    const D: usize = if cfg!(frictionless) {
+        1
+    } else if cfg!(planar) {
+        2
+    } else {
+        3
+    };
+
+    #[cfg(not(empty))]
     #[entry]
     fn main() -> ! {
-        use core::hint::black_box;
-        use stiction::{Factor, Scene, Settings};
-
-        #[cfg(restart)]
-        use stiction::AdmmSolver as Solver;
-        #[cfg(not(restart))]
-        use stiction::Solver;
-
-        const D: usize = if cfg!(frictionless) {
-            1
-        } else if cfg!(planar) {
-            2
-        } else {
-            3
-        };
         static mut SCENE: Scene<f32, 18, D, 4> = Scene::new();
         static mut FACTOR: Factor<f32, 18, D, 4> = Factor::empty();
         static mut SOLVER: Solver<f32, 18, D, 4> = Solver::new();

@@ -107,10 +107,13 @@ mod measure {
             let mut exact = Settings::new(T::literal(1e-30));
             let mut limited = |bench: &mut Self, iterations| {
                 exact.max_iterations = iterations;
-                counter.instructions(|| ok &= bench.iterate(&f, &exact))
+                let count = counter.instructions(|| ok &= bench.iterate(&f, &exact));
+                (count, bench.admm.solution().iterations)
             };
-            let count = limited(self, 40)?.checked_sub(limited(self, 20)?)?;
-            self.print("iteration", count / 20);
+            let (few, more) = (limited(self, 2), limited(self, 10));
+            if more.1 == few.1 + 8 {
+                self.print("iteration", more.0?.checked_sub(few.0?)? / 8);
+            }
             let mut limited = |bench: &mut Self, iterations| {
                 bench.solver.reset();
                 exact.max_iterations = iterations;
