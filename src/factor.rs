@@ -84,12 +84,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         })
     }
 
-    /// An empty factor, to be filled by [`Self::compute`].
+    /// An empty factor, to be filled by [`Self::compute`]: all zeros, so that a `static` of it takes
+    /// no flash.
     #[must_use]
     pub const fn empty() -> Self {
         Self {
             contacts: 0,
-            penalty: T::ONE,
+            penalty: T::ZERO,
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; N]; D]; C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],

@@ -38,7 +38,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 ///
 /// // A 2 kg point mass in the plane (x, height) over a floor.
 /// let mut scene = Scene::<f32, 2, 2, 1>::new();
-/// scene.set_mass(&(2.0 * Matrix2::identity()))?;
+/// scene.set_mass(&(Matrix2::identity() * 2.0))?;
 /// let floor = Contact {
 ///     jacobian: matrix![0.0, 1.0; 1.0, 0.0], // normal row first
 ///     offset: vector![0.0, 0.0],

@@ -53,13 +53,13 @@ impl<T: Real> Default for Settings<T> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
     /// The error is at most the tolerance.
-    Solved,
+    Solved = 1,
     /// It is not, after as many iterations as were allowed; the solution is the best that was found.
-    MaxIterations,
+    MaxIterations = 0, // so that a new solver is all zeros, and takes no flash
     /// It is not, and rounding in this number type does not allow much better.
-    PrecisionLimit,
+    PrecisionLimit = 2,
     /// No velocity satisfies all contacts; [`Solution::certificate`] is the proof.
-    Infeasible,
+    Infeasible = 3,
 }
 
 /// What a contact does.
