@@ -97,11 +97,12 @@ pub(crate) fn scale_by_reciprocal<T: Real>(l: &[T], stride: usize, x: &mut [T]) 
 }
 
 /// Solves `Lᵀ x = y` in place.
-pub(crate) fn solve_upper<T: Real>(l: &[T], stride: usize, x: &mut [T]) {
-    for (i, row) in l.chunks_exact(stride).take(x.len()).enumerate().rev() {
-        if let Some((rest, [entry, ..])) = x.split_at_mut_checked(i) {
+pub(crate) fn solve_upper<T: Real>(l: &[T], stride: usize, mut x: &mut [T]) {
+    while let Some((entry, rest)) = x.split_last_mut() {
+        if let Some(row) = l.get(rest.len() * stride..) {
             axpy(-*entry, row, rest);
         }
+        x = rest;
     }
 }
 

@@ -5,6 +5,7 @@ use core::fmt;
 /// Which input of a scene an [`Error`] speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Input {
     /// The generalised mass matrix `M`.
     Mass,
@@ -25,6 +26,7 @@ pub enum Input {
 /// A scene that cannot be solved as it was given. Nothing is changed by the call that returns it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
     /// An entry is NaN or infinite.
     NotFinite {

@@ -32,13 +32,65 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     resolvent: Resolvent<T, D, C>,
 }
 
+/// The numbers of a [`Factor`] of `C` contacts, to be written down on the host and read by firmware.
+///
+/// Blocks of `D` rows a contact; matrices row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
+    /// The default penalty `rho`.
+    pub penalty: T,
+    /// `L` and, on the diagonal, `D⁻¹` of `M = L D Lᵀ`; the upper triangle is not used.
+    pub mass: [[T; N]; N],
+    /// `H L⁻ᵀ`.
+    pub whitened: [[[T; N]; D]; C],
+    /// `W = H M⁻¹ Hᵀ`.
+    pub delassus: [[[[T; D]; C]; D]; C],
+    /// `(I + W R)⁻¹`.
+    pub resolvent: [[[[T; D]; C]; D]; C],
+    /// The diagonal of `R`, one penalty a contact.
+    pub penalties: [T; C],
+}
+
 impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
-    /// An empty factor, to be filled by [`Self::compute`].
+    /// A factor from numbers that [`Self::parts`] gave, to stand in a `static`.
+    ///
+    /// Nothing is checked. With other numbers a solve ends with a status other than
+    /// [`crate::Status::Solved`], since the error is computed from the scene alone.
+    #[must_use]
+    pub const fn from_parts(parts: &FactorParts<T, N, D, C>) -> Self {
+        Self {
+            contacts: C,
+            penalty: parts.penalty,
+            mass: parts.mass,
+            whitened: parts.whitened,
+            delassus: parts.delassus,
+            resolvent: Resolvent {
+                penalties: parts.penalties,
+                matrix: parts.resolvent,
+            },
+        }
+    }
+
+    /// The numbers of this factor; `None` unless it is of `C` contacts.
+    #[must_use]
+    pub fn parts(&self) -> Option<FactorParts<T, N, D, C>> {
+        (self.contacts == C).then_some(FactorParts {
+            penalty: self.penalty,
+            mass: self.mass,
+            whitened: self.whitened,
+            delassus: self.delassus,
+            resolvent: self.resolvent.matrix,
+            penalties: self.resolvent.penalties,
+        })
+    }
+
+    /// An empty factor, to be filled by [`Self::compute`]: all zeros, so that a `static` of it takes
+    /// no flash.
     #[must_use]
     pub const fn empty() -> Self {
         Self {
             contacts: 0,
-            penalty: T::ONE,
+            penalty: T::ZERO,
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; N]; D]; C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],

@@ -16,7 +16,7 @@
 //!
 //! // A 2 kg point mass on the floor, pushed sideways for 1 ms with 30 N: more than mu m g holds.
 //! let mut scene = Scene::<f32, 3, 3, 1>::new();
-//! scene.set_mass(&(2.0 * Matrix3::identity()))?;
+//! scene.set_mass(&(Matrix3::identity() * 2.0))?;
 //! scene.push(&Contact {
 //!     jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0], // normal row first
 //!     offset: vector![0.0, 0.0, 0.0],
@@ -73,6 +73,8 @@ mod admm_solver;
 mod cholesky;
 mod cone;
 mod contact_space;
+#[cfg(feature = "defmt")]
+mod defmt_format;
 mod error;
 mod factor;
 mod infeasibility;
@@ -91,7 +93,7 @@ mod state;
 pub use admm_solver::AdmmSolver;
 pub use cone::{FrictionCone, Spectral};
 pub use error::{Error, Input};
-pub use factor::Factor;
+pub use factor::{Factor, FactorParts};
 pub use real::Real;
 pub use scene::{Contact, Scene};
 pub use solution::{ContactMode, ContactSolution, Settings, SlipUpdate, Solution, Status};

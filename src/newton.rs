@@ -17,6 +17,7 @@ use crate::cone::split;
 use crate::contact_space::{ContactMatrix, ContactVector};
 use crate::problem::{Law, Problem};
 use crate::solution::zeros;
+use core::mem;
 use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 
@@ -224,15 +225,20 @@ fn eliminate<T: Real, const D: usize, const C: usize>(
         if pivot.0 == T::ZERO {
             return None;
         }
-        rows.swap(k, pivot.1);
-        b.swap(k, pivot.1);
         let (done, below) = rows.split_at_mut_checked(k + 1)?;
         let (solved, rhs) = b.split_at_mut_checked(k + 1)?;
-        let row = done.last_mut()?.as_flattened_mut();
+        let (row, solved) = (done.last_mut()?, solved.last_mut()?);
+        if pivot.1 > k {
+            // `slice::swap` would be a reachable panic.
+            let index = pivot.1 - k - 1;
+            mem::swap(row, below.get_mut(index)?);
+            mem::swap(solved, rhs.get_mut(index)?);
+        }
+        let row = row.as_flattened_mut();
         let reciprocal = T::ONE / *row.get(k)?;
         *row.get_mut(k)? = reciprocal;
         let row = row.get(k + 1..n)?;
-        let solved = *solved.last()?;
+        let solved = *solved;
         for (other, rhs) in below.iter_mut().zip(rhs) {
             let other = other.as_flattened_mut().get_mut(k..n)?;
             let (first, rest) = other.split_first_mut()?;

@@ -17,7 +17,7 @@ pub(crate) struct Resolvent<T, const D: usize, const C: usize> {
 impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     pub(crate) const fn empty() -> Self {
         Self {
-            penalties: [T::ONE; C],
+            penalties: [T::ZERO; C],
             matrix: [[[[T::ZERO; D]; C]; D]; C],
         }
     }

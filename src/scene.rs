@@ -1,7 +1,6 @@
 //! The scene: generalised mass matrix and contacts, checked as they come in.
 
 use crate::{Error, FrictionCone, Input, Real};
-use heapless::Vec;
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// One contact with friction: `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`.
@@ -17,6 +16,17 @@ pub struct Contact<T, const N: usize, const D: usize> {
     pub mu: T,
 }
 
+impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
+    /// What stands in a place that is not used.
+    const fn none() -> Self {
+        Self {
+            jacobian: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; D]; N])),
+            offset: SVector::from_array_storage(ArrayStorage([[T::ZERO; D]; 1])),
+            mu: T::ZERO,
+        }
+    }
+}
+
 /// A generalised mass matrix and up to `C` contacts of `D` rows each over `N` velocities.
 ///
 /// The number of contacts is chosen at run time, the sizes at compile time. A scene can stand in
@@ -28,7 +38,7 @@ pub struct Contact<T, const N: usize, const D: usize> {
 ///
 /// // A 2 kg point mass in the plane (x, height) over a floor.
 /// let mut scene = Scene::<f32, 2, 2, 1>::new();
-/// scene.set_mass(&(2.0 * Matrix2::identity()))?;
+/// scene.set_mass(&(Matrix2::identity() * 2.0))?;
 /// let floor = Contact {
 ///     jacobian: matrix![0.0, 1.0; 1.0, 0.0], // normal row first
 ///     offset: vector![0.0, 0.0],
@@ -41,7 +51,9 @@ pub struct Contact<T, const N: usize, const D: usize> {
 #[derive(Clone, Debug)]
 pub struct Scene<T, const N: usize, const D: usize, const C: usize> {
     mass: SMatrix<T, N, N>,
-    contacts: Vec<Contact<T, N, D>, C>,
+    contacts: [Contact<T, N, D>; C],
+    /// Contacts in use.
+    count: usize,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> {
@@ -51,7 +63,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         const { assert!(N >= 1 && D >= 1 && C >= 1, "N, D and C are at least 1") }
         Self {
             mass: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; N]; N])),
-            contacts: Vec::new(),
+            contacts: [const { Contact::none() }; C],
+            count: 0,
+        }
+    }
+
+    /// A scene with all its `C` contacts from constants, to stand in a `static`.
+    ///
+    /// Nothing is checked: for numbers that an [`Self::set_mass`] and [`Self::push`] on the host
+    /// have seen (`examples/bake`). A solve of anything else ends with an error or a status other
+    /// than [`crate::Status::Solved`], never with a panic.
+    #[must_use]
+    pub const fn from_parts(mass: SMatrix<T, N, N>, contacts: [Contact<T, N, D>; C]) -> Self {
+        Self {
+            mass,
+            contacts,
+            count: C,
         }
     }
 
@@ -82,24 +109,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     /// # Errors
     /// [`Error::ContactListFull`], [`Error::NotFinite`], [`Error::InvalidFriction`].
     pub fn push(&mut self, contact: &Contact<T, N, D>) -> Result<usize, Error> {
-        let index = self.contacts.len();
-        if self.contacts.is_full() {
+        let index = self.count;
+        let Some(slot) = self.contacts.get_mut(index) else {
             return Err(Error::ContactListFull { capacity: C });
-        }
+        };
         check_finite(&contact.jacobian, Input::Jacobian { contact: index })?;
         check_finite(&contact.offset, Input::Offset { contact: index })?;
         if FrictionCone::new(contact.mu).is_none() {
             return Err(Error::InvalidFriction { contact: index });
         }
-        match self.contacts.push(contact.clone()) {
-            Ok(()) => Ok(index),
-            Err(_) => Err(Error::ContactListFull { capacity: C }),
-        }
+        slot.clone_from(contact);
+        self.count += 1;
+        Ok(index)
     }
 
     /// Removes all contacts.
     pub fn clear_contacts(&mut self) {
-        self.contacts.clear();
+        self.count = 0;
     }
 
     /// Replaces the offset `w_i` of a contact; a stored factor stays valid.
@@ -126,7 +152,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     }
 
     fn contact_mut(&mut self, contact: usize) -> Result<&mut Contact<T, N, D>, Error> {
-        self.contacts
+        let count = self.count;
+        let contacts = self.contacts.get_mut(..count).unwrap_or_default();
+        contacts
             .get_mut(contact)
             .ok_or(Error::NoSuchContact { contact })
     }
@@ -140,7 +168,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     /// The contacts, in the order they were added.
     #[must_use]
     pub fn contacts(&self) -> &[Contact<T, N, D>] {
-        &self.contacts
+        self.contacts.get(..self.count).unwrap_or_default()
     }
 }
 

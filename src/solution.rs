@@ -6,6 +6,7 @@ use nalgebra::{ArrayStorage, SVector};
 
 /// When the tangential speed `s` in `b(s) = w + mu s e_N` is updated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SlipUpdate {
     /// At every iteration, `s_i = |ũ_Ti|` (default).
     EveryIteration,
@@ -18,6 +19,7 @@ pub enum SlipUpdate {
 
 /// How exactly and how long to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings<T> {
     /// Error below which a solution counts as solved (dimensionless); see [`Solution::error`].
     pub tolerance: T,
@@ -48,19 +50,21 @@ impl<T: Real> Default for Settings<T> {
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
     /// The error is at most the tolerance.
-    Solved,
+    Solved = 1,
     /// It is not, after as many iterations as were allowed; the solution is the best that was found.
-    MaxIterations,
+    MaxIterations = 0, // so that a new solver is all zeros, and takes no flash
     /// It is not, and rounding in this number type does not allow much better.
-    PrecisionLimit,
+    PrecisionLimit = 2,
     /// No velocity satisfies all contacts; [`Solution::certificate`] is the proof.
-    Infeasible,
+    Infeasible = 3,
 }
 
 /// What a contact does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ContactMode {
     /// No impulse.
     Open,

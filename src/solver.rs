@@ -23,7 +23,7 @@ use nalgebra::SVector;
 ///
 /// // 2 kg on a floor (x, height), pushed for 10 ms by 5 N sideways.
 /// let mut scene = Scene::<f64, 2, 2, 1>::new();
-/// scene.set_mass(&(2.0 * Matrix2::identity()))?;
+/// scene.set_mass(&(Matrix2::identity() * 2.0))?;
 /// scene.push(&Contact {
 ///     jacobian: matrix![0.0, 1.0; 1.0, 0.0],
 ///     offset: vector![0.0, 0.0],

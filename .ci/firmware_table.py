@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""Prints the measurements of `.ci/firmware` as a table and compares them with the baseline.
+
+Usage: firmware_table.py MEASURED BASELINE COMPILER. A line of a file is `machine scene quantity
+value`. With UPDATE_BASELINE=1 the baseline is written instead of compared. Counts depend on the
+compiler: a baseline of another one is not compared.
+"""
+import os
+import sys
+
+SCENES = {
+    "box": "box (6 dofs, 4 contacts)",
+    "quadruped": "quadruped (18, 4)",
+    "quadruped_planar": "the same, planar rows (18, 4)",
+    "quadruped_frictionless": "the same, normal rows (18, 4)",
+    "walker": "planar walker (9, 4)",
+    "stack": "stack of boxes (18, 12)",
+}
+COLUMNS = ["prepare", "iteration", "newton_step", "cold_1e-3", "cold_1e-4", "cold_1e-5",
+           "warm_1e-3", "warm_1e-4", "warm_1e-5", "gs_prepare", "gs_sweep"]
+BYTES = ["ram_scene", "ram_factor", "ram_solver", "ram_restart",
+         "stack_prepare", "stack_solve", "stack_restart"]
+
+
+def read(path):
+    """The compiler of the first line, if it is a comment, and the values by their names."""
+    compiler, values = "", {}
+    with open(path) as lines:
+        for line in lines:
+            if line.startswith("#"):
+                compiler = line[1:].strip()
+            else:
+                *name, value = line.split()
+                values[tuple(name)] = int(value)
+    return compiler, values
+
+
+def table(title, head, rows):
+    print(f"\n{title}\n\n| {' | '.join(head)} |\n|{'---|' + '---:|' * (len(head) - 1)}")
+    for row in rows:
+        print(f"| {' | '.join(row)} |")
+
+
+def cell(values, *name):
+    return f"{values[name]:,}" if name in values else "–"
+
+
+def sweeps(values, machine, scene, tolerance):
+    count = values.get((machine, scene, f"gs_sweeps_{tolerance}"))
+    if count is None:
+        return "> 400 sweeps"
+    return f"{count * values[machine, scene, 'gs_sweep']:,} ({count})"
+
+
+def report(values):
+    for machine, title in [("m4f32", "f32 on a Cortex-M4F"), ("m7f64", "f64 on a Cortex-M7")]:
+        rows = [[text, *(cell(values, machine, scene, column) for column in COLUMNS),
+                 *(sweeps(values, machine, scene, t) for t in ("1e-3", "1e-5"))]
+                for scene, text in SCENES.items()]
+        head = ["instructions under emulation", *COLUMNS, "gs_1e-3 (sweeps)", "gs_1e-5 (sweeps)"]
+        table(title, head, rows)
+        rows = [[text, *(cell(values, machine, scene, column) for column in BYTES)]
+                for scene, text in SCENES.items()]
+        table(f"{title}, bytes", ["", *BYTES], rows)
+    flash = [name for name in ("quadruped", "quadruped_restart", "quadruped_planar",
+                               "quadruped_frictionless")]
+    rows = [[name, cell(values, "m4f32", name, "flash_release"),
+             cell(values, "m4f32", name, "flash_size")] for name in flash]
+    table("bytes of flash for prepare and solve, f32 on a Cortex-M4F",
+          ["", "opt-level 3", 'opt-level "s"'], rows)
+
+
+def compare(compiler, values, path):
+    of, baseline = read(path)
+    if of != compiler:
+        print(f"\nnot compared: the baseline is of {of}, this is {compiler}")
+        return 0
+    missing = [name for name in baseline if name not in values]
+    grown = [name for name, old in baseline.items() if values.get(name, old) > 1.02 * old]
+    for name in missing:
+        print(f"{' '.join(name)}: {baseline[name]}, now missing")
+    for name in grown:
+        print(f"{' '.join(name)}: {baseline[name]} has grown to {values[name]}")
+    if not missing and not grown:
+        print(f"\n{len(baseline)} numbers within 2 % of the baseline")
+    return 1 if missing or grown else 0
+
+
+def main():
+    measured, path, compiler = sys.argv[1:]
+    values = read(measured)[1]
+    report(values)
+    if os.environ.get("UPDATE_BASELINE"):
+        with open(path, "w") as out:
+            out.write(f"# {compiler}\n")
+            out.writelines(f"{' '.join(name)} {value}\n" for name, value in values.items())
+        return 0
+    return compare(compiler, values, path)
+
+
+sys.exit(main())

@@ -1,0 +1,76 @@
+//! Scene files for firmware, written on the host.
+//!
+//! `cargo run --example bake -- records FILE > scene.bin` writes a scene, or some steps of a
+//! sequence, as the bytes `examples/embedded/records.rs` reads; `rust FILE` writes a scene and its
+//! stored factor as the constants of `examples/baked`.
+
+#[path = "../../tests/support/mod.rs"]
+mod support;
+
+mod records;
+mod rust_source;
+
+use clap::{Args, Parser};
+use std::io::{Write, stdout};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use support::scene_file;
+
+/// Write scenes for firmware to the standard output.
+#[derive(Parser)]
+enum Command {
+    /// Little-endian f32 records
+    Records(Selection),
+    /// Rust constants, factor included
+    Rust(Selection),
+}
+
+/// What to take of a file.
+#[derive(Args)]
+struct Selection {
+    /// Scene or sequence file
+    file: PathBuf,
+    /// First time step of a sequence
+    #[arg(long, default_value_t = 0)]
+    from: usize,
+    /// Number of time steps
+    #[arg(long, default_value_t = 1)]
+    steps: usize,
+    /// Generalised velocities to keep, the others are locked [default: all]
+    #[arg(long, value_delimiter = ',')]
+    dofs: Vec<usize>,
+    /// Contacts to keep [default: all]
+    #[arg(long, value_delimiter = ',')]
+    contacts: Vec<usize>,
+    /// Rows of each contact to keep, 0 is the normal [default: all]
+    #[arg(long, value_delimiter = ',')]
+    rows: Vec<usize>,
+}
+
+fn run(command: &Command) -> Result<(), String> {
+    let (Command::Records(selection) | Command::Rust(selection)) = command;
+    let scenes = scene_file::read(&selection.file)?;
+    let names = records::names(&selection.file)?;
+    let steps = scenes.iter().zip(&names).skip(selection.from);
+    let mut bytes = Vec::new();
+    for (scene, names) in steps.take(selection.steps) {
+        let scene = selection.reduce(scene, names);
+        match command {
+            Command::Records(_) => records::write(&scene, &mut bytes),
+            Command::Rust(_) => bytes.extend(rust_source::write(&scene)?.into_bytes()),
+        }
+    }
+    stdout()
+        .write_all(&bytes)
+        .map_err(|error| error.to_string())
+}
+
+fn main() -> ExitCode {
+    match run(&Command::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}

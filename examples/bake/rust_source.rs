@@ -1,0 +1,89 @@
+//! A scene and its factor as Rust constants, every number by its bits.
+
+use crate::records::Reduced;
+use nalgebra::{SMatrix, SVector};
+use stiction::{Contact, Error, Factor, FactorParts, Scene};
+
+/// The sizes of the firmware, `examples/baked`.
+const N: usize = 18;
+const D: usize = 3;
+const C: usize = 4;
+
+/// Something that can be written as a Rust expression.
+trait Source {
+    fn source(&self) -> String;
+}
+
+impl Source for f32 {
+    fn source(&self) -> String {
+        format!("bits({:#010x})", self.to_bits())
+    }
+}
+
+impl<S: Source, const K: usize> Source for [S; K] {
+    fn source(&self) -> String {
+        let entries: Vec<String> = self.iter().map(Source::source).collect();
+        format!("[{}]", entries.join(", "))
+    }
+}
+
+impl<const R: usize, const K: usize> Source for SMatrix<f32, R, K> {
+    fn source(&self) -> String {
+        let columns = self.data.0.source();
+        format!("SMatrix::from_array_storage(ArrayStorage({columns}))")
+    }
+}
+
+/// The source file: `SCENE`, `FACTOR` and `FREE_IMPULSE`.
+pub(crate) fn write(scene: &Reduced) -> Result<String, String> {
+    if (scene.f.len(), scene.contacts.len()) != (N, C) {
+        return Err(format!("not a scene of {N} velocities and {C} contacts"));
+    }
+    factorised(scene).map_err(|error| error.to_string())
+}
+
+#[allow(clippy::cast_possible_truncation)] // the firmware's number type
+fn factorised(source: &Reduced) -> Result<String, Error> {
+    let mut scene = Scene::<f32, N, D, C>::new();
+    scene.set_mass(&SMatrix::from_fn(|i, j| source.mass[i][j] as f32))?;
+    for contact in &source.contacts {
+        scene.push(&Contact {
+            jacobian: SMatrix::from_fn(|row, dof| contact.h[row][dof] as f32),
+            offset: SVector::from_fn(|row, _| contact.w[row] as f32),
+            mu: contact.mu as f32,
+        })?;
+    }
+    let count = scene.contacts().len();
+    let parts = Factor::new(&scene)?.parts();
+    let parts: FactorParts<f32, N, D, C> = parts.ok_or(Error::FactorMismatch {
+        scene: count,
+        factor: C,
+    })?;
+    let f = SVector::<f32, N>::from_fn(|i, _| source.f[i] as f32);
+
+    let contacts = scene.contacts().iter().map(|contact| {
+        let (jacobian, offset) = (contact.jacobian.source(), contact.offset.source());
+        let mu = contact.mu.source();
+        format!("Contact {{ jacobian: {jacobian}, offset: {offset}, mu: {mu} }},\n")
+    });
+    let contacts: String = contacts.collect();
+    let sizes = format!("f32, {N}, {D}, {C}");
+    let (mass, f) = (scene.mass().source(), f.source());
+    let fields: String = [
+        ("penalty", parts.penalty.source()),
+        ("mass", parts.mass.source()),
+        ("whitened", parts.whitened.source()),
+        ("delassus", parts.delassus.source()),
+        ("resolvent", parts.resolvent.source()),
+        ("penalties", parts.penalties.source()),
+    ]
+    .map(|(name, value)| format!("{name}: {value},\n"))
+    .concat();
+    Ok(format!(
+        "// Written by `cargo run --example bake -- rust FILE`: each number is the bits of an f32.\n\
+         const fn bits(bits: u32) -> f32 {{ f32::from_bits(bits) }}\n\
+         pub(super) static SCENE: Scene<{sizes}> = Scene::from_parts({mass}, [\n{contacts}]);\n\
+         pub(super) static FREE_IMPULSE: SVector<f32, {N}> = {f};\n\
+         pub(super) static FACTOR: Factor<{sizes}> = Factor::from_parts(&FactorParts {{\n{fields}}});\n"
+    ))
+}

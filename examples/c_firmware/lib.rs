@@ -1,0 +1,208 @@
+//! The kernel behind a C interface; `stiction.h` beside this file is its header.
+//!
+//! The one place where pointers come in: each function turns them into references, or says that
+//! one is null, and goes on without `unsafe`.
+#![cfg_attr(target_os = "none", no_std)]
+#![allow(unsafe_code)]
+
+use core::mem::{align_of, size_of};
+use nalgebra::{SMatrix, SVector};
+use stiction::{Contact, Error, Factor, Scene, Settings, Solver, Status};
+
+const N: usize = 18;
+const D: usize = 3;
+const C: usize = 5;
+/// As many as in `stiction.h`.
+const BYTES: usize = 9216;
+
+const NULL: i32 = -1;
+const MEMORY: i32 = -2;
+
+#[cfg(target_os = "none")]
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    unsafe extern "C" {
+        safe fn abort() -> !;
+    }
+    abort()
+}
+
+/// What lives in the caller's memory.
+pub struct Kernel {
+    scene: Scene<f32, N, D, C>,
+    factor: Factor<f32, N, D, C>,
+    solver: Solver<f32, N, D, C>,
+}
+
+fn code(error: Error) -> i32 {
+    match error {
+        Error::NotFinite { .. } => -3,
+        Error::MassNotSymmetric { .. } | Error::MassNotPositiveDefinite { .. } => -4,
+        Error::InvalidFriction { .. } => -5,
+        Error::ContactListFull { .. } => -6,
+        Error::FactorMismatch { .. } => -7,
+        _ => -8,
+    }
+}
+
+fn check(result: Result<(), Error>) -> i32 {
+    result.map_or_else(code, |()| 0)
+}
+
+/// # Safety
+/// `kernel` is null or points to a `stiction` that nothing else uses.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_init(kernel: *mut Kernel) -> i32 {
+    if kernel.is_null() {
+        return NULL;
+    }
+    if size_of::<Kernel>() > BYTES || align_of::<Kernel>() > 8 {
+        return MEMORY;
+    }
+    // SAFETY: the memory is the caller's, large enough and aligned.
+    unsafe {
+        kernel.write(Kernel {
+            scene: Scene::new(),
+            factor: Factor::empty(),
+            solver: Solver::new(),
+        });
+    }
+    0
+}
+
+/// # Safety
+/// Pointers are null or as `stiction.h` declares them; `stiction_init` has been called.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_set_mass(kernel: *mut Kernel, mass: *const [[f32; N]; N]) -> i32 {
+    // SAFETY: the caller's promise.
+    let (Some(kernel), Some(mass)) = (unsafe { kernel.as_mut() }, unsafe { mass.as_ref() }) else {
+        return NULL;
+    };
+    let mass = SMatrix::<f32, N, N>::from(*mass).transpose(); // `from` takes columns
+    check(kernel.scene.set_mass(&mass))
+}
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_clear_contacts(kernel: *mut Kernel) -> i32 {
+    // SAFETY: the caller's promise.
+    let Some(kernel) = (unsafe { kernel.as_mut() }) else {
+        return NULL;
+    };
+    kernel.scene.clear_contacts();
+    0
+}
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_add_contact(
+    kernel: *mut Kernel,
+    jacobian: *const [[f32; N]; D],
+    offset: *const [f32; D],
+    mu: f32,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    let (kernel, jacobian, offset) =
+        unsafe { (kernel.as_mut(), jacobian.as_ref(), offset.as_ref()) };
+    let (Some(kernel), Some(jacobian), Some(offset)) = (kernel, jacobian, offset) else {
+        return NULL;
+    };
+    let contact = Contact {
+        jacobian: SMatrix::<f32, N, D>::from(*jacobian).transpose(),
+        offset: SVector::from(*offset),
+        mu,
+    };
+    check(kernel.scene.push(&contact).map(|_| ()))
+}
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_carry_over(
+    kernel: *mut Kernel,
+    previous: *const [i32; C],
+) -> i32 {
+    // SAFETY: the caller's promise.
+    let (Some(kernel), Some(previous)) = (unsafe { kernel.as_mut() }, unsafe { previous.as_ref() })
+    else {
+        return NULL;
+    };
+    kernel
+        .solver
+        .carry_over(&previous.map(|index| usize::try_from(index).ok()));
+    0
+}
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_prepare(kernel: *mut Kernel) -> i32 {
+    // SAFETY: the caller's promise.
+    let Some(kernel) = (unsafe { kernel.as_mut() }) else {
+        return NULL;
+    };
+    check(kernel.factor.compute(&kernel.scene))
+}
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_solve(
+    kernel: *mut Kernel,
+    f: *const [f32; N],
+    tolerance: f32,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    let (Some(kernel), Some(f)) = (unsafe { kernel.as_mut() }, unsafe { f.as_ref() }) else {
+        return NULL;
+    };
+    let Kernel {
+        scene,
+        factor,
+        solver,
+    } = kernel;
+    let settings = Settings::new(tolerance);
+    match solver.solve(scene, factor, &SVector::from(*f), &settings) {
+        Ok(solution) => match solution.status {
+            Status::Solved => 0,
+            Status::MaxIterations => 1,
+            Status::PrecisionLimit => 2,
+            Status::Infeasible => 3,
+            _ => 4,
+        },
+        Err(error) => code(error),
+    }
+}
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_read(
+    kernel: *const Kernel,
+    velocity: *mut [f32; N],
+    impulses: *mut [[f32; D]; C],
+    error: *mut f32,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    let Some(kernel) = (unsafe { kernel.as_ref() }) else {
+        return NULL;
+    };
+    let solution = kernel.solver.solution();
+    // SAFETY: the caller's promise.
+    let (velocity, impulses, error) =
+        unsafe { (velocity.as_mut(), impulses.as_mut(), error.as_mut()) };
+    if let Some(velocity) = velocity {
+        *velocity = solution.velocity.into();
+    }
+    if let Some(impulses) = impulses {
+        for (impulse, contact) in impulses.iter_mut().zip(&solution.contacts) {
+            *impulse = contact.impulse.into();
+        }
+    }
+    if let Some(error) = error {
+        *error = solution.error;
+    }
+    0
+}

@@ -1,0 +1,99 @@
+//! The control loop: forty steps of a trotting quadruped, each started from the one before.
+
+use crate::records::{Records, Step};
+use core::fmt::{self, Display, Write};
+use stiction::{ContactMode, Factor, Real, Settings, Solution, Solver, Status};
+
+const N: usize = 18;
+const D: usize = 3;
+const C: usize = 5;
+
+/// Forty consecutive 2 ms steps of the Go2 trotting at `mu` = 0.8, see `examples/bake`: feet and
+/// calves touch down and lift off, two to five contacts at a time.
+static STEPS: &[u8] = include_bytes!("trot.bin");
+
+/// All that lives from step to step.
+pub(crate) struct Trot<T> {
+    records: Records<'static>,
+    step: Step<T, N, D, C>,
+    factor: Factor<T, N, D, C>,
+    solver: Solver<T, N, D, C>,
+    count: usize,
+}
+
+impl<T: Real> Trot<T> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            records: Records::new(STEPS),
+            step: Step::new(),
+            factor: Factor::empty(),
+            solver: Solver::new(),
+            count: 0,
+        }
+    }
+
+    /// Reads the next step, as a robot would its state; `false` after the last.
+    pub(crate) fn sense(&mut self) -> bool {
+        let last = self.step.names.clone();
+        if self.step.read(&mut self.records).is_none() {
+            return false;
+        }
+        self.count += 1;
+        // A contact of this step that was one of the last starts from its impulse.
+        let mut previous = [None; C];
+        for (previous, name) in previous.iter_mut().zip(&self.step.names) {
+            *previous = last.iter().position(|other| other == name);
+        }
+        self.solver.carry_over(&previous);
+        true
+    }
+
+    /// Prepares and solves; `false` if that does not succeed.
+    pub(crate) fn solve(&mut self) -> bool {
+        let Step { scene, f, .. } = &self.step;
+        self.factor.compute(scene).is_ok()
+            && self
+                .solver
+                .solve(scene, &self.factor, f, &Settings::default())
+                .is_ok_and(|solution| solution.status == Status::Solved)
+    }
+
+    /// A line on the last solution, every impulse by its bits.
+    pub(crate) fn report(&self, out: &mut impl Write) -> fmt::Result {
+        let solution = self.solver.solution();
+        write!(out, "{:2} {}", self.count, Summary(solution))?;
+        for (name, contact) in self.step.names.iter().zip(&solution.contacts) {
+            write!(out, "  {name}:")?;
+            for impulse in &contact.impulse {
+                // An f32 as it is, an f64 rounded towards it and what is left.
+                let high: f32 = impulse.to_subset_unchecked();
+                let low = *impulse - T::literal(f64::from(high));
+                write!(out, " {:08x}", high.to_bits())?;
+                if low != T::ZERO {
+                    let low: f32 = low.to_subset_unchecked();
+                    write!(out, "+{:08x}", low.to_bits())?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What the contacts do, and how that was found.
+struct Summary<'a, T>(&'a Solution<T, N, D, C>);
+
+impl<T: Real> Display for Summary<'_, T> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let solution = self.0;
+        let error: f64 = solution.error.to_subset_unchecked();
+        for contact in &solution.contacts {
+            out.write_str(match contact.mode {
+                ContactMode::Open => "o",
+                ContactMode::Stick => "=",
+                ContactMode::Slip => "~",
+            })?;
+        }
+        let (iterations, steps) = (solution.iterations, solution.newton_steps);
+        write!(out, " {iterations}+{steps} {error:.1e}")
+    }
+}

@@ -1,0 +1,226 @@
+//! Instructions, RAM and stack of the kernel on an emulated Cortex-M; `.ci/firmware` runs it.
+//!
+//! A line is `scene quantity value`. Instructions under emulation, no cycles: no board was
+//! measured. A warm solve starts from the solution of a free impulse 1 % smaller. Beside it a
+//! projected Gauss-Seidel loop with as many sweeps as it needs, and no test for when to stop.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("measures on a board: add --target thumbv7em-none-eabihf");
+}
+
+#[cfg(target_os = "none")]
+#[path = "../embedded/board.rs"]
+mod board;
+#[cfg(target_os = "none")]
+#[path = "../embedded/counter.rs"]
+mod counter;
+#[cfg(target_os = "none")]
+mod gauss_seidel;
+#[cfg(target_os = "none")]
+#[path = "../embedded/records.rs"]
+mod records;
+#[cfg(target_os = "none")]
+#[path = "../embedded/stack.rs"]
+mod stack;
+
+#[cfg(target_os = "none")]
+mod measure {
+    use crate::board::exit;
+    use crate::counter::Counter;
+    use crate::gauss_seidel::GaussSeidel;
+    use crate::records::{Records, Step};
+    use crate::stack::stack_bytes;
+    use core::hint::black_box;
+    use cortex_m_rt::entry;
+    use cortex_m_semihosting::hprintln;
+    use nalgebra::SVector;
+    use stiction::{AdmmSolver, Factor, Real, Settings, Solver, Status};
+
+    #[panic_handler]
+    fn panic(info: &core::panic::PanicInfo) -> ! {
+        hprintln!("{}", info);
+        exit(false)
+    }
+
+    struct Bench<T, const N: usize, const D: usize, const C: usize> {
+        name: &'static str,
+        records: &'static [u8],
+        step: Step<T, N, D, C>,
+        factor: Factor<T, N, D, C>,
+        solver: Solver<T, N, D, C>,
+        admm: AdmmSolver<T, N, D, C>,
+        peer: GaussSeidel<T, N, D, C>,
+    }
+
+    impl<T: Real, const N: usize, const D: usize, const C: usize> Bench<T, N, D, C> {
+        const fn new(name: &'static str, records: &'static [u8]) -> Self {
+            Self {
+                name,
+                records,
+                step: Step::new(),
+                factor: Factor::empty(),
+                solver: Solver::new(),
+                admm: AdmmSolver::new(),
+                peer: GaussSeidel::new(),
+            }
+        }
+
+        fn print(&self, quantity: &str, value: u32) {
+            hprintln!("{} {} {}", self.name, quantity, value);
+        }
+
+        #[inline(never)]
+        fn prepare(&mut self) -> bool {
+            black_box(&mut self.factor)
+                .compute(&self.step.scene)
+                .is_ok()
+        }
+
+        #[inline(never)]
+        fn solve(&mut self, f: &SVector<T, N>, settings: &Settings<T>) -> bool {
+            let solution = self
+                .solver
+                .solve(&self.step.scene, &self.factor, f, settings);
+            solution.is_ok_and(|solution| solution.status == Status::Solved)
+        }
+
+        #[inline(never)]
+        fn iterate(&mut self, f: &SVector<T, N>, settings: &Settings<T>) -> bool {
+            let admm = black_box(&mut self.admm);
+            admm.reset();
+            admm.solve_restart(&self.step.scene, &self.factor, f, settings)
+                .is_ok()
+        }
+
+        /// All quantities; `None` if something does not succeed.
+        fn measure(&mut self, counter: &mut Counter) -> Option<()> {
+            self.step.read(&mut Records::new(self.records))?;
+            let f = self.step.f;
+            let mut ok = true;
+
+            let count = counter.instructions(|| ok &= self.prepare())?;
+            self.print("prepare", count);
+
+            // Iterations and Newton steps: the difference of two solves that differ in them alone.
+            let mut exact = Settings::new(T::literal(1e-30));
+            let mut limited = |bench: &mut Self, iterations| {
+                exact.max_iterations = iterations;
+                let count = counter.instructions(|| ok &= bench.iterate(&f, &exact));
+                (count, bench.admm.solution().iterations)
+            };
+            let (few, more) = (limited(self, 2), limited(self, 10));
+            if more.1 == few.1 + 8 {
+                self.print("iteration", more.0?.checked_sub(few.0?)? / 8);
+            }
+            let mut limited = |bench: &mut Self, iterations| {
+                bench.solver.reset();
+                exact.max_iterations = iterations;
+                let count = counter.instructions(|| _ = bench.solve(&f, &exact));
+                (count, bench.solver.solution().newton_steps)
+            };
+            let (one, two) = (limited(self, 15), limited(self, 25));
+            if two.1 == one.1 + 1 {
+                self.print("newton_step", two.0?.checked_sub(one.0?)?);
+            }
+
+            let before = f * T::literal(0.99);
+            for (cold, warm, tolerance) in [
+                ("cold_1e-3", "warm_1e-3", 1e-3),
+                ("cold_1e-4", "warm_1e-4", 1e-4),
+                ("cold_1e-5", "warm_1e-5", 1e-5),
+            ] {
+                let settings = Settings::new(T::literal(tolerance));
+                self.solver.reset();
+                let count = counter.instructions(|| ok &= self.solve(&f, &settings))?;
+                self.print(cold, count);
+                self.solver.reset();
+                ok &= self.solve(&before, &settings);
+                let count = counter.instructions(|| ok &= self.solve(&f, &settings))?;
+                self.print(warm, count);
+            }
+
+            let settings = Settings::new(T::literal(1e-5));
+            self.solver.reset();
+            let bytes = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+            let prepare = stack_bytes(|| _ = black_box(self.prepare()));
+            let solve = stack_bytes(|| _ = black_box(self.solve(&f, &settings)));
+            let iterate = stack_bytes(|| _ = black_box(self.iterate(&f, &settings)));
+            self.print("stack_prepare", bytes(prepare));
+            self.print("stack_solve", bytes(solve));
+            self.print("stack_restart", bytes(iterate));
+            self.print("ram_scene", bytes(size_of_val(&self.step.scene)));
+            self.print("ram_factor", bytes(size_of_val(&self.factor)));
+            self.print("ram_solver", bytes(size_of_val(&self.solver)));
+            self.print("ram_restart", bytes(size_of_val(&self.admm)));
+            self.measure_peer(counter, &f)?;
+            ok.then_some(())
+        }
+
+        fn measure_peer(&mut self, counter: &mut Counter, f: &SVector<T, N>) -> Option<()> {
+            let scene = &self.step.scene;
+            let mut prepared = None;
+            let prepare = || prepared = self.peer.prepare(scene);
+            let count = counter.instructions(prepare)?;
+            prepared?;
+            let free = scene.mass().cholesky()?.solve(&-f);
+            let mut of = |sweeps| {
+                let mut v = black_box(free);
+                let count = counter.instructions(|| self.peer.solve(scene, &mut v, sweeps));
+                (count, self.peer.error(scene, &v, &free))
+            };
+            let sweep = of(2).0?.checked_sub(of(1).0?)?;
+            let mut needed = |tolerance: f64| {
+                (1..=60)
+                    .chain([100, 200, 400])
+                    .find(|&sweeps| of(sweeps).1 <= T::literal(tolerance))
+            };
+            let (rough, fine) = (needed(1e-3), needed(1e-5));
+            self.print("gs_prepare", count);
+            self.print("gs_sweep", sweep);
+            for (name, sweeps) in [("gs_sweeps_1e-3", rough), ("gs_sweeps_1e-5", fine)] {
+                if let Some(sweeps) = sweeps {
+                    self.print(name, u32::try_from(sweeps).ok()?);
+                }
+            }
+            Some(())
+        }
+    }
+
+    /// Double precision where the core has it.
+    #[cfg(double)]
+    type Number = f64;
+    #[cfg(not(double))]
+    type Number = f32;
+
+    #[entry]
+    fn main() -> ! {
+        static mut BOX: Bench<Number, 6, 3, 4> = Bench::new("box", include_bytes!("box.bin"));
+        static mut QUADRUPED: Bench<Number, 18, 3, 4> =
+            Bench::new("quadruped", include_bytes!("quadruped.bin"));
+        static mut PLANAR: Bench<Number, 18, 2, 4> =
+            Bench::new("quadruped_planar", include_bytes!("quadruped_planar.bin"));
+        static mut FRICTIONLESS: Bench<Number, 18, 1, 4> = Bench::new(
+            "quadruped_frictionless",
+            include_bytes!("quadruped_frictionless.bin"),
+        );
+        static mut WALKER: Bench<Number, 9, 2, 4> =
+            Bench::new("walker", include_bytes!("walker.bin"));
+        static mut STACK: Bench<Number, 18, 3, 12> =
+            Bench::new("stack", include_bytes!("stack.bin"));
+        let Some(peripherals) = cortex_m::Peripherals::take() else {
+            exit(false)
+        };
+        let mut counter = Counter::start(peripherals.SYST);
+        let done = [
+            BOX.measure(&mut counter),
+            QUADRUPED.measure(&mut counter),
+            PLANAR.measure(&mut counter),
+            FRICTIONLESS.measure(&mut counter),
+            WALKER.measure(&mut counter),
+            STACK.measure(&mut counter),
+        ];
+        exit(done.iter().all(Option::is_some))
+    }
+}

@@ -1,0 +1,110 @@
+//! Links only if the kernel reaches no panic: the panic handler calls a symbol nobody defines.
+//!
+//! No allocator is linked either, or the link would ask for one. Built by `.ci/firmware` at
+//! `opt-level` 3 and "s"; `--cfg violate` puts an indexing panic in, to see that it is caught.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("a proof by linking: add --target thumbv7em-none-eabihf");
+}
+
+#[cfg(target_os = "none")]
+mod proof {
+    use core::hint::black_box;
+    use cortex_m_rt::entry;
+    use cortex_m_semihosting::debug;
+    use nalgebra::{SMatrix, SVector};
+    use stiction::{AdmmSolver, Contact, Factor, FrictionCone, Real, Scene, Settings, Solver};
+
+    mod undefined {
+        #![allow(unsafe_code)]
+        unsafe extern "C" {
+            pub(super) safe fn a_panic_is_reachable() -> !;
+        }
+    }
+
+    #[panic_handler]
+    fn panic(_: &core::panic::PanicInfo) -> ! {
+        undefined::a_panic_is_reachable()
+    }
+
+    struct Kernel<T, const N: usize, const D: usize, const C: usize> {
+        scene: Scene<T, N, D, C>,
+        factor: Factor<T, N, D, C>,
+        solver: Solver<T, N, D, C>,
+        admm: AdmmSolver<T, N, D, C>,
+    }
+
+    impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C> {
+        const fn new() -> Self {
+            Self {
+                scene: Scene::new(),
+                factor: Factor::empty(),
+                solver: Solver::new(),
+                admm: AdmmSolver::new(),
+            }
+        }
+
+        /// Every public call, on data the compiler knows nothing of.
+        fn call(&mut self) {
+            let mass: SMatrix<T, N, N> = black_box(SMatrix::identity());
+            let contact: Contact<T, N, D> = black_box(Contact {
+                jacobian: SMatrix::zeros(),
+                offset: SVector::zeros(),
+                mu: T::ONE,
+            });
+            let f: SVector<T, N> = black_box(SVector::zeros());
+            let index = black_box(1);
+            let Self {
+                scene,
+                factor,
+                solver,
+                admm,
+            } = self;
+            let _ = black_box(scene.set_mass(&mass));
+            let _ = black_box(scene.push(&contact));
+            let _ = black_box(scene.set_offset(index, &contact.offset));
+            let _ = black_box(scene.set_friction(index, contact.mu));
+            let _ = black_box(factor.compute(scene));
+            let _ = black_box(factor.set_penalty(black_box(T::ONE)));
+            black_box(factor.step(index));
+
+            let settings: Settings<T> = black_box(Settings::default());
+            let previous = black_box([Some(index), None]);
+            let _ = black_box(solver.solve(scene, factor, &f, &settings).is_ok());
+            solver.carry_over(&previous);
+            solver.reset();
+            let _ = black_box(admm.solve_restart(scene, factor, &f, &settings).is_ok());
+            let _ = black_box(admm.solve_fast(scene, factor, &f, &settings).is_ok());
+            let _ = black_box(admm.solve_plain(scene, factor, &f, &settings).is_ok());
+            admm.carry_over(&previous);
+            admm.reset();
+            scene.clear_contacts();
+
+            if let Some(cone) = black_box(FrictionCone::new(black_box(contact.mu))) {
+                black_box(cone.contains(&contact.offset));
+                black_box(cone.project(&contact.offset));
+                black_box(cone.dual().project(&contact.offset));
+                black_box(cone.project_spectral(&contact.offset));
+            }
+            #[cfg(violate)]
+            black_box(previous[index]);
+        }
+    }
+
+    #[entry]
+    fn main() -> ! {
+        static mut QUADRUPED: Kernel<f32, 18, 3, 4> = Kernel::new();
+        static mut STACK: Kernel<f32, 18, 3, 12> = Kernel::new();
+        static mut WALKER: Kernel<f32, 9, 2, 4> = Kernel::new();
+        static mut FRICTIONLESS: Kernel<f64, 6, 1, 4> = Kernel::new();
+        QUADRUPED.call();
+        STACK.call();
+        WALKER.call();
+        FRICTIONLESS.call();
+        loop {
+            debug::exit(debug::EXIT_SUCCESS);
+        }
+    }
+}

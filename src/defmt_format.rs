@@ -1,0 +1,26 @@
+//! `defmt::Format` for what a derive does not reach: nalgebra's vectors have none.
+
+use crate::{ContactSolution, Solution};
+use defmt::{Format, Formatter, write};
+
+impl<T: Format, const D: usize> Format for ContactSolution<T, D> {
+    fn format(&self, fmt: Formatter<'_>) {
+        let (impulse, velocity) = (self.impulse.data.as_slice(), self.velocity.data.as_slice());
+        write!(fmt, "{} r = {}, u = {}", self.mode, impulse, velocity);
+    }
+}
+
+impl<T: Format, const N: usize, const D: usize, const C: usize> Format for Solution<T, N, D, C> {
+    fn format(&self, fmt: Formatter<'_>) {
+        write!(
+            fmt,
+            "{}: error {}, {} iterations, {} Newton steps, v = {}, contacts {}",
+            self.status,
+            self.error,
+            self.iterations,
+            self.newton_steps,
+            self.velocity.data.as_slice(),
+            self.contacts.as_slice()
+        );
+    }
+}
