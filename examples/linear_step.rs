@@ -6,6 +6,8 @@
 //!
 //! `cargo run --release --example linear_step`
 
+#![allow(clippy::cast_precision_loss)] // indices are small
+
 use nalgebra::{Cholesky, Const, RealField, SMatrix, SVector};
 use std::hint::black_box;
 use std::time::Instant;

@@ -160,7 +160,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
             self.failures = 0;
         }
         self.failures += 1;
-        if self.failures > 10 && best < T::literal(1024.0) * T::EPSILON {
+        if self.failures > 10 && best < T::literal(256.0) * T::EPSILON {
             self.stop(Status::PrecisionLimit);
         }
     }

@@ -4,6 +4,8 @@
 //! and options it is a measuring instrument. Errors are recomputed in f64 from the file's data,
 //! not taken from the kernel.
 
+#![allow(clippy::cast_precision_loss)] // counts are small
+
 #[path = "../../tests/support/mod.rs"]
 mod support;
 

@@ -5,7 +5,7 @@ use crate::run::Run;
 use serde_json::json;
 use stiction::{ContactMode, Status};
 
-pub fn header(options: &Options) {
+pub(crate) fn header(options: &Options) {
     println!(
         "method {}, {}; error recomputed in f64; contacts: = stick, ~ slip, o open\n",
         options.method.name(),
@@ -26,7 +26,7 @@ pub fn header(options: &Options) {
     );
 }
 
-pub fn row(run: &Run) {
+pub(crate) fn row(run: &Run) {
     let modes: String = run.modes.iter().map(|&mode| symbol(mode)).collect();
     println!(
         "{:<28} {:>4} {:>8} {:<15} {:>5} {:>6} {:>8.1e} {:>10.2} {:>9.2} {:>8.0}  {}",
@@ -44,7 +44,7 @@ pub fn row(run: &Run) {
     );
 }
 
-pub fn json(run: &Run, options: &Options) {
+pub(crate) fn json(run: &Run, options: &Options) {
     let line = json!({
         "name": run.name,
         "n_dof": run.n_dof,
@@ -67,7 +67,7 @@ pub fn json(run: &Run, options: &Options) {
 }
 
 /// How many scenes reached which error, and how long it took.
-pub fn summary(runs: &[Run], options: &Options) {
+pub(crate) fn summary(runs: &[Run], options: &Options) {
     if runs.is_empty() {
         return;
     }
@@ -76,7 +76,7 @@ pub fn summary(runs: &[Run], options: &Options) {
         .map(|run| run.iterations + 10 * run.newton_steps)
         .collect();
     work.sort_unstable();
-    let quantile = |q: f64| work[((work.len() - 1) as f64 * q).round() as usize];
+    let quantile = |percent: usize| work[(work.len() - 1) * percent / 100];
     let count = |wanted: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| wanted(run)).count();
     println!(
         "\n{} scenes, {} solved; error <= 1e-3: {}, 1e-6: {}, 1e-9: {}; \
@@ -86,9 +86,9 @@ pub fn summary(runs: &[Run], options: &Options) {
         count(&|run| run.error <= 1e-3),
         count(&|run| run.error <= 1e-6),
         count(&|run| run.error <= 1e-9),
-        quantile(0.5),
-        quantile(0.9),
-        quantile(1.0),
+        quantile(50),
+        quantile(90),
+        quantile(100),
     );
     let false_claims = runs.iter().filter(|run| {
         let tolerance = options.tolerance.unwrap_or(f64::INFINITY);

@@ -8,28 +8,28 @@ use std::time::Instant;
 use stiction::{AdmmSolver, ContactMode, Error, Factor, Real, Settings, Solver, Status};
 
 /// One solved scene.
-pub struct Run {
-    pub name: String,
-    pub n_dof: usize,
-    pub n_contacts: usize,
-    pub dim: usize,
-    pub status: Status,
-    pub iterations: usize,
-    pub newton_steps: usize,
-    pub factorizations: usize,
+pub(crate) struct Run {
+    pub(crate) name: String,
+    pub(crate) n_dof: usize,
+    pub(crate) n_contacts: usize,
+    pub(crate) dim: usize,
+    pub(crate) status: Status,
+    pub(crate) iterations: usize,
+    pub(crate) newton_steps: usize,
+    pub(crate) factorizations: usize,
     /// Recomputed in f64.
-    pub error: f64,
-    pub prepare_ns: f64,
-    pub solve_ns: f64,
-    pub v: Vec<f64>,
-    pub r: Vec<f64>,
-    pub modes: Vec<ContactMode>,
+    pub(crate) error: f64,
+    pub(crate) prepare_ns: f64,
+    pub(crate) solve_ns: f64,
+    pub(crate) v: Vec<f64>,
+    pub(crate) r: Vec<f64>,
+    pub(crate) modes: Vec<ContactMode>,
     /// `d`, row by row with zero tangential parts, if the scene is infeasible.
-    pub certificate: Option<Vec<f64>>,
+    pub(crate) certificate: Option<Vec<f64>>,
 }
 
 /// Solves a scene, or says why it cannot be solved.
-pub fn solve(scene: &SceneFile, options: &Options) -> Result<Run, String> {
+pub(crate) fn solve(scene: &SceneFile, options: &Options) -> Result<Run, String> {
     match options.precision {
         Precision::F64 => solve_sized::<f64>(scene, options),
         Precision::F32 => solve_sized::<f32>(scene, options),
@@ -76,7 +76,7 @@ fn solve_as<T: Real, const N: usize, const D: usize, const C: usize>(
     for _ in 0..options.repeat.max(1) {
         let start = Instant::now();
         factor.compute(black_box(&scene))?;
-        prepare_ns = prepare_ns.min(start.elapsed().as_nanos() as f64);
+        prepare_ns = prepare_ns.min(start.elapsed().as_secs_f64() * 1e9);
 
         solver.reset();
         admm.reset();
@@ -89,7 +89,7 @@ fn solve_as<T: Real, const N: usize, const D: usize, const C: usize>(
             Method::Default => solver.solve(scene, factor, f, &settings)?,
         };
         black_box(solution);
-        solve_ns = solve_ns.min(start.elapsed().as_nanos() as f64);
+        solve_ns = solve_ns.min(start.elapsed().as_secs_f64() * 1e9);
     }
     let solution = match options.method {
         Method::Default => solver.solution(),
