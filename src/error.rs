@@ -23,7 +23,8 @@ pub enum Input {
     },
 }
 
-/// A scene that cannot be solved as it was given. Nothing is changed by the call that returns it.
+/// A scene that cannot be solved as it was given. The call that returns it changes nothing, but for
+/// [`crate::Factor::compute`], whose factor is then that of no contacts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

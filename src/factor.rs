@@ -101,7 +101,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// Factorises a scene with the default penalty.
     ///
     /// # Errors
-    /// [`Error::MassNotPositiveDefinite`].
+    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows.
     pub fn new(scene: &Scene<T, N, D, C>) -> Result<Self, Error> {
         let mut factor = Self::empty();
         factor.compute(scene)?;
@@ -111,7 +111,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// Factorises a scene in place, with the default penalty; see [`Self::penalty`].
     ///
     /// # Errors
-    /// [`Error::MassNotPositiveDefinite`].
+    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows.
     pub fn compute(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.compute_delassus(scene)?;
         self.set_penalty(default_penalty(scene))
