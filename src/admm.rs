@@ -156,7 +156,9 @@ where
         add_to_normal(&mut velocity, law.lift * iterate.slip);
         *rhs = velocity.into();
     }
-    resolvent.times(laws.len(), &rhs, &mut product);
+    let contacts = ..laws.len();
+    let targets = product.get_mut(contacts).unwrap_or_default();
+    resolvent.times(rhs.get(contacts).unwrap_or_default(), targets);
 
     let mut change = Change {
         primal: T::ZERO,

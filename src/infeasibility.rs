@@ -8,7 +8,7 @@
 //! offsets by a factor that no feasible scene has.
 
 use crate::Real;
-use crate::cholesky::{dot, factorise, scale_by_reciprocal, solve_lower, solve_upper};
+use crate::cholesky::{dot, factorise, solve};
 use crate::problem::Problem;
 use heapless::Vec;
 
@@ -181,11 +181,9 @@ impl<T: Real, const C: usize> Gram<T, C> {
             }
         }
         let flat = matrix.as_flattened_mut();
-        factorise(flat, C, n, T::ZERO).ok()?;
+        factorise(flat, C, n, &[]).ok()?;
         let x = rhs.get_mut(..n)?;
-        solve_lower(flat, C, x);
-        scale_by_reciprocal(flat, C, x);
-        solve_upper(flat, C, x);
+        solve(flat, C, x);
         let mut solution = [T::ZERO; C];
         for (&i, &x) in support.iter().zip(&*x) {
             *solution.get_mut(i)? = x;

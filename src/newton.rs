@@ -12,12 +12,11 @@
 //! `DP = I`, is coupled to the others by `λ` alone, and is left out of the system.
 
 use crate::Real;
-use crate::cholesky::{axpy, dot};
+use crate::cholesky::dot;
 use crate::cone::split;
-use crate::contact_space::{ContactMatrix, ContactVector};
+use crate::contact_space::{ContactMatrix, ContactVector, normalise, subtract_rows};
 use crate::problem::{Law, Problem};
 use crate::solution::zeros;
-use core::mem;
 use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 
@@ -171,21 +170,25 @@ pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>
     let targets = workspace.iter_mut().zip(&mut rhs).zip(&coupled);
     for (k, ((rows, rhs), &i)) in targets.enumerate() {
         *rhs = *point.residual.get(i)?;
-        let own = blocks.get(i)?.own;
-        for ((row, source), own) in rows.iter_mut().zip(delassus.get(i)?).zip(own.row_iter()) {
-            for (entries, &j) in row.iter_mut().zip(&coupled) {
-                let (w, coupling) = (source.get(j)?, blocks.get(j)?.coupling);
-                for (entry, column) in entries.iter_mut().zip(coupling.as_slice().chunks_exact(D)) {
-                    *entry = dot(w, column);
+        let source = delassus.get(i)?;
+        for (l, &j) in coupled.iter().enumerate() {
+            let block = blocks.get(j)?;
+            for (a, (row, source)) in rows.iter_mut().zip(source).enumerate() {
+                let entries = row.get_mut(l)?;
+                let source = source.get(j)?;
+                for (entry, column) in entries.iter_mut().zip(&block.coupling.data.0) {
+                    *entry = product(source, column);
                 }
-            }
-            for (entry, &own) in row.get_mut(k)?.iter_mut().zip(own.iter()) {
-                *entry += own;
+                if k == l {
+                    for (entry, column) in entries.iter_mut().zip(&block.own.data.0) {
+                        *entry += *column.get(a)?;
+                    }
+                }
             }
         }
     }
-    let rows = workspace.as_flattened_mut().get_mut(..coupled.len() * D)?;
-    eliminate(rows, rhs.as_flattened_mut())?;
+    let rows = workspace.get_mut(..coupled.len())?;
+    eliminate::<T, D, C>(rows, rhs.get_mut(..coupled.len())?)?;
 
     // Back to all contacts; the open ones follow from the impulses of the others.
     let mut step = [zeros(); C];
@@ -197,7 +200,9 @@ pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>
     }
     if coupled.len() < laws.len() {
         let mut moved = [[T::ZERO; D]; C];
-        problem.factor.delassus_times(&push, &mut moved);
+        problem
+            .factor
+            .delassus_times(push.get(..laws.len())?, moved.get_mut(..laws.len())?);
         let rhs = point.residual.iter().zip(moved);
         let targets = step.iter_mut().zip(&blocks).zip(rhs).take(laws.len());
         for ((step, block), (&residual, moved)) in targets.filter(|((_, block), _)| block.open) {
@@ -208,51 +213,43 @@ pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>
     finite.then_some(step)
 }
 
-/// Gaussian elimination, pivots sought within the rows of a contact; the solution replaces `b`.
+/// Gaussian elimination by contacts, pivots sought within the rows of each; the solution replaces
+/// `b`.
+#[inline(never)]
 fn eliminate<T: Real, const D: usize, const C: usize>(
-    rows: &mut [ContactVector<T, D, C>],
-    b: &mut [T],
+    matrix: &mut [[ContactVector<T, D, C>; D]],
+    b: &mut [[T; D]],
 ) -> Option<()> {
-    let n = rows.len();
+    let n = matrix.len();
     for k in 0..n {
-        let mut pivot = (T::ZERO, k);
-        for (i, row) in rows.iter().enumerate().skip(k).take(D - k % D) {
-            let size = row.as_flattened().get(k)?.abs();
-            if size > pivot.0 {
-                pivot = (size, i);
+        let (done, below) = matrix.split_at_mut_checked(k + 1)?;
+        let (solved, rest) = b.split_at_mut_checked(k + 1)?;
+        let (rows, rhs) = (done.last_mut()?, solved.last_mut()?);
+        normalise(rows, k, k, n, Some(rhs))?;
+        let swapped = *rhs;
+        for (solved, row) in rhs.iter_mut().zip(&*rows) {
+            *solved = product(row.get(k)?, &swapped);
+        }
+        for (others, other_rhs) in below.iter_mut().zip(rest) {
+            for (row, entry) in others.iter_mut().zip(other_rhs) {
+                let factors = *row.get(k)?;
+                subtract_rows(row, &factors, rows, (k + 1) * D, n * D);
+                *entry -= product(&factors, rhs);
             }
         }
-        if pivot.0 == T::ZERO {
-            return None;
-        }
-        let (done, below) = rows.split_at_mut_checked(k + 1)?;
-        let (solved, rhs) = b.split_at_mut_checked(k + 1)?;
-        let (row, solved) = (done.last_mut()?, solved.last_mut()?);
-        if pivot.1 > k {
-            // `slice::swap` would be a reachable panic.
-            let index = pivot.1 - k - 1;
-            mem::swap(row, below.get_mut(index)?);
-            mem::swap(solved, rhs.get_mut(index)?);
-        }
-        let row = row.as_flattened_mut();
-        let reciprocal = T::ONE / *row.get(k)?;
-        *row.get_mut(k)? = reciprocal;
-        let row = row.get(k + 1..n)?;
-        let solved = *solved;
-        for (other, rhs) in below.iter_mut().zip(rhs) {
-            let other = other.as_flattened_mut().get_mut(k..n)?;
-            let (first, rest) = other.split_first_mut()?;
-            let factor = *first * reciprocal;
-            axpy(-factor, row, rest);
-            *rhs -= factor * solved;
-        }
     }
-    for (k, row) in rows.iter().enumerate().rev() {
+    for (k, rows) in matrix.iter().enumerate().rev() {
         let (head, solved) = b.split_at_mut_checked(k + 1)?;
-        let row = row.as_flattened().get(k..n)?;
-        let (reciprocal, row) = row.split_first()?;
-        let entry = head.last_mut()?;
-        *entry = (*entry - dot(row, solved)) * *reciprocal;
+        for (entry, row) in head.last_mut()?.iter_mut().zip(rows) {
+            let row = row.get(k + 1..n)?;
+            *entry -= dot(row.as_flattened(), solved.as_flattened());
+        }
     }
     Some(())
+}
+
+/// Scalar product in the rows of one contact.
+#[inline]
+fn product<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> T {
+    x.iter().zip(y).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }

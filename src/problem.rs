@@ -100,7 +100,10 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         r: &ContactVector<T, D, C>,
         u: &mut ContactVector<T, D, C>,
     ) -> T {
-        self.factor.delassus_times(r, u);
+        let contacts = ..self.factor.contacts();
+        let targets = u.get_mut(contacts).unwrap_or_default();
+        self.factor
+            .delassus_times(r.get(contacts).unwrap_or_default(), targets);
         for (u, law) in u.iter_mut().zip(self.laws()) {
             for (u, &q) in u.iter_mut().zip(law.free.iter()) {
                 *u += q;

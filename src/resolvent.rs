@@ -3,11 +3,12 @@
 //! `R` is `rho I` as in the note, or has one penalty a contact. A projection onto a cone does not
 //! mind a factor of its own for each contact.
 
-use crate::cholesky::{axpy, factorise};
-use crate::contact_space::{ContactMatrix, ContactVector, mirror, multiply};
+use crate::contact_space::{
+    ContactMatrix, ContactVector, multiply_transposed, normalise, subtract_rows,
+};
 use crate::{Error, Real};
 
-/// `B = (I + W R)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
+/// `Bᵀ = (I + R W)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
 #[derive(Clone, Debug)]
 pub(crate) struct Resolvent<T, const D: usize, const C: usize> {
     pub(crate) penalties: [T; C],
@@ -22,7 +23,8 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         }
     }
 
-    /// `B = R⁻¹ (W + R⁻¹)⁻¹` for the first `contacts` contacts, by the Cholesky factor of `W + R⁻¹`.
+    /// `Bᵀ = (W + R⁻¹)⁻¹ R⁻¹` for the first `contacts` contacts.
+    #[inline(never)]
     pub(crate) fn compute(
         &mut self,
         delassus: &ContactMatrix<T, D, C>,
@@ -33,77 +35,92 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         if !penalties.iter().all(usable) {
             return Err(Error::InvalidPenalty);
         }
-        let (rows, stride) = (contacts * D, D * C);
+        self.penalties = *penalties;
         let blocks = self.matrix.iter_mut().zip(delassus).zip(penalties);
         for (i, ((rows, sources), &rho)) in blocks.take(contacts).enumerate() {
-            for (a, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
-                *row = *source;
-                let diagonal = row.get_mut(i).and_then(|block| block.get_mut(a));
-                if let Some(entry) = diagonal {
-                    *entry += T::ONE / rho;
+            *rows = *sources;
+            let compliance = T::ONE / rho;
+            for (a, row) in rows.iter_mut().enumerate() {
+                if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(a)) {
+                    *entry += compliance;
                 }
             }
         }
-        let flat = self.matrix.as_flattened_mut().as_flattened_mut();
-        let flat = flat.as_flattened_mut();
-        factorise(flat, stride, rows, T::ZERO).map_err(|_| Error::InvalidPenalty)?;
-        invert(flat, stride, rows);
-        mirror(flat, stride, rows);
-        for (rows, &rho) in self.matrix.iter_mut().zip(penalties) {
-            for entry in rows.as_flattened_mut().as_flattened_mut() {
-                *entry /= rho;
-            }
+        for k in 0..contacts {
+            self.sweep(contacts, k).ok_or(Error::InvalidPenalty)?;
         }
-        self.penalties = *penalties;
-        Ok(())
+        self.mirror(contacts).ok_or(Error::InvalidPenalty)
     }
 
-    /// `y_i = (B x)_i` for the first `contacts` contacts.
+    /// Sweeps contact `k` of the lower triangle. With `K = A_kk⁻¹` the blocks become
+    /// `A_ij - A_ik K A_kj`, `A_ik K` and `-K`; once all contacts are swept, that is `-A⁻¹`.
+    #[inline(never)]
+    fn sweep(&mut self, contacts: usize, k: usize) -> Option<()> {
+        // A_kj, of which the triangle has what is right of the diagonal in column k.
+        let mut row: [ContactVector<T, D, C>; D] = *self.matrix.get(k)?;
+        for (i, rows) in self.matrix.iter().enumerate().take(contacts).skip(k + 1) {
+            for (a, source) in rows.iter().enumerate() {
+                for (row, &entry) in row.iter_mut().zip(source.get(k)?) {
+                    *row.get_mut(i)?.get_mut(a)? = entry;
+                }
+            }
+        }
+        let mut swept = row;
+        normalise(&mut swept, k, 0, contacts, None)?;
+        for (i, rows) in self.matrix.iter_mut().enumerate().take(contacts) {
+            for (a, target) in rows.iter_mut().enumerate() {
+                if i == k {
+                    // Positive definite is the block if all its pivots are.
+                    *target = *swept.get(a)?;
+                    let block = target.get_mut(k)?;
+                    for entry in block.iter_mut() {
+                        *entry = -*entry;
+                    }
+                    let usable = *block.get(a)? < T::ZERO;
+                    if !usable {
+                        return None;
+                    }
+                    continue;
+                }
+                let column = |row: &ContactVector<T, D, C>| Some(*row.get(i)?.get(a)?);
+                let factors = row.each_ref().map(|row| column(row).unwrap_or(T::ZERO));
+                subtract_rows(target, &factors, &swept, 0, (i + 1) * D);
+                if i > k {
+                    let entries = swept.each_ref().map(|row| column(row).unwrap_or(T::ZERO));
+                    *target.get_mut(k)? = entries;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// From the lower triangle of `-A⁻¹` to `A⁻¹ R⁻¹`.
+    #[inline(never)]
+    fn mirror(&mut self, contacts: usize) -> Option<()> {
+        let scale = self.penalties.map(|rho| -T::ONE / rho);
+        for i in 0..contacts {
+            for a in 0..D {
+                for j in 0..=i {
+                    let block = self.matrix.get_mut(i)?.get_mut(a)?.get_mut(j)?;
+                    let entries = *block;
+                    for entry in block {
+                        *entry *= *scale.get(j)?;
+                    }
+                    if j == i {
+                        continue;
+                    }
+                    for (row, entry) in self.matrix.get_mut(j)?.iter_mut().zip(entries) {
+                        *row.get_mut(i)?.get_mut(a)? = entry * *scale.get(i)?;
+                    }
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// `y = B x`
     #[inline]
-    pub(crate) fn times(
-        &self,
-        contacts: usize,
-        x: &ContactVector<T, D, C>,
-        y: &mut ContactVector<T, D, C>,
-    ) {
-        multiply(&self.matrix, contacts, x, y);
-    }
-}
-
-/// Replaces `L D Lᵀ` as [`factorise`] leaves it by the lower triangle of its inverse.
-fn invert<T: Real>(a: &mut [T], stride: usize, n: usize) {
-    // Row i of L⁻¹ is -(row i of L without its diagonal) times the rows of L⁻¹ above.
-    for i in 0..n {
-        let Some((done, row)) = a.split_at_mut_checked(i * stride) else {
-            return;
-        };
-        for (k, above) in done.chunks_exact(stride).enumerate() {
-            if let Some((head, [entry, ..])) = row.split_at_mut_checked(k) {
-                axpy(-*entry, above, head);
-                *entry = -*entry;
-            }
-        }
-    }
-    // Row i of L⁻ᵀ D⁻¹ L⁻¹ gathers the rows of L⁻¹ from i on.
-    for i in 0..n {
-        let Some((row, below)) = a
-            .get_mut(i * stride..n * stride)
-            .and_then(|rows| rows.split_at_mut_checked(stride))
-        else {
-            return;
-        };
-        let Some((head, [diagonal, ..])) = row.split_at_mut_checked(i) else {
-            return;
-        };
-        for entry in head.iter_mut() {
-            *entry *= *diagonal;
-        }
-        for (k, other) in below.chunks_exact(stride).enumerate() {
-            let (Some(&entry), Some(&reciprocal)) = (other.get(i), other.get(i + 1 + k)) else {
-                return;
-            };
-            axpy(entry * reciprocal, other, head);
-            *diagonal += entry * reciprocal * entry;
-        }
+    pub(crate) fn times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
+        multiply_transposed(&self.matrix, x, y);
     }
 }

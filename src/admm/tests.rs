@@ -229,7 +229,7 @@ proptest! {
         for column in 0..ROWS {
             let (mut unit, mut product) = ([[0.0; D]; C], [[0.0; D]; C]);
             unit[column / D][column % D] = 1.0;
-            factor.resolvent().times(C, &unit, &mut product);
+            factor.resolvent().times(&unit, &mut product);
             for (row, entry) in product.as_flattened().iter().enumerate() {
                 let difference = entry - b[(row, column)];
                 prop_assert!(difference.abs() < 1e-9, "{row} {column}: {difference:e}");
