@@ -266,7 +266,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     }
 
     /// `v = M⁻¹ (Hᵀ r - f)`.
-    pub(crate) fn velocity(&self, mut g: [T; N], r: &ContactVector<T, D, C>) -> SVector<T, N> {
+    pub(crate) fn velocity(&self, mut g: [T; N], r: &[[T; D]]) -> SVector<T, N> {
         for g in &mut g {
             *g = -*g;
         }

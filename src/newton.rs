@@ -13,7 +13,7 @@
 
 use crate::Real;
 use crate::cholesky::dot;
-use crate::cone::split;
+use crate::cone::{add_to_normal, split, square};
 use crate::contact_space::{ContactMatrix, ContactVector, normalise, subtract_rows};
 use crate::problem::{Law, Problem};
 use crate::solution::zeros;
@@ -40,56 +40,57 @@ pub(crate) struct Point<T, const D: usize, const C: usize> {
 }
 
 impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
-    /// The point `z_i = P_i - r_i / rho_i`, with `rho_i = scale alpha_i`.
-    pub(crate) fn of<const N: usize>(
-        problem: &Problem<'_, T, N, D, C>,
-        scale: T,
-        velocity: &[SVector<T, D>; C],
-        impulse: &ContactVector<T, D, C>,
-    ) -> Self {
-        let mut z = *velocity;
-        for ((z, &impulse), law) in z.iter_mut().zip(impulse).zip(problem.laws()) {
-            if law.step > T::ZERO {
-                *z -= SVector::from(impulse) / (scale * law.step);
-            }
-        }
-        Self::at(problem, scale, &z)
-    }
-
-    /// Evaluates a point, with `rho_i = scale alpha_i`.
-    pub(crate) fn at<const N: usize>(
-        problem: &Problem<'_, T, N, D, C>,
-        scale: T,
-        z: &[SVector<T, D>; C],
-    ) -> Self {
-        let mut point = Self {
-            z: *z,
+    /// A point at rest, not evaluated yet.
+    pub(crate) const fn zero() -> Self {
+        Self {
+            z: [zeros(); C],
             velocity: [zeros(); C],
             impulse: [[T::ZERO; D]; C],
             relative: [[T::ZERO; D]; C],
             residual: [[T::ZERO; D]; C],
             energy: T::ZERO,
             natural_map: T::ZERO,
-        };
+        }
+    }
+
+    /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = scale alpha_i`.
+    #[inline(never)]
+    pub(crate) fn rebuild<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
+        let contacts = self.z.iter_mut().zip(&self.velocity).zip(&self.impulse);
+        for (((z, velocity), &impulse), law) in contacts.zip(problem.laws()) {
+            *z = *velocity;
+            if law.step > T::ZERO {
+                *z -= SVector::from(impulse) * (T::ONE / (scale * law.step));
+            }
+        }
+        self.update(problem, scale);
+    }
+
+    /// Evaluates what follows from `z`, with `rho_i = scale alpha_i`.
+    #[inline(never)]
+    pub(crate) fn update<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
         let laws = problem.laws();
-        let pairs = laws.iter().zip(&mut point.velocity).zip(z);
-        for (((law, velocity), z), impulse) in pairs.zip(&mut point.impulse) {
-            *velocity = law.cone.dual().project(z);
-            *impulse = ((*velocity - z) * (scale * law.step)).into();
-        }
-        point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
-        point.residual = point.relative;
-        for ((law, velocity), residual) in laws.iter().zip(&point.velocity).zip(&mut point.residual)
+        let pairs = self.z.iter().zip(&mut self.velocity).zip(&mut self.impulse);
+        for (law, (((z, velocity), impulse), residual)) in
+            laws.iter().zip(pairs.zip(&mut self.residual))
         {
-            for (residual, &velocity) in residual.iter_mut().zip(velocity.iter()) {
-                *residual -= velocity;
-            }
-            if let Some(normal) = residual.first_mut() {
-                *normal += law.lift(velocity);
-            }
-            point.energy += law.step * dot(residual, residual);
+            let (projection, slip) = law.cone.dual().project_with_length(z);
+            *velocity = projection;
+            *impulse = ((projection - z) * (scale * law.step)).into();
+            // S - P
+            let mut rest = -projection;
+            add_to_normal(&mut rest, law.lift * slip);
+            *residual = rest.into();
         }
-        point
+        self.natural_map = problem.natural_map(&self.impulse, &mut self.relative);
+        self.energy = T::ZERO;
+        let pairs = self.residual.iter_mut().zip(&self.relative);
+        for (law, (residual, relative)) in laws.iter().zip(pairs) {
+            for (residual, &relative) in residual.iter_mut().zip(relative) {
+                *residual += relative;
+            }
+            self.energy += law.step * square(residual);
+        }
     }
 }
 
@@ -105,6 +106,7 @@ struct Block<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Block<T, D> {
+    #[inline(never)]
     fn at(law: &Law<T, D>, z: &SVector<T, D>, scale: T, regularisation: T) -> Self {
         let identity = SMatrix::<T, D, D>::identity();
         let (derivative, direction) = law.cone.dual().derivative(z);
@@ -143,6 +145,7 @@ impl<T: Real, const D: usize> Block<T, D> {
 }
 
 /// The step `d` of a Newton iteration from a point; `None` if the system is singular.
+#[inline(never)]
 pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>(
     problem: &Problem<'_, T, N, D, C>,
     point: &Point<T, D, C>,
