@@ -11,6 +11,14 @@
 //! are not added where they are multiplied by zero.
 
 use crate::Real;
+use core::hint::black_box;
+
+/// All of a slice, of a length that the compiler does not know: loops over dofs or contacts that it
+/// unrolls are several times as large and hardly faster.
+#[inline]
+pub(crate) fn opaque<T>(slice: &[T]) -> &[T] {
+    slice.get(..black_box(slice.len())).unwrap_or(slice)
+}
 
 /// Scalar product over the common length, in four running sums.
 #[inline(never)]
@@ -71,24 +79,40 @@ pub(crate) fn factorise<T: Real>(
         // What is left of the rows above. Entry i of this row is last needed for row i.
         for i in (0..k).rev() {
             let head = row.get_mut(..=i).unwrap_or_default();
-            let (entry, head) = head.split_last_mut().ok_or(k)?;
-            if *entry == T::ZERO {
+            let entry = head.last().copied().unwrap_or(T::ZERO);
+            if entry == T::ZERO {
                 continue;
             }
-            let scaled = *entry * reciprocal;
-            let target = above.get_mut(i * stride..).unwrap_or_default();
-            let (target, diagonal) = target.split_at_mut_checked(i).ok_or(k)?;
-            axpy(-scaled, head, target);
-            *diagonal.first_mut().ok_or(k)? -= scaled * *entry;
-            *entry = scaled;
+            let scaled = entry * reciprocal;
+            if let Some(target) = above.get_mut(i * stride..) {
+                axpy(-scaled, head, target);
+            }
+            if let Some(entry) = head.last_mut() {
+                *entry = scaled;
+            }
         }
     }
     Ok(())
 }
 
+/// Solves `Lᵀ y = b` in place.
+#[inline(never)]
+pub(crate) fn solve_upper<T: Real>(l: &[T], stride: usize, mut x: &mut [T]) {
+    while let Some((entry, rest)) = x.split_last_mut() {
+        if let Some(row) = l.get(rest.len() * stride..) {
+            axpy(-*entry, row, rest);
+        }
+        x = rest;
+    }
+}
+
 /// Solves `Lᵀ y = b` in place, for `K` right-hand sides side by side.
 #[inline(never)]
-pub(crate) fn solve_upper<T: Real, const K: usize>(l: &[T], stride: usize, mut x: &mut [[T; K]]) {
+pub(crate) fn solve_upper_block<T: Real, const K: usize>(
+    l: &[T],
+    stride: usize,
+    mut x: &mut [[T; K]],
+) {
     while let Some((entry, rest)) = x.split_last_mut() {
         if *entry != [T::ZERO; K] {
             let row = l.get(rest.len() * stride..).unwrap_or_default();
@@ -124,7 +148,7 @@ pub(crate) fn solve_lower<T: Real>(l: &[T], stride: usize, x: &mut [T]) {
 
 /// Solves `A x = b` in place.
 pub(crate) fn solve<T: Real>(l: &[T], stride: usize, x: &mut [T]) {
-    solve_upper(l, stride, x.as_chunks_mut::<1>().0);
+    solve_upper(l, stride, x);
     scale_by_reciprocal(l, stride, x);
     solve_lower(l, stride, x);
 }

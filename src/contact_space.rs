@@ -1,7 +1,6 @@
 //! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
 
 use crate::Real;
-use crate::cholesky::axpy;
 use core::mem;
 
 /// A vector in contact space.
@@ -78,62 +77,58 @@ pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize>(
     }
 }
 
-/// Gauss-Jordan elimination of the diagonal block of contact `k` among its rows, in place: from
-/// contact `first` to `last` they are multiplied by the inverse of that block, which takes its
-/// place.
-///
-/// With a right-hand side the pivots are sought in the columns of the block, and its entries change
-/// places with the rows; it is not multiplied. `None` if a pivot vanishes or is no number.
+/// Inverse of the block of one contact, by Gauss-Jordan elimination with row pivoting; `None` if a
+/// pivot vanishes or is no number.
 #[inline(never)]
-pub(crate) fn normalise<T: Real, const D: usize, const C: usize>(
-    rows: &mut [ContactVector<T, D, C>; D],
-    k: usize,
-    first: usize,
-    last: usize,
-    mut rhs: Option<&mut [T; D]>,
-) -> Option<()> {
+pub(crate) fn invert<T: Real, const D: usize>(block: &[[T; D]; D]) -> Option<[[T; D]; D]> {
+    let mut left = *block;
+    let mut right = [[T::ZERO; D]; D];
+    for (i, row) in right.iter_mut().enumerate() {
+        *row.get_mut(i)? = T::ONE;
+    }
     for p in 0..D {
-        if let Some(rhs) = &mut rhs {
-            let size = |row: &ContactVector<T, D, C>| Some(row.get(k)?.get(p)?.abs());
-            let (mut largest, mut index) = (T::ZERO, p);
-            for (i, row) in rows.iter().enumerate().skip(p) {
-                let size = size(row)?;
-                if size > largest {
-                    (largest, index) = (size, i);
-                }
-            }
-            // `slice::swap` would be a reachable panic.
-            if let (Some((upper, lower)), Some((left, right))) = (
-                rows.split_at_mut_checked(index),
-                rhs.split_at_mut_checked(index),
-            ) && let (Some(one), Some(other)) = (upper.get_mut(p), lower.first_mut())
-                && let (Some(left), Some(right)) = (left.get_mut(p), right.first_mut())
-            {
-                mem::swap(one, other);
-                mem::swap(left, right);
+        let mut pivot = (*left.get(p)?, *right.get(p)?);
+        for (left, right) in left.iter_mut().zip(&mut right).skip(p + 1) {
+            if left.get(p)?.abs() > pivot.0.get(p)?.abs() {
+                mem::swap(left, &mut pivot.0);
+                mem::swap(right, &mut pivot.1);
             }
         }
-        let (above, rest) = rows.split_at_mut_checked(p)?;
-        let (pivot_row, below) = rest.split_first_mut()?;
-        let pivot = pivot_row.get_mut(k)?.get_mut(p)?;
-        let usable = pivot.abs() > T::ZERO;
+        let size = *pivot.0.get(p)?;
+        let usable = size.abs() > T::ZERO;
         if !usable {
             return None;
         }
-        let reciprocal = T::ONE / *pivot;
-        *pivot = T::ONE;
-        let pivot_row = pivot_row.get_mut(first..last)?.as_flattened_mut();
-        for entry in &mut *pivot_row {
-            *entry *= reciprocal;
-        }
-        for row in above.iter_mut().chain(below) {
-            let factor = mem::replace(row.get_mut(k)?.get_mut(p)?, T::ZERO);
-            axpy(
-                -factor,
-                pivot_row,
-                row.get_mut(first..last)?.as_flattened_mut(),
-            );
+        let reciprocal = T::ONE / size;
+        pivot = (
+            pivot.0.map(|x| x * reciprocal),
+            pivot.1.map(|x| x * reciprocal),
+        );
+        for (i, (left, right)) in left.iter_mut().zip(&mut right).enumerate() {
+            if i == p {
+                (*left, *right) = pivot;
+                continue;
+            }
+            let factor = *left.get(p)?;
+            for (entry, pivot) in left.iter_mut().zip(pivot.0) {
+                *entry -= factor * pivot;
+            }
+            for (entry, pivot) in right.iter_mut().zip(pivot.1) {
+                *entry -= factor * pivot;
+            }
         }
     }
-    Some(())
+    Some(right)
+}
+
+/// `xᵀ A` for the block of one contact.
+#[inline]
+pub(crate) fn row_times<T: Real, const D: usize>(x: &[T; D], block: &[[T; D]; D]) -> [T; D] {
+    let mut sums = [T::ZERO; D];
+    for (&x, row) in x.iter().zip(block) {
+        for (sum, &entry) in sums.iter_mut().zip(row) {
+            *sum += x * entry;
+        }
+    }
+    sums
 }

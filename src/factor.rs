@@ -9,10 +9,13 @@
 //! That needs `(D·C)²` multiplications against `N² + 2·N·D·C` through the factor of `A`, and a new
 //! `rho` never touches the `N × N` factor again.
 
-use crate::cholesky::{dot, factorise, scale_by_reciprocal, solve_lower, solve_upper};
+use crate::cholesky::{
+    dot, factorise, opaque, scale_by_reciprocal, solve_lower, solve_upper, solve_upper_block,
+};
 use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
 use crate::resolvent::Resolvent;
 use crate::{Error, Real, Scene};
+use core::hint::black_box;
 use nalgebra::SVector;
 
 /// Cholesky factor of the mass matrix, Delassus operator and resolvent of a scene.
@@ -164,7 +167,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     #[inline(never)]
     fn compute_delassus(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.contacts = 0;
-        self.mass = scene.mass().data.0; // symmetric: columns are rows
+        self.mass.copy_from_slice(&scene.mass().data.0); // symmetric: columns are rows
         let mut floors = [T::ZERO; N];
         let diagonal = self.mass.as_flattened().iter().step_by(N + 1);
         for (floor, &mass) in floors.iter_mut().zip(diagonal) {
@@ -174,8 +177,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.contacts = scene.contacts().len();
         for (whitened, contact) in self.whitened.iter_mut().zip(scene.contacts()) {
-            *whitened = contact.jacobian.data.0; // D rows in N columns: the transpose
-            solve_upper(self.mass.as_flattened(), N, whitened);
+            whitened.copy_from_slice(&contact.jacobian.data.0); // D rows in N columns: the transpose
+            solve_upper_block(self.mass.as_flattened(), N, whitened);
         }
         let mut scaled = [[T::ZERO; D]; N];
         for (i, x) in self.whitened.iter().enumerate().take(self.contacts) {
@@ -211,15 +214,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         multiply_transposed(&self.delassus, x, y);
     }
 
-    /// `L⁻ᵀ f`, from which [`Self::free_velocity`] and [`Self::velocity`] start.
-    pub(crate) fn whiten(&self, f: &SVector<T, N>) -> [T; N] {
-        let mut g: [T; N] = (*f).into();
-        solve_upper(self.mass.as_flattened(), N, g.as_chunks_mut::<1>().0);
-        g
+    /// From `f` to `L⁻ᵀ f`, from which [`Self::free_velocity`] and [`Self::velocity`] start.
+    pub(crate) fn whiten(&self, g: &mut [T; N]) {
+        solve_upper(self.mass.as_flattened(), N, g);
     }
 
     /// Relative velocity of the contacts without impulses, `H v_free = -H M⁻¹ f`.
-    pub(crate) fn free_velocity(&self, mut g: [T; N], u: &mut ContactVector<T, D, C>) {
+    pub(crate) fn free_velocity(&self, g: &[T; N], u: &mut ContactVector<T, D, C>) {
+        let mut g = *g;
         scale_by_reciprocal(self.mass.as_flattened(), N, &mut g);
         for (u, whitened) in u.iter_mut().zip(&self.whitened).take(self.contacts) {
             let [sums] = products(g.as_chunks::<1>().0, whitened);
@@ -257,7 +259,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             if *r == [T::ZERO; D] {
                 continue;
             }
-            for (g, columns) in g.iter_mut().zip(whitened) {
+            for (g, columns) in g.iter_mut().zip(opaque(whitened)) {
                 for (&r, &column) in r.iter().zip(columns) {
                     *g += r * column;
                 }
@@ -300,7 +302,7 @@ fn set<T: Real, const D: usize, const C: usize>(
 #[inline(never)]
 fn products<T: Real, const A: usize, const B: usize>(x: &[[T; A]], y: &[[T; B]]) -> [[T; B]; A] {
     let mut sums = [[T::ZERO; B]; A];
-    for (x, y) in x.iter().zip(y) {
+    for (x, y) in opaque(x).iter().zip(y) {
         if *x == [T::ZERO; A] {
             continue;
         }
@@ -326,20 +328,19 @@ fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
     // (HᵀH)_jj / M_jj
     let mut reach = [T::ZERO; N];
     for contact in scene.contacts() {
-        let columns = contact.jacobian.as_slice().chunks_exact(D);
-        for (reach, column) in reach.iter_mut().zip(columns) {
+        for (reach, column) in reach.iter_mut().zip(opaque(&contact.jacobian.data.0)) {
             *reach += column.iter().fold(T::ZERO, |sum, &h| sum + h * h);
         }
     }
     let mut largest = T::ZERO;
     let masses = scene.mass().as_slice().iter().step_by(N + 1);
-    for (reach, &mass) in reach.iter_mut().zip(masses) {
+    for (reach, &mass) in reach.iter_mut().zip(masses).take(black_box(N)) {
         *reach /= mass;
         largest = largest.max(*reach);
     }
     let rounding = largest * T::literal(1e-9);
     let (mut exponents, mut moved) = (0_i32, 0_i32);
-    for reach in reach.into_iter().filter(|&reach| reach > rounding) {
+    for &reach in opaque(&reach).iter().filter(|&&reach| reach > rounding) {
         exponents += reach.exponent();
         moved += 1;
     }

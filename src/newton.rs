@@ -13,12 +13,12 @@
 
 use crate::Real;
 use crate::cholesky::dot;
-use crate::cone::{add_to_normal, split, square};
-use crate::contact_space::{ContactMatrix, ContactVector, normalise, subtract_rows};
+use crate::cone::{add_to_normal, square};
+use crate::contact_space::{ContactMatrix, ContactVector, invert, row_times, subtract_rows};
 use crate::problem::{Law, Problem};
 use crate::solution::zeros;
 use heapless::Vec;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 /// A point `z` and what follows from it.
 #[derive(Clone, Debug)]
@@ -56,8 +56,9 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
     /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = scale alpha_i`.
     #[inline(never)]
     pub(crate) fn rebuild<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
-        let contacts = self.z.iter_mut().zip(&self.velocity).zip(&self.impulse);
-        for (((z, velocity), &impulse), law) in contacts.zip(problem.laws()) {
+        let sources = self.velocity.iter().zip(&self.impulse);
+        let contacts = self.z.iter_mut().zip(sources);
+        for ((z, (velocity, &impulse)), law) in contacts.zip(problem.laws()) {
             *z = *velocity;
             if law.step > T::ZERO {
                 *z -= SVector::from(impulse) * (T::ONE / (scale * law.step));
@@ -70,10 +71,11 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
     #[inline(never)]
     pub(crate) fn update<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
         let laws = problem.laws();
-        let pairs = self.z.iter().zip(&mut self.velocity).zip(&mut self.impulse);
-        for (law, (((z, velocity), impulse), residual)) in
-            laws.iter().zip(pairs.zip(&mut self.residual))
-        {
+        let targets = self.velocity.iter_mut();
+        let targets = targets.zip(&mut self.impulse);
+        let targets = targets.zip(&mut self.residual);
+        let sources = laws.iter().zip(&self.z);
+        for ((law, z), ((velocity, impulse), residual)) in sources.zip(targets) {
             let (projection, slip) = law.cone.dual().project_with_length(z);
             *velocity = projection;
             *impulse = ((projection - z) * (scale * law.step)).into();
@@ -84,7 +86,8 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         }
         self.natural_map = problem.natural_map(&self.impulse, &mut self.relative);
         self.energy = T::ZERO;
-        let pairs = self.residual.iter_mut().zip(&self.relative);
+        let pairs = self.residual.iter_mut();
+        let pairs = pairs.zip(&self.relative);
         for (law, (residual, relative)) in laws.iter().zip(pairs) {
             for (residual, &relative) in residual.iter_mut().zip(relative) {
                 *residual += relative;
@@ -98,47 +101,66 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
 #[derive(Clone, Copy)]
 struct Block<T, const D: usize> {
     /// `rho_i (I - DP + λI)`, by which `W` is multiplied.
-    coupling: SMatrix<T, D, D>,
+    coupling: [[T; D]; D],
     /// `DP - DS + λI`
-    own: SMatrix<T, D, D>,
+    own: [[T; D]; D],
     /// In the interior of `K*`: `DP = I`.
     open: bool,
 }
 
 impl<T: Real, const D: usize> Block<T, D> {
+    /// What stands in a place that is not used.
+    const fn none() -> Self {
+        Self {
+            coupling: [[T::ZERO; D]; D],
+            own: [[T::ZERO; D]; D],
+            open: true,
+        }
+    }
+
     #[inline(never)]
-    fn at(law: &Law<T, D>, z: &SVector<T, D>, scale: T, regularisation: T) -> Self {
-        let identity = SMatrix::<T, D, D>::identity();
+    fn set(&mut self, law: &Law<T, D>, z: &SVector<T, D>, scale: T, regularisation: T) {
         let (derivative, direction) = law.cone.dual().derivative(z);
-        let mut own = derivative + identity * regularisation;
+        let derivative = derivative.data.0; // symmetric: columns are rows
+        let direction: [T; D] = direction.into();
+        let scale = scale * law.step;
+        self.open = true;
+        self.own = derivative;
         // DS = mu e_N (P_T / |P_T|)ᵀ DP
-        let slip = direction.tr_mul(&derivative) * law.lift;
-        let columns = own.as_mut_slice().chunks_exact_mut(D);
-        for (column, &slip) in columns.zip(slip.iter()) {
-            if let Some(normal) = column.first_mut() {
-                *normal -= slip;
+        let slip = row_times(&direction, &derivative);
+        if let Some(normal) = self.own.first_mut() {
+            for (entry, slip) in normal.iter_mut().zip(slip) {
+                *entry -= law.lift * slip;
             }
         }
-        Self {
-            coupling: (identity * (T::ONE + regularisation) - derivative) * (scale * law.step),
-            own,
-            open: derivative == identity,
+        let rows = self.coupling.iter_mut().zip(&mut self.own).zip(&derivative);
+        for (i, ((coupling, own), derivative)) in rows.enumerate() {
+            for (j, (coupling, &derivative)) in coupling.iter_mut().zip(derivative).enumerate() {
+                let identity = if i == j { T::ONE } else { T::ZERO };
+                self.open &= derivative == identity;
+                *coupling = -scale * derivative;
+                if i == j {
+                    *coupling += scale * (T::ONE + regularisation);
+                }
+            }
+            if let Some(own) = own.get_mut(i) {
+                *own += regularisation;
+            }
         }
     }
 
     /// The step of an open contact, from what the others leave of its equation.
-    fn solve_open(&self, rhs: SVector<T, D>) -> SVector<T, D> {
+    fn solve_open(&self, rhs: &[T; D]) -> [T; D] {
         // `own` is (1 + λ) I but for its first row.
-        let diagonal = self.own.as_slice().last().copied().unwrap_or(T::ONE);
-        let mut step = rhs / diagonal;
-        let first_row = self.own.as_slice().iter().step_by(D);
-        let tangents = first_row.clone().zip(step.iter()).skip(1);
-        let (normal, _) = split(&rhs);
-        let normal = tangents.fold(normal, |rest, (&own, &step)| rest - own * step);
-        if let (Some(step), Some(&own)) =
-            (step.as_mut_slice().first_mut(), first_row.take(1).last())
+        let diagonal = self.own.as_flattened().last().copied().unwrap_or(T::ONE);
+        let mut step = rhs.map(|rhs| rhs / diagonal);
+        if let (Some(row), Some(&rhs)) = (self.own.first(), rhs.first())
+            && let (Some((&own, row)), Some((normal, tangents))) =
+                (row.split_first(), step.split_first_mut())
         {
-            *step = normal / own;
+            let coupled = row.iter().zip(tangents);
+            let rest = coupled.fold(rhs, |rest, (&own, &mut step)| rest - own * step);
+            *normal = rest / own;
         }
         step
     }
@@ -154,14 +176,10 @@ pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>
     workspace: &mut ContactMatrix<T, D, C>,
 ) -> Option<[SVector<T, D>; C]> {
     let laws = problem.laws();
-    let mut blocks = [Block {
-        coupling: SMatrix::zeros(),
-        own: SMatrix::zeros(),
-        open: true,
-    }; C];
+    let mut blocks = [const { Block::none() }; C];
     let mut coupled = Vec::<usize, C>::new();
-    for (i, ((block, law), z)) in blocks.iter_mut().zip(laws).zip(&point.z).enumerate() {
-        *block = Block::at(law, z, scale, regularisation);
+    for (i, ((block, law), z)) in &mut blocks.iter_mut().zip(laws).zip(&point.z).enumerate() {
+        block.set(law, z, scale, regularisation);
         if !block.open {
             coupled.push(i).ok()?;
         }
@@ -170,23 +188,19 @@ pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>
     // The rows and columns of the contacts that are not open, close together.
     let delassus = problem.factor.delassus();
     let mut rhs = [[T::ZERO; D]; C];
-    let targets = workspace.iter_mut().zip(&mut rhs).zip(&coupled);
-    for (k, ((rows, rhs), &i)) in targets.enumerate() {
-        *rhs = *point.residual.get(i)?;
-        let source = delassus.get(i)?;
-        for (l, &j) in coupled.iter().enumerate() {
-            let block = blocks.get(j)?;
-            for (a, (row, source)) in rows.iter_mut().zip(source).enumerate() {
-                let entries = row.get_mut(l)?;
-                let source = source.get(j)?;
-                for (entry, column) in entries.iter_mut().zip(&block.coupling.data.0) {
-                    *entry = product(source, column);
-                }
+    let coupled = &coupled;
+    for (l, &j) in coupled.iter().enumerate() {
+        *rhs.get_mut(l)? = *point.residual.get(j)?;
+        let Block { coupling, own, .. } = blocks.get(j)?;
+        for (k, (rows, &i)) in workspace.iter_mut().zip(coupled).enumerate() {
+            for (a, (row, source)) in rows.iter_mut().zip(delassus.get(i)?).enumerate() {
+                let mut entries = row_times(source.get(j)?, coupling);
                 if k == l {
-                    for (entry, column) in entries.iter_mut().zip(&block.own.data.0) {
-                        *entry += *column.get(a)?;
+                    for (entry, own) in entries.iter_mut().zip(own.get(a)?) {
+                        *entry += *own;
                     }
                 }
+                *row.get_mut(l)? = entries;
             }
         }
     }
@@ -196,20 +210,30 @@ pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>
     // Back to all contacts; the open ones follow from the impulses of the others.
     let mut step = [zeros(); C];
     let mut push = [[T::ZERO; D]; C];
-    for (rhs, &i) in rhs.iter().zip(&coupled) {
-        let solved = SVector::from(*rhs);
-        *step.get_mut(i)? = solved;
-        *push.get_mut(i)? = (blocks.get(i)?.coupling * solved).into();
+    for (rhs, &i) in rhs.iter().zip(coupled) {
+        *step.get_mut(i)? = SVector::from(*rhs);
+        for (push, row) in push.get_mut(i)?.iter_mut().zip(&blocks.get(i)?.coupling) {
+            *push = product(row, rhs);
+        }
     }
     if coupled.len() < laws.len() {
-        let mut moved = [[T::ZERO; D]; C];
+        let mut rest = [[T::ZERO; D]; C];
+        let contacts = ..laws.len();
         problem
             .factor
-            .delassus_times(push.get(..laws.len())?, moved.get_mut(..laws.len())?);
-        let rhs = point.residual.iter().zip(moved);
-        let targets = step.iter_mut().zip(&blocks).zip(rhs).take(laws.len());
-        for ((step, block), (&residual, moved)) in targets.filter(|((_, block), _)| block.open) {
-            *step = block.solve_open(SVector::from(residual) - SVector::from(moved));
+            .delassus_times(push.get(contacts)?, rest.get_mut(contacts)?);
+        let targets = step
+            .iter_mut()
+            .zip(&blocks)
+            .zip(&mut rest)
+            .zip(&point.residual);
+        for (((step, block), rest), residual) in targets.take(laws.len()) {
+            if block.open {
+                for (rest, &residual) in rest.iter_mut().zip(residual) {
+                    *rest = residual - *rest;
+                }
+                *step = block.solve_open(rest).into();
+            }
         }
     }
     let finite = step.iter().flatten().all(T::is_finite);
@@ -228,14 +252,16 @@ fn eliminate<T: Real, const D: usize, const C: usize>(
         let (done, below) = matrix.split_at_mut_checked(k + 1)?;
         let (solved, rest) = b.split_at_mut_checked(k + 1)?;
         let (rows, rhs) = (done.last_mut()?, solved.last_mut()?);
-        normalise(rows, k, k, n, Some(rhs))?;
-        let swapped = *rhs;
-        for (solved, row) in rhs.iter_mut().zip(&*rows) {
-            *solved = product(row.get(k)?, &swapped);
+        let block = rows
+            .each_ref()
+            .map(|row| row.get(k).copied().unwrap_or([T::ZERO; D]));
+        let inverse = invert(&block)?;
+        for (row, &entries) in rows.iter_mut().zip(&inverse) {
+            *row.get_mut(k)? = entries;
         }
         for (others, other_rhs) in below.iter_mut().zip(rest) {
             for (row, entry) in others.iter_mut().zip(other_rhs) {
-                let factors = *row.get(k)?;
+                let factors = row_times(row.get(k)?, &inverse);
                 subtract_rows(row, &factors, rows, (k + 1) * D, n * D);
                 *entry -= product(&factors, rhs);
             }
@@ -243,9 +269,14 @@ fn eliminate<T: Real, const D: usize, const C: usize>(
     }
     for (k, rows) in matrix.iter().enumerate().rev() {
         let (head, solved) = b.split_at_mut_checked(k + 1)?;
-        for (entry, row) in head.last_mut()?.iter_mut().zip(rows) {
+        let target = head.last_mut()?;
+        let mut rest = *target;
+        for (entry, row) in rest.iter_mut().zip(rows) {
             let row = row.get(k + 1..n)?;
             *entry -= dot(row.as_flattened(), solved.as_flattened());
+        }
+        for (entry, row) in target.iter_mut().zip(rows) {
+            *entry = product(row.get(k)?, &rest);
         }
     }
     Some(())

@@ -5,8 +5,8 @@ use crate::contact_space::ContactVector;
 use crate::scene::check_finite;
 use crate::solution::zeros;
 use crate::{
-    ContactSolution, Error, Factor, FrictionCone, Input, Real, Scene, SlipUpdate, Solution,
-    residual,
+    Contact, ContactSolution, Error, Factor, FrictionCone, Input, Real, Scene, SlipUpdate,
+    Solution, residual,
 };
 use nalgebra::SVector;
 
@@ -55,13 +55,13 @@ pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize>
 }
 
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T, N, D, C> {
+    /// What can be wrong with the data of a solve.
     #[inline(never)]
-    pub(crate) fn new(
-        scene: &'a Scene<T, N, D, C>,
-        factor: &'a Factor<T, N, D, C>,
-        f: &'a SVector<T, N>,
-        slip: SlipUpdate,
-    ) -> Result<Self, Error> {
+    pub(crate) fn check(
+        scene: &Scene<T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        f: &SVector<T, N>,
+    ) -> Result<(), Error> {
         check_finite(f, Input::FreeImpulse)?;
         let contacts = scene.contacts();
         if contacts.len() != factor.contacts() {
@@ -70,26 +70,40 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
                 factor: factor.contacts(),
             });
         }
+        let invalid = |contact: &Contact<T, N, D>| FrictionCone::new(contact.mu).is_none();
+        match contacts.iter().position(invalid) {
+            Some(contact) => Err(Error::InvalidFriction { contact }),
+            None => Ok(()),
+        }
+    }
+
+    /// The problem of data that [`Self::check`] has seen.
+    #[inline(never)]
+    pub(crate) fn new(
+        scene: &'a Scene<T, N, D, C>,
+        factor: &'a Factor<T, N, D, C>,
+        f: &'a SVector<T, N>,
+        slip: SlipUpdate,
+    ) -> Self {
         let mut problem = Self {
             scene,
             factor,
             f,
             slip,
-            whitened: factor.whiten(f),
+            whitened: (*f).into(),
             laws: [const { Law::none() }; C],
             size: T::ZERO,
         };
+        factor.whiten(&mut problem.whitened);
         let mut free = [[T::ZERO; D]; C];
-        factor.free_velocity(problem.whitened, &mut free);
+        factor.free_velocity(&problem.whitened, &mut free);
         let mut largest = T::ZERO;
-        for (i, ((law, contact), free)) in
-            problem.laws.iter_mut().zip(contacts).zip(free).enumerate()
-        {
+        let laws = problem.laws.iter_mut();
+        for (i, ((law, contact), &free)) in laws.zip(scene.contacts()).zip(&free).enumerate() {
             if slip != SlipUpdate::Never {
                 law.lift = contact.mu;
             }
-            law.cone =
-                FrictionCone::new(contact.mu).ok_or(Error::InvalidFriction { contact: i })?;
+            law.cone = FrictionCone::new(contact.mu).unwrap_or(law.cone);
             law.step = factor.step(i);
             law.free = contact.offset + SVector::from(free);
             for q in law.free.iter() {
@@ -97,20 +111,20 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             }
         }
         let unit = residual::unit(largest);
-        let squares = problem
+        let sizes = problem
             .laws()
             .iter()
-            .map(|law| square((law.free * (law.step * unit)).as_slice()));
-        problem.size = squares
-            .fold(T::ZERO, |sum, square| sum + square)
-            .square_root()
-            / unit;
-        Ok(problem)
+            .map(|law| law.free * (law.step * unit));
+        let squares = sizes.fold(T::ZERO, |sum, size| sum + square(size.as_slice()));
+        problem.size = squares.square_root() / unit;
+        problem
     }
 
     /// The contacts in use.
+    #[inline]
     pub(crate) fn laws(&self) -> &[Law<T, D>] {
-        self.laws.get(..self.factor.contacts()).unwrap_or_default()
+        let laws = self.laws.get(..self.factor.contacts());
+        laws.unwrap_or_default()
     }
 
     /// Fills `u = W r + q`; returns the first part of the error.
@@ -172,7 +186,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         let natural_map = residual::natural_map(self.laws(), self.size, &u, r, &noise);
         solution.error = natural_map.max(momentum);
         solution.contacts.clear();
-        for ((law, &r), u) in self.laws().iter().zip(r).zip(u) {
+        for ((law, &r), &u) in self.laws().iter().zip(r).zip(&u) {
             let (impulse, velocity) = (r.into(), u.into());
             let contact = ContactSolution {
                 impulse,

@@ -136,6 +136,7 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
         }
     }
     for (((contact, r), u), noise) in contacts.iter().zip(r).zip(u).zip(noise) {
+        let r = *r;
         let mut velocity: [T; D] = contact.offset.into();
         let mut magnitude = velocity.map(|w| w.abs());
         let dofs = pushed.iter_mut().zip(&mut terms);
@@ -143,7 +144,7 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
             if *column == [T::ZERO; D] {
                 continue;
             }
-            for (((u, magnitude), &h), &r) in
+            for (((u, magnitude), &h), r) in
                 velocity.iter_mut().zip(&mut magnitude).zip(column).zip(r)
             {
                 let term = h * v;

@@ -4,7 +4,7 @@
 //! mind a factor of its own for each contact.
 
 use crate::contact_space::{
-    ContactMatrix, ContactVector, multiply_transposed, normalise, subtract_rows,
+    ContactMatrix, ContactVector, invert, multiply_transposed, row_times, subtract_rows,
 };
 use crate::{Error, Real};
 
@@ -38,7 +38,8 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         self.penalties = *penalties;
         let blocks = self.matrix.iter_mut().zip(delassus).zip(penalties);
         for (i, ((rows, sources), &rho)) in blocks.take(contacts).enumerate() {
-            *rows = *sources;
+            rows.as_flattened_mut()
+                .copy_from_slice(sources.as_flattened());
             let compliance = T::ONE / rho;
             for (a, row) in rows.iter_mut().enumerate() {
                 if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(a)) {
@@ -65,29 +66,34 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
                 }
             }
         }
-        let mut swept = row;
-        normalise(&mut swept, k, 0, contacts, None)?;
-        for (i, rows) in self.matrix.iter_mut().enumerate().take(contacts) {
-            for (a, target) in rows.iter_mut().enumerate() {
-                if i == k {
-                    // Positive definite is the block if all its pivots are.
-                    *target = *swept.get(a)?;
-                    let block = target.get_mut(k)?;
-                    for entry in block.iter_mut() {
-                        *entry = -*entry;
-                    }
-                    let usable = *block.get(a)? < T::ZERO;
-                    if !usable {
-                        return None;
-                    }
-                    continue;
+        let block = |i: usize| {
+            row.each_ref()
+                .map(|row| row.get(i).copied().unwrap_or([T::ZERO; D]))
+        };
+        let inverse = invert(&block(k))?;
+        for (i, a) in (0..contacts).flat_map(|i| (0..D).map(move |a| (i, a))) {
+            let target = self.matrix.get_mut(i)?.get_mut(a)?;
+            if i == k {
+                let entries = inverse.get(a)?;
+                // A positive definite block has an inverse of positive diagonal.
+                let usable = *entries.get(a)? > T::ZERO;
+                if !usable {
+                    return None;
                 }
-                let column = |row: &ContactVector<T, D, C>| Some(*row.get(i)?.get(a)?);
-                let factors = row.each_ref().map(|row| column(row).unwrap_or(T::ZERO));
-                subtract_rows(target, &factors, &swept, 0, (i + 1) * D);
-                if i > k {
-                    let entries = swept.each_ref().map(|row| column(row).unwrap_or(T::ZERO));
-                    *target.get_mut(k)? = entries;
+                *target.get_mut(k)? = entries.map(|entry| -entry);
+                continue;
+            }
+            let column = row
+                .each_ref()
+                .map(|row| row.get(i).and_then(|block| block.get(a)));
+            let column = column.map(|entry| entry.copied().unwrap_or(T::ZERO));
+            let factors = row_times(&column, &inverse);
+            subtract_rows(target, &factors, &row, 0, (i + 1) * D);
+            if i > k {
+                *target.get_mut(k)? = factors;
+            } else {
+                for (row, factor) in self.matrix.get_mut(k)?.iter_mut().zip(factors) {
+                    *row.get_mut(i)?.get_mut(a)? = factor;
                 }
             }
         }

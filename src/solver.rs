@@ -84,7 +84,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         f: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        let problem = Problem::new(scene, factor, f, settings.slip)?;
+        Problem::check(scene, factor, f)?;
+        let problem = Problem::new(scene, factor, f, settings.slip);
         let mut balance = Balance::new();
         let mut caution = Caution::new();
         let mut point = Point::zero();
@@ -166,9 +167,9 @@ fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
     length: usize,
 ) {
     let mut iterates = [Iterate::at(zeros(), zeros(), T::ONE); C];
-    let pairs = point.velocity.iter().zip(point.impulse);
-    let pairs = pairs.zip(resolvent.penalties);
-    for (iterate, ((velocity, impulse), penalty)) in iterates.iter_mut().zip(pairs) {
+    let pairs = point.velocity.iter().zip(&point.impulse);
+    let pairs = pairs.zip(&resolvent.penalties);
+    for (iterate, ((velocity, &impulse), &penalty)) in iterates.iter_mut().zip(pairs) {
         *iterate = Iterate::at(*velocity, impulse.into(), penalty);
     }
     let mut acceleration = Restart::START;
@@ -179,7 +180,8 @@ fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
             break;
         }
     }
-    let targets = point.velocity.iter_mut().zip(&mut point.impulse);
+    let targets = point.velocity.iter_mut();
+    let targets = targets.zip(&mut point.impulse);
     for ((velocity, impulse), iterate) in targets.zip(&iterates) {
         *velocity = iterate.u;
         *impulse = iterate.impulse().into();
@@ -212,7 +214,8 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
                 .into_iter()
                 .take(if patient { 4 } else { 2 })
                 .find(|&length| {
-                    for ((trial, z), step) in trial.z.iter_mut().zip(&point.z).zip(&step) {
+                    let pairs = point.z.iter().zip(&step);
+                    for (trial, (z, step)) in trial.z.iter_mut().zip(pairs) {
                         *trial = z + step * length;
                     }
                     trial.update(&search.problem, balance.scale);

@@ -75,7 +75,8 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     ) -> bool {
         // Without velocities and impulses, u = q is all of the residual.
         let rest = problem.energy_at_rest();
-        let contacts = point.velocity.iter_mut().zip(&mut point.impulse);
+        let contacts = point.velocity.iter_mut();
+        let contacts = contacts.zip(&mut point.impulse);
         let sources = problem.laws().iter().zip(&self.contacts);
         for ((velocity, impulse), (law, contact)) in contacts.zip(sources) {
             if let Some(ContactState { u, r }) = contact {
@@ -92,7 +93,8 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
             return true;
         }
         let mut now = point.clone();
-        let velocities = now.velocity.iter_mut().zip(&point.relative);
+        let velocities = now.velocity.iter_mut();
+        let velocities = velocities.zip(&point.relative);
         for ((velocity, &relative), law) in velocities.zip(problem.laws()) {
             *velocity = relative.into();
             add_to_normal(velocity, law.lift(&relative.into()));
