@@ -1,7 +1,7 @@
 //! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
 
 use crate::Real;
-use core::mem;
+use crate::cholesky::axpy;
 
 /// A vector in contact space.
 pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
@@ -77,48 +77,75 @@ pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize>(
     }
 }
 
-/// Inverse of the block of one contact, by Gauss-Jordan elimination with row pivoting; `None` if a
-/// pivot vanishes or is no number.
+/// Gaussian elimination among the rows of contact `k`, which makes its diagonal block upper
+/// triangular; from contact `first` to `last`. Gives the reciprocals of the pivots.
+///
+/// With a right-hand side, rows change places so that pivots are large. `None` if a pivot vanishes
+/// or is no number.
 #[inline(never)]
-pub(crate) fn invert<T: Real, const D: usize>(block: &[[T; D]; D]) -> Option<[[T; D]; D]> {
-    let mut left = *block;
-    let mut right = [[T::ZERO; D]; D];
-    for (i, row) in right.iter_mut().enumerate() {
-        *row.get_mut(i)? = T::ONE;
-    }
-    for p in 0..D {
-        let mut pivot = (*left.get(p)?, *right.get(p)?);
-        for (left, right) in left.iter_mut().zip(&mut right).skip(p + 1) {
-            if left.get(p)?.abs() > pivot.0.get(p)?.abs() {
-                mem::swap(left, &mut pivot.0);
-                mem::swap(right, &mut pivot.1);
+pub(crate) fn triangularise<T: Real, const D: usize, const C: usize>(
+    rows: &mut [ContactVector<T, D, C>; D],
+    k: usize,
+    first: usize,
+    last: usize,
+    mut rhs: Option<&mut [T; D]>,
+) -> Option<[T; D]> {
+    let mut reciprocals = [T::ZERO; D];
+    for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
+        if let Some(rhs) = &mut rhs {
+            let (mut largest, mut index) = (T::ZERO, p);
+            for (i, row) in rows.iter().enumerate() {
+                let size = row.get(k)?.get(p)?.abs();
+                if i >= p && size > largest {
+                    (largest, index) = (size, i);
+                }
+            }
+            if index != p {
+                (*rows.get_mut(p)?, *rows.get_mut(index)?) = (*rows.get(index)?, *rows.get(p)?);
+                (*rhs.get_mut(p)?, *rhs.get_mut(index)?) = (*rhs.get(index)?, *rhs.get(p)?);
             }
         }
-        let size = *pivot.0.get(p)?;
-        let usable = size.abs() > T::ZERO;
+        let (above, below) = rows.split_at_mut_checked(p + 1)?;
+        let pivot_row = above.last()?;
+        let pivot = *pivot_row.get(k)?.get(p)?;
+        let usable = pivot.abs() > T::ZERO;
         if !usable {
             return None;
         }
-        let reciprocal = T::ONE / size;
-        pivot = (
-            pivot.0.map(|x| x * reciprocal),
-            pivot.1.map(|x| x * reciprocal),
-        );
-        for (i, (left, right)) in left.iter_mut().zip(&mut right).enumerate() {
-            if i == p {
-                (*left, *right) = pivot;
-                continue;
-            }
-            let factor = *left.get(p)?;
-            for (entry, pivot) in left.iter_mut().zip(pivot.0) {
-                *entry -= factor * pivot;
-            }
-            for (entry, pivot) in right.iter_mut().zip(pivot.1) {
-                *entry -= factor * pivot;
+        *reciprocal = T::ONE / pivot;
+        let source = pivot_row.get(first..last)?.as_flattened();
+        for (i, row) in below.iter_mut().enumerate() {
+            let factor = *row.get(k)?.get(p)? * *reciprocal;
+            axpy(
+                -factor,
+                source,
+                row.get_mut(first..last)?.as_flattened_mut(),
+            );
+            if let Some(rhs) = &mut rhs {
+                let eliminated = factor * *rhs.get(p)?;
+                *rhs.get_mut(p + 1 + i)? -= eliminated;
             }
         }
     }
-    Some(right)
+    Some(reciprocals)
+}
+
+/// Solves `U x = y` in place for the upper triangle of the diagonal block of contact `k`.
+pub(crate) fn back_substitute<T: Real, const D: usize, const C: usize>(
+    rows: &[ContactVector<T, D, C>; D],
+    k: usize,
+    reciprocals: &[T; D],
+    x: &mut [T; D],
+) -> Option<()> {
+    for (p, row) in rows.iter().enumerate().rev() {
+        let (head, solved) = x.split_at_mut_checked(p + 1)?;
+        let entry = head.last_mut()?;
+        for (&u, &x) in row.get(k)?.get(p + 1..)?.iter().zip(&*solved) {
+            *entry -= u * x;
+        }
+        *entry *= *reciprocals.get(p)?;
+    }
+    Some(())
 }
 
 /// `xᵀ A` for the block of one contact.

@@ -14,7 +14,9 @@
 use crate::Real;
 use crate::cholesky::dot;
 use crate::cone::{add_to_normal, square};
-use crate::contact_space::{ContactMatrix, ContactVector, invert, row_times, subtract_rows};
+use crate::contact_space::{
+    ContactMatrix, ContactVector, back_substitute, row_times, subtract_rows, triangularise,
+};
 use crate::problem::{Law, Problem};
 use crate::solution::zeros;
 use heapless::Vec;
@@ -248,38 +250,49 @@ fn eliminate<T: Real, const D: usize, const C: usize>(
     b: &mut [[T; D]],
 ) -> Option<()> {
     let n = matrix.len();
-    for k in 0..n {
+    let mut pivots = [[T::ZERO; D]; C];
+    for (k, pivots) in pivots.iter_mut().enumerate().take(n) {
         let (done, below) = matrix.split_at_mut_checked(k + 1)?;
         let (solved, rest) = b.split_at_mut_checked(k + 1)?;
         let (rows, rhs) = (done.last_mut()?, solved.last_mut()?);
-        let block = rows
-            .each_ref()
-            .map(|row| row.get(k).copied().unwrap_or([T::ZERO; D]));
-        let inverse = invert(&block)?;
-        for (row, &entries) in rows.iter_mut().zip(&inverse) {
-            *row.get_mut(k)? = entries;
-        }
+        *pivots = triangularise(rows, k, k, n, Some(rhs))?;
         for (others, other_rhs) in below.iter_mut().zip(rest) {
             for (row, entry) in others.iter_mut().zip(other_rhs) {
-                let factors = row_times(row.get(k)?, &inverse);
+                let factors = divide(row.get(k)?, rows, k, pivots)?;
                 subtract_rows(row, &factors, rows, (k + 1) * D, n * D);
                 *entry -= product(&factors, rhs);
             }
         }
     }
-    for (k, rows) in matrix.iter().enumerate().rev() {
+    for (k, (rows, pivots)) in matrix.iter().zip(&pivots).enumerate().rev() {
         let (head, solved) = b.split_at_mut_checked(k + 1)?;
         let target = head.last_mut()?;
-        let mut rest = *target;
-        for (entry, row) in rest.iter_mut().zip(rows) {
-            let row = row.get(k + 1..n)?;
-            *entry -= dot(row.as_flattened(), solved.as_flattened());
-        }
         for (entry, row) in target.iter_mut().zip(rows) {
-            *entry = product(row.get(k)?, &rest);
+            *entry -= dot(row.get(k + 1..n)?.as_flattened(), solved.as_flattened());
         }
+        back_substitute(rows, k, pivots, target)?;
     }
     Some(())
+}
+
+/// Solves `xᵀ U = yᵀ` for the upper triangle of the diagonal block of contact `k`.
+#[inline]
+fn divide<T: Real, const D: usize, const C: usize>(
+    y: &[T; D],
+    rows: &[ContactVector<T, D, C>; D],
+    k: usize,
+    pivots: &[T; D],
+) -> Option<[T; D]> {
+    let mut x = *y;
+    for (p, (row, &pivot)) in rows.iter().zip(pivots).enumerate() {
+        let (head, rest) = x.split_at_mut_checked(p + 1)?;
+        let entry = head.last_mut()?;
+        *entry *= pivot;
+        for (x, &u) in rest.iter_mut().zip(row.get(k)?.get(p + 1..)?) {
+            *x -= *entry * u;
+        }
+    }
+    Some(x)
 }
 
 /// Scalar product in the rows of one contact.

@@ -4,7 +4,8 @@
 //! mind a factor of its own for each contact.
 
 use crate::contact_space::{
-    ContactMatrix, ContactVector, invert, multiply_transposed, row_times, subtract_rows,
+    ContactMatrix, ContactVector, back_substitute, multiply_transposed, subtract_rows,
+    triangularise,
 };
 use crate::{Error, Real};
 
@@ -59,42 +60,57 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     fn sweep(&mut self, contacts: usize, k: usize) -> Option<()> {
         // A_kj, of which the triangle has what is right of the diagonal in column k.
         let mut row: [ContactVector<T, D, C>; D] = *self.matrix.get(k)?;
-        for (i, rows) in self.matrix.iter().enumerate().take(contacts).skip(k + 1) {
-            for (a, source) in rows.iter().enumerate() {
+        for i in k + 1..contacts {
+            for (a, source) in self.matrix.get(i)?.iter().enumerate() {
                 for (row, &entry) in row.iter_mut().zip(source.get(k)?) {
                     *row.get_mut(i)?.get_mut(a)? = entry;
                 }
             }
         }
-        let block = |i: usize| {
-            row.each_ref()
-                .map(|row| row.get(i).copied().unwrap_or([T::ZERO; D]))
-        };
-        let inverse = invert(&block(k))?;
+        // With A_kk = L U and y = L⁻¹ A_ki, of which U has the factor D: A_ij - y_i D⁻¹ y_j.
+        let reciprocals = triangularise(&mut row, k, 0, contacts, None)?;
+        if !reciprocals.iter().all(|&reciprocal| reciprocal > T::ZERO) {
+            return None;
+        }
         for (i, a) in (0..contacts).flat_map(|i| (0..D).map(move |a| (i, a))) {
-            let target = self.matrix.get_mut(i)?.get_mut(a)?;
             if i == k {
-                let entries = inverse.get(a)?;
-                // A positive definite block has an inverse of positive diagonal.
-                let usable = *entries.get(a)? > T::ZERO;
-                if !usable {
-                    return None;
-                }
-                *target.get_mut(k)? = entries.map(|entry| -entry);
                 continue;
             }
-            let column = row
-                .each_ref()
-                .map(|row| row.get(i).and_then(|block| block.get(a)));
-            let column = column.map(|entry| entry.copied().unwrap_or(T::ZERO));
-            let factors = row_times(&column, &inverse);
+            let mut swept = [T::ZERO; D]; // y, and then A_ik A_kk⁻¹
+            let mut factors = [T::ZERO; D];
+            let targets = swept.iter_mut().zip(&mut factors);
+            for ((y, factor), (row, &reciprocal)) in targets.zip(row.iter().zip(&reciprocals)) {
+                *y = *row.get(i)?.get(a)?;
+                *factor = *y * reciprocal;
+            }
+            let target = self.matrix.get_mut(i)?.get_mut(a)?;
             subtract_rows(target, &factors, &row, 0, (i + 1) * D);
+            back_substitute(&row, k, &reciprocals, &mut swept)?;
             if i > k {
-                *target.get_mut(k)? = factors;
+                *target.get_mut(k)? = swept;
             } else {
-                for (row, factor) in self.matrix.get_mut(k)?.iter_mut().zip(factors) {
-                    *row.get_mut(i)?.get_mut(a)? = factor;
+                for (row, swept) in self.matrix.get_mut(k)?.iter_mut().zip(swept) {
+                    *row.get_mut(i)?.get_mut(a)? = swept;
                 }
+            }
+        }
+        for a in 0..D {
+            // -A_kk⁻¹ e_a
+            let mut swept = [T::ZERO; D];
+            *swept.get_mut(a)? = -T::ONE;
+            for (p, (row, &reciprocal)) in row.iter().zip(&reciprocals).enumerate() {
+                let y = *swept.get(p)? * reciprocal;
+                for (swept, &u) in swept
+                    .get_mut(p + 1..)?
+                    .iter_mut()
+                    .zip(row.get(k)?.get(p + 1..)?)
+                {
+                    *swept -= u * y;
+                }
+            }
+            back_substitute(&row, k, &reciprocals, &mut swept)?;
+            for (row, swept) in self.matrix.get_mut(k)?.iter_mut().zip(swept) {
+                *row.get_mut(k)?.get_mut(a)? = swept;
             }
         }
         Some(())

@@ -152,7 +152,7 @@ fn follows<A: Acceleration<f64>>(
     momentum: Momentum,
 ) -> Result<(), TestCaseError> {
     let factor = Factor::new(scene).expect("M is positive definite");
-    let problem = Problem::new(scene, &factor, f, slip).expect("the data are valid");
+    let problem = Problem::new(scene, &factor, f, slip);
     let start = Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty());
     let mut iterates = [start; C];
     let mut acceleration = A::START;
