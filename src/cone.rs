@@ -24,6 +24,7 @@ use nalgebra::{SMatrix, SVector};
 ///
 /// `D` = 1 is a frictionless contact (the half-line), 2 planar, 3 spatial, 4 with a torsional row.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrictionCone<T> {
     axial: T,
     radial: T,

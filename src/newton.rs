@@ -140,10 +140,7 @@ impl<T: Real, const D: usize> Block<T, D> {
             for (j, (coupling, &derivative)) in coupling.iter_mut().zip(derivative).enumerate() {
                 let identity = if i == j { T::ONE } else { T::ZERO };
                 self.open &= derivative == identity;
-                *coupling = -scale * derivative;
-                if i == j {
-                    *coupling += scale * (T::ONE + regularisation);
-                }
+                *coupling = (identity * (T::ONE + regularisation) - derivative) * scale;
             }
             if let Some(own) = own.get_mut(i) {
                 *own += regularisation;
