@@ -44,8 +44,9 @@ pub(crate) fn row(run: &Run) {
     );
 }
 
-pub(crate) fn json(run: &Run, options: &Options) {
-    let line = json!({
+/// One line; `step` is the place in a sequence.
+pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
+    let mut line = json!({
         "name": run.name,
         "n_dof": run.n_dof,
         "n_contacts": run.n_contacts,
@@ -63,6 +64,9 @@ pub(crate) fn json(run: &Run, options: &Options) {
         "r": run.r,
         "certificate": run.certificate,
     });
+    if let Some(step) = step {
+        line["step"] = step.into();
+    }
     println!("{line}");
 }
 

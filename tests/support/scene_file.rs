@@ -17,6 +17,8 @@ pub struct SceneFile {
     pub f: DVector<f64>,
     pub w: DVector<f64>,
     pub mu: Vec<f64>,
+    /// What touches what; the same name twice for two points of one pair of bodies.
+    pub contact_names: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -43,6 +45,8 @@ struct Problem {
     w: Vec<f64>,
     #[serde(rename = "mu")]
     mu: Vec<f64>,
+    #[serde(rename = "contact_names", default)]
+    contact_names: Vec<String>,
 }
 
 /// All scenes of a file: one, or the time steps of a sequence named `name[k]`.
@@ -66,6 +70,11 @@ pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
 /// The bundled scenes, by name.
 pub fn bundled() -> Vec<PathBuf> {
     json_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes"))
+}
+
+/// The bundled sequences of time steps, by name.
+pub fn bundled_sequences() -> Vec<PathBuf> {
+    json_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/sequences"))
 }
 
 /// The `.json` files of a folder, by name.
@@ -109,6 +118,7 @@ impl Problem {
             f: vector("f", self.f, n_dof)?,
             w: vector("w", self.w, rows)?,
             mu: vector("mu", self.mu, self.n_contacts)?.as_slice().to_vec(),
+            contact_names: self.contact_names,
         })
     }
 }
@@ -153,7 +163,26 @@ impl SceneFile {
             f: DVector::from_fn(N, |i, _| double(f[i])),
             w: DVector::from_fn(rows, |i, _| double(contacts[i / D].offset[i % D])),
             mu: contacts.iter().map(|contact| double(contact.mu)).collect(),
+            contact_names: Vec::new(),
         }
+    }
+
+    /// Which contact of the step before each contact was: the first of a name the first of that
+    /// name, and so on. Without names, the one of the same number.
+    pub fn previous(&self, before: &Self) -> Vec<Option<usize>> {
+        if self.contact_names.len() != self.n_contacts {
+            return (0..self.n_contacts).map(Some).collect();
+        }
+        let mut left: Vec<_> = before.contact_names.iter().map(Some).collect();
+        let mut previous = Vec::new();
+        for name in &self.contact_names {
+            let index = left.iter().position(|&other| other == Some(name));
+            if let Some(index) = index {
+                left[index] = None;
+            }
+            previous.push(index);
+        }
+        previous
     }
 
     /// The free impulse `f` in the kernel's type, padded with zeros.
