@@ -82,8 +82,9 @@ mod firmware {
         let Some(peripherals) = cortex_m::Peripherals::take() else {
             exit(false)
         };
-        #[cfg(fault)]
-        cortex_m::asm::udf();
+        if cfg!(fault) {
+            cortex_m::asm::udf();
+        }
         pace::start(peripherals.SYST);
         let single = run("f32", SINGLE);
         let double = run("f64", DOUBLE);
