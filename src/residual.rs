@@ -8,7 +8,7 @@
 use crate::cone::{add_to_normal, square};
 use crate::problem::Law;
 use crate::{Contact, ContactMode, Real};
-use nalgebra::SVector;
+use nalgebra::{ComplexField, SVector};
 
 /// A quotient of norms in which 0/0 is 0, and whatever is not a number is infinite.
 pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
@@ -138,7 +138,7 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
     for (((contact, r), u), noise) in contacts.iter().zip(r).zip(u).zip(noise) {
         let r = *r;
         let mut velocity: [T; D] = contact.offset.into();
-        let mut magnitude = velocity.map(|w| w.abs());
+        let mut magnitude = velocity.map(ComplexField::abs);
         let dofs = pushed.iter_mut().zip(&mut terms);
         for ((&v, column), (pushed, terms)) in v.iter().zip(&contact.jacobian.data.0).zip(dofs) {
             if *column == [T::ZERO; D] {
