@@ -65,14 +65,10 @@ pub fn dots(label: &'static str, points: Vec<(f64, f64)>) -> Series {
 /// Draws panels one below the other, into the file named by the first argument or else into
 /// `target/NAME.svg`, and says where.
 pub fn draw(name: &str, panels: &[Panel]) -> Result<(), Box<dyn Error>> {
-    let path = match std::env::args_os().nth(1) {
-        Some(path) => PathBuf::from(path),
-        None => {
-            let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target");
-            std::fs::create_dir_all(&folder)?;
-            folder.join(name).with_extension("svg")
-        }
-    };
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target");
+    std::fs::create_dir_all(&folder)?;
+    let default = folder.join(name).with_extension("svg");
+    let path = std::env::args_os().nth(1).map_or(default, PathBuf::from);
     let size = (900, 360 * u32::try_from(panels.len())?);
     let root = SVGBackend::new(&path, size).into_drawing_area();
     root.fill(&WHITE)?;
