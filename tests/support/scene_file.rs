@@ -63,7 +63,12 @@ pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
     }
     let steps = header.problems.into_iter().enumerate();
     steps
-        .map(|(k, problem)| problem.check(format!("{name}[{k}]"), header.n_dof, header.dim))
+        .map(|(k, problem)| {
+            let name = format!("{name}[{k}]");
+            let named = |error| format!("{name}: {error}");
+            let scene = problem.check(name.clone(), header.n_dof, header.dim);
+            scene.map_err(named)
+        })
         .collect()
 }
 
