@@ -71,34 +71,35 @@ fn every_step_of_every_sequence_is_solved_and_warm_costs_less() -> Result<(), Er
 }
 
 #[test]
-fn contacts_are_recognised_by_name_and_by_order_within_a_name() {
-    let step = |names: &[&str]| SceneFile {
-        contact_names: names.iter().map(|&name| name.to_owned()).collect(),
-        ..SceneFile::of(&contacts(names.len()), &SVector::zeros())
+fn contacts_are_recognised_by_name_and_by_where_they_are() {
+    let scene = |contacts: &[(&str, f64)]| {
+        let mut scene = SceneFile::of(&contacts_at(contacts), &SVector::zeros());
+        scene.contact_names = contacts
+            .iter()
+            .map(|(name, _)| (*name).to_owned())
+            .collect();
+        scene
     };
-    let (before, after) = (
-        step(&["a", "b", "a", "c"]),
-        step(&["c", "a", "a", "a", "d"]),
-    );
+    let before = scene(&[("a", 0.1), ("b", 0.2), ("a", 0.9), ("c", 0.5)]);
+    let after = scene(&[("c", 0.5), ("a", 0.8), ("a", 0.25), ("a", 0.05), ("d", 0.1)]);
     assert_eq!(
         after.previous(&before),
-        [Some(3), Some(0), Some(2), None, None]
+        [Some(3), Some(2), None, Some(0), None]
     );
-    let (before, after) = (step(&[]), contacts(2));
-    let after = SceneFile::of(&after, &SVector::zeros());
-    assert_eq!(after.previous(&before), [Some(0), Some(1)]);
+    let unnamed = SceneFile::of(&contacts_at(&[("", 0.3), ("", 0.7)]), &SVector::zeros());
+    assert_eq!(unnamed.previous(&before), [Some(0), Some(1)]);
 }
 
-/// A point mass with some contacts.
-fn contacts(count: usize) -> Scene<f64, 3, 3, 5> {
+/// A body with contacts at some distances from its centre.
+fn contacts_at(contacts: &[(&str, f64)]) -> Scene<f64, 3, 3, 5> {
     let mut scene = Scene::new();
     scene.set_mass(&SMatrix::identity()).expect("a mass matrix");
-    let contact = Contact {
-        jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
-        offset: SVector::zeros(),
-        mu: 0.5,
-    };
-    for _ in 0..count {
+    for &(_, x) in contacts {
+        let contact = Contact {
+            jacobian: matrix![0.0, 1.0, x; 1.0, 0.0, 0.0; 0.0, 0.0, 0.0],
+            offset: SVector::zeros(),
+            mu: 0.5,
+        };
         scene.push(&contact).expect("room");
     }
     scene

@@ -53,7 +53,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
         let f = law::free_impulse(mass, &self.velocity, &self.force, self.step);
         let solver = &mut self.solver;
         let solution = solver.solve(&self.scene, &self.factor, &f, &self.settings)?;
-        assert_eq!(solution.status, Status::Solved, "{:?}", solution.error);
+        // A ball that grazes the floor: in f32 `H v` cancels to less than its rounding.
+        let single = T::EPSILON > T::literal(1e-9);
+        let grazes = single && solution.status == Status::PrecisionLimit;
+        let solved = grazes || solution.status == Status::Solved;
+        assert!(solved, "{:?}: {:?}", solution.status, solution.error);
         self.velocity = solution.velocity;
         self.position += self.velocity * self.step;
         Ok(())
