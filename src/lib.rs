@@ -100,3 +100,8 @@ pub use real::Real;
 pub use scene::{Contact, Scene};
 pub use solution::{ContactMode, ContactSolution, Settings, SlipUpdate, Solution, Status};
 pub use solver::Solver;
+
+/// The README's code compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -13,7 +13,7 @@ mod support;
 mod report;
 mod run;
 
-use clap::{Parser, ValueEnum};
+use clap::{Parser, ValueEnum, value_parser};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use support::scene_file;
@@ -31,14 +31,14 @@ struct Options {
     #[arg(long, value_enum, default_value_t = Method::Default)]
     method: Method,
     /// Error below which a scene counts as solved [default: 1e-9 for f64, 1e-4 for f32]
-    #[arg(long)]
+    #[arg(long, value_parser = positive)]
     tolerance: Option<f64>,
     /// Largest number of iterations
     #[arg(long, default_value_t = 1000)]
     max_iterations: usize,
     /// Solve each scene N times and give the best time
-    #[arg(long, value_name = "N", default_value_t = 20)]
-    repeat: usize,
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = value_parser!(u32).range(1..))]
+    repeat: u32,
     /// Solve the time steps of a sequence, one after the other
     #[arg(long, value_name = "FILE")]
     sequence: Vec<PathBuf>,
@@ -51,6 +51,24 @@ struct Options {
     /// Scene files, each scene solved from nothing [default: the bundled scenes]
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
+}
+
+impl Options {
+    fn tolerance(&self) -> f64 {
+        self.tolerance.unwrap_or(match self.precision {
+            Precision::F64 => 1e-9,
+            Precision::F32 => 1e-4,
+        })
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if number > 0.0 && number.is_finite() {
+        Ok(number)
+    } else {
+        Err("not a positive number".into())
+    }
 }
 
 /// What a solve starts from.

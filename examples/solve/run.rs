@@ -113,13 +113,9 @@ fn solve_one<T: Real, const N: usize, const D: usize, const C: usize>(
 ) -> Result<Run, Error> {
     let scene = file.scene::<T, N, D, C>()?;
     let f = file.free_impulse::<T, N>();
-    let tolerance = options.tolerance.unwrap_or(match options.precision {
-        Precision::F64 => 1e-9,
-        Precision::F32 => 1e-4,
-    });
     let settings = Settings {
         max_iterations: options.max_iterations,
-        ..Settings::new(T::literal(tolerance))
+        ..Settings::new(T::literal(options.tolerance()))
     };
     let (mut prepare_ns, mut solve_ns) = (f64::INFINITY, f64::INFINITY);
     let (newton, admm) = (solvers.newton.clone(), solvers.admm.clone());
@@ -128,7 +124,7 @@ fn solve_one<T: Real, const N: usize, const D: usize, const C: usize>(
         newton: solver,
         admm: admm_solver,
     } = solvers;
-    for _ in 0..options.repeat.max(1) {
+    for _ in 0..options.repeat {
         let start = Instant::now();
         factor.compute(black_box(&scene))?;
         prepare_ns = prepare_ns.min(start.elapsed().as_secs_f64() * 1e9);

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use serde::Deserialize;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use std::path::{Path, PathBuf};
 use stiction::{Contact, Error, Real, Scene};
 
@@ -21,15 +22,18 @@ pub struct SceneFile {
     pub contact_names: Vec<String>,
 }
 
+/// What tells a sequence from a scene, and what they have in common.
 #[derive(Deserialize)]
 struct Header {
     name: Option<String>,
     n_dof: usize,
     dim: usize,
-    #[serde(default)]
+    problems: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+struct Sequence {
     problems: Vec<Problem>,
-    #[serde(flatten)]
-    problem: Option<Problem>,
 }
 
 #[derive(Deserialize)]
@@ -52,24 +56,36 @@ struct Problem {
 /// All scenes of a file: one, or the time steps of a sequence named `name[k]`.
 pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
-    let header: Header = serde_json::from_str(&text).map_err(|error| error.to_string())?;
+    let header: Header = parse(&text)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = header.name.unwrap_or_else(|| stem.into_owned());
-    if header.problems.is_empty() {
-        let problem = header
-            .problem
-            .ok_or("neither a scene (n_contacts, M, H, f, w, mu) nor a sequence (problems)")?;
+    if header.problems.is_none() {
+        let problem: Problem = parse(&text)?;
         return Ok(vec![problem.check(name, header.n_dof, header.dim)?]);
     }
-    let steps = header.problems.into_iter().enumerate();
+    let sequence: Sequence = parse(&text)?;
+    let steps = sequence.problems.into_iter().enumerate();
     steps
         .map(|(k, problem)| {
             let name = format!("{name}[{k}]");
-            let named = |error| format!("{name}: {error}");
-            let scene = problem.check(name.clone(), header.n_dof, header.dim);
-            scene.map_err(named)
+            let checked = problem.check(name.clone(), header.n_dof, header.dim);
+            checked.map_err(|error| format!("{name}: {error}"))
         })
         .collect()
+}
+
+fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    serde_json::from_str(text).map_err(|error| {
+        let place = text.lines().nth(error.line().saturating_sub(1));
+        let rest = place.and_then(|line| line.get(error.column().saturating_sub(1)..));
+        let not_a_number = ["NaN", "Infinity", "-Infinity", "nan", "inf"];
+        match rest {
+            Some(rest) if not_a_number.iter().any(|word| rest.starts_with(word)) => {
+                format!("not a finite number: {error}")
+            }
+            _ => error.to_string(),
+        }
+    })
 }
 
 /// The bundled scenes, by name.
@@ -98,7 +114,13 @@ pub fn json_files(folder: &Path) -> Vec<PathBuf> {
 
 fn matrix(what: &str, rows: &[Vec<f64>], n: usize, m: usize) -> Result<DMatrix<f64>, String> {
     if rows.len() != n || rows.iter().any(|row| row.len() != m) {
-        return Err(format!("{what} is not {n} x {m}"));
+        let mut lengths = rows.iter().map(Vec::len);
+        let wrong = lengths.clone().find(|&length| length != m);
+        let columns = wrong.or(lengths.next_back()).unwrap_or(0);
+        return Err(format!(
+            "{what} is {} x {columns}, not {n} x {m}",
+            rows.len()
+        ));
     }
     Ok(DMatrix::from_fn(n, m, |i, j| rows[i][j]))
 }
@@ -112,6 +134,9 @@ fn vector(what: &str, entries: Vec<f64>, n: usize) -> Result<DVector<f64>, Strin
 
 impl Problem {
     fn check(self, name: String, n_dof: usize, dim: usize) -> Result<SceneFile, String> {
+        if !(1..=4).contains(&dim) {
+            return Err(format!("dim {dim} is not 1, 2, 3 or 4"));
+        }
         let rows = dim * self.n_contacts;
         Ok(SceneFile {
             name,
@@ -119,7 +144,7 @@ impl Problem {
             n_contacts: self.n_contacts,
             dim,
             mass: matrix("M", &self.m, n_dof, n_dof)?,
-            h: matrix("H", &self.h, rows, n_dof)?,
+            h: matrix("H (dim rows a contact)", &self.h, rows, n_dof)?,
             f: vector("f", self.f, n_dof)?,
             w: vector("w", self.w, rows)?,
             mu: vector("mu", self.mu, self.n_contacts)?.as_slice().to_vec(),
