@@ -5,9 +5,9 @@
 //! starts from `û` where it prints `ũ`, and steps 6-8 extrapolate from the new iterate,
 //! `ûᵏ⁺¹ = ũᵏ⁺¹ + c (ũᵏ⁺¹ - ũᵏ)` where they print `ûᵏ + …`.
 
-use crate::cone::{add_to_normal, norm, split};
+use crate::cone::{add_to_normal, norm, split, square};
 use crate::contact_space::ContactVector;
-use crate::problem::Problem;
+use crate::problem::{Law, Problem};
 use crate::resolvent::Resolvent;
 use crate::{Real, SlipUpdate};
 use nalgebra::SVector;
@@ -135,7 +135,7 @@ impl<T: Real> Acceleration<T> for Restart<T> {
 }
 
 /// Steps 2-4 and the extrapolation, for all contacts.
-#[inline]
+#[inline(never)]
 pub(crate) fn iterate<T: Real, A, const N: usize, const D: usize, const C: usize>(
     problem: &Problem<'_, T, N, D, C>,
     resolvent: &Resolvent<T, D, C>,
@@ -148,57 +148,80 @@ where
     let laws = problem.laws();
     let mut rhs: ContactVector<T, D, C> = [[T::ZERO; D]; C];
     let mut product: ContactVector<T, D, C> = [[T::ZERO; D]; C];
+    let contacts = ..laws.len();
+    let iterates = iterates.get_mut(contacts).unwrap_or_default();
+    let rhs = rhs.get_mut(contacts).unwrap_or_default();
+    let product = product.get_mut(contacts).unwrap_or_default();
+    right_hand_side(laws, iterates, rhs);
+    resolvent.times(rhs, product);
+    let change = project(laws, problem.slip, iterates, product);
+    extrapolate(iterates, acceleration.momentum(change.primal + change.dual));
+    change
+}
 
-    // q + S + ζ̂ - û
-    let pairs = laws.iter().zip(iterates.iter());
-    for (rhs, (law, iterate)) in rhs.iter_mut().zip(pairs) {
+/// Step 2 asks for `B (q + S + ζ̂ - û)`: the argument.
+#[inline(never)]
+fn right_hand_side<T: Real, const D: usize>(
+    laws: &[Law<T, D>],
+    iterates: &[Iterate<T, D>],
+    rhs: &mut [[T; D]],
+) {
+    for (rhs, (law, iterate)) in rhs.iter_mut().zip(laws.iter().zip(iterates)) {
         let mut velocity = law.free + iterate.zeta_hat - iterate.u_hat;
         add_to_normal(&mut velocity, law.lift * iterate.slip);
         *rhs = velocity.into();
     }
-    resolvent.times(laws.len(), &rhs, &mut product);
+}
 
+/// Steps 3 and 4: the next `ũ` and `ζ` from `B (q + S + ζ̂ - û)`. The old ones move to the `_hat`s,
+/// to be extrapolated once the residual is known.
+#[inline(never)]
+fn project<T: Real, const D: usize>(
+    laws: &[Law<T, D>],
+    slip: SlipUpdate,
+    iterates: &mut [Iterate<T, D>],
+    product: &[[T; D]],
+) -> Change<T> {
     let mut change = Change {
         primal: T::ZERO,
         dual: T::ZERO,
         error: T::ZERO,
         impulse: T::ZERO,
     };
-    let pairs = laws.iter().zip(iterates.iter_mut());
-    for (product, (law, iterate)) in product.iter().zip(pairs) {
+    for (product, (law, iterate)) in product.iter().zip(laws.iter().zip(iterates)) {
         // H v + b + ζ̂ = û + B (q + S + ζ̂ - û)
         let z = iterate.u_hat + SVector::from(*product);
         let (u, speed) = law.cone.dual().project_with_length(&z);
         let zeta = z - u;
 
         let mut primal = zeta - iterate.zeta_hat;
-        let dual = u - iterate.u_hat;
-        let dual2 = dual.norm_squared();
+        let dual = square((u - iterate.u_hat).as_slice());
         let rho = iterate.penalty;
-        change.primal += rho * primal.norm_squared();
-        change.dual += rho * dual2;
-        if problem.slip == SlipUpdate::EveryIteration {
+        change.primal += rho * square(primal.as_slice());
+        change.dual += rho * dual;
+        if slip == SlipUpdate::EveryIteration {
             add_to_normal(&mut primal, law.lift * (speed - iterate.slip));
-        }
-        change.error += law.step * law.step * primal.norm_squared() + rho * rho * dual2;
-        change.impulse += rho * rho * zeta.norm_squared();
-
-        if problem.slip == SlipUpdate::EveryIteration {
             iterate.slip = speed;
         }
-        // The old values move to the `_hat`s, to be extrapolated once `c` is known.
+        let rho2 = rho * rho;
+        change.error += law.step * law.step * square(primal.as_slice()) + rho2 * dual;
+        change.impulse += rho2 * square(zeta.as_slice());
+
         iterate.u_hat = iterate.u;
         iterate.zeta_hat = iterate.zeta;
         iterate.u = u;
         iterate.zeta = zeta;
     }
+    change
+}
 
-    let c = acceleration.momentum(change.primal + change.dual);
-    for iterate in iterates.iter_mut().take(laws.len()) {
+/// `û = ũ + c (ũ - ũ_previous)`, and `ζ` likewise.
+#[inline(never)]
+fn extrapolate<T: Real, const D: usize>(iterates: &mut [Iterate<T, D>], c: T) {
+    for iterate in iterates {
         iterate.u_hat = iterate.u + (iterate.u - iterate.u_hat) * c;
         iterate.zeta_hat = iterate.zeta + (iterate.zeta - iterate.zeta_hat) * c;
     }
-    change
 }
 
 #[cfg(test)]

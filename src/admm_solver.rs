@@ -93,7 +93,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         f: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        let problem = Problem::new(scene, factor, f, settings.slip)?;
+        Problem::check(scene, factor, f)?;
+        let problem = Problem::new(scene, factor, f, settings.slip);
         let mut iterates = self.state.iterates(&problem, factor.penalty());
         let mut search = Search::new(problem, settings, &mut self.solution);
         let mut acceleration = A::START;

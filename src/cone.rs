@@ -17,12 +17,14 @@
 //! ```
 
 use crate::Real;
+use crate::solution::zeros;
 use nalgebra::{SMatrix, SVector};
 
 /// A friction cone in any dimension `D >= 1`, normal component first.
 ///
 /// `D` = 1 is a frictionless contact (the half-line), 2 planar, 3 spatial, 4 with a torsional row.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrictionCone<T> {
     axial: T,
     radial: T,
@@ -81,13 +83,22 @@ impl<T: Real> FrictionCone<T> {
     #[must_use]
     pub fn contains<const D: usize>(&self, x: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(x);
-        normal >= T::ZERO && self.axial * norm(tangent) <= self.radial * normal
+        normal >= T::ZERO && is_within(tangent, self.axial, self.radial * normal)
+    }
+
+    /// Is `x` in the polar cone, whose projection is zero?
+    #[inline]
+    fn is_polar<const D: usize>(&self, x: &SVector<T, D>) -> bool {
+        let (normal, tangent) = split(x);
+        is_within(tangent, self.radial, -self.axial * normal)
     }
 
     /// Is `x` in the interior of the cone? (Of a ray: of the half-line, if there is no tangent.)
     pub(crate) fn is_interior<const D: usize>(&self, x: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(x);
-        self.axial * norm(tangent) < self.radial * normal || (D == 1 && normal > T::ZERO)
+        let bound = self.radial * normal;
+        let size = square(tangent) * (self.axial * self.axial);
+        normal > T::ZERO && (size < bound * bound || D == 1)
     }
 
     /// Euclidean projection (6) in the case form: Eq. (1) = (8) for `K`, (2) = (10) for `K*`.
@@ -104,14 +115,14 @@ impl<T: Real> FrictionCone<T> {
         x: &SVector<T, D>,
     ) -> (SVector<T, D>, T) {
         let (normal, tangent) = split(x);
-        let length = norm(tangent);
-        if normal >= T::ZERO && self.axial * length <= self.radial * normal {
-            return (*x, length);
+        if self.contains(x) {
+            return (*x, norm(tangent));
         }
-        if self.radial * length <= -self.axial * normal {
-            return (SVector::zeros(), T::ZERO);
+        if self.is_polar(x) {
+            return (zeros(), T::ZERO);
         }
         // Here `length > 0`: without a tangential part one of the cases above holds.
+        let length = norm(tangent);
         let along = (self.axial * normal + self.radial * length) * self.shrink;
         let shadow = along * self.radial;
         let mut projection = x * (shadow / length);
@@ -136,27 +147,35 @@ impl<T: Real> FrictionCone<T> {
             *first = T::ZERO;
         }
         if length > T::ZERO {
-            direction /= length;
+            direction *= T::ONE / length;
         }
-        if normal >= T::ZERO && self.axial * length <= self.radial * normal {
-            return (SMatrix::identity(), direction);
+        let mut derivative = SMatrix::<T, D, D>::zeros();
+        if self.contains(x) {
+            derivative.fill_diagonal(T::ONE);
+        } else if self.axial == T::ZERO {
+            derivative.fill_diagonal(T::ONE);
+            if let Some(first) = derivative.as_mut_slice().first_mut() {
+                *first = T::ZERO;
+            }
+        } else if !self.is_polar(x) {
+            // shrink ray rayᵀ + turn (I - axis axisᵀ - direction directionᵀ)
+            let along = (self.axial * normal + self.radial * length) * self.shrink;
+            let turn = along * self.radial / length;
+            derivative.fill_diagonal(turn);
+            let mut ray = direction * self.radial;
+            let corner = derivative.as_mut_slice().first_mut();
+            if let (Some(first), Some(corner)) = (ray.as_mut_slice().first_mut(), corner) {
+                (*first, *corner) = (self.axial, T::ZERO);
+            }
+            let columns = derivative.as_mut_slice().chunks_exact_mut(D);
+            for (column, (&ray_j, &turned)) in columns.zip(ray.iter().zip(&direction)) {
+                for (entry, (&ray_i, &turned_i)) in
+                    column.iter_mut().zip(ray.iter().zip(&direction))
+                {
+                    *entry += self.shrink * ray_i * ray_j - turn * turned_i * turned;
+                }
+            }
         }
-        let mut axis = SVector::<T, D>::zeros();
-        if let Some(first) = axis.as_mut_slice().first_mut() {
-            *first = T::ONE;
-        }
-        if self.axial == T::ZERO {
-            return (SMatrix::identity() - axis * axis.transpose(), direction);
-        }
-        if self.radial * length <= -self.axial * normal {
-            return (SMatrix::zeros(), direction);
-        }
-        let along = (self.axial * normal + self.radial * length) * self.shrink;
-        let ray = axis * self.axial + direction * self.radial;
-        let turn = along * self.radial / length;
-        let sideways =
-            SMatrix::identity() - axis * axis.transpose() - direction * direction.transpose();
-        let derivative = ray * ray.transpose() * self.shrink + sideways * turn;
         (derivative, direction)
     }
 
@@ -223,11 +242,25 @@ pub(crate) fn norm<T: Real>(tangent: &[T]) -> T {
     match tangent {
         [] => T::ZERO,
         [only] => only.abs(),
-        more => more
-            .iter()
-            .fold(T::ZERO, |sum, &x| sum + x * x)
-            .square_root(),
+        more => square(more).square_root(),
     }
+}
+
+/// Square of the Euclidean norm.
+#[inline]
+pub(crate) fn square<T: Real>(x: &[T]) -> T {
+    x.iter().fold(T::ZERO, |sum, &x| sum + x * x)
+}
+
+/// `factor |tangent| <= bound`, without a square root.
+#[inline]
+fn is_within<T: Real>(tangent: &[T], factor: T, bound: T) -> bool {
+    let within = match tangent {
+        [] => true,
+        [only] => factor * only.abs() <= bound,
+        more => square(more) * (factor * factor) <= bound * bound,
+    };
+    within && bound >= T::ZERO
 }
 
 /// Adds to the normal component.

@@ -1,7 +1,7 @@
 //! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
 
 use crate::Real;
-use crate::cholesky::{add_products, total};
+use crate::cholesky::axpy;
 
 /// A vector in contact space.
 pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
@@ -9,46 +9,153 @@ pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
 /// A square matrix in contact space, row by row.
 pub(crate) type ContactMatrix<T, const D: usize, const C: usize> = [[ContactVector<T, D, C>; D]; C];
 
-/// `y = A x` for the first `contacts` contacts; the `D` rows of a contact share the reading of `x`.
-#[inline]
-pub(crate) fn multiply<T: Real, const D: usize, const C: usize>(
+/// `y = Aᵀ x` over the contacts of `y`, of which `x` has as many.
+///
+/// Rows of `A` are read as columns of `Aᵀ`, four contacts of each at a time, so that the sums stay
+/// in registers.
+#[inline(never)]
+pub(crate) fn multiply_transposed<T: Real, const D: usize, const C: usize>(
     matrix: &ContactMatrix<T, D, C>,
-    contacts: usize,
-    x: &ContactVector<T, D, C>,
-    y: &mut ContactVector<T, D, C>,
+    x: &[[T; D]],
+    y: &mut [[T; D]],
 ) {
-    let x = x.get(..contacts).unwrap_or_default().as_flattened();
-    let (x_chunks, x_rest) = x.as_chunks::<4>();
-    for (y, rows) in y.iter_mut().zip(matrix).take(contacts) {
-        let rows = rows.each_ref().map(|row| {
-            let row = row.as_flattened();
-            row.get(..x.len()).unwrap_or(row).as_chunks::<4>()
-        });
-        let mut sums = [[T::ZERO; 4]; D];
-        for (k, x) in x_chunks.iter().enumerate() {
-            for (sums, (chunks, _)) in sums.iter_mut().zip(&rows) {
-                if let Some(chunk) = chunks.get(k) {
-                    add_products(sums, chunk, x);
-                }
+    for (k, y) in y.chunks_mut(4).enumerate() {
+        if 4 * k + 4 <= C {
+            let sums = columns::<T, D, C, 4>(matrix, 4 * k, x);
+            for (y, sums) in y.iter_mut().zip(sums) {
+                *y = sums;
             }
-        }
-        for ((y, sums), (_, rest)) in y.iter_mut().zip(sums).zip(rows) {
-            let rest = rest.iter().zip(x_rest);
-            *y = total(sums) + rest.fold(T::ZERO, |sum, (&a, &x)| sum + a * x);
+        } else {
+            for (i, y) in y.iter_mut().enumerate() {
+                let [sums] = columns::<T, D, C, 1>(matrix, 4 * k + i, x);
+                *y = sums;
+            }
         }
     }
 }
 
-/// Copies the lower triangle of the leading `n × n` block to the upper one.
-pub(crate) fn mirror<T: Real>(a: &mut [T], stride: usize, n: usize) {
-    for i in 1..n {
-        let Some((above, rest)) = a.split_at_mut_checked(i * stride) else {
-            return;
+/// Rows of `Aᵀ x` for `B` contacts from `first` on.
+#[inline]
+fn columns<T: Real, const D: usize, const C: usize, const B: usize>(
+    matrix: &ContactMatrix<T, D, C>,
+    first: usize,
+    x: &[[T; D]],
+) -> ContactVector<T, D, B> {
+    let mut sums = [[T::ZERO; D]; B];
+    let rows = matrix.as_flattened().iter().zip(x.as_flattened());
+    for (row, &x) in rows {
+        let Some(row) = row.get(first..).and_then(<[_]>::first_chunk::<B>) else {
+            continue;
         };
-        for (row, &entry) in above.chunks_exact_mut(stride).zip(rest.iter()) {
-            if let Some(mirrored) = row.get_mut(i) {
-                *mirrored = entry;
+        for (sums, row) in sums.iter_mut().zip(row) {
+            for (sum, &entry) in sums.iter_mut().zip(row) {
+                *sum += entry * x;
             }
         }
     }
+    sums
+}
+
+/// `row -= Σ_d factors[d] rows[d]` from scalar column `first` on, up to `last`.
+#[inline(never)]
+pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize>(
+    row: &mut ContactVector<T, D, C>,
+    factors: &[T; D],
+    rows: &[ContactVector<T, D, C>; D],
+    first: usize,
+    last: usize,
+) {
+    let row = row.as_flattened_mut();
+    for k in first..last.min(D * C) {
+        if let Some(entry) = row.get_mut(k) {
+            let mut sum = *entry;
+            for (&factor, row) in factors.iter().zip(rows) {
+                sum -= factor * row.as_flattened().get(k).copied().unwrap_or(T::ZERO);
+            }
+            *entry = sum;
+        }
+    }
+}
+
+/// Gaussian elimination among the rows of contact `k`, which makes its diagonal block upper
+/// triangular; from contact `first` to `last`. Gives the reciprocals of the pivots.
+///
+/// With a right-hand side, rows change places so that pivots are large. `None` if a pivot vanishes
+/// or is no number.
+#[inline(never)]
+pub(crate) fn triangularise<T: Real, const D: usize, const C: usize>(
+    rows: &mut [ContactVector<T, D, C>; D],
+    k: usize,
+    first: usize,
+    last: usize,
+    mut rhs: Option<&mut [T; D]>,
+) -> Option<[T; D]> {
+    let mut reciprocals = [T::ZERO; D];
+    for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
+        if let Some(rhs) = &mut rhs {
+            let (mut largest, mut index) = (T::ZERO, p);
+            for (i, row) in rows.iter().enumerate() {
+                let size = row.get(k)?.get(p)?.abs();
+                if i >= p && size > largest {
+                    (largest, index) = (size, i);
+                }
+            }
+            if index != p {
+                (*rows.get_mut(p)?, *rows.get_mut(index)?) = (*rows.get(index)?, *rows.get(p)?);
+                (*rhs.get_mut(p)?, *rhs.get_mut(index)?) = (*rhs.get(index)?, *rhs.get(p)?);
+            }
+        }
+        let (above, below) = rows.split_at_mut_checked(p + 1)?;
+        let pivot_row = above.last()?;
+        let pivot = *pivot_row.get(k)?.get(p)?;
+        let usable = pivot.abs() > T::ZERO;
+        if !usable {
+            return None;
+        }
+        *reciprocal = T::ONE / pivot;
+        let source = pivot_row.get(first..last)?.as_flattened();
+        for (i, row) in below.iter_mut().enumerate() {
+            let factor = *row.get(k)?.get(p)? * *reciprocal;
+            axpy(
+                -factor,
+                source,
+                row.get_mut(first..last)?.as_flattened_mut(),
+            );
+            if let Some(rhs) = &mut rhs {
+                let eliminated = factor * *rhs.get(p)?;
+                *rhs.get_mut(p + 1 + i)? -= eliminated;
+            }
+        }
+    }
+    Some(reciprocals)
+}
+
+/// Solves `U x = y` in place for the upper triangle of the diagonal block of contact `k`.
+pub(crate) fn back_substitute<T: Real, const D: usize, const C: usize>(
+    rows: &[ContactVector<T, D, C>; D],
+    k: usize,
+    reciprocals: &[T; D],
+    x: &mut [T; D],
+) -> Option<()> {
+    for (p, row) in rows.iter().enumerate().rev() {
+        let (head, solved) = x.split_at_mut_checked(p + 1)?;
+        let entry = head.last_mut()?;
+        for (&u, &x) in row.get(k)?.get(p + 1..)?.iter().zip(&*solved) {
+            *entry -= u * x;
+        }
+        *entry *= *reciprocals.get(p)?;
+    }
+    Some(())
+}
+
+/// `xᵀ A` for the block of one contact.
+#[inline]
+pub(crate) fn row_times<T: Real, const D: usize>(x: &[T; D], block: &[[T; D]; D]) -> [T; D] {
+    let mut sums = [T::ZERO; D];
+    for (&x, row) in x.iter().zip(block) {
+        for (sum, &entry) in sums.iter_mut().zip(row) {
+            *sum += x * entry;
+        }
+    }
+    sums
 }

@@ -1,6 +1,6 @@
 //! `defmt::Format` for what a derive does not reach: nalgebra's vectors have none.
 
-use crate::{ContactSolution, Solution};
+use crate::{ContactSolution, Solution, Spectral};
 use defmt::{Format, Formatter, write};
 
 impl<T: Format, const D: usize> Format for ContactSolution<T, D> {
@@ -14,13 +14,23 @@ impl<T: Format, const N: usize, const D: usize, const C: usize> Format for Solut
     fn format(&self, fmt: Formatter<'_>) {
         write!(
             fmt,
-            "{}: error {}, {} iterations, {} Newton steps, v = {}, contacts {}",
+            "{}: error {}, {} iterations, {} Newton steps, {} factorizations, v = {}, contacts {}, certificate {}",
             self.status,
             self.error,
             self.iterations,
             self.newton_steps,
+            self.factorizations,
             self.velocity.data.as_slice(),
-            self.contacts.as_slice()
+            self.contacts.as_slice(),
+            self.certificate.as_slice()
         );
+    }
+}
+
+impl<T: Format, const D: usize> Format for Spectral<T, D> {
+    fn format(&self, fmt: Formatter<'_>) {
+        let [first, second] = &self.vectors;
+        let (first, second) = (first.data.as_slice(), second.data.as_slice());
+        write!(fmt, "values {}, vectors {}, {}", self.values, first, second);
     }
 }

@@ -9,10 +9,13 @@
 //! That needs `(D·C)²` multiplications against `N² + 2·N·D·C` through the factor of `A`, and a new
 //! `rho` never touches the `N × N` factor again.
 
-use crate::cholesky::{axpy, dot, factorise, scale_by_reciprocal, solve_lower, solve_upper};
-use crate::contact_space::{ContactMatrix, ContactVector, mirror, multiply};
+use crate::cholesky::{
+    dot, factorise, opaque, scale_by_reciprocal, solve_lower, solve_upper, solve_upper_block,
+};
+use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
 use crate::resolvent::Resolvent;
 use crate::{Error, Real, Scene};
+use core::hint::black_box;
 use nalgebra::SVector;
 
 /// Cholesky factor of the mass matrix, Delassus operator and resolvent of a scene.
@@ -23,10 +26,10 @@ use nalgebra::SVector;
 pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     contacts: usize,
     penalty: T,
-    /// `M = L D Lᵀ`.
+    /// `M = Lᵀ D L`.
     mass: [[T; N]; N],
-    /// `L⁻¹ H_iᵀ`, one column of `L⁻¹ Hᵀ` a row here.
-    whitened: [[[T; N]; D]; C],
+    /// `L⁻ᵀ H_iᵀ`
+    whitened: [[[T; D]; N]; C],
     /// `W = H M⁻¹ Hᵀ`.
     delassus: ContactMatrix<T, D, C>,
     resolvent: Resolvent<T, D, C>,
@@ -39,13 +42,13 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
 pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
     /// The default penalty `rho`.
     pub penalty: T,
-    /// `L` and, on the diagonal, `D⁻¹` of `M = L D Lᵀ`; the upper triangle is not used.
+    /// `L` and, on the diagonal, `D⁻¹` of `M = Lᵀ D L`; the upper triangle is not used.
     pub mass: [[T; N]; N],
-    /// `H L⁻ᵀ`.
-    pub whitened: [[[T; N]; D]; C],
+    /// `L⁻ᵀ H_iᵀ` of each contact.
+    pub whitened: [[[T; D]; N]; C],
     /// `W = H M⁻¹ Hᵀ`.
     pub delassus: [[[[T; D]; C]; D]; C],
-    /// `(I + W R)⁻¹`.
+    /// `(I + R W)⁻¹`.
     pub resolvent: [[[[T; D]; C]; D]; C],
     /// The diagonal of `R`, one penalty a contact.
     pub penalties: [T; C],
@@ -92,7 +95,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             contacts: 0,
             penalty: T::ZERO,
             mass: [[T::ZERO; N]; N],
-            whitened: [[[T::ZERO; N]; D]; C],
+            whitened: [[[T::ZERO; D]; N]; C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],
             resolvent: Resolvent::empty(),
         }
@@ -161,48 +164,37 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         }
     }
 
-    /// Rows in use.
-    const fn rows(&self) -> usize {
-        self.contacts * D
-    }
-
+    #[inline(never)]
     fn compute_delassus(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.contacts = 0;
-        let columns = scene.mass().as_slice().chunks_exact(N);
-        for (row, column) in self.mass.iter_mut().zip(columns) {
-            // Row i of the lower triangle is column i of the upper one.
-            for (entry, &mass) in row.iter_mut().zip(column) {
-                *entry = mass;
-            }
+        self.mass.copy_from_slice(&scene.mass().data.0); // symmetric: columns are rows
+        let mut floors = [T::ZERO; N];
+        let diagonal = self.mass.as_flattened().iter().step_by(N + 1);
+        for (floor, &mass) in floors.iter_mut().zip(diagonal) {
+            *floor = T::literal(32.0) * T::EPSILON * mass;
         }
-        factorise(
-            self.mass.as_flattened_mut(),
-            N,
-            N,
-            T::literal(32.0) * T::EPSILON,
-        )
-        .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
+        factorise(self.mass.as_flattened_mut(), N, N, &floors)
+            .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.contacts = scene.contacts().len();
-        for (rows, contact) in self.whitened.iter_mut().zip(scene.contacts()) {
-            for (row, jacobian) in rows.iter_mut().zip(contact.jacobian.row_iter()) {
-                for (entry, &h) in row.iter_mut().zip(jacobian.iter()) {
-                    *entry = h;
+        for (whitened, contact) in self.whitened.iter_mut().zip(scene.contacts()) {
+            whitened.copy_from_slice(&contact.jacobian.data.0); // D rows in N columns: the transpose
+            solve_upper_block(self.mass.as_flattened(), N, whitened);
+        }
+        let mut scaled = [[T::ZERO; D]; N];
+        for (i, x) in self.whitened.iter().enumerate().take(self.contacts) {
+            let diagonal = self.mass.as_flattened().iter().step_by(N + 1);
+            for ((scaled, x), &reciprocal) in scaled.iter_mut().zip(x).zip(diagonal) {
+                for (scaled, &x) in scaled.iter_mut().zip(x) {
+                    *scaled = x * reciprocal;
                 }
-                solve_lower(self.mass.as_flattened(), N, row);
+            }
+            for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
+                let block = products(&scaled, y);
+                for (a, entries) in block.into_iter().enumerate() {
+                    set(&mut self.delassus, [i, j], a, entries);
+                }
             }
         }
-        let rows = self.rows();
-        let whitened = self.whitened.as_flattened();
-        let delassus = self.delassus.as_flattened_mut();
-        for (i, (row, x)) in delassus.iter_mut().zip(whitened).take(rows).enumerate() {
-            let mut scaled = *x;
-            scale_by_reciprocal(self.mass.as_flattened(), N, &mut scaled);
-            let lower = row.as_flattened_mut().iter_mut().zip(whitened);
-            for (entry, y) in lower.take(i + 1) {
-                *entry = dot(&scaled, y);
-            }
-        }
-        mirror(delassus.as_flattened_mut().as_flattened_mut(), D * C, rows);
         Ok(())
     }
 
@@ -216,69 +208,111 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         &self.delassus
     }
 
-    /// `y_i = (W x)_i` for the contacts in use.
-    pub(crate) fn delassus_times(
-        &self,
-        x: &ContactVector<T, D, C>,
-        y: &mut ContactVector<T, D, C>,
-    ) {
-        multiply(&self.delassus, self.contacts, x, y);
+    /// `y = W x`
+    #[inline]
+    pub(crate) fn delassus_times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
+        multiply_transposed(&self.delassus, x, y);
     }
 
-    /// `L⁻¹ f`, from which [`Self::free_velocity`] and [`Self::velocity`] start.
-    pub(crate) fn whiten(&self, f: &SVector<T, N>) -> [T; N] {
-        let mut g: [T; N] = (*f).into();
-        solve_lower(self.mass.as_flattened(), N, &mut g);
-        g
+    /// From `f` to `L⁻ᵀ f`, from which [`Self::free_velocity`] and [`Self::velocity`] start.
+    pub(crate) fn whiten(&self, g: &mut [T; N]) {
+        solve_upper(self.mass.as_flattened(), N, g);
     }
 
     /// Relative velocity of the contacts without impulses, `H v_free = -H M⁻¹ f`.
-    pub(crate) fn free_velocity(&self, mut g: [T; N], u: &mut ContactVector<T, D, C>) {
+    pub(crate) fn free_velocity(&self, g: &[T; N], u: &mut ContactVector<T, D, C>) {
+        let mut g = *g;
         scale_by_reciprocal(self.mass.as_flattened(), N, &mut g);
-        for (u, rows) in u.iter_mut().zip(&self.whitened).take(self.contacts) {
-            for (u, row) in u.iter_mut().zip(rows) {
-                *u = -dot(row, &g);
-            }
+        for (u, whitened) in u.iter_mut().zip(&self.whitened).take(self.contacts) {
+            let [sums] = products(g.as_chunks::<1>().0, whitened);
+            *u = sums.map(|u| -u);
         }
     }
 
     /// `W_NN d` for one `d_i` a contact, and `|H_Nᵀ d|` in the norm of `M⁻¹`; by way of `H_Nᵀ d`,
     /// so that both are small where that is.
+    #[inline(never)]
     pub(crate) fn normal_products(&self, d: &[T; C]) -> ([T; C], T) {
         let mut momentum = [T::ZERO; N];
-        let normals = || {
-            self.whitened
-                .iter()
-                .take(self.contacts)
-                .filter_map(|rows| rows.first())
-        };
-        for (&d, normal) in d.iter().zip(normals()) {
-            axpy(d, normal, &mut momentum);
+        let mut impulse = [[T::ZERO; D]; C];
+        for (impulse, &d) in impulse.iter_mut().zip(d) {
+            if let Some(normal) = impulse.first_mut() {
+                *normal = d;
+            }
         }
+        self.add_whitened(&impulse, &mut momentum);
         let mut scaled = momentum;
         scale_by_reciprocal(self.mass.as_flattened(), N, &mut scaled);
         let mut product = [T::ZERO; C];
-        for (product, normal) in product.iter_mut().zip(normals()) {
-            *product = dot(normal, &scaled);
+        for (product, whitened) in product.iter_mut().zip(&self.whitened).take(self.contacts) {
+            let [sums] = products(scaled.as_chunks::<1>().0, whitened);
+            *product = sums.first().copied().unwrap_or(T::ZERO);
         }
         let energy = dot(&momentum, &scaled).max(T::ZERO);
         (product, energy.square_root())
     }
 
+    /// `g += L⁻ᵀ Hᵀ r`
+    #[inline(never)]
+    fn add_whitened(&self, r: &[[T; D]], g: &mut [T; N]) {
+        for (r, whitened) in r.iter().zip(&self.whitened).take(self.contacts) {
+            if *r == [T::ZERO; D] {
+                continue;
+            }
+            for (g, columns) in g.iter_mut().zip(opaque(whitened)) {
+                for (&r, &column) in r.iter().zip(columns) {
+                    *g += r * column;
+                }
+            }
+        }
+    }
+
     /// `v = M⁻¹ (Hᵀ r - f)`.
-    pub(crate) fn velocity(&self, mut g: [T; N], r: &ContactVector<T, D, C>) -> SVector<T, N> {
+    pub(crate) fn velocity(&self, mut g: [T; N], r: &[[T; D]]) -> SVector<T, N> {
         for g in &mut g {
             *g = -*g;
         }
-        for (r, rows) in r.iter().zip(&self.whitened).take(self.contacts) {
-            for (&r, row) in r.iter().zip(rows) {
-                axpy(r, row, &mut g);
-            }
-        }
+        self.add_whitened(r, &mut g);
         scale_by_reciprocal(self.mass.as_flattened(), N, &mut g);
-        solve_upper(self.mass.as_flattened(), N, &mut g);
+        solve_lower(self.mass.as_flattened(), N, &mut g);
         g.into()
     }
+}
+
+/// Writes row `a` of the block of two contacts, and its mirror image.
+fn set<T: Real, const D: usize, const C: usize>(
+    matrix: &mut ContactMatrix<T, D, C>,
+    [i, j]: [usize; 2],
+    a: usize,
+    entries: [T; D],
+) {
+    for (row, entry) in matrix.get_mut(j).into_iter().flatten().zip(entries) {
+        if let Some(mirrored) = row.get_mut(i).and_then(|block| block.get_mut(a)) {
+            *mirrored = entry;
+        }
+    }
+    if let Some(row) = matrix.get_mut(i).and_then(|rows| rows.get_mut(a))
+        && let Some(block) = row.get_mut(j)
+    {
+        *block = entries;
+    }
+}
+
+/// `Σ_k x_k y_kᵀ`; what is multiplied by zero is not added.
+#[inline(never)]
+fn products<T: Real, const A: usize, const B: usize>(x: &[[T; A]], y: &[[T; B]]) -> [[T; B]; A] {
+    let mut sums = [[T::ZERO; B]; A];
+    for (x, y) in opaque(x).iter().zip(y) {
+        if *x == [T::ZERO; A] {
+            continue;
+        }
+        for (sums, &x) in sums.iter_mut().zip(x) {
+            for (sum, &y) in sums.iter_mut().zip(y) {
+                *sum += x * y;
+            }
+        }
+    }
+    sums
 }
 
 /// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`.
@@ -287,26 +321,26 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
 /// mass; the units of the dofs, and dofs that no contact moves, do not matter. The geometric mean
 /// serves stacks of unlike bodies, where the trace of `W` sees only the lightest; taken over binary
 /// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
+#[inline(never)]
 fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
 ) -> T {
     // (HᵀH)_jj / M_jj
     let mut reach = [T::ZERO; N];
     for contact in scene.contacts() {
-        let columns = contact.jacobian.as_slice().chunks_exact(D);
-        for (reach, column) in reach.iter_mut().zip(columns) {
-            *reach += dot(column, column);
+        for (reach, column) in reach.iter_mut().zip(opaque(&contact.jacobian.data.0)) {
+            *reach += column.iter().fold(T::ZERO, |sum, &h| sum + h * h);
         }
     }
     let mut largest = T::ZERO;
     let masses = scene.mass().as_slice().iter().step_by(N + 1);
-    for (reach, &mass) in reach.iter_mut().zip(masses) {
+    for (reach, &mass) in reach.iter_mut().zip(masses).take(black_box(N)) {
         *reach /= mass;
         largest = largest.max(*reach);
     }
     let rounding = largest * T::literal(1e-9);
     let (mut exponents, mut moved) = (0_i32, 0_i32);
-    for reach in reach.into_iter().filter(|&reach| reach > rounding) {
+    for &reach in opaque(&reach).iter().filter(|&&reach| reach > rounding) {
         exponents += reach.exponent();
         moved += 1;
     }

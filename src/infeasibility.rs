@@ -8,11 +8,12 @@
 //! offsets by a factor that no feasible scene has.
 
 use crate::Real;
-use crate::cholesky::{dot, factorise, scale_by_reciprocal, solve_lower, solve_upper};
+use crate::cholesky::{dot, factorise, solve};
 use crate::problem::Problem;
 use heapless::Vec;
 
 /// Looks for a `d` that proves the scene infeasible; `None` if there is none to be found.
+#[inline(never)]
 pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usize>(
     problem: &Problem<'_, T, N, D, C>,
 ) -> Option<[T; C]> {
@@ -58,6 +59,7 @@ pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usiz
 }
 
 /// Entry by entry.
+#[inline(never)]
 fn product<T: Real, const C: usize>(x: &[T; C], y: &[T; C]) -> [T; C] {
     let mut product = *x;
     for (product, &y) in product.iter_mut().zip(y) {
@@ -76,6 +78,7 @@ struct Gram<T, const C: usize> {
 
 impl<T: Real, const C: usize> Gram<T, C> {
     /// Scales to a unit diagonal; a contact that nothing moves is scaled by 1.
+    #[inline(never)]
     fn normalise(&mut self) -> [T; C] {
         let mut scale = [T::ONE; C];
         for (i, (row, scale)) in self.normal.iter().zip(&mut scale).enumerate() {
@@ -94,6 +97,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
     }
 
     /// Minimises `dᵀ W_NN d + (g·d / size + 1)²` over `d >= 0`; `None` if that stays near 1.
+    #[inline(never)]
     fn minimise(&self, size: T) -> Option<[T; C]> {
         let mut d = [T::ZERO; C];
         let mut support = Vec::<usize, C>::new();
@@ -143,6 +147,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
 
     /// Inverse iteration on the support of `d`, which it returns: what is not in the null space
     /// dies out.
+    #[inline(never)]
     fn purify(&self, d: &mut [T; C]) -> Option<Vec<usize, C>> {
         let mut support = Vec::<usize, C>::new();
         for (i, _) in d.iter().enumerate().filter(|&(_, &d)| d > T::ZERO) {
@@ -166,6 +171,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
     }
 
     /// Solves `(W_NN + weight g gᵀ + δI) x = b` on a support, zero elsewhere.
+    #[inline(never)]
     fn solve(&self, support: &[usize], weight: T, g: &[T; C], b: &[T; C]) -> Option<[T; C]> {
         let n = support.len();
         let ridge = T::EPSILON * T::count(4 * n);
@@ -181,11 +187,9 @@ impl<T: Real, const C: usize> Gram<T, C> {
             }
         }
         let flat = matrix.as_flattened_mut();
-        factorise(flat, C, n, T::ZERO).ok()?;
+        factorise(flat, C, n, &[]).ok()?;
         let x = rhs.get_mut(..n)?;
-        solve_lower(flat, C, x);
-        scale_by_reciprocal(flat, C, x);
-        solve_upper(flat, C, x);
+        solve(flat, C, x);
         let mut solution = [T::ZERO; C];
         for (&i, &x) in support.iter().zip(&*x) {
             *solution.get_mut(i)? = x;

@@ -59,6 +59,7 @@
 //! None. Data is checked where it enters and refused with an [`Error`] that names the culprit; the
 //! code has no indexing, no `unwrap` and no integer division that could fail.
 #![no_std]
+#![cfg_attr(stiction_core_sqrt, feature(core_float_math))]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 #![deny(

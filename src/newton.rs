@@ -12,14 +12,15 @@
 //! `DP = I`, is coupled to the others by `λ` alone, and is left out of the system.
 
 use crate::Real;
-use crate::cholesky::{axpy, dot};
-use crate::cone::split;
-use crate::contact_space::{ContactMatrix, ContactVector};
+use crate::cholesky::dot;
+use crate::cone::{add_to_normal, square};
+use crate::contact_space::{
+    ContactMatrix, ContactVector, back_substitute, row_times, subtract_rows, triangularise,
+};
 use crate::problem::{Law, Problem};
 use crate::solution::zeros;
-use core::mem;
 use heapless::Vec;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 /// A point `z` and what follows from it.
 #[derive(Clone, Debug)]
@@ -41,56 +42,60 @@ pub(crate) struct Point<T, const D: usize, const C: usize> {
 }
 
 impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
-    /// The point `z_i = P_i - r_i / rho_i`, with `rho_i = scale alpha_i`.
-    pub(crate) fn of<const N: usize>(
-        problem: &Problem<'_, T, N, D, C>,
-        scale: T,
-        velocity: &[SVector<T, D>; C],
-        impulse: &ContactVector<T, D, C>,
-    ) -> Self {
-        let mut z = *velocity;
-        for ((z, &impulse), law) in z.iter_mut().zip(impulse).zip(problem.laws()) {
-            if law.step > T::ZERO {
-                *z -= SVector::from(impulse) / (scale * law.step);
-            }
-        }
-        Self::at(problem, scale, &z)
-    }
-
-    /// Evaluates a point, with `rho_i = scale alpha_i`.
-    pub(crate) fn at<const N: usize>(
-        problem: &Problem<'_, T, N, D, C>,
-        scale: T,
-        z: &[SVector<T, D>; C],
-    ) -> Self {
-        let mut point = Self {
-            z: *z,
+    /// A point at rest, not evaluated yet.
+    pub(crate) const fn zero() -> Self {
+        Self {
+            z: [zeros(); C],
             velocity: [zeros(); C],
             impulse: [[T::ZERO; D]; C],
             relative: [[T::ZERO; D]; C],
             residual: [[T::ZERO; D]; C],
             energy: T::ZERO,
             natural_map: T::ZERO,
-        };
+        }
+    }
+
+    /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = scale alpha_i`.
+    #[inline(never)]
+    pub(crate) fn rebuild<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
+        let sources = self.velocity.iter().zip(&self.impulse);
+        let contacts = self.z.iter_mut().zip(sources);
+        for ((z, (velocity, &impulse)), law) in contacts.zip(problem.laws()) {
+            *z = *velocity;
+            if law.step > T::ZERO {
+                *z -= SVector::from(impulse) * (T::ONE / (scale * law.step));
+            }
+        }
+        self.update(problem, scale);
+    }
+
+    /// Evaluates what follows from `z`, with `rho_i = scale alpha_i`.
+    #[inline(never)]
+    pub(crate) fn update<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
         let laws = problem.laws();
-        let pairs = laws.iter().zip(&mut point.velocity).zip(z);
-        for (((law, velocity), z), impulse) in pairs.zip(&mut point.impulse) {
-            *velocity = law.cone.dual().project(z);
-            *impulse = ((*velocity - z) * (scale * law.step)).into();
+        let targets = self.velocity.iter_mut();
+        let targets = targets.zip(&mut self.impulse);
+        let targets = targets.zip(&mut self.residual);
+        let sources = laws.iter().zip(&self.z);
+        for ((law, z), ((velocity, impulse), residual)) in sources.zip(targets) {
+            let (projection, slip) = law.cone.dual().project_with_length(z);
+            *velocity = projection;
+            *impulse = ((projection - z) * (scale * law.step)).into();
+            // S - P
+            let mut rest = -projection;
+            add_to_normal(&mut rest, law.lift * slip);
+            *residual = rest.into();
         }
-        point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
-        point.residual = point.relative;
-        for ((law, velocity), residual) in laws.iter().zip(&point.velocity).zip(&mut point.residual)
-        {
-            for (residual, &velocity) in residual.iter_mut().zip(velocity.iter()) {
-                *residual -= velocity;
+        self.natural_map = problem.natural_map(&self.impulse, &mut self.relative);
+        self.energy = T::ZERO;
+        let pairs = self.residual.iter_mut();
+        let pairs = pairs.zip(&self.relative);
+        for (law, (residual, relative)) in laws.iter().zip(pairs) {
+            for (residual, &relative) in residual.iter_mut().zip(relative) {
+                *residual += relative;
             }
-            if let Some(normal) = residual.first_mut() {
-                *normal += law.lift(velocity);
-            }
-            point.energy += law.step * dot(residual, residual);
+            self.energy += law.step * square(residual);
         }
-        point
     }
 }
 
@@ -98,52 +103,70 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
 #[derive(Clone, Copy)]
 struct Block<T, const D: usize> {
     /// `rho_i (I - DP + λI)`, by which `W` is multiplied.
-    coupling: SMatrix<T, D, D>,
+    coupling: [[T; D]; D],
     /// `DP - DS + λI`
-    own: SMatrix<T, D, D>,
+    own: [[T; D]; D],
     /// In the interior of `K*`: `DP = I`.
     open: bool,
 }
 
 impl<T: Real, const D: usize> Block<T, D> {
-    fn at(law: &Law<T, D>, z: &SVector<T, D>, scale: T, regularisation: T) -> Self {
-        let identity = SMatrix::<T, D, D>::identity();
+    /// What stands in a place that is not used.
+    const fn none() -> Self {
+        Self {
+            coupling: [[T::ZERO; D]; D],
+            own: [[T::ZERO; D]; D],
+            open: true,
+        }
+    }
+
+    #[inline(never)]
+    fn set(&mut self, law: &Law<T, D>, z: &SVector<T, D>, scale: T, regularisation: T) {
         let (derivative, direction) = law.cone.dual().derivative(z);
-        let mut own = derivative + identity * regularisation;
+        let derivative = derivative.data.0; // symmetric: columns are rows
+        let direction: [T; D] = direction.into();
+        let scale = scale * law.step;
+        self.open = true;
+        self.own = derivative;
         // DS = mu e_N (P_T / |P_T|)ᵀ DP
-        let slip = direction.tr_mul(&derivative) * law.lift;
-        let columns = own.as_mut_slice().chunks_exact_mut(D);
-        for (column, &slip) in columns.zip(slip.iter()) {
-            if let Some(normal) = column.first_mut() {
-                *normal -= slip;
+        let slip = row_times(&direction, &derivative);
+        if let Some(normal) = self.own.first_mut() {
+            for (entry, slip) in normal.iter_mut().zip(slip) {
+                *entry -= law.lift * slip;
             }
         }
-        Self {
-            coupling: (identity * (T::ONE + regularisation) - derivative) * (scale * law.step),
-            own,
-            open: derivative == identity,
+        let rows = self.coupling.iter_mut().zip(&mut self.own).zip(&derivative);
+        for (i, ((coupling, own), derivative)) in rows.enumerate() {
+            for (j, (coupling, &derivative)) in coupling.iter_mut().zip(derivative).enumerate() {
+                let identity = if i == j { T::ONE } else { T::ZERO };
+                self.open &= derivative == identity;
+                *coupling = (identity * (T::ONE + regularisation) - derivative) * scale;
+            }
+            if let Some(own) = own.get_mut(i) {
+                *own += regularisation;
+            }
         }
     }
 
     /// The step of an open contact, from what the others leave of its equation.
-    fn solve_open(&self, rhs: SVector<T, D>) -> SVector<T, D> {
+    fn solve_open(&self, rhs: &[T; D]) -> [T; D] {
         // `own` is (1 + λ) I but for its first row.
-        let diagonal = self.own.as_slice().last().copied().unwrap_or(T::ONE);
-        let mut step = rhs / diagonal;
-        let first_row = self.own.as_slice().iter().step_by(D);
-        let tangents = first_row.clone().zip(step.iter()).skip(1);
-        let (normal, _) = split(&rhs);
-        let normal = tangents.fold(normal, |rest, (&own, &step)| rest - own * step);
-        if let (Some(step), Some(&own)) =
-            (step.as_mut_slice().first_mut(), first_row.take(1).last())
+        let diagonal = self.own.as_flattened().last().copied().unwrap_or(T::ONE);
+        let mut step = rhs.map(|rhs| rhs / diagonal);
+        if let (Some(row), Some(&rhs)) = (self.own.first(), rhs.first())
+            && let (Some((&own, row)), Some((normal, tangents))) =
+                (row.split_first(), step.split_first_mut())
         {
-            *step = normal / own;
+            let coupled = row.iter().zip(tangents);
+            let rest = coupled.fold(rhs, |rest, (&own, &mut step)| rest - own * step);
+            *normal = rest / own;
         }
         step
     }
 }
 
 /// The step `d` of a Newton iteration from a point; `None` if the system is singular.
+#[inline(never)]
 pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>(
     problem: &Problem<'_, T, N, D, C>,
     point: &Point<T, D, C>,
@@ -152,14 +175,10 @@ pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>
     workspace: &mut ContactMatrix<T, D, C>,
 ) -> Option<[SVector<T, D>; C]> {
     let laws = problem.laws();
-    let mut blocks = [Block {
-        coupling: SMatrix::zeros(),
-        own: SMatrix::zeros(),
-        open: true,
-    }; C];
+    let mut blocks = [const { Block::none() }; C];
     let mut coupled = Vec::<usize, C>::new();
-    for (i, ((block, law), z)) in blocks.iter_mut().zip(laws).zip(&point.z).enumerate() {
-        *block = Block::at(law, z, scale, regularisation);
+    for (i, ((block, law), z)) in &mut blocks.iter_mut().zip(laws).zip(&point.z).enumerate() {
+        block.set(law, z, scale, regularisation);
         if !block.open {
             coupled.push(i).ok()?;
         }
@@ -168,91 +187,113 @@ pub(crate) fn direction<T: Real, const N: usize, const D: usize, const C: usize>
     // The rows and columns of the contacts that are not open, close together.
     let delassus = problem.factor.delassus();
     let mut rhs = [[T::ZERO; D]; C];
-    let targets = workspace.iter_mut().zip(&mut rhs).zip(&coupled);
-    for (k, ((rows, rhs), &i)) in targets.enumerate() {
-        *rhs = *point.residual.get(i)?;
-        let own = blocks.get(i)?.own;
-        for ((row, source), own) in rows.iter_mut().zip(delassus.get(i)?).zip(own.row_iter()) {
-            for (entries, &j) in row.iter_mut().zip(&coupled) {
-                let (w, coupling) = (source.get(j)?, blocks.get(j)?.coupling);
-                for (entry, column) in entries.iter_mut().zip(coupling.as_slice().chunks_exact(D)) {
-                    *entry = dot(w, column);
+    let coupled = &coupled;
+    for (l, &j) in coupled.iter().enumerate() {
+        *rhs.get_mut(l)? = *point.residual.get(j)?;
+        let Block { coupling, own, .. } = blocks.get(j)?;
+        for (k, (rows, &i)) in workspace.iter_mut().zip(coupled).enumerate() {
+            for (a, (row, source)) in rows.iter_mut().zip(delassus.get(i)?).enumerate() {
+                let mut entries = row_times(source.get(j)?, coupling);
+                if k == l {
+                    for (entry, own) in entries.iter_mut().zip(own.get(a)?) {
+                        *entry += *own;
+                    }
                 }
-            }
-            for (entry, &own) in row.get_mut(k)?.iter_mut().zip(own.iter()) {
-                *entry += own;
+                *row.get_mut(l)? = entries;
             }
         }
     }
-    let rows = workspace.as_flattened_mut().get_mut(..coupled.len() * D)?;
-    eliminate(rows, rhs.as_flattened_mut())?;
+    let rows = workspace.get_mut(..coupled.len())?;
+    eliminate::<T, D, C>(rows, rhs.get_mut(..coupled.len())?)?;
 
     // Back to all contacts; the open ones follow from the impulses of the others.
     let mut step = [zeros(); C];
     let mut push = [[T::ZERO; D]; C];
-    for (rhs, &i) in rhs.iter().zip(&coupled) {
-        let solved = SVector::from(*rhs);
-        *step.get_mut(i)? = solved;
-        *push.get_mut(i)? = (blocks.get(i)?.coupling * solved).into();
+    for (rhs, &i) in rhs.iter().zip(coupled) {
+        *step.get_mut(i)? = SVector::from(*rhs);
+        for (push, row) in push.get_mut(i)?.iter_mut().zip(&blocks.get(i)?.coupling) {
+            *push = product(row, rhs);
+        }
     }
     if coupled.len() < laws.len() {
-        let mut moved = [[T::ZERO; D]; C];
-        problem.factor.delassus_times(&push, &mut moved);
-        let rhs = point.residual.iter().zip(moved);
-        let targets = step.iter_mut().zip(&blocks).zip(rhs).take(laws.len());
-        for ((step, block), (&residual, moved)) in targets.filter(|((_, block), _)| block.open) {
-            *step = block.solve_open(SVector::from(residual) - SVector::from(moved));
+        let mut rest = [[T::ZERO; D]; C];
+        let contacts = ..laws.len();
+        problem
+            .factor
+            .delassus_times(push.get(contacts)?, rest.get_mut(contacts)?);
+        let targets = step
+            .iter_mut()
+            .zip(&blocks)
+            .zip(&mut rest)
+            .zip(&point.residual);
+        for (((step, block), rest), residual) in targets.take(laws.len()) {
+            if block.open {
+                for (rest, &residual) in rest.iter_mut().zip(residual) {
+                    *rest = residual - *rest;
+                }
+                *step = block.solve_open(rest).into();
+            }
         }
     }
     let finite = step.iter().flatten().all(T::is_finite);
     finite.then_some(step)
 }
 
-/// Gaussian elimination, pivots sought within the rows of a contact; the solution replaces `b`.
+/// Gaussian elimination by contacts, pivots sought within the rows of each; the solution replaces
+/// `b`.
+#[inline(never)]
 fn eliminate<T: Real, const D: usize, const C: usize>(
-    rows: &mut [ContactVector<T, D, C>],
-    b: &mut [T],
+    matrix: &mut [[ContactVector<T, D, C>; D]],
+    b: &mut [[T; D]],
 ) -> Option<()> {
-    let n = rows.len();
-    for k in 0..n {
-        let mut pivot = (T::ZERO, k);
-        for (i, row) in rows.iter().enumerate().skip(k).take(D - k % D) {
-            let size = row.as_flattened().get(k)?.abs();
-            if size > pivot.0 {
-                pivot = (size, i);
+    let n = matrix.len();
+    let mut pivots = [[T::ZERO; D]; C];
+    for (k, pivots) in pivots.iter_mut().enumerate().take(n) {
+        let (done, below) = matrix.split_at_mut_checked(k + 1)?;
+        let (solved, rest) = b.split_at_mut_checked(k + 1)?;
+        let (rows, rhs) = (done.last_mut()?, solved.last_mut()?);
+        *pivots = triangularise(rows, k, k, n, Some(rhs))?;
+        for (others, other_rhs) in below.iter_mut().zip(rest) {
+            for (row, entry) in others.iter_mut().zip(other_rhs) {
+                let factors = divide(row.get(k)?, rows, k, pivots)?;
+                subtract_rows(row, &factors, rows, (k + 1) * D, n * D);
+                *entry -= product(&factors, rhs);
             }
         }
-        if pivot.0 == T::ZERO {
-            return None;
-        }
-        let (done, below) = rows.split_at_mut_checked(k + 1)?;
-        let (solved, rhs) = b.split_at_mut_checked(k + 1)?;
-        let (row, solved) = (done.last_mut()?, solved.last_mut()?);
-        if pivot.1 > k {
-            // `slice::swap` would be a reachable panic.
-            let index = pivot.1 - k - 1;
-            mem::swap(row, below.get_mut(index)?);
-            mem::swap(solved, rhs.get_mut(index)?);
-        }
-        let row = row.as_flattened_mut();
-        let reciprocal = T::ONE / *row.get(k)?;
-        *row.get_mut(k)? = reciprocal;
-        let row = row.get(k + 1..n)?;
-        let solved = *solved;
-        for (other, rhs) in below.iter_mut().zip(rhs) {
-            let other = other.as_flattened_mut().get_mut(k..n)?;
-            let (first, rest) = other.split_first_mut()?;
-            let factor = *first * reciprocal;
-            axpy(-factor, row, rest);
-            *rhs -= factor * solved;
-        }
     }
-    for (k, row) in rows.iter().enumerate().rev() {
+    for (k, (rows, pivots)) in matrix.iter().zip(&pivots).enumerate().rev() {
         let (head, solved) = b.split_at_mut_checked(k + 1)?;
-        let row = row.as_flattened().get(k..n)?;
-        let (reciprocal, row) = row.split_first()?;
-        let entry = head.last_mut()?;
-        *entry = (*entry - dot(row, solved)) * *reciprocal;
+        let target = head.last_mut()?;
+        for (entry, row) in target.iter_mut().zip(rows) {
+            *entry -= dot(row.get(k + 1..n)?.as_flattened(), solved.as_flattened());
+        }
+        back_substitute(rows, k, pivots, target)?;
     }
     Some(())
+}
+
+/// Solves `xᵀ U = yᵀ` for the upper triangle of the diagonal block of contact `k`.
+#[inline]
+fn divide<T: Real, const D: usize, const C: usize>(
+    y: &[T; D],
+    rows: &[ContactVector<T, D, C>; D],
+    k: usize,
+    pivots: &[T; D],
+) -> Option<[T; D]> {
+    let mut x = *y;
+    for (p, (row, &pivot)) in rows.iter().zip(pivots).enumerate() {
+        let (head, rest) = x.split_at_mut_checked(p + 1)?;
+        let entry = head.last_mut()?;
+        *entry *= pivot;
+        for (x, &u) in rest.iter_mut().zip(row.get(k)?.get(p + 1..)?) {
+            *x -= *entry * u;
+        }
+    }
+    Some(x)
+}
+
+/// Scalar product in the rows of one contact.
+#[inline]
+fn product<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> T {
+    x.iter().zip(y).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }

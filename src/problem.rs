@@ -1,11 +1,12 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
-use crate::cone::{norm, split};
+use crate::cone::{norm, split, square};
 use crate::contact_space::ContactVector;
 use crate::scene::check_finite;
+use crate::solution::zeros;
 use crate::{
-    ContactSolution, Error, Factor, FrictionCone, Input, Real, Scene, SlipUpdate, Solution,
-    residual,
+    Contact, ContactSolution, Error, Factor, FrictionCone, Input, Real, Scene, SlipUpdate,
+    Solution, residual,
 };
 use nalgebra::SVector;
 
@@ -23,6 +24,16 @@ pub(crate) struct Law<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Law<T, D> {
+    /// What stands in a place that is not used.
+    const fn none() -> Self {
+        Self {
+            lift: T::ZERO,
+            cone: FrictionCone::frictionless(),
+            step: T::ZERO,
+            free: zeros(),
+        }
+    }
+
     /// `mu_i |u_Ti|`, what `û` adds to the normal velocity.
     pub(crate) fn lift(&self, u: &SVector<T, D>) -> T {
         let (_, tangent) = split(u);
@@ -44,12 +55,13 @@ pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize>
 }
 
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T, N, D, C> {
-    pub(crate) fn new(
-        scene: &'a Scene<T, N, D, C>,
-        factor: &'a Factor<T, N, D, C>,
-        f: &'a SVector<T, N>,
-        slip: SlipUpdate,
-    ) -> Result<Self, Error> {
+    /// What can be wrong with the data of a solve.
+    #[inline(never)]
+    pub(crate) fn check(
+        scene: &Scene<T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        f: &SVector<T, N>,
+    ) -> Result<(), Error> {
         check_finite(f, Input::FreeImpulse)?;
         let contacts = scene.contacts();
         if contacts.len() != factor.contacts() {
@@ -58,57 +70,80 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
                 factor: factor.contacts(),
             });
         }
-        let whitened = factor.whiten(f);
-        let mut free = [[T::ZERO; D]; C];
-        factor.free_velocity(whitened, &mut free);
-        let mut laws = [Law {
-            lift: T::ZERO,
-            cone: FrictionCone::frictionless(),
-            step: T::ZERO,
-            free: SVector::zeros(),
-        }; C];
-        let mut square = T::ZERO;
-        for (i, ((law, contact), free)) in laws.iter_mut().zip(contacts).zip(free).enumerate() {
-            if slip != SlipUpdate::Never {
-                law.lift = contact.mu;
-            }
-            law.cone =
-                FrictionCone::new(contact.mu).ok_or(Error::InvalidFriction { contact: i })?;
-            law.step = factor.step(i);
-            law.free = contact.offset + SVector::from(free);
-            square += (law.free * law.step).norm_squared();
+        let invalid = |contact: &Contact<T, N, D>| FrictionCone::new(contact.mu).is_none();
+        match contacts.iter().position(invalid) {
+            Some(contact) => Err(Error::InvalidFriction { contact }),
+            None => Ok(()),
         }
-        Ok(Self {
+    }
+
+    /// The problem of data that [`Self::check`] has seen.
+    #[inline(never)]
+    pub(crate) fn new(
+        scene: &'a Scene<T, N, D, C>,
+        factor: &'a Factor<T, N, D, C>,
+        f: &'a SVector<T, N>,
+        slip: SlipUpdate,
+    ) -> Self {
+        let mut problem = Self {
             scene,
             factor,
             f,
             slip,
-            whitened,
-            laws,
-            size: square.square_root(),
-        })
+            whitened: (*f).into(),
+            laws: [const { Law::none() }; C],
+            size: T::ZERO,
+        };
+        factor.whiten(&mut problem.whitened);
+        let mut free = [[T::ZERO; D]; C];
+        factor.free_velocity(&problem.whitened, &mut free);
+        let mut largest = T::ZERO;
+        let laws = problem.laws.iter_mut();
+        for (i, ((law, contact), &free)) in laws.zip(scene.contacts()).zip(&free).enumerate() {
+            if slip != SlipUpdate::Never {
+                law.lift = contact.mu;
+            }
+            law.cone = FrictionCone::new(contact.mu).unwrap_or(law.cone);
+            law.step = factor.step(i);
+            law.free = contact.offset + SVector::from(free);
+            for q in law.free.iter() {
+                largest = largest.max((*q * law.step).abs());
+            }
+        }
+        let unit = residual::unit(largest);
+        let sizes = problem
+            .laws()
+            .iter()
+            .map(|law| law.free * (law.step * unit));
+        let squares = sizes.fold(T::ZERO, |sum, size| sum + square(size.as_slice()));
+        problem.size = squares.square_root() / unit;
+        problem
     }
 
     /// The contacts in use.
+    #[inline]
     pub(crate) fn laws(&self) -> &[Law<T, D>] {
-        self.laws.get(..self.factor.contacts()).unwrap_or_default()
+        let laws = self.laws.get(..self.factor.contacts());
+        laws.unwrap_or_default()
     }
 
     /// Fills `u = W r + q`; returns the first part of the error.
+    #[inline(never)]
     pub(crate) fn natural_map(
         &self,
         r: &ContactVector<T, D, C>,
         u: &mut ContactVector<T, D, C>,
     ) -> T {
+        let contacts = ..self.factor.contacts();
+        let r = r.get(contacts).unwrap_or_default();
+        let u = u.get_mut(contacts).unwrap_or_default();
         self.factor.delassus_times(r, u);
         for (u, law) in u.iter_mut().zip(self.laws()) {
             for (u, &q) in u.iter_mut().zip(law.free.iter()) {
                 *u += q;
             }
         }
-        let contacts = self.laws().iter().zip(&*u).zip(r);
-        let contacts = contacts.map(|((law, u), r)| (law, u, r, T::ZERO));
-        residual::natural_map(contacts)
+        residual::natural_map(self.laws(), self.size, u, r, &[])
     }
 
     /// `rho_i = scale alpha_i`; the penalty of the factor for a contact that nothing moves.
@@ -122,6 +157,15 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         penalties
     }
 
+    /// `Σ alpha_i |q_i|²`: the energy of no impulse at no velocity, see [`crate::newton::Point`].
+    pub(crate) fn energy_at_rest(&self) -> T {
+        let energies = self
+            .laws()
+            .iter()
+            .map(|law| law.step * square(law.free.as_slice()));
+        energies.fold(T::ZERO, |sum, energy| sum + energy)
+    }
+
     /// Adds to `q_i`.
     pub(crate) fn correct(&mut self, contact: usize, difference: SVector<T, D>) {
         if let Some(law) = self.laws.get_mut(contact) {
@@ -130,13 +174,19 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     }
 
     /// Writes velocity, contacts and error of an impulse into a solution.
+    #[inline(never)]
     pub(crate) fn evaluate(&self, r: &ContactVector<T, D, C>, solution: &mut Solution<T, N, D, C>) {
-        let mut u = [[T::ZERO; D]; C];
+        let (mut u, mut noise) = ([[T::ZERO; D]; C], [T::ZERO; C]);
+        let r = r.get(..self.factor.contacts()).unwrap_or_default();
         solution.velocity = self.factor.velocity(self.whitened, r);
-        let (laws, v) = (self.laws(), &solution.velocity);
-        solution.error = residual::error(self.scene, laws, self.f, v, r, &mut u);
+        let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
+        let [v] = &solution.velocity.data.0;
+        let [f] = &self.f.data.0;
+        let momentum = residual::momentum(mass, contacts, f, v, r, &mut u, &mut noise);
+        let natural_map = residual::natural_map(self.laws(), self.size, &u, r, &noise);
+        solution.error = natural_map.max(momentum);
         solution.contacts.clear();
-        for ((law, &r), u) in laws.iter().zip(r).zip(u) {
+        for ((law, &r), &u) in self.laws().iter().zip(r).zip(&u) {
             let (impulse, velocity) = (r.into(), u.into());
             let contact = ContactSolution {
                 impulse,

@@ -25,11 +25,12 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     #[must_use]
     fn square_root(self) -> Self;
 
-    /// The binary exponent `e` of a positive number, `2^e <= x < 2^(e+1)`.
+    /// The binary exponent `e` of a positive normal number, `2^e <= x < 2^(e+1)`; that of the least
+    /// of them less one for a smaller number.
     #[must_use]
     fn exponent(self) -> i32;
 
-    /// `2^exponent`.
+    /// `2^exponent`, or the nearest power of two that is a normal number.
     #[must_use]
     fn power_of_two(exponent: i32) -> Self;
 
@@ -43,7 +44,7 @@ pub trait Real: RealField + Copy + sealed::Sealed {
 }
 
 macro_rules! real {
-    ($float:ident, $sqrt:path, $ilogb:path, $scalbn:path) => {
+    ($float:ident, $bits:ident, $sqrt:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -55,13 +56,18 @@ macro_rules! real {
             }
 
             #[inline]
+            #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)]
             fn exponent(self) -> i32 {
-                $ilogb(self)
+                let biased = self.to_bits() >> ($float::MANTISSA_DIGITS - 1);
+                biased as i32 + 1 - $float::MAX_EXP
             }
 
             #[inline]
+            #[allow(clippy::cast_sign_loss)]
             fn power_of_two(exponent: i32) -> Self {
-                $scalbn(1.0, exponent)
+                let exponent = exponent.clamp($float::MIN_EXP - 1, $float::MAX_EXP - 1);
+                let biased = (exponent - 1 + $float::MAX_EXP) as $bits;
+                Self::from_bits(biased << ($float::MANTISSA_DIGITS - 1))
             }
 
             #[inline]
@@ -79,5 +85,12 @@ macro_rules! real {
     };
 }
 
-real!(f32, libm::sqrtf, libm::ilogbf, libm::scalbnf);
-real!(f64, libm::sqrt, libm::ilogb, libm::scalbn);
+#[cfg(not(stiction_core_sqrt))]
+real!(f32, u32, libm::sqrtf);
+#[cfg(not(stiction_core_sqrt))]
+real!(f64, u64, libm::sqrt);
+// An instruction where the core has one; the same numbers everywhere.
+#[cfg(stiction_core_sqrt)]
+real!(f32, u32, core::f32::math::sqrt);
+#[cfg(stiction_core_sqrt)]
+real!(f64, u64, core::f64::math::sqrt);

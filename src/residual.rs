@@ -3,12 +3,11 @@
 //! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`
 //! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w` and
 //! `alpha_i = D / trace(W_ii)`. It is the natural-map residual of FCLIB and Siconos made
-//! independent of units; 0/0 counts as 0.
+//! independent of units; 0/0 counts as 0. Sums are of squares, with one root at the end.
 
-use crate::cone::{add_to_normal, norm};
-use crate::contact_space::ContactVector;
+use crate::cone::{add_to_normal, square};
 use crate::problem::Law;
-use crate::{ContactMode, Real, Scene};
+use crate::{Contact, ContactMode, Real};
 use nalgebra::SVector;
 
 /// A quotient of norms in which 0/0 is 0, and whatever is not a number is infinite.
@@ -24,8 +23,8 @@ pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
 
 /// A power of two that brings the largest of some numbers near 1, so that their squares neither
 /// overflow nor vanish.
-fn unit<T: Real>(numbers: impl Iterator<Item = T>) -> T {
-    let largest = numbers.fold(T::ZERO, |largest, x| largest.max(x.abs()));
+#[inline(never)]
+pub(crate) fn unit<T: Real>(largest: T) -> T {
     if largest > T::ZERO && largest.is_finite() {
         T::power_of_two(-largest.exponent())
     } else {
@@ -34,6 +33,7 @@ fn unit<T: Real>(numbers: impl Iterator<Item = T>) -> T {
 }
 
 /// Argument `r - alpha û` of the natural map of one contact.
+#[inline]
 fn argument<T: Real, const D: usize>(
     law: &Law<T, D>,
     u: &SVector<T, D>,
@@ -45,6 +45,7 @@ fn argument<T: Real, const D: usize>(
 }
 
 /// What a contact does, read off the argument of the natural map.
+#[inline(never)]
 pub(crate) fn mode<T: Real, const D: usize>(
     law: &Law<T, D>,
     u: &SVector<T, D>,
@@ -61,93 +62,141 @@ pub(crate) fn mode<T: Real, const D: usize>(
 
 /// First part of the error, from `u = W r + q` or `u = H v + w`.
 ///
-/// `noise` bounds what rounding did to each `u_i`, m/s; it is counted as part of the error.
-pub(crate) fn natural_map<'a, T: Real, const D: usize>(
-    contacts: impl Iterator<Item = (&'a Law<T, D>, &'a [T; D], &'a [T; D], T)> + Clone,
+/// `size = |alpha q|`. What `noise` has bounds what rounding did to each `u_i`, (m/s)²; it is
+/// counted as part of the error.
+#[inline(never)]
+pub(crate) fn natural_map<T: Real, const D: usize>(
+    laws: &[Law<T, D>],
+    size: T,
+    u: &[[T; D]],
+    r: &[[T; D]],
+    noise: &[T],
 ) -> T {
-    let sizes = contacts.clone().flat_map(|(law, _, r, _)| {
-        let free = law.free.iter().map(|&q| law.step * q);
-        r.iter().copied().chain(free)
-    });
-    let unit = unit(sizes);
-    let [mut residual, mut impulse, mut free, mut noises] = [T::ZERO; 4];
-    for (law, u, r, noise) in contacts {
+    let unit = unit(
+        r.as_flattened()
+            .iter()
+            .fold(size, |largest, r| largest.max(r.abs())),
+    );
+    let size = size * unit;
+    let [mut residual, mut impulse, mut noises] = [T::ZERO; 3];
+    let mut noise = noise.iter();
+    for ((law, u), r) in laws.iter().zip(u).zip(r) {
         let (u, r) = (SVector::from(*u), SVector::from(*r));
         let x = argument(law, &u, &r);
-        residual += ((r - law.cone.project(&x)) * unit).norm_squared();
-        impulse += (r * unit).norm_squared();
-        free += (law.free * (law.step * unit)).norm_squared();
-        let noise = law.step * unit * (T::ONE + law.lift) * noise;
-        noises += noise * noise;
+        residual += square(((r - law.cone.project(&x)) * unit).as_slice());
+        impulse += square((r * unit).as_slice());
+        if let Some(&noise) = noise.next() {
+            let scale = law.step * unit * (T::ONE + law.lift);
+            noises += scale * scale * noise;
+        }
     }
-    let size = impulse.max(free);
+    let size = impulse.max(size * size);
     if residual == T::ZERO && size == T::ZERO {
         // Nothing moves and nothing pushes: what noise there is has cancelled.
         return T::ZERO;
     }
-    quotient((residual + noises).square_root(), size.square_root())
+    quotient(residual + noises, size).square_root()
 }
 
-/// The whole error of a solution, plus what rounding in this function may hide of it.
+/// Second part of the error, `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, plus what rounding in
+/// this function may hide of it. Fills `u = H v + w`, and `noise` with the square of what rounding
+/// may do to it.
 ///
 /// A sum of products is trusted to `eps` times the sum of their magnitudes, which also covers a
-/// scene that was rounded to this number type. Fills `u = H v + w`.
-pub(crate) fn error<T: Real, const N: usize, const D: usize, const C: usize>(
-    scene: &Scene<T, N, D, C>,
-    laws: &[Law<T, D>],
-    f: &SVector<T, N>,
-    v: &SVector<T, N>,
-    r: &ContactVector<T, D, C>,
-    u: &mut ContactVector<T, D, C>,
+/// scene that was rounded to this number type.
+#[inline(never)]
+pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
+    mass: &[[T; N]; N],
+    contacts: &[Contact<T, N, D>],
+    f: &[T; N],
+    v: &[T; N],
+    r: &[[T; D]],
+    u: &mut [[T; D]],
+    noise: &mut [T],
 ) -> T {
-    let mut noise = [T::ZERO; C];
     // M v, Hᵀ r and the magnitudes of their terms, dof by dof.
     let mut inertia = [T::ZERO; N];
-    let mut contact_force = [T::ZERO; N];
+    let mut pushed = [T::ZERO; N];
     let mut terms = [T::ZERO; N];
-    for (&v, column) in v.iter().zip(scene.mass().as_slice().chunks_exact(N)) {
-        for ((sum, terms), &mass) in inertia.iter_mut().zip(&mut terms).zip(column) {
-            let term = mass * v;
-            *sum += term;
-            *terms += term.abs();
+    let mut first = 0;
+    while first < N {
+        let rows = first..N;
+        let inertia = inertia.get_mut(rows.clone()).unwrap_or_default();
+        let terms = terms.get_mut(rows).unwrap_or_default();
+        if let (Some(inertia), Some(terms)) = (inertia.first_chunk_mut(), terms.first_chunk_mut()) {
+            multiply::<T, N, 6>(mass, first, v, inertia, terms);
+            first += 6;
+        } else {
+            let (Some(inertia), Some(terms)) = (inertia.first_chunk_mut(), terms.first_chunk_mut())
+            else {
+                break;
+            };
+            multiply::<T, N, 1>(mass, first, v, inertia, terms);
+            first += 1;
         }
     }
-    for (((contact, r), u), noise) in scene.contacts().iter().zip(r).zip(&mut *u).zip(&mut noise) {
-        let mut magnitude = [T::ZERO; D];
-        for ((u, magnitude), &w) in u.iter_mut().zip(&mut magnitude).zip(contact.offset.iter()) {
-            *u = w;
-            *magnitude = w.abs();
-        }
-        let columns = contact.jacobian.as_slice().chunks_exact(D);
-        let dofs = contact_force.iter_mut().zip(&mut terms);
-        for ((&v, column), (force, terms)) in v.iter().zip(columns).zip(dofs) {
-            for (((u, magnitude), &h), &r) in u.iter_mut().zip(&mut magnitude).zip(column).zip(r) {
+    for (((contact, r), u), noise) in contacts.iter().zip(r).zip(u).zip(noise) {
+        let r = *r;
+        let mut velocity: [T; D] = contact.offset.into();
+        let mut magnitude = velocity.map(|w| w.abs());
+        let dofs = pushed.iter_mut().zip(&mut terms);
+        for ((&v, column), (pushed, terms)) in v.iter().zip(&contact.jacobian.data.0).zip(dofs) {
+            if *column == [T::ZERO; D] {
+                continue;
+            }
+            for (((u, magnitude), &h), r) in
+                velocity.iter_mut().zip(&mut magnitude).zip(column).zip(r)
+            {
                 let term = h * v;
                 *u += term;
                 *magnitude += term.abs();
                 let term = h * r;
-                *force += term;
+                *pushed += term;
                 *terms += term.abs();
             }
         }
-        *noise = T::EPSILON * norm(&magnitude);
+        *u = velocity;
+        *noise = T::EPSILON * T::EPSILON * square(&magnitude);
     }
-
-    let contacts = laws.iter().zip(&*u).zip(r).zip(noise);
-    let natural_map = natural_map(contacts.map(|(((law, u), r), noise)| (law, u, r, noise)));
-
-    let sizes = f.iter().chain(&inertia).chain(&contact_force).copied();
-    let unit = unit(sizes);
-    let [mut residual, mut free, mut moved, mut pushed] = [T::ZERO; 4];
-    let dofs = f.iter().zip(&inertia).zip(&contact_force).zip(&terms);
-    for (((&f, &inertia), &contact), &terms) in dofs {
-        let gap = unit * (inertia + f - contact);
-        let noise = T::EPSILON * unit * (terms + f.abs());
+    let mut largest = T::ZERO;
+    for (terms, f) in terms.iter_mut().zip(f) {
+        *terms += f.abs();
+        largest = largest.max(*terms);
+    }
+    let unit = unit(largest);
+    let [mut residual, mut size_f, mut size_v, mut size_r] = [T::ZERO; 4];
+    let dofs = f.iter().zip(&inertia).zip(&pushed).zip(&terms);
+    for (((&f, &inertia), &pushed), &terms) in dofs {
+        let (f, inertia, pushed) = (unit * f, unit * inertia, unit * pushed);
+        let gap = inertia + f - pushed;
+        let noise = T::EPSILON * unit * terms;
         residual += gap * gap + noise * noise;
-        free += (unit * f) * (unit * f);
-        moved += (unit * inertia) * (unit * inertia);
-        pushed += (unit * contact) * (unit * contact);
+        size_f += f * f;
+        size_v += inertia * inertia;
+        size_r += pushed * pushed;
     }
-    let size = free.max(moved).max(pushed);
-    natural_map.max(quotient(residual.square_root(), size.square_root()))
+    quotient(residual, size_f.max(size_v).max(size_r)).square_root()
+}
+
+/// `R` entries of `M v` from row `first` on, and the magnitudes of their terms.
+#[inline]
+fn multiply<T: Real, const N: usize, const R: usize>(
+    mass: &[[T; N]; N],
+    first: usize,
+    v: &[T; N],
+    products: &mut [T; R],
+    magnitudes: &mut [T; R],
+) {
+    let (mut sums, mut sizes) = ([T::ZERO; R], [T::ZERO; R]);
+    for (column, &v) in mass.iter().zip(v) {
+        let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<R>) else {
+            break;
+        };
+        for ((sum, size), &mass) in sums.iter_mut().zip(&mut sizes).zip(column) {
+            let term = mass * v;
+            *sum += term;
+            *size += term.abs();
+        }
+    }
+    (*products, *magnitudes) = (sums, sizes);
 }

@@ -3,11 +3,13 @@
 //! `R` is `rho I` as in the note, or has one penalty a contact. A projection onto a cone does not
 //! mind a factor of its own for each contact.
 
-use crate::cholesky::{axpy, factorise};
-use crate::contact_space::{ContactMatrix, ContactVector, mirror, multiply};
+use crate::contact_space::{
+    ContactMatrix, ContactVector, back_substitute, multiply_transposed, subtract_rows,
+    triangularise,
+};
 use crate::{Error, Real};
 
-/// `B = (I + W R)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
+/// `Bᵀ = (I + R W)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
 #[derive(Clone, Debug)]
 pub(crate) struct Resolvent<T, const D: usize, const C: usize> {
     pub(crate) penalties: [T; C],
@@ -22,7 +24,8 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         }
     }
 
-    /// `B = R⁻¹ (W + R⁻¹)⁻¹` for the first `contacts` contacts, by the Cholesky factor of `W + R⁻¹`.
+    /// `Bᵀ = (W + R⁻¹)⁻¹ R⁻¹` for the first `contacts` contacts.
+    #[inline(never)]
     pub(crate) fn compute(
         &mut self,
         delassus: &ContactMatrix<T, D, C>,
@@ -33,77 +36,113 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         if !penalties.iter().all(usable) {
             return Err(Error::InvalidPenalty);
         }
-        let (rows, stride) = (contacts * D, D * C);
+        self.penalties = *penalties;
         let blocks = self.matrix.iter_mut().zip(delassus).zip(penalties);
         for (i, ((rows, sources), &rho)) in blocks.take(contacts).enumerate() {
-            for (a, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
-                *row = *source;
-                let diagonal = row.get_mut(i).and_then(|block| block.get_mut(a));
-                if let Some(entry) = diagonal {
-                    *entry += T::ONE / rho;
+            rows.as_flattened_mut()
+                .copy_from_slice(sources.as_flattened());
+            let compliance = T::ONE / rho;
+            for (a, row) in rows.iter_mut().enumerate() {
+                if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(a)) {
+                    *entry += compliance;
                 }
             }
         }
-        let flat = self.matrix.as_flattened_mut().as_flattened_mut();
-        let flat = flat.as_flattened_mut();
-        factorise(flat, stride, rows, T::ZERO).map_err(|_| Error::InvalidPenalty)?;
-        invert(flat, stride, rows);
-        mirror(flat, stride, rows);
-        for (rows, &rho) in self.matrix.iter_mut().zip(penalties) {
-            for entry in rows.as_flattened_mut().as_flattened_mut() {
-                *entry /= rho;
-            }
+        for k in 0..contacts {
+            self.sweep(contacts, k).ok_or(Error::InvalidPenalty)?;
         }
-        self.penalties = *penalties;
-        Ok(())
+        self.mirror(contacts).ok_or(Error::InvalidPenalty)
     }
 
-    /// `y_i = (B x)_i` for the first `contacts` contacts.
+    /// Sweeps contact `k` of the lower triangle. With `K = A_kk⁻¹` the blocks become
+    /// `A_ij - A_ik K A_kj`, `A_ik K` and `-K`; once all contacts are swept, that is `-A⁻¹`.
+    #[inline(never)]
+    fn sweep(&mut self, contacts: usize, k: usize) -> Option<()> {
+        // A_kj, of which the triangle has what is right of the diagonal in column k.
+        let mut row: [ContactVector<T, D, C>; D] = *self.matrix.get(k)?;
+        for i in k + 1..contacts {
+            for (a, source) in self.matrix.get(i)?.iter().enumerate() {
+                for (row, &entry) in row.iter_mut().zip(source.get(k)?) {
+                    *row.get_mut(i)?.get_mut(a)? = entry;
+                }
+            }
+        }
+        // With A_kk = L U and y = L⁻¹ A_ki, of which U has the factor D: A_ij - y_i D⁻¹ y_j.
+        let reciprocals = triangularise(&mut row, k, 0, contacts, None)?;
+        if !reciprocals.iter().all(|&reciprocal| reciprocal > T::ZERO) {
+            return None;
+        }
+        for (i, a) in (0..contacts).flat_map(|i| (0..D).map(move |a| (i, a))) {
+            if i == k {
+                continue;
+            }
+            let mut swept = [T::ZERO; D]; // y, and then A_ik A_kk⁻¹
+            let mut factors = [T::ZERO; D];
+            let targets = swept.iter_mut().zip(&mut factors);
+            for ((y, factor), (row, &reciprocal)) in targets.zip(row.iter().zip(&reciprocals)) {
+                *y = *row.get(i)?.get(a)?;
+                *factor = *y * reciprocal;
+            }
+            let target = self.matrix.get_mut(i)?.get_mut(a)?;
+            subtract_rows(target, &factors, &row, 0, (i + 1) * D);
+            back_substitute(&row, k, &reciprocals, &mut swept)?;
+            if i > k {
+                *target.get_mut(k)? = swept;
+            } else {
+                for (row, swept) in self.matrix.get_mut(k)?.iter_mut().zip(swept) {
+                    *row.get_mut(i)?.get_mut(a)? = swept;
+                }
+            }
+        }
+        for a in 0..D {
+            // -A_kk⁻¹ e_a
+            let mut swept = [T::ZERO; D];
+            *swept.get_mut(a)? = -T::ONE;
+            for (p, (row, &reciprocal)) in row.iter().zip(&reciprocals).enumerate() {
+                let y = *swept.get(p)? * reciprocal;
+                for (swept, &u) in swept
+                    .get_mut(p + 1..)?
+                    .iter_mut()
+                    .zip(row.get(k)?.get(p + 1..)?)
+                {
+                    *swept -= u * y;
+                }
+            }
+            back_substitute(&row, k, &reciprocals, &mut swept)?;
+            for (row, swept) in self.matrix.get_mut(k)?.iter_mut().zip(swept) {
+                *row.get_mut(k)?.get_mut(a)? = swept;
+            }
+        }
+        Some(())
+    }
+
+    /// From the lower triangle of `-A⁻¹` to `A⁻¹ R⁻¹`.
+    #[inline(never)]
+    fn mirror(&mut self, contacts: usize) -> Option<()> {
+        let scale = self.penalties.map(|rho| -T::ONE / rho);
+        for i in 0..contacts {
+            for a in 0..D {
+                for j in 0..=i {
+                    let block = self.matrix.get_mut(i)?.get_mut(a)?.get_mut(j)?;
+                    let entries = *block;
+                    for entry in block {
+                        *entry *= *scale.get(j)?;
+                    }
+                    if j == i {
+                        continue;
+                    }
+                    for (row, entry) in self.matrix.get_mut(j)?.iter_mut().zip(entries) {
+                        *row.get_mut(i)?.get_mut(a)? = entry * *scale.get(i)?;
+                    }
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// `y = B x`
     #[inline]
-    pub(crate) fn times(
-        &self,
-        contacts: usize,
-        x: &ContactVector<T, D, C>,
-        y: &mut ContactVector<T, D, C>,
-    ) {
-        multiply(&self.matrix, contacts, x, y);
-    }
-}
-
-/// Replaces `L D Lᵀ` as [`factorise`] leaves it by the lower triangle of its inverse.
-fn invert<T: Real>(a: &mut [T], stride: usize, n: usize) {
-    // Row i of L⁻¹ is -(row i of L without its diagonal) times the rows of L⁻¹ above.
-    for i in 0..n {
-        let Some((done, row)) = a.split_at_mut_checked(i * stride) else {
-            return;
-        };
-        for (k, above) in done.chunks_exact(stride).enumerate() {
-            if let Some((head, [entry, ..])) = row.split_at_mut_checked(k) {
-                axpy(-*entry, above, head);
-                *entry = -*entry;
-            }
-        }
-    }
-    // Row i of L⁻ᵀ D⁻¹ L⁻¹ gathers the rows of L⁻¹ from i on.
-    for i in 0..n {
-        let Some((row, below)) = a
-            .get_mut(i * stride..n * stride)
-            .and_then(|rows| rows.split_at_mut_checked(stride))
-        else {
-            return;
-        };
-        let Some((head, [diagonal, ..])) = row.split_at_mut_checked(i) else {
-            return;
-        };
-        for entry in head.iter_mut() {
-            *entry *= *diagonal;
-        }
-        for (k, other) in below.chunks_exact(stride).enumerate() {
-            let (Some(&entry), Some(&reciprocal)) = (other.get(i), other.get(i + 1 + k)) else {
-                return;
-            };
-            axpy(entry * reciprocal, other, head);
-            *diagonal += entry * reciprocal * entry;
-        }
+    pub(crate) fn times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
+        multiply_transposed(&self.matrix, x, y);
     }
 }

@@ -112,10 +112,20 @@ impl<T: Real> Balance<T> {
     /// Raises the penalties where the primal residual is the larger, by the square root of the
     /// ratio, at most tenfold; every 300 iterations' worth of work tries another size altogether.
     pub(crate) fn update(&mut self, cost: usize) {
-        const SCALES: [f64; 8] = [10.0, 0.1, 100.0, 0.01, 3.0, 0.3, 1000.0, 1e-3];
+        let scale = |value| T::literal(value);
+        let scales = [
+            scale(10.0),
+            scale(0.1),
+            scale(100.0),
+            scale(0.01),
+            scale(3.0),
+            scale(0.3),
+            scale(1000.0),
+            scale(1e-3),
+        ];
         if cost >= 300 * (self.restarts + 1) {
-            let scale = SCALES.get(self.restarts % SCALES.len()).copied();
-            self.scale = T::literal(scale.unwrap_or(1.0));
+            let scale = scales.get(self.restarts % scales.len()).copied();
+            self.scale = scale.unwrap_or(T::ONE);
             self.restarts += 1;
             self.restarted = true;
             return;

@@ -18,7 +18,7 @@ pub(crate) struct Search<'a, T, const N: usize, const D: usize, const C: usize> 
     /// The best impulse so far, and the first part of its error as contact space sees it.
     best: ContactVector<T, D, C>,
     natural_map: Option<T>,
-    /// The error of an iterate is looked at when its cheap estimate is below this.
+    /// The error of an iterate is looked at when the square of its cheap estimate is below this.
     gate: T,
     /// Corrections of `q`, see [`Self::consider`].
     corrections: usize,
@@ -44,7 +44,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
             status: None,
             best: [[T::ZERO; D]; C],
             natural_map: None,
-            gate: settings.tolerance + settings.tolerance,
+            gate: settings.tolerance * settings.tolerance * T::literal(4.0),
             corrections: 0,
             milestone: None,
             failures: 0,
@@ -89,16 +89,17 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
     ) -> Change<T> {
         self.solution.iterations += 1;
         let change = iterate(&self.problem, resolvent, iterates, acceleration);
-        let size = self.problem.size.max(change.impulse.square_root());
-        let estimate = quotient(change.error.square_root(), size);
-        let tolerance = self.settings.tolerance;
+        // Squares, of which it is enough to be compared.
+        let size = self.problem.size * self.problem.size;
+        let estimate = quotient(change.error, size.max(change.impulse));
+        let tolerance = self.settings.tolerance * self.settings.tolerance;
         if self.problem.slip == SlipUpdate::OuterLoop && estimate <= tolerance {
             iterates.iter_mut().for_each(Iterate::update_slip);
             *acceleration = A::START;
         }
         let last = self.cost() >= self.settings.max_iterations;
         if estimate <= self.gate || last {
-            self.gate = estimate * T::literal(0.5);
+            self.gate = estimate * T::literal(0.25);
             self.consider_iterates(iterates);
         }
         change

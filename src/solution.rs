@@ -7,6 +7,7 @@ use nalgebra::{ArrayStorage, SVector};
 /// When the tangential speed `s` in `b(s) = w + mu s e_N` is updated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SlipUpdate {
     /// At every iteration, `s_i = |ũ_Ti|` (default).
     EveryIteration,
@@ -20,6 +21,7 @@ pub enum SlipUpdate {
 /// How exactly and how long to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings<T> {
     /// Error below which a solution counts as solved (dimensionless); see [`Solution::error`].
     pub tolerance: T,
@@ -51,6 +53,7 @@ impl<T: Real> Default for Settings<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Status {
     /// The error is at most the tolerance.
     Solved = 1,
@@ -65,6 +68,7 @@ pub enum Status {
 /// What a contact does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ContactMode {
     /// No impulse.
     Open,
@@ -76,6 +80,14 @@ pub enum ContactMode {
 
 /// One contact of a [`Solution`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct ContactSolution<T, const D: usize> {
     /// Contact impulse `r_i` (N·s), normal first.
     pub impulse: SVector<T, D>,
@@ -87,6 +99,14 @@ pub struct ContactSolution<T, const D: usize> {
 
 /// The outcome of a solve.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     /// Generalised velocity `v` at the end of the step.
     pub velocity: SVector<T, N>,

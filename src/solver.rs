@@ -10,6 +10,7 @@ use crate::search::Search;
 use crate::solution::zeros;
 use crate::state::State;
 use crate::{Error, Factor, Real, Scene, Settings, Solution, Status};
+use core::mem;
 use nalgebra::SVector;
 
 /// A solver for scenes of `N` velocities and up to `C` contacts of `D` rows.
@@ -83,10 +84,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         f: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        let problem = Problem::new(scene, factor, f, settings.slip)?;
+        Problem::check(scene, factor, f)?;
+        let problem = Problem::new(scene, factor, f, settings.slip);
         let mut balance = Balance::new();
         let mut caution = Caution::new();
-        let (mut point, eager) = self.state.point(&problem, balance.scale);
+        let mut point = Point::zero();
+        let eager = self.state.point(&problem, balance.scale, &mut point);
         let mut search = Search::new(problem, settings, &mut self.solution);
         search.consider(&point.impulse, &point.relative, point.natural_map);
         let mut adapted = false;
@@ -99,7 +102,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                 } else {
                     factor.resolvent()
                 };
-                point = approach(&mut search, &point, resolvent, &mut balance, length);
+                approach(&mut search, &mut point, resolvent, &mut balance, length);
             }
             if search.is_running() && caution.allows(&point) {
                 refine(
@@ -128,15 +131,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                 caution.forget();
                 length = 20;
                 // Now and then from rest; if that does not help, back to where it was.
-                let (velocity, impulse) = match left.take() {
-                    Some(last) => last,
-                    None if balance.starts_from_rest() => {
-                        left = Some((point.velocity, point.impulse));
-                        ([zeros(); C], [[T::ZERO; D]; C])
-                    }
-                    None => (point.velocity, point.impulse),
-                };
-                point = Point::of(&search.problem, balance.scale, &velocity, &impulse);
+                if let Some(last) = left.take() {
+                    (point.velocity, point.impulse) = last;
+                } else if balance.starts_from_rest() {
+                    left = Some((point.velocity, point.impulse));
+                    point = Point::zero();
+                }
+                point.rebuild(&search.problem, balance.scale);
             }
         }
         if !search.is_solved() || search.impulse_is_excessive() {
@@ -157,17 +158,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solver
 }
 
 /// A few iterations of Algorithm 2 from a point.
+#[inline(never)]
 fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
     search: &mut Search<'_, T, N, D, C>,
-    point: &Point<T, D, C>,
+    point: &mut Point<T, D, C>,
     resolvent: &Resolvent<T, D, C>,
     balance: &mut Balance<T>,
     length: usize,
-) -> Point<T, D, C> {
+) {
     let mut iterates = [Iterate::at(zeros(), zeros(), T::ONE); C];
-    let pairs = point.velocity.iter().zip(point.impulse);
-    let pairs = pairs.zip(resolvent.penalties);
-    for (iterate, ((velocity, impulse), penalty)) in iterates.iter_mut().zip(pairs) {
+    let pairs = point.velocity.iter().zip(&point.impulse);
+    let pairs = pairs.zip(&resolvent.penalties);
+    for (iterate, ((velocity, &impulse), &penalty)) in iterates.iter_mut().zip(pairs) {
         *iterate = Iterate::at(*velocity, impulse.into(), penalty);
     }
     let mut acceleration = Restart::START;
@@ -178,16 +180,20 @@ fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
             break;
         }
     }
-    let velocity = iterates.map(|iterate| iterate.u);
-    let impulse = iterates.map(|iterate| iterate.impulse().into());
-    let point = Point::of(&search.problem, balance.scale, &velocity, &impulse);
+    let targets = point.velocity.iter_mut();
+    let targets = targets.zip(&mut point.impulse);
+    for ((velocity, impulse), iterate) in targets.zip(&iterates) {
+        *velocity = iterate.u;
+        *impulse = iterate.impulse().into();
+    }
+    point.rebuild(&search.problem, balance.scale);
     if search.is_running() {
         search.consider(&point.impulse, &point.relative, point.natural_map);
     }
-    point
 }
 
 /// Newton steps from a point, as long as they reduce the energy.
+#[inline(never)]
 fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     search: &mut Search<'_, T, N, D, C>,
     point: &mut Point<T, D, C>,
@@ -196,6 +202,7 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     workspace: &mut Resolvent<T, D, C>,
     patient: bool,
 ) {
+    let mut trial = Point::zero();
     while search.is_running() {
         search.solution.newton_steps += 1;
         let regularisation = caution.regularisation(point.natural_map);
@@ -207,16 +214,16 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
                 .into_iter()
                 .take(if patient { 4 } else { 2 })
                 .find(|&length| {
-                    let mut z = point.z;
-                    for (z, step) in z.iter_mut().zip(&step) {
-                        *z += step * length;
+                    let pairs = point.z.iter().zip(&step);
+                    for (trial, (z, step)) in trial.z.iter_mut().zip(pairs) {
+                        *trial = z + step * length;
                     }
-                    let trial = Point::at(&search.problem, balance.scale, &z);
+                    trial.update(&search.problem, balance.scale);
                     search.consider(&trial.impulse, &trial.relative, trial.natural_map);
                     let enough = point.energy * (T::ONE - T::literal(2e-4) * length);
                     let better = trial.energy < enough || !search.is_running();
                     if better {
-                        *point = trial;
+                        mem::swap(point, &mut trial);
                     }
                     better
                 })

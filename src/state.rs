@@ -64,41 +64,50 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     /// that no iteration has to come before a step.
     ///
     /// Three candidates: `z = ũ - r / rho_i` as the last solve left it, the same with the velocity
-    /// that the last impulse has now, and none of it. The one with the least energy is taken.
+    /// that the last impulse has now, and none of it. The first is taken if it is so good,
+    /// otherwise the one with the least energy.
+    #[inline(never)]
     pub(crate) fn point<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
         scale: T,
-    ) -> (Point<T, D, C>, bool) {
-        let cold = Point::at(problem, scale, &[zeros(); C]);
-        if self.contacts.iter().all(Option::is_none) {
-            return (cold, false);
-        }
-        let mut impulse = [[T::ZERO; D]; C];
-        let mut relative = [[T::ZERO; D]; C];
-        let pairs = problem.laws().iter().zip(&self.contacts);
-        for (impulse, (law, contact)) in impulse.iter_mut().zip(pairs) {
-            if let Some(ContactState { r, .. }) = contact {
+        point: &mut Point<T, D, C>,
+    ) -> bool {
+        // Without velocities and impulses, u = q is all of the residual.
+        let rest = problem.energy_at_rest();
+        let contacts = point.velocity.iter_mut();
+        let contacts = contacts.zip(&mut point.impulse);
+        let sources = problem.laws().iter().zip(&self.contacts);
+        for ((velocity, impulse), (law, contact)) in contacts.zip(sources) {
+            if let Some(ContactState { u, r }) = contact {
+                *velocity = *u;
                 *impulse = law.cone.project(r).into();
             }
         }
-        problem.natural_map(&impulse, &mut relative);
-        let (mut then, mut now) = ([zeros(); C], [zeros(); C]);
-        let sources = problem.laws().iter().zip(&self.contacts).zip(relative);
-        for ((then, now), ((law, contact), relative)) in then.iter_mut().zip(&mut now).zip(sources)
-        {
-            *now = relative.into();
-            add_to_normal(now, law.lift(&relative.into()));
-            *then = contact.map_or(*now, |ContactState { u, .. }| u);
+        point.rebuild(problem, scale);
+        if self.contacts.iter().all(Option::is_none) {
+            return false;
         }
-        let then = Point::of(problem, scale, &then, &impulse);
-        let now = Point::of(problem, scale, &now, &impulse);
-        let warm = if then.energy <= now.energy { then } else { now };
-        if warm.energy < cold.energy {
-            let eager = warm.energy < cold.energy * T::literal(0.01);
-            (warm, eager)
-        } else {
-            (cold, false)
+        let good = rest * T::literal(0.01);
+        if point.energy < good {
+            return true;
         }
+        let mut now = point.clone();
+        let velocities = now.velocity.iter_mut();
+        let velocities = velocities.zip(&point.relative);
+        for ((velocity, &relative), law) in velocities.zip(problem.laws()) {
+            *velocity = relative.into();
+            add_to_normal(velocity, law.lift(&relative.into()));
+        }
+        now.rebuild(problem, scale);
+        if now.energy < point.energy {
+            *point = now;
+        }
+        if point.energy < rest {
+            return point.energy < good;
+        }
+        point.z = [zeros(); C];
+        point.update(problem, scale);
+        false
     }
 }

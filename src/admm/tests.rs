@@ -152,7 +152,7 @@ fn follows<A: Acceleration<f64>>(
     momentum: Momentum,
 ) -> Result<(), TestCaseError> {
     let factor = Factor::new(scene).expect("M is positive definite");
-    let problem = Problem::new(scene, &factor, f, slip).expect("the data are valid");
+    let problem = Problem::new(scene, &factor, f, slip);
     let start = Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty());
     let mut iterates = [start; C];
     let mut acceleration = A::START;
@@ -229,7 +229,7 @@ proptest! {
         for column in 0..ROWS {
             let (mut unit, mut product) = ([[0.0; D]; C], [[0.0; D]; C]);
             unit[column / D][column % D] = 1.0;
-            factor.resolvent().times(C, &unit, &mut product);
+            factor.resolvent().times(&unit, &mut product);
             for (row, entry) in product.as_flattened().iter().enumerate() {
                 let difference = entry - b[(row, column)];
                 prop_assert!(difference.abs() < 1e-9, "{row} {column}: {difference:e}");
