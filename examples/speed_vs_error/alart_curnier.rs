@@ -35,7 +35,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     AlartCurnier<T, N, D, C, R>
 {
     pub(crate) fn new(file: &SceneFile) -> Self {
-        let mut this = Self {
+        Self {
             relaxed: GaussSeidel::new(file),
             mu: file.mu.iter().copied().map(T::literal).collect(),
             penalty: [[T::ZERO; 2]; C],
@@ -44,9 +44,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             velocity_step: SVector::zeros(),
             projection: SVector::zeros(),
             derivative: [SMatrix::zeros(); C],
-        };
-        this.prepare();
-        this
+        }
     }
 
     fn contacts(&self) -> usize {

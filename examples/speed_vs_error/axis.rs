@@ -24,14 +24,27 @@ impl Axis {
         }
     }
 
-    /// Just enough decades for these values.
+    /// From 1, 2 or 5 times a power of ten to another, with ticks there or, if those are many, at the
+    /// powers of ten alone.
     pub(crate) fn around(name: &'static str, values: impl Iterator<Item = f64>) -> Self {
         let values = values.filter(|value| *value > 0.0);
         let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
             (low.min(value), high.max(value))
         });
-        let (from, to) = (low.log10().floor(), high.log10().ceil());
-        Self::decades(name, from as i32, to as i32, 1)
+        let (from, to) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+        let steps = (from..=to).flat_map(|k| [1.0, 2.0, 5.0].map(|step| step * 10_f64.powi(k)));
+        let steps: Vec<f64> = steps.collect();
+        let first = steps.iter().rposition(|&step| step <= low * 1.0001).unwrap_or(0);
+        let last = steps.iter().position(|&step| step >= high * 0.9999);
+        let steps = &steps[first..=last.unwrap_or(steps.len() - 1)];
+        let every = if steps.len() > 8 { "1" } else { "" };
+        let ticks = steps.iter().filter(|step| format!("{step:e}").starts_with(every));
+        Self {
+            name,
+            range: (steps[0], steps[steps.len() - 1]),
+            ticks: ticks.copied().collect(),
+            logarithmic: true,
+        }
     }
 
     fn scaled(&self, value: f64) -> f64 {

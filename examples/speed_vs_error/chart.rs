@@ -41,6 +41,8 @@ pub(crate) struct Panel {
     pub(crate) x: Axis,
     pub(crate) y: Axis,
     pub(crate) series: Vec<Series>,
+    /// Pixels between the markers of a line, at least.
+    pub(crate) marker_gap: i32,
 }
 
 /// Panels side by side, `columns` in a row, under one title and above one legend.
@@ -135,8 +137,15 @@ fn draw_panel(area: &Area<'_>, panel: &Panel) -> Result<(), Failure> {
         if series.joined && pixels.len() > 1 {
             draw_line(&screen, series.look, pixels.clone())?;
         }
+        let mut last = None;
         for at in pixels {
-            draw_marker(&screen, series.look, at)?;
+            let near = |last: (i32, i32)| {
+                (last.0 - at.0).abs().max((last.1 - at.1).abs()) < panel.marker_gap
+            };
+            if !(series.joined && last.is_some_and(near)) {
+                draw_marker(&screen, series.look, at)?;
+                last = Some(at);
+            }
         }
     }
     Ok(())

@@ -1,4 +1,6 @@
-//! A scene as methods in contact space see it: `u = W r + q`, `v = v_free + M⁻¹ Hᵀ r`.
+//! A scene as methods in contact space see it: `u = W r + q`.
+//!
+//! With `M = L Lᵀ` and `X = L⁻¹ Hᵀ`: `W = XᵀX`, `q = w - Xᵀ L⁻¹ f`, `v = L⁻ᵀ (X r - L⁻¹ f)`.
 
 use crate::support::scene_file::SceneFile;
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
@@ -7,19 +9,19 @@ use stiction::Real;
 /// `N` velocities, up to `R` contact rows.
 pub(crate) struct ContactSpace<T: Real, const N: usize, const R: usize> {
     /// Rows in use.
-    pub(crate) rows: usize,
+    rows: usize,
     n_dof: usize,
     mass: SMatrix<T, N, N>,
     jacobian: SMatrix<T, R, N>,
     offset: SVector<T, R>,
     f: SVector<T, N>,
     cholesky: Cholesky<T, Const<N>>,
-    /// `M⁻¹ Hᵀ`
-    response: SMatrix<T, N, R>,
-    /// `W = H M⁻¹ Hᵀ`
+    /// `X`
+    whitened: SMatrix<T, N, R>,
+    /// `W`
     pub(crate) delassus: SMatrix<T, R, R>,
+    /// `L⁻¹ f`
     free: SVector<T, N>,
-    /// `q = H v_free + w`
     pub(crate) q: SVector<T, R>,
     velocity: SVector<T, N>,
 }
@@ -31,7 +33,7 @@ impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
             let unit = if i == j { 1.0 } else { 0.0 };
             T::literal(*file.mass.get((i, j)).unwrap_or(&unit))
         });
-        let mut space = Self {
+        Self {
             rows: file.dim * file.n_contacts,
             n_dof: file.n_dof,
             mass,
@@ -39,45 +41,51 @@ impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
             offset: SVector::from_fn(|i, _| T::literal(*file.w.get(i).unwrap_or(&0.0))),
             f: file.free_impulse(),
             cholesky: mass.cholesky().expect("M is positive definite"),
-            response: SMatrix::zeros(),
+            whitened: SMatrix::zeros(),
             delassus: SMatrix::zeros(),
             free: SVector::zeros(),
             q: SVector::zeros(),
             velocity: SVector::zeros(),
-        };
-        space.prepare();
-        space
-    }
-
-    /// `M⁻¹ Hᵀ` and `W`, for the rows in use.
-    pub(crate) fn prepare(&mut self) {
-        self.cholesky = self.mass.cholesky().expect("M is positive definite");
-        self.response = self.jacobian.transpose();
-        let rows = self.rows;
-        for j in 0..rows {
-            let mut response = self.response.column_mut(j);
-            self.cholesky.solve_mut(&mut response);
-            let jacobian = self.jacobian.rows(0, rows);
-            let mut column = self.delassus.column_mut(j);
-            let mut column = column.rows_mut(0, rows);
-            column.gemv(T::ONE, &jacobian, &response, T::ZERO);
         }
     }
 
-    /// `v_free` and `q`.
-    pub(crate) fn begin(&mut self) {
-        self.free = -self.f;
-        self.cholesky.solve_mut(&mut self.free);
-        self.q = self.offset + self.jacobian * self.free;
+    /// `X` and `W`, for the rows in use.
+    pub(crate) fn prepare(&mut self) {
+        self.cholesky = self.mass.cholesky().expect("M is positive definite");
+        let factor = self.cholesky.l_dirty();
+        for j in 0..self.rows {
+            let mut column: SVector<T, N> = self.jacobian.row(j).transpose();
+            factor.solve_lower_triangular_mut(&mut column);
+            self.whitened.set_column(j, &column);
+            for i in 0..=j {
+                let entry = self.whitened.column(i).dot(&column);
+                self.delassus[(i, j)] = entry;
+                self.delassus[(j, i)] = entry;
+            }
+        }
     }
 
-    /// `v` from impulses.
+    /// `q`, from `f`.
+    pub(crate) fn begin(&mut self) {
+        self.free = self.f;
+        let factor = self.cholesky.l_dirty();
+        factor.solve_lower_triangular_mut(&mut self.free);
+        self.q = self.offset;
+        for (q, column) in self.q.iter_mut().zip(self.whitened.column_iter()).take(self.rows) {
+            *q -= column.dot(&self.free);
+        }
+    }
+
+    /// `v`, from `r`.
     pub(crate) fn finish(&mut self, r: &SVector<T, R>) {
-        self.velocity = self.free;
-        let rows = self.rows;
-        let response = self.response.columns(0, rows);
-        self.velocity
-            .gemv(T::ONE, &response, &r.rows(0, rows), T::ONE);
+        self.velocity = -self.free;
+        for (&r, column) in r.iter().zip(self.whitened.column_iter()).take(self.rows) {
+            if r != T::ZERO {
+                self.velocity.axpy(r, &column, T::ONE);
+            }
+        }
+        let factor = self.cholesky.l_dirty();
+        factor.tr_solve_lower_triangular_mut(&mut self.velocity);
     }
 
     /// `u += W[:, first..first + D] step`
@@ -88,8 +96,8 @@ impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
         step: &SVector<T, D>,
     ) {
         let u = &mut u.as_mut_slice()[..self.rows];
+        let column = |k: usize| &self.delassus.as_slice()[(first + k) * R..][..self.rows];
         if D == 3 {
-            let column = |k: usize| &self.delassus.as_slice()[(first + k) * R..][..self.rows];
             let columns = column(0).iter().zip(column(1)).zip(column(2));
             for (u, ((&a, &b), &c)) in u.iter_mut().zip(columns) {
                 *u += a * step[0] + b * step[1] + c * step[2];
@@ -97,8 +105,7 @@ impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
             return;
         }
         for (k, &step) in step.iter().enumerate() {
-            let column = &self.delassus.as_slice()[(first + k) * R..][..self.rows];
-            for (u, &w) in u.iter_mut().zip(column) {
+            for (u, &w) in u.iter_mut().zip(column(k)) {
                 *u += w * step;
             }
         }

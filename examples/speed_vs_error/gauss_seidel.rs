@@ -33,16 +33,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     GaussSeidel<T, N, D, C, R>
 {
     pub(crate) fn new(file: &SceneFile) -> Self {
-        let mut this = Self {
+        Self {
             space: ContactSpace::new(file),
             mu: file.mu.iter().copied().map(T::literal).collect(),
             blocks: [Block::NONE; C],
             lambda: [T::ZERO; C],
             r: SVector::zeros(),
             u: SVector::zeros(),
-        };
-        this.prepare();
-        this
+        }
     }
 
     /// `r = 0`

@@ -84,6 +84,7 @@ fn by_rung<'a>(
             x: Axis::around(axis, values),
             y: error_axis(),
             series,
+            marker_gap: 7,
         })
     });
     Picture {
@@ -120,7 +121,7 @@ pub(crate) fn performance_profile(races: &[Race]) -> Picture<'static> {
             let times = SHOWN.iter().filter_map(|&id| race.time(id, level, false));
             times.fold(f64::INFINITY, f64::min)
         };
-        let series = SHOWN.map(|id| {
+        let series = SHOWN.iter().filter_map(|&id| {
             let ratios = races.iter().filter_map(|race| {
                 let time = race.time(id, level, false)?;
                 Some(time / best(race))
@@ -133,12 +134,12 @@ pub(crate) fn performance_profile(races: &[Race]) -> Picture<'static> {
                 points.extend([(ratio, share(count)), (ratio, share(count + 1))]);
             }
             points.push((FACTOR, share(ratios.len())));
-            Series {
+            (!ratios.is_empty()).then(|| Series {
                 name: id.name(),
                 look: look(id),
                 points,
                 joined: true,
-            }
+            })
         });
         Panel {
             title: format!("error at most {level:e}"),
@@ -149,7 +150,8 @@ pub(crate) fn performance_profile(races: &[Race]) -> Picture<'static> {
                 ticks: (0..=5).map(|k| 20.0 * f64::from(k)).collect(),
                 logarithmic: false,
             },
-            series: series.into(),
+            series: series.collect(),
+            marker_gap: 28,
         }
     });
     Picture {
@@ -213,6 +215,7 @@ pub(crate) fn single_against_double(races: &[Race]) -> Picture<'static> {
             x,
             y,
             series,
+            marker_gap: 0,
         }
     });
     Picture {

@@ -89,6 +89,7 @@ pub(crate) fn time_against_size(scalings: &[Scaling]) -> Picture<'static> {
             x,
             y,
             series,
+            marker_gap: 0,
         }
     };
     Picture {
@@ -145,11 +146,16 @@ pub(crate) fn error_against_instructions(firmware: &[Firmware]) -> Picture<'stat
             });
         }
         let values = series.iter().flat_map(|s| &s.points).map(|point| point.0);
+        let title = match scene.gauss_seidel.points.len() {
+            0 => format!("{}: Gauss-Seidel fails", scene.title),
+            _ => scene.title.to_owned(),
+        };
         Panel {
-            title: scene.title.to_owned(),
+            title,
             x: Axis::around("instructions", values),
             y: Axis::decades("error at most", -6, -2, 1),
             series,
+            marker_gap: 0,
         }
     });
     Picture {
