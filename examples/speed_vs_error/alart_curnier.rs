@@ -180,10 +180,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
         None
     }
-
-    fn here(&mut self) -> T {
-        self.evaluate(T::ZERO)
-    }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Contestant
@@ -227,7 +223,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Co
                 }
                 effort.iterations += sweeps;
                 sweeps = 0;
-                merit = self.here();
+                merit = self.evaluate(T::ZERO);
             }
             let size = expected.max(self.relaxed.r.norm_squared());
             if merit <= tolerance * tolerance * size {

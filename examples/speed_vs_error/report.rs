@@ -85,12 +85,12 @@ number) that both solve: above 1 is slower than ours.
 
 {summary}
 
-Gauss-Seidel solves Coulomb's law at one contact exactly in each step; the Newton method is Alart
-and Curnier's with line search and Gauss-Seidel sweeps before it and where it fails; both are written
-in this example, compiled for the same sizes, and stop when the impulses or the residual change by
-less than the tolerance. Clarabel solves the convex relaxation, whose answer obeys Coulomb's law only
-where nothing slides, and in an outer loop on `s` Coulomb's law. Both have no time to spare for
-allocation but Clarabel, which allocates.
+Gauss-Seidel solves Coulomb's law at one contact exactly in each step, and stops when a sweep moves the
+impulses by less than the tolerance. The Newton method is Alart and Curnier's, with three sweeps of
+Gauss-Seidel before it, a line search, and more sweeps where that fails; it stops by its own residual.
+Both are written in this example for the same compiled sizes and allocate nothing. Clarabel solves the
+convex relaxation, whose answer obeys Coulomb's law only where nothing slides, and, in an outer loop on
+`s`, Coulomb's law itself.
 
 ## Where not to use this crate
 
