@@ -17,8 +17,13 @@ const STEPS: usize = 200;
 const SWEEPS: usize = 3;
 
 /// `N` velocities, up to `C` contacts of `D` rows, `R = D·C`.
-pub(crate) struct AlartCurnier<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-{
+pub(crate) struct AlartCurnier<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+> {
     relaxed: GaussSeidel<T, N, D, C, R>,
     mu: Vec<T>,
     /// `rho` of the normal and of the tangents, for each contact.
@@ -133,9 +138,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
         self.system.clear();
         for i in (0..contacts).filter(|&i| closed(&self.derivative[i])) {
-            let scaled: SMatrix<T, D, D> = SMatrix::from_fn(|a, b| {
-                self.derivative[i][(a, b)] * self.penalty_of(i, b)
-            });
+            let scaled: SMatrix<T, D, D> =
+                SMatrix::from_fn(|a, b| self.derivative[i][(a, b)] * self.penalty_of(i, b));
             let known: SVector<T, D> = scaled * self.velocity_step.fixed_rows::<D>(i * D);
             for a in 0..D {
                 let (row, rhs) = self.system.push();

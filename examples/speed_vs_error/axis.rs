@@ -34,11 +34,16 @@ impl Axis {
         let (from, to) = (low.log10().floor() as i32, high.log10().ceil() as i32);
         let steps = (from..=to).flat_map(|k| [1.0, 2.0, 5.0].map(|step| step * 10_f64.powi(k)));
         let steps: Vec<f64> = steps.collect();
-        let first = steps.iter().rposition(|&step| step <= low * 1.0001).unwrap_or(0);
+        let first = steps
+            .iter()
+            .rposition(|&step| step <= low * 1.0001)
+            .unwrap_or(0);
         let last = steps.iter().position(|&step| step >= high * 0.9999);
         let steps = &steps[first..=last.unwrap_or(steps.len() - 1)];
         let every = if steps.len() > 8 { "1" } else { "" };
-        let ticks = steps.iter().filter(|step| format!("{step:e}").starts_with(every));
+        let ticks = steps
+            .iter()
+            .filter(|step| format!("{step:e}").starts_with(every));
         Self {
             name,
             range: (steps[0], steps[steps.len() - 1]),

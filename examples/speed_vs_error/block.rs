@@ -43,8 +43,7 @@ impl<T: Real, const D: usize> Block<T, D> {
     pub(crate) fn new(mu: T, entry: impl Fn(usize, usize) -> T) -> Self {
         let rounding = T::EPSILON * (0..D).fold(T::ZERO, |sum, k| sum + entry(k, k));
         let compliance = T::ONE / entry(0, 0).max(rounding);
-        let schur =
-            |a: usize, b: usize| entry(a, b) - entry(a, 0) * entry(b, 0) * compliance;
+        let schur = |a: usize, b: usize| entry(a, b) - entry(a, 0) * entry(b, 0) * compliance;
         let mut block = Self {
             mu,
             compliance,
@@ -68,17 +67,17 @@ impl<T: Real, const D: usize> Block<T, D> {
                 block.axis = axis.map(|x| x / length);
             }
             block.stiffness = [mean + radius, mean - radius].map(|s| s.max(rounding));
-            block.coupling = block.to_axes([entry(1, 0), entry(2, 0)]);
+            block.coupling = block.along_axes([entry(1, 0), entry(2, 0)]);
         }
         block
     }
 
-    fn to_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
+    fn along_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
         let [c, s] = self.axis;
         [c * x + s * y, c * y - s * x]
     }
 
-    fn from_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
+    fn out_of_axes(&self, [x, y]: [T; 2]) -> [T; 2] {
         let [c, s] = self.axis;
         [c * x - s * y, s * x + c * y]
     }
@@ -107,17 +106,14 @@ impl<T: Real, const D: usize> Block<T, D> {
             return SVector::zeros();
         }
         let second = if D == 3 { u[D - 1] } else { T::ZERO };
-        let [x, y] = self.to_axes([u[1], second]);
+        let [x, y] = self.along_axes([u[1], second]);
         let drop = u[0] * self.compliance;
-        let b = [
-            self.coupling[0] * drop - x,
-            self.coupling[1] * drop - y,
-        ];
+        let b = [self.coupling[0] * drop - x, self.coupling[1] * drop - y];
         let mut trial = self.trial(u[0], b, T::ZERO);
         if trial.length > self.mu * trial.normal {
             trial = self.slip(u[0], b, lambda);
         }
-        let tangent = self.from_axes(trial.tangent);
+        let tangent = self.out_of_axes(trial.tangent);
         SVector::from_fn(|k, _| if k == 0 { trial.normal } else { tangent[k - 1] })
     }
 

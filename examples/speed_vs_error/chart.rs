@@ -65,7 +65,10 @@ fn marker(look: Look, at: (i32, i32)) -> Vec<(Vec<(i32, i32)>, bool)> {
     let shift = |points: &[(i32, i32)]| points.iter().map(|(a, b)| (x + a, y + b)).collect();
     match look.marker {
         Marker::Square => vec![(shift(&[(-4, -4), (4, -4), (4, 4), (-4, 4)]), true)],
-        Marker::Frame => vec![(shift(&[(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)]), false)],
+        Marker::Frame => vec![(
+            shift(&[(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)]),
+            false,
+        )],
         Marker::Triangle => vec![(shift(&[(0, -5), (5, 4), (-5, 4)]), true)],
         Marker::Diamond => vec![(shift(&[(0, -5), (5, 0), (0, 5), (-5, 0), (0, -5)]), false)],
         Marker::Cross => vec![
@@ -100,7 +103,9 @@ fn draw_line(area: &Area<'_>, look: Look, points: Vec<(i32, i32)>) -> Result<(),
     let style = look.color.stroke_width(look.width);
     match look.dash {
         Some((size, gap)) => {
-            area.draw(&plotters::element::DashedPathElement::new(points, size, gap, style))?;
+            area.draw(&plotters::element::DashedPathElement::new(
+                points, size, gap, style,
+            ))?;
         }
         None => area.draw(&PathElement::new(points, style))?,
     }
@@ -131,9 +136,7 @@ fn draw_panel(area: &Area<'_>, panel: &Panel) -> Result<(), Failure> {
     let inside = |&&(a, b): &&(f64, f64)| a.is_finite() && b.is_finite();
     for series in &panel.series {
         let points = series.points.iter().filter(inside);
-        let pixels: Vec<(i32, i32)> = points
-            .map(|&(a, b)| chart.backend_coord(&(a, b)))
-            .collect();
+        let pixels: Vec<(i32, i32)> = points.map(|&(a, b)| chart.backend_coord(&(a, b))).collect();
         if series.joined && pixels.len() > 1 {
             draw_line(&screen, series.look, pixels.clone())?;
         }
@@ -159,16 +162,19 @@ fn draw_legend(area: &Area<'_>, panels: &[Panel]) -> Result<(), Failure> {
             entries.push(series);
         }
     }
-    let width = area.dim_in_pixel().0 as i32 / LEGEND.0 as i32;
-    for (k, series) in entries.into_iter().enumerate() {
-        let left = 16 + (k % LEGEND.0) as i32 * width;
-        let middle = 11 + (k / LEGEND.0) as i32 * LEGEND.1 as i32;
+    let cells = area.split_evenly((entries.len().div_ceil(LEGEND.0), LEGEND.0));
+    for (series, area) in entries.into_iter().zip(&cells) {
+        let (left, middle) = (16, 11);
         if series.joined {
             draw_line(area, series.look, vec![(left, middle), (left + 44, middle)])?;
         }
         draw_marker(area, series.look, (left + 22, middle))?;
         let style = (FONT, 15).into_font().color(&BLACK);
-        area.draw(&Text::new(series.name.clone(), (left + 52, middle - 8), style))?;
+        area.draw(&Text::new(
+            series.name.clone(),
+            (left + 52, middle - 8),
+            style,
+        ))?;
     }
     Ok(())
 }

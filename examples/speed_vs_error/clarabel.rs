@@ -4,9 +4,7 @@
 use crate::contestant::{Contestant, Effort};
 use crate::support::scene_file::SceneFile;
 use ::clarabel::algebra::CscMatrix;
-use ::clarabel::solver::{
-    DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
-};
+use ::clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 
 /// Convex problems that the outer loop solves at most.
 const PROBLEMS: usize = 50;
@@ -54,7 +52,11 @@ fn solver(file: &SceneFile, scale: &[f64]) -> DefaultSolver<f64> {
     let upper = |i, j| if i <= j { file.mass[(i, j)] } else { 0.0 };
     let mass = sparse(n, n, upper);
     let rows = sparse(m, n, |i, j| -scale[i] * file.h[(i, j)]);
-    let offset: Vec<f64> = scale.iter().zip(file.w.iter()).map(|(d, w)| d * w).collect();
+    let offset: Vec<f64> = scale
+        .iter()
+        .zip(file.w.iter())
+        .map(|(d, w)| d * w)
+        .collect();
     let cones = vec![SupportedConeT::SecondOrderConeT(file.dim); file.n_contacts];
     DefaultSolver::new(
         &mass,

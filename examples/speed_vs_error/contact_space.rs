@@ -71,7 +71,12 @@ impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
         let factor = self.cholesky.l_dirty();
         factor.solve_lower_triangular_mut(&mut self.free);
         self.q = self.offset;
-        for (q, column) in self.q.iter_mut().zip(self.whitened.column_iter()).take(self.rows) {
+        for (q, column) in self
+            .q
+            .iter_mut()
+            .zip(self.whitened.column_iter())
+            .take(self.rows)
+        {
             *q -= column.dot(&self.free);
         }
     }

@@ -11,8 +11,13 @@ use stiction::Real;
 const SWEEPS: usize = 5000;
 
 /// `N` velocities, up to `C` contacts of `D` rows, `R = D·C`.
-pub(crate) struct GaussSeidel<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-{
+pub(crate) struct GaussSeidel<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+> {
     pub(crate) space: ContactSpace<T, N, R>,
     mu: Vec<T>,
     blocks: [Block<T, D>; C],

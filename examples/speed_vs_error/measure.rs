@@ -67,7 +67,8 @@ impl Task {
         for _ in 0..self.calls {
             call();
         }
-        self.times.push(start.elapsed().as_secs_f64() * 1e9 / self.calls as f64);
+        self.times
+            .push(start.elapsed().as_secs_f64() * 1e9 / self.calls as f64);
     }
 
     /// How often to call so that a visit lasts 20 µs, and to visit so that all take `budget` ns.

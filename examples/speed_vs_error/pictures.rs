@@ -68,13 +68,14 @@ fn by_rung<'a>(
             let rungs = race.run(id).rungs.iter();
             rungs.map(|rung| (abscissa(rung), rung.error)).collect()
         };
-        let series: Vec<Series> = SHOWN.map(|id| Series {
-            name: id.name(),
-            look: look(id),
-            points: points(id),
-            joined: true,
-        })
-        .into();
+        let series: Vec<Series> = SHOWN
+            .map(|id| Series {
+                name: id.name(),
+                look: look(id),
+                points: points(id),
+                joined: true,
+            })
+            .into();
         let values = series.iter().flat_map(|s| &s.points).map(|point| point.0);
         Some(Panel {
             title: format!(
@@ -190,7 +191,12 @@ pub(crate) fn single_against_double(races: &[Race]) -> Picture<'static> {
                 }
             })
             .collect();
-        let both = |s: &Series| s.points.iter().flat_map(|&(x, y)| [x, y]).collect::<Vec<_>>();
+        let both = |s: &Series| {
+            s.points
+                .iter()
+                .flat_map(|&(x, y)| [x, y])
+                .collect::<Vec<_>>()
+        };
         let values: Vec<f64> = series.iter().flat_map(both).collect();
         let axis = |name| Axis::around(name, values.iter().copied());
         let (x, y) = (axis("time in f64, µs"), axis("time in f32, µs"));
@@ -203,7 +209,10 @@ pub(crate) fn single_against_double(races: &[Race]) -> Picture<'static> {
                 width: 1,
             },
             points: vec![
-                (x.range.0 * factor.max(1.0), x.range.0 * factor.max(1.0) / factor),
+                (
+                    x.range.0 * factor.max(1.0),
+                    x.range.0 * factor.max(1.0) / factor,
+                ),
                 (x.range.1, x.range.1 / factor),
             ],
             joined: true,

@@ -10,7 +10,7 @@ use plotters::style::RGBColor;
 
 /// `(size, time)` of preparations or solves.
 pub(crate) fn points(sizes: &[Size], time: impl Fn(&Size) -> f64) -> Vec<(f64, f64)> {
-    let point = |size: &Size| (size.size as f64, time(size) / 1e3);
+    let point = |size: &Size| (size.count as f64, time(size) / 1e3);
     sizes.iter().map(point).collect()
 }
 

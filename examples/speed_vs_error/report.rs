@@ -32,7 +32,12 @@ fn slower(races: &[Race], rival: Id, level: f64) -> String {
         .collect();
     match names.as_slice() {
         [] => "none".to_owned(),
-        names => format!("{} of {}: {}", names.len(), found.ratios.len(), names.join(", ")),
+        names => format!(
+            "{} of {}: {}",
+            names.len(),
+            found.ratios.len(),
+            names.join(", ")
+        ),
     }
 }
 

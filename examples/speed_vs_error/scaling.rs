@@ -20,7 +20,8 @@ pub(crate) const TOLERANCE: f64 = 1e-4;
 
 /// Geometric means over the scenes of one size, ns.
 pub(crate) struct Size {
-    pub(crate) size: usize,
+    /// Contacts or dofs.
+    pub(crate) count: usize,
     pub(crate) prepare: f64,
     pub(crate) solve: f64,
 }
@@ -81,14 +82,22 @@ fn measure<T: Real, const N: usize, const C: usize>(
     (mean(&prepare), mean(&solve))
 }
 
-fn by_type<T: Real>(id: Id, scenes: usize, patience: &Patience, progress: &mut Progress) -> Scaling {
-    let size = |size: usize, (prepare, solve): (f64, f64)| Size {
-        size,
+fn by_type<T: Real>(
+    id: Id,
+    scenes: usize,
+    patience: &Patience,
+    progress: &mut Progress,
+) -> Scaling {
+    let size = |count: usize, (prepare, solve): (f64, f64)| Size {
+        count,
         prepare,
         solve,
     };
     let contacts = CONTACTS.map(|contacts| {
-        progress.step(&format!("{}, {contacts} contacts on {FIXED_DOFS} dofs", id.name()));
+        progress.step(&format!(
+            "{}, {contacts} contacts on {FIXED_DOFS} dofs",
+            id.name()
+        ));
         size(
             contacts,
             measure::<T, FIXED_DOFS, 12>(contacts, scenes, patience, id),

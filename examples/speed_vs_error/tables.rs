@@ -48,7 +48,9 @@ pub(crate) fn summary(races: &[Race]) -> String {
     let rows = Id::ALL.into_iter().map(|id| {
         let mut row = vec![id.name()];
         row.extend(LEVELS.map(|level| {
-            let solved = races.iter().filter(|race| race.time(id, level, false).is_some());
+            let solved = races
+                .iter()
+                .filter(|race| race.time(id, level, false).is_some());
             solved.count().to_string()
         }));
         row.extend(LEVELS.map(|level| {
@@ -58,10 +60,15 @@ pub(crate) fn summary(races: &[Race]) -> String {
                 count => format!("{:.2} ({count})", found.mean()),
             }
         }));
-        let prepare: Vec<f64> = races.iter().map(|race| race.run(id).prepare.least).collect();
+        let prepare: Vec<f64> = races
+            .iter()
+            .map(|race| race.run(id).prepare.least)
+            .collect();
         row.push(geometric_mean(&prepare).map_or("-".to_owned(), micro));
         let rungs = races.iter().flat_map(|race| &race.run(id).rungs);
-        let spread: Vec<f64> = rungs.map(|rung| rung.time.median / rung.time.least).collect();
+        let spread: Vec<f64> = rungs
+            .map(|rung| rung.time.median / rung.time.least)
+            .collect();
         row.push(geometric_mean(&spread).map_or("-".to_owned(), |spread| format!("{spread:.2}")));
         row
     });
@@ -88,7 +95,9 @@ pub(crate) fn scenes(races: &[Race], level: f64) -> String {
 
 /// Size of each scene, and what preparing it takes.
 pub(crate) fn preparation(races: &[Race]) -> String {
-    let mut columns = ["scene", "dofs", "contacts x rows"].map(str::to_owned).to_vec();
+    let mut columns = ["scene", "dofs", "contacts x rows"]
+        .map(str::to_owned)
+        .to_vec();
     columns.extend(COLUMNS.map(Id::name));
     let rows = races.iter().map(|race| {
         let scene = &race.scene;
@@ -124,9 +133,8 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
         let (n, m) = (scene.n_dof as f64, (scene.dim * scene.n_contacts) as f64);
         let effort = rung.effort;
         let [iterations, steps] = [effort.iterations, effort.newton_steps].map(|k| k as f64);
-        let needed = iterations * m * m
-            + steps * (m * m * m / 3.0 + 2.0 * m * m)
-            + 2.0 * (n * n + n * m);
+        let needed =
+            iterations * m * m + steps * (m * m * m / 3.0 + 2.0 * m * m) + 2.0 * (n * n + n * m);
         Some(vec![
             scene.name.clone(),
             scene.n_dof.to_string(),
@@ -155,7 +163,7 @@ pub(crate) fn sizes(scalings: &[Scaling], what: &str, of: fn(&Scaling) -> &Vec<S
     let count = scalings.first().map_or(0, |scaling| of(scaling).len());
     let mut rows: Vec<Vec<String>> = (0..count)
         .map(|k| {
-            let mut row = vec![of(&scalings[0])[k].size.to_string()];
+            let mut row = vec![of(&scalings[0])[k].count.to_string()];
             for size in scalings.iter().map(|scaling| &of(scaling)[k]) {
                 row.extend([micro(size.prepare), micro(size.solve)]);
             }
@@ -176,12 +184,24 @@ pub(crate) fn sizes(scalings: &[Scaling], what: &str, of: fn(&Scaling) -> &Vec<S
 pub(crate) fn costliest(races: &[Race], level: f64) -> String {
     let mut order: Vec<(&Race, f64)> = races
         .iter()
-        .map(|race| (race, race.time(DOUBLE, level, false).unwrap_or(f64::INFINITY)))
+        .map(|race| {
+            (
+                race,
+                race.time(DOUBLE, level, false).unwrap_or(f64::INFINITY),
+            )
+        })
         .collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let columns = ["scene", "default method, f64, µs", "fastest other solver", "its time, µs"];
+    let columns = [
+        "scene",
+        "default method, f64, µs",
+        "fastest other solver",
+        "its time, µs",
+    ];
     let rows = order.into_iter().take(6).map(|(race, time)| {
-        let others = Id::ALL.iter().filter(|id| !Kind::LIBRARY.contains(&id.kind));
+        let others = Id::ALL
+            .iter()
+            .filter(|id| !Kind::LIBRARY.contains(&id.kind));
         let times = others.filter_map(|&id| Some((id, race.time(id, level, false)?)));
         let best = times.min_by(|a, b| a.1.total_cmp(&b.1));
         let (name, other) = best.map_or(("-".to_owned(), "-".to_owned()), |(id, time)| {

@@ -95,7 +95,11 @@ pub(crate) fn paragraph(races: &[Race], peers: &str) -> String {
     let found = compare(races.iter(), (single, double), LEVELS[0], false);
     judge(
         found.mean() > 1.0 && found.lost.is_empty(),
-        format!("f32 against f64 at {:e}: {}, wanted more than 1", LEVELS[0], found.text()),
+        format!(
+            "f32 against f64 at {:e}: {}, wanted more than 1",
+            LEVELS[0],
+            found.text()
+        ),
     );
     let list = |what: &str, texts: &[String]| match texts {
         [] => format!("**{what}**: none."),
