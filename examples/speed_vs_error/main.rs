@@ -13,6 +13,7 @@
 //! | `measure`, `race`, `scaling`, `instructions` | the numbers |
 //! | `axis`, `chart`, `pictures`, `pictures_sizes` | what is drawn |
 //! | `verdict`, `tables`, `report` | what is written |
+//! | `single`, `profile.py` | instructions by function, counted by callgrind |
 
 #![allow(clippy::cast_precision_loss)] // counts and sizes are small
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // pixels, decades and visits
@@ -39,6 +40,7 @@ mod progress;
 mod race;
 mod report;
 mod scaling;
+mod single;
 mod sizes;
 mod tables;
 mod verdict;
@@ -56,6 +58,9 @@ struct Options {
     /// Few repeats: less than a minute, and rougher numbers
     #[arg(long)]
     quick: bool,
+    /// Only solve, SCENE:SOLVER:TOLERANCE:CALLS, for a profiler
+    #[arg(long)]
+    profile: Option<String>,
     /// Folder to write to
     #[arg(long)]
     output: Option<PathBuf>,
@@ -76,6 +81,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         scenes.extend(scene_file::read(&path)?);
     }
     scenes.retain(|scene| !scene.name.starts_with("infeasible"));
+    if let Some(what) = options.profile {
+        return Ok(single::run(&scenes, &what)?);
+    }
     let mut progress = Progress::new("scene", scenes.len());
     let mut races = Vec::new();
     for scene in scenes {
