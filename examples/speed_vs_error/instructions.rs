@@ -66,11 +66,7 @@ fn firmware(text: &str, name: &str, title: &'static str) -> Option<Firmware> {
         },
         gauss_seidel: Counts {
             prepare: *quantities.get("gs_prepare")?,
-            // 400 is where the firmware run gives up.
-            points: ladder("gs_sweeps_", *quantities.get("gs_sweep")?)
-                .into_iter()
-                .filter(|point| point.0 < 400.0 * quantities["gs_sweep"])
-                .collect(),
+            points: ladder("gs_sweeps_", *quantities.get("gs_sweep")?),
         },
     })
 }

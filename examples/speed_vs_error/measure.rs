@@ -26,6 +26,8 @@ pub(crate) struct Rung {
     /// Recomputed in f64 from the scene as given.
     pub(crate) error: f64,
     pub(crate) effort: Effort,
+    /// Contacts with an impulse.
+    pub(crate) closed: usize,
     pub(crate) time: Time,
 }
 
@@ -107,7 +109,7 @@ pub(crate) fn race(
     patience: &Patience,
 ) -> Vec<Run> {
     let mut tasks = Vec::new();
-    let mut reached: Vec<Vec<(f64, Effort)>> = Vec::new();
+    let mut reached: Vec<Vec<(f64, Effort, usize)>> = Vec::new();
     let task = |contestant, tolerance| Task {
         contestant,
         tolerance,
@@ -123,7 +125,8 @@ pub(crate) fn race(
             let effort = contestant.solve(tolerance);
             let (v, r) = contestant.answer();
             let error = measure::error(scene, &v, &r, Law::Coulomb);
-            rungs.push((error, effort));
+            let closed = r.chunks_exact(scene.dim).filter(|r| r[0] > 0.0).count();
+            rungs.push((error, effort, closed));
             tasks.push(task(index, Some(tolerance)));
             if !effort.finished {
                 break;
@@ -146,7 +149,8 @@ pub(crate) fn race(
         prepare: next(),
         rungs: rungs
             .into_iter()
-            .map(|(error, effort)| Rung {
+            .map(|(error, effort, closed)| Rung {
+                closed,
                 error,
                 effort,
                 time: next(),

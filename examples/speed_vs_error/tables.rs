@@ -121,6 +121,7 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
         "scene",
         "dofs",
         "rows",
+        "of closed contacts",
         "iterations",
         "Newton steps",
         "multiply-adds",
@@ -132,13 +133,15 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
         let rung = race.run(DOUBLE).fastest(level)?;
         let (n, m) = (scene.n_dof as f64, (scene.dim * scene.n_contacts) as f64);
         let effort = rung.effort;
-        let [iterations, steps] = [effort.iterations, effort.newton_steps].map(|k| k as f64);
+        let [iterations, steps] =
+            [effort.iterations, effort.newton_steps].map(|count| count as f64);
         let needed =
             iterations * m * m + steps * (m * m * m / 3.0 + 2.0 * m * m) + 2.0 * (n * n + n * m);
         Some(vec![
             scene.name.clone(),
             scene.n_dof.to_string(),
             format!("{m}"),
+            format!("{k}"),
             effort.iterations.to_string(),
             effort.newton_steps.to_string(),
             format!("{needed:.0}"),
