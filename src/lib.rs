@@ -49,6 +49,7 @@
 //! | `residual`, `problem`, `search` | the error that "solved" promises, and when to stop | |
 //! | `infeasibility` | Farkas' proof that there is nothing to solve | |
 //! | `state` | the warm start | |
+//! | [`time_stepping`] | free impulse, gaps, restitution, moving surfaces | |
 //!
 //! "The note" is Y. Kanno, *Accelerated Alternating Direction Method of Multipliers for Frictional
 //! Contact*; the README says how to cite it and what in it is put right here.
@@ -89,6 +90,7 @@ mod search;
 mod solution;
 mod solver;
 mod state;
+pub mod time_stepping;
 
 pub use admm_solver::AdmmSolver;
 pub use cone::{FrictionCone, Spectral};
@@ -98,3 +100,8 @@ pub use real::Real;
 pub use scene::{Contact, Scene};
 pub use solution::{ContactMode, ContactSolution, Settings, SlipUpdate, Solution, Status};
 pub use solver::Solver;
+
+/// The README's code compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

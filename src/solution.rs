@@ -30,7 +30,7 @@ pub struct Settings<T> {
 }
 
 impl<T> Settings<T> {
-    /// Settings for Coulomb's law with at most 1000 iterations.
+    /// Settings for Coulomb's law with at most 10,000 iterations.
     pub const fn new(tolerance: T) -> Self {
         Self {
             tolerance,

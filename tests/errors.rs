@@ -89,9 +89,12 @@ fn a_jacobian_is_made_of_numbers() {
     for (row, column, bad) in NOT_FINITE.into_iter().flat_map(|x| [(0, 1, x), (1, 0, x)]) {
         let mut contact = floor();
         contact.jacobian[(row, column)] = bad;
-        let input = Input::Jacobian { contact: 1 };
-        let error = Error::NotFinite { input, row, column };
-        refuses(error, |scene| scene.push(&contact).map(|_| ()));
+        let error = |contact| {
+            let input = Input::Jacobian { contact };
+            Error::NotFinite { input, row, column }
+        };
+        refuses(error(1), |scene| scene.push(&contact).map(|_| ()));
+        refuses(error(0), |scene| scene.set_jacobian(0, &contact.jacobian));
     }
 }
 
@@ -129,6 +132,9 @@ fn a_contact_that_is_not_there_cannot_be_changed() {
         let error = Error::NoSuchContact { contact };
         refuses(error, |scene| scene.set_friction(contact, 0.1));
         refuses(error, |scene| scene.set_offset(contact, &SVector::zeros()));
+        refuses(error, |scene| {
+            scene.set_jacobian(contact, &SMatrix::zeros())
+        });
     }
 }
 

@@ -15,6 +15,7 @@ mod proof {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::debug;
     use nalgebra::{SMatrix, SVector};
+    use stiction::time_stepping as law;
     use stiction::{AdmmSolver, Contact, Factor, FrictionCone, Real, Scene, Settings, Solver};
 
     mod undefined {
@@ -66,6 +67,9 @@ mod proof {
             let _ = black_box(scene.push(&contact));
             let _ = black_box(scene.set_offset(index, &contact.offset));
             let _ = black_box(scene.set_friction(index, contact.mu));
+            let _ = black_box(scene.set_jacobian(index, &contact.jacobian));
+            black_box(law::free_impulse(&mass, &f, &f, contact.mu));
+            black_box(law::moving_surface(&contact.jacobian, &f));
             let _ = black_box(factor.compute(scene));
             let _ = black_box(factor.set_penalty(black_box(T::ONE)));
             black_box(factor.step(index));

@@ -3,15 +3,23 @@
 use crate::Options;
 use crate::run::Run;
 use serde_json::json;
+use std::io::Write;
 use stiction::{ContactMode, Status};
 
+/// Prints a line; whoever reads may stop listening.
+fn print(line: &str) {
+    if writeln!(std::io::stdout(), "{line}").is_err() {
+        std::process::exit(0);
+    }
+}
+
 pub(crate) fn header(options: &Options) {
-    println!(
+    print(&format!(
         "method {}, {}; error recomputed in f64; contacts: = stick, ~ slip, o open\n",
         options.method.name(),
         options.precision.name()
-    );
-    println!(
+    ));
+    print(&format!(
         "{:<28} {:>4} {:>8} {:<15} {:>5} {:>6} {:>8} {:>10} {:>9} {:>8}  contacts",
         "scene",
         "dofs",
@@ -23,13 +31,18 @@ pub(crate) fn header(options: &Options) {
         "prepare/µs",
         "solve/µs",
         "ns/iter"
-    );
+    ));
 }
 
 pub(crate) fn row(run: &Run) {
+    let per_iteration = if run.newton_steps == 0 {
+        format!("{:.0}", run.solve_ns / run.iterations.max(1) as f64)
+    } else {
+        "-".into() // most of it is Newton's
+    };
     let modes: String = run.modes.iter().map(|&mode| symbol(mode)).collect();
-    println!(
-        "{:<28} {:>4} {:>8} {:<15} {:>5} {:>6} {:>8.1e} {:>10.2} {:>9.2} {:>8.0}  {}",
+    print(&format!(
+        "{:<28} {:>4} {:>8} {:<15} {:>5} {:>6} {:>8.1e} {:>10.2} {:>9.2} {:>8}  {}",
         run.name,
         run.n_dof,
         format!("{}x{}", run.n_contacts, run.dim),
@@ -39,13 +52,14 @@ pub(crate) fn row(run: &Run) {
         run.error,
         run.prepare_ns / 1e3,
         run.solve_ns / 1e3,
-        run.solve_ns / run.iterations.max(1) as f64,
+        per_iteration,
         modes,
-    );
+    ));
 }
 
-pub(crate) fn json(run: &Run, options: &Options) {
-    let line = json!({
+/// One line; `step` is the place in a sequence.
+pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
+    let mut line = json!({
         "name": run.name,
         "n_dof": run.n_dof,
         "n_contacts": run.n_contacts,
@@ -63,7 +77,10 @@ pub(crate) fn json(run: &Run, options: &Options) {
         "r": run.r,
         "certificate": run.certificate,
     });
-    println!("{line}");
+    if let Some(step) = step {
+        line["step"] = step.into();
+    }
+    print(&line.to_string());
 }
 
 /// How many scenes reached which error, and how long it took.
@@ -77,25 +94,29 @@ pub(crate) fn summary(runs: &[Run], options: &Options) {
         .collect();
     work.sort_unstable();
     let quantile = |percent: usize| work[(work.len() - 1) * percent / 100];
+    let reaches = |run: &Run, error| run.status != Status::Infeasible && run.error <= error;
     let count = |wanted: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| wanted(run)).count();
-    println!(
-        "\n{} scenes, {} solved; error <= 1e-3: {}, 1e-6: {}, 1e-9: {}; \
+    print(&format!(
+        "\n{} scenes: {} infeasible, {} solved; error <= 1e-3: {}, 1e-6: {}, 1e-9: {}; \
          work (iterations + 10 newton) median {}, 90 % {}, max {}",
         runs.len(),
+        count(&|run| run.status == Status::Infeasible),
         count(&|run| run.status == Status::Solved),
-        count(&|run| run.error <= 1e-3),
-        count(&|run| run.error <= 1e-6),
-        count(&|run| run.error <= 1e-9),
+        count(&|run| reaches(run, 1e-3)),
+        count(&|run| reaches(run, 1e-6)),
+        count(&|run| reaches(run, 1e-9)),
         quantile(50),
         quantile(90),
         quantile(100),
-    );
-    let false_claims = runs.iter().filter(|run| {
-        let tolerance = options.tolerance.unwrap_or(f64::INFINITY);
-        run.status == Status::Solved && run.error > tolerance
-    });
+    ));
+    let false_claims = runs
+        .iter()
+        .filter(|run| run.status == Status::Solved && run.error > options.tolerance());
     for run in false_claims {
-        println!("{}: solved, but the error is {:.3e}", run.name, run.error);
+        print(&format!(
+            "{}: solved, but the error is {:.3e}",
+            run.name, run.error
+        ));
     }
 }
 

@@ -1,8 +1,8 @@
-//! Solves one scene with the smallest compiled size that holds it.
+//! Solves a scene, or the time steps of a sequence, with the smallest compiled size that holds it.
 
 use crate::support::measure::{self, Law};
 use crate::support::scene_file::SceneFile;
-use crate::{Method, Options, Precision};
+use crate::{Method, Options, Precision, Start};
 use std::hint::black_box;
 use std::time::Instant;
 use stiction::{AdmmSolver, ContactMode, Error, Factor, Real, Settings, Solver, Status};
@@ -28,64 +28,115 @@ pub(crate) struct Run {
     pub(crate) certificate: Option<Vec<f64>>,
 }
 
-/// Solves a scene, or says why it cannot be solved.
-pub(crate) fn solve(scene: &SceneFile, options: &Options) -> Result<Run, String> {
+/// Solves scenes one after the other, each cold or each from the one before, or says why one cannot
+/// be solved.
+pub(crate) fn solve(
+    scenes: &[SceneFile],
+    start: Start,
+    options: &Options,
+) -> Result<Vec<Run>, String> {
     match options.precision {
-        Precision::F64 => solve_sized::<f64>(scene, options),
-        Precision::F32 => solve_sized::<f32>(scene, options),
+        Precision::F64 => solve_sized::<f64>(scenes, start, options),
+        Precision::F32 => solve_sized::<f32>(scenes, start, options),
     }
 }
 
-fn solve_sized<T: Real>(scene: &SceneFile, options: &Options) -> Result<Run, String> {
+fn solve_sized<T: Real>(
+    scenes: &[SceneFile],
+    start: Start,
+    options: &Options,
+) -> Result<Vec<Run>, String> {
+    let Some(scene) = scenes.iter().max_by_key(|scene| scene.n_contacts) else {
+        return Ok(Vec::new());
+    };
     macro_rules! sizes {
         ($d:literal: $($n:literal),*) => {
             match (scene.n_dof, scene.n_contacts) {
                 $(
-                    (..=$n, ..=4) => solve_as::<T, $n, $d, 4>(scene, options),
-                    (..=$n, ..=12) => solve_as::<T, $n, $d, 12>(scene, options),
+                    (..=$n, ..=4) => solve_as::<T, $n, $d, 4>(scenes, start, options),
+                    (..=$n, ..=12) => solve_as::<T, $n, $d, 12>(scenes, start, options),
                 )*
-                (n, c) => return Err(format!("{n} dofs and {c} contacts: at most 30 and 12")),
+                (n, c) => Err(format!("{n} dofs and {c} contacts: at most 30 and 12")),
             }
         };
     }
     match scene.dim {
         2 => sizes!(2: 6, 18, 30),
         3 => sizes!(3: 6, 12, 18, 24, 30),
-        dim => return Err(format!("dim {dim} is not 2 or 3")),
+        dim => Err(format!("dim {dim} is not 2 or 3")),
     }
-    .map_err(|error| format!("{}: {error}", scene.name))
+}
+
+/// The solvers between two scenes.
+#[derive(Clone)]
+struct Solvers<T, const N: usize, const D: usize, const C: usize> {
+    factor: Factor<T, N, D, C>,
+    newton: Solver<T, N, D, C>,
+    admm: AdmmSolver<T, N, D, C>,
 }
 
 fn solve_as<T: Real, const N: usize, const D: usize, const C: usize>(
+    scenes: &[SceneFile],
+    start: Start,
+    options: &Options,
+) -> Result<Vec<Run>, String> {
+    let mut solvers = Box::new(Solvers::<T, N, D, C> {
+        factor: Factor::empty(),
+        newton: Solver::new(),
+        admm: AdmmSolver::new(),
+    });
+    let mut runs = Vec::new();
+    let mut before: Option<&SceneFile> = None;
+    for scene in scenes {
+        match before {
+            Some(before) if start == Start::Warm => {
+                let previous = scene.previous(before);
+                solvers.newton.carry_over(&previous);
+                solvers.admm.carry_over(&previous);
+            }
+            _ => {
+                solvers.newton.reset();
+                solvers.admm.reset();
+            }
+        }
+        let run = solve_one(scene, &mut solvers, options);
+        runs.push(run.map_err(|error| format!("{}: {error}", scene.name))?);
+        before = Some(scene);
+    }
+    Ok(runs)
+}
+
+fn solve_one<T: Real, const N: usize, const D: usize, const C: usize>(
     file: &SceneFile,
+    solvers: &mut Solvers<T, N, D, C>,
     options: &Options,
 ) -> Result<Run, Error> {
     let scene = file.scene::<T, N, D, C>()?;
     let f = file.free_impulse::<T, N>();
-    let tolerance = options.tolerance.unwrap_or(match options.precision {
-        Precision::F64 => 1e-9,
-        Precision::F32 => 1e-4,
-    });
     let settings = Settings {
         max_iterations: options.max_iterations,
-        ..Settings::new(T::literal(tolerance))
+        ..Settings::new(T::literal(options.tolerance()))
     };
-    let mut factor = Factor::empty();
-    let (mut solver, mut admm) = (Solver::new(), AdmmSolver::new());
     let (mut prepare_ns, mut solve_ns) = (f64::INFINITY, f64::INFINITY);
-    for _ in 0..options.repeat.max(1) {
+    let (newton, admm) = (solvers.newton.clone(), solvers.admm.clone());
+    let Solvers {
+        factor,
+        newton: solver,
+        admm: admm_solver,
+    } = solvers;
+    for _ in 0..options.repeat {
         let start = Instant::now();
         factor.compute(black_box(&scene))?;
         prepare_ns = prepare_ns.min(start.elapsed().as_secs_f64() * 1e9);
 
-        solver.reset();
-        admm.reset();
+        solver.clone_from(&newton);
+        admm_solver.clone_from(&admm);
         let start = Instant::now();
-        let (scene, factor, f) = (black_box(&scene), black_box(&factor), black_box(&f));
+        let (scene, factor, f) = (black_box(&scene), black_box(&*factor), black_box(&f));
         let solution = match options.method {
-            Method::Plain => admm.solve_plain(scene, factor, f, &settings)?,
-            Method::Fast => admm.solve_fast(scene, factor, f, &settings)?,
-            Method::Restart => admm.solve_restart(scene, factor, f, &settings)?,
+            Method::Plain => admm_solver.solve_plain(scene, factor, f, &settings)?,
+            Method::Fast => admm_solver.solve_fast(scene, factor, f, &settings)?,
+            Method::Restart => admm_solver.solve_restart(scene, factor, f, &settings)?,
             Method::Default => solver.solve(scene, factor, f, &settings)?,
         };
         black_box(solution);
@@ -93,7 +144,7 @@ fn solve_as<T: Real, const N: usize, const D: usize, const C: usize>(
     }
     let solution = match options.method {
         Method::Default => solver.solution(),
-        _ => admm.solution(),
+        _ => admm_solver.solution(),
     };
     let double = |x: &T| x.to_subset().unwrap_or(f64::NAN);
     let velocity = solution.velocity.iter().take(file.n_dof);

@@ -135,8 +135,9 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
         let effort = rung.effort;
         let [iterations, steps] =
             [effort.iterations, effort.newton_steps].map(|count| count as f64);
+        let k = (scene.dim * rung.closed) as f64;
         let needed =
-            iterations * m * m + steps * (m * m * m / 3.0 + 2.0 * m * m) + 2.0 * (n * n + n * m);
+            iterations * m * m + steps * (k * k * k / 3.0 + 2.0 * k * k) + 2.0 * (n * n + n * m);
         Some(vec![
             scene.name.clone(),
             scene.n_dof.to_string(),

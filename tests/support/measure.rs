@@ -13,7 +13,7 @@ pub enum Law {
 
 /// Projection onto `K_mu`, Eq. (1), as plainly as it can be written.
 pub fn project(x: &[f64], mu: f64) -> Vec<f64> {
-    let length = x[1..].iter().map(|x| x * x).sum::<f64>().sqrt();
+    let length = norm(x[1..].iter());
     if x[0] >= 0.0 && length <= mu * x[0] {
         return x.to_vec();
     }
@@ -34,7 +34,19 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
     }
 }
 
-/// `max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`.
+/// The Euclidean norm, also where squares overflow or underflow.
+fn norm<'a>(x: impl Iterator<Item = &'a f64> + Clone) -> f64 {
+    let largest = x.clone().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    let squares = x.map(|x| (x / largest).powi(2));
+    if largest > 0.0 {
+        largest * squares.sum::<f64>().sqrt()
+    } else {
+        0.0
+    }
+}
+
+/// `max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`;
+/// infinite where f64 cannot tell.
 pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let (v, r) = (DVector::from_row_slice(v), DVector::from_row_slice(r));
     let cholesky = scene
@@ -46,26 +58,34 @@ pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let q = &scene.w - &scene.h * cholesky.solve(&scene.f);
     let u = &scene.h * &v + &scene.w;
     let d = scene.dim;
-    let (mut residual, mut scaled_q) = (0.0_f64, 0.0_f64);
+    let (mut residual, mut scaled_q) = (Vec::new(), Vec::new());
     for (i, &mu) in scene.mu.iter().enumerate() {
         let rows = i * d..(i + 1) * d;
         let mean = delassus.view((i * d, i * d), (d, d)).diagonal().mean();
         let alpha = if mean > 0.0 { 1.0 / mean } else { 0.0 };
         let (u, r) = (u.rows(i * d, d), r.rows(i * d, d));
-        let slip = u.rows(1, d - 1).norm();
+        let slip = norm(u.rows(1, d - 1).iter());
         let mut x: Vec<f64> = (0..d).map(|k| r[k] - alpha * u[k]).collect();
         if law == Law::Coulomb {
             x[0] -= alpha * mu * slip;
         }
         let projection = project(&x, mu);
-        residual += (0..d).map(|k| (r[k] - projection[k]).powi(2)).sum::<f64>();
-        scaled_q += rows.map(|k| (alpha * q[k]).powi(2)).sum::<f64>();
+        residual.extend((0..d).map(|k| r[k] - projection[k]));
+        scaled_q.extend(rows.map(|k| alpha * q[k]));
     }
-    let natural_map = ratio(residual.sqrt(), r.norm().max(scaled_q.sqrt()));
+    let size = norm(r.iter()).max(norm(scaled_q.iter()));
+    let natural_map = ratio(norm(residual.iter()), size);
     let (inertia, contact) = (&scene.mass * &v, scene.h.transpose() * &r);
-    let size = scene.f.norm().max(inertia.norm()).max(contact.norm());
-    let dynamics = ratio((inertia + &scene.f - contact).norm(), size);
-    natural_map.max(dynamics)
+    let size = norm(scene.f.iter()).max(norm(inertia.iter()));
+    let size = size.max(norm(contact.iter()));
+    let balance = inertia + &scene.f - contact;
+    let dynamics = ratio(norm(balance.iter()), size);
+    let finite = residual.iter().chain(&balance).all(|x| x.is_finite());
+    if finite && natural_map.is_finite() && dynamics.is_finite() {
+        natural_map.max(dynamics)
+    } else {
+        f64::INFINITY
+    }
 }
 
 /// What a certificate of infeasibility `d` (one number a contact) proves: any velocity with

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use serde::Deserialize;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use std::path::{Path, PathBuf};
 use stiction::{Contact, Error, Real, Scene};
 
@@ -17,17 +18,22 @@ pub struct SceneFile {
     pub f: DVector<f64>,
     pub w: DVector<f64>,
     pub mu: Vec<f64>,
+    /// What touches what; the same name twice for two points of one pair of bodies.
+    pub contact_names: Vec<String>,
 }
 
+/// What tells a sequence from a scene, and what they have in common.
 #[derive(Deserialize)]
 struct Header {
     name: Option<String>,
     n_dof: usize,
     dim: usize,
-    #[serde(default)]
+    problems: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+struct Sequence {
     problems: Vec<Problem>,
-    #[serde(flatten)]
-    problem: Option<Problem>,
 }
 
 #[derive(Deserialize)]
@@ -43,29 +49,53 @@ struct Problem {
     w: Vec<f64>,
     #[serde(rename = "mu")]
     mu: Vec<f64>,
+    #[serde(rename = "contact_names", default)]
+    contact_names: Vec<String>,
 }
 
 /// All scenes of a file: one, or the time steps of a sequence named `name[k]`.
 pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
-    let header: Header = serde_json::from_str(&text).map_err(|error| error.to_string())?;
+    let header: Header = parse(&text)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = header.name.unwrap_or_else(|| stem.into_owned());
-    if header.problems.is_empty() {
-        let problem = header
-            .problem
-            .ok_or("neither a scene (n_contacts, M, H, f, w, mu) nor a sequence (problems)")?;
+    if header.problems.is_none() {
+        let problem: Problem = parse(&text)?;
         return Ok(vec![problem.check(name, header.n_dof, header.dim)?]);
     }
-    let steps = header.problems.into_iter().enumerate();
+    let sequence: Sequence = parse(&text)?;
+    let steps = sequence.problems.into_iter().enumerate();
     steps
-        .map(|(k, problem)| problem.check(format!("{name}[{k}]"), header.n_dof, header.dim))
+        .map(|(k, problem)| {
+            let name = format!("{name}[{k}]");
+            let checked = problem.check(name.clone(), header.n_dof, header.dim);
+            checked.map_err(|error| format!("{name}: {error}"))
+        })
         .collect()
+}
+
+fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    serde_json::from_str(text).map_err(|error| {
+        let place = text.lines().nth(error.line().saturating_sub(1));
+        let rest = place.and_then(|line| line.get(error.column().saturating_sub(1)..));
+        let not_a_number = ["NaN", "Infinity", "-Infinity", "nan", "inf"];
+        match rest {
+            Some(rest) if not_a_number.iter().any(|word| rest.starts_with(word)) => {
+                format!("not a finite number: {error}")
+            }
+            _ => error.to_string(),
+        }
+    })
 }
 
 /// The bundled scenes, by name.
 pub fn bundled() -> Vec<PathBuf> {
     json_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes"))
+}
+
+/// The bundled sequences of time steps, by name.
+pub fn bundled_sequences() -> Vec<PathBuf> {
+    json_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/sequences"))
 }
 
 /// The `.json` files of a folder, by name.
@@ -84,7 +114,13 @@ pub fn json_files(folder: &Path) -> Vec<PathBuf> {
 
 fn matrix(what: &str, rows: &[Vec<f64>], n: usize, m: usize) -> Result<DMatrix<f64>, String> {
     if rows.len() != n || rows.iter().any(|row| row.len() != m) {
-        return Err(format!("{what} is not {n} x {m}"));
+        let mut lengths = rows.iter().map(Vec::len);
+        let wrong = lengths.clone().find(|&length| length != m);
+        let columns = wrong.or(lengths.next_back()).unwrap_or(0);
+        return Err(format!(
+            "{what} is {} x {columns}, not {n} x {m}",
+            rows.len()
+        ));
     }
     Ok(DMatrix::from_fn(n, m, |i, j| rows[i][j]))
 }
@@ -98,6 +134,9 @@ fn vector(what: &str, entries: Vec<f64>, n: usize) -> Result<DVector<f64>, Strin
 
 impl Problem {
     fn check(self, name: String, n_dof: usize, dim: usize) -> Result<SceneFile, String> {
+        if !(1..=4).contains(&dim) {
+            return Err(format!("dim {dim} is not 1, 2, 3 or 4"));
+        }
         let rows = dim * self.n_contacts;
         Ok(SceneFile {
             name,
@@ -105,10 +144,11 @@ impl Problem {
             n_contacts: self.n_contacts,
             dim,
             mass: matrix("M", &self.m, n_dof, n_dof)?,
-            h: matrix("H", &self.h, rows, n_dof)?,
+            h: matrix("H (dim rows a contact)", &self.h, rows, n_dof)?,
             f: vector("f", self.f, n_dof)?,
             w: vector("w", self.w, rows)?,
             mu: vector("mu", self.mu, self.n_contacts)?.as_slice().to_vec(),
+            contact_names: self.contact_names,
         })
     }
 }
@@ -153,7 +193,26 @@ impl SceneFile {
             f: DVector::from_fn(N, |i, _| double(f[i])),
             w: DVector::from_fn(rows, |i, _| double(contacts[i / D].offset[i % D])),
             mu: contacts.iter().map(|contact| double(contact.mu)).collect(),
+            contact_names: Vec::new(),
         }
+    }
+
+    /// Which contact of the step before each contact was: the first of a name the first of that
+    /// name, and so on. Without names, the one of the same number.
+    pub fn previous(&self, before: &Self) -> Vec<Option<usize>> {
+        if self.contact_names.len() != self.n_contacts {
+            return (0..self.n_contacts).map(Some).collect();
+        }
+        let mut left: Vec<_> = before.contact_names.iter().map(Some).collect();
+        let mut previous = Vec::new();
+        for name in &self.contact_names {
+            let index = left.iter().position(|&other| other == Some(name));
+            if let Some(index) = index {
+                left[index] = None;
+            }
+            previous.push(index);
+        }
+        previous
     }
 
     /// The free impulse `f` in the kernel's type, padded with zeros.

@@ -86,6 +86,7 @@ impl Shape {
             h,
             w,
             mu: self.mu,
+            contact_names: Vec::new(),
         };
         Candidate { scene, witness }
     }

@@ -1,0 +1,124 @@
+//! From one time step to the next: what `f` and `w` of a scene are made of.
+//!
+//! Semi-implicit stepping after Moreau and Jean: masses, Jacobians and gaps are taken at the
+//! beginning of a step of length `h`, contact impulses and friction act on the velocity at its end,
+//! and the position follows from that velocity.
+//!
+//! ```
+//! use nalgebra::{Matrix2, matrix, vector};
+//! use stiction::{Contact, Factor, Scene, Settings, Solver, time_stepping as law};
+//!
+//! // 2 kg, thrown at 1 m/s over a floor (x, height) from 1 cm above it.
+//! let (mass, weight, h) = (Matrix2::identity() * 2.0, vector![0.0, -2.0 * 9.81], 0.001);
+//! let mut scene = Scene::<f64, 2, 2, 1>::new();
+//! scene.set_mass(&mass)?;
+//! let jacobian = matrix![0.0, 1.0; 1.0, 0.0];
+//! scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu: 0.4 })?;
+//! let factor = Factor::new(&scene)?; // neither f nor w is part of it
+//! let (mut solver, settings) = (Solver::new(), Settings::new(1e-9));
+//!
+//! let (mut position, mut velocity) = (vector![0.0, 0.01], vector![1.0, 0.0]);
+//! for _ in 0..1000 {
+//!     scene.set_offset(0, &vector![law::gap(position.y, h, 0.1), 0.0])?;
+//!     let f = law::free_impulse(&mass, &velocity, &weight, h);
+//!     velocity = solver.solve(&scene, &factor, &f, &settings)?.velocity;
+//!     position += velocity * h;
+//! }
+//! assert!(velocity.norm() < 1e-9 && position.y.abs() < 1e-9); // it lies still, on the floor
+//! # Ok::<(), stiction::Error>(())
+//! ```
+
+use crate::Real;
+use crate::cholesky::axpy;
+use crate::solution::zeros;
+use nalgebra::{SMatrix, SVector};
+
+/// Minus the free impulse of a step, `f = -(M v + h F)` (N·s).
+///
+/// `v` is the velocity before the step, `F` (N) the sum of all forces but those of the contacts:
+/// weight, motors, and `-C(q, v) v` where `M` depends on the position.
+///
+/// ```
+/// # use nalgebra::{Matrix2, vector};
+/// # use stiction::time_stepping::free_impulse;
+/// let (mass, velocity, force) = (Matrix2::identity() * 2.0, vector![1.0, 0.0], vector![0.0, -16.0]);
+/// assert_eq!(free_impulse(&mass, &velocity, &force, 0.5), vector![-2.0, 8.0]);
+/// ```
+#[must_use]
+pub fn free_impulse<T: Real, const N: usize>(
+    mass: &SMatrix<T, N, N>,
+    velocity: &SVector<T, N>,
+    force: &SVector<T, N>,
+    step: T,
+) -> SVector<T, N> {
+    let mut f: SVector<T, N> = zeros();
+    for (column, &v) in mass.as_slice().chunks_exact(N).zip(velocity.iter()) {
+        axpy(-v, column, f.as_mut_slice());
+    }
+    axpy(-step, force.as_slice(), f.as_mut_slice());
+    f
+}
+
+/// Normal offset of a contact `gap` metres from touching, `w_N = gap/h` (m/s): it may close within
+/// the step, and no further.
+///
+/// A contact that is open stays in the scene this way and costs no new factor. One that penetrates
+/// (`gap < 0`) is pushed out by `-w_N`, at `recovery >= 0` (m/s) at most.
+///
+/// ```
+/// # use stiction::time_stepping::gap;
+/// assert_eq!(gap(0.5, 0.25, 0.1), 2.0);
+/// assert_eq!(gap(-0.5, 0.25, 0.1), -0.1);
+/// ```
+#[must_use]
+pub fn gap<T: Real>(gap: T, step: T, recovery: T) -> T {
+    (gap / step).max(-recovery)
+}
+
+/// Normal offset of a contact that bounces, Newton's `w_N = e u_N⁻` (m/s), where it closes in this
+/// step (`w_gap + u_N⁻ <= 0`) faster than `threshold >= 0` (m/s); elsewhere what [`gap`] gave,
+/// `w_gap`.
+///
+/// `u_N⁻` is the normal velocity before the step, negative in approach. The threshold lets a
+/// contact come to rest: it should exceed `h` times the acceleration that presses it.
+///
+/// ```
+/// # use stiction::time_stepping::{gap, restitution};
+/// assert_eq!(restitution(0.5, -3.0, 0.25, 0.0), -1.5); // leaves at half its speed
+/// assert_eq!(restitution(0.5, -0.125, 0.25, 0.0), 0.0); // too slow to bounce
+/// assert_eq!(restitution(0.5, -3.0, 0.25, gap(1.0, 0.25, 0.0)), 4.0); // not there yet
+/// ```
+#[must_use]
+pub fn restitution<T: Real>(e: T, approach: T, threshold: T, gap: T) -> T {
+    let bounce = e * approach;
+    let closes = approach < -threshold && gap + approach <= T::ZERO;
+    if closes && bounce < T::ZERO {
+        bounce.min(gap)
+    } else {
+        gap
+    }
+}
+
+/// Offset of a contact with a surface that moves, `w = -R v_s` (m/s), to be added to the others.
+///
+/// The rows of `R` are the contact's normal and tangents in the coordinates of the surface's
+/// velocity `v_s` at the contact. With `R = H_i`, `v_s` is a velocity of the whole system.
+///
+/// ```
+/// # use nalgebra::{matrix, vector};
+/// # use stiction::time_stepping::moving_surface;
+/// let frame = matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0]; // normal z, tangents x, y
+/// let belt = vector![0.5, 0.0, 0.0];
+/// assert_eq!(moving_surface(&frame, &belt), vector![0.0, -0.5, 0.0]);
+/// ```
+#[must_use]
+pub fn moving_surface<T: Real, const D: usize, const K: usize>(
+    frame: &SMatrix<T, D, K>,
+    velocity: &SVector<T, K>,
+) -> SVector<T, D> {
+    let mut offset: SVector<T, D> = zeros();
+    for (column, &v) in frame.as_slice().chunks_exact(D).zip(velocity.iter()) {
+        axpy(-v, column, offset.as_mut_slice());
+    }
+    offset
+}
