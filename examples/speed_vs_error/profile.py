@@ -47,7 +47,8 @@ def count(scene, solver):
         elif ":" in what:
             # "file:function [binary]": inlined code counts for the function around it.
             name = re.sub(r"\s*\[[^]]*\]$", "", what.split(":", 1)[1]).split("'")[0]
-            functions[name.removeprefix("stiction::")] += instructions
+            name = re.sub(r"<T[^>]*>", "", name.removeprefix("stiction::"))
+            functions["solve itself" if "Contestant" in name else name] += instructions
     return total / CALLS, functions, run.stdout.split()
 
 

@@ -28,8 +28,8 @@ fn sized<T: Real>(file: &SceneFile, kind: Kind) -> Box<dyn Contestant> {
         };
     }
     match file.dim {
-        2 => sizes!(2: 3 1, 6 4),
-        _ => sizes!(3: 6 1, 6 4, 6 8, 12 4, 12 12, 18 4, 18 8, 18 12, 24 4, 24 12),
+        2 => sizes!(2: 6 4),
+        _ => sizes!(3: 6 4, 6 8, 12 4, 12 12, 18 4, 18 12, 24 4, 24 12),
     }
 }
 
