@@ -101,6 +101,6 @@ const QUICK: Patience = Patience {
     budget: 0.3e6,
 };
 const FULL: Patience = Patience {
-    visits: 60,
-    budget: 6e6,
+    visits: 100,
+    budget: 12e6,
 };
