@@ -61,7 +61,7 @@ impl Cuboid {
 }
 
 /// Velocity of a point of a body, normal `z` first, then `x` and `y`.
-fn point_jacobian(p: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+pub fn point_jacobian(p: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     matrix![
         0.0, 0.0, 1.0, p.y, -p.x, 0.0;
         1.0, 0.0, 0.0, 0.0, p.z, -p.y;

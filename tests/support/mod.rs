@@ -8,6 +8,7 @@ pub mod check;
 pub mod generate;
 pub mod measure;
 pub mod method;
+pub mod motion;
 pub mod random;
 pub mod scene_file;
 pub mod solve;

@@ -197,20 +197,30 @@ impl SceneFile {
         }
     }
 
-    /// Which contact of the step before each contact was: the first of a name the first of that
-    /// name, and so on. Without names, the one of the same number.
+    /// Which contact of the step before each contact was: of those of its name the one whose rows of
+    /// `H` are the most alike, the closest pairs first. Without names, the one of the same number.
     pub fn previous(&self, before: &Self) -> Vec<Option<usize>> {
         if self.contact_names.len() != self.n_contacts {
             return (0..self.n_contacts).map(Some).collect();
         }
-        let mut left: Vec<_> = before.contact_names.iter().map(Some).collect();
-        let mut previous = Vec::new();
-        for name in &self.contact_names {
-            let index = left.iter().position(|&other| other == Some(name));
-            if let Some(index) = index {
-                left[index] = None;
+        let rows = |scene: &Self, i: usize| scene.h.rows(i * self.dim, self.dim).into_owned();
+        let mut pairs = Vec::new();
+        for (i, name) in self.contact_names.iter().enumerate() {
+            for (j, _) in before
+                .contact_names
+                .iter()
+                .enumerate()
+                .filter(|(_, other)| *other == name)
+            {
+                pairs.push(((rows(self, i) - rows(before, j)).norm_squared(), i, j));
             }
-            previous.push(index);
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut previous = vec![None; self.n_contacts];
+        for (_, i, j) in pairs {
+            if previous[i].is_none() && !previous.contains(&Some(j)) {
+                previous[i] = Some(j);
+            }
         }
         previous
     }

@@ -1,0 +1,67 @@
+"""A scene file, its Delassus operator, and the error of a solution as the README defines it."""
+import json
+import time
+
+import numpy as np
+from scipy.linalg import blas, lapack
+
+
+class Scene:
+    def __init__(self, path):
+        data = json.loads(path.read_text())
+        self.path, self.name, self.dim = path, data["name"], data["dim"]
+        self.M, self.H, self.f, self.w, self.mu = (
+            np.array(data[key], float) for key in ("M", "H", "f", "w", "mu")
+        )
+        self.W, self.q = self.delassus()
+
+    def delassus(self):
+        """`W = H M⁻¹ Hᵀ`, `q = w - H M⁻¹ f`."""
+        factor, _ = lapack.dpotrf(self.M, lower=1)
+        X, _ = lapack.dtrtrs(factor, self.H.T, lower=1)
+        g, _ = lapack.dtrtrs(factor, self.f, lower=1)
+        return blas.dgemm(1.0, X, X, trans_a=1), self.w - X.T @ g.ravel()
+
+    def seconds_for_delassus(self):
+        best = float("inf")
+        for _ in range(50):
+            start = time.perf_counter()
+            factor, _ = lapack.dpotrf(self.M, lower=1)
+            X, _ = lapack.dtrtrs(factor, self.H.T, lower=1)
+            blas.dgemm(1.0, X, X, trans_a=1)
+            best = min(best, time.perf_counter() - start)
+        return best
+
+    def velocity(self, r):
+        return np.linalg.solve(self.M, self.H.T @ r - self.f)
+
+    def error(self, v, r):
+        """The larger of the natural map's and the dynamics' relative residual."""
+        u = self.H @ v + self.w
+        residual, expected = 0.0, 0.0
+        for i, mu in enumerate(self.mu):
+            rows = slice(self.dim * i, self.dim * (i + 1))
+            alpha = self.dim / np.trace(self.W[rows, rows])
+            lifted = u[rows].copy()
+            lifted[0] += mu * np.linalg.norm(u[rows][1:])
+            residual += np.sum((r[rows] - project(r[rows] - alpha * lifted, mu)) ** 2)
+            expected += np.sum((alpha * self.q[rows]) ** 2)
+        natural_map = ratio(np.sqrt(residual), max(np.linalg.norm(r), np.sqrt(expected)))
+        inertia, contact = self.M @ v, self.H.T @ r
+        size = max(map(np.linalg.norm, (self.f, inertia, contact)))
+        return max(natural_map, ratio(np.linalg.norm(inertia + self.f - contact), size))
+
+
+def ratio(a, b):
+    return 0.0 if a == 0.0 else a / b
+
+
+def project(x, mu):
+    """Onto `K_mu`, Eq. (1)."""
+    length = np.linalg.norm(x[1:])
+    if x[0] >= 0.0 and length <= mu * x[0]:
+        return x
+    if mu * length <= -x[0]:
+        return np.zeros_like(x)
+    along = (x[0] + mu * length) / (1.0 + mu * mu)
+    return np.concatenate([[along], along * mu * x[1:] / length])

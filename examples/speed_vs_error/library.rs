@@ -1,0 +1,73 @@
+//! The methods of this crate.
+
+use crate::contestant::{Contestant, Effort, Kind};
+use crate::support::measure;
+use crate::support::scene_file::SceneFile;
+use nalgebra::SVector;
+use std::hint::black_box;
+use stiction::{AdmmSolver, Error, Factor, Real, Scene, Settings, Solver, Status};
+
+pub(crate) struct Library<T, const N: usize, const D: usize, const C: usize> {
+    method: Kind,
+    n_dof: usize,
+    scene: Scene<T, N, D, C>,
+    f: SVector<T, N>,
+    factor: Factor<T, N, D, C>,
+    solver: Solver<T, N, D, C>,
+    admm: AdmmSolver<T, N, D, C>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Library<T, N, D, C> {
+    /// # Errors
+    /// What the kernel refuses of the scene.
+    pub(crate) fn new(file: &SceneFile, method: Kind) -> Result<Box<Self>, Error> {
+        let scene = file.scene()?;
+        let factor = Factor::new(&scene)?;
+        Ok(Box::new(Self {
+            method,
+            n_dof: file.n_dof,
+            f: file.free_impulse(),
+            scene,
+            factor,
+            solver: Solver::new(),
+            admm: AdmmSolver::new(),
+        }))
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Contestant for Library<T, N, D, C> {
+    fn prepare(&mut self) {
+        let computed = self.factor.compute(black_box(&self.scene));
+        computed.expect("the scene was factorised before");
+    }
+
+    fn solve(&mut self, tolerance: f64) -> Effort {
+        let settings = Settings::new(T::literal(tolerance));
+        let (scene, factor) = (black_box(&self.scene), &self.factor);
+        let f = black_box(&self.f);
+        self.solver.reset();
+        self.admm.reset();
+        let solution = match self.method {
+            Kind::Plain => self.admm.solve_plain(scene, factor, f, &settings),
+            Kind::Fast => self.admm.solve_fast(scene, factor, f, &settings),
+            Kind::Restart => self.admm.solve_restart(scene, factor, f, &settings),
+            _ => self.solver.solve(scene, factor, f, &settings),
+        };
+        let solution = black_box(solution.expect("f is finite"));
+        Effort {
+            iterations: solution.iterations,
+            newton_steps: solution.newton_steps,
+            finished: solution.status == Status::Solved,
+        }
+    }
+
+    fn answer(&self) -> (Vec<f64>, Vec<f64>) {
+        let solution = match self.method {
+            Kind::Default => self.solver.solution(),
+            _ => self.admm.solution(),
+        };
+        let mut velocity = measure::velocity(solution);
+        velocity.truncate(self.n_dof);
+        (velocity, measure::impulses(solution))
+    }
+}

@@ -1,0 +1,106 @@
+//! Speed against error: this crate, what a user would write instead, and a conic solver, in one run.
+//!
+//! `cargo run --release --example speed_vs_error` measures and writes the report with its pictures to
+//! `examples/speed_vs_error/report`; `-- --quick` takes less than a minute and writes to
+//! `target/speed_vs_error`.
+//!
+//! | files | idea |
+//! |---|---|
+//! | `contestant`, `library`, `sizes` | what a solver is here; ours; the compiled sizes |
+//! | `contact_space`, `block`, `gauss_seidel` | projected Gauss-Seidel with exact block steps |
+//! | `alart_curnier`, `elimination` | nonsmooth Newton |
+//! | `clarabel` | the convex relaxation, and the outer loop on `s` |
+//! | `measure`, `race`, `scaling`, `instructions` | the numbers |
+//! | `axis`, `chart`, `pictures`, `pictures_sizes` | what is drawn |
+//! | `verdict`, `tables`, `report` | what is written |
+//! | `single`, `profile.py` | instructions by function, counted by callgrind |
+
+#![allow(clippy::cast_precision_loss)] // counts and sizes are small
+#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // pixels, decades and visits
+
+#[path = "../../tests/support/mod.rs"]
+mod support;
+
+mod alart_curnier;
+mod axis;
+mod block;
+mod chart;
+mod clarabel;
+mod contact_space;
+mod contestant;
+mod elimination;
+mod gauss_seidel;
+mod instructions;
+mod library;
+mod machine;
+mod measure;
+mod pictures;
+mod pictures_sizes;
+mod progress;
+mod race;
+mod report;
+mod scaling;
+mod single;
+mod sizes;
+mod tables;
+mod verdict;
+
+use clap::Parser;
+use measure::Patience;
+use progress::Progress;
+use race::Race;
+use std::path::PathBuf;
+use support::scene_file::{self, SceneFile};
+
+/// Measure error against time and write the report.
+#[derive(Parser)]
+struct Options {
+    /// Few repeats: less than a minute, and rougher numbers
+    #[arg(long)]
+    quick: bool,
+    /// Only solve, SCENE:SOLVER:TOLERANCE:CALLS, for a profiler
+    #[arg(long)]
+    profile: Option<String>,
+    /// Folder to write to
+    #[arg(long)]
+    output: Option<PathBuf>,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let options = Options::parse();
+    let (patience, samples, folder) = if options.quick {
+        (QUICK, 3, "target/speed_vs_error")
+    } else {
+        (FULL, 20, "examples/speed_vs_error/report")
+    };
+    let crate_folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let folder = options.output.unwrap_or_else(|| crate_folder.join(folder));
+
+    let mut scenes: Vec<SceneFile> = Vec::new();
+    for path in scene_file::bundled() {
+        scenes.extend(scene_file::read(&path)?);
+    }
+    scenes.retain(|scene| !scene.name.starts_with("infeasible"));
+    if let Some(what) = options.profile {
+        return Ok(single::run(&scenes, &what)?);
+    }
+    let mut progress = Progress::new("scene", scenes.len());
+    let mut races = Vec::new();
+    for scene in scenes {
+        progress.step(&scene.name);
+        races.push(Race::new(scene, &patience));
+    }
+    let scalings = scaling::run(samples, &patience);
+    report::write(&folder, &races, &scalings)?;
+    eprintln!("written: {}", folder.join("REPORT.md").display());
+    Ok(())
+}
+
+const QUICK: Patience = Patience {
+    visits: 7,
+    budget: 0.3e6,
+};
+const FULL: Patience = Patience {
+    visits: 100,
+    budget: 12e6,
+};

@@ -1,0 +1,109 @@
+//! Which of the numbers that the project asks of itself hold in this run.
+
+use crate::contestant::{Id, Kind};
+use crate::race::{LEVELS, Race, geometric_mean};
+
+/// Times of one contestant over those of another, scene by scene.
+pub(crate) struct Comparison {
+    /// Scene, and how many times faster the second is.
+    pub(crate) ratios: Vec<(String, f64)>,
+    /// Scenes that the first solves and the second does not.
+    pub(crate) lost: Vec<String>,
+}
+
+/// How many times faster `ours` is than `theirs` to this error, on the scenes that `theirs` solves.
+pub(crate) fn compare<'a>(
+    races: impl Iterator<Item = &'a Race>,
+    (ours, theirs): (Id, Id),
+    error: f64,
+    prepared: bool,
+) -> Comparison {
+    let mut comparison = Comparison {
+        ratios: Vec::new(),
+        lost: Vec::new(),
+    };
+    for race in races {
+        let name = race.scene.name.clone();
+        let Some(slow) = race.time(theirs, error, prepared) else {
+            continue;
+        };
+        match race.time(ours, error, prepared) {
+            Some(fast) => comparison.ratios.push((name, slow / fast)),
+            None => comparison.lost.push(name),
+        }
+    }
+    comparison.ratios.sort_by(|a, b| a.1.total_cmp(&b.1));
+    comparison
+}
+
+impl Comparison {
+    pub(crate) fn mean(&self) -> f64 {
+        let ratios: Vec<f64> = self.ratios.iter().map(|ratio| ratio.1).collect();
+        geometric_mean(&ratios).unwrap_or(f64::NAN)
+    }
+
+    /// "1.20 times as fast as ... (wanted ...; slower on 3 of 37 scenes)"
+    fn text(&self, whom: &str, wanted: &str) -> String {
+        let slower = self.ratios.iter().filter(|ratio| ratio.1 < 1.0).count();
+        let unsolved = match self.lost.len() {
+            0 => String::new(),
+            lost => format!(", unsolved {lost}"),
+        };
+        let scenes = self.ratios.len() + self.lost.len();
+        format!(
+            "{:.2} times as fast as {whom} (wanted {wanted}; slower on {slower}{unsolved} of \
+             {scenes} scenes)",
+            self.mean()
+        )
+    }
+}
+
+/// Scenes with two tangents.
+pub(crate) fn spatial(races: &[Race]) -> impl Iterator<Item = &Race> {
+    races.iter().filter(|race| race.scene.dim == 3)
+}
+
+/// The first paragraph: what holds and what is missed. `peers` is what the run against the
+/// external solvers found.
+pub(crate) fn paragraph(races: &[Race], peers: &str) -> String {
+    let (double, single) = (Kind::Default.double(), Kind::Default.single());
+    let rival = Kind::GaussSeidel.double();
+    let (mut holds, mut missed) = (Vec::new(), Vec::new());
+    let mut judge = |held: bool, text: String| {
+        if held {
+            holds.push(text);
+        } else {
+            missed.push(text);
+        }
+    };
+    for (error, wanted) in [(LEVELS[0], 1.0), (LEVELS[1], 3.0)] {
+        for prepared in [false, true] {
+            let found = compare(spatial(races), (double, rival), error, prepared);
+            let what = if prepared { " with prepare" } else { "" };
+            let whom = format!("Gauss-Seidel{what} to {error:e}");
+            judge(
+                found.mean() >= wanted,
+                found.text(&whom, &format!("at least {wanted}")),
+            );
+        }
+    }
+    let found = compare(spatial(races), (single, double), LEVELS[0], false);
+    judge(
+        found.mean() > 1.0 && found.lost.is_empty(),
+        found.text(
+            &format!("itself in f64, in f32 to {:e}", LEVELS[0]),
+            "more than 1",
+        ),
+    );
+    let list = |what: &str, texts: &[String]| match texts {
+        [] => format!("**{what}** none."),
+        texts => format!("**{what}**: {}.", texts.join("; ")),
+    };
+    format!(
+        "The default method against what this project asks of it, in geometric means over the \
+         feasible spatial scenes. {} {} Against the fastest external solver, chosen per scene in \
+         hindsight: {peers}",
+        list("Held", &holds),
+        list("Missed", &missed),
+    )
+}

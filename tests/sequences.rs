@@ -1,0 +1,136 @@
+//! The bundled sequences: consecutive time steps of one simulation, each solved from the one before.
+
+mod support;
+
+use nalgebra::{SMatrix, SVector, matrix, vector};
+use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
+use support::boxes::BRICK;
+use support::measure::{self, Law};
+use support::scene_file::{self, SceneFile};
+
+/// Solves the steps of a sequence with a compiled size that holds them; the work of each.
+fn replay<T: Real>(steps: &[SceneFile], warm: bool, tolerance: f64) -> Result<Vec<usize>, Error> {
+    let contacts = steps.iter().map(|step| step.n_contacts).max();
+    match (steps[0].dim, steps[0].n_dof, contacts.unwrap_or(0)) {
+        (2, ..=6, ..=4) => replay_as::<T, 6, 2, 4>(steps, warm, tolerance),
+        (3, ..=6, ..=4) => replay_as::<T, 6, 3, 4>(steps, warm, tolerance),
+        (3, ..=18, ..=12) => replay_as::<T, 18, 3, 12>(steps, warm, tolerance),
+        sizes => panic!("{}: no size for {sizes:?}", steps[0].name),
+    }
+}
+
+fn replay_as<T: Real, const N: usize, const D: usize, const C: usize>(
+    steps: &[SceneFile],
+    warm: bool,
+    tolerance: f64,
+) -> Result<Vec<usize>, Error> {
+    let mut solver = Solver::<T, N, D, C>::new();
+    let settings = Settings::new(T::literal(tolerance));
+    let mut work = Vec::new();
+    let mut before: Option<&SceneFile> = None;
+    for step in steps {
+        match before {
+            Some(before) if warm => solver.carry_over(&step.previous(before)),
+            _ => solver.reset(),
+        }
+        let scene = step.scene()?;
+        let factor = Factor::new(&scene)?;
+        let solution = solver.solve(&scene, &factor, &step.free_impulse(), &settings)?;
+        assert_eq!(solution.status, Status::Solved, "{}", step.name);
+        let (v, r) = (measure::velocity(solution), measure::impulses(solution));
+        let error = measure::error(step, &v[..step.n_dof], &r, Law::Coulomb);
+        assert!(error <= tolerance, "{}: {error:e}", step.name);
+        work.push(solution.iterations + 10 * solution.newton_steps);
+        before = Some(step);
+    }
+    Ok(work)
+}
+
+#[test]
+fn every_step_of_every_sequence_is_solved_and_warm_costs_less() -> Result<(), Error> {
+    let files = scene_file::bundled_sequences();
+    assert!(files.len() >= 5, "the sequences are not where they were");
+    for file in files {
+        let steps = scene_file::read(&file).expect("a sequence file");
+        let work = [
+            (
+                replay::<f64>(&steps, true, 1e-6)?,
+                replay::<f64>(&steps, false, 1e-6)?,
+            ),
+            (
+                replay::<f32>(&steps, true, 1e-4)?,
+                replay::<f32>(&steps, false, 1e-4)?,
+            ),
+        ];
+        for (warm, cold) in work {
+            let [warm, cold] = [warm, cold].map(|work| work.iter().sum::<usize>());
+            assert!(warm <= cold, "{}: warm {warm}, cold {cold}", file.display());
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn contacts_are_recognised_by_name_and_by_where_they_are() {
+    let scene = |contacts: &[(&str, f64)]| {
+        let mut scene = SceneFile::of(&contacts_at(contacts), &SVector::zeros());
+        scene.contact_names = contacts
+            .iter()
+            .map(|(name, _)| (*name).to_owned())
+            .collect();
+        scene
+    };
+    let before = scene(&[("a", 0.1), ("b", 0.2), ("a", 0.9), ("c", 0.5)]);
+    let after = scene(&[("c", 0.5), ("a", 0.8), ("a", 0.25), ("a", 0.05), ("d", 0.1)]);
+    assert_eq!(
+        after.previous(&before),
+        [Some(3), Some(2), None, Some(0), None]
+    );
+    let unnamed = SceneFile::of(&contacts_at(&[("", 0.3), ("", 0.7)]), &SVector::zeros());
+    assert_eq!(unnamed.previous(&before), [Some(0), Some(1)]);
+}
+
+/// A body with contacts at some distances from its centre.
+fn contacts_at(contacts: &[(&str, f64)]) -> Scene<f64, 3, 3, 5> {
+    let mut scene = Scene::new();
+    scene.set_mass(&SMatrix::identity()).expect("a mass matrix");
+    for &(_, x) in contacts {
+        let contact = Contact {
+            jacobian: matrix![0.0, 1.0, x; 1.0, 0.0, 0.0; 0.0, 0.0, 0.0],
+            offset: SVector::zeros(),
+            mu: 0.5,
+        };
+        scene.push(&contact).expect("room");
+    }
+    scene
+}
+
+/// Whatever was replaced: the scene, its factor in place, and the solution are those of a scene that
+/// was built so, bit for bit.
+#[test]
+fn a_scene_changed_in_place_is_as_one_built_anew() -> Result<(), Error> {
+    let f = BRICK.free_impulse::<f64>(0.5, 0.01);
+    let mut scene = BRICK.on_plane::<f64>(0.3)?;
+    let mut factor = Factor::new(&scene)?;
+    let mass = scene.mass() * 1.7;
+    let mut anew = Scene::<f64, 6, 3, 4>::new();
+    scene.set_mass(&mass)?;
+    anew.set_mass(&mass)?;
+    for (i, mut contact) in scene.contacts().to_vec().into_iter().enumerate() {
+        contact.jacobian[(0, 3)] += 0.1;
+        contact.offset = vector![0.01, -0.02, 0.0];
+        contact.mu = 0.7;
+        scene.set_jacobian(i, &contact.jacobian)?;
+        scene.set_offset(i, &contact.offset)?;
+        scene.set_friction(i, contact.mu)?;
+        anew.push(&contact)?;
+    }
+    factor.compute(&scene)?;
+    let settings = Settings::new(1e-9);
+    let [mut changed, mut built] = [Solver::new(), Solver::new()];
+    let changed = changed.solve(&scene, &factor, &f, &settings)?;
+    let built = built.solve(&anew, &Factor::new(&anew)?, &f, &settings)?;
+    assert_eq!(changed.velocity, built.velocity);
+    assert_eq!(changed.contacts, built.contacts);
+    Ok(())
+}

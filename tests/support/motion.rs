@@ -1,0 +1,128 @@
+//! Bodies followed from step to step by Moreau-Jean stepping.
+
+use super::boxes::{Cuboid, GRAVITY};
+use nalgebra::{SMatrix, SVector, matrix, vector};
+use stiction::time_stepping as law;
+use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
+
+/// No contact here closes faster, m/s.
+pub const REACH: f64 = 5.0;
+
+/// A system of constant mass and contact directions under constant forces.
+pub struct Motion<T, const N: usize, const D: usize, const C: usize> {
+    pub scene: Scene<T, N, D, C>,
+    pub factor: Factor<T, N, D, C>,
+    pub solver: Solver<T, N, D, C>,
+    pub settings: Settings<T>,
+    pub force: SVector<T, N>,
+    pub step: T,
+    /// Generalised position since the start, and velocity.
+    pub position: SVector<T, N>,
+    pub velocity: SVector<T, N>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C> {
+    pub fn new(
+        scene: Scene<T, N, D, C>,
+        force: SVector<f64, N>,
+        step: f64,
+        tolerance: f64,
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            factor: Factor::new(&scene)?,
+            scene,
+            solver: Solver::new(),
+            settings: Settings::new(T::literal(tolerance)),
+            force: force.map(T::literal),
+            step: T::literal(step),
+            position: SVector::zeros(),
+            velocity: SVector::zeros(),
+        })
+    }
+
+    /// Sets the normal offset of a contact.
+    pub fn offset(&mut self, contact: usize, normal: T) -> Result<(), Error> {
+        let mut offset = SVector::zeros();
+        offset[0] = normal;
+        self.scene.set_offset(contact, &offset)
+    }
+
+    /// One step, from the offsets that were set.
+    pub fn advance(&mut self) -> Result<(), Error> {
+        let mass = self.scene.mass();
+        let f = law::free_impulse(mass, &self.velocity, &self.force, self.step);
+        let solver = &mut self.solver;
+        let solution = solver.solve(&self.scene, &self.factor, &f, &self.settings)?;
+        // A ball that grazes the floor: in f32 `H v` cancels to less than its rounding.
+        let single = T::EPSILON > T::literal(1e-9);
+        let grazes = single && solution.status == Status::PrecisionLimit;
+        let solved = grazes || solution.status == Status::Solved;
+        assert!(solved, "{:?}: {:?}", solution.status, solution.error);
+        self.velocity = solution.velocity;
+        self.position += self.velocity * self.step;
+        Ok(())
+    }
+
+    /// Kinetic energy, and the work against the forces with the position half a step back, where
+    /// this scheme is that of the midpoint: a falling body keeps the sum.
+    pub fn energy(&self) -> f64 {
+        let double = |x: T| x.to_subset().unwrap_or(f64::NAN);
+        let [velocity, position, force] =
+            [self.velocity, self.position, self.force].map(|x| x.map(double));
+        let mass = self.scene.mass().map(double);
+        let midpoint = position - velocity * (double(self.step) / 2.0);
+        velocity.dot(&(mass * velocity)) / 2.0 - force.dot(&midpoint)
+    }
+}
+
+/// A solid ball over a floor; dofs forward, up, and the spin that turns its top backward.
+#[derive(Clone, Copy)]
+pub struct Ball {
+    pub mass: f64,
+    pub radius: f64,
+    pub mu: f64,
+    pub restitution: f64,
+}
+
+pub const BALL: Ball = Ball {
+    mass: 0.6,
+    radius: 0.12,
+    mu: 0.3,
+    restitution: 0.9,
+};
+
+impl Ball {
+    pub fn motion<T: Real>(&self, step: f64, tolerance: f64) -> Result<Motion<T, 3, 2, 1>, Error> {
+        let inertia = 0.4 * self.mass * self.radius * self.radius;
+        let mut scene = Scene::new();
+        let mass = SMatrix::from_diagonal(&vector![self.mass, self.mass, inertia]);
+        scene.set_mass(&mass.map(T::literal))?;
+        scene.push(&Contact {
+            jacobian: matrix![0.0, 1.0, 0.0; 1.0, 0.0, self.radius].map(T::literal),
+            offset: SVector::zeros(),
+            mu: T::literal(self.mu),
+        })?;
+        let weight = vector![0.0, -self.mass * GRAVITY, 0.0];
+        Motion::new(scene, weight, step, tolerance)
+    }
+
+    /// One step of a ball whose lowest point is at `position.y`.
+    pub fn advance<T: Real>(&self, ball: &mut Motion<T, 3, 2, 1>) -> Result<(), Error> {
+        let threshold = T::literal(4.0 * GRAVITY) * ball.step;
+        let gap = law::gap(ball.position.y, ball.step, T::ZERO, T::literal(REACH));
+        let e = T::literal(self.restitution);
+        ball.offset(0, law::restitution(e, ball.velocity.y, threshold, gap))?;
+        ball.advance()
+    }
+}
+
+/// A box on a plane that it does not leave; dofs as in [`super::boxes`].
+pub fn box_on_slope(
+    cuboid: &Cuboid,
+    mu: f64,
+    slope: f64,
+    step: f64,
+) -> Result<Motion<f64, 6, 3, 4>, Error> {
+    let force = -cuboid.free_impulse::<f64>(slope, 1.0);
+    Motion::new(cuboid.on_plane(mu)?, force, step, 1e-10)
+}
