@@ -157,15 +157,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         penalties
     }
 
-    /// `Σ alpha_i |q_i|²`: the energy of no impulse at no velocity, see [`crate::newton::Point`].
-    pub(crate) fn energy_at_rest(&self) -> T {
-        let energies = self
-            .laws()
-            .iter()
-            .map(|law| law.step * square(law.free.as_slice()));
-        energies.fold(T::ZERO, |sum, energy| sum + energy)
-    }
-
     /// Adds to `q_i`.
     pub(crate) fn correct(&mut self, contact: usize, difference: SVector<T, D>) {
         if let Some(law) = self.laws.get_mut(contact) {

@@ -25,6 +25,15 @@ impl<T: Real> Caution<T> {
         }
     }
 
+    /// For a start from the last solution. Of a singular scene other directions are without effect
+    /// now than were then, and a larger `λ` keeps the impulses from drifting along them.
+    pub(crate) fn warm() -> Self {
+        Self {
+            level: T::literal(1e1),
+            ..Self::new()
+        }
+    }
+
     /// Is a step worth trying? After a rejection first-order iterations must have brought the
     /// energy down, or have been tried twice.
     pub(crate) fn allows<const D: usize, const C: usize>(

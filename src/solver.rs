@@ -89,12 +89,32 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         let mut balance = Balance::new();
         let mut caution = Caution::new();
         let mut point = Point::zero();
-        let eager = self.state.point(&problem, balance.scale, &mut point);
+        let eager = self
+            .state
+            .point(&problem, balance.scale, settings.tolerance, &mut point);
         let mut search = Search::new(problem, settings, &mut self.solution);
         search.consider(&point.impulse, &point.relative, point.natural_map);
         let mut adapted = false;
         let mut left = None;
-        let mut length = if eager { 0 } else { 5 };
+        let mut length = 5;
+        if eager && search.is_running() {
+            let before = point.energy;
+            caution = Caution::warm();
+            refine(
+                &mut search,
+                &mut point,
+                &mut caution,
+                &balance,
+                &mut self.workspace,
+                false,
+            );
+            caution = Caution::new();
+            if search.is_running() && point.energy > before * T::literal(0.1) {
+                // It was misleading.
+                point = Point::zero();
+                point.update(&search.problem, balance.scale);
+            }
+        }
         while search.is_running() {
             if length > 0 {
                 let resolvent = if adapted {

@@ -6,9 +6,10 @@ use crate::cone::add_to_normal;
 use crate::newton::Point;
 use crate::problem::Problem;
 use crate::solution::zeros;
+use core::mem;
 use nalgebra::SVector;
 
-/// `ũ` and `r` of the last solve, for the contacts that have them.
+/// `ũ` and `r` of the last solve and how they had changed, for the contacts that have them.
 #[derive(Clone, Debug)]
 pub(crate) struct State<T, const D: usize, const C: usize> {
     contacts: [Option<ContactState<T, D>>; C],
@@ -18,6 +19,24 @@ pub(crate) struct State<T, const D: usize, const C: usize> {
 struct ContactState<T, const D: usize> {
     u: SVector<T, D>,
     r: SVector<T, D>,
+    /// By how much they had changed since the solve before; zero at first.
+    change: (SVector<T, D>, SVector<T, D>),
+}
+
+impl<T: Real, const D: usize> ContactState<T, D> {
+    /// `z = ũ - r / rho` if both go on as they did, an open contact stays open and a sticking one
+    /// stuck.
+    fn ahead(&self, penalty: T) -> SVector<T, D> {
+        let nought = |x: &SVector<T, D>| x.iter().all(|&x| x == T::ZERO);
+        let mut z = zeros();
+        if !nought(&self.u) {
+            z += self.u + self.change.0;
+        }
+        if !nought(&self.r) && penalty > T::ZERO {
+            z -= (self.r + self.change.1) / penalty;
+        }
+        z
+    }
 }
 
 impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
@@ -37,10 +56,11 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         }
     }
 
-    /// Remembers `ũ` and `r` of the contacts in use.
+    /// Remembers `ũ` and `r` of the contacts in use, and how they have changed.
     pub(crate) fn keep(&mut self, contacts: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>) {
         for (state, (u, r)) in self.contacts.iter_mut().zip(contacts) {
-            *state = Some(ContactState { u, r });
+            let change = state.map_or((zeros(), zeros()), |last| (u - last.u, r - last.r));
+            *state = Some(ContactState { u, r, change });
         }
     }
 
@@ -53,7 +73,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         let mut iterates = [Iterate::at(zeros(), zeros(), penalty); C];
         let pairs = problem.laws().iter().zip(&self.contacts);
         for (iterate, (law, contact)) in iterates.iter_mut().zip(pairs) {
-            if let Some(ContactState { u, r }) = contact {
+            if let Some(ContactState { u, r, .. }) = contact {
                 *iterate = Iterate::at(*u, law.cone.project(r), penalty);
             }
         }
@@ -63,50 +83,59 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     /// The first point of Newton's method with `rho_i = scale alpha_i`, and whether it is so good
     /// that no iteration has to come before a step.
     ///
-    /// Three candidates: `z = ũ - r / rho_i` as the last solve left it, the same with the velocity
-    /// that the last impulse has now, and none of it. The first is taken if it is so good,
-    /// otherwise the one with the least energy.
+    /// Candidates: `z = ũ - r / rho_i` as the last solve left it, the same with the velocity that
+    /// the last impulse has now, and both as they go on if they change as they did. The one with
+    /// the least error is taken if it is far better than none. (The energy is a poor judge: where
+    /// a heavy body stands on a light one it sees only the light one.)
     #[inline(never)]
     pub(crate) fn point<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
         scale: T,
+        tolerance: T,
         point: &mut Point<T, D, C>,
     ) -> bool {
-        // Without velocities and impulses, u = q is all of the residual.
-        let rest = problem.energy_at_rest();
-        let contacts = point.velocity.iter_mut();
-        let contacts = contacts.zip(&mut point.impulse);
-        let sources = problem.laws().iter().zip(&self.contacts);
-        for ((velocity, impulse), (law, contact)) in contacts.zip(sources) {
-            if let Some(ContactState { u, r }) = contact {
+        point.update(problem, scale);
+        if self.contacts.iter().all(Option::is_none) || point.natural_map <= tolerance {
+            return false;
+        }
+        let bound = point.natural_map * T::literal(0.25);
+        let sources = || problem.laws().iter().zip(&self.contacts);
+        let contacts = point.velocity.iter_mut().zip(&mut point.impulse);
+        for ((velocity, impulse), (law, contact)) in contacts.zip(sources()) {
+            if let Some(ContactState { u, r, .. }) = contact {
                 *velocity = *u;
                 *impulse = law.cone.project(r).into();
             }
         }
         point.rebuild(problem, scale);
-        if self.contacts.iter().all(Option::is_none) {
-            return false;
-        }
-        let good = rest * T::literal(0.01);
-        if point.energy < good {
-            return true;
-        }
-        let mut now = point.clone();
-        let velocities = now.velocity.iter_mut();
-        let velocities = velocities.zip(&point.relative);
+        let mut other = point.clone();
+        let velocities = other.velocity.iter_mut().zip(&point.relative);
         for ((velocity, &relative), law) in velocities.zip(problem.laws()) {
             *velocity = relative.into();
             add_to_normal(velocity, law.lift(&relative.into()));
         }
-        now.rebuild(problem, scale);
-        if now.energy < point.energy {
-            *point = now;
+        other.rebuild(problem, scale);
+        for extrapolated in [false, true] {
+            if point.natural_map <= tolerance {
+                break;
+            }
+            if extrapolated {
+                for (z, (law, contact)) in other.z.iter_mut().zip(sources()) {
+                    if let Some(contact) = contact {
+                        *z = contact.ahead(scale * law.step);
+                    }
+                }
+                other.update(problem, scale);
+            }
+            if other.natural_map < point.natural_map {
+                mem::swap(point, &mut other);
+            }
         }
-        if point.energy < rest {
-            return point.energy < good;
+        if point.natural_map < bound {
+            return true;
         }
-        point.z = [zeros(); C];
+        *point = Point::zero();
         point.update(problem, scale);
         false
     }
