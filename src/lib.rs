@@ -45,7 +45,7 @@
 //! | `cholesky` | dense, in place, root-free | step 2 |
 //! | `factor`, `resolvent` | Delassus operator `W` and `(I + rho W)⁻¹`, computed once | step 2 |
 //! | `admm`, `admm_solver` | one iteration, plain, Algorithm 1, Algorithm 2 | steps 2-15 |
-//! | `newton`, `safeguard`, `solver` | semismooth Newton on the fixed-point map: the default method | |
+//! | `newton`, `gauss_seidel`, `safeguard`, `solver` | semismooth Newton on the fixed-point map: the default method | |
 //! | `residual`, `problem`, `search` | the error that "solved" promises, and when to stop | |
 //! | `infeasibility` | Farkas' proof that there is nothing to solve | |
 //! | `state` | the warm start | |
@@ -79,6 +79,7 @@ mod contact_space;
 mod defmt_format;
 mod error;
 mod factor;
+mod gauss_seidel;
 mod infeasibility;
 mod newton;
 mod problem;

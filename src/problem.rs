@@ -1,6 +1,6 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
-use crate::cone::{norm, split, square};
+use crate::cone::{add_to_normal, norm, split, square};
 use crate::contact_space::ContactVector;
 use crate::scene::check_finite;
 use crate::solution::zeros;
@@ -144,6 +144,19 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             }
         }
         residual::natural_map(self.laws(), self.size, u, r, &[])
+    }
+
+    /// `û` of an impulse: `W r + q`, with `mu_i |u_Ti|` added to its normal parts.
+    #[inline(never)]
+    pub(crate) fn lifted(&self, r: &ContactVector<T, D, C>) -> [SVector<T, D>; C] {
+        let mut u = [[T::ZERO; D]; C];
+        self.natural_map(r, &mut u);
+        let mut lifted = u.map(SVector::from);
+        for (u, law) in lifted.iter_mut().zip(self.laws()) {
+            let lift = law.lift(u);
+            add_to_normal(u, lift);
+        }
+        lifted
     }
 
     /// `rho_i = scale alpha_i`; the penalty of the factor for a contact that nothing moves.

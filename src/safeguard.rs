@@ -93,6 +93,8 @@ pub(crate) struct Balance<T> {
     dual: T,
     restarts: usize,
     restarted: bool,
+    /// The work at which the next restart is due.
+    due: usize,
 }
 
 impl<T: Real> Balance<T> {
@@ -103,6 +105,7 @@ impl<T: Real> Balance<T> {
             dual: T::ONE,
             restarts: 0,
             restarted: false,
+            due: 300,
         }
     }
 
@@ -110,16 +113,24 @@ impl<T: Real> Balance<T> {
         self.restarted
     }
 
-    pub(crate) fn starts_from_rest(&self) -> bool {
-        self.restarts % 3 == 2
+    pub(crate) fn has_ever_restarted(&self) -> bool {
+        self.restarts > 0
     }
+
+    /// Does this restart look for a solution elsewhere? Every fourth does, and the next goes back.
+    pub(crate) fn turns_aside(&self) -> bool {
+        self.restarts % 4 == 3
+    }
+
+    /// Remembers how far the last iteration moved.
     pub(crate) fn observe(&mut self, change: &Change<T>) {
         self.primal = change.primal;
         self.dual = change.dual;
     }
 
     /// Raises the penalties where the primal residual is the larger, by the square root of the
-    /// ratio, at most tenfold; every 300 iterations' worth of work tries another size altogether.
+    /// ratio, at most tenfold. A search that has cost 300 iterations' worth of work, and after that
+    /// each 1000, tries another size altogether.
     pub(crate) fn update(&mut self, cost: usize) {
         let scale = |value| T::literal(value);
         let scales = [
@@ -132,7 +143,8 @@ impl<T: Real> Balance<T> {
             scale(1000.0),
             scale(1e-3),
         ];
-        if cost >= 300 * (self.restarts + 1) {
+        if cost >= self.due {
+            self.due = cost + 1000;
             let scale = scales.get(self.restarts % scales.len()).copied();
             self.scale = scale.unwrap_or(T::ONE);
             self.restarts += 1;

@@ -1,6 +1,7 @@
 //! The default method: Algorithm 2 for a start, semismooth Newton to the end.
 
 use crate::admm::{Acceleration, Iterate, Restart};
+use crate::gauss_seidel;
 use crate::infeasibility;
 use crate::newton::{self, Point};
 use crate::problem::Problem;
@@ -95,7 +96,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         let mut search = Search::new(problem, settings, &mut self.solution);
         search.consider(&point.impulse, &point.relative, point.natural_map);
         let mut adapted = false;
+        // What was left for a side branch, and the impulses of that branch.
         let mut left = None;
+        let mut swept = [[T::ZERO; D]; C];
         let mut length = 5;
         if eager && search.is_running() {
             let before = point.energy;
@@ -131,14 +134,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                     &mut caution,
                     &balance,
                     &mut self.workspace,
-                    left.is_some(),
+                    balance.has_ever_restarted(),
                 );
             }
             if !search.is_running() {
                 break;
             }
             // What Newton leaves goes back to ADMM, with penalties that its residuals balance.
-            if adapted {
+            if search.solution.factorizations > 0 {
                 balance.update(search.cost());
             }
             let penalties = search.problem.penalties(balance.scale);
@@ -150,12 +153,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
             if balance.has_restarted() {
                 caution.forget();
                 length = 20;
-                // Now and then from rest; if that does not help, back to where it was.
+                // Now and then from elsewhere; if that does not help, back to where it was.
                 if let Some(last) = left.take() {
                     (point.velocity, point.impulse) = last;
-                } else if balance.starts_from_rest() {
+                } else if balance.turns_aside() {
                     left = Some((point.velocity, point.impulse));
-                    point = Point::zero();
+                    for _ in 0..20 {
+                        search.solution.iterations += 1;
+                        gauss_seidel::sweep(&search.problem, &mut swept);
+                    }
+                    (point.velocity, point.impulse) = (search.problem.lifted(&swept), swept);
                 }
                 point.rebuild(&search.problem, balance.scale);
             }
@@ -212,7 +219,7 @@ fn approach<T: Real, const N: usize, const D: usize, const C: usize>(
     }
 }
 
-/// Newton steps from a point, as long as they reduce the energy.
+/// At most 30 Newton steps from a point, as long as they reduce the energy.
 #[inline(never)]
 fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     search: &mut Search<'_, T, N, D, C>,
@@ -223,16 +230,19 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     patient: bool,
 ) {
     let mut trial = Point::zero();
-    while search.is_running() {
+    for _ in 0..30 {
+        if !search.is_running() {
+            return;
+        }
         search.solution.newton_steps += 1;
         let regularisation = caution.regularisation(point.natural_map);
         let (problem, matrix) = (&search.problem, &mut workspace.matrix);
         let step = newton::direction(problem, point, balance.scale, regularisation, matrix);
         let accepted = step.and_then(|step| {
-            let half = T::literal(0.5);
-            [T::ONE, half, T::literal(0.1), T::literal(0.01)]
+            [1.0, 0.5, 0.25, 0.1, 0.02]
+                .map(T::literal)
                 .into_iter()
-                .take(if patient { 4 } else { 2 })
+                .take(if patient { 5 } else { 2 })
                 .find(|&length| {
                     let pairs = point.z.iter().zip(&step);
                     for (trial, (z, step)) in trial.z.iter_mut().zip(pairs) {
