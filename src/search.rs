@@ -6,6 +6,7 @@ use crate::problem::Problem;
 use crate::residual::quotient;
 use crate::resolvent::Resolvent;
 use crate::{Real, Settings, SlipUpdate, Solution, Status};
+use core::mem;
 use nalgebra::SVector;
 
 /// One solve under way.
@@ -25,6 +26,8 @@ pub(crate) struct Search<'a, T, const N: usize, const D: usize, const C: usize> 
     /// The best natural map when it last halved, and the failures since.
     milestone: Option<T>,
     failures: usize,
+    /// The impulses have run away.
+    lost: bool,
 }
 
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, N, D, C> {
@@ -48,6 +51,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
             corrections: 0,
             milestone: None,
             failures: 0,
+            lost: false,
         }
     }
 
@@ -66,12 +70,29 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         self.status == Some(Status::Solved)
     }
 
+    /// Size of the impulses, in units of what the velocities to be changed explain.
+    fn impulse(&self) -> T {
+        let contacts = self.solution.contacts.iter();
+        let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());
+        quotient(square.square_root(), self.problem.size)
+    }
+
     /// Are the impulses much larger than the velocities to be changed explain? Where walls close
     /// on a body they grow without bound, and an error relative to them says nothing.
     pub(crate) fn impulse_is_excessive(&self) -> bool {
-        let contacts = self.solution.contacts.iter();
-        let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());
-        square.square_root() > T::literal(4.0) * self.problem.size
+        self.impulse() > T::literal(4.0)
+    }
+
+    /// Is the error small only because the impulses run away? Then it is not small beside the
+    /// velocities to be changed.
+    fn runs_away(&self) -> bool {
+        let impulse = self.impulse();
+        impulse > T::literal(1e8) && impulse * self.solution.error > T::literal(0.1)
+    }
+
+    /// Have the impulses run away since this was last asked?
+    pub(crate) fn take_lost(&mut self) -> bool {
+        mem::take(&mut self.lost)
     }
 
     /// Ends it.
@@ -136,7 +157,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         }
         self.problem.evaluate(r, self.solution);
         if self.solution.error <= self.settings.tolerance {
-            self.stop(Status::Solved);
+            if self.runs_away() {
+                self.lost = true;
+                self.natural_map = None;
+            } else {
+                self.stop(Status::Solved);
+            }
         } else if self.corrections < 4 {
             self.corrections += 1;
             self.natural_map = Some(self.solution.error);

@@ -25,18 +25,19 @@ pub enum SlipUpdate {
 pub struct Settings<T> {
     /// Error below which a solution counts as solved (dimensionless); see [`Solution::error`].
     pub tolerance: T,
-    /// Largest number of iterations; a Newton step counts as ten.
+    /// Largest number of iterations; a Newton step counts as ten. A control loop sets what its time
+    /// allows.
     pub max_iterations: usize,
     /// When `s` is updated.
     pub slip: SlipUpdate,
 }
 
 impl<T> Settings<T> {
-    /// Settings for Coulomb's law with at most 10,000 iterations.
+    /// Settings for Coulomb's law with at most 100,000 iterations, so that hardly any scene is given up.
     pub const fn new(tolerance: T) -> Self {
         Self {
             tolerance,
-            max_iterations: 10_000,
+            max_iterations: 100_000,
             slip: SlipUpdate::EveryIteration,
         }
     }

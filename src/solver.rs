@@ -166,6 +166,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                 }
                 point.rebuild(&search.problem, balance.scale);
             }
+            if search.take_lost() {
+                point = Point::zero();
+                point.update(&search.problem, balance.scale);
+            }
         }
         if !search.is_solved() || search.impulse_is_excessive() {
             look_for_proof(&mut search);
