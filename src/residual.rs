@@ -81,10 +81,12 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     let [mut residual, mut impulse, mut noises] = [T::ZERO; 3];
     let mut noise = noise.iter();
     for ((law, u), r) in laws.iter().zip(u).zip(r) {
-        let (u, r) = (SVector::from(*u), SVector::from(*r));
-        let x = argument(law, &u, &r);
-        residual += square(((r - law.cone.project(&x)) * unit).as_slice());
-        impulse += square((r * unit).as_slice());
+        let r = SVector::from(*r) * unit;
+        let mut push = SVector::from(*u) * (law.step * unit);
+        let lift = law.lift(&push);
+        add_to_normal(&mut push, lift);
+        residual += square((r - law.cone.project(&(r - push))).as_slice());
+        impulse += square(r.as_slice());
         if let Some(&noise) = noise.next() {
             let scale = law.step * unit * (T::ONE + law.lift);
             noises += scale * scale * noise;
