@@ -156,13 +156,11 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
             return;
         }
         self.problem.evaluate(r, self.solution);
-        if self.solution.error <= self.settings.tolerance {
-            if self.runs_away() {
-                self.lost = true;
-                self.natural_map = None;
-            } else {
-                self.stop(Status::Solved);
-            }
+        if self.runs_away() {
+            self.lost = true;
+            self.natural_map = None;
+        } else if self.solution.error <= self.settings.tolerance {
+            self.stop(Status::Solved);
         } else if self.corrections < 4 {
             self.corrections += 1;
             self.natural_map = Some(self.solution.error);
