@@ -5,7 +5,6 @@
 
 use crate::Real;
 use crate::cholesky::dot;
-use crate::cone::add_to_normal;
 use crate::contact_space::ContactVector;
 use crate::problem::Problem;
 use nalgebra::SVector;
@@ -26,12 +25,9 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
             return;
         };
         for _ in 0..5 {
-            let mut velocity = u;
-            add_to_normal(&mut velocity, law.lift(&u));
             let r = SVector::from(*impulse);
-            let next = law
-                .cone
-                .project(&(r - velocity * (law.step * T::literal(0.5))));
+            let push = law.lifted(&u) * (law.step * T::literal(0.5));
+            let next = law.cone.project(&(r - push));
             let change: [T; D] = (next - r).into();
             for (u, block) in u.iter_mut().zip(rows.iter().filter_map(|row| row.get(i))) {
                 *u += dot(block, &change);

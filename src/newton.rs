@@ -55,6 +55,12 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         }
     }
 
+    /// Moves to rest.
+    pub(crate) fn reset<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
+        *self = Self::zero();
+        self.update(problem, scale);
+    }
+
     /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = scale alpha_i`.
     #[inline(never)]
     pub(crate) fn rebuild<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {

@@ -39,6 +39,14 @@ impl<T: Real, const D: usize> Law<T, D> {
         let (_, tangent) = split(u);
         self.lift * norm(tangent)
     }
+
+    /// `û_i = u_i + mu_i |u_Ti| e_N`
+    #[inline]
+    pub(crate) fn lifted(&self, u: &SVector<T, D>) -> SVector<T, D> {
+        let mut lifted = *u;
+        add_to_normal(&mut lifted, self.lift(u));
+        lifted
+    }
 }
 
 /// The data of one solve.
@@ -153,8 +161,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         self.natural_map(r, &mut u);
         let mut lifted = u.map(SVector::from);
         for (u, law) in lifted.iter_mut().zip(self.laws()) {
-            let lift = law.lift(u);
-            add_to_normal(u, lift);
+            *u = law.lifted(u);
         }
         lifted
     }

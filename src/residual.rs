@@ -5,7 +5,7 @@
 //! `alpha_i = D / trace(W_ii)`. It is the natural-map residual of FCLIB and Siconos made
 //! independent of units; 0/0 counts as 0. Sums are of squares, with one root at the end.
 
-use crate::cone::{add_to_normal, square};
+use crate::cone::square;
 use crate::problem::Law;
 use crate::{Contact, ContactMode, Real};
 use nalgebra::{ComplexField, SVector};
@@ -39,9 +39,7 @@ fn argument<T: Real, const D: usize>(
     u: &SVector<T, D>,
     r: &SVector<T, D>,
 ) -> SVector<T, D> {
-    let mut velocity = *u;
-    add_to_normal(&mut velocity, law.lift(u));
-    r - velocity * law.step
+    r - law.lifted(u) * law.step
 }
 
 /// What a contact does, read off the argument of the natural map.
@@ -82,9 +80,7 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     let mut noise = noise.iter();
     for ((law, u), r) in laws.iter().zip(u).zip(r) {
         let r = SVector::from(*r) * unit;
-        let mut push = SVector::from(*u) * (law.step * unit);
-        let lift = law.lift(&push);
-        add_to_normal(&mut push, lift);
+        let push = law.lifted(&(SVector::from(*u) * (law.step * unit)));
         residual += square((r - law.cone.project(&(r - push))).as_slice());
         impulse += square(r.as_slice());
         if let Some(&noise) = noise.next() {

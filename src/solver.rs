@@ -109,24 +109,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                 &mut caution,
                 &balance,
                 &mut self.workspace,
-                false,
             );
             caution = Caution::new();
             if search.is_running() && point.energy > before * T::literal(0.1) {
                 // It was misleading.
-                point = Point::zero();
-                point.update(&search.problem, balance.scale);
+                point.reset(&search.problem, balance.scale);
             }
         }
         while search.is_running() {
-            if length > 0 {
-                let resolvent = if adapted {
-                    &self.workspace
-                } else {
-                    factor.resolvent()
-                };
-                approach(&mut search, &mut point, resolvent, &mut balance, length);
-            }
+            let resolvent = if adapted {
+                &self.workspace
+            } else {
+                factor.resolvent()
+            };
+            approach(&mut search, &mut point, resolvent, &mut balance, length);
             if search.is_running() && caution.allows(&point) {
                 refine(
                     &mut search,
@@ -134,7 +130,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                     &mut caution,
                     &balance,
                     &mut self.workspace,
-                    balance.has_ever_restarted(),
                 );
             }
             if !search.is_running() {
@@ -167,8 +162,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
                 point.rebuild(&search.problem, balance.scale);
             }
             if search.take_lost() {
-                point = Point::zero();
-                point.update(&search.problem, balance.scale);
+                point.reset(&search.problem, balance.scale);
             }
         }
         if !search.is_solved() || search.impulse_is_excessive() {
@@ -231,8 +225,8 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
     caution: &mut Caution<T>,
     balance: &Balance<T>,
     workspace: &mut Resolvent<T, D, C>,
-    patient: bool,
 ) {
+    let lengths = if balance.has_ever_restarted() { 5 } else { 2 };
     let mut trial = Point::zero();
     for _ in 0..30 {
         if !search.is_running() {
@@ -246,7 +240,7 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
             [1.0, 0.5, 0.25, 0.1, 0.02]
                 .map(T::literal)
                 .into_iter()
-                .take(if patient { 5 } else { 2 })
+                .take(lengths)
                 .find(|&length| {
                     let pairs = point.z.iter().zip(&step);
                     for (trial, (z, step)) in trial.z.iter_mut().zip(pairs) {
@@ -281,9 +275,10 @@ fn refine<T: Real, const N: usize, const D: usize, const C: usize>(
 fn look_for_proof<T: Real, const N: usize, const D: usize, const C: usize>(
     search: &mut Search<'_, T, N, D, C>,
 ) {
-    let known = !search.solution.certificate.is_empty();
-    let proof = infeasibility::certificate(&search.problem);
-    let Some(proof) = proof.filter(|_| !known) else {
+    if !search.solution.certificate.is_empty() {
+        return;
+    }
+    let Some(proof) = infeasibility::certificate(&search.problem) else {
         return;
     };
     for &d in proof.iter().take(search.problem.laws().len()) {

@@ -2,7 +2,6 @@
 
 use crate::Real;
 use crate::admm::Iterate;
-use crate::cone::add_to_normal;
 use crate::newton::Point;
 use crate::problem::Problem;
 use crate::solution::zeros;
@@ -109,34 +108,38 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
             }
         }
         point.rebuild(problem, scale);
-        let mut other = point.clone();
-        let velocities = other.velocity.iter_mut().zip(&point.relative);
-        for ((velocity, &relative), law) in velocities.zip(problem.laws()) {
-            *velocity = relative.into();
-            add_to_normal(velocity, law.lift(&relative.into()));
-        }
-        other.rebuild(problem, scale);
-        for extrapolated in [false, true] {
-            if point.natural_map <= tolerance {
-                break;
+        if point.natural_map > tolerance {
+            let mut other = point.clone();
+            let velocities = other.velocity.iter_mut().zip(&point.relative);
+            for ((velocity, &relative), law) in velocities.zip(problem.laws()) {
+                *velocity = law.lifted(&relative.into());
             }
-            if extrapolated {
+            other.rebuild(problem, scale);
+            keep_better(point, &mut other);
+            if point.natural_map > tolerance {
                 for (z, (law, contact)) in other.z.iter_mut().zip(sources()) {
                     if let Some(contact) = contact {
                         *z = contact.ahead(scale * law.step);
                     }
                 }
                 other.update(problem, scale);
-            }
-            if other.natural_map < point.natural_map {
-                mem::swap(point, &mut other);
+                keep_better(point, &mut other);
             }
         }
-        if point.natural_map < bound {
-            return true;
+        let eager = point.natural_map < bound;
+        if !eager {
+            point.reset(problem, scale);
         }
-        *point = Point::zero();
-        point.update(problem, scale);
-        false
+        eager
+    }
+}
+
+/// Exchanges the points if the other has the smaller error.
+fn keep_better<T: Real, const D: usize, const C: usize>(
+    point: &mut Point<T, D, C>,
+    other: &mut Point<T, D, C>,
+) {
+    if other.natural_map < point.natural_map {
+        mem::swap(point, other);
     }
 }

@@ -25,7 +25,6 @@ pub(crate) struct AlartCurnier<
     const R: usize,
 > {
     relaxed: GaussSeidel<T, N, D, C, R>,
-    mu: Vec<T>,
     /// `rho` of the normal and of the tangents, for each contact.
     penalty: [[T; 2]; C],
     system: Elimination<T, R>,
@@ -42,7 +41,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     pub(crate) fn new(file: &SceneFile) -> Self {
         Self {
             relaxed: GaussSeidel::new(file),
-            mu: file.mu.iter().copied().map(T::literal).collect(),
             penalty: [[T::ZERO; 2]; C],
             system: Elimination::new(),
             step: SVector::zeros(),
@@ -53,7 +51,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     fn contacts(&self) -> usize {
-        self.mu.len()
+        self.relaxed.mu.len()
     }
 
     fn penalty_of(&self, contact: usize, row: usize) -> T {
@@ -63,7 +61,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// Sets `P` at `r + length d`; returns `|F|²`.
     fn evaluate(&mut self, length: T) -> T {
         let mut merit = T::ZERO;
-        for (i, &mu) in self.mu.iter().enumerate() {
+        for (i, &mu) in self.relaxed.mu.iter().enumerate() {
             let at = |k: usize| i * D + k;
             let r = |k: usize| self.relaxed.r[at(k)] + length * self.step[at(k)];
             let y: SVector<T, D> = SVector::from_fn(|k, _| {
@@ -89,7 +87,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 
     /// Sets `G` at `r`; zero for an open contact.
     fn differentiate(&mut self) {
-        for (i, &mu) in self.mu.iter().enumerate() {
+        for (i, &mu) in self.relaxed.mu.iter().enumerate() {
             let y: SVector<T, D> = SVector::from_fn(|k, _| {
                 self.relaxed.r[i * D + k] - self.penalty_of(i, k) * self.relaxed.u[i * D + k]
             });

@@ -19,7 +19,7 @@ pub(crate) struct GaussSeidel<
     const R: usize,
 > {
     pub(crate) space: ContactSpace<T, N, R>,
-    mu: Vec<T>,
+    pub(crate) mu: Vec<T>,
     blocks: [Block<T, D>; C],
     /// Where the search for a slipping impulse ended last.
     lambda: [T; C],
