@@ -27,6 +27,7 @@ fn ball(mu: f64, offset: SVector<f64, 3>) -> Result<Scene<f64, 3, 3, 1>, Error> 
         jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
         offset,
         mu,
+        key: 0,
     })?;
     Ok(scene)
 }
