@@ -52,8 +52,9 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     /// key left, the second what the second left. What nobody takes is forgotten.
     fn follow<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) {
         let last = self.contacts.iter().map_while(Option::as_ref);
+        let mut last = last.map(|last| last.key).peekable();
         let keys = contacts.iter().map(|contact| contact.key);
-        if !last.map(|last| last.key).eq(keys) {
+        if last.peek().is_some() && !last.eq(keys) {
             self.reorder(contacts);
         }
     }
