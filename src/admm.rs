@@ -9,6 +9,7 @@ use crate::cone::{add_to_normal, norm, split, square};
 use crate::contact_space::ContactVector;
 use crate::problem::{Law, Problem};
 use crate::resolvent::Resolvent;
+use crate::solution::zeros;
 use crate::{Real, SlipUpdate};
 use nalgebra::SVector;
 
@@ -26,6 +27,18 @@ pub(crate) struct Iterate<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Iterate<T, D> {
+    /// What stands in a place that is not used.
+    pub(crate) const fn none() -> Self {
+        Self {
+            u: zeros(),
+            zeta: zeros(),
+            penalty: T::ZERO,
+            u_hat: zeros(),
+            zeta_hat: zeros(),
+            slip: T::ZERO,
+        }
+    }
+
     /// An iterate without momentum, at a velocity `ũ` and an impulse `r = -rho ζ`.
     pub(crate) fn at(u: SVector<T, D>, r: SVector<T, D>, penalty: T) -> Self {
         let zeta = r / -penalty;
@@ -78,11 +91,13 @@ pub(crate) trait Acceleration<T> {
 pub(crate) struct Plain;
 
 /// Algorithm 1: Nesterov's sequence, `tau` of step 5.
+#[derive(Clone, Debug)]
 pub(crate) struct Fast<T> {
     tau: T,
 }
 
 /// Algorithm 2: the sequence starts again when the residual `e_k` has not decreased.
+#[derive(Clone, Debug)]
 pub(crate) struct Restart<T> {
     fast: Fast<T>,
     /// `e_{k-1}`; none before the first iteration.

@@ -2,7 +2,7 @@
 
 use crate::admm::{Acceleration, Fast, Plain, Restart};
 use crate::problem::Problem;
-use crate::search::Search;
+use crate::search::{Record, Search};
 use crate::state::State;
 use crate::{Error, Factor, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
@@ -91,15 +91,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         Problem::check(scene, factor, f)?;
         let problem = Problem::new(scene, factor, f, settings.slip);
         let mut iterates = self.state.iterates(&problem, factor.penalty());
-        let mut search = Search::new(problem, settings, &mut self.solution);
+        let mut record = Record::none();
+        let mut search = Search::new(problem, settings, &mut self.solution, &mut record, false);
         let mut acceleration = A::START;
         search.consider_iterates(&iterates);
         while search.is_running() {
             search.iterate(factor.resolvent(), &mut iterates, &mut acceleration);
         }
-        search.finish();
+        search.finish(&iterates.map(|iterate| iterate.impulse().into()));
         let contacts = iterates.iter().map(|i| (i.u, i.impulse()));
-        self.state.keep(scene.contacts(), contacts);
+        self.state.keep(scene.contacts(), contacts, false);
         Ok(&self.solution)
     }
 }

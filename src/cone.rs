@@ -18,7 +18,7 @@
 
 use crate::Real;
 use crate::solution::zeros;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 /// A friction cone in any dimension `D >= 1`, normal component first.
 ///
@@ -79,6 +79,17 @@ impl<T: Real> FrictionCone<T> {
         }
     }
 
+    /// `mu` of a friction cone.
+    pub(crate) const fn friction(&self) -> T {
+        self.radial
+    }
+
+    /// Length of the tangential part that the projection onto the dual cone has, on its boundary,
+    /// of a vector with this normal part and this tangential length.
+    pub(crate) fn shadow(&self, normal: T, length: T) -> T {
+        (self.radial * normal + self.axial * length) * self.axial * self.shrink
+    }
+
     /// Is `x` in the cone?
     #[must_use]
     pub fn contains<const D: usize>(&self, x: &SVector<T, D>) -> bool {
@@ -130,53 +141,6 @@ impl<T: Real> FrictionCone<T> {
             *first = along * self.axial;
         }
         (projection, shadow)
-    }
-
-    /// A generalised derivative of the projection at `x`, and the direction `x2 / |x2|`.
-    ///
-    /// The direction has no normal component; it is zero where `x2 = 0`. On the kinks the
-    /// derivative is that of the cone's side, and a half-space keeps the tangents it never moves.
-    pub(crate) fn derivative<const D: usize>(
-        &self,
-        x: &SVector<T, D>,
-    ) -> (SMatrix<T, D, D>, SVector<T, D>) {
-        let (normal, tangent) = split(x);
-        let length = norm(tangent);
-        let mut direction = *x;
-        if let Some(first) = direction.as_mut_slice().first_mut() {
-            *first = T::ZERO;
-        }
-        if length > T::ZERO {
-            direction *= T::ONE / length;
-        }
-        let mut derivative = SMatrix::<T, D, D>::zeros();
-        if self.contains(x) {
-            derivative.fill_diagonal(T::ONE);
-        } else if self.axial == T::ZERO {
-            derivative.fill_diagonal(T::ONE);
-            if let Some(first) = derivative.as_mut_slice().first_mut() {
-                *first = T::ZERO;
-            }
-        } else if !self.is_polar(x) {
-            // shrink ray rayᵀ + turn (I - axis axisᵀ - direction directionᵀ)
-            let along = (self.axial * normal + self.radial * length) * self.shrink;
-            let turn = along * self.radial / length;
-            derivative.fill_diagonal(turn);
-            let mut ray = direction * self.radial;
-            let corner = derivative.as_mut_slice().first_mut();
-            if let (Some(first), Some(corner)) = (ray.as_mut_slice().first_mut(), corner) {
-                (*first, *corner) = (self.axial, T::ZERO);
-            }
-            let columns = derivative.as_mut_slice().chunks_exact_mut(D);
-            for (column, (&ray_j, &turned)) in columns.zip(ray.iter().zip(&direction)) {
-                for (entry, (&ray_i, &turned_i)) in
-                    column.iter_mut().zip(ray.iter().zip(&direction))
-                {
-                    *entry += self.shrink * ray_i * ray_j - turn * turned_i * turned;
-                }
-            }
-        }
-        (derivative, direction)
     }
 
     /// Spectral factorisation of `x` with respect to the cone, Eqs. (3)-(5).

@@ -78,13 +78,18 @@ mod cone;
 mod contact_space;
 #[cfg(feature = "defmt")]
 mod defmt_format;
+mod elimination;
 mod error;
 mod factor;
+mod frame;
 mod gauss_seidel;
 mod infeasibility;
+mod linearisation;
 mod newton;
 mod problem;
+mod progress;
 mod real;
+mod refinement;
 mod residual;
 mod resolvent;
 mod safeguard;

@@ -177,6 +177,18 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         penalties
     }
 
+    /// `q`, as it has been corrected.
+    pub(crate) fn free(&self) -> ContactVector<T, D, C> {
+        self.laws.map(|law| law.free.into())
+    }
+
+    /// Takes another `q`.
+    pub(crate) fn set_free(&mut self, free: &ContactVector<T, D, C>) {
+        for (law, &free) in self.laws.iter_mut().zip(free) {
+            law.free = free.into();
+        }
+    }
+
     /// Adds to `q_i`.
     pub(crate) fn correct(&mut self, contact: usize, difference: SVector<T, D>) {
         if let Some(law) = self.laws.get_mut(contact) {

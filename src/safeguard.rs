@@ -6,6 +6,7 @@ use crate::newton::Point;
 use crate::residual::quotient;
 
 /// How much Newton's steps are regularised, and when they are worth trying.
+#[derive(Clone, Debug)]
 pub(crate) struct Caution<T> {
     level: T,
     /// The energy at which the last step was rejected, how often that has happened, and how often
@@ -16,12 +17,20 @@ pub(crate) struct Caution<T> {
 }
 
 impl<T: Real> Caution<T> {
-    pub(crate) fn new() -> Self {
+    /// Of no solve yet.
+    pub(crate) const fn none() -> Self {
         Self {
-            level: T::literal(1e-3),
+            level: T::ZERO,
             rejected: None,
             rejections: 0,
             waited: 0,
+        }
+    }
+
+    pub(crate) fn new() -> Self {
+        Self {
+            level: T::literal(1e-3),
+            ..Self::none()
         }
     }
 
@@ -86,6 +95,7 @@ impl<T: Real> Caution<T> {
 }
 
 /// The penalties `rho_i = scale alpha_i` of Newton's method, and of ADMM once it has failed.
+#[derive(Clone, Debug)]
 pub(crate) struct Balance<T> {
     pub(crate) scale: T,
     /// `rho |ζᵏ⁺¹ - ζ̂ᵏ|²` and `rho |ũᵏ⁺¹ - ûᵏ|²` of the last iteration.
@@ -98,14 +108,25 @@ pub(crate) struct Balance<T> {
 }
 
 impl<T: Real> Balance<T> {
+    /// Of no solve yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            scale: T::ZERO,
+            primal: T::ZERO,
+            dual: T::ZERO,
+            restarts: 0,
+            restarted: false,
+            due: 0,
+        }
+    }
+
     pub(crate) fn new() -> Self {
         Self {
             scale: T::ONE,
             primal: T::ONE,
             dual: T::ONE,
-            restarts: 0,
-            restarted: false,
             due: 300,
+            ..Self::none()
         }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::admm::{Acceleration, Change, Iterate, iterate};
 use crate::contact_space::ContactVector;
+use crate::infeasibility;
 use crate::problem::Problem;
 use crate::residual::quotient;
 use crate::resolvent::Resolvent;
@@ -9,11 +10,9 @@ use crate::{Real, Settings, SlipUpdate, Solution, Status};
 use core::mem;
 use nalgebra::SVector;
 
-/// One solve under way.
-pub(crate) struct Search<'a, T, const N: usize, const D: usize, const C: usize> {
-    pub(crate) problem: Problem<'a, T, N, D, C>,
-    pub(crate) solution: &'a mut Solution<T, N, D, C>,
-    settings: &'a Settings<T>,
+/// What is known of a solve that is under way.
+#[derive(Clone, Debug)]
+pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// How it ended, once it has.
     status: Option<Status>,
     /// The best impulse so far, and the first part of its error as contact space sees it.
@@ -21,8 +20,9 @@ pub(crate) struct Search<'a, T, const N: usize, const D: usize, const C: usize> 
     natural_map: Option<T>,
     /// The error of an iterate is looked at when the square of its cheap estimate is below this.
     gate: T,
-    /// Corrections of `q`, see [`Self::consider`].
+    /// Corrections of `q`, see [`Search::consider`], and what it was at the last pause.
     corrections: usize,
+    free: ContactVector<T, D, C>,
     /// The best natural map when it last halved, and the failures since.
     milestone: Option<T>,
     failures: usize,
@@ -30,44 +30,85 @@ pub(crate) struct Search<'a, T, const N: usize, const D: usize, const C: usize> 
     lost: bool,
 }
 
-impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, N, D, C> {
-    pub(crate) fn new(
-        problem: Problem<'a, T, N, D, C>,
-        settings: &'a Settings<T>,
-        solution: &'a mut Solution<T, N, D, C>,
-    ) -> Self {
-        solution.iterations = 0;
-        solution.newton_steps = 0;
-        solution.factorizations = 0;
-        solution.certificate.clear();
+impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
+    /// Of no solve yet.
+    pub(crate) const fn none() -> Self {
         Self {
-            problem,
-            solution,
-            settings,
             status: None,
             best: [[T::ZERO; D]; C],
             natural_map: None,
-            gate: settings.tolerance * settings.tolerance * T::literal(4.0),
+            gate: T::ZERO,
             corrections: 0,
+            free: [[T::ZERO; D]; C],
             milestone: None,
             failures: 0,
             lost: false,
         }
     }
 
+    /// Has the solve ended, not just its budget?
+    pub(crate) fn is_over(&self) -> bool {
+        self.status.is_some()
+    }
+}
+
+/// One call that works on a solve.
+pub(crate) struct Search<'a, T, const N: usize, const D: usize, const C: usize> {
+    pub(crate) problem: Problem<'a, T, N, D, C>,
+    pub(crate) solution: &'a mut Solution<T, N, D, C>,
+    record: &'a mut Record<T, D, C>,
+    settings: &'a Settings<T>,
+    /// The work at which the call ends.
+    limit: usize,
+}
+
+impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, N, D, C> {
+    /// A new solve, or another call for one that was begun.
+    pub(crate) fn new(
+        mut problem: Problem<'a, T, N, D, C>,
+        settings: &'a Settings<T>,
+        solution: &'a mut Solution<T, N, D, C>,
+        record: &'a mut Record<T, D, C>,
+        resumed: bool,
+    ) -> Self {
+        solution.certificate.clear();
+        if resumed {
+            problem.set_free(&record.free);
+        } else {
+            *record = Record::none();
+            record.gate = settings.tolerance * settings.tolerance * T::literal(4.0);
+            solution.iterations = 0;
+            solution.newton_steps = 0;
+            solution.factorizations = 0;
+        }
+        let limit = work(solution).saturating_add(settings.max_iterations);
+        Self {
+            problem,
+            solution,
+            record,
+            settings,
+            limit,
+        }
+    }
+
+    /// The tolerance asked for.
+    pub(crate) fn tolerance(&self) -> T {
+        self.settings.tolerance
+    }
+
     /// Work done, in iterations.
     pub(crate) fn cost(&self) -> usize {
-        self.solution.iterations + 10 * self.solution.newton_steps
+        work(self.solution)
     }
 
     /// Does it go on?
     pub(crate) fn is_running(&self) -> bool {
-        self.status.is_none() && self.cost() < self.settings.max_iterations
+        !self.is_over() && self.cost() < self.limit
     }
 
-    /// Is this a claim that [`Self::finish`] will make?
-    pub(crate) fn is_solved(&self) -> bool {
-        self.status == Some(Status::Solved)
+    /// Has it ended?
+    pub(crate) fn is_over(&self) -> bool {
+        self.record.is_over()
     }
 
     /// Size of the impulses, in units of what the velocities to be changed explain.
@@ -79,7 +120,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
 
     /// Are the impulses much larger than the velocities to be changed explain? Where walls close
     /// on a body they grow without bound, and an error relative to them says nothing.
-    pub(crate) fn impulse_is_excessive(&self) -> bool {
+    fn impulse_is_excessive(&self) -> bool {
         self.impulse() > T::literal(4.0)
     }
 
@@ -92,12 +133,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
 
     /// Have the impulses run away since this was last asked?
     pub(crate) fn take_lost(&mut self) -> bool {
-        mem::take(&mut self.lost)
+        mem::take(&mut self.record.lost)
     }
 
     /// Ends it.
     pub(crate) fn stop(&mut self, status: Status) {
-        self.status = Some(status);
+        self.record.status = Some(status);
     }
 
     /// One ADMM iteration.
@@ -118,9 +159,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
             iterates.iter_mut().for_each(Iterate::update_slip);
             *acceleration = A::START;
         }
-        let last = self.cost() >= self.settings.max_iterations;
-        if estimate <= self.gate || last {
-            self.gate = estimate * T::literal(0.25);
+        if estimate <= self.record.gate {
+            self.record.gate = estimate * T::literal(0.25);
             self.consider_iterates(iterates);
         }
         change
@@ -147,23 +187,27 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         u: &ContactVector<T, D, C>,
         natural_map: T,
     ) {
-        if self.natural_map.is_some_and(|best| natural_map >= best) {
+        if self
+            .record
+            .natural_map
+            .is_some_and(|best| natural_map >= best)
+        {
             return;
         }
-        self.best = *r;
-        self.natural_map = Some(natural_map);
+        self.record.best = *r;
+        self.record.natural_map = Some(natural_map);
         if natural_map > self.settings.tolerance {
             return;
         }
         self.problem.evaluate(r, self.solution);
         if self.runs_away() {
-            self.lost = true;
-            self.natural_map = None;
+            self.record.lost = true;
+            self.record.natural_map = None;
         } else if self.solution.error <= self.settings.tolerance {
             self.stop(Status::Solved);
-        } else if self.corrections < 4 {
-            self.corrections += 1;
-            self.natural_map = Some(self.solution.error);
+        } else if self.record.corrections < 4 {
+            self.record.corrections += 1;
+            self.record.natural_map = Some(self.solution.error);
             for (i, (contact, u)) in self.solution.contacts.iter().zip(u).enumerate() {
                 self.problem
                     .correct(i, contact.velocity - SVector::from(*u));
@@ -175,26 +219,82 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
 
     /// A Newton step was rejected: near the limit of the number type, ten in a row are enough.
     pub(crate) fn fail(&mut self) {
-        let Some(best) = self.natural_map else { return };
+        let Some(best) = self.record.natural_map else {
+            return;
+        };
         let two = T::ONE + T::ONE;
         if self
+            .record
             .milestone
             .is_none_or(|milestone| two * best < milestone)
         {
-            self.milestone = Some(best);
-            self.failures = 0;
+            self.record.milestone = Some(best);
+            self.record.failures = 0;
         }
-        self.failures += 1;
-        if self.failures > 10 && best < T::literal(256.0) * T::EPSILON {
+        self.record.failures += 1;
+        if self.record.failures > 10 && best < T::literal(256.0) * T::EPSILON {
             self.stop(Status::PrecisionLimit);
         }
     }
 
-    /// Writes down the best that was found.
-    pub(crate) fn finish(self) {
-        self.solution.status = self.status.unwrap_or(Status::MaxIterations);
-        if !self.is_solved() {
-            self.problem.evaluate(&self.best, self.solution);
+    /// Stops the search if the scene is infeasible.
+    pub(crate) fn look_for_proof(&mut self) {
+        if self.prove() {
+            self.stop(Status::Infeasible);
         }
     }
+
+    /// Writes down a certificate of infeasibility, if there is one.
+    fn prove(&mut self) -> bool {
+        let Some(proof) = infeasibility::certificate(&self.problem) else {
+            return false;
+        };
+        self.solution.certificate.clear();
+        for &d in proof.iter().take(self.problem.laws().len()) {
+            // There is room: a solution holds as many contacts as a scene.
+            let _ = self.solution.certificate.push(d);
+        }
+        true
+    }
+
+    /// Writes down the best that was found. Of a search that may go on, what it has at present counts
+    /// as well, but leaves no trace in it.
+    pub(crate) fn finish(&mut self, present: &ContactVector<T, D, C>) {
+        let Some(status) = self.record.status else {
+            let mut u = [[T::ZERO; D]; C];
+            let natural_map = self.problem.natural_map(present, &mut u);
+            let best = self.record.natural_map;
+            let improved = best.is_none_or(|best| natural_map < best);
+            let r = if improved { present } else { &self.record.best };
+            self.problem.evaluate(r, self.solution);
+            let solved = self.solution.error <= self.settings.tolerance && !self.runs_away();
+            self.solution.status = if solved {
+                Status::Solved
+            } else {
+                Status::MaxIterations
+            };
+            self.record.free = self.problem.free();
+            return;
+        };
+        self.solution.status = status;
+        if status != Status::Solved {
+            self.problem.evaluate(&self.record.best, self.solution);
+        }
+    }
+
+    /// Looks for a proof that there is nothing to be found, where what was found gives cause.
+    pub(crate) fn doubt(&mut self) {
+        let status = self.solution.status;
+        let convincing = status == Status::Solved && !self.impulse_is_excessive();
+        if !convincing && (status == Status::Infeasible || self.prove()) {
+            self.solution.status = Status::Infeasible;
+        }
+    }
+}
+
+/// Work done for a solution, in iterations.
+fn work<T, const N: usize, const D: usize, const C: usize>(
+    solution: &Solution<T, N, D, C>,
+) -> usize {
+    solution.iterations + 10 * solution.newton_steps
 }

@@ -8,7 +8,7 @@ use crate::{Contact, Real};
 use core::mem;
 use nalgebra::SVector;
 
-/// `ũ` and `r` of the last solve and how they had changed, in the order of its contacts.
+/// `ũ` and `r` of the last solve and of the one before, in the order of the last one's contacts.
 #[derive(Clone, Debug)]
 pub(crate) struct State<T, const D: usize, const C: usize> {
     /// `None` for a contact that was not in the last solve, and behind the contacts in use.
@@ -20,8 +20,8 @@ struct ContactState<T, const D: usize> {
     key: u32,
     u: SVector<T, D>,
     r: SVector<T, D>,
-    /// By how much they had changed since the solve before; zero at first.
-    change: (SVector<T, D>, SVector<T, D>),
+    /// The same of the solve before, if it had the contact.
+    before: Option<(SVector<T, D>, SVector<T, D>)>,
 }
 
 impl<T: Real, const D: usize> ContactState<T, D> {
@@ -29,12 +29,13 @@ impl<T: Real, const D: usize> ContactState<T, D> {
     /// stuck.
     fn ahead(&self, penalty: T) -> SVector<T, D> {
         let nought = |x: &SVector<T, D>| x.iter().all(|&x| x == T::ZERO);
+        let (u, r) = self.before.unwrap_or((self.u, self.r));
         let mut z = zeros();
         if !nought(&self.u) {
-            z += self.u + self.change.0;
+            z += self.u + (self.u - u);
         }
         if !nought(&self.r) && penalty > T::ZERO {
-            z -= (self.r + self.change.1) / penalty;
+            z -= (self.r + (self.r - r)) / penalty;
         }
         z
     }
@@ -69,16 +70,22 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         }
     }
 
-    /// Remembers `ũ` and `r` of the contacts of a solve, and how they have changed.
+    /// Remembers `ũ` and `r` of the contacts of a solve, instead of what an earlier part of the same
+    /// solve left if it was `resumed`.
     pub(crate) fn keep<const N: usize>(
         &mut self,
         contacts: &[Contact<T, N, D>],
         values: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>,
+        resumed: bool,
     ) {
         let pairs = contacts.iter().zip(values);
         for (state, (&Contact { key, .. }, (u, r))) in self.contacts.iter_mut().zip(pairs) {
-            let change = state.map_or((zeros(), zeros()), |last| (u - last.u, r - last.r));
-            *state = Some(ContactState { key, u, r, change });
+            let before = match state {
+                Some(last) if resumed => last.before,
+                Some(last) => Some((last.u, last.r)),
+                None => None,
+            };
+            *state = Some(ContactState { key, u, r, before });
         }
     }
 

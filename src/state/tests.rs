@@ -50,7 +50,7 @@ proptest! {
             });
             last = values.collect();
             let left = last.iter().map(|&(_, r)| (Vector1::new(-r), Vector1::new(r)));
-            state.keep(&contacts, left);
+            state.keep(&contacts, left, false);
         }
     }
 }

@@ -1,0 +1,166 @@
+//! Gaussian elimination by contacts, kept so that more right-hand sides can be solved.
+//!
+//! A contact has up to `D` unknowns: as many rows in its place, and columns close to those of the
+//! contacts before. Pivots are sought within the rows of a contact. The multipliers stay where
+//! they have eliminated.
+
+use crate::Real;
+use crate::cholesky::dot;
+use crate::contact_space::{ContactMatrix, ContactVector, subtract_rows};
+use core::ops::Range;
+
+/// Blocks `A_ij` of an eliminated matrix are its rows `matrix[i]` in `columns(j)`. Rows that a
+/// contact does not use are zero, and so is what follows the last column.
+#[derive(Clone, Debug)]
+pub(crate) struct Elimination<T, const D: usize, const C: usize> {
+    /// Where the columns of each contact end.
+    ends: [usize; C],
+    /// Reciprocals of the pivots; zero where there is none.
+    reciprocals: ContactVector<T, D, C>,
+    /// Which row of the contact was taken for each pivot.
+    order: [[usize; D]; C],
+}
+
+impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
+    pub(crate) const fn none() -> Self {
+        Self {
+            ends: [0; C],
+            reciprocals: [[T::ZERO; D]; C],
+            order: [[0; D]; C],
+        }
+    }
+
+    /// Gives each contact its number of unknowns.
+    pub(crate) fn lay_out(&mut self, mut counts: impl Iterator<Item = usize>) {
+        let mut last = 0;
+        for end in &mut self.ends {
+            last += counts.next().unwrap_or(0);
+            *end = last;
+        }
+    }
+
+    /// The columns of a contact.
+    pub(crate) fn columns(&self, contact: usize) -> Range<usize> {
+        let end = |i: usize| self.ends.get(i).copied().unwrap_or(0);
+        end(contact.wrapping_sub(1))..end(contact)
+    }
+
+    /// Factorises; `None` if a pivot vanishes or is no number.
+    #[inline(never)]
+    pub(crate) fn factorise(&mut self, matrix: &mut ContactMatrix<T, D, C>) -> Option<()> {
+        let last = self.ends.last().copied().unwrap_or(0);
+        self.reciprocals = [[T::ZERO; D]; C];
+        for k in 0..C {
+            let columns = self.columns(k);
+            if columns.is_empty() {
+                continue;
+            }
+            let (start, end) = (columns.start, columns.end);
+            let (done, below) = matrix.split_at_mut_checked(k + 1)?;
+            let rows = done.last_mut()?;
+            let reciprocals = self.reciprocals.get_mut(k)?;
+            triangularise(rows, columns, last, reciprocals, self.order.get_mut(k)?)?;
+            // U_kk, zero below the diagonal.
+            let mut upper = [[T::ZERO; D]; D];
+            for (p, (upper, row)) in upper.iter_mut().zip(&*rows).enumerate() {
+                let block = row.as_flattened().get(start..)?.first_chunk::<D>()?;
+                for (q, (upper, &entry)) in upper.iter_mut().zip(block).enumerate() {
+                    *upper = if q > p { entry } else { T::ZERO };
+                }
+            }
+            let mut before = end;
+            for (others, &until) in below.iter_mut().zip(self.ends.get(k + 1..)?) {
+                for row in others.iter_mut().take(until - before) {
+                    let own = row.as_flattened_mut().get_mut(start..)?;
+                    let mut factors = *own.first_chunk::<D>()?;
+                    for (p, (upper, &reciprocal)) in upper.iter().zip(&*reciprocals).enumerate() {
+                        let factor = *factors.get(p)? * reciprocal;
+                        *factors.get_mut(p)? = factor;
+                        for (x, &u) in factors.iter_mut().zip(upper).skip(p + 1) {
+                            *x -= factor * u;
+                        }
+                    }
+                    for (own, &factor) in own.iter_mut().zip(&factors).take(end - start) {
+                        *own = factor;
+                    }
+                    subtract_rows(row, &factors, rows, end, last);
+                }
+                before = until;
+            }
+        }
+        Some(())
+    }
+
+    /// Solves for a right-hand side, which the solution replaces.
+    #[inline(never)]
+    pub(crate) fn solve(&self, matrix: &ContactMatrix<T, D, C>, b: &mut [T]) -> Option<()> {
+        for (k, (rows, order)) in matrix.iter().zip(&self.order).enumerate() {
+            let columns = self.columns(k);
+            let count = columns.len();
+            let own = b.get_mut(columns.clone())?;
+            for (p, &taken) in order.iter().enumerate().take(count) {
+                if taken != p && taken < count {
+                    own.swap(p, taken);
+                }
+            }
+            for (p, row) in rows.iter().enumerate().take(count) {
+                let (done, rest) = b.split_at_mut_checked(columns.start + p)?;
+                *rest.first_mut()? -= dot(row.as_flattened(), done);
+            }
+        }
+        for (k, (rows, reciprocals)) in matrix.iter().zip(&self.reciprocals).enumerate().rev() {
+            let columns = self.columns(k);
+            let pivots = rows.iter().zip(reciprocals);
+            for (p, (row, &reciprocal)) in pivots.enumerate().take(columns.len()).rev() {
+                let (head, solved) = b.split_at_mut_checked(columns.start + p + 1)?;
+                let entry = head.last_mut()?;
+                let row = row.as_flattened().get(columns.start + p + 1..)?;
+                *entry = (*entry - dot(row, solved)) * reciprocal;
+            }
+        }
+        Some(())
+    }
+}
+
+/// Eliminates among the rows of one contact.
+#[inline(never)]
+fn triangularise<T: Real, const D: usize, const C: usize>(
+    rows: &mut [ContactVector<T, D, C>; D],
+    columns: Range<usize>,
+    last: usize,
+    reciprocals: &mut [T; D],
+    order: &mut [usize; D],
+) -> Option<()> {
+    let count = columns.len();
+    let places = columns.zip(reciprocals).zip(order);
+    for (p, ((column, reciprocal), taken)) in places.enumerate() {
+        let (mut largest, mut index) = (T::ZERO, p);
+        for (i, row) in rows.iter().enumerate().take(count).skip(p) {
+            let size = row.as_flattened().get(column)?.abs();
+            if size > largest {
+                (largest, index) = (size, i);
+            }
+        }
+        let usable = largest > T::ZERO && largest.is_finite();
+        if !usable {
+            return None;
+        }
+        *taken = index;
+        if index != p && index < D {
+            rows.swap(p, index);
+        }
+        let (above, below) = rows.split_at_mut_checked(p + 1)?;
+        let source = above.last()?.as_flattened();
+        *reciprocal = T::ONE / *source.get(column)?;
+        let source = source.get(column + 1..last)?;
+        for row in below.iter_mut().take(count - p - 1) {
+            let row = row.as_flattened_mut();
+            let factor = *row.get(column)? * *reciprocal;
+            *row.get_mut(column)? = factor;
+            for (entry, &source) in row.get_mut(column + 1..last)?.iter_mut().zip(source) {
+                *entry -= factor * source;
+            }
+        }
+    }
+    Some(())
+}

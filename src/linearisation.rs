@@ -1,0 +1,176 @@
+//! The linearised equation of a Newton step, factorised and kept.
+//!
+//! A step solves `[rho W (I - DP + λI) + DP - DS + λI] d = E` with the derivatives `DP` and `DS`
+//! of [`crate::newton`], where `λ` regularises hyperstatic scenes (singular `W`). In the frame of
+//! a contact most of it decouples, and only what moves its impulse stays an unknown of the system:
+//! three for a spatial contact that sticks, two for one that slips, none for an open one.
+
+use crate::Real;
+use crate::contact_space::{ContactMatrix, row_times};
+use crate::elimination::Elimination;
+use crate::frame::{Frame, Kind, product};
+use crate::newton::Point;
+use crate::problem::Problem;
+use crate::solution::zeros;
+use nalgebra::SVector;
+
+/// The linearised equation at some point, factorised.
+#[derive(Clone, Debug)]
+pub(crate) struct Linearisation<T, const D: usize, const C: usize> {
+    frames: [Frame<T, D>; C],
+    elimination: Elimination<T, D, C>,
+    regularisation: T,
+    scale: T,
+    /// Of how many contacts it is, if it is of any use.
+    contacts: Option<usize>,
+}
+
+impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
+    pub(crate) const fn none() -> Self {
+        Self {
+            frames: [const { Frame::none() }; C],
+            elimination: Elimination::none(),
+            regularisation: T::ZERO,
+            scale: T::ZERO,
+            contacts: None,
+        }
+    }
+
+    /// The matrix is wanted for something else.
+    pub(crate) fn forget(&mut self) {
+        self.contacts = None;
+    }
+
+    /// Linearises at a point with `rho_i = scale alpha_i`, and factorises in `matrix`; `None` if
+    /// the system is singular.
+    #[inline(never)]
+    pub(crate) fn compute<const N: usize>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C>,
+        point: &Point<T, D, C>,
+        scale: T,
+        regularisation: T,
+        matrix: &mut ContactMatrix<T, D, C>,
+    ) -> Option<()> {
+        self.contacts = None;
+        self.regularisation = regularisation;
+        self.scale = scale;
+        let laws = problem.laws();
+        let contacts = laws.iter().zip(&point.z);
+        let contacts = contacts.zip(point.velocity.iter().zip(&point.impulse));
+        for (frame, ((law, z), (velocity, impulse))) in self.frames.iter_mut().zip(contacts) {
+            let kind = Kind::of(law, velocity, impulse);
+            frame.set(law, kind, z, scale * law.step, regularisation);
+        }
+        let frames = self.frames.get(..laws.len())?;
+        self.elimination.lay_out(frames.iter().map(Frame::count));
+        let delassus = problem.factor.delassus();
+        for (j, frame) in frames.iter().enumerate() {
+            let start = self.elimination.columns(j).start;
+            if frame.kind == Kind::Open {
+                continue;
+            }
+            for (i, (rows, tested)) in matrix.iter_mut().zip(frames).enumerate() {
+                if tested.kind == Kind::Open {
+                    continue;
+                }
+                let mut block = [[T::ZERO; D]; D];
+                for (entries, source) in block.iter_mut().zip(delassus.get(i)?) {
+                    *entries = frame.columns(source.get(j)?);
+                }
+                for (k, row) in rows.iter_mut().enumerate() {
+                    let mut entries = [T::ZERO; D];
+                    if k < tested.count() {
+                        entries = if tested.kind == Kind::Slip {
+                            row_times(tested.tests.get(k)?, &block)
+                        } else {
+                            *block.get(k)?
+                        };
+                        if i == j {
+                            *entries.get_mut(k)? += match (frame.kind, k) {
+                                (Kind::Slip, 0) => -regularisation - frame.skew * frame.tilt,
+                                (Kind::Slip, _) => frame.turn + regularisation,
+                                _ => regularisation,
+                            };
+                        }
+                    }
+                    // What is too much is overwritten by the next contact, or zero.
+                    let target = row.as_flattened_mut().get_mut(start..)?;
+                    *target.first_chunk_mut()? = entries;
+                }
+            }
+        }
+        self.elimination.factorise(matrix)?;
+        self.contacts = Some(laws.len());
+        Some(())
+    }
+
+    /// Does every contact do at a point what it did where this was computed?
+    pub(crate) fn suits<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        point: &Point<T, D, C>,
+        scale: T,
+    ) -> bool {
+        let laws = problem.laws();
+        let contacts = point.velocity.iter().zip(&point.impulse);
+        let mut contacts = laws.iter().zip(contacts).zip(&self.frames);
+        self.contacts == Some(laws.len())
+            && self.scale == scale
+            && contacts
+                .all(|((law, (velocity, r)), frame)| frame.kind == Kind::of(law, velocity, r))
+    }
+
+    /// The step `d` from a point; `None` if it is no number.
+    #[inline(never)]
+    pub(crate) fn step<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        point: &Point<T, D, C>,
+        matrix: &ContactMatrix<T, D, C>,
+    ) -> Option<[SVector<T, D>; C]> {
+        let laws = problem.laws();
+        let frames = self.frames.get(..laws.len())?;
+        let mut unknowns = [[T::ZERO; D]; C];
+        let unknowns = unknowns.as_flattened_mut();
+        for (i, (frame, residual)) in frames.iter().zip(&point.residual).enumerate() {
+            let unknowns = unknowns.get_mut(self.elimination.columns(i))?;
+            for (unknown, test) in unknowns.iter_mut().zip(&frame.tests) {
+                *unknown = product(test, residual);
+            }
+        }
+        self.elimination.solve(matrix, unknowns)?;
+        let mut moved = [[T::ZERO; D]; C];
+        if frames.iter().any(|frame| frame.kind != Kind::Stick) {
+            let mut push = [[T::ZERO; D]; C];
+            for (i, (frame, push)) in frames.iter().zip(&mut push).enumerate() {
+                let unknowns = unknowns.get(self.elimination.columns(i))?;
+                for (&unknown, column) in unknowns.iter().zip(&frame.pushes) {
+                    for (push, &column) in push.iter_mut().zip(column) {
+                        *push += unknown * column;
+                    }
+                }
+            }
+            let contacts = ..laws.len();
+            problem
+                .factor
+                .delassus_times(push.get(contacts)?, moved.get_mut(contacts)?);
+        }
+        let damping = T::ONE / (T::ONE + self.regularisation);
+        let mut steps = [zeros(); C];
+        let contacts = point
+            .residual
+            .iter()
+            .zip(&moved)
+            .zip(laws.iter().zip(frames));
+        for (i, (step, ((residual, moved), (law, frame)))) in
+            steps.iter_mut().zip(contacts).enumerate()
+        {
+            let unknowns = unknowns.get(self.elimination.columns(i))?;
+            let left = SVector::from(*residual) - SVector::from(*moved);
+            *step = frame.step(law, unknowns, left, damping);
+        }
+        let finite = steps.iter().flatten().all(T::is_finite);
+        finite.then_some(steps)
+    }
+}

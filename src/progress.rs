@@ -1,0 +1,259 @@
+//! Where a solve stands: all that one piece of work leaves for the next.
+//!
+//! The pieces are one ADMM iteration, one Newton step, and what comes between two attempts. Because
+//! nothing else is carried from one to the next, a solve can stop after any of them and go on later
+//! with the same bits.
+
+use crate::admm::{Acceleration, Iterate, Restart};
+use crate::gauss_seidel;
+use crate::linearisation::Linearisation;
+use crate::newton::Point;
+use crate::refinement::Refinement;
+use crate::resolvent::Resolvent;
+use crate::safeguard::{Balance, Caution};
+use crate::search::Search;
+use crate::state::State;
+use crate::{Factor, Real};
+use nalgebra::SVector;
+
+/// What comes next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Phase<T> {
+    /// Nothing: there is no solve that could go on.
+    Idle,
+    /// So many more iterations of Algorithm 2.
+    Approach {
+        left: usize,
+    },
+    Refine(Refinement<T>),
+    /// Another attempt, with other penalties or from elsewhere.
+    Recover,
+}
+
+/// A solve by the default method: Algorithm 2 for a start, semismooth Newton to the end.
+#[derive(Clone, Debug)]
+pub(crate) struct Progress<T, const D: usize, const C: usize> {
+    pub(crate) phase: Phase<T>,
+    pub(crate) point: Point<T, D, C>,
+    iterates: [Iterate<T, D>; C],
+    acceleration: Restart<T>,
+    pub(crate) caution: Caution<T>,
+    pub(crate) balance: Balance<T>,
+    /// Does the workspace hold the resolvent of adapted penalties?
+    adapted: bool,
+    /// What was left for a side branch.
+    aside: Option<Corner<T, D, C>>,
+    /// The impulses of that branch.
+    swept: [[T; D]; C],
+    /// Iterations of the next approach.
+    length: usize,
+}
+
+/// `P` and `r` of a point.
+type Corner<T, const D: usize, const C: usize> = ([SVector<T, D>; C], [[T; D]; C]);
+
+/// One matrix in contact space, by turns that of a Newton step and the resolvent of an adapted
+/// penalty.
+#[derive(Clone, Debug)]
+pub(crate) struct Workspace<T, const D: usize, const C: usize> {
+    pub(crate) resolvent: Resolvent<T, D, C>,
+    pub(crate) linearisation: Linearisation<T, D, C>,
+}
+
+impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
+    pub(crate) const fn empty() -> Self {
+        Self {
+            resolvent: Resolvent::empty(),
+            linearisation: Linearisation::none(),
+        }
+    }
+
+    /// Forgets the last linearisation.
+    pub(crate) fn forget(&mut self) {
+        self.linearisation.forget();
+    }
+}
+
+impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
+    /// Of no solve yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            phase: Phase::Idle,
+            point: Point::zero(),
+            iterates: [const { Iterate::none() }; C],
+            acceleration: Restart::START,
+            caution: Caution::none(),
+            balance: Balance::none(),
+            adapted: false,
+            aside: None,
+            swept: [[T::ZERO; D]; C],
+            length: 0,
+        }
+    }
+
+    /// Begins a solve at the last solution, or at rest.
+    pub(crate) fn begin<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        state: &mut State<T, D, C>,
+    ) {
+        self.balance = Balance::new();
+        self.caution = Caution::new();
+        self.adapted = false;
+        self.aside = None;
+        self.swept = [[T::ZERO; D]; C];
+        self.length = 5;
+        self.point = Point::zero();
+        let (problem, tolerance) = (&search.problem, search.tolerance());
+        let eager = state.point(problem, self.balance.scale, tolerance, &mut self.point);
+        self.consider(search);
+        if eager {
+            self.caution = Caution::warm();
+            self.phase = Phase::Refine(Refinement::new(Some(self.point.energy)));
+        } else {
+            self.approach(factor.resolvent());
+        }
+    }
+
+    /// Is there a solve that could go on?
+    pub(crate) fn is_idle(&self) -> bool {
+        matches!(self.phase, Phase::Idle)
+    }
+
+    /// Leaves the solve.
+    pub(crate) fn stop(&mut self) {
+        self.phase = Phase::Idle;
+    }
+
+    /// One piece of work.
+    pub(crate) fn advance<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+    ) {
+        let resolvent = if self.adapted {
+            &workspace.resolvent
+        } else {
+            factor.resolvent()
+        };
+        match self.phase {
+            Phase::Idle => {}
+            Phase::Approach { left } => {
+                let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
+                let change = search.iterate(resolvent, iterates, acceleration);
+                self.balance.observe(&change);
+                if left > 1 && !search.is_over() {
+                    self.phase = Phase::Approach { left: left - 1 };
+                } else {
+                    self.arrive(search);
+                }
+            }
+            Phase::Refine(refinement) => self.refine(search, factor, workspace, refinement),
+            Phase::Recover => self.recover(search, factor, workspace),
+        }
+    }
+
+    /// Starts Algorithm 2 at the point.
+    pub(crate) fn approach(&mut self, resolvent: &Resolvent<T, D, C>) {
+        let pairs = self.point.velocity.iter().zip(&self.point.impulse);
+        let pairs = pairs.zip(&resolvent.penalties);
+        for (iterate, ((velocity, &impulse), &penalty)) in self.iterates.iter_mut().zip(pairs) {
+            *iterate = Iterate::at(*velocity, impulse.into(), penalty);
+        }
+        self.acceleration = Restart::START;
+        self.phase = Phase::Approach { left: self.length };
+    }
+
+    /// From the last iterates of Algorithm 2 to a point.
+    #[inline(never)]
+    fn arrive<const N: usize>(&mut self, search: &mut Search<'_, T, N, D, C>) {
+        let targets = self.point.velocity.iter_mut();
+        let targets = targets.zip(&mut self.point.impulse);
+        for ((velocity, impulse), iterate) in targets.zip(&self.iterates) {
+            *velocity = iterate.u;
+            *impulse = iterate.impulse().into();
+        }
+        self.point.rebuild(&search.problem, self.balance.scale);
+        self.consider(search);
+        self.phase = if self.caution.allows(&self.point) {
+            Phase::Refine(Refinement::new(None))
+        } else {
+            Phase::Recover
+        };
+    }
+
+    fn consider<const N: usize>(&self, search: &mut Search<'_, T, N, D, C>) {
+        let point = &self.point;
+        search.consider(&point.impulse, &point.relative, point.natural_map);
+    }
+
+    /// What Newton leaves goes back to ADMM, with penalties that its residuals balance.
+    #[inline(never)]
+    fn recover<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+    ) {
+        if search.solution.factorizations > 0 {
+            self.balance.update(search.cost());
+        }
+        let penalties = search.problem.penalties(self.balance.scale);
+        workspace.forget();
+        let (delassus, contacts) = (factor.delassus(), factor.contacts());
+        let computed = workspace.resolvent.compute(delassus, contacts, &penalties);
+        self.adapted = computed.is_ok();
+        search.solution.factorizations += 1;
+        self.length = 8;
+        if self.balance.has_restarted() {
+            self.caution.forget();
+            self.length = 20;
+            // Now and then from elsewhere; if that does not help, back to where it was.
+            let point = &mut self.point;
+            if let Some(last) = self.aside.take() {
+                (point.velocity, point.impulse) = last;
+            } else if self.balance.turns_aside() {
+                self.aside = Some((point.velocity, point.impulse));
+                for _ in 0..20 {
+                    search.solution.iterations += 1;
+                    gauss_seidel::sweep(&search.problem, &mut self.swept);
+                }
+                point.velocity = search.problem.lifted(&self.swept);
+                point.impulse = self.swept;
+            }
+            point.rebuild(&search.problem, self.balance.scale);
+        }
+        if search.take_lost() {
+            self.point.reset(&search.problem, self.balance.scale);
+        }
+        self.approach(if self.adapted {
+            &workspace.resolvent
+        } else {
+            factor.resolvent()
+        });
+    }
+
+    /// `ũ` and `r` of each contact as they stand.
+    pub(crate) fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
+        let iterating = matches!(self.phase, Phase::Approach { .. });
+        let points = self.point.velocity.iter().zip(&self.point.impulse);
+        points.zip(&self.iterates).map(move |((&u, &r), iterate)| {
+            if iterating {
+                (iterate.u, iterate.impulse())
+            } else {
+                (u, r.into())
+            }
+        })
+    }
+
+    /// `r` as it stands.
+    pub(crate) fn impulse(&self) -> [[T; D]; C] {
+        let mut impulse = [[T::ZERO; D]; C];
+        for (impulse, (_, r)) in impulse.iter_mut().zip(self.contacts()) {
+            *impulse = r.into();
+        }
+        impulse
+    }
+}

@@ -1,0 +1,144 @@
+//! Newton's part of the default method.
+
+use crate::newton::Point;
+use crate::progress::{Phase, Progress, Workspace};
+use crate::safeguard::Caution;
+use crate::search::Search;
+use crate::{Factor, Real};
+use nalgebra::SVector;
+
+/// At most so many more Newton steps, as long as they reduce the energy.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Refinement<T> {
+    left: usize,
+    /// Is the last linearisation worth another step?
+    again: bool,
+    /// The energy it began with, if it began at the last solution.
+    warm: Option<T>,
+}
+
+impl<T: Real> Refinement<T> {
+    pub(crate) const fn new(warm: Option<T>) -> Self {
+        Self {
+            left: 30,
+            again: warm.is_some(),
+            warm,
+        }
+    }
+}
+
+impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
+    /// One Newton step.
+    #[inline(never)]
+    pub(crate) fn refine<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+        mut refinement: Refinement<T>,
+    ) {
+        let accepted = self.step_again(search, workspace, &mut refinement)
+            || self.step(search, workspace, &mut refinement);
+        refinement.left -= usize::from(refinement.left > 0);
+        self.phase = if accepted && refinement.left > 0 {
+            Phase::Refine(refinement)
+        } else {
+            Phase::Recover
+        };
+        if let (Some(before), Phase::Recover) = (refinement.warm, self.phase) {
+            self.caution = Caution::new();
+            if self.point.energy > before * T::literal(0.1) {
+                // It was misleading.
+                self.point.reset(&search.problem, self.balance.scale);
+            }
+            self.approach(factor.resolvent());
+        }
+    }
+
+    /// A step with the linearisation of an earlier one. It is kept if it makes the energy 25 times
+    /// smaller: it costs a fifth of a new one.
+    fn step_again<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, T, N, D, C>,
+        workspace: &Workspace<T, D, C>,
+        refinement: &mut Refinement<T>,
+    ) -> bool {
+        let Workspace {
+            linearisation,
+            resolvent,
+        } = workspace;
+        let (problem, scale) = (&search.problem, self.balance.scale);
+        if !refinement.again || !linearisation.suits(problem, &self.point, scale) {
+            return false;
+        }
+        search.solution.iterations += 2;
+        let step = linearisation.step(problem, &self.point, &resolvent.matrix);
+        let enough = self.point.energy * T::literal(0.04);
+        refinement.again =
+            step.is_some_and(|step| self.go(search, &step, &[T::ONE], |_| enough).is_some());
+        refinement.again
+    }
+
+    fn step<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+        refinement: &mut Refinement<T>,
+    ) -> bool {
+        search.solution.newton_steps += 1;
+        let Workspace {
+            linearisation,
+            resolvent,
+        } = workspace;
+        let regularisation = self.caution.regularisation(self.point.natural_map);
+        let (problem, scale, matrix) = (&search.problem, self.balance.scale, &mut resolvent.matrix);
+        let computed = linearisation.compute(problem, &self.point, scale, regularisation, matrix);
+        let step = computed.and_then(|()| linearisation.step(problem, &self.point, matrix));
+        let before = self.point.energy;
+        let lengths = [1.0, 0.5, 0.25, 0.1, 0.02].map(T::literal);
+        let tried = if self.balance.has_ever_restarted() {
+            5
+        } else {
+            2
+        };
+        let lengths = lengths.get(..tried).unwrap_or_default();
+        let enough = |length| before * (T::ONE - T::literal(2e-4) * length);
+        let gone = step.and_then(|step| self.go(search, &step, lengths, enough));
+        if gone == Some(T::ONE) {
+            self.caution.relax();
+            refinement.again = self.point.energy < before * T::literal(0.01);
+        }
+        if gone.is_none() {
+            self.caution.reject(before);
+            if self.caution.is_first_rejection() {
+                search.look_for_proof();
+            }
+            search.fail();
+        }
+        gone.is_some()
+    }
+
+    /// Goes along a step as far as the first length at which the energy is below what it asks.
+    fn go<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, T, N, D, C>,
+        step: &[SVector<T, D>; C],
+        lengths: &[T],
+        enough: impl Fn(T) -> T,
+    ) -> Option<T> {
+        let mut trial = Point::zero();
+        for &length in lengths {
+            let pairs = self.point.z.iter().zip(step);
+            for (trial, (z, step)) in trial.z.iter_mut().zip(pairs) {
+                *trial = z + step * length;
+            }
+            trial.update(&search.problem, self.balance.scale);
+            search.consider(&trial.impulse, &trial.relative, trial.natural_map);
+            if trial.energy < enough(length) || search.is_over() {
+                self.point = trial;
+                return Some(length);
+            }
+        }
+        None
+    }
+}

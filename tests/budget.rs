@@ -1,0 +1,87 @@
+//! A budget ends a call, not a solve: split over any number of calls it gives the same bits.
+
+mod support;
+
+use stiction::{Factor, Settings, Solution, Solver, Status};
+use support::scene_file::{self, SceneFile};
+
+type Answer = (Vec<u64>, Status, [usize; 3], u64);
+
+/// All bits of a solution, and what it has cost.
+fn answer<const N: usize, const D: usize, const C: usize>(
+    solution: &Solution<f64, N, D, C>,
+) -> Answer {
+    let impulses = solution
+        .contacts
+        .iter()
+        .flat_map(|contact| &contact.impulse);
+    let values = solution.velocity.iter().chain(impulses);
+    let cost = [
+        solution.iterations,
+        solution.newton_steps,
+        solution.factorizations,
+    ];
+    let bits = values.map(|x| x.to_bits()).collect();
+    (bits, solution.status, cost, solution.error.to_bits())
+}
+
+/// Solves a scene cold and, a little changed, warm, in calls of `budget` each; the answers, the
+/// calls, and the most that one of them has cost.
+fn solve<const N: usize, const D: usize, const C: usize>(
+    file: &SceneFile,
+    budget: usize,
+) -> ([Answer; 2], usize, usize) {
+    let scene = file.scene::<f64, N, D, C>().unwrap();
+    let factor = Factor::new(&scene).unwrap();
+    let mut solver = Solver::new();
+    let settings = Settings {
+        max_iterations: budget,
+        ..Settings::new(1e-9)
+    };
+    let (mut calls, mut dearest) = (0, 0);
+    let answers = [1.0, 0.99].map(|share| {
+        let f = file.free_impulse::<f64, N>() * share;
+        let mut spent = 0;
+        solver.solve(&scene, &factor, &f, &settings).unwrap();
+        loop {
+            let solution = solver.solution();
+            let work = solution.iterations + 10 * solution.newton_steps;
+            dearest = dearest.max(work - spent);
+            (spent, calls) = (work, calls + 1);
+            // Solved by what a pause has found is solved, but the same search goes on.
+            let before = answer(solution);
+            let after = answer(solver.resume(&scene, &factor, &f, &settings).unwrap());
+            if after == before {
+                break;
+            }
+        }
+        let answer = answer(solver.solution());
+        assert_ne!(answer.1, Status::MaxIterations, "{}", file.name);
+        answer
+    });
+    (answers, calls, dearest)
+}
+
+/// The whole solve in one call, and in many.
+fn compare<const N: usize, const D: usize, const C: usize>(file: &SceneFile) {
+    let (whole, calls, _) = solve::<N, D, C>(file, 100_000);
+    assert_eq!(calls, 2, "{}", file.name);
+    for budget in [1, 7, 40] {
+        let (split, _, dearest) = solve::<N, D, C>(file, budget);
+        assert_eq!(split, whole, "{} in calls of {budget}", file.name);
+        // A call ends with the piece of work in which its budget ends.
+        assert!(dearest < budget + 20, "{}: {dearest}", file.name);
+    }
+}
+
+#[test]
+fn a_split_solve_gives_the_same_bits() {
+    for path in scene_file::bundled() {
+        for file in scene_file::read(&path).unwrap() {
+            match file.dim {
+                2 => compare::<6, 2, 4>(&file),
+                _ => compare::<24, 3, 12>(&file),
+            }
+        }
+    }
+}
