@@ -38,6 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         jacobian,
         offset: vector![0.0, 0.0],
         mu: MU,
+        key: 0,
     })?;
     let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();

@@ -53,6 +53,7 @@ fn throw(slope: f64) -> Result<Vec<Moment>, Box<dyn Error>> {
             jacobian,
             offset: vector![0.0, 0.0, 0.0],
             mu: MU,
+            key: 0,
         })?;
     }
     let factor = Factor::new(&scene)?;

@@ -68,6 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         jacobian: matrix![0.0, 0.0, 0.0, 0.0, 1.0; 0.0, 0.0, 0.0, 1.0, 0.0],
         offset: vector![0.0, 0.0],
         mu: MU,
+        key: 0,
     })?;
     let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();

@@ -2,7 +2,7 @@
 //!
 //! The collision library gives a contact manifold: a normal and points with their distances. Each
 //! point becomes a contact of the scene, with its gap as offset, so that contacts may be found
-//! before they close. The points' feature ids tell which contact of the last step each one was.
+//! before they close. The points' feature ids are the keys that a warm start follows.
 //!
 //! `cargo run --release --example parry_box [FILE.svg]`
 
@@ -88,7 +88,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut factor = Factor::empty();
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
-    let mut last: Vec<u32> = Vec::new();
     let (mut height, mut speed, mut touching) = (Vec::new(), Vec::new(), Vec::new());
     for step in 1..=800 {
         let pose = body.pose();
@@ -101,7 +100,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (mass, force) = body.dynamics();
         scene.set_mass(&mass)?;
         scene.clear_contacts();
-        let mut features = Vec::new();
         for point in manifolds.iter().flat_map(|manifold| &manifold.points) {
             let [x, y, z] = (pose * point.local_p2).into();
             let offset = vector![law::gap(point.dist, STEP, 0.1, 10.0), 0.0, 0.0];
@@ -110,12 +108,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                 jacobian,
                 offset,
                 mu: MU,
+                key: point.fid2.0,
             })?;
-            features.push(point.fid2.0);
         }
-        let previous = |feature| last.iter().position(|other| other == feature);
-        solver.carry_over(&features.iter().map(previous).collect::<Vec<_>>());
-        last = features;
 
         factor.compute(&scene)?;
         let f = law::free_impulse(&mass, &body.velocity, &force, STEP);

@@ -6,14 +6,14 @@
 //! `cargo run --release --example quadruped_on_ice [FILE.svg]`
 
 mod chart;
-#[path = "../tests/support/scene_file.rs"]
-#[allow(dead_code, unreachable_pub)]
-mod scene_file;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use chart::{curve, dots, panel};
 use std::error::Error;
 use std::path::Path;
 use stiction::{ContactMode, Factor, Scene, Settings, Solver, Status};
+use support::scene_file;
 
 const STEP: f64 = 0.004;
 /// In the order of the file's contacts.

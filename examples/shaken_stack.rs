@@ -84,6 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             jacobian,
             offset: vector![0.0, 0.0],
             mu: MU[upper],
+            key: 0,
         })?;
     }
     let mut factor = Factor::new(&scene)?;

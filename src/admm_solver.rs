@@ -33,11 +33,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         self.state = State::cold();
     }
 
-    /// See [`crate::Solver::carry_over`].
-    pub fn carry_over(&mut self, previous: &[Option<usize>]) {
-        self.state.carry_over(previous);
-    }
-
     /// The last solution.
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C> {
@@ -104,7 +99,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         }
         search.finish();
         let contacts = iterates.iter().map(|i| (i.u, i.impulse()));
-        self.state.keep(contacts.take(factor.contacts()));
+        self.state.keep(scene.contacts(), contacts);
         Ok(&self.solution)
     }
 }

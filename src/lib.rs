@@ -21,6 +21,7 @@
 //!     jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0], // normal row first
 //!     offset: vector![0.0, 0.0, 0.0],
 //!     mu: 0.8,
+//!     key: 0, // which contact it is, for a warm start
 //! })?;
 //! let factor = Factor::new(&scene)?; // once a scene, or a `static`
 //! let mut solver = Solver::new(); // keeps what a warm start needs

@@ -15,6 +15,13 @@ pub struct Contact<T, const N: usize, const D: usize> {
     pub offset: SVector<T, D>,
     /// Coulomb friction coefficient `mu_i >= 0`.
     pub mu: T,
+    /// Which contact it is, in numbers of your own: a foot, a pair of features.
+    ///
+    /// A warm start follows it: a contact starts from the one that had its key in the last solve,
+    /// wherever in the list that stood, and from rest if there was none. Of several contacts with
+    /// one key the first follows the first, the second the second, so that all keys may be 0 where
+    /// contacts neither come nor go nor change their order.
+    pub key: u32,
 }
 
 impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
@@ -24,6 +31,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
             jacobian: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; D]; N])),
             offset: SVector::from_array_storage(ArrayStorage([[T::ZERO; D]; 1])),
             mu: T::ZERO,
+            key: 0,
         }
     }
 }
@@ -41,8 +49,9 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 /// | the penalty | [`crate::Factor::set_penalty`] | `m³/2` |
 /// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts in use | [`crate::Factor::compute`], in place | `N³/6 + m N²/2 + m² N/2 + m³/2` |
 ///
-/// A contact that is open for a while is cheaper kept, with its gap as an offset
-/// ([`crate::time_stepping::gap`]), than removed and pushed again.
+/// Contacts that come and go are pushed anew, with the keys they had ([`Contact::key`]). One that is
+/// open for a while is cheaper kept, with its gap as an offset ([`crate::time_stepping::gap`]), than
+/// removed and pushed again.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -55,6 +64,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 ///     jacobian: matrix![0.0, 1.0; 1.0, 0.0], // normal row first
 ///     offset: vector![0.0, 0.0],
 ///     mu: 0.5,
+///     key: 0,
 /// };
 /// assert_eq!(scene.push(&floor), Ok(0));
 /// assert_eq!(scene.push(&floor), Err(Error::ContactListFull { capacity: 1 }));

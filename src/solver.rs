@@ -17,7 +17,8 @@ use nalgebra::SVector;
 /// A solver for scenes of `N` velocities and up to `C` contacts of `D` rows.
 ///
 /// It keeps the last solution, and starts the next solve from it (warm start) as far as the
-/// contacts are still there; [`Solver::reset`] forgets it. It never allocates.
+/// contacts are still there, by their [`crate::Contact::key`]; [`Solver::reset`] forgets it. It
+/// never allocates.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -30,6 +31,7 @@ use nalgebra::SVector;
 ///     jacobian: matrix![0.0, 1.0; 1.0, 0.0],
 ///     offset: vector![0.0, 0.0],
 ///     mu: 0.5,
+///     key: 0,
 /// })?;
 /// let factor = Factor::new(&scene)?;
 /// let mut solver = Solver::new();
@@ -60,12 +62,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     /// Forgets the last solution: the next solve starts cold.
     pub fn reset(&mut self) {
         self.state = State::cold();
-    }
-
-    /// Tells the next solve which contact of the last one each of its contacts was; `None` for a
-    /// contact that was just made. Contacts that `previous` does not list start cold.
-    pub fn carry_over(&mut self, previous: &[Option<usize>]) {
-        self.state.carry_over(previous);
     }
 
     /// The last solution.
@@ -171,7 +167,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         search.finish();
         let contacts = point.velocity.into_iter().zip(point.impulse);
         let contacts = contacts.map(|(u, r)| (u, r.into()));
-        self.state.keep(contacts.take(factor.contacts()));
+        self.state.keep(scene.contacts(), contacts);
         Ok(&self.solution)
     }
 }

@@ -1,21 +1,23 @@
 //! What survives between solves: the warm start.
 
-use crate::Real;
 use crate::admm::Iterate;
 use crate::newton::Point;
 use crate::problem::Problem;
 use crate::solution::zeros;
+use crate::{Contact, Real};
 use core::mem;
 use nalgebra::SVector;
 
-/// `ũ` and `r` of the last solve and how they had changed, for the contacts that have them.
+/// `ũ` and `r` of the last solve and how they had changed, in the order of its contacts.
 #[derive(Clone, Debug)]
 pub(crate) struct State<T, const D: usize, const C: usize> {
+    /// `None` for a contact that was not in the last solve, and behind the contacts in use.
     contacts: [Option<ContactState<T, D>>; C],
 }
 
 #[derive(Clone, Copy, Debug)]
 struct ContactState<T, const D: usize> {
+    key: u32,
     u: SVector<T, D>,
     r: SVector<T, D>,
     /// By how much they had changed since the solve before; zero at first.
@@ -46,29 +48,47 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         }
     }
 
-    /// Contact `i` of the next solve was contact `previous[i]` of the last.
-    pub(crate) fn carry_over(&mut self, previous: &[Option<usize>]) {
-        let last = self.contacts;
-        self.contacts = [None; C];
-        for (contact, index) in self.contacts.iter_mut().zip(previous) {
-            *contact = index.and_then(|index| last.get(index).copied().flatten());
+    /// Goes over to the contacts of the next solve: the first of a key takes what the first of that
+    /// key left, the second what the second left. What nobody takes is forgotten.
+    fn follow<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) {
+        let last = self.contacts.iter().map_while(Option::as_ref);
+        let mut last = last.map(|last| last.key).peekable();
+        let keys = contacts.iter().map(|contact| contact.key);
+        if last.peek().is_some() && !last.eq(keys) {
+            self.reorder(contacts);
         }
     }
 
-    /// Remembers `ũ` and `r` of the contacts in use, and how they have changed.
-    pub(crate) fn keep(&mut self, contacts: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>) {
-        for (state, (u, r)) in self.contacts.iter_mut().zip(contacts) {
+    #[inline(never)]
+    fn reorder<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) {
+        let mut last = mem::replace(&mut self.contacts, [None; C]);
+        for (state, contact) in self.contacts.iter_mut().zip(contacts) {
+            let left = last.iter_mut();
+            let mut left = left.filter(|left| left.is_some_and(|left| left.key == contact.key));
+            *state = left.next().and_then(Option::take);
+        }
+    }
+
+    /// Remembers `ũ` and `r` of the contacts of a solve, and how they have changed.
+    pub(crate) fn keep<const N: usize>(
+        &mut self,
+        contacts: &[Contact<T, N, D>],
+        values: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>,
+    ) {
+        let pairs = contacts.iter().zip(values);
+        for (state, (&Contact { key, .. }, (u, r))) in self.contacts.iter_mut().zip(pairs) {
             let change = state.map_or((zeros(), zeros()), |last| (u - last.u, r - last.r));
-            *state = Some(ContactState { u, r, change });
+            *state = Some(ContactState { key, u, r, change });
         }
     }
 
     /// The first iterates of ADMM: the last ones, or at rest without impulse.
     pub(crate) fn iterates<const N: usize>(
-        &self,
+        &mut self,
         problem: &Problem<'_, T, N, D, C>,
         penalty: T,
     ) -> [Iterate<T, D>; C] {
+        self.follow(problem.scene.contacts());
         let mut iterates = [Iterate::at(zeros(), zeros(), penalty); C];
         let pairs = problem.laws().iter().zip(&self.contacts);
         for (iterate, (law, contact)) in iterates.iter_mut().zip(pairs) {
@@ -88,12 +108,13 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     /// a heavy body stands on a light one it sees only the light one.)
     #[inline(never)]
     pub(crate) fn point<const N: usize>(
-        &self,
+        &mut self,
         problem: &Problem<'_, T, N, D, C>,
         scale: T,
         tolerance: T,
         point: &mut Point<T, D, C>,
     ) -> bool {
+        self.follow(problem.scene.contacts());
         point.update(problem, scale);
         if self.contacts.iter().all(Option::is_none) || point.natural_map <= tolerance {
             return false;
@@ -143,3 +164,6 @@ fn keep_better<T: Real, const D: usize, const C: usize>(
         mem::swap(point, other);
     }
 }
+
+#[cfg(test)]
+mod tests;

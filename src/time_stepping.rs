@@ -13,7 +13,7 @@
 //! let mut scene = Scene::<f64, 2, 2, 1>::new();
 //! scene.set_mass(&mass)?;
 //! let jacobian = matrix![0.0, 1.0; 1.0, 0.0];
-//! scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu: 0.4 })?;
+//! scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu: 0.4, key: 0 })?;
 //! let factor = Factor::new(&scene)?; // neither f nor w is part of it
 //! let (mut solver, settings) = (Solver::new(), Settings::new(1e-9));
 //!

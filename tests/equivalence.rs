@@ -51,6 +51,7 @@ fn turned<const N: usize, const C: usize>(
         jacobian: turn(&contact.jacobian, angle + f64::from(i)),
         offset: turn(&contact.offset, angle + f64::from(i)),
         mu: contact.mu,
+        key: contact.key,
     });
     with_contacts(scene, contacts)
 }
@@ -89,6 +90,7 @@ impl<const N: usize> Units<N> {
                 jacobian: SMatrix::from_fn(|i, j| contact.jacobian[(i, j)] * two(s[j])),
                 offset: contact.offset * two::<T>(b),
                 mu: contact.mu,
+                key: contact.key,
             })?;
         }
         Ok((other, SVector::from_fn(|j, _| f[j] * two(m + s[j] + b))))

@@ -13,6 +13,7 @@ fn floor() -> Contact<f64, 2, 2> {
         jacobian: matrix![0.0, 1.0; 1.0, 0.0],
         offset: vector![0.1, 0.0],
         mu: 0.5,
+        key: 0,
     }
 }
 

@@ -79,6 +79,7 @@ fn tumbling_box<T: Real>(tolerance: f64) -> Result<[f64; 2], Error> {
             jacobian,
             offset: SVector::zeros(),
             mu: T::literal(0.4),
+            key: 0,
         })?;
     }
     let weight = vector![0.0, -2.0 * GRAVITY, 0.0];
@@ -152,6 +153,7 @@ fn a_resting_stack_does_not_creep() -> Result<(), Error> {
                 jacobian,
                 offset: SVector::zeros(),
                 mu: 0.5,
+                key: 0,
             });
         }
     }

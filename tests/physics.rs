@@ -27,6 +27,7 @@ fn ball(mu: f64, offset: SVector<f64, 3>) -> Result<Scene<f64, 3, 3, 1>, Error> 
         jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
         offset,
         mu,
+        key: 0,
     })?;
     Ok(scene)
 }
@@ -161,6 +162,7 @@ proptest! {
             jacobian: matrix![0.0, 1.0; 1.0, 0.0],
             offset: SVector::zeros(),
             mu,
+            key: 0,
         })?;
         let impulse = 3.0 * GRAVITY * STEP;
         let f = vector![-impulse * slope.sin(), impulse * slope.cos()];
@@ -187,6 +189,7 @@ proptest! {
             ],
             offset: SVector::zeros(),
             mu,
+            key: 0,
         })?;
         let weight = mass * GRAVITY * STEP;
         let f = vector![0.0, 0.0, weight, -inertia * spin];

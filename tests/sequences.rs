@@ -2,9 +2,10 @@
 
 mod support;
 
-use nalgebra::{SMatrix, SVector, matrix, vector};
-use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
+use nalgebra::{DMatrix, vector};
+use stiction::{Error, Factor, Real, Scene, Settings, Solver, Status};
 use support::boxes::BRICK;
+use support::contact_keys::ContactKeys;
 use support::measure::{self, Law};
 use support::scene_file::{self, SceneFile};
 
@@ -27,11 +28,9 @@ fn replay_as<T: Real, const N: usize, const D: usize, const C: usize>(
     let mut solver = Solver::<T, N, D, C>::new();
     let settings = Settings::new(T::literal(tolerance));
     let mut work = Vec::new();
-    let mut before: Option<&SceneFile> = None;
     for step in steps {
-        match before {
-            Some(before) if warm => solver.carry_over(&step.previous(before)),
-            _ => solver.reset(),
+        if !warm {
+            solver.reset();
         }
         let scene = step.scene()?;
         let factor = Factor::new(&scene)?;
@@ -41,7 +40,6 @@ fn replay_as<T: Real, const N: usize, const D: usize, const C: usize>(
         let error = measure::error(step, &v[..step.n_dof], &r, Law::Coulomb);
         assert!(error <= tolerance, "{}: {error:e}", step.name);
         work.push(solution.iterations + 10 * solution.newton_steps);
-        before = Some(step);
     }
     Ok(work)
 }
@@ -72,37 +70,21 @@ fn every_step_of_every_sequence_is_solved_and_warm_costs_less() -> Result<(), Er
 
 #[test]
 fn contacts_are_recognised_by_name_and_by_where_they_are() {
-    let scene = |contacts: &[(&str, f64)]| {
-        let mut scene = SceneFile::of(&contacts_at(contacts), &SVector::zeros());
-        scene.contact_names = contacts
-            .iter()
-            .map(|(name, _)| (*name).to_owned())
-            .collect();
-        scene
+    let mut keys = ContactKeys::default();
+    let mut step = |contacts: &[(&str, f64)]| {
+        let names: Vec<_> = contacts.iter().map(|(name, _)| (*name).into()).collect();
+        let places = contacts.iter().map(|&(_, x)| x);
+        let h = DMatrix::from_iterator(contacts.len(), 1, places);
+        keys.of_step(&names, &h, contacts.len())
     };
-    let before = scene(&[("a", 0.1), ("b", 0.2), ("a", 0.9), ("c", 0.5)]);
-    let after = scene(&[("c", 0.5), ("a", 0.8), ("a", 0.25), ("a", 0.05), ("d", 0.1)]);
-    assert_eq!(
-        after.previous(&before),
-        [Some(3), Some(2), None, Some(0), None]
-    );
-    let unnamed = SceneFile::of(&contacts_at(&[("", 0.3), ("", 0.7)]), &SVector::zeros());
-    assert_eq!(unnamed.previous(&before), [Some(0), Some(1)]);
-}
-
-/// A body with contacts at some distances from its centre.
-fn contacts_at(contacts: &[(&str, f64)]) -> Scene<f64, 3, 3, 5> {
-    let mut scene = Scene::new();
-    scene.set_mass(&SMatrix::identity()).expect("a mass matrix");
-    for &(_, x) in contacts {
-        let contact = Contact {
-            jacobian: matrix![0.0, 1.0, x; 1.0, 0.0, 0.0; 0.0, 0.0, 0.0],
-            offset: SVector::zeros(),
-            mu: 0.5,
-        };
-        scene.push(&contact).expect("room");
-    }
-    scene
+    let first = step(&[("a", 0.1), ("b", 0.2), ("a", 0.9), ("c", 0.5)]);
+    assert_eq!(first, [0, 1, 2, 3]);
+    let second = step(&[("c", 0.5), ("a", 0.8), ("a", 0.25), ("a", 0.05), ("d", 0.1)]);
+    assert_eq!(second, [3, 2, 4, 0, 5]);
+    assert_eq!(step(&[("a", 0.2)]), [4]);
+    assert_eq!(step(&[("b", 0.7), ("a", 0.8), ("a", 0.9)]), [1, 4, 2]); // back again
+    let (unnamed, two) = (&[], DMatrix::zeros(2, 1));
+    assert_eq!(keys.of_step(unnamed, &two, 2), [0, 1]);
 }
 
 /// Whatever was replaced: the scene, its factor in place, and the solution are those of a scene that

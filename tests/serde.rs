@@ -12,6 +12,7 @@ fn a_solution_is_read_back_as_it_was_written() -> Result<(), Error> {
         jacobian: matrix![0.0, 1.0; 1.0, 0.0],
         offset: vector![0.0, 0.0],
         mu: 0.3,
+        key: 0,
     })?;
     let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();

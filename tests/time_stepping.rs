@@ -138,7 +138,7 @@ proptest! {
         let mass = SMatrix::from_diagonal(&masses);
         scene.set_mass(&mass)?;
         let offset = vector![law::restitution(e, approach, 0.0, 0.0), 0.0];
-        scene.push(&Contact { jacobian, offset, mu })?;
+        scene.push(&Contact { jacobian, offset, mu, key: 0 })?;
         let f = law::free_impulse(&mass, &before, &SVector::zeros(), 1e-3);
         let mut solver = Solver::new();
         let factor = Factor::new(&scene)?;

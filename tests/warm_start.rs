@@ -85,12 +85,14 @@ fn after_a_reset_the_solver_is_as_new() -> Result<(), Error> {
     Ok(())
 }
 
+type Bodies = (Scene<f64, 9, 3, 3>, SVector<f64, 9>);
+
 /// Bodies that do not touch each other on one floor, so that each contact is a problem of its own:
-/// body `i` has the velocities `3 i ..`, slides, and is in the scene if it is listed.
-fn bodies(listed: &[usize]) -> Result<(Scene<f64, 9, 3, 3>, SVector<f64, 9>), Error> {
+/// body `i` has the velocities `3 i ..`, slides, and is in the scene if it is listed, with a key.
+fn bodies(listed: &[(usize, u32)]) -> Result<Bodies, Error> {
     let mut scene = Scene::new();
     scene.set_mass(&SMatrix::from_diagonal_element(1.0))?;
-    for body in listed {
+    for &(body, key) in listed {
         let mut jacobian = SMatrix::<f64, 3, 9>::zeros();
         let rows = matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0];
         jacobian
@@ -101,6 +103,7 @@ fn bodies(listed: &[usize]) -> Result<(Scene<f64, 9, 3, 3>, SVector<f64, 9>), Er
             jacobian,
             offset,
             mu: 0.4,
+            key,
         })?;
     }
     let f = [(1.0, 0.2, 0.7), (0.3, -0.9, 1.3), (-0.8, 0.5, 0.9)];
@@ -108,53 +111,138 @@ fn bodies(listed: &[usize]) -> Result<(Scene<f64, 9, 3, 3>, SVector<f64, 9>), Er
     Ok((scene, SVector::from_iterator(f)))
 }
 
-/// Solves `before`, says which contact was which, and gives the cost of `after`.
-fn carried(
-    before: &[usize],
-    after: &[usize],
-    previous: &[Option<usize>],
-) -> Result<[usize; 2], Error> {
-    let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
-    let (scene, f) = bodies(before)?;
-    let factor = Factor::new(&scene)?;
-    newton.solve(&scene, &factor, &f, &settings())?;
-    admm.solve_restart(&scene, &factor, &f, &settings())?;
-    newton.carry_over(previous);
-    admm.carry_over(previous);
-    let (scene, f) = bodies(after)?;
-    let factor = Factor::new(&scene)?;
-    Ok([
-        cost(newton.solve(&scene, &factor, &f, &settings())?),
-        cost(admm.solve_restart(&scene, &factor, &f, &settings())?),
-    ])
+/// Both methods; their last costs and impulses.
+#[derive(Default)]
+struct Solvers {
+    newton: Solver<f64, 9, 3, 3>,
+    admm: AdmmSolver<f64, 9, 3, 3>,
 }
+
+type Outcome = (usize, Vec<SVector<f64, 3>>);
+
+impl Solvers {
+    fn solve(&mut self, (scene, f): &Bodies) -> Result<[Outcome; 2], Error> {
+        let factor = Factor::new(scene)?;
+        let settings = settings();
+        let outcome = |solution: &Solution<f64, 9, 3, 3>| {
+            let impulses = solution.contacts.iter().map(|c| c.impulse);
+            (cost(solution), impulses.collect())
+        };
+        let admm = self.admm.solve_restart(scene, &factor, f, &settings)?;
+        let newton = self.newton.solve(scene, &factor, f, &settings)?;
+        Ok([outcome(admm), outcome(newton)])
+    }
+}
+
+/// Solves one list of bodies after the other; the costs of the last.
+fn costs(lists: &[&[(usize, u32)]]) -> Result<[usize; 2], Error> {
+    let mut solvers = Solvers::default();
+    let mut last = [0; 2];
+    for list in lists {
+        last = solvers.solve(&bodies(list)?)?.map(|(cost, _)| cost);
+    }
+    Ok(last)
+}
+
+const ALL: [(usize, u32); 3] = [(0, 30), (1, 10), (2, 20)];
 
 #[test]
 fn contacts_that_stay_are_warm_when_one_goes() -> Result<(), Error> {
-    assert_eq!(carried(&[0, 1, 2], &[0, 2], &[Some(0), Some(2)])?, [0, 0]);
-    assert_eq!(
-        carried(&[0, 1, 2], &[2, 0, 1], &[Some(2), Some(0), Some(1)])?,
-        [0, 0]
-    );
+    let [first, second, third] = ALL;
+    assert_eq!(costs(&[&ALL, &[first, third]])?, [0, 0]);
+    assert_eq!(costs(&[&ALL, &[second, third]])?, [0, 0]);
+    assert_eq!(costs(&[&ALL, &[third]])?, [0, 0]);
     Ok(())
 }
 
 #[test]
-fn a_contact_that_comes_is_cold() -> Result<(), Error> {
-    for cost in carried(&[0, 2], &[0, 1, 2], &[Some(0), None, Some(1)])? {
+fn contacts_that_change_places_keep_their_impulses_bit_for_bit() -> Result<(), Error> {
+    let [mut moved, mut unmoved] = [Solvers::default(), Solvers::default()];
+    moved.solve(&bodies(&ALL)?)?;
+    unmoved.solve(&bodies(&ALL)?)?;
+    for order in [[2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0], [0, 1, 2]] {
+        let moved = moved.solve(&bodies(&order.map(|i| ALL[i]))?)?;
+        for ((cost, moved), (_, unmoved)) in moved.into_iter().zip(unmoved.solve(&bodies(&ALL)?)?) {
+            let unmoved = order.map(|i| unmoved[i]);
+            assert_eq!((cost, moved), (0, unmoved.to_vec()), "{order:?}");
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_contact_that_comes_is_cold_and_one_that_went_is_forgotten() -> Result<(), Error> {
+    let [first, second, third] = ALL;
+    for cost in costs(&[&[first, third], &ALL])? {
+        assert!(cost > 0);
+    }
+    for cost in costs(&[&ALL, &[first, third], &ALL])? {
+        assert!(cost > 0);
+    }
+    for cost in costs(&[&ALL, &[first, second], &ALL])? {
+        assert!(cost > 0);
+    }
+    for cost in costs(&[&ALL, &[], &ALL])? {
         assert!(cost > 0);
     }
     Ok(())
 }
 
 #[test]
-fn contacts_that_are_not_carried_or_do_not_exist_are_cold() -> Result<(), Error> {
-    let cold = carried(&[0, 1, 2], &[0, 1, 2], &[])?;
-    assert!(cold.into_iter().all(|cost| cost > 0));
-    assert_eq!(
-        carried(&[0, 1, 2], &[0, 1, 2], &[Some(3), Some(usize::MAX), None])?,
-        cold
-    );
+fn the_second_contact_of_a_key_follows_the_second() -> Result<(), Error> {
+    let twins = [(0, 7), (1, 7), (2, 8)];
+    assert_eq!(costs(&[&twins, &[(2, 8), (0, 7), (1, 7)]])?, [0, 0]);
+    assert_eq!(costs(&[&twins, &[(0, 7), (2, 8)]])?, [0, 0]);
+    for cost in costs(&[&twins, &[(2, 8), (1, 7), (0, 7)]])? {
+        assert!(cost > 0);
+    }
+    Ok(())
+}
+
+/// Steps of the same contacts under changing impulses, with their keys of each step.
+fn steps(keys: [[u32; 3]; 3]) -> Result<Vec<Bodies>, Error> {
+    let push = vector![0.0, 0.03, 0.0, 0.01, 0.0, -0.02, 0.0, 0.0, 0.0];
+    let step = |([i, j, k], scale): ([u32; 3], f64)| {
+        let (scene, f) = bodies(&[(0, i), (1, j), (2, k)])?;
+        Ok((scene, f * scale + push))
+    };
+    keys.into_iter().zip([1.0, 1.01, 0.97]).map(step).collect()
+}
+
+fn solved(steps: &[Bodies]) -> Result<Vec<[Outcome; 2]>, Error> {
+    let mut solvers = Solvers::default();
+    steps.iter().map(|step| solvers.solve(step)).collect()
+}
+
+#[test]
+fn a_key_is_only_a_name() -> Result<(), Error> {
+    let unnamed = solved(&steps([[0; 3]; 3])?)?;
+    assert_eq!(solved(&steps([[5, 6, 7]; 3])?)?, unnamed);
+    assert_eq!(solved(&steps([[9, u32::MAX, 0]; 3])?)?, unnamed);
+    Ok(())
+}
+
+#[test]
+fn contacts_with_new_keys_start_as_in_a_new_solver() -> Result<(), Error> {
+    let known = solved(&steps([[0; 3]; 3])?)?;
+    let strangers = steps([[0; 3], [4, 5, 6], [1, 2, 3]])?;
+    for ((step, found), known) in strangers.iter().zip(solved(&strangers)?).zip(known).skip(1) {
+        assert_eq!(found, Solvers::default().solve(step)?);
+        assert_ne!(found, known);
+    }
+    Ok(())
+}
+
+#[test]
+fn a_solve_that_is_refused_leaves_the_state_alone() -> Result<(), Error> {
+    let mut solvers = Solvers::default();
+    solvers.solve(&bodies(&ALL)?)?;
+    let (strangers, f) = bodies(&[(0, 1), (1, 2)])?;
+    let factor = Factor::new(&bodies(&ALL)?.0)?;
+    let refused = solvers.newton.solve(&strangers, &factor, &f, &settings());
+    assert!(matches!(refused, Err(Error::FactorMismatch { .. })));
+    let again = solvers.solve(&bodies(&ALL)?)?;
+    assert_eq!(again.map(|(cost, _)| cost), [0, 0]);
     Ok(())
 }
 
@@ -171,6 +259,7 @@ fn scene_factor_and_solvers_live_in_statics() -> Result<(), Error> {
         jacobian: matrix![0.0, 1.0; 1.0, 0.0],
         offset: vector![0.0, 0.0],
         mu: 0.5,
+        key: 0,
     })?;
     factor.compute(&scene)?;
     let (f, settings) = (vector![-0.05, 0.2], Settings::default());

@@ -50,11 +50,10 @@ struct Selection {
 fn run(command: &Command) -> Result<(), String> {
     let (Command::Records(selection) | Command::Rust(selection)) = command;
     let scenes = scene_file::read(&selection.file)?;
-    let names = records::names(&selection.file)?;
-    let steps = scenes.iter().zip(&names).skip(selection.from);
+    let steps = scenes.iter().skip(selection.from);
     let mut bytes = Vec::new();
-    for (scene, names) in steps.take(selection.steps) {
-        let scene = selection.reduce(scene, names);
+    for scene in steps.take(selection.steps) {
+        let scene = selection.reduce(scene);
         match command {
             Command::Records(_) => records::write(&scene, &mut bytes),
             Command::Rust(_) => bytes.extend(rust_source::write(&scene)?.into_bytes()),

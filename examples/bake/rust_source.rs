@@ -51,6 +51,7 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
             jacobian: SMatrix::from_fn(|row, dof| contact.h[row][dof] as f32),
             offset: SVector::from_fn(|row, _| contact.w[row] as f32),
             mu: contact.mu as f32,
+            key: contact.key,
         })?;
     }
     let count = scene.contacts().len();
@@ -63,8 +64,8 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
 
     let contacts = scene.contacts().iter().map(|contact| {
         let (jacobian, offset) = (contact.jacobian.source(), contact.offset.source());
-        let mu = contact.mu.source();
-        format!("Contact {{ jacobian: {jacobian}, offset: {offset}, mu: {mu} }},\n")
+        let (mu, key) = (contact.mu.source(), contact.key);
+        format!("Contact {{ jacobian: {jacobian}, offset: {offset}, mu: {mu}, key: {key} }},\n")
     });
     let contacts: String = contacts.collect();
     let sizes = format!("f32, {N}, {D}, {C}");

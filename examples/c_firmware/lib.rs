@@ -102,6 +102,7 @@ pub unsafe extern "C" fn stiction_add_contact(
     jacobian: *const [[f32; N]; D],
     offset: *const [f32; D],
     mu: f32,
+    key: u32,
 ) -> i32 {
     // SAFETY: the caller's promise.
     let (kernel, jacobian, offset) =
@@ -113,26 +114,9 @@ pub unsafe extern "C" fn stiction_add_contact(
         jacobian: SMatrix::<f32, N, D>::from(*jacobian).transpose(),
         offset: SVector::from(*offset),
         mu,
+        key,
     };
     check(kernel.scene.push(&contact).map(|_| ()))
-}
-
-/// # Safety
-/// As for [`stiction_set_mass`].
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_carry_over(
-    kernel: *mut Kernel,
-    previous: *const [i32; C],
-) -> i32 {
-    // SAFETY: the caller's promise.
-    let (Some(kernel), Some(previous)) = (unsafe { kernel.as_mut() }, unsafe { previous.as_ref() })
-    else {
-        return NULL;
-    };
-    kernel
-        .solver
-        .carry_over(&previous.map(|index| usize::try_from(index).ok()));
-    0
 }
 
 /// # Safety

@@ -19,14 +19,11 @@ int main(void)
 {
     static stiction solver;
     static float mass[STICTION_N][STICTION_N], jacobian[STICTION_D][STICTION_N];
-    uint32_t names[STICTION_C], last[STICTION_C], count = 0;
+    uint32_t keys[STICTION_C], count;
     int32_t status = stiction_init(&solver);
 
     for (int step = 1; next < steps_end && status == STICTION_SOLVED; step++) {
         float f[STICTION_N], offset[STICTION_D], mu, impulses[STICTION_C][STICTION_D];
-        int32_t previous[STICTION_C] = {-1, -1, -1, -1, -1};
-        uint32_t last_count = count;
-        memcpy(last, names, sizeof last);
 
         take(&count, sizeof count);
         for (int i = 0; i < STICTION_N; i++) {
@@ -39,16 +36,13 @@ int main(void)
         if ((status = stiction_set_mass(&solver, mass)) != 0) break;
         stiction_clear_contacts(&solver);
         for (uint32_t i = 0; i < count && status == 0; i++) {
-            take(&names[i], sizeof names[i]);
+            take(&keys[i], sizeof keys[i]);
             take(&mu, sizeof mu);
             take(offset, sizeof offset);
             take(jacobian, sizeof jacobian);
-            status = stiction_add_contact(&solver, jacobian, offset, mu);
-            for (uint32_t j = 0; j < last_count; j++)
-                if (last[j] == names[i]) previous[i] = (int32_t)j;
+            status = stiction_add_contact(&solver, jacobian, offset, mu, keys[i]);
         }
         if (status != 0) break;
-        stiction_carry_over(&solver, previous);
 
         if ((status = stiction_prepare(&solver)) != 0) break;
         status = stiction_solve(&solver, f, 1e-4f);
@@ -56,7 +50,7 @@ int main(void)
 
         printf("%2d", step);
         for (uint32_t i = 0; i < count; i++) {
-            printf("  %" PRIu32 ":", names[i]);
+            printf("  %" PRIu32 ":", keys[i]);
             for (int k = 0; k < STICTION_D; k++) {
                 uint32_t bits;
                 memcpy(&bits, &impulses[i][k], sizeof bits);

@@ -40,14 +40,11 @@ int32_t stiction_init(stiction *s);
 /* Mass matrix M (kg), row by row. */
 int32_t stiction_set_mass(stiction *s, const float mass[STICTION_N][STICTION_N]);
 
-/* Contacts, anew at each step: Jacobian H_i, offset w_i (m/s), friction coefficient. */
+/* Contacts, anew at each step: Jacobian H_i, offset w_i (m/s), friction coefficient, and a number
+   of your own that says which contact it is: a warm start follows it from solve to solve. */
 int32_t stiction_clear_contacts(stiction *s);
 int32_t stiction_add_contact(stiction *s, const float jacobian[STICTION_D][STICTION_N],
-                             const float offset[STICTION_D], float mu);
-
-/* Warm start: contact i was contact previous[i] of the last solve, -1 if it is new. Without this
-   call each contact starts from the one of the same index. */
-int32_t stiction_carry_over(stiction *s, const int32_t previous[STICTION_C]);
+                             const float offset[STICTION_D], float mu, uint32_t key);
 
 /* Factorises; again whenever the mass matrix or a Jacobian has changed. */
 int32_t stiction_prepare(stiction *s);

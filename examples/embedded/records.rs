@@ -1,9 +1,8 @@
 //! Scenes in flash: little-endian `f32`, as `examples/bake` writes them.
 //!
 //! A record is one time step: the number of contacts (`u32`); the lower triangle of `M`, row by
-//! row; `f`; then for each contact its name (`u32`), `mu`, `w` and `H` row by row.
+//! row; `f`; then for each contact its key (`u32`), `mu`, `w` and `H` row by row.
 
-use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 use stiction::{Contact, Real, Scene};
 
@@ -14,8 +13,6 @@ pub(crate) struct Records<'a>(&'a [u8]);
 pub(crate) struct Step<T, const N: usize, const D: usize, const C: usize> {
     pub(crate) scene: Scene<T, N, D, C>,
     pub(crate) f: SVector<T, N>,
-    /// Which contact is which, from one step to the next.
-    pub(crate) names: Vec<u32, C>,
 }
 
 impl<'a> Records<'a> {
@@ -40,7 +37,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Step<T, N, D, C> {
         Self {
             scene: Scene::new(),
             f: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; N]; 1])),
-            names: Vec::new(),
         }
     }
 
@@ -60,13 +56,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Step<T, N, D, C> {
             *f = records.number()?;
         }
         self.scene.clear_contacts();
-        self.names.clear();
         for _ in 0..contacts {
-            self.names.push(records.word()?).ok()?;
+            let key = records.word()?;
             let mut contact = Contact::<T, N, D> {
                 jacobian: SMatrix::zeros(),
                 offset: SVector::zeros(),
                 mu: records.number()?,
+                key,
             };
             for w in &mut contact.offset {
                 *w = records.number()?;

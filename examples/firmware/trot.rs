@@ -34,17 +34,10 @@ impl<T: Real> Trot<T> {
 
     /// Reads the next step, as a robot would its state; `false` after the last.
     pub(crate) fn sense(&mut self) -> bool {
-        let last = self.step.names.clone();
         if self.step.read(&mut self.records).is_none() {
             return false;
         }
         self.count += 1;
-        // A contact of this step that was one of the last starts from its impulse.
-        let mut previous = [None; C];
-        for (previous, name) in previous.iter_mut().zip(&self.step.names) {
-            *previous = last.iter().position(|other| other == name);
-        }
-        self.solver.carry_over(&previous);
         true
     }
 
@@ -62,9 +55,10 @@ impl<T: Real> Trot<T> {
     pub(crate) fn report(&self, out: &mut impl Write) -> fmt::Result {
         let solution = self.solver.solution();
         write!(out, "{:2} {}", self.count, Summary(solution))?;
-        for (name, contact) in self.step.names.iter().zip(&solution.contacts) {
-            write!(out, "  {name}:")?;
-            for impulse in &contact.impulse {
+        let contacts = self.step.scene.contacts().iter();
+        for (contact, found) in contacts.zip(&solution.contacts) {
+            write!(out, "  {}:", contact.key)?;
+            for impulse in &found.impulse {
                 // An f32 as it is, an f64 rounded towards it and what is left.
                 let high: f32 = impulse.to_subset_unchecked();
                 let low = *impulse - T::literal(f64::from(high));

@@ -86,22 +86,13 @@ fn solve_as<T: Real, const N: usize, const D: usize, const C: usize>(
         admm: AdmmSolver::new(),
     });
     let mut runs = Vec::new();
-    let mut before: Option<&SceneFile> = None;
     for scene in scenes {
-        match before {
-            Some(before) if start == Start::Warm => {
-                let previous = scene.previous(before);
-                solvers.newton.carry_over(&previous);
-                solvers.admm.carry_over(&previous);
-            }
-            _ => {
-                solvers.newton.reset();
-                solvers.admm.reset();
-            }
+        if start == Start::Cold {
+            solvers.newton.reset();
+            solvers.admm.reset();
         }
         let run = solve_one(scene, &mut solvers, options);
         runs.push(run.map_err(|error| format!("{}: {error}", scene.name))?);
-        before = Some(scene);
     }
     Ok(runs)
 }

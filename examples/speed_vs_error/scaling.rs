@@ -58,7 +58,7 @@ fn scene(random: &mut Pcg64, dofs: usize, contacts: usize) -> SceneFile {
         f: DVector::from_fn(dofs, |_, _| number()),
         w: DVector::zeros(3 * contacts),
         mu: vec![0.7; contacts],
-        contact_names: Vec::new(),
+        keys: vec![0; contacts],
     }
 }
 

@@ -134,6 +134,7 @@ fn scenes() -> impl Strategy<Value = (Scene<f64, N, D, C>, SVector<f64, N>)> {
                 jacobian: SMatrix::from_iterator(h),
                 offset: SVector::from_iterator(w) * 0.1,
                 mu,
+                key: 0,
             };
             scene.push(&contact).expect("the contact is valid");
         }

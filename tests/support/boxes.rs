@@ -47,6 +47,7 @@ impl Cuboid {
                 jacobian: point_jacobian(&corner).map(T::literal),
                 offset: SVector::zeros(),
                 mu: T::literal(mu),
+                key: 0,
             })?;
         }
         Ok(scene)

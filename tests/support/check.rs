@@ -73,6 +73,6 @@ pub fn scene<const D: usize>(
         f: DVector::from_row_slice(f),
         w: DVector::from_iterator(D * contacts.len(), offsets),
         mu: contacts.iter().map(|&(_, _, mu)| mu).collect(),
-        contact_names: Vec::new(),
+        keys: vec![0; contacts.len()],
     }
 }

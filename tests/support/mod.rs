@@ -5,6 +5,7 @@
 
 pub mod boxes;
 pub mod check;
+pub mod contact_keys;
 pub mod generate;
 pub mod measure;
 pub mod method;

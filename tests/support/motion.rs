@@ -101,6 +101,7 @@ impl Ball {
             jacobian: matrix![0.0, 1.0, 0.0; 1.0, 0.0, self.radius].map(T::literal),
             offset: SVector::zeros(),
             mu: T::literal(self.mu),
+            key: 0,
         })?;
         let weight = vector![0.0, -self.mass * GRAVITY, 0.0];
         Motion::new(scene, weight, step, tolerance)

@@ -30,6 +30,7 @@ pub fn scenes<const N: usize, const D: usize, const C: usize>(
                 jacobian: SMatrix::from_column_slice(h),
                 offset: SVector::zeros(),
                 mu,
+                key: 0,
             };
             scene.push(&contact).expect("the contact is valid");
         }

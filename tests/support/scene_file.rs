@@ -1,5 +1,6 @@
 //! Scene files: one JSON object a file, or a sequence of time steps under `problems`.
 
+use super::contact_keys::ContactKeys;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
@@ -18,8 +19,8 @@ pub struct SceneFile {
     pub f: DVector<f64>,
     pub w: DVector<f64>,
     pub mu: Vec<f64>,
-    /// What touches what; the same name twice for two points of one pair of bodies.
-    pub contact_names: Vec<String>,
+    /// Which contact is which, from one time step to the next.
+    pub keys: Vec<u32>,
 }
 
 /// What tells a sequence from a scene, and what they have in common.
@@ -49,6 +50,7 @@ struct Problem {
     w: Vec<f64>,
     #[serde(rename = "mu")]
     mu: Vec<f64>,
+    /// What touches what; the same name twice for two points of one pair of bodies.
     #[serde(rename = "contact_names", default)]
     contact_names: Vec<String>,
 }
@@ -59,17 +61,18 @@ pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
     let header: Header = parse(&text)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = header.name.unwrap_or_else(|| stem.into_owned());
+    let mut keys = ContactKeys::default();
+    let mut check =
+        |problem: Problem, name| problem.check(name, header.n_dof, header.dim, &mut keys);
     if header.problems.is_none() {
-        let problem: Problem = parse(&text)?;
-        return Ok(vec![problem.check(name, header.n_dof, header.dim)?]);
+        return Ok(vec![check(parse(&text)?, name)?]);
     }
     let sequence: Sequence = parse(&text)?;
     let steps = sequence.problems.into_iter().enumerate();
     steps
         .map(|(k, problem)| {
             let name = format!("{name}[{k}]");
-            let checked = problem.check(name.clone(), header.n_dof, header.dim);
-            checked.map_err(|error| format!("{name}: {error}"))
+            check(problem, name.clone()).map_err(|error| format!("{name}: {error}"))
         })
         .collect()
 }
@@ -133,22 +136,29 @@ fn vector(what: &str, entries: Vec<f64>, n: usize) -> Result<DVector<f64>, Strin
 }
 
 impl Problem {
-    fn check(self, name: String, n_dof: usize, dim: usize) -> Result<SceneFile, String> {
+    fn check(
+        self,
+        name: String,
+        n_dof: usize,
+        dim: usize,
+        keys: &mut ContactKeys,
+    ) -> Result<SceneFile, String> {
         if !(1..=4).contains(&dim) {
             return Err(format!("dim {dim} is not 1, 2, 3 or 4"));
         }
         let rows = dim * self.n_contacts;
+        let h = matrix("H (dim rows a contact)", &self.h, rows, n_dof)?;
         Ok(SceneFile {
             name,
             n_dof,
             n_contacts: self.n_contacts,
             dim,
             mass: matrix("M", &self.m, n_dof, n_dof)?,
-            h: matrix("H (dim rows a contact)", &self.h, rows, n_dof)?,
             f: vector("f", self.f, n_dof)?,
             w: vector("w", self.w, rows)?,
             mu: vector("mu", self.mu, self.n_contacts)?.as_slice().to_vec(),
-            contact_names: self.contact_names,
+            keys: keys.of_step(&self.contact_names, &h, self.n_contacts),
+            h,
         })
     }
 }
@@ -170,6 +180,7 @@ impl SceneFile {
                 }),
                 offset: SVector::from_fn(|row, _| T::literal(self.w[i * D + row])),
                 mu: T::literal(self.mu[i]),
+                key: self.keys[i],
             })?;
         }
         Ok(scene)
@@ -193,36 +204,8 @@ impl SceneFile {
             f: DVector::from_fn(N, |i, _| double(f[i])),
             w: DVector::from_fn(rows, |i, _| double(contacts[i / D].offset[i % D])),
             mu: contacts.iter().map(|contact| double(contact.mu)).collect(),
-            contact_names: Vec::new(),
+            keys: contacts.iter().map(|contact| contact.key).collect(),
         }
-    }
-
-    /// Which contact of the step before each contact was: of those of its name the one whose rows of
-    /// `H` are the most alike, the closest pairs first. Without names, the one of the same number.
-    pub fn previous(&self, before: &Self) -> Vec<Option<usize>> {
-        if self.contact_names.len() != self.n_contacts {
-            return (0..self.n_contacts).map(Some).collect();
-        }
-        let rows = |scene: &Self, i: usize| scene.h.rows(i * self.dim, self.dim).into_owned();
-        let mut pairs = Vec::new();
-        for (i, name) in self.contact_names.iter().enumerate() {
-            for (j, _) in before
-                .contact_names
-                .iter()
-                .enumerate()
-                .filter(|(_, other)| *other == name)
-            {
-                pairs.push(((rows(self, i) - rows(before, j)).norm_squared(), i, j));
-            }
-        }
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut previous = vec![None; self.n_contacts];
-        for (_, i, j) in pairs {
-            if previous[i].is_none() && !previous.contains(&Some(j)) {
-                previous[i] = Some(j);
-            }
-        }
-        previous
     }
 
     /// The free impulse `f` in the kernel's type, padded with zeros.

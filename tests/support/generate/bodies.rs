@@ -186,7 +186,7 @@ impl Assembly {
             h: DMatrix::from_rows(&rows),
             f: -self.dofs(&momentum),
             mu: self.touches.iter().map(|touch| touch.mu).collect(),
-            contact_names: Vec::new(),
+            keys: vec![0; self.touches.len()],
         }
     }
 }

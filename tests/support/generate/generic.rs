@@ -85,8 +85,8 @@ impl Shape {
             mass,
             h,
             w,
+            keys: vec![0; self.mu.len()],
             mu: self.mu,
-            contact_names: Vec::new(),
         };
         Candidate { scene, witness }
     }
