@@ -5,6 +5,7 @@
 //! starts from `û` where it prints `ũ`, and steps 6-8 extrapolate from the new iterate,
 //! `ûᵏ⁺¹ = ũᵏ⁺¹ + c (ũᵏ⁺¹ - ũᵏ)` where they print `ûᵏ + …`.
 
+use crate::cholesky::{opaque, opaque_mut, rolled};
 use crate::cone::{add_to_normal, norm, split, square};
 use crate::contact_space::ContactVector;
 use crate::problem::{Law, Problem};
@@ -160,13 +161,15 @@ pub(crate) fn iterate<T: Real, A, const N: usize, const D: usize, const C: usize
 where
     A: Acceleration<T>,
 {
+    // Ones, since a call of memset would take longer; all that is used is overwritten.
+    let mut rhs: ContactVector<T, D, C> = [[T::ONE; D]; C];
+    let mut product: ContactVector<T, D, C> = [[T::ONE; D]; C];
     let laws = problem.laws();
-    let mut rhs: ContactVector<T, D, C> = [[T::ZERO; D]; C];
-    let mut product: ContactVector<T, D, C> = [[T::ZERO; D]; C];
     let contacts = ..laws.len();
-    let iterates = iterates.get_mut(contacts).unwrap_or_default();
-    let rhs = rhs.get_mut(contacts).unwrap_or_default();
-    let product = product.get_mut(contacts).unwrap_or_default();
+    let iterates = opaque_mut(iterates.get_mut(contacts).unwrap_or_default());
+    let rhs = opaque_mut(rhs.get_mut(contacts).unwrap_or_default());
+    let product = opaque_mut(product.get_mut(contacts).unwrap_or_default());
+    let laws = opaque(laws);
     right_hand_side(laws, iterates, rhs);
     resolvent.times(rhs, product);
     let change = project(laws, problem.slip, iterates, product);
@@ -175,13 +178,14 @@ where
 }
 
 /// Step 2 asks for `B (q + S + ζ̂ - û)`: the argument.
-#[inline(never)]
+#[inline]
 fn right_hand_side<T: Real, const D: usize>(
     laws: &[Law<T, D>],
     iterates: &[Iterate<T, D>],
     rhs: &mut [[T; D]],
 ) {
     for (rhs, (law, iterate)) in rhs.iter_mut().zip(laws.iter().zip(iterates)) {
+        rolled();
         let mut velocity = law.free + iterate.zeta_hat - iterate.u_hat;
         add_to_normal(&mut velocity, law.lift * iterate.slip);
         *rhs = velocity.into();
@@ -190,7 +194,7 @@ fn right_hand_side<T: Real, const D: usize>(
 
 /// Steps 3 and 4: the next `ũ` and `ζ` from `B (q + S + ζ̂ - û)`. The old ones move to the `_hat`s,
 /// to be extrapolated once the residual is known.
-#[inline(never)]
+#[inline]
 fn project<T: Real, const D: usize>(
     laws: &[Law<T, D>],
     slip: SlipUpdate,
@@ -204,6 +208,7 @@ fn project<T: Real, const D: usize>(
         impulse: T::ZERO,
     };
     for (product, (law, iterate)) in product.iter().zip(laws.iter().zip(iterates)) {
+        rolled();
         // H v + b + ζ̂ = û + B (q + S + ζ̂ - û)
         let z = iterate.u_hat + SVector::from(*product);
         let (u, speed) = law.cone.dual().project_with_length(&z);
@@ -231,9 +236,10 @@ fn project<T: Real, const D: usize>(
 }
 
 /// `û = ũ + c (ũ - ũ_previous)`, and `ζ` likewise.
-#[inline(never)]
+#[inline]
 fn extrapolate<T: Real, const D: usize>(iterates: &mut [Iterate<T, D>], c: T) {
     for iterate in iterates {
+        rolled();
         iterate.u_hat = iterate.u + (iterate.u - iterate.u_hat) * c;
         iterate.zeta_hat = iterate.zeta + (iterate.zeta - iterate.zeta_hat) * c;
     }

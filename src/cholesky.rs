@@ -1,8 +1,8 @@
-//! Root-free dense Cholesky factorisation `A = Lᵀ D L` in place, on row-major storage.
+//! Root-free dense Cholesky factorisation `A = Uᵀ D⁻¹ U` on row-major storage.
 //!
-//! `L` is lower triangular with a unit diagonal; the reciprocal of `D` stands in its place, so
-//! that no solve divides and no square root is taken. (With roots, a change of units by an odd
-//! power of two would change mantissas; without, it changes exponents only.) Only the lower
+//! `U` is lower triangular with the pivots `D` on its diagonal; their reciprocals stand in that
+//! place, so that no solve divides and no square root is taken. (With roots, a change of units by
+//! an odd power of two would change mantissas; without, it changes exponents only.) Only the lower
 //! triangle is read and written, and sums run in one fixed order on every machine.
 //!
 //! Elimination runs from the last row to the first. Where the rows are the joints of a robot, its
@@ -12,12 +12,36 @@
 
 use crate::Real;
 use core::hint::black_box;
+use heapless::Vec;
 
-/// All of a slice, of a length that the compiler does not know: loops over dofs or contacts that it
-/// unrolls are several times as large and hardly faster.
+/// A slice of whose length the compiler knows nothing where flash counts: loops over dofs or contacts
+/// that it unrolls are several times as large and hardly faster.
 #[inline]
 pub(crate) fn opaque<T>(slice: &[T]) -> &[T] {
-    slice.get(..black_box(slice.len())).unwrap_or(slice)
+    if cfg!(target_os = "none") {
+        black_box(slice)
+    } else {
+        slice
+    }
+}
+
+/// [`opaque`], to be written to.
+#[inline]
+pub(crate) fn opaque_mut<T>(slice: &mut [T]) -> &mut [T] {
+    if cfg!(target_os = "none") {
+        black_box(slice)
+    } else {
+        slice
+    }
+}
+
+/// Keeps the loop around it from being unrolled where flash counts, at no instruction: a compiler
+/// unrolls loops over dofs or contacts fourfold, which makes them larger and hardly faster.
+#[inline]
+pub(crate) fn rolled() {
+    if cfg!(target_os = "none") {
+        black_box(());
+    }
 }
 
 /// Scalar product over the common length, in four running sums.
@@ -28,13 +52,18 @@ pub(crate) fn dot<T: Real>(x: &[T], y: &[T]) -> T {
     let (ys, y_rest) = y.get(..length).unwrap_or(y).as_chunks::<4>();
     let mut sums = [T::ZERO; 4];
     for (x, y) in xs.iter().zip(ys) {
+        rolled();
         for ((sum, &x), &y) in sums.iter_mut().zip(x).zip(y) {
             *sum += x * y;
         }
     }
-    let rest = x_rest.iter().zip(y_rest);
+    let mut rest = T::ZERO;
+    for (&x, &y) in x_rest.iter().zip(y_rest) {
+        rolled();
+        rest += x * y;
+    }
     let [a, b, c, d] = sums;
-    (a + b) + (c + d) + rest.fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
+    (a + b) + (c + d) + rest
 }
 
 /// `y += a x` over the common length.
@@ -44,81 +73,128 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
     let (xs, x_rest) = x.get(..length).unwrap_or(x).as_chunks::<4>();
     let (ys, y_rest) = y.split_at_mut_checked(length & !3).unwrap_or_default();
     for (y, x) in ys.as_chunks_mut::<4>().0.iter_mut().zip(xs) {
+        rolled();
         for (y, &x) in y.iter_mut().zip(x) {
             *y += a * x;
         }
     }
     for (y, &x) in y_rest.iter_mut().zip(x_rest) {
+        rolled();
         *y += a * x;
     }
 }
 
-/// Factorises the leading `n × n` block in place; row `i` starts at `i * stride`.
+/// Factorises the leading `n × n` block of `a` into `u`; row `i` starts at `i * stride`.
 ///
-/// Fails with the row of the first pivot, from the last row on, that is not above its floor (zero
-/// where `floors` has none).
+/// Fails with the row of the first pivot, from the last row on, that is not above `floor` times
+/// the diagonal of `a`.
 #[inline(never)]
 pub(crate) fn factorise<T: Real>(
-    a: &mut [T],
+    a: &[T],
     stride: usize,
     n: usize,
-    floors: &[T],
+    floor: T,
+    u: &mut [T],
 ) -> Result<(), usize> {
     for k in (0..n).rev() {
-        let (above, rest) = a.split_at_mut_checked(k * stride).ok_or(k)?;
-        let (row, rest) = rest.split_at_mut_checked(k).ok_or(k)?;
-        let pivot = rest.first_mut().ok_or(k)?;
-        let floor = floors.get(k).copied().unwrap_or(T::ZERO);
+        let end = (k + 1) * stride;
+        let (above, below) = u
+            .get_mut(..n * stride)
+            .and_then(|u| u.split_at_mut_checked(end))
+            .ok_or(k)?;
+        let source = a.get(end - stride..end).ok_or(k)?;
+        let row = above.get_mut(end - stride..).unwrap_or_default();
+        let row = row.get_mut(..=k).ok_or(k)?;
+        let mut next = 0;
+        while next <= k {
+            // Six columns at a time, the last six of a row with some that are known already.
+            let first = next.min(stride.saturating_sub(6));
+            if let Some(sums) = reduced::<T, 6>(source, below, k, first) {
+                let entries = row.get_mut(first..).unwrap_or_default();
+                for (entry, sum) in entries.iter_mut().zip(sums) {
+                    *entry = sum;
+                }
+                next = first + 6;
+            } else {
+                let [sum] = reduced(source, below, k, next).ok_or(k)?;
+                *row.get_mut(next).ok_or(k)? = sum;
+                next += 1;
+            }
+        }
+        let pivot = row.last_mut().ok_or(k)?;
         // A NaN is no pivot either.
-        let usable = *pivot > floor && *pivot > T::ZERO;
+        let usable = *pivot > T::ZERO && *pivot > floor * *source.get(k).ok_or(k)?;
         if !usable {
             return Err(k);
         }
-        let reciprocal = T::ONE / *pivot;
-        *pivot = reciprocal;
-        // What is left of the rows above. Entry i of this row is last needed for row i.
-        for i in (0..k).rev() {
-            let head = row.get_mut(..=i).unwrap_or_default();
-            let entry = head.last().copied().unwrap_or(T::ZERO);
-            if entry == T::ZERO {
-                continue;
-            }
-            let scaled = entry * reciprocal;
-            if let Some(target) = above.get_mut(i * stride..) {
-                axpy(-scaled, head, target);
-            }
-            if let Some(entry) = head.last_mut() {
-                *entry = scaled;
-            }
-        }
+        *pivot = T::ONE / *pivot;
     }
     Ok(())
 }
 
-/// Solves `Lᵀ y = b` in place.
+/// `K` entries of row `k` from column `first` on, less what the rows below it take away; `None`
+/// beyond the last column.
+#[inline]
+fn reduced<T: Real, const K: usize>(
+    source: &[T],
+    below: &[T],
+    k: usize,
+    first: usize,
+) -> Option<[T; K]> {
+    let mut sums = *source.get(first..)?.first_chunk::<K>()?;
+    let mut below = below;
+    let mut i = k;
+    while let Some((row, rest)) = below.split_at_checked(source.len()) {
+        below = rest;
+        i += 1;
+        let entry = *row.get(k)?;
+        if entry == T::ZERO {
+            continue;
+        }
+        let factor = entry * *row.get(i)?;
+        for (sum, &entry) in sums.iter_mut().zip(row.get(first..)?.first_chunk::<K>()?) {
+            *sum -= factor * entry;
+        }
+    }
+    Some(sums)
+}
+
+/// Solves `Uᵀ D⁻¹ y = b` in place.
 #[inline(never)]
-pub(crate) fn solve_upper<T: Real>(l: &[T], stride: usize, mut x: &mut [T]) {
+pub(crate) fn solve_upper<T: Real>(u: &[T], stride: usize, mut x: &mut [T]) {
     while let Some((entry, rest)) = x.split_last_mut() {
-        if let Some(row) = l.get(rest.len() * stride..) {
-            axpy(-*entry, row, rest);
+        if let Some((row, [reciprocal, ..])) = u
+            .get(rest.len() * stride..)
+            .and_then(|row| row.split_at_checked(rest.len()))
+        {
+            axpy(-*entry * *reciprocal, row, rest);
         }
         x = rest;
     }
 }
 
-/// Solves `Lᵀ y = b` in place, for `K` right-hand sides side by side.
+/// Solves `Uᵀ D⁻¹ y = b` in place, for `K` right-hand sides side by side. Adds the rows of `D⁻¹ y` that
+/// are not zero to `scaled`, with their places.
 #[inline(never)]
-pub(crate) fn solve_upper_block<T: Real, const K: usize>(
-    l: &[T],
-    stride: usize,
-    mut x: &mut [[T; K]],
+pub(crate) fn solve_upper_block<T: Real, const N: usize, const K: usize>(
+    u: &[T],
+    x: &mut [[T; K]; N],
+    scaled: &mut Vec<(usize, [T; K]), N>,
 ) {
-    while let Some((entry, rest)) = x.split_last_mut() {
-        if *entry != [T::ZERO; K] {
-            let row = l.get(rest.len() * stride..).unwrap_or_default();
-            for (x, &l) in rest.iter_mut().zip(row) {
-                for (x, &entry) in x.iter_mut().zip(&*entry) {
-                    *x -= l * entry;
+    let mut x = x.as_mut_slice();
+    while let Some((&mut entry, rest)) = x.split_last_mut() {
+        let k = rest.len();
+        if entry != [T::ZERO; K]
+            && let Some((row, [reciprocal, ..])) =
+                u.get(k * N..).and_then(|row| row.split_at_checked(k))
+        {
+            let entry = entry.map(|entry| entry * *reciprocal);
+            // There is room for all of them.
+            let _ = scaled.push((k, entry));
+            for (x, &u) in rest.iter_mut().zip(row) {
+                rolled();
+                for (x, &entry) in x.iter_mut().zip(&entry) {
+                    *x -= u * entry;
                 }
             }
         }
@@ -126,31 +202,23 @@ pub(crate) fn solve_upper_block<T: Real, const K: usize>(
     }
 }
 
-/// Multiplies by `D⁻¹` in place.
+/// Solves `U x = y` in place.
 #[inline(never)]
-pub(crate) fn scale_by_reciprocal<T: Real>(l: &[T], stride: usize, x: &mut [T]) {
-    for (entry, &reciprocal) in x.iter_mut().zip(l.iter().step_by(stride + 1)) {
-        *entry *= reciprocal;
-    }
-}
-
-/// Solves `L x = y` in place.
-#[inline(never)]
-pub(crate) fn solve_lower<T: Real>(l: &[T], stride: usize, x: &mut [T]) {
-    for i in 1..x.len() {
-        if let (Some((done, [entry, ..])), Some(row)) =
-            (x.split_at_mut_checked(i), l.get(i * stride..))
-        {
-            *entry -= dot(row, done);
+pub(crate) fn solve_lower<T: Real>(u: &[T], stride: usize, x: &mut [T]) {
+    for i in 0..x.len() {
+        if let (Some((done, [entry, ..])), Some((row, [reciprocal, ..]))) = (
+            x.split_at_mut_checked(i),
+            u.get(i * stride..).and_then(|row| row.split_at_checked(i)),
+        ) {
+            *entry = (*entry - dot(row, done)) * *reciprocal;
         }
     }
 }
 
 /// Solves `A x = b` in place.
-pub(crate) fn solve<T: Real>(l: &[T], stride: usize, x: &mut [T]) {
-    solve_upper(l, stride, x);
-    scale_by_reciprocal(l, stride, x);
-    solve_lower(l, stride, x);
+pub(crate) fn solve<T: Real>(u: &[T], stride: usize, x: &mut [T]) {
+    solve_upper(u, stride, x);
+    solve_lower(u, stride, x);
 }
 
 #[cfg(test)]

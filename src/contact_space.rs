@@ -1,7 +1,8 @@
 //! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
 
 use crate::Real;
-use crate::cholesky::axpy;
+use crate::cholesky::{axpy, rolled};
+use core::mem;
 
 /// A vector in contact space.
 pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
@@ -19,41 +20,47 @@ pub(crate) fn multiply_transposed<T: Real, const D: usize, const C: usize>(
     x: &[[T; D]],
     y: &mut [[T; D]],
 ) {
-    for (k, y) in y.chunks_mut(4).enumerate() {
-        if 4 * k + 4 <= C {
-            let sums = columns::<T, D, C, 4>(matrix, 4 * k, x);
-            for (y, sums) in y.iter_mut().zip(sums) {
-                *y = sums;
+    let mut rest = y;
+    let mut first = 0;
+    while let Some((y, others)) = rest.split_first_mut() {
+        if let Some([one, more @ ..]) = columns::<T, D, C, 4>(matrix, first, x) {
+            *y = one;
+            for (y, sums) in others.iter_mut().zip(&more) {
+                rolled();
+                *y = *sums;
             }
+            rest = others.get_mut(3..).unwrap_or_default();
+            first += 4;
         } else {
-            for (i, y) in y.iter_mut().enumerate() {
-                let [sums] = columns::<T, D, C, 1>(matrix, 4 * k + i, x);
-                *y = sums;
-            }
+            let Some([sums]) = columns(matrix, first, x) else {
+                return;
+            };
+            *y = sums;
+            rest = others;
+            first += 1;
         }
     }
 }
 
-/// Rows of `Aᵀ x` for `B` contacts from `first` on.
+/// Rows of `Aᵀ x` for `B` contacts from `first` on, if `A` has room for as many.
 #[inline]
 fn columns<T: Real, const D: usize, const C: usize, const B: usize>(
     matrix: &ContactMatrix<T, D, C>,
     first: usize,
     x: &[[T; D]],
-) -> ContactVector<T, D, B> {
+) -> Option<ContactVector<T, D, B>> {
     let mut sums = [[T::ZERO; D]; B];
     let rows = matrix.as_flattened().iter().zip(x.as_flattened());
     for (row, &x) in rows {
-        let Some(row) = row.get(first..).and_then(<[_]>::first_chunk::<B>) else {
-            continue;
-        };
+        rolled();
+        let row = row.get(first..)?.first_chunk::<B>()?;
         for (sums, row) in sums.iter_mut().zip(row) {
             for (sum, &entry) in sums.iter_mut().zip(row) {
                 *sum += entry * x;
             }
         }
     }
-    sums
+    Some(sums)
 }
 
 /// `row -= Σ_d factors[d] rows[d]` from scalar column `first` on, up to `last`.
@@ -101,8 +108,13 @@ pub(crate) fn triangularise<T: Real, const D: usize, const C: usize>(
                 }
             }
             if index != p {
-                (*rows.get_mut(p)?, *rows.get_mut(index)?) = (*rows.get(index)?, *rows.get(p)?);
-                (*rhs.get_mut(p)?, *rhs.get_mut(index)?) = (*rhs.get(index)?, *rhs.get(p)?);
+                let (above, below) = rows.split_at_mut_checked(index)?;
+                let pairs = above.get_mut(p)?.iter_mut().zip(below.first_mut()?);
+                for (block, other) in pairs {
+                    mem::swap(block, other);
+                }
+                let (above, below) = rhs.split_at_mut_checked(index)?;
+                mem::swap(above.get_mut(p)?, below.first_mut()?);
             }
         }
         let (above, below) = rows.split_at_mut_checked(p + 1)?;

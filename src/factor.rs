@@ -10,13 +10,12 @@
 //! `rho` never touches the `N × N` factor again.
 
 use crate::cholesky::{
-    dot, factorise, opaque, scale_by_reciprocal, solve_lower, solve_upper, solve_upper_block,
+    factorise, opaque, opaque_mut, rolled, solve_lower, solve_upper, solve_upper_block,
 };
 use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
 use crate::resolvent::Resolvent;
 use crate::{Error, Real, Scene};
-use core::hint::black_box;
-use nalgebra::SVector;
+use heapless::Vec;
 
 /// Cholesky factor of the mass matrix, Delassus operator and resolvent of a scene.
 ///
@@ -26,9 +25,9 @@ use nalgebra::SVector;
 pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     contacts: usize,
     penalty: T,
-    /// `M = Lᵀ D L`.
+    /// `M = Uᵀ D⁻¹ U`.
     mass: [[T; N]; N],
-    /// `L⁻ᵀ H_iᵀ`
+    /// `X_i`, `Uᵀ D⁻¹ X_i = H_iᵀ`
     whitened: [[[T; D]; N]; C],
     /// `W = H M⁻¹ Hᵀ`.
     delassus: ContactMatrix<T, D, C>,
@@ -42,9 +41,10 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
 pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
     /// The default penalty `rho`.
     pub penalty: T,
-    /// `L` and, on the diagonal, `D⁻¹` of `M = Lᵀ D L`; the upper triangle is not used.
+    /// `M = Uᵀ D⁻¹ U`: below the diagonal `U`, which has `D` on its diagonal, and there `D⁻¹`; the
+    /// upper triangle is not used.
     pub mass: [[T; N]; N],
-    /// `L⁻ᵀ H_iᵀ` of each contact.
+    /// `X_i` of each contact, with `Uᵀ D⁻¹ X_i = H_iᵀ`.
     pub whitened: [[[T; D]; N]; C],
     /// `W = H M⁻¹ Hᵀ`.
     pub delassus: [[[[T; D]; C]; D]; C],
@@ -167,28 +167,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     #[inline(never)]
     fn compute_delassus(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.contacts = 0;
-        self.mass.copy_from_slice(&scene.mass().data.0); // symmetric: columns are rows
-        let mut floors = [T::ZERO; N];
-        let diagonal = self.mass.as_flattened().iter().step_by(N + 1);
-        for (floor, &mass) in floors.iter_mut().zip(diagonal) {
-            *floor = T::literal(32.0) * T::EPSILON * mass;
-        }
-        factorise(self.mass.as_flattened_mut(), N, N, &floors)
+        let mass = &scene.mass().data.0; // symmetric: columns are rows
+        let floor = T::literal(32.0) * T::EPSILON;
+        let factor = self.mass.as_flattened_mut();
+        factorise(mass.as_flattened(), N, N, floor, factor)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.contacts = scene.contacts().len();
-        for (whitened, contact) in self.whitened.iter_mut().zip(scene.contacts()) {
+        let mut scaled = Vec::new();
+        for (i, contact) in opaque(scene.contacts()).iter().enumerate() {
+            rolled();
+            let Some(whitened) = self.whitened.get_mut(i) else {
+                break;
+            };
             whitened.copy_from_slice(&contact.jacobian.data.0); // D rows in N columns: the transpose
-            solve_upper_block(self.mass.as_flattened(), N, whitened);
-        }
-        let mut scaled = [[T::ZERO; D]; N];
-        for (i, x) in self.whitened.iter().enumerate().take(self.contacts) {
-            let diagonal = self.mass.as_flattened().iter().step_by(N + 1);
-            for ((scaled, x), &reciprocal) in scaled.iter_mut().zip(x).zip(diagonal) {
-                for (scaled, &x) in scaled.iter_mut().zip(x) {
-                    *scaled = x * reciprocal;
-                }
-            }
+            scaled.clear();
+            solve_upper_block(self.mass.as_flattened(), whitened, &mut scaled);
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
+                rolled();
                 let block = products(&scaled, y);
                 for (a, entries) in block.into_iter().enumerate() {
                     set(&mut self.delassus, [i, j], a, entries);
@@ -214,19 +209,44 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         multiply_transposed(&self.delassus, x, y);
     }
 
-    /// From `f` to `L⁻ᵀ f`, from which [`Self::free_velocity`] and [`Self::velocity`] start.
+    /// Those of the contacts in use.
+    #[inline]
+    fn whitened(&self) -> &[[[T; D]; N]] {
+        opaque(self.whitened.get(..self.contacts).unwrap_or_default())
+    }
+
+    /// From `g` to the `x` of `Uᵀ D⁻¹ x = g`, from which [`Self::contact_velocity`] and
+    /// [`Self::velocity`] start.
     pub(crate) fn whiten(&self, g: &mut [T; N]) {
         solve_upper(self.mass.as_flattened(), N, g);
     }
 
-    /// Relative velocity of the contacts without impulses, `H v_free = -H M⁻¹ f`.
-    pub(crate) fn free_velocity(&self, g: &[T; N], u: &mut ContactVector<T, D, C>) {
-        let mut g = *g;
-        scale_by_reciprocal(self.mass.as_flattened(), N, &mut g);
-        for (u, whitened) in u.iter_mut().zip(&self.whitened).take(self.contacts) {
-            let [sums] = products(g.as_chunks::<1>().0, whitened);
-            *u = sums.map(|u| -u);
+    /// `H M⁻¹ g` for a `g` that was whitened. Returns `gᵀ M⁻¹ g`.
+    #[inline(never)]
+    pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut ContactVector<T, D, C>) -> T {
+        let mut scaled = *g;
+        let mut energy = T::ZERO;
+        for (i, (scaled, row)) in opaque_mut(&mut scaled)
+            .iter_mut()
+            .zip(&self.mass)
+            .enumerate()
+        {
+            rolled();
+            let g = *scaled;
+            *scaled *= row.get(i).copied().unwrap_or(T::ZERO);
+            energy += g * *scaled;
         }
+        for (u, whitened) in opaque_mut(u).iter_mut().zip(self.whitened()) {
+            let mut sums = [T::ZERO; D];
+            for (columns, &g) in opaque(whitened).iter().zip(&scaled) {
+                rolled();
+                for (sum, &column) in sums.iter_mut().zip(columns) {
+                    *sum += column * g;
+                }
+            }
+            *u = sums;
+        }
+        energy
     }
 
     /// `W_NN d` for one `d_i` a contact, and `|H_Nᵀ d|` in the norm of `M⁻¹`; by way of `H_Nᵀ d`,
@@ -241,25 +261,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             }
         }
         self.add_whitened(&impulse, &mut momentum);
-        let mut scaled = momentum;
-        scale_by_reciprocal(self.mass.as_flattened(), N, &mut scaled);
+        let energy = self.contact_velocity(&momentum, &mut impulse);
         let mut product = [T::ZERO; C];
-        for (product, whitened) in product.iter_mut().zip(&self.whitened).take(self.contacts) {
-            let [sums] = products(scaled.as_chunks::<1>().0, whitened);
-            *product = sums.first().copied().unwrap_or(T::ZERO);
+        for (product, velocity) in product.iter_mut().zip(&impulse).take(self.contacts) {
+            *product = velocity.first().copied().unwrap_or(T::ZERO);
         }
-        let energy = dot(&momentum, &scaled).max(T::ZERO);
-        (product, energy.square_root())
+        (product, energy.max(T::ZERO).square_root())
     }
 
-    /// `g += L⁻ᵀ Hᵀ r`
+    /// Adds `Hᵀ r`, whitened, to `g`.
     #[inline(never)]
     fn add_whitened(&self, r: &[[T; D]], g: &mut [T; N]) {
-        for (r, whitened) in r.iter().zip(&self.whitened).take(self.contacts) {
+        for (r, whitened) in opaque(r).iter().zip(self.whitened()) {
             if *r == [T::ZERO; D] {
                 continue;
             }
             for (g, columns) in g.iter_mut().zip(opaque(whitened)) {
+                rolled();
                 for (&r, &column) in r.iter().zip(columns) {
                     *g += r * column;
                 }
@@ -267,15 +285,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         }
     }
 
-    /// `v = M⁻¹ (Hᵀ r - f)`.
-    pub(crate) fn velocity(&self, mut g: [T; N], r: &[[T; D]]) -> SVector<T, N> {
-        for g in &mut g {
-            *g = -*g;
-        }
-        self.add_whitened(r, &mut g);
-        scale_by_reciprocal(self.mass.as_flattened(), N, &mut g);
-        solve_lower(self.mass.as_flattened(), N, &mut g);
-        g.into()
+    /// `v = M⁻¹ (Hᵀ r + g)` for a `g` that was whitened.
+    pub(crate) fn velocity(&self, g: &[T; N], r: &[[T; D]], v: &mut [T; N]) {
+        *v = *g;
+        self.add_whitened(r, v);
+        solve_lower(self.mass.as_flattened(), N, v);
     }
 }
 
@@ -298,14 +312,12 @@ fn set<T: Real, const D: usize, const C: usize>(
     }
 }
 
-/// `Σ_k x_k y_kᵀ`; what is multiplied by zero is not added.
+/// `Σ_k x_k y_kᵀ`
 #[inline(never)]
-fn products<T: Real, const A: usize, const B: usize>(x: &[[T; A]], y: &[[T; B]]) -> [[T; B]; A] {
-    let mut sums = [[T::ZERO; B]; A];
-    for (x, y) in opaque(x).iter().zip(y) {
-        if *x == [T::ZERO; A] {
-            continue;
-        }
+fn products<T: Real, const D: usize>(x: &[(usize, [T; D])], y: &[[T; D]]) -> [[T; D]; D] {
+    let mut sums = [[T::ZERO; D]; D];
+    for (k, x) in x {
+        let Some(y) = y.get(*k) else { break };
         for (sums, &x) in sums.iter_mut().zip(x) {
             for (sum, &y) in sums.iter_mut().zip(y) {
                 *sum += x * y;
@@ -327,22 +339,27 @@ fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
 ) -> T {
     // (HᵀH)_jj / M_jj
     let mut reach = [T::ZERO; N];
-    for contact in scene.contacts() {
-        for (reach, column) in reach.iter_mut().zip(opaque(&contact.jacobian.data.0)) {
-            *reach += column.iter().fold(T::ZERO, |sum, &h| sum + h * h);
-        }
-    }
     let mut largest = T::ZERO;
-    let masses = scene.mass().as_slice().iter().step_by(N + 1);
-    for (reach, &mass) in reach.iter_mut().zip(masses).take(black_box(N)) {
-        *reach /= mass;
-        largest = largest.max(*reach);
+    let masses = scene.mass().data.0.iter();
+    let contacts = opaque(scene.contacts());
+    for (j, (reach, masses)) in opaque_mut(&mut reach).iter_mut().zip(masses).enumerate() {
+        rolled();
+        let columns = contacts.iter();
+        let columns = columns.filter_map(|contact| contact.jacobian.data.0.get(j));
+        let square = columns.flatten().fold(T::ZERO, |sum, &h| sum + h * h);
+        *reach = square / masses.get(j).copied().unwrap_or(T::ONE);
+        if *reach > largest {
+            largest = *reach;
+        }
     }
     let rounding = largest * T::literal(1e-9);
     let (mut exponents, mut moved) = (0_i32, 0_i32);
-    for &reach in opaque(&reach).iter().filter(|&&reach| reach > rounding) {
-        exponents += reach.exponent();
-        moved += 1;
+    for &reach in opaque(&reach) {
+        rolled();
+        if reach > rounding {
+            exponents += reach.exponent();
+            moved += 1;
+        }
     }
     match exponents.checked_div_euclid(moved) {
         Some(mean) => T::power_of_two(2 - mean),

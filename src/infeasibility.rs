@@ -186,8 +186,9 @@ impl<T: Real, const C: usize> Gram<T, C> {
                 }
             }
         }
-        let flat = matrix.as_flattened_mut();
-        factorise(flat, C, n, &[]).ok()?;
+        let mut factor = [[T::ZERO; C]; C];
+        let flat = factor.as_flattened_mut();
+        factorise(matrix.as_flattened(), C, n, T::ZERO, flat).ok()?;
         let x = rhs.get_mut(..n)?;
         solve(flat, C, x);
         let mut solution = [T::ZERO; C];

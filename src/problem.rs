@@ -1,5 +1,6 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
+use crate::cholesky::{opaque, opaque_mut, rolled};
 use crate::cone::{add_to_normal, norm, split, square};
 use crate::contact_space::ContactVector;
 use crate::scene::check_finite;
@@ -8,6 +9,7 @@ use crate::{
     Contact, ContactSolution, Error, Factor, FrictionCone, Input, Real, Scene, SlipUpdate,
     Solution, residual,
 };
+use core::array;
 use nalgebra::SVector;
 
 /// What a solve needs to know of one contact, besides the factor.
@@ -55,7 +57,7 @@ pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize>
     pub(crate) factor: &'a Factor<T, N, D, C>,
     f: &'a SVector<T, N>,
     pub(crate) slip: SlipUpdate,
-    /// `L⁻¹ f`.
+    /// The free impulse `-f`, whitened.
     whitened: [T; N],
     laws: [Law<T, D>; C],
     /// `|alpha q|`: the size of the impulses to expect.
@@ -79,53 +81,52 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             });
         }
         let invalid = |contact: &Contact<T, N, D>| FrictionCone::new(contact.mu).is_none();
-        match contacts.iter().position(invalid) {
+        match opaque(contacts).iter().position(invalid) {
             Some(contact) => Err(Error::InvalidFriction { contact }),
             None => Ok(()),
         }
     }
 
     /// The problem of data that [`Self::check`] has seen.
-    #[inline(never)]
+    #[inline]
     pub(crate) fn new(
         scene: &'a Scene<T, N, D, C>,
         factor: &'a Factor<T, N, D, C>,
         f: &'a SVector<T, N>,
         slip: SlipUpdate,
     ) -> Self {
-        let mut problem = Self {
+        let mut whitened = [T::ONE; N];
+        for (push, &f) in whitened.iter_mut().zip(opaque(f.as_slice())) {
+            rolled();
+            *push = -f;
+        }
+        factor.whiten(&mut whitened);
+        let mut moved = [[T::ZERO; D]; C];
+        factor.contact_velocity(&whitened, &mut moved);
+        let contacts = scene.contacts();
+        let laws = array::from_fn(|i| match (contacts.get(i), moved.get(i)) {
+            (Some(contact), Some(&moved)) => {
+                rolled();
+                let lifts = slip != SlipUpdate::Never;
+                Law {
+                    lift: if lifts { contact.mu } else { T::ZERO },
+                    cone: FrictionCone::new(contact.mu).unwrap_or(FrictionCone::frictionless()),
+                    step: factor.step(i),
+                    free: contact.offset + SVector::from(moved),
+                }
+            }
+            _ => Law::none(),
+        });
+        let size = size(laws.get(..factor.contacts()).unwrap_or_default());
+        Self {
             scene,
             factor,
             f,
             slip,
-            whitened: (*f).into(),
-            laws: [const { Law::none() }; C],
-            size: T::ZERO,
-        };
-        factor.whiten(&mut problem.whitened);
-        let mut free = [[T::ZERO; D]; C];
-        factor.free_velocity(&problem.whitened, &mut free);
-        let mut largest = T::ZERO;
-        let laws = problem.laws.iter_mut();
-        for (i, ((law, contact), &free)) in laws.zip(scene.contacts()).zip(&free).enumerate() {
-            if slip != SlipUpdate::Never {
-                law.lift = contact.mu;
-            }
-            law.cone = FrictionCone::new(contact.mu).unwrap_or(law.cone);
-            law.step = factor.step(i);
-            law.free = contact.offset + SVector::from(free);
-            for q in law.free.iter() {
-                largest = largest.max((*q * law.step).abs());
-            }
+            whitened,
+            laws,
+            size,
         }
-        let unit = residual::unit(largest);
-        let sizes = problem
-            .laws()
-            .iter()
-            .map(|law| law.free * (law.step * unit));
-        let squares = sizes.fold(T::ZERO, |sum, size| sum + square(size.as_slice()));
-        problem.size = squares.square_root() / unit;
-        problem
     }
 
     /// The contacts in use.
@@ -143,10 +144,11 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         u: &mut ContactVector<T, D, C>,
     ) -> T {
         let contacts = ..self.factor.contacts();
-        let r = r.get(contacts).unwrap_or_default();
-        let u = u.get_mut(contacts).unwrap_or_default();
+        let r = opaque(r.get(contacts).unwrap_or_default());
+        let u = opaque_mut(u.get_mut(contacts).unwrap_or_default());
         self.factor.delassus_times(r, u);
-        for (u, law) in u.iter_mut().zip(self.laws()) {
+        for (u, law) in u.iter_mut().zip(opaque(self.laws())) {
+            rolled();
             for (u, &q) in u.iter_mut().zip(law.free.iter()) {
                 *u += q;
             }
@@ -200,16 +202,17 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     #[inline(never)]
     pub(crate) fn evaluate(&self, r: &ContactVector<T, D, C>, solution: &mut Solution<T, N, D, C>) {
         let (mut u, mut noise) = ([[T::ZERO; D]; C], [T::ZERO; C]);
-        let r = r.get(..self.factor.contacts()).unwrap_or_default();
-        solution.velocity = self.factor.velocity(self.whitened, r);
+        let r = opaque(r.get(..self.factor.contacts()).unwrap_or_default());
+        let [v] = &mut solution.velocity.data.0;
+        self.factor.velocity(&self.whitened, r, v);
         let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
-        let [v] = &solution.velocity.data.0;
         let [f] = &self.f.data.0;
         let momentum = residual::momentum(mass, contacts, f, v, r, &mut u, &mut noise);
-        let natural_map = residual::natural_map(self.laws(), self.size, &u, r, &noise);
+        let natural_map =
+            residual::natural_map(self.laws(), self.size, opaque(&u), r, opaque(&noise));
         solution.error = natural_map.max(momentum);
         solution.contacts.clear();
-        for ((law, &r), &u) in self.laws().iter().zip(r).zip(&u) {
+        for ((law, &r), &u) in self.laws().iter().zip(r).zip(opaque(&u)) {
             let (impulse, velocity) = (r.into(), u.into());
             let contact = ContactSolution {
                 impulse,
@@ -220,4 +223,23 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             let _ = solution.contacts.push(contact);
         }
     }
+}
+
+/// `|alpha q|`
+#[inline(never)]
+fn size<T: Real, const D: usize>(laws: &[Law<T, D>]) -> T {
+    let laws = opaque(laws);
+    let mut largest = T::ZERO;
+    for law in laws {
+        rolled();
+        largest = residual::larger(largest, law.free.as_slice(), law.step);
+    }
+    let unit = residual::unit(largest);
+    let mut squares = T::ZERO;
+    for law in laws {
+        rolled();
+        let size = law.free * (law.step * unit);
+        squares += square(size.as_slice());
+    }
+    squares.square_root() / unit
 }

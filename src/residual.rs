@@ -5,6 +5,7 @@
 //! `alpha_i = D / trace(W_ii)`. It is the natural-map residual of FCLIB and Siconos made
 //! independent of units; 0/0 counts as 0. Sums are of squares, with one root at the end.
 
+use crate::cholesky::{opaque, opaque_mut, rolled};
 use crate::cone::square;
 use crate::problem::Law;
 use crate::{Contact, ContactMode, Real};
@@ -30,6 +31,18 @@ pub(crate) fn unit<T: Real>(largest: T) -> T {
     } else {
         T::ONE
     }
+}
+
+/// The largest of a number and of some sizes; sizes that are not numbers do not count.
+#[inline]
+pub(crate) fn larger<T: Real>(mut largest: T, values: &[T], scale: T) -> T {
+    for &value in values {
+        let size = (value * scale).abs();
+        if size > largest {
+            largest = size;
+        }
+    }
+    largest
 }
 
 /// Argument `r - alpha û` of the natural map of one contact.
@@ -70,15 +83,18 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     r: &[[T; D]],
     noise: &[T],
 ) -> T {
-    let unit = unit(
-        r.as_flattened()
-            .iter()
-            .fold(size, |largest, r| largest.max(r.abs())),
-    );
+    let (laws, u, r) = (opaque(laws), opaque(u), opaque(r));
+    let mut largest = size;
+    for r in r {
+        rolled();
+        largest = larger(largest, r, T::ONE);
+    }
+    let unit = unit(largest);
     let size = size * unit;
     let [mut residual, mut impulse, mut noises] = [T::ZERO; 3];
     let mut noise = noise.iter();
     for ((law, u), r) in laws.iter().zip(u).zip(r) {
+        rolled();
         let r = SVector::from(*r) * unit;
         let push = law.lifted(&(SVector::from(*u) * (law.step * unit)));
         residual += square((r - law.cone.project(&(r - push))).as_slice());
@@ -113,31 +129,24 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
     noise: &mut [T],
 ) -> T {
     // M v, Hᵀ r and the magnitudes of their terms, dof by dof.
-    let mut inertia = [T::ZERO; N];
+    let mut inertia = [T::ONE; N]; // all of it is overwritten, and zeros would call memset
     let mut pushed = [T::ZERO; N];
-    let mut terms = [T::ZERO; N];
-    let mut first = 0;
-    while first < N {
-        let rows = first..N;
-        let inertia = inertia.get_mut(rows.clone()).unwrap_or_default();
-        let terms = terms.get_mut(rows).unwrap_or_default();
-        if let (Some(inertia), Some(terms)) = (inertia.first_chunk_mut(), terms.first_chunk_mut()) {
-            multiply::<T, N, 6>(mass, first, v, inertia, terms);
-            first += 6;
-        } else {
-            let (Some(inertia), Some(terms)) = (inertia.first_chunk_mut(), terms.first_chunk_mut())
-            else {
-                break;
-            };
-            multiply::<T, N, 1>(mass, first, v, inertia, terms);
-            first += 1;
+    let mut terms = [T::ONE; N];
+    if N < 6 {
+        for i in 0..N {
+            multiply::<T, N, 1>(mass, i, v, &mut inertia, &mut terms);
+        }
+    } else {
+        // Six rows at a time, the last six with some that are known already.
+        for i in (0..N).step_by(6) {
+            multiply::<T, N, 6>(mass, i.min(N - 6), v, &mut inertia, &mut terms);
         }
     }
     for (((contact, r), u), noise) in contacts.iter().zip(r).zip(u).zip(noise) {
         let r = *r;
         let mut velocity: [T; D] = contact.offset.into();
         let mut magnitude = velocity.map(ComplexField::abs);
-        let dofs = pushed.iter_mut().zip(&mut terms);
+        let dofs = opaque_mut(&mut pushed).iter_mut().zip(&mut terms);
         for ((&v, column), (pushed, terms)) in v.iter().zip(&contact.jacobian.data.0).zip(dofs) {
             if *column == [T::ZERO; D] {
                 continue;
@@ -145,26 +154,29 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
             for (((u, magnitude), &h), r) in
                 velocity.iter_mut().zip(&mut magnitude).zip(column).zip(r)
             {
-                let term = h * v;
-                *u += term;
-                *magnitude += term.abs();
-                let term = h * r;
-                *pushed += term;
-                *terms += term.abs();
+                *u += h * v;
+                *magnitude += h.abs() * v.abs();
+                *pushed += h * r;
+                *terms += h.abs() * r.abs();
             }
         }
         *u = velocity;
         *noise = T::EPSILON * T::EPSILON * square(&magnitude);
     }
     let mut largest = T::ZERO;
-    for (terms, f) in terms.iter_mut().zip(f) {
+    for (terms, f) in opaque_mut(&mut terms).iter_mut().zip(f) {
+        rolled();
         *terms += f.abs();
-        largest = largest.max(*terms);
+        // Where one is not a number, so is the error.
+        if *terms > largest {
+            largest = *terms;
+        }
     }
     let unit = unit(largest);
     let [mut residual, mut size_f, mut size_v, mut size_r] = [T::ZERO; 4];
-    let dofs = f.iter().zip(&inertia).zip(&pushed).zip(&terms);
+    let dofs = opaque(f).iter().zip(&inertia).zip(&pushed).zip(&terms);
     for (((&f, &inertia), &pushed), &terms) in dofs {
+        rolled();
         let (f, inertia, pushed) = (unit * f, unit * inertia, unit * pushed);
         let gap = inertia + f - pushed;
         let noise = T::EPSILON * unit * terms;
@@ -182,19 +194,22 @@ fn multiply<T: Real, const N: usize, const R: usize>(
     mass: &[[T; N]; N],
     first: usize,
     v: &[T; N],
-    products: &mut [T; R],
-    magnitudes: &mut [T; R],
+    products: &mut [T; N],
+    magnitudes: &mut [T; N],
 ) {
     let (mut sums, mut sizes) = ([T::ZERO; R], [T::ZERO; R]);
-    for (column, &v) in mass.iter().zip(v) {
+    for (column, &v) in opaque(mass).iter().zip(v) {
+        rolled();
         let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<R>) else {
             break;
         };
         for ((sum, size), &mass) in sums.iter_mut().zip(&mut sizes).zip(column) {
-            let term = mass * v;
-            *sum += term;
-            *size += term.abs();
+            *sum += mass * v;
+            *size += mass.abs() * v.abs();
         }
     }
-    (*products, *magnitudes) = (sums, sizes);
+    let places = products.iter_mut().zip(magnitudes).skip(first);
+    for ((product, magnitude), (sum, size)) in places.zip(sums.into_iter().zip(sizes)) {
+        (*product, *magnitude) = (sum, size);
+    }
 }

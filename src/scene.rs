@@ -1,5 +1,6 @@
 //! The scene: generalised mass matrix and contacts, checked as they come in.
 
+use crate::cholesky::{opaque, rolled};
 use crate::{Error, FrictionCone, Input, Real};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -218,8 +219,9 @@ pub(crate) fn check_finite<T: Real, const R: usize, const K: usize>(
     matrix: &SMatrix<T, R, K>,
     input: Input,
 ) -> Result<(), Error> {
-    for (column, entries) in matrix.as_slice().chunks_exact(R).enumerate() {
-        for (row, entry) in entries.iter().enumerate() {
+    for (column, entries) in matrix.data.0.iter().enumerate() {
+        for (row, entry) in opaque(entries).iter().enumerate() {
+            rolled();
             if !entry.is_finite() {
                 return Err(Error::NotFinite { input, row, column });
             }

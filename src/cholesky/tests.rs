@@ -1,4 +1,4 @@
-//! `Lᵀ D L` against its definition, one degenerate matrix a test.
+//! `Uᵀ D⁻¹ U` against its definition, one degenerate matrix a test.
 #![allow(clippy::indexing_slicing, clippy::expect_used, clippy::float_cmp)]
 
 extern crate std;
@@ -35,31 +35,31 @@ fn store(a: &DMatrix<f64>, stride: usize) -> Vec<f64> {
 /// The row at which a matrix fails, if it does.
 fn failure(rows: &[&[f64]], floor: f64) -> Option<usize> {
     let n = rows.len();
-    let mut storage = rows.concat();
-    factorise(&mut storage, n, n, &std::vec![floor; n]).err()
+    let mut storage = std::vec![f64::NAN; n * n];
+    factorise(&rows.concat(), n, n, floor, &mut storage).err()
 }
 
 proptest! {
     #[test]
     fn the_factors_multiply_to_the_matrix((a, _) in systems(), padding in 0_usize..3) {
         let (n, stride) = (a.nrows(), a.nrows() + padding);
-        let mut storage = store(&a, stride);
-        factorise(&mut storage, stride, n, &[]).expect("positive definite");
+        let mut storage = std::vec![f64::NAN; n * stride];
+        factorise(&store(&a, stride), stride, n, 0.0, &mut storage).expect("positive definite");
         let entry = |i: usize, j: usize| storage[i * stride + j];
-        let l = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+        let u = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
             core::cmp::Ordering::Less => 0.0,
-            core::cmp::Ordering::Equal => 1.0,
+            core::cmp::Ordering::Equal => 1.0 / entry(i, i),
             core::cmp::Ordering::Greater => entry(i, j),
         });
-        let d = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| 1.0 / entry(i, i)));
-        prop_assert!((l.transpose() * d * &l - &a).norm() <= 1e-14 * a.norm());
+        let reciprocals = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| entry(i, i)));
+        prop_assert!((u.transpose() * reciprocals * &u - &a).norm() <= 1e-14 * a.norm());
     }
 
     #[test]
     fn the_solves_solve_the_system((a, b) in systems(), padding in 0_usize..3) {
         let (n, stride) = (a.nrows(), a.nrows() + padding);
-        let mut storage = store(&a, stride);
-        factorise(&mut storage, stride, n, &[]).expect("positive definite");
+        let mut storage = std::vec![f64::NAN; n * stride];
+        factorise(&store(&a, stride), stride, n, 0.0, &mut storage).expect("positive definite");
         let mut x = b.clone();
         solve(&storage, stride, x.as_mut_slice());
         prop_assert!((&a * &x - &b).norm() <= 1e-13 * (a.norm() * x.norm() + b.norm()));
@@ -73,12 +73,15 @@ proptest! {
         let n = a.nrows();
         let unit = |i: usize| 2_f64.powi(exponents[i]);
         let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] * unit(i) * unit(j));
-        let (mut a, mut scaled) = (store(&a, n), store(&scaled, n));
-        factorise(&mut a, n, n, &[]).expect("positive definite");
-        factorise(&mut scaled, n, n, &[]).expect("positive definite");
+        let factor = |a| {
+            let mut factor = std::vec![0.0; n * n];
+            factorise(&store(a, n), n, n, 0.0, &mut factor).expect("positive definite");
+            factor
+        };
+        let (a, scaled) = (factor(&a), factor(&scaled));
         for i in 0..n {
             for j in 0..i {
-                prop_assert_eq!(scaled[i * n + j], a[i * n + j] / unit(i) * unit(j));
+                prop_assert_eq!(scaled[i * n + j], a[i * n + j] * unit(i) * unit(j));
             }
             prop_assert_eq!(scaled[i * n + i], a[i * n + i] / unit(i) / unit(i));
         }
@@ -90,21 +93,21 @@ proptest! {
         let mut a = a;
         a[(row, row)] = -a[(row, row)];
         let mut storage = store(&a, n);
-        prop_assert_eq!(factorise(&mut storage, n, n, &[]), Err(row));
+        prop_assert_eq!(factorise(&store(&a, n), n, n, 0.0, &mut storage), Err(row));
     }
 }
 
 #[test]
 fn a_singleton_is_its_own_pivot() {
-    let mut a = [4.0];
-    assert_eq!(factorise(&mut a, 1, 1, &[]), Ok(()));
-    assert_eq!(a, [0.25]);
+    let mut u = [0.0];
+    assert_eq!(factorise(&[4.0], 1, 1, 0.0, &mut u), Ok(()));
+    assert_eq!(u, [0.25]);
     assert_eq!(failure(&[&[-4.0]], 0.0), Some(0));
 }
 
 #[test]
 fn no_rows_need_no_pivot() {
-    assert_eq!(factorise::<f64>(&mut [], 3, 0, &[]), Ok(()));
+    assert_eq!(factorise::<f64>(&[], 3, 0, 0.0, &mut []), Ok(()));
 }
 
 #[test]
