@@ -49,10 +49,15 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         }
     }
 
-    /// Moves to rest.
-    pub(crate) fn reset<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
+    /// Moves to rest, where all that is not zero is `u = q` and, by it, the residual.
+    pub(crate) fn rest<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
         *self = Self::zero();
-        self.update(problem, scale);
+        self.relative = problem.free();
+        self.natural_map = problem.natural_map_at_rest(&self.relative);
+        for ((law, residual), &u) in problem.laws().iter().zip(&mut self.residual).zip(&self.relative) {
+            *residual = u;
+            self.energy += law.step * square(&u);
+        }
     }
 
     /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = scale alpha_i`.

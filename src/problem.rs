@@ -156,6 +156,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         residual::natural_map(self.laws(), self.size, u, r, &[])
     }
 
+    /// First part of the error without impulses, where `u = q`.
+    pub(crate) fn natural_map_at_rest(&self, u: &ContactVector<T, D, C>) -> T {
+        let r = [[T::ZERO; D]; C];
+        residual::natural_map(self.laws(), self.size, u, &r, &[])
+    }
+
     /// `û` of an impulse: `W r + q`, with `mu_i |u_Ti|` added to its normal parts.
     #[inline(never)]
     pub(crate) fn lifted(&self, r: &ContactVector<T, D, C>) -> [SVector<T, D>; C] {

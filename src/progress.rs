@@ -226,7 +226,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             point.rebuild(&search.problem, self.balance.scale);
         }
         if search.take_lost() {
-            self.point.reset(&search.problem, self.balance.scale);
+            self.point.rest(&search.problem);
         }
         self.approach(if self.adapted {
             &workspace.resolvent

@@ -49,7 +49,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.caution = Caution::new();
             if self.point.energy > before * T::literal(0.1) {
                 // It was misleading.
-                self.point.reset(&search.problem, self.balance.scale);
+                self.point.rest(&search.problem);
             }
             self.approach(factor.resolvent());
         }

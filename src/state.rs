@@ -109,10 +109,10 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     /// The first point of Newton's method with `rho_i = scale alpha_i`, and whether it is so good
     /// that no iteration has to come before a step.
     ///
-    /// Candidates: `z = ũ - r / rho_i` as the last solve left it, the same with the velocity that
-    /// the last impulse has now, and both as they go on if they change as they did. The one with
-    /// the least error is taken if it is far better than none. (The energy is a poor judge: where
-    /// a heavy body stands on a light one it sees only the light one.)
+    /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and
+    /// `z` as the last solves left it if it goes on to change as it did. The one with the least
+    /// error is taken if it is far better than none. (The energy is a poor judge: where a heavy
+    /// body stands on a light one it sees only the light one.)
     #[inline(never)]
     pub(crate) fn point<const N: usize>(
         &mut self,
@@ -122,53 +122,40 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         point: &mut Point<T, D, C>,
     ) -> bool {
         self.follow(problem.scene.contacts());
-        point.update(problem, scale);
+        point.rest(problem);
         if self.contacts.iter().all(Option::is_none) || point.natural_map <= tolerance {
             return false;
         }
         let bound = point.natural_map * T::literal(0.25);
         let sources = || problem.laws().iter().zip(&self.contacts);
-        let contacts = point.velocity.iter_mut().zip(&mut point.impulse);
-        for ((velocity, impulse), (law, contact)) in contacts.zip(sources()) {
-            if let Some(ContactState { u, r, .. }) = contact {
-                *velocity = *u;
-                *impulse = law.cone.project(r).into();
+        for (impulse, (law, contact)) in point.impulse.iter_mut().zip(sources()) {
+            if let Some(contact) = contact {
+                *impulse = law.cone.project(&contact.r).into();
             }
         }
-        point.rebuild(problem, scale);
+        point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
+        let contacts = point.velocity.iter_mut().zip(&point.relative);
+        for ((velocity, &relative), law) in contacts.zip(problem.laws()) {
+            *velocity = law.lifted(&relative.into());
+        }
         if point.natural_map > tolerance {
-            let mut other = point.clone();
-            let velocities = other.velocity.iter_mut().zip(&point.relative);
-            for ((velocity, &relative), law) in velocities.zip(problem.laws()) {
-                *velocity = law.lifted(&relative.into());
-            }
-            other.rebuild(problem, scale);
-            keep_better(point, &mut other);
-            if point.natural_map > tolerance {
-                for (z, (law, contact)) in other.z.iter_mut().zip(sources()) {
-                    if let Some(contact) = contact {
-                        *z = contact.ahead(scale * law.step);
-                    }
+            point.rebuild(problem, scale);
+            let mut other = Point::zero();
+            for (z, (law, contact)) in other.z.iter_mut().zip(sources()) {
+                if let Some(contact) = contact {
+                    *z = contact.ahead(scale * law.step);
                 }
-                other.update(problem, scale);
-                keep_better(point, &mut other);
+            }
+            other.update(problem, scale);
+            if other.natural_map < point.natural_map {
+                *point = other;
             }
         }
         let eager = point.natural_map < bound;
         if !eager {
-            point.reset(problem, scale);
+            point.rest(problem);
         }
         eager
-    }
-}
-
-/// Exchanges the points if the other has the smaller error.
-fn keep_better<T: Real, const D: usize, const C: usize>(
-    point: &mut Point<T, D, C>,
-    other: &mut Point<T, D, C>,
-) {
-    if other.natural_map < point.natural_map {
-        mem::swap(point, other);
     }
 }
 
