@@ -316,7 +316,7 @@ fn set<T: Real, const D: usize, const C: usize>(
 #[inline(never)]
 fn products<T: Real, const D: usize>(x: &[(usize, [T; D])], y: &[[T; D]]) -> [[T; D]; D] {
     let mut sums = [[T::ZERO; D]; D];
-    for (k, x) in x {
+    for (k, x) in x.iter().rev() {
         let Some(y) = y.get(*k) else { break };
         for (sums, &x) in sums.iter_mut().zip(x) {
             for (sum, &y) in sums.iter_mut().zip(y) {
