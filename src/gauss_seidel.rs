@@ -108,7 +108,7 @@ impl<T: Real, const D: usize> Local<T, D> {
         }
         let (mut lambda, mut low, mut high) = (T::ZERO, T::ZERO, None);
         let mut last = impulse(T::ZERO, &x);
-        for _ in 0..20 {
+        for _ in 0..8 {
             let [x, bend] = self.tangents(lambda)?;
             let normal = self.press + along(&self.tilt, &x);
             let length = square(&x).square_root();

@@ -54,7 +54,12 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         *self = Self::zero();
         self.relative = problem.free();
         self.natural_map = problem.natural_map_at_rest(&self.relative);
-        for ((law, residual), &u) in problem.laws().iter().zip(&mut self.residual).zip(&self.relative) {
+        for ((law, residual), &u) in problem
+            .laws()
+            .iter()
+            .zip(&mut self.residual)
+            .zip(&self.relative)
+        {
             *residual = u;
             self.energy += law.step * square(&u);
         }

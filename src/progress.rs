@@ -41,6 +41,8 @@ pub(crate) struct Progress<T, const D: usize, const C: usize> {
     pub(crate) balance: Balance<T>,
     /// Does the workspace hold the resolvent of adapted penalties?
     adapted: bool,
+    /// Have sweeps been tried?
+    has_swept: bool,
     /// What was left for a side branch.
     aside: Option<Corner<T, D, C>>,
     /// The impulses of that branch.
@@ -85,6 +87,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             caution: Caution::none(),
             balance: Balance::none(),
             adapted: false,
+            has_swept: false,
             aside: None,
             swept: [[T::ZERO; D]; C],
             length: 0,
@@ -101,6 +104,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.balance = Balance::new();
         self.caution = Caution::new();
         self.adapted = false;
+        self.has_swept = false;
         self.aside = None;
         self.swept = [[T::ZERO; D]; C];
         self.length = 5;
@@ -199,6 +203,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     ) {
         if search.solution.factorizations > 0 {
             self.balance.update(search.cost());
+        } else if !self.has_swept && self.sweep(search) {
+            return;
         }
         let penalties = search.problem.penalties(self.balance.scale);
         workspace.forget();
@@ -211,19 +217,18 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.caution.forget();
             self.length = 20;
             // Now and then from elsewhere; if that does not help, back to where it was.
-            let point = &mut self.point;
             if let Some(last) = self.aside.take() {
-                (point.velocity, point.impulse) = last;
+                (self.point.velocity, self.point.impulse) = last;
             } else if self.balance.turns_aside() {
-                self.aside = Some((point.velocity, point.impulse));
+                self.aside = Some((self.point.velocity, self.point.impulse));
                 for _ in 0..20 {
                     search.solution.iterations += 1;
                     gauss_seidel::sweep(&search.problem, &mut self.swept);
                 }
-                point.velocity = search.problem.lifted(&self.swept);
-                point.impulse = self.swept;
+                self.point.velocity = search.problem.lifted(&self.swept);
+                self.point.impulse = self.swept;
             }
-            point.rebuild(&search.problem, self.balance.scale);
+            self.point.rebuild(&search.problem, self.balance.scale);
         }
         if search.take_lost() {
             self.point.rest(&search.problem);
@@ -233,6 +238,36 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         } else {
             factor.resolvent()
         });
+    }
+
+    /// Gauss-Seidel from rest, for as long as two sweeps make the error three times smaller; goes
+    /// there, if that is far better than here.
+    #[inline(never)]
+    fn sweep<const N: usize>(&mut self, search: &mut Search<'_, T, N, D, C>) -> bool {
+        self.has_swept = true;
+        let here = self.point.natural_map;
+        let mut last = here * T::literal(3.0);
+        for _ in 0..3 {
+            search.solution.iterations += 2;
+            gauss_seidel::sweep(&search.problem, &mut self.swept);
+            gauss_seidel::sweep(&search.problem, &mut self.swept);
+            let mut u = [[T::ZERO; D]; C];
+            let natural_map = search.problem.natural_map(&self.swept, &mut u);
+            search.consider(&self.swept, &u, natural_map);
+            if natural_map < here * T::literal(0.1) {
+                self.point.velocity = search.problem.lifted(&self.swept);
+                self.point.impulse = self.swept;
+                self.point.rebuild(&search.problem, self.balance.scale);
+                self.phase = Phase::Refine(Refinement::new(None));
+                return true;
+            }
+            if natural_map * T::literal(3.0) > last {
+                break;
+            }
+            last = natural_map;
+        }
+        self.swept = [[T::ZERO; D]; C];
+        false
     }
 
     /// `ũ` and `r` of each contact as they stand.
