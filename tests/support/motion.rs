@@ -53,9 +53,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
         let f = law::free_impulse(mass, &self.velocity, &self.force, self.step);
         let solver = &mut self.solver;
         let solution = solver.solve(&self.scene, &self.factor, &f, &self.settings)?;
-        // A ball that grazes the floor: in f32 `H v` cancels to less than its rounding.
-        let single = T::EPSILON > T::literal(1e-9);
-        let grazes = single && solution.status == Status::PrecisionLimit;
+        // Of a body that grazes, `H v` cancels to less than its rounding: the error, which is
+        // relative to a small impulse, is one of the last bits of the momentum.
+        let impulses = solution
+            .contacts
+            .iter()
+            .map(|contact| contact.impulse.norm());
+        let impulse = impulses.fold(T::ZERO, |sum, impulse| sum + impulse);
+        let rounding = T::EPSILON * T::literal(64.0) * (mass * self.velocity).norm();
+        let limited = solution.status == Status::PrecisionLimit;
+        let grazes = limited && solution.error * impulse <= rounding;
         let solved = grazes || solution.status == Status::Solved;
         assert!(solved, "{:?}: {:?}", solution.status, solution.error);
         self.velocity = solution.velocity;
