@@ -98,6 +98,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         while search.is_running() {
             search.iterate(factor.resolvent(), &mut iterates, &mut acceleration);
         }
+        if !search.is_over() {
+            search.consider_iterates(&iterates);
+        }
         search.finish(&iterates.map(|iterate| iterate.impulse().into()));
         let contacts = iterates.iter().map(|i| (i.u, i.impulse()));
         self.state.keep(scene.contacts(), contacts, false);

@@ -98,8 +98,8 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
             let columns = self.columns(k);
             let count = columns.len();
             let own = b.get_mut(columns.clone())?;
-            for (p, &taken) in order.iter().enumerate().take(count) {
-                if taken != p && taken < count {
+            for (p, &taken) in order.iter().enumerate() {
+                if p < taken && taken < own.len() {
                     own.swap(p, taken);
                 }
             }

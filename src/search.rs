@@ -267,12 +267,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
             let improved = best.is_none_or(|best| natural_map < best);
             let r = if improved { present } else { &self.record.best };
             self.problem.evaluate(r, self.solution);
-            let solved = self.solution.error <= self.settings.tolerance && !self.runs_away();
-            self.solution.status = if solved {
-                Status::Solved
-            } else {
-                Status::MaxIterations
-            };
+            self.solution.status = Status::MaxIterations;
             self.record.free = self.problem.free();
             return;
         };
@@ -288,6 +283,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         let convincing = status == Status::Solved && !self.impulse_is_excessive();
         if !convincing && (status == Status::Infeasible || self.prove()) {
             self.solution.status = Status::Infeasible;
+            self.stop(Status::Infeasible);
         }
     }
 }

@@ -7,13 +7,13 @@
 
 use core::mem::{align_of, size_of};
 use nalgebra::{SMatrix, SVector};
-use stiction::{Contact, Error, Factor, Scene, Settings, Solver, Status};
+use stiction::{Contact, Error, Factor, Scene, Settings, Solution, Solver, Status};
 
 const N: usize = 18;
 const D: usize = 3;
 const C: usize = 5;
 /// As many as in `stiction.h`.
-const BYTES: usize = 9216;
+const BYTES: usize = 10240;
 
 const NULL: i32 = -1;
 const MEMORY: i32 = -2;
@@ -137,6 +137,41 @@ pub unsafe extern "C" fn stiction_solve(
     kernel: *mut Kernel,
     f: *const [f32; N],
     tolerance: f32,
+    budget: u32,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    unsafe { run(Solver::solve, kernel, f, tolerance, budget) }
+}
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_resume(
+    kernel: *mut Kernel,
+    f: *const [f32; N],
+    tolerance: f32,
+    budget: u32,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    unsafe { run(Solver::resume, kernel, f, tolerance, budget) }
+}
+
+type Solve = for<'a> fn(
+    &'a mut Solver<f32, N, D, C>,
+    &Scene<f32, N, D, C>,
+    &Factor<f32, N, D, C>,
+    &SVector<f32, N>,
+    &Settings<f32>,
+) -> Result<&'a Solution<f32, N, D, C>, Error>;
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+unsafe fn run(
+    solve: Solve,
+    kernel: *mut Kernel,
+    f: *const [f32; N],
+    tolerance: f32,
+    budget: u32,
 ) -> i32 {
     // SAFETY: the caller's promise.
     let (Some(kernel), Some(f)) = (unsafe { kernel.as_mut() }, unsafe { f.as_ref() }) else {
@@ -147,8 +182,11 @@ pub unsafe extern "C" fn stiction_solve(
         factor,
         solver,
     } = kernel;
-    let settings = Settings::new(tolerance);
-    match solver.solve(scene, factor, &SVector::from(*f), &settings) {
+    let settings = Settings {
+        max_iterations: usize::try_from(budget).unwrap_or(usize::MAX),
+        ..Settings::new(tolerance)
+    };
+    match solve(solver, scene, factor, &SVector::from(*f), &settings) {
         Ok(solution) => match solution.status {
             Status::Solved => 0,
             Status::MaxIterations => 1,

@@ -1,5 +1,7 @@
 /* The control loop of examples/firmware in C: the same forty steps, the same impulses. */
 #include "stiction.h"
+
+enum { BUDGET = 12 }; /* so small that most steps take several calls */
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
@@ -45,7 +47,9 @@ int main(void)
         if (status != 0) break;
 
         if ((status = stiction_prepare(&solver)) != 0) break;
-        status = stiction_solve(&solver, f, 1e-4f);
+        status = stiction_solve(&solver, f, 1e-4f, BUDGET);
+        while (status == STICTION_MAX_ITERATIONS) /* in firmware: in the next tick */
+            status = stiction_resume(&solver, f, 1e-4f, BUDGET);
         stiction_read(&solver, NULL, impulses, NULL);
 
         printf("%2d", step);

@@ -10,16 +10,16 @@ enum {
     STICTION_C = 5   /* most contacts */
 };
 
-/* All a solver needs, about 9 KiB: the caller owns it, and sees nothing of what is in it. Not to be
+/* All a solver needs, about 10 KiB: the caller owns it, and sees nothing of what is in it. Not to be
    used by two threads at a time, nor copied while it is in use. */
 typedef struct {
-    _Alignas(8) unsigned char bytes[9216];
+    _Alignas(8) unsigned char bytes[10240];
 } stiction;
 
 enum {
     /* How a solve ended. */
     STICTION_SOLVED = 0,          /* the error is at most the tolerance */
-    STICTION_MAX_ITERATIONS = 1,  /* it is not: the best that was found */
+    STICTION_MAX_ITERATIONS = 1,  /* the budget has ended: the best that was found so far */
     STICTION_PRECISION_LIMIT = 2, /* it is not, and float does not allow much better */
     STICTION_INFEASIBLE = 3,      /* no velocity satisfies all contacts */
     STICTION_UNKNOWN = 4,         /* a status this header does not know */
@@ -49,8 +49,11 @@ int32_t stiction_add_contact(stiction *s, const float jacobian[STICTION_D][STICT
 /* Factorises; again whenever the mass matrix or a Jacobian has changed. */
 int32_t stiction_prepare(stiction *s);
 
-/* Solves for f = -M v_free (N s) to an error of `tolerance`. */
-int32_t stiction_solve(stiction *s, const float f[STICTION_N], float tolerance);
+/* Solves for f = -M v_free (N s) to an error of `tolerance`, with at most `budget` iterations, of
+   which a Newton step counts as ten. Where the budget ends, resume goes on with the same f: in how
+   many calls a solve is done makes no difference to its result. */
+int32_t stiction_solve(stiction *s, const float f[STICTION_N], float tolerance, uint32_t budget);
+int32_t stiction_resume(stiction *s, const float f[STICTION_N], float tolerance, uint32_t budget);
 
 /* The last solution: velocities, impulses (normal first), and how exact it is. Null: not wanted. */
 int32_t stiction_read(const stiction *s, float velocity[STICTION_N],
