@@ -127,6 +127,16 @@ impl<T: Real> Acceleration<T> for Fast<T> {
     }
 }
 
+impl<T: Real> Restart<T> {
+    /// Of no solve yet: all zeros, as all of a new solver is.
+    pub(crate) const fn none() -> Self {
+        Self {
+            fast: Fast { tau: T::ZERO },
+            residual: None,
+        }
+    }
+}
+
 impl<T: Real> Acceleration<T> for Restart<T> {
     const START: Self = Self {
         fast: Fast { tau: T::ONE },

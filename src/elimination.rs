@@ -5,7 +5,7 @@
 //! they have eliminated.
 
 use crate::Real;
-use crate::cholesky::dot;
+use crate::cholesky::{dot, rolled};
 use crate::contact_space::{ContactMatrix, ContactVector, subtract_rows};
 use core::ops::Range;
 
@@ -100,10 +100,12 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
             let own = b.get_mut(columns.clone())?;
             for (p, &taken) in order.iter().enumerate() {
                 if p < taken && taken < own.len() {
+                    rolled();
                     own.swap(p, taken);
                 }
             }
             for (p, row) in rows.iter().enumerate().take(count) {
+                rolled();
                 let (done, rest) = b.split_at_mut_checked(columns.start + p)?;
                 *rest.first_mut()? -= dot(row.as_flattened(), done);
             }
@@ -112,6 +114,7 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
             let columns = self.columns(k);
             let pivots = rows.iter().zip(reciprocals);
             for (p, (row, &reciprocal)) in pivots.enumerate().take(columns.len()).rev() {
+                rolled();
                 let (head, solved) = b.split_at_mut_checked(columns.start + p + 1)?;
                 let entry = head.last_mut()?;
                 let row = row.as_flattened().get(columns.start + p + 1..)?;
@@ -136,6 +139,7 @@ fn triangularise<T: Real, const D: usize, const C: usize>(
     for (p, ((column, reciprocal), taken)) in places.enumerate() {
         let (mut largest, mut index) = (T::ZERO, p);
         for (i, row) in rows.iter().enumerate().take(count).skip(p) {
+            rolled();
             let size = row.as_flattened().get(column)?.abs();
             if size > largest {
                 (largest, index) = (size, i);
@@ -154,10 +158,12 @@ fn triangularise<T: Real, const D: usize, const C: usize>(
         *reciprocal = T::ONE / *source.get(column)?;
         let source = source.get(column + 1..last)?;
         for row in below.iter_mut().take(count - p - 1) {
+            rolled();
             let row = row.as_flattened_mut();
             let factor = *row.get(column)? * *reciprocal;
             *row.get_mut(column)? = factor;
             for (entry, &source) in row.get_mut(column + 1..last)?.iter_mut().zip(source) {
+                rolled();
                 *entry -= factor * source;
             }
         }

@@ -6,6 +6,7 @@
 //! three for a spatial contact that sticks, two for one that slips, none for an open one.
 
 use crate::Real;
+use crate::cholesky::rolled;
 use crate::contact_space::{ContactMatrix, row_times};
 use crate::elimination::Elimination;
 use crate::frame::{Frame, Kind, product};
@@ -134,6 +135,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         let mut unknowns = [[T::ZERO; D]; C];
         let unknowns = unknowns.as_flattened_mut();
         for (i, (frame, residual)) in frames.iter().zip(&point.residual).enumerate() {
+            rolled();
             let unknowns = unknowns.get_mut(self.elimination.columns(i))?;
             for (unknown, test) in unknowns.iter_mut().zip(&frame.tests) {
                 *unknown = product(test, residual);
@@ -144,6 +146,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         if frames.iter().any(|frame| frame.kind != Kind::Stick) {
             let mut push = [[T::ZERO; D]; C];
             for (i, (frame, push)) in frames.iter().zip(&mut push).enumerate() {
+                rolled();
                 let unknowns = unknowns.get(self.elimination.columns(i))?;
                 for (&unknown, column) in unknowns.iter().zip(&frame.pushes) {
                     for (push, &column) in push.iter_mut().zip(column) {
@@ -166,6 +169,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         for (i, (step, ((residual, moved), (law, frame)))) in
             steps.iter_mut().zip(contacts).enumerate()
         {
+            rolled();
             let unknowns = unknowns.get(self.elimination.columns(i))?;
             let left = SVector::from(*residual) - SVector::from(*moved);
             *step = frame.step(law, unknowns, left, damping);

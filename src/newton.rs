@@ -10,6 +10,7 @@
 //! [`crate::linearisation`].
 
 use crate::Real;
+use crate::cholesky::rolled;
 use crate::cone::{add_to_normal, square};
 use crate::contact_space::ContactVector;
 use crate::problem::Problem;
@@ -71,6 +72,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         let sources = self.velocity.iter().zip(&self.impulse);
         let contacts = self.z.iter_mut().zip(sources);
         for ((z, (velocity, &impulse)), law) in contacts.zip(problem.laws()) {
+            rolled();
             *z = *velocity;
             if law.step > T::ZERO {
                 *z -= SVector::from(impulse) * (T::ONE / (scale * law.step));
@@ -88,6 +90,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         let targets = targets.zip(&mut self.residual);
         let sources = laws.iter().zip(&self.z);
         for ((law, z), ((velocity, impulse), residual)) in sources.zip(targets) {
+            rolled();
             let (projection, slip) = law.cone.dual().project_with_length(z);
             *velocity = projection;
             *impulse = ((projection - z) * (scale * law.step)).into();

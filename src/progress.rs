@@ -18,6 +18,7 @@ use nalgebra::SVector;
 
 /// What comes next.
 #[derive(Clone, Copy, Debug)]
+#[repr(u8)] // so that `Idle` is zero, and a new solver takes no flash
 pub(crate) enum Phase<T> {
     /// Nothing: there is no solve that could go on.
     Idle,
@@ -83,7 +84,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             phase: Phase::Idle,
             point: Point::zero(),
             iterates: [const { Iterate::none() }; C],
-            acceleration: Restart::START,
+            acceleration: Restart::none(),
             caution: Caution::none(),
             balance: Balance::none(),
             adapted: false,

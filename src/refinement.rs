@@ -1,5 +1,6 @@
 //! Newton's part of the default method.
 
+use crate::cholesky::rolled;
 use crate::newton::Point;
 use crate::progress::{Phase, Progress, Workspace};
 use crate::safeguard::Caution;
@@ -130,6 +131,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         for &length in lengths {
             let pairs = self.point.z.iter().zip(step);
             for (trial, (z, step)) in trial.z.iter_mut().zip(pairs) {
+                rolled();
                 *trial = z + step * length;
             }
             trial.update(&search.problem, self.balance.scale);

@@ -13,8 +13,8 @@ use nalgebra::SVector;
 /// What is known of a solve that is under way.
 #[derive(Clone, Debug)]
 pub(crate) struct Record<T, const D: usize, const C: usize> {
-    /// How it ended, once it has.
-    status: Option<Status>,
+    /// How it ended; `MaxIterations` if it has not.
+    status: Status,
     /// The best impulse so far, and the first part of its error as contact space sees it.
     best: ContactVector<T, D, C>,
     natural_map: Option<T>,
@@ -34,7 +34,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
     /// Of no solve yet.
     pub(crate) const fn none() -> Self {
         Self {
-            status: None,
+            status: Status::MaxIterations,
             best: [[T::ZERO; D]; C],
             natural_map: None,
             gate: T::ZERO,
@@ -48,7 +48,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
 
     /// Has the solve ended, not just its budget?
     pub(crate) fn is_over(&self) -> bool {
-        self.status.is_some()
+        self.status != Status::MaxIterations
     }
 }
 
@@ -138,7 +138,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
 
     /// Ends it.
     pub(crate) fn stop(&mut self, status: Status) {
-        self.record.status = Some(status);
+        self.record.status = status;
     }
 
     /// One ADMM iteration.
@@ -260,20 +260,19 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
     /// Writes down the best that was found. Of a search that may go on, what it has at present counts
     /// as well, but leaves no trace in it.
     pub(crate) fn finish(&mut self, present: &ContactVector<T, D, C>) {
-        let Some(status) = self.record.status else {
-            let mut u = [[T::ZERO; D]; C];
-            let natural_map = self.problem.natural_map(present, &mut u);
-            let best = self.record.natural_map;
-            let improved = best.is_none_or(|best| natural_map < best);
-            let r = if improved { present } else { &self.record.best };
-            self.problem.evaluate(r, self.solution);
-            self.solution.status = Status::MaxIterations;
-            self.record.free = self.problem.free();
-            return;
-        };
-        self.solution.status = status;
-        if status != Status::Solved {
-            self.problem.evaluate(&self.record.best, self.solution);
+        self.solution.status = self.record.status;
+        match self.record.status {
+            Status::Solved => {}
+            Status::MaxIterations => {
+                let mut u = [[T::ZERO; D]; C];
+                let natural_map = self.problem.natural_map(present, &mut u);
+                let best = self.record.natural_map;
+                let improved = best.is_none_or(|best| natural_map < best);
+                let r = if improved { present } else { &self.record.best };
+                self.problem.evaluate(r, self.solution);
+                self.record.free = self.problem.free();
+            }
+            _ => self.problem.evaluate(&self.record.best, self.solution),
         }
     }
 

@@ -1,6 +1,7 @@
 //! What survives between solves: the warm start.
 
 use crate::admm::Iterate;
+use crate::cholesky::rolled;
 use crate::newton::Point;
 use crate::problem::Problem;
 use crate::solution::zeros;
@@ -20,8 +21,10 @@ struct ContactState<T, const D: usize> {
     key: u32,
     u: SVector<T, D>,
     r: SVector<T, D>,
-    /// The same of the solve before, if it had the contact.
-    before: Option<(SVector<T, D>, SVector<T, D>)>,
+    /// The same of the solve before, if `solves > 1`. (An option in an option would not be all zeros.)
+    before: (SVector<T, D>, SVector<T, D>),
+    /// How many solves have had the contact.
+    solves: u32,
 }
 
 impl<T: Real, const D: usize> ContactState<T, D> {
@@ -29,7 +32,11 @@ impl<T: Real, const D: usize> ContactState<T, D> {
     /// stuck.
     fn ahead(&self, penalty: T) -> SVector<T, D> {
         let nought = |x: &SVector<T, D>| x.iter().all(|&x| x == T::ZERO);
-        let (u, r) = self.before.unwrap_or((self.u, self.r));
+        let (u, r) = if self.solves > 1 {
+            self.before
+        } else {
+            (self.u, self.r)
+        };
         let mut z = zeros();
         if !nought(&self.u) {
             z += self.u + (self.u - u);
@@ -64,6 +71,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     fn reorder<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) {
         let mut last = mem::replace(&mut self.contacts, [None; C]);
         for (state, contact) in self.contacts.iter_mut().zip(contacts) {
+            rolled();
             let left = last.iter_mut();
             let mut left = left.filter(|left| left.is_some_and(|left| left.key == contact.key));
             *state = left.next().and_then(Option::take);
@@ -80,12 +88,19 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     ) {
         let pairs = contacts.iter().zip(values);
         for (state, (&Contact { key, .. }, (u, r))) in self.contacts.iter_mut().zip(pairs) {
-            let before = match state {
-                Some(last) if resumed => last.before,
-                Some(last) => Some((last.u, last.r)),
-                None => None,
+            rolled();
+            let (before, solves) = match state {
+                Some(last) if resumed => (last.before, last.solves),
+                Some(last) => ((last.u, last.r), last.solves.saturating_add(1)),
+                None => ((zeros(), zeros()), 1),
             };
-            *state = Some(ContactState { key, u, r, before });
+            *state = Some(ContactState {
+                key,
+                u,
+                r,
+                before,
+                solves,
+            });
         }
     }
 
@@ -129,6 +144,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         let bound = point.natural_map * T::literal(0.25);
         let sources = || problem.laws().iter().zip(&self.contacts);
         for (impulse, (law, contact)) in point.impulse.iter_mut().zip(sources()) {
+            rolled();
             if let Some(contact) = contact {
                 *impulse = law.cone.project(&contact.r).into();
             }
@@ -136,12 +152,14 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
         let contacts = point.velocity.iter_mut().zip(&point.relative);
         for ((velocity, &relative), law) in contacts.zip(problem.laws()) {
+            rolled();
             *velocity = law.lifted(&relative.into());
         }
         if point.natural_map > tolerance {
             point.rebuild(problem, scale);
             let mut other = Point::zero();
             for (z, (law, contact)) in other.z.iter_mut().zip(sources()) {
+                rolled();
                 if let Some(contact) = contact {
                     *z = contact.ahead(scale * law.step);
                 }

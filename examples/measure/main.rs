@@ -120,7 +120,7 @@ mod measure {
                 let count = counter.instructions(|| _ = bench.solve(&f, &exact));
                 (count, bench.solver.solution().newton_steps)
             };
-            let (one, two) = (limited(self, 15), limited(self, 25));
+            let (one, two) = (limited(self, 5), limited(self, 6));
             if two.1 == one.1 + 1 {
                 self.print("newton_step", two.0?.checked_sub(one.0?)?);
             }
