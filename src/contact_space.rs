@@ -2,7 +2,6 @@
 
 use crate::Real;
 use crate::cholesky::{axpy, rolled};
-use core::mem;
 
 /// A vector in contact space.
 pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
@@ -87,36 +86,16 @@ pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize>(
 /// Gaussian elimination among the rows of contact `k`, which makes its diagonal block upper
 /// triangular; from contact `first` to `last`. Gives the reciprocals of the pivots.
 ///
-/// With a right-hand side, rows change places so that pivots are large. `None` if a pivot vanishes
-/// or is no number.
+/// `None` if a pivot vanishes or is no number.
 #[inline(never)]
 pub(crate) fn triangularise<T: Real, const D: usize, const C: usize>(
     rows: &mut [ContactVector<T, D, C>; D],
     k: usize,
     first: usize,
     last: usize,
-    mut rhs: Option<&mut [T; D]>,
 ) -> Option<[T; D]> {
     let mut reciprocals = [T::ZERO; D];
     for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
-        if let Some(rhs) = &mut rhs {
-            let (mut largest, mut index) = (T::ZERO, p);
-            for (i, row) in rows.iter().enumerate() {
-                let size = row.get(k)?.get(p)?.abs();
-                if i >= p && size > largest {
-                    (largest, index) = (size, i);
-                }
-            }
-            if index != p {
-                let (above, below) = rows.split_at_mut_checked(index)?;
-                let pairs = above.get_mut(p)?.iter_mut().zip(below.first_mut()?);
-                for (block, other) in pairs {
-                    mem::swap(block, other);
-                }
-                let (above, below) = rhs.split_at_mut_checked(index)?;
-                mem::swap(above.get_mut(p)?, below.first_mut()?);
-            }
-        }
         let (above, below) = rows.split_at_mut_checked(p + 1)?;
         let pivot_row = above.last()?;
         let pivot = *pivot_row.get(k)?.get(p)?;
@@ -126,17 +105,13 @@ pub(crate) fn triangularise<T: Real, const D: usize, const C: usize>(
         }
         *reciprocal = T::ONE / pivot;
         let source = pivot_row.get(first..last)?.as_flattened();
-        for (i, row) in below.iter_mut().enumerate() {
+        for row in below {
             let factor = *row.get(k)?.get(p)? * *reciprocal;
             axpy(
                 -factor,
                 source,
                 row.get_mut(first..last)?.as_flattened_mut(),
             );
-            if let Some(rhs) = &mut rhs {
-                let eliminated = factor * *rhs.get(p)?;
-                *rhs.get_mut(p + 1 + i)? -= eliminated;
-            }
         }
     }
     Some(reciprocals)

@@ -10,7 +10,7 @@ use crate::contact_space::{ContactMatrix, ContactVector, subtract_rows};
 use core::ops::Range;
 
 /// Blocks `A_ij` of an eliminated matrix are its rows `matrix[i]` in `columns(j)`. Rows that a
-/// contact does not use are zero, and so is what follows the last column.
+/// contact has but does not use are zero.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination<T, const D: usize, const C: usize> {
     /// Where the columns of each contact end.
@@ -94,6 +94,8 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
     /// Solves for a right-hand side, which the solution replaces.
     #[inline(never)]
     pub(crate) fn solve(&self, matrix: &ContactMatrix<T, D, C>, b: &mut [T]) -> Option<()> {
+        // Behind the last column there may be anything.
+        let b = b.get_mut(..self.ends.last().copied().unwrap_or(0))?;
         for (k, (rows, order)) in matrix.iter().zip(&self.order).enumerate() {
             let columns = self.columns(k);
             let count = columns.len();

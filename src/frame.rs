@@ -40,7 +40,7 @@ impl Kind {
 /// Its step is `d = a p + b k + Σ c_j τ_j` with the boundary ray `p = (mu, e)` of `K*`, the ray
 /// `k = (-1, mu e)` of `-K`, and the tangents `τ_j` across the sliding direction `e`. `DP` keeps
 /// `p`, drops `k` and shrinks the `τ_j` to `turn = |P_T| / |z_T|`. So `a` moves no impulse but by
-/// `λ`, which is neglected, and since `p - DS p = e` it follows from the equation along `e`,
+/// `λ`, which is neglected, and follows from the equation along `e`, in which `DS` has no part,
 /// `(1 + λ) a + λ mu b + e·W x = e·E`. The normal one has `(mu - mu_i) a + λ (mu a - b)` with the
 /// `mu_i` of `DS`, which is 0 in the convex relaxation.
 #[derive(Clone, Copy, Debug)]

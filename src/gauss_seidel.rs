@@ -96,7 +96,8 @@ impl<T: Real, const D: usize> Local<T, D> {
         Some([x, bend])
     }
 
-    /// The impulse, to a thousandth of `λ`.
+    /// The impulse; where it slips, as near to the boundary as eight steps for `λ` bring it, and
+    /// then scaled onto it.
     fn solve(&self, mu: T) -> Option<[T; D]> {
         if mu == T::ZERO || D == 1 {
             return Some(impulse(self.press, &[T::ZERO; D]));
@@ -107,7 +108,7 @@ impl<T: Real, const D: usize> Local<T, D> {
             return Some(impulse(normal, &x));
         }
         let (mut lambda, mut low, mut high) = (T::ZERO, T::ZERO, None);
-        let mut last = impulse(T::ZERO, &x);
+        let mut last = impulse(self.press, &[T::ZERO; D]);
         for _ in 0..8 {
             let [x, bend] = self.tangents(lambda)?;
             let normal = self.press + along(&self.tilt, &x);

@@ -3,7 +3,8 @@
 //! A step solves `[rho W (I - DP + λI) + DP - DS + λI] d = E` with the derivatives `DP` and `DS`
 //! of [`crate::newton`], where `λ` regularises hyperstatic scenes (singular `W`). In the frame of
 //! a contact most of it decouples, and only what moves its impulse stays an unknown of the system:
-//! three for a spatial contact that sticks, two for one that slips, none for an open one.
+//! three for a spatial contact that sticks, two for one that slips, one without friction, none for
+//! an open one.
 
 use crate::Real;
 use crate::cholesky::rolled;

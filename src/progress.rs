@@ -20,8 +20,10 @@ use nalgebra::SVector;
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)] // so that `Idle` is zero, and a new solver takes no flash
 pub(crate) enum Phase<T> {
-    /// Nothing: there is no solve that could go on.
+    /// Nothing: no solve was begun.
     Idle,
+    /// Nothing: the solve has ended.
+    Done,
     /// So many more iterations of Algorithm 2.
     Approach {
         left: usize,
@@ -121,14 +123,24 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         }
     }
 
-    /// Is there a solve that could go on?
+    /// Is there no solve to go on with?
     pub(crate) fn is_idle(&self) -> bool {
         matches!(self.phase, Phase::Idle)
+    }
+
+    /// Has the last solve ended?
+    pub(crate) fn is_done(&self) -> bool {
+        matches!(self.phase, Phase::Done)
     }
 
     /// Leaves the solve.
     pub(crate) fn stop(&mut self) {
         self.phase = Phase::Idle;
+    }
+
+    /// The solve has ended.
+    pub(crate) fn end(&mut self) {
+        self.phase = Phase::Done;
     }
 
     /// One piece of work.
@@ -144,7 +156,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             factor.resolvent()
         };
         match self.phase {
-            Phase::Idle => {}
+            Phase::Idle | Phase::Done => {}
             Phase::Approach { left } => {
                 let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
                 let change = search.iterate(resolvent, iterates, acceleration);

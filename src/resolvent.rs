@@ -68,7 +68,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             }
         }
         // With A_kk = L U and y = L⁻¹ A_ki, of which U has the factor D: A_ij - y_i D⁻¹ y_j.
-        let reciprocals = triangularise(&mut row, k, 0, contacts, None)?;
+        let reciprocals = triangularise(&mut row, k, 0, contacts)?;
         if !reciprocals.iter().all(|&reciprocal| reciprocal > T::ZERO) {
             return None;
         }

@@ -217,7 +217,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         }
     }
 
-    /// A Newton step was rejected: near the limit of the number type, ten in a row are enough.
+    /// A Newton step was rejected: near the limit of the number type, eleven without a halved error are enough.
     pub(crate) fn fail(&mut self) {
         let Some(best) = self.record.natural_map else {
             return;

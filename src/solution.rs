@@ -59,7 +59,8 @@ impl<T: Real> Default for Settings<T> {
 pub enum Status {
     /// The error is at most the tolerance.
     Solved = 1,
-    /// It is not, after as many iterations as were allowed; the solution is the best that was found.
+    /// The budget has ended; the solution is the best that was found, and its error may or may not be
+    /// below the tolerance.
     MaxIterations = 0, // so that a new solver is all zeros, and takes no flash
     /// It is not, and rounding in this number type does not allow much better.
     PrecisionLimit = 2,
@@ -119,9 +120,10 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     /// Proof of [`Status::Infeasible`], otherwise empty: one `d_i >= 0` a contact with
     /// `Σ d_i H_Niᵀ = 0` and `Σ d_i w_Ni < 0` (Farkas' lemma).
     pub certificate: Vec<T, C>,
-    /// ADMM iterations done.
+    /// Iterations done: of ADMM, Gauss-Seidel sweeps, and two for each Newton step with a matrix
+    /// that was kept.
     pub iterations: usize,
-    /// Newton steps done.
+    /// Newton steps done, each with a matrix of its own.
     pub newton_steps: usize,
     /// Resolvents computed during the solve, each for a new penalty.
     pub factorizations: usize,

@@ -55,7 +55,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         }
     }
 
-    /// Forgets the last solution: the next solve starts cold.
+    /// Forgets the last solve: the next one starts cold. [`Self::solution`] stays what it is.
     pub fn reset(&mut self) {
         self.state = State::cold();
         self.progress.stop();
@@ -72,7 +72,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     ///
     /// It ends when the scene is solved, when it is known not to be, or when it has cost
     /// [`Settings::max_iterations`]. In the last case the best that was found is the answer, with
-    /// its error, [`Self::resume`] goes on, and another `solve` starts from what there is.
+    /// its error, and [`Self::resume`] goes on. (Another `solve` begins anew, with a warm start
+    /// where that is any good; a budget that is always too small for it never gets there.)
     ///
     /// # Errors
     /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
@@ -90,7 +91,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     ///
     /// Scene, factor, `f` and tolerance are those of that solve. In how many calls it is done makes
     /// no difference to a bit of the solution, and the counts of the solution are those of all
-    /// calls. After a solve that has ended otherwise the last solution is returned.
+    /// calls; only that a scene is infeasible may be noticed sooner, at the end of a call. After a
+    /// solve that has ended the last solution is returned; without one, after [`Self::reset`] or
+    /// with another number of contacts, this is [`Self::solve`].
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -101,10 +104,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         f: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        if self.progress.is_idle() {
+        let same = self.solution.contacts.len() == factor.contacts();
+        if self.progress.is_done() && same {
+            Problem::check(scene, factor, f)?;
             return Ok(&self.solution);
         }
-        self.run(scene, factor, f, settings, true)
+        let resumed = same && !self.progress.is_idle();
+        self.run(scene, factor, f, settings, resumed)
     }
 
     fn run(
@@ -115,6 +121,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         settings: &Settings<T>,
         resumed: bool,
     ) -> Result<&Solution<T, N, D, C>, Error> {
+        if !resumed {
+            self.progress.stop();
+        }
         Problem::check(scene, factor, f)?;
         let problem = Problem::new(scene, factor, f, settings.slip);
         let (solution, record) = (&mut self.solution, &mut self.record);
@@ -132,7 +141,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         let contacts = self.progress.contacts();
         self.state.keep(scene.contacts(), contacts, resumed);
         if over {
-            self.progress.stop();
+            self.progress.end();
         }
         Ok(&self.solution)
     }

@@ -92,3 +92,75 @@ fn a_split_solve_gives_the_same_bits() {
         }
     }
 }
+
+/// What a wild tick leaves behind is forgotten with the rest.
+#[test]
+fn a_solver_that_was_reset_gives_the_bits_of_a_new_one() {
+    for path in scene_file::bundled() {
+        for file in scene_file::read(&path).unwrap() {
+            if file.dim != 3 || file.n_contacts > 4 || file.n_dof > 18 {
+                continue;
+            }
+            let scene = file.scene::<f32, 18, 3, 4>().unwrap();
+            let factor = Factor::new(&scene).unwrap();
+            let f = file.free_impulse::<f32, 18>();
+            let settings = Settings {
+                max_iterations: 1_000,
+                ..Settings::new(1e-5)
+            };
+            let bits = |solution: &Solution<f32, 18, 3, 4>| solution.velocity.map(f32::to_bits);
+            let mut used = Solver::new();
+            for scale in [1e17_f32, 1e25, 1e30] {
+                used.solve(&scene, &factor, &(f * scale), &settings)
+                    .unwrap();
+            }
+            used.reset();
+            let used = bits(used.solve(&scene, &factor, &f, &settings).unwrap());
+            let mut new = Solver::new();
+            let new = bits(new.solve(&scene, &factor, &f, &settings).unwrap());
+            assert_eq!(used, new, "{}", file.name);
+        }
+    }
+}
+
+#[test]
+fn there_is_nothing_to_resume() {
+    let path = scene_file::bundled().into_iter().next().unwrap();
+    let file = scene_file::read(&path).unwrap().remove(0);
+    let scene = file.scene::<f64, 24, 3, 12>().unwrap();
+    let factor = Factor::new(&scene).unwrap();
+    let f = file.free_impulse::<f64, 24>();
+    let settings = Settings::new(1e-9);
+    let cold = answer(Solver::new().solve(&scene, &factor, &f, &settings).unwrap());
+
+    let mut solver = Solver::new();
+    assert_eq!(
+        answer(solver.resume(&scene, &factor, &f, &settings).unwrap()),
+        cold
+    );
+    assert!(
+        solver
+            .resume(&scene, &factor, &(f * f64::NAN), &settings)
+            .is_err()
+    );
+    solver.reset();
+    assert_eq!(
+        answer(solver.resume(&scene, &factor, &f, &settings).unwrap()),
+        cold
+    );
+
+    // A solve that was refused is no solve to go on with.
+    let pause = Settings {
+        max_iterations: 3,
+        ..settings
+    };
+    solver.reset();
+    solver.solve(&scene, &factor, &(f * 0.5), &pause).unwrap();
+    assert!(
+        solver
+            .solve(&scene, &factor, &(f * f64::NAN), &pause)
+            .is_err()
+    );
+    let warm = solver.resume(&scene, &factor, &f, &settings).unwrap();
+    assert_eq!(warm.status, Status::Solved);
+}

@@ -51,7 +51,8 @@ int32_t stiction_prepare(stiction *s);
 
 /* Solves for f = -M v_free (N s) to an error of `tolerance`, with at most `budget` iterations, of
    which a Newton step counts as ten. Where the budget ends, resume goes on with the same f: in how
-   many calls a solve is done makes no difference to its result. */
+   many calls a solve is done makes no difference to its result, but that STICTION_INFEASIBLE may come
+   sooner. */
 int32_t stiction_solve(stiction *s, const float f[STICTION_N], float tolerance, uint32_t budget);
 int32_t stiction_resume(stiction *s, const float f[STICTION_N], float tolerance, uint32_t budget);
 
