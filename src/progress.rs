@@ -161,8 +161,10 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                 let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
                 let change = search.iterate(resolvent, iterates, acceleration);
                 self.balance.observe(&change);
-                if left > 1 && !search.is_over() {
-                    self.phase = Phase::Approach { left: left - 1 };
+                if left > 1 || search.is_over() {
+                    self.phase = Phase::Approach {
+                        left: left.saturating_sub(1),
+                    };
                 } else {
                     self.arrive(search);
                 }
