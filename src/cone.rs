@@ -84,10 +84,11 @@ impl<T: Real> FrictionCone<T> {
         self.radial
     }
 
-    /// Length of the tangential part that the projection onto the dual cone has, on its boundary,
-    /// of a vector with this normal part and this tangential length.
-    pub(crate) fn shadow(&self, normal: T, length: T) -> T {
-        (self.radial * normal + self.axial * length) * self.axial * self.shrink
+    /// How far along the boundary ray `(axial, radial)` the projection lies, if on the boundary, of a
+    /// vector with this normal part and this tangential length.
+    #[inline]
+    pub(crate) fn along(&self, normal: T, length: T) -> T {
+        (self.axial * normal + self.radial * length) * self.shrink
     }
 
     /// Is `x` in the cone?
@@ -134,7 +135,7 @@ impl<T: Real> FrictionCone<T> {
         }
         // Here `length > 0`: without a tangential part one of the cases above holds.
         let length = norm(tangent);
-        let along = (self.axial * normal + self.radial * length) * self.shrink;
+        let along = self.along(normal, length);
         let shadow = along * self.radial;
         let mut projection = x * (shadow / length);
         if let Some(first) = projection.as_mut_slice().first_mut() {

@@ -1,7 +1,7 @@
 //! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
 
 use crate::Real;
-use crate::cholesky::{axpy, rolled};
+use crate::cholesky::rolled;
 
 /// A vector in contact space.
 pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
@@ -83,56 +83,10 @@ pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize>(
     }
 }
 
-/// Gaussian elimination among the rows of contact `k`, which makes its diagonal block upper
-/// triangular; from contact `first` to `last`. Gives the reciprocals of the pivots.
-///
-/// `None` if a pivot vanishes or is no number.
-#[inline(never)]
-pub(crate) fn triangularise<T: Real, const D: usize, const C: usize>(
-    rows: &mut [ContactVector<T, D, C>; D],
-    k: usize,
-    first: usize,
-    last: usize,
-) -> Option<[T; D]> {
-    let mut reciprocals = [T::ZERO; D];
-    for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
-        let (above, below) = rows.split_at_mut_checked(p + 1)?;
-        let pivot_row = above.last()?;
-        let pivot = *pivot_row.get(k)?.get(p)?;
-        let usable = pivot.abs() > T::ZERO;
-        if !usable {
-            return None;
-        }
-        *reciprocal = T::ONE / pivot;
-        let source = pivot_row.get(first..last)?.as_flattened();
-        for row in below {
-            let factor = *row.get(k)?.get(p)? * *reciprocal;
-            axpy(
-                -factor,
-                source,
-                row.get_mut(first..last)?.as_flattened_mut(),
-            );
-        }
-    }
-    Some(reciprocals)
-}
-
-/// Solves `U x = y` in place for the upper triangle of the diagonal block of contact `k`.
-pub(crate) fn back_substitute<T: Real, const D: usize, const C: usize>(
-    rows: &[ContactVector<T, D, C>; D],
-    k: usize,
-    reciprocals: &[T; D],
-    x: &mut [T; D],
-) -> Option<()> {
-    for (p, row) in rows.iter().enumerate().rev() {
-        let (head, solved) = x.split_at_mut_checked(p + 1)?;
-        let entry = head.last_mut()?;
-        for (&u, &x) in row.get(k)?.get(p + 1..)?.iter().zip(&*solved) {
-            *entry -= u * x;
-        }
-        *entry *= *reciprocals.get(p)?;
-    }
-    Some(())
+/// `x · y` in the rows of one contact.
+#[inline]
+pub(crate) fn product<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> T {
+    x.iter().zip(y).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }
 
 /// `xᵀ A` for the block of one contact.

@@ -2,6 +2,7 @@
 
 use crate::Real;
 use crate::cone::{add_to_normal, norm, split};
+use crate::contact_space::product;
 use crate::problem::Law;
 use nalgebra::SVector;
 
@@ -105,7 +106,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
                 *first = T::ZERO;
             }
             if kind == Kind::Slip {
-                self.turn = law.cone.shadow(normal, length) / length;
+                self.turn = law.cone.dual().along(normal, length) / length;
                 let mu = law.cone.friction();
                 self.skew = (mu - law.lift + regularisation * mu) / (T::ONE + regularisation);
                 self.tilt = regularisation * mu;
@@ -198,10 +199,4 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
         step
     }
-}
-
-/// Scalar product in the rows of one contact.
-#[inline]
-pub(crate) fn product<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> T {
-    x.iter().zip(y).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }

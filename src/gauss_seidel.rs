@@ -12,7 +12,7 @@
 use crate::Real;
 use crate::cholesky::{dot, factorise, solve};
 use crate::cone::square;
-use crate::contact_space::ContactVector;
+use crate::contact_space::{ContactVector, product};
 use crate::problem::Problem;
 
 /// Solves contact by contact, each with the impulses of the others as they are by then.
@@ -103,7 +103,7 @@ impl<T: Real, const D: usize> Local<T, D> {
             return Some(impulse(self.press, &[T::ZERO; D]));
         }
         let [x, _] = self.tangents(T::ZERO)?;
-        let normal = self.press + along(&self.tilt, &x);
+        let normal = self.press + product(&self.tilt, &x);
         if normal >= T::ZERO && square(&x) <= mu * mu * normal * normal {
             return Some(impulse(normal, &x));
         }
@@ -111,7 +111,7 @@ impl<T: Real, const D: usize> Local<T, D> {
         let mut last = impulse(self.press, &[T::ZERO; D]);
         for _ in 0..8 {
             let [x, bend] = self.tangents(lambda)?;
-            let normal = self.press + along(&self.tilt, &x);
+            let normal = self.press + product(&self.tilt, &x);
             let length = square(&x).square_root();
             let ratio = mu * normal / length;
             if normal > T::ZERO {
@@ -126,8 +126,8 @@ impl<T: Real, const D: usize> Local<T, D> {
             } else {
                 high = Some(lambda);
             }
-            let turn = along(&x, &bend) / (length * length);
-            let slope = ratio * turn - mu * along(&self.tilt, &bend) / length;
+            let turn = product(&x, &bend) / (length * length);
+            let slope = ratio * turn - mu * product(&self.tilt, &bend) / length;
             let newton = lambda - excess / slope;
             let inside = newton > low && high.is_none_or(|high| newton < high);
             lambda = match high {
@@ -147,9 +147,4 @@ fn impulse<T: Real, const D: usize>(normal: T, tangents: &[T; D]) -> [T; D] {
         *impulse = tangent;
     }
     impulse
-}
-
-/// Scalar product of tangential parts.
-fn along<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> T {
-    x.iter().zip(y).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }

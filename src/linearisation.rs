@@ -8,9 +8,9 @@
 
 use crate::Real;
 use crate::cholesky::rolled;
-use crate::contact_space::{ContactMatrix, row_times};
+use crate::contact_space::{ContactMatrix, product, row_times};
 use crate::elimination::Elimination;
-use crate::frame::{Frame, Kind, product};
+use crate::frame::{Frame, Kind};
 use crate::newton::Point;
 use crate::problem::Problem;
 use crate::solution::zeros;

@@ -162,16 +162,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         residual::natural_map(self.laws(), self.size, u, &r, &[])
     }
 
-    /// `û` of an impulse: `W r + q`, with `mu_i |u_Ti|` added to its normal parts.
-    #[inline(never)]
-    pub(crate) fn lifted(&self, r: &ContactVector<T, D, C>) -> [SVector<T, D>; C] {
-        let mut u = [[T::ZERO; D]; C];
-        self.natural_map(r, &mut u);
-        let mut lifted = u.map(SVector::from);
-        for (u, law) in lifted.iter_mut().zip(self.laws()) {
-            *u = law.lifted(u);
+    /// Fills `û` of all contacts.
+    pub(crate) fn lift(&self, u: &ContactVector<T, D, C>, lifted: &mut [SVector<T, D>; C]) {
+        for ((lifted, &u), law) in lifted.iter_mut().zip(u).zip(self.laws()) {
+            rolled();
+            *lifted = law.lifted(&u.into());
         }
-        lifted
     }
 
     /// `rho_i = scale alpha_i`; the penalty of the factor for a contact that nothing moves.

@@ -22,8 +22,6 @@ use nalgebra::SVector;
 pub(crate) enum Phase<T> {
     /// Nothing: no solve was begun.
     Idle,
-    /// Nothing: the solve has ended.
-    Done,
     /// So many more iterations of Algorithm 2.
     Approach {
         left: usize,
@@ -70,6 +68,19 @@ impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
         Self {
             resolvent: Resolvent::empty(),
             linearisation: Linearisation::none(),
+        }
+    }
+
+    /// The resolvent in use: this one if it is of adapted penalties, or that of the factor.
+    fn resolvent<'a, const N: usize>(
+        &'a self,
+        adapted: bool,
+        factor: &'a Factor<T, N, D, C>,
+    ) -> &'a Resolvent<T, D, C> {
+        if adapted {
+            &self.resolvent
+        } else {
+            factor.resolvent()
         }
     }
 
@@ -128,19 +139,9 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         matches!(self.phase, Phase::Idle)
     }
 
-    /// Has the last solve ended?
-    pub(crate) fn is_done(&self) -> bool {
-        matches!(self.phase, Phase::Done)
-    }
-
     /// Leaves the solve.
     pub(crate) fn stop(&mut self) {
         self.phase = Phase::Idle;
-    }
-
-    /// The solve has ended.
-    pub(crate) fn end(&mut self) {
-        self.phase = Phase::Done;
     }
 
     /// One piece of work.
@@ -150,14 +151,10 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
     ) {
-        let resolvent = if self.adapted {
-            &workspace.resolvent
-        } else {
-            factor.resolvent()
-        };
         match self.phase {
-            Phase::Idle | Phase::Done => {}
+            Phase::Idle => {}
             Phase::Approach { left } => {
+                let resolvent = workspace.resolvent(self.adapted, factor);
                 let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
                 let change = search.iterate(resolvent, iterates, acceleration);
                 self.balance.observe(&change);
@@ -240,7 +237,9 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                     search.solution.iterations += 1;
                     gauss_seidel::sweep(&search.problem, &mut self.swept);
                 }
-                self.point.velocity = search.problem.lifted(&self.swept);
+                let mut u = [[T::ZERO; D]; C];
+                search.problem.natural_map(&self.swept, &mut u);
+                search.problem.lift(&u, &mut self.point.velocity);
                 self.point.impulse = self.swept;
             }
             self.point.rebuild(&search.problem, self.balance.scale);
@@ -248,11 +247,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         if search.take_lost() {
             self.point.rest(&search.problem);
         }
-        self.approach(if self.adapted {
-            &workspace.resolvent
-        } else {
-            factor.resolvent()
-        });
+        self.approach(workspace.resolvent(self.adapted, factor));
     }
 
     /// Gauss-Seidel from rest, for as long as two sweeps make the error three times smaller; goes
@@ -270,7 +265,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             let natural_map = search.problem.natural_map(&self.swept, &mut u);
             search.consider(&self.swept, &u, natural_map);
             if natural_map < here * T::literal(0.1) {
-                self.point.velocity = search.problem.lifted(&self.swept);
+                search.problem.lift(&u, &mut self.point.velocity);
                 self.point.impulse = self.swept;
                 self.point.rebuild(&search.problem, self.balance.scale);
                 self.phase = Phase::Refine(Refinement::new(None));

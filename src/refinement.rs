@@ -29,7 +29,7 @@ impl<T: Real> Refinement<T> {
 }
 
 impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
-    /// One Newton step.
+    /// A step with the linearisation that was kept, and where that is no good a Newton step.
     #[inline(never)]
     pub(crate) fn refine<const N: usize>(
         &mut self,

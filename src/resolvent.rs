@@ -3,10 +3,8 @@
 //! `R` is `rho I` as in the note, or has one penalty a contact. A projection onto a cone does not
 //! mind a factor of its own for each contact.
 
-use crate::contact_space::{
-    ContactMatrix, ContactVector, back_substitute, multiply_transposed, subtract_rows,
-    triangularise,
-};
+use crate::cholesky::axpy;
+use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed, subtract_rows};
 use crate::{Error, Real};
 
 /// `Bᵀ = (I + R W)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
@@ -145,4 +143,56 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     pub(crate) fn times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
         multiply_transposed(&self.matrix, x, y);
     }
+}
+
+/// Gaussian elimination among the rows of contact `k`, which makes its diagonal block upper
+/// triangular; from contact `first` to `last`. Gives the reciprocals of the pivots.
+///
+/// `None` if a pivot vanishes or is no number.
+#[inline(never)]
+fn triangularise<T: Real, const D: usize, const C: usize>(
+    rows: &mut [ContactVector<T, D, C>; D],
+    k: usize,
+    first: usize,
+    last: usize,
+) -> Option<[T; D]> {
+    let mut reciprocals = [T::ZERO; D];
+    for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
+        let (above, below) = rows.split_at_mut_checked(p + 1)?;
+        let pivot_row = above.last()?;
+        let pivot = *pivot_row.get(k)?.get(p)?;
+        let usable = pivot.abs() > T::ZERO;
+        if !usable {
+            return None;
+        }
+        *reciprocal = T::ONE / pivot;
+        let source = pivot_row.get(first..last)?.as_flattened();
+        for row in below {
+            let factor = *row.get(k)?.get(p)? * *reciprocal;
+            axpy(
+                -factor,
+                source,
+                row.get_mut(first..last)?.as_flattened_mut(),
+            );
+        }
+    }
+    Some(reciprocals)
+}
+
+/// Solves `U x = y` in place for the upper triangle of the diagonal block of contact `k`.
+fn back_substitute<T: Real, const D: usize, const C: usize>(
+    rows: &[ContactVector<T, D, C>; D],
+    k: usize,
+    reciprocals: &[T; D],
+    x: &mut [T; D],
+) -> Option<()> {
+    for (p, row) in rows.iter().enumerate().rev() {
+        let (head, solved) = x.split_at_mut_checked(p + 1)?;
+        let entry = head.last_mut()?;
+        for (&u, &x) in row.get(k)?.get(p + 1..)?.iter().zip(&*solved) {
+            *entry -= u * x;
+        }
+        *entry *= *reciprocals.get(p)?;
+    }
+    Some(())
 }

@@ -63,7 +63,7 @@ pub(crate) struct Search<'a, T, const N: usize, const D: usize, const C: usize> 
 }
 
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, N, D, C> {
-    /// A new solve, or another call for one that was begun.
+    /// A new solve, of which there is no record yet, or another call for one that was begun.
     pub(crate) fn new(
         mut problem: Problem<'a, T, N, D, C>,
         settings: &'a Settings<T>,
@@ -75,7 +75,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         if resumed {
             problem.set_free(&record.free);
         } else {
-            *record = Record::none();
             record.gate = settings.tolerance * settings.tolerance * T::literal(4.0);
             solution.iterations = 0;
             solution.newton_steps = 0;
@@ -217,7 +216,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         }
     }
 
-    /// A Newton step was rejected: near the limit of the number type, eleven without a halved error are enough.
+    /// A Newton step was rejected: near the limit of the number type, eleven without a halved error
+    /// are enough.
     pub(crate) fn fail(&mut self) {
         let Some(best) = self.record.natural_map else {
             return;
@@ -237,24 +237,17 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         }
     }
 
-    /// Stops the search if the scene is infeasible.
+    /// Stops the search if the scene is infeasible, and writes down the certificate.
     pub(crate) fn look_for_proof(&mut self) {
-        if self.prove() {
-            self.stop(Status::Infeasible);
-        }
-    }
-
-    /// Writes down a certificate of infeasibility, if there is one.
-    fn prove(&mut self) -> bool {
         let Some(proof) = infeasibility::certificate(&self.problem) else {
-            return false;
+            return;
         };
         self.solution.certificate.clear();
         for &d in proof.iter().take(self.problem.laws().len()) {
             // There is room: a solution holds as many contacts as a scene.
             let _ = self.solution.certificate.push(d);
         }
-        true
+        self.stop(Status::Infeasible);
     }
 
     /// Writes down the best that was found. Of a search that may go on, what it has at present counts
@@ -278,11 +271,13 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
 
     /// Looks for a proof that there is nothing to be found, where what was found gives cause.
     pub(crate) fn doubt(&mut self) {
-        let status = self.solution.status;
-        let convincing = status == Status::Solved && !self.impulse_is_excessive();
-        if !convincing && (status == Status::Infeasible || self.prove()) {
-            self.solution.status = Status::Infeasible;
-            self.stop(Status::Infeasible);
+        let convincing = match self.record.status {
+            Status::Solved => !self.impulse_is_excessive(),
+            status => status == Status::Infeasible,
+        };
+        if !convincing {
+            self.look_for_proof();
+            self.solution.status = self.record.status;
         }
     }
 }

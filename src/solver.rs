@@ -58,6 +58,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     /// Forgets the last solve: the next one starts cold. [`Self::solution`] stays what it is.
     pub fn reset(&mut self) {
         self.state = State::cold();
+        self.record = Record::none();
         self.progress.stop();
         self.workspace.forget();
     }
@@ -105,7 +106,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
         let same = self.solution.contacts.len() == factor.contacts();
-        if self.progress.is_done() && same {
+        if self.record.is_over() && same {
             Problem::check(scene, factor, f)?;
             return Ok(&self.solution);
         }
@@ -122,6 +123,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         resumed: bool,
     ) -> Result<&Solution<T, N, D, C>, Error> {
         if !resumed {
+            self.record = Record::none();
             self.progress.stop();
         }
         Problem::check(scene, factor, f)?;
@@ -137,12 +139,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         }
         search.finish(&self.progress.impulse());
         search.doubt();
-        let over = search.is_over();
         let contacts = self.progress.contacts();
         self.state.keep(scene.contacts(), contacts, resumed);
-        if over {
-            self.progress.end();
-        }
         Ok(&self.solution)
     }
 }

@@ -21,7 +21,8 @@ struct ContactState<T, const D: usize> {
     key: u32,
     u: SVector<T, D>,
     r: SVector<T, D>,
-    /// The same of the solve before, if `solves > 1`. (An option in an option would not be all zeros.)
+    /// The same of the solve before, if `solves > 1`. (An option in an option would not be all
+    /// zeros.)
     before: (SVector<T, D>, SVector<T, D>),
     /// How many solves have had the contact.
     solves: u32,
@@ -150,11 +151,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
             }
         }
         point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
-        let contacts = point.velocity.iter_mut().zip(&point.relative);
-        for ((velocity, &relative), law) in contacts.zip(problem.laws()) {
-            rolled();
-            *velocity = law.lifted(&relative.into());
-        }
+        problem.lift(&point.relative, &mut point.velocity);
         if point.natural_map > tolerance {
             point.rebuild(problem, scale);
             let mut other = Point::zero();
