@@ -14,12 +14,15 @@ use crate::frame::{Frame, Kind};
 use crate::newton::Point;
 use crate::problem::Problem;
 use crate::solution::zeros;
+use core::array;
 use nalgebra::SVector;
 
 /// The linearised equation at some point, factorised.
 #[derive(Clone, Debug)]
 pub(crate) struct Linearisation<T, const D: usize, const C: usize> {
     frames: [Frame<T, D>; C],
+    /// Which frame is of each contact: they may have changed places since.
+    order: [usize; C],
     elimination: Elimination<T, D, C>,
     regularisation: T,
     scale: T,
@@ -31,6 +34,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
     pub(crate) const fn none() -> Self {
         Self {
             frames: [const { Frame::none() }; C],
+            order: [0; C],
             elimination: Elimination::none(),
             regularisation: T::ZERO,
             scale: T::ZERO,
@@ -41,6 +45,14 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
     /// The matrix is wanted for something else.
     pub(crate) fn forget(&mut self) {
         self.contacts = None;
+    }
+
+    /// Follows contacts to other places, from those given; a place there is not is of a new one.
+    pub(crate) fn follow(&mut self, places: &[usize; C]) {
+        let order = self.order;
+        for (frame, &place) in self.order.iter_mut().zip(places) {
+            *frame = order.get(place).copied().unwrap_or(C);
+        }
     }
 
     /// Linearises at a point with `rho_i = scale alpha_i`, and factorises in `matrix`; `None` if
@@ -55,6 +67,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         matrix: &mut ContactMatrix<T, D, C>,
     ) -> Option<()> {
         self.contacts = None;
+        self.order = array::from_fn(|i| i);
         self.regularisation = regularisation;
         self.scale = scale;
         let laws = problem.laws();
@@ -116,11 +129,13 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
     ) -> bool {
         let laws = problem.laws();
         let contacts = point.velocity.iter().zip(&point.impulse);
-        let mut contacts = laws.iter().zip(contacts).zip(&self.frames);
+        let mut contacts = laws.iter().zip(contacts).zip(&self.order);
         self.contacts == Some(laws.len())
             && self.scale == scale
-            && contacts
-                .all(|((law, (velocity, r)), frame)| frame.kind == Kind::of(law, velocity, r))
+            && contacts.all(|((law, (velocity, r)), &frame)| {
+                let frame = self.frames.get(frame);
+                frame.is_some_and(|frame| frame.kind == Kind::of(law, velocity, r))
+            })
     }
 
     /// The step `d` from a point; `None` if it is no number.
@@ -132,24 +147,25 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         matrix: &ContactMatrix<T, D, C>,
     ) -> Option<[SVector<T, D>; C]> {
         let laws = problem.laws();
-        let frames = self.frames.get(..laws.len())?;
+        let order = self.order.get(..laws.len())?;
         let mut unknowns = [[T::ZERO; D]; C];
         let unknowns = unknowns.as_flattened_mut();
-        for (i, (frame, residual)) in frames.iter().zip(&point.residual).enumerate() {
+        for (&place, residual) in order.iter().zip(&point.residual) {
             rolled();
-            let unknowns = unknowns.get_mut(self.elimination.columns(i))?;
-            for (unknown, test) in unknowns.iter_mut().zip(&frame.tests) {
+            let unknowns = unknowns.get_mut(self.elimination.columns(place))?;
+            for (unknown, test) in unknowns.iter_mut().zip(&self.frames.get(place)?.tests) {
                 *unknown = product(test, residual);
             }
         }
         self.elimination.solve(matrix, unknowns)?;
         let mut moved = [[T::ZERO; D]; C];
+        let frames = self.frames.get(..laws.len())?;
         if frames.iter().any(|frame| frame.kind != Kind::Stick) {
             let mut push = [[T::ZERO; D]; C];
-            for (i, (frame, push)) in frames.iter().zip(&mut push).enumerate() {
+            for (&place, push) in order.iter().zip(&mut push) {
                 rolled();
-                let unknowns = unknowns.get(self.elimination.columns(i))?;
-                for (&unknown, column) in unknowns.iter().zip(&frame.pushes) {
+                let unknowns = unknowns.get(self.elimination.columns(place))?;
+                for (&unknown, column) in unknowns.iter().zip(&frames.get(place)?.pushes) {
                     for (push, &column) in push.iter_mut().zip(column) {
                         *push += unknown * column;
                     }
@@ -162,18 +178,13 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         }
         let damping = T::ONE / (T::ONE + self.regularisation);
         let mut steps = [zeros(); C];
-        let contacts = point
-            .residual
-            .iter()
-            .zip(&moved)
-            .zip(laws.iter().zip(frames));
-        for (i, (step, ((residual, moved), (law, frame)))) in
-            steps.iter_mut().zip(contacts).enumerate()
-        {
+        let contacts = point.residual.iter().zip(&moved);
+        let contacts = contacts.zip(laws.iter().zip(order));
+        for (step, ((residual, moved), (law, &place))) in steps.iter_mut().zip(contacts) {
             rolled();
-            let unknowns = unknowns.get(self.elimination.columns(i))?;
+            let unknowns = unknowns.get(self.elimination.columns(place))?;
             let left = SVector::from(*residual) - SVector::from(*moved);
-            *step = frame.step(law, unknowns, left, damping);
+            *step = frames.get(place)?.step(law, unknowns, left, damping);
         }
         let finite = steps.iter().flatten().all(T::is_finite);
         finite.then_some(steps)

@@ -113,6 +113,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         &mut self,
         search: &mut Search<'_, T, N, D, C>,
         factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
         state: &mut State<T, D, C>,
     ) {
         self.balance = Balance::new();
@@ -124,11 +125,17 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.length = 5;
         self.point = Point::zero();
         let (problem, tolerance) = (&search.problem, search.tolerance());
+        if let Some(places) = state.follow(problem.scene.contacts()) {
+            workspace.linearisation.follow(&places);
+        }
         let eager = state.point(problem, self.balance.scale, tolerance, &mut self.point);
         self.consider(search);
         if eager {
             self.caution = Caution::warm();
-            self.phase = Phase::Refine(Refinement::new(Some(self.point.energy)));
+            self.phase = Phase::Refine(Refinement::new(Some((
+                self.point.energy,
+                self.point.natural_map,
+            ))));
         } else {
             self.approach(factor.resolvent());
         }

@@ -14,12 +14,12 @@ pub(crate) struct Refinement<T> {
     left: usize,
     /// Is the last linearisation worth another step?
     again: bool,
-    /// The energy it began with, if it began at the last solution.
-    warm: Option<T>,
+    /// The energy and the natural map it began with, if it began at the last solution.
+    warm: Option<(T, T)>,
 }
 
 impl<T: Real> Refinement<T> {
-    pub(crate) const fn new(warm: Option<T>) -> Self {
+    pub(crate) const fn new(warm: Option<(T, T)>) -> Self {
         Self {
             left: 30,
             again: warm.is_some(),
@@ -46,7 +46,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         } else {
             Phase::Recover
         };
-        if let (Some(before), Phase::Recover) = (refinement.warm, self.phase) {
+        if let (Some((before, _)), Phase::Recover) = (refinement.warm, self.phase) {
             self.caution = Caution::new();
             if self.point.energy > before * T::literal(0.1) {
                 // It was misleading.
@@ -91,7 +91,11 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             linearisation,
             resolvent,
         } = workspace;
-        let regularisation = self.caution.regularisation(self.point.natural_map);
+        // What is kept for the next solve has to be regularised like its first step.
+        let natural_map = refinement
+            .warm
+            .map_or(self.point.natural_map, |(_, start)| start);
+        let regularisation = self.caution.regularisation(natural_map);
         let (problem, scale, matrix) = (&search.problem, self.balance.scale, &mut resolvent.matrix);
         let computed = linearisation.compute(problem, &self.point, scale, regularisation, matrix);
         let step = computed.and_then(|()| linearisation.step(problem, &self.point, matrix));

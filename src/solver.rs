@@ -131,7 +131,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         let (solution, record) = (&mut self.solution, &mut self.record);
         let mut search = Search::new(problem, settings, solution, record, resumed);
         if !resumed {
-            self.progress.begin(&mut search, factor, &mut self.state);
+            self.progress
+                .begin(&mut search, factor, &mut self.workspace, &mut self.state);
         }
         while search.is_running() {
             self.progress

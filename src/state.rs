@@ -29,11 +29,11 @@ struct ContactState<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> ContactState<T, D> {
-    /// `z = ũ - r / rho` if both go on as they did, an open contact stays open and a sticking one
-    /// stuck.
-    fn ahead(&self, penalty: T) -> SVector<T, D> {
+    /// `z = ũ - r / rho` as it was, or if both go on as they did `onwards`; an open contact stays open
+    /// and a sticking one stuck.
+    fn ahead(&self, penalty: T, onwards: bool) -> SVector<T, D> {
         let nought = |x: &SVector<T, D>| x.iter().all(|&x| x == T::ZERO);
-        let (u, r) = if self.solves > 1 {
+        let (u, r) = if self.solves > 1 && onwards {
             self.before
         } else {
             (self.u, self.r)
@@ -59,24 +59,35 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
 
     /// Goes over to the contacts of the next solve: the first of a key takes what the first of that
     /// key left, the second what the second left. What nobody takes is forgotten.
-    fn follow<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) {
+    ///
+    /// Tells where each contact was, if it is not where it was; `C` for one that is new.
+    pub(crate) fn follow<const N: usize>(
+        &mut self,
+        contacts: &[Contact<T, N, D>],
+    ) -> Option<[usize; C]> {
         let last = self.contacts.iter().map_while(Option::as_ref);
         let mut last = last.map(|last| last.key).peekable();
         let keys = contacts.iter().map(|contact| contact.key);
-        if last.peek().is_some() && !last.eq(keys) {
-            self.reorder(contacts);
-        }
+        let moved = last.peek().is_some() && !last.eq(keys);
+        moved.then(|| self.reorder(contacts))
     }
 
     #[inline(never)]
-    fn reorder<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) {
+    fn reorder<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) -> [usize; C] {
         let mut last = mem::replace(&mut self.contacts, [None; C]);
-        for (state, contact) in self.contacts.iter_mut().zip(contacts) {
+        let mut places = [C; C];
+        let states = self.contacts.iter_mut().zip(&mut places);
+        for ((state, place), contact) in states.zip(contacts) {
             rolled();
-            let left = last.iter_mut();
-            let mut left = left.filter(|left| left.is_some_and(|left| left.key == contact.key));
-            *state = left.next().and_then(Option::take);
+            let same = |left: &Option<ContactState<T, D>>| {
+                left.is_some_and(|left| left.key == contact.key)
+            };
+            if let Some(found) = last.iter().position(same) {
+                *place = found;
+                *state = last.get_mut(found).and_then(Option::take);
+            }
         }
+        places
     }
 
     /// Remembers `ũ` and `r` of the contacts of a solve, instead of what an earlier part of the same
@@ -111,7 +122,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         problem: &Problem<'_, T, N, D, C>,
         penalty: T,
     ) -> [Iterate<T, D>; C] {
-        self.follow(problem.scene.contacts());
+        let _ = self.follow(problem.scene.contacts());
         let mut iterates = [Iterate::at(zeros(), zeros(), penalty); C];
         let pairs = problem.laws().iter().zip(&self.contacts);
         for (iterate, (law, contact)) in iterates.iter_mut().zip(pairs) {
@@ -122,22 +133,24 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         iterates
     }
 
-    /// The first point of Newton's method with `rho_i = scale alpha_i`, and whether it is so good
+    /// The first point of Newton's method with `rho_i = scale alpha_i` for the contacts that were
+    /// followed, and whether it is so good
     /// that no iteration has to come before a step.
     ///
     /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and
-    /// `z` as the last solves left it if it goes on to change as it did. The one with the least
+    /// `z` as the last solves left it if it goes on to change as it did. (Impulses that push along
+    /// more rows than there are dofs are not unique. What moves them may not move the body, and
+    /// would carry them to the edges of the cones: they stay as they were.) The one with the least
     /// error is taken if it is far better than none. (The energy is a poor judge: where a heavy
     /// body stands on a light one it sees only the light one.)
     #[inline(never)]
     pub(crate) fn point<const N: usize>(
-        &mut self,
+        &self,
         problem: &Problem<'_, T, N, D, C>,
         scale: T,
         tolerance: T,
         point: &mut Point<T, D, C>,
     ) -> bool {
-        self.follow(problem.scene.contacts());
         point.rest(problem);
         if self.contacts.iter().all(Option::is_none) || point.natural_map <= tolerance {
             return false;
@@ -153,12 +166,14 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
         problem.lift(&point.relative, &mut point.velocity);
         if point.natural_map > tolerance {
+            let pushing = point.impulse.iter().filter(|r| **r != [T::ZERO; D]);
+            let onwards = D * pushing.count() <= N;
             point.rebuild(problem, scale);
             let mut other = Point::zero();
             for (z, (law, contact)) in other.z.iter_mut().zip(sources()) {
                 rolled();
                 if let Some(contact) = contact {
-                    *z = contact.ahead(scale * law.step);
+                    *z = contact.ahead(scale * law.step, onwards);
                 }
             }
             other.update(problem, scale);

@@ -171,6 +171,27 @@ fn contacts_that_change_places_keep_their_impulses_bit_for_bit() -> Result<(), E
 }
 
 #[test]
+fn what_is_kept_of_a_newton_step_follows_contacts_that_change_places() -> Result<(), Error> {
+    let [mut moved, mut unmoved] = [Solvers::default(), Solvers::default()];
+    let mut costs = Vec::new();
+    for (order, scale) in [[0, 1, 2], [2, 0, 1], [1, 0, 2], [0, 2, 1]]
+        .into_iter()
+        .zip(1_u8..)
+    {
+        let push = |(scene, f): Bodies| (scene, f * (1.0 + 0.001 * f64::from(scale * scale)));
+        let [_, (moved, _)] = moved.solve(&push(bodies(&order.map(|i| ALL[i]))?))?;
+        let [_, (unmoved, _)] = unmoved.solve(&push(bodies(&ALL)?))?;
+        assert_eq!(moved, unmoved, "{order:?}");
+        costs.push(moved);
+    }
+    assert!(
+        costs[1..].iter().all(|&cost| (1..10).contains(&cost)),
+        "{costs:?}"
+    );
+    Ok(())
+}
+
+#[test]
 fn a_contact_that_comes_is_cold_and_one_that_went_is_forgotten() -> Result<(), Error> {
     let [first, second, third] = ALL;
     for cost in costs(&[&[first, third], &ALL])? {
