@@ -91,7 +91,8 @@ type Bodies = (Scene<f64, 9, 3, 3>, SVector<f64, 9>);
 /// body `i` has the velocities `3 i ..`, slides, and is in the scene if it is listed, with a key.
 fn bodies(listed: &[(usize, u32)]) -> Result<Bodies, Error> {
     let mut scene = Scene::new();
-    scene.set_mass(&SMatrix::from_diagonal_element(1.0))?;
+    let masses = vector![1.0, 1.5, 2.0, 1.0, 2.0, 1.5, 3.0, 1.0, 2.0];
+    scene.set_mass(&SMatrix::from_diagonal(&masses))?;
     for &(body, key) in listed {
         let mut jacobian = SMatrix::<f64, 3, 9>::zeros();
         let rows = matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0];
@@ -173,19 +174,18 @@ fn contacts_that_change_places_keep_their_impulses_bit_for_bit() -> Result<(), E
 #[test]
 fn what_is_kept_of_a_newton_step_follows_contacts_that_change_places() -> Result<(), Error> {
     let [mut moved, mut unmoved] = [Solvers::default(), Solvers::default()];
+    let turn = vector![0.0, 0.003, 0.0, 0.001, 0.0, 0.002, 0.002, 0.0, -0.003];
     let mut costs = Vec::new();
-    for (order, scale) in [[0, 1, 2], [2, 0, 1], [1, 0, 2], [0, 2, 1]]
-        .into_iter()
-        .zip(1_u8..)
-    {
-        let push = |(scene, f): Bodies| (scene, f * (1.0 + 0.001 * f64::from(scale * scale)));
-        let [_, (moved, _)] = moved.solve(&push(bodies(&order.map(|i| ALL[i]))?))?;
-        let [_, (unmoved, _)] = unmoved.solve(&push(bodies(&ALL)?))?;
+    for (order, turns) in [([0, 1, 2], 0.0), ([2, 0, 1], 1.0), ([1, 0, 2], 3.0)] {
+        let step = |(scene, f): Bodies| (scene, f + turn * turns);
+        let [_, (moved, _)] = moved.solve(&step(bodies(&order.map(|i| ALL[i]))?))?;
+        let [_, (unmoved, _)] = unmoved.solve(&step(bodies(&ALL)?))?;
         assert_eq!(moved, unmoved, "{order:?}");
         costs.push(moved);
     }
+    // Steps with what was kept, not new ones, which would be 10 and a number of iterations.
     assert!(
-        costs[1..].iter().all(|&cost| (1..10).contains(&cost)),
+        costs[1..].iter().all(|&cost| cost > 0 && cost < costs[0]),
         "{costs:?}"
     );
     Ok(())
