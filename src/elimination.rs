@@ -60,7 +60,7 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
             let rows = done.last_mut()?;
             let reciprocals = self.reciprocals.get_mut(k)?;
             triangularise(rows, columns, last, reciprocals, self.order.get_mut(k)?)?;
-            // U_kk, zero below the diagonal.
+            // U_kk, zero on the diagonal and below.
             let mut upper = [[T::ZERO; D]; D];
             for (p, (upper, row)) in upper.iter_mut().zip(&*rows).enumerate() {
                 let block = row.as_flattened().get(start..)?.first_chunk::<D>()?;
@@ -71,16 +71,18 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
             let mut before = end;
             for (others, &until) in below.iter_mut().zip(self.ends.get(k + 1..)?) {
                 for row in others.iter_mut().take(until - before) {
+                    rolled();
                     let own = row.as_flattened_mut().get_mut(start..)?;
                     let mut factors = *own.first_chunk::<D>()?;
                     for (p, (upper, &reciprocal)) in upper.iter().zip(&*reciprocals).enumerate() {
                         let factor = *factors.get(p)? * reciprocal;
-                        *factors.get_mut(p)? = factor;
-                        for (x, &u) in factors.iter_mut().zip(upper).skip(p + 1) {
+                        for (x, &u) in factors.iter_mut().zip(upper) {
                             *x -= factor * u;
                         }
+                        *factors.get_mut(p)? = factor;
                     }
                     for (own, &factor) in own.iter_mut().zip(&factors).take(end - start) {
+                        rolled();
                         *own = factor;
                     }
                     subtract_rows(row, &factors, rows, end, last);
@@ -98,7 +100,6 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
         let b = b.get_mut(..self.ends.last().copied().unwrap_or(0))?;
         for (k, (rows, order)) in matrix.iter().zip(&self.order).enumerate() {
             let columns = self.columns(k);
-            let count = columns.len();
             let own = b.get_mut(columns.clone())?;
             for (p, &taken) in order.iter().enumerate() {
                 if p < taken && taken < own.len() {
@@ -106,28 +107,30 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
                     own.swap(p, taken);
                 }
             }
-            for (p, row) in rows.iter().enumerate().take(count) {
+            for p in 0..columns.len() {
                 rolled();
                 let (done, rest) = b.split_at_mut_checked(columns.start + p)?;
-                *rest.first_mut()? -= dot(row.as_flattened(), done);
+                *rest.first_mut()? -= dot(rows.get(p)?.as_flattened(), done);
             }
         }
-        for (k, (rows, reciprocals)) in matrix.iter().zip(&self.reciprocals).enumerate().rev() {
+        for k in (0..C).rev() {
+            rolled();
+            let (rows, reciprocals) = (matrix.get(k)?, self.reciprocals.get(k)?);
             let columns = self.columns(k);
-            let pivots = rows.iter().zip(reciprocals);
-            for (p, (row, &reciprocal)) in pivots.enumerate().take(columns.len()).rev() {
+            for p in (0..columns.len()).rev() {
                 rolled();
-                let (head, solved) = b.split_at_mut_checked(columns.start + p + 1)?;
+                let behind = columns.start + p + 1;
+                let (head, solved) = b.split_at_mut_checked(behind)?;
                 let entry = head.last_mut()?;
-                let row = row.as_flattened().get(columns.start + p + 1..)?;
-                *entry = (*entry - dot(row, solved)) * reciprocal;
+                let row = rows.get(p)?.as_flattened().get(behind..)?;
+                *entry = (*entry - dot(row, solved)) * *reciprocals.get(p)?;
             }
         }
         Some(())
     }
 }
 
-/// Eliminates among the rows of one contact.
+/// Eliminates among the rows of one contact: first in its own columns, then in those behind.
 #[inline(never)]
 fn triangularise<T: Real, const D: usize, const C: usize>(
     rows: &mut [ContactVector<T, D, C>; D],
@@ -137,36 +140,67 @@ fn triangularise<T: Real, const D: usize, const C: usize>(
     order: &mut [usize; D],
 ) -> Option<()> {
     let count = columns.len();
-    let places = columns.zip(reciprocals).zip(order);
-    for (p, ((column, reciprocal), taken)) in places.enumerate() {
+    let mut block = [[T::ZERO; D]; D];
+    for (block, row) in block.iter_mut().zip(&*rows) {
+        *block = *row.as_flattened().get(columns.start..)?.first_chunk::<D>()?;
+    }
+    for (p, (reciprocal, taken)) in reciprocals.iter_mut().zip(order).enumerate().take(count) {
+        rolled();
+        // Rows that are not used have nothing to offer, being zero.
         let (mut largest, mut index) = (T::ZERO, p);
-        for (i, row) in rows.iter().enumerate().take(count).skip(p) {
+        for i in p..D {
             rolled();
-            let size = row.as_flattened().get(column)?.abs();
+            let size = block.get(i)?.get(p)?.abs();
             if size > largest {
                 (largest, index) = (size, i);
             }
         }
-        let usable = largest > T::ZERO && largest.is_finite();
-        if !usable {
-            return None;
-        }
         *taken = index;
         if index != p && index < D {
             rows.swap(p, index);
+            block.swap(p, index);
         }
-        let (above, below) = rows.split_at_mut_checked(p + 1)?;
-        let source = above.last()?.as_flattened();
-        *reciprocal = T::ONE / *source.get(column)?;
-        let source = source.get(column + 1..last)?;
-        for row in below.iter_mut().take(count - p - 1) {
+        let source = *block.get(p)?;
+        *reciprocal = T::ONE / *source.get(p)?;
+        let usable = largest > T::ZERO && reciprocal.abs() > T::ZERO;
+        if !usable {
+            return None;
+        }
+        for i in p + 1..D {
             rolled();
-            let row = row.as_flattened_mut();
-            let factor = *row.get(column)? * *reciprocal;
-            *row.get_mut(column)? = factor;
-            for (entry, &source) in row.get_mut(column + 1..last)?.iter_mut().zip(source) {
-                rolled();
-                *entry -= factor * source;
+            let row = block.get_mut(i)?;
+            let factor = *row.get(p)? * *reciprocal;
+            for (q, (entry, &source)) in row.iter_mut().zip(&source).enumerate() {
+                if q > p {
+                    *entry -= factor * source;
+                }
+            }
+            *row.get_mut(p)? = factor;
+        }
+    }
+    for (row, block) in rows.iter_mut().zip(&block).take(count) {
+        rolled();
+        let own = row.as_flattened_mut().get_mut(columns.start..)?;
+        *own.first_chunk_mut::<D>()? = *block;
+    }
+    for (i, row) in block.iter_mut().enumerate() {
+        for (p, factor) in row.iter_mut().enumerate() {
+            if p >= i || i >= count {
+                *factor = T::ZERO;
+            }
+        }
+    }
+    for k in columns.start + D..last.min(D * C) {
+        rolled();
+        let mut x = [T::ZERO; D];
+        for (i, (row, factors)) in rows.iter_mut().zip(&block).enumerate() {
+            if let Some(entry) = row.as_flattened_mut().get_mut(k) {
+                for (&x, &factor) in x.iter().zip(factors).take(i) {
+                    *entry -= factor * x;
+                }
+                if let Some(x) = x.get_mut(i) {
+                    *x = *entry;
+                }
             }
         }
     }

@@ -123,7 +123,6 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.aside = None;
         self.swept = [[T::ZERO; D]; C];
         self.length = 5;
-        self.point = Point::zero();
         let (problem, tolerance) = (&search.problem, search.tolerance());
         if let Some(places) = state.follow(problem.scene.contacts()) {
             workspace.linearisation.follow(&places);
@@ -207,7 +206,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         };
     }
 
-    fn consider<const N: usize>(&self, search: &mut Search<'_, T, N, D, C>) {
+    pub(crate) fn consider<const N: usize>(&self, search: &mut Search<'_, T, N, D, C>) {
         let point = &self.point;
         search.consider(&point.impulse, &point.relative, point.natural_map);
     }

@@ -1,7 +1,6 @@
 //! Newton's part of the default method.
 
 use crate::cholesky::rolled;
-use crate::newton::Point;
 use crate::progress::{Phase, Progress, Workspace};
 use crate::safeguard::Caution;
 use crate::search::Search;
@@ -123,7 +122,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         gone.is_some()
     }
 
-    /// Goes along a step as far as the first length at which the energy is below what it asks.
+    /// Goes along a step as far as the first length at which the energy is below what it asks, or
+    /// nowhere.
     fn go<const N: usize>(
         &mut self,
         search: &mut Search<'_, T, N, D, C>,
@@ -131,20 +131,21 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         lengths: &[T],
         enough: impl Fn(T) -> T,
     ) -> Option<T> {
-        let mut trial = Point::zero();
+        let start = self.point.z;
         for &length in lengths {
-            let pairs = self.point.z.iter().zip(step);
-            for (trial, (z, step)) in trial.z.iter_mut().zip(pairs) {
+            let pairs = start.iter().zip(step);
+            for (z, (start, step)) in self.point.z.iter_mut().zip(pairs) {
                 rolled();
-                *trial = z + step * length;
+                *z = start + step * length;
             }
-            trial.update(&search.problem, self.balance.scale);
-            search.consider(&trial.impulse, &trial.relative, trial.natural_map);
-            if trial.energy < enough(length) || search.is_over() {
-                self.point = trial;
+            self.point.update(&search.problem, self.balance.scale);
+            self.consider(search);
+            if self.point.energy < enough(length) || search.is_over() {
                 return Some(length);
             }
         }
+        self.point.z = start;
+        self.point.update(&search.problem, self.balance.scale);
         None
     }
 }
