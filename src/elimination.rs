@@ -142,7 +142,10 @@ fn triangularise<T: Real, const D: usize, const C: usize>(
     let count = columns.len();
     let mut block = [[T::ZERO; D]; D];
     for (block, row) in block.iter_mut().zip(&*rows) {
-        *block = *row.as_flattened().get(columns.start..)?.first_chunk::<D>()?;
+        *block = *row
+            .as_flattened()
+            .get(columns.start..)?
+            .first_chunk::<D>()?;
     }
     for (p, (reciprocal, taken)) in reciprocals.iter_mut().zip(order).enumerate().take(count) {
         rolled();

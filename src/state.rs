@@ -152,40 +152,60 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         point: &mut Point<T, D, C>,
     ) -> bool {
         point.rest(problem);
-        if self.contacts.iter().all(Option::is_none) || point.natural_map <= tolerance {
+        let rest = point.natural_map;
+        if self.contacts.iter().all(Option::is_none) || rest <= tolerance {
             return false;
         }
-        let bound = point.natural_map * T::literal(0.25);
-        let sources = || problem.laws().iter().zip(&self.contacts);
-        for (impulse, (law, contact)) in point.impulse.iter_mut().zip(sources()) {
+        let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
+        let pairs = problem.laws().iter().zip(&self.contacts);
+        for (r, (law, contact)) in r.iter_mut().zip(pairs) {
             rolled();
             if let Some(contact) = contact {
-                *impulse = law.cone.project(&contact.r).into();
+                *r = law.cone.project(&contact.r).into();
             }
         }
-        point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
-        problem.lift(&point.relative, &mut point.velocity);
-        if point.natural_map > tolerance {
-            let pushing = point.impulse.iter().filter(|r| **r != [T::ZERO; D]);
-            let onwards = D * pushing.count() <= N;
-            point.rebuild(problem, scale);
-            let mut other = Point::zero();
-            for (z, (law, contact)) in other.z.iter_mut().zip(sources()) {
-                rolled();
-                if let Some(contact) = contact {
-                    *z = contact.ahead(scale * law.step, onwards);
+        let last = problem.natural_map(&r, &mut u);
+        let pushing = r.iter().filter(|r| **r != [T::ZERO; D]);
+        let onwards = D * pushing.count() <= N;
+        let mut ahead = None;
+        if last > tolerance {
+            self.look_ahead(problem, scale, onwards, point);
+            ahead = Some(point.natural_map);
+        }
+        if ahead.is_none_or(|ahead| ahead * T::literal(3.0) > last) {
+            (point.impulse, point.relative, point.natural_map) = (r, u, last);
+            problem.lift(&u, &mut point.velocity);
+            if let Some(ahead) = ahead {
+                point.rebuild(problem, scale);
+                if ahead < point.natural_map {
+                    self.look_ahead(problem, scale, onwards, point);
                 }
             }
-            other.update(problem, scale);
-            if other.natural_map < point.natural_map {
-                *point = other;
-            }
         }
-        let eager = point.natural_map < bound;
+        let eager = point.natural_map < rest * T::literal(0.25);
         if !eager {
             point.rest(problem);
         }
         eager
+    }
+
+    /// Moves a point to the `z` that [`ContactState::ahead`] says.
+    fn look_ahead<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        scale: T,
+        onwards: bool,
+        point: &mut Point<T, D, C>,
+    ) {
+        let pairs = problem.laws().iter().zip(&self.contacts);
+        for (z, (law, contact)) in point.z.iter_mut().zip(pairs) {
+            rolled();
+            *z = match contact {
+                Some(contact) => contact.ahead(scale * law.step, onwards),
+                None => zeros(),
+            };
+        }
+        point.update(problem, scale);
     }
 }
 
