@@ -89,10 +89,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
         Problem::check(scene, factor, f)?;
-        let problem = Problem::new(scene, factor, f, settings.slip);
+        let mut problem = Problem::new(scene, factor, f, settings.slip);
         let mut iterates = self.state.iterates(&problem, factor.penalty());
         let mut record = Record::none();
-        let mut search = Search::new(problem, settings, &mut self.solution, &mut record, false);
+        let mut search = Search::new(
+            &mut problem,
+            settings,
+            &mut self.solution,
+            &mut record,
+            false,
+        );
         let mut acceleration = A::START;
         search.consider_iterates(&iterates);
         while search.is_running() {

@@ -49,7 +49,6 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
     #[inline(never)]
     pub(crate) fn factorise(&mut self, matrix: &mut ContactMatrix<T, D, C>) -> Option<()> {
         let last = self.ends.last().copied().unwrap_or(0);
-        self.reciprocals = [[T::ZERO; D]; C];
         for k in 0..C {
             let columns = self.columns(k);
             if columns.is_empty() {
@@ -147,6 +146,7 @@ fn triangularise<T: Real, const D: usize, const C: usize>(
             .get(columns.start..)?
             .first_chunk::<D>()?;
     }
+    *reciprocals = [T::ZERO; D];
     for (p, (reciprocal, taken)) in reciprocals.iter_mut().zip(order).enumerate().take(count) {
         rolled();
         // Rows that are not used have nothing to offer, being zero.

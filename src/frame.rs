@@ -54,10 +54,12 @@ pub(crate) struct Frame<T, const D: usize> {
     pub(crate) skew: T,
     /// `λ mu`
     pub(crate) tilt: T,
-    /// What each unknown adds to `rho (I - DP + λI) d`.
-    pub(crate) pushes: [[T; D]; D],
-    /// Which combination of its rows each equation is.
-    pub(crate) tests: [[T; D]; D],
+    /// `rho (1 + λ)`: what the unknowns push if each is a row of its own.
+    along: T,
+    /// Of a contact that slips: what each unknown adds to `rho (I - DP + λI) d`.
+    pushes: [[T; D]; D],
+    /// Of a contact that slips: which combination of its rows each equation is.
+    tests: [[T; D]; D],
 }
 
 impl<T: Real, const D: usize> Frame<T, D> {
@@ -69,6 +71,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
             turn: T::ZERO,
             skew: T::ZERO,
             tilt: T::ZERO,
+            along: T::ZERO,
             pushes: [[T::ZERO; D]; D],
             tests: [[T::ZERO; D]; D],
         }
@@ -93,38 +96,33 @@ impl<T: Real, const D: usize> Frame<T, D> {
         rho: T,
         regularisation: T,
     ) {
-        *self = Self::none();
         self.kind = kind;
+        self.along = rho * (T::ONE + regularisation);
+        if matches!(kind, Kind::Stick | Kind::Smooth) {
+            return;
+        }
         let (normal, tangent) = split(z);
-        let along = rho * (T::ONE + regularisation);
-        if matches!(kind, Kind::Open | Kind::Slip) {
-            let length = norm(tangent);
-            if length > T::ZERO {
-                self.direction = (*z * (T::ONE / length)).into();
-            }
-            if let Some(first) = self.direction.first_mut() {
-                *first = T::ZERO;
-            }
-            if kind == Kind::Slip {
-                self.turn = law.cone.dual().along(normal, length) / length;
-                let mu = law.cone.friction();
-                self.skew = (mu - law.lift + regularisation * mu) / (T::ONE + regularisation);
-                self.tilt = regularisation * mu;
-                self.set_slip(law, along, rho * (T::ONE - self.turn + regularisation));
-            }
-        } else {
-            for (k, (push, test)) in self.pushes.iter_mut().zip(&mut self.tests).enumerate() {
-                if let (Some(push), Some(test)) = (push.get_mut(k), test.get_mut(k)) {
-                    (*push, *test) = (along, T::ONE);
-                }
-            }
+        let length = norm(tangent);
+        self.direction = [T::ZERO; D];
+        if length > T::ZERO {
+            self.direction = (*z * (T::ONE / length)).into();
+        }
+        if let Some(first) = self.direction.first_mut() {
+            *first = T::ZERO;
+        }
+        if kind == Kind::Slip {
+            self.turn = law.cone.dual().along(normal, length) / length;
+            let mu = law.cone.friction();
+            self.skew = (mu - law.lift + regularisation * mu) / (T::ONE + regularisation);
+            self.tilt = regularisation * mu;
+            self.set_slip(law, rho * (T::ONE - self.turn + regularisation));
         }
     }
 
     /// Unknowns along `k` and the `τ_j`: the columns, but for the first, of the reflection that
     /// takes the first tangent to `±e`.
-    fn set_slip(&mut self, law: &Law<T, D>, along: T, across: T) {
-        let mu = law.cone.friction();
+    fn set_slip(&mut self, law: &Law<T, D>, across: T) {
+        let (mu, along) = (law.cone.friction(), self.along);
         let e = self.direction;
         let first = e.get(1).copied().unwrap_or(T::ZERO);
         let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
@@ -147,19 +145,49 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
+    /// Which combination of rows an equation is, if it is not one of them.
+    pub(crate) fn combination(&self, equation: usize) -> Option<&[T; D]> {
+        match self.kind {
+            Kind::Slip => self.tests.get(equation),
+            _ => None,
+        }
+    }
+
+    /// The right-hand sides of its equations.
+    pub(crate) fn test(&self, residual: &[T; D]) -> [T; D] {
+        match self.kind {
+            Kind::Slip => self.tests.each_ref().map(|test| product(test, residual)),
+            _ => *residual,
+        }
+    }
+
+    /// What the unknowns push.
+    pub(crate) fn push(&self, unknowns: &[T]) -> [T; D] {
+        let mut push = [T::ZERO; D];
+        if self.kind == Kind::Slip {
+            for (&unknown, column) in unknowns.iter().zip(&self.pushes) {
+                for (push, &column) in push.iter_mut().zip(column) {
+                    *push += unknown * column;
+                }
+            }
+        } else {
+            for (push, &unknown) in push.iter_mut().zip(unknowns) {
+                *push = unknown * self.along;
+            }
+        }
+        push
+    }
+
     /// `source` times what the unknowns push.
     #[inline]
     pub(crate) fn columns(&self, source: &[T; D]) -> [T; D] {
-        let mut entries = *source;
         if self.kind == Kind::Slip {
-            for (entry, push) in entries.iter_mut().zip(&self.pushes) {
-                *entry = product(source, push);
-            }
-        } else {
-            for (k, (entry, push)) in entries.iter_mut().zip(&self.pushes).enumerate() {
-                let used = k < self.count();
-                let push = push.get(k).copied().unwrap_or(T::ZERO);
-                *entry = if used { *entry * push } else { T::ZERO };
+            return self.pushes.each_ref().map(|push| product(source, push));
+        }
+        let mut entries = source.map(|entry| entry * self.along);
+        if self.kind == Kind::Smooth {
+            for entry in entries.iter_mut().skip(1) {
+                *entry = T::ZERO;
             }
         }
         entries

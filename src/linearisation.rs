@@ -8,7 +8,7 @@
 
 use crate::Real;
 use crate::cholesky::rolled;
-use crate::contact_space::{ContactMatrix, product, row_times};
+use crate::contact_space::{ContactMatrix, row_times};
 use crate::elimination::Elimination;
 use crate::frame::{Frame, Kind};
 use crate::newton::Point;
@@ -96,10 +96,9 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
                 for (k, row) in rows.iter_mut().enumerate() {
                     let mut entries = [T::ZERO; D];
                     if k < tested.count() {
-                        entries = if tested.kind == Kind::Slip {
-                            row_times(tested.tests.get(k)?, &block)
-                        } else {
-                            *block.get(k)?
+                        entries = match tested.combination(k) {
+                            Some(rows) => row_times(rows, &block),
+                            None => *block.get(k)?,
                         };
                         if i == j {
                             *entries.get_mut(k)? += match (frame.kind, k) {
@@ -153,8 +152,9 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         for (&place, residual) in order.iter().zip(&point.residual) {
             rolled();
             let unknowns = unknowns.get_mut(self.elimination.columns(place))?;
-            for (unknown, test) in unknowns.iter_mut().zip(&self.frames.get(place)?.tests) {
-                *unknown = product(test, residual);
+            let right = self.frames.get(place)?.test(residual);
+            for (unknown, right) in unknowns.iter_mut().zip(right) {
+                *unknown = right;
             }
         }
         self.elimination.solve(matrix, unknowns)?;
@@ -165,11 +165,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
             for (&place, push) in order.iter().zip(&mut push) {
                 rolled();
                 let unknowns = unknowns.get(self.elimination.columns(place))?;
-                for (&unknown, column) in unknowns.iter().zip(&frames.get(place)?.pushes) {
-                    for (push, &column) in push.iter_mut().zip(column) {
-                        *push += unknown * column;
-                    }
-                }
+                *push = frames.get(place)?.push(unknowns);
             }
             let contacts = ..laws.len();
             problem

@@ -52,9 +52,11 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
 
     /// Moves to rest, where all that is not zero is `u = q` and, by it, the residual.
     pub(crate) fn rest<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
-        *self = Self::zero();
+        (self.z, self.velocity) = ([zeros(); C], [zeros(); C]);
+        self.impulse = [[T::ZERO; D]; C];
         self.relative = problem.free();
-        self.natural_map = problem.natural_map_at_rest(&self.relative);
+        self.natural_map = problem.natural_map_at(&self.impulse, &self.relative);
+        self.energy = T::ZERO;
         for ((law, residual), &u) in problem
             .laws()
             .iter()

@@ -156,10 +156,13 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         residual::natural_map(self.laws(), self.size, u, r, &[])
     }
 
-    /// First part of the error without impulses, where `u = q`.
-    pub(crate) fn natural_map_at_rest(&self, u: &ContactVector<T, D, C>) -> T {
-        let r = [[T::ZERO; D]; C];
-        residual::natural_map(self.laws(), self.size, u, &r, &[])
+    /// First part of the error, from `u = W r + q`.
+    pub(crate) fn natural_map_at(
+        &self,
+        r: &ContactVector<T, D, C>,
+        u: &ContactVector<T, D, C>,
+    ) -> T {
+        residual::natural_map(self.laws(), self.size, u, r, &[])
     }
 
     /// Fills `û` of all contacts.

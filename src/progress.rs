@@ -111,7 +111,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// Begins a solve at the last solution, or at rest.
     pub(crate) fn begin<const N: usize>(
         &mut self,
-        search: &mut Search<'_, T, N, D, C>,
+        search: &mut Search<'_, '_, T, N, D, C>,
         factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
         state: &mut State<T, D, C>,
@@ -123,7 +123,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.aside = None;
         self.swept = [[T::ZERO; D]; C];
         self.length = 5;
-        let (problem, tolerance) = (&search.problem, search.tolerance());
+        let (problem, tolerance) = (&*search.problem, search.tolerance());
         if let Some(places) = state.follow(problem.scene.contacts()) {
             workspace.linearisation.follow(&places);
         }
@@ -153,7 +153,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// One piece of work.
     pub(crate) fn advance<const N: usize>(
         &mut self,
-        search: &mut Search<'_, T, N, D, C>,
+        search: &mut Search<'_, '_, T, N, D, C>,
         factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
     ) {
@@ -190,14 +190,14 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
 
     /// From the last iterates of Algorithm 2 to a point.
     #[inline(never)]
-    fn arrive<const N: usize>(&mut self, search: &mut Search<'_, T, N, D, C>) {
+    fn arrive<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
         let targets = self.point.velocity.iter_mut();
         let targets = targets.zip(&mut self.point.impulse);
         for ((velocity, impulse), iterate) in targets.zip(&self.iterates) {
             *velocity = iterate.u;
             *impulse = iterate.impulse().into();
         }
-        self.point.rebuild(&search.problem, self.balance.scale);
+        self.point.rebuild(search.problem, self.balance.scale);
         self.consider(search);
         self.phase = if self.caution.allows(&self.point) {
             Phase::Refine(Refinement::new(None))
@@ -206,7 +206,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         };
     }
 
-    pub(crate) fn consider<const N: usize>(&self, search: &mut Search<'_, T, N, D, C>) {
+    pub(crate) fn consider<const N: usize>(&self, search: &mut Search<'_, '_, T, N, D, C>) {
         let point = &self.point;
         search.consider(&point.impulse, &point.relative, point.natural_map);
     }
@@ -215,7 +215,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     #[inline(never)]
     fn recover<const N: usize>(
         &mut self,
-        search: &mut Search<'_, T, N, D, C>,
+        search: &mut Search<'_, '_, T, N, D, C>,
         factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
     ) {
@@ -241,17 +241,17 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                 self.aside = Some((self.point.velocity, self.point.impulse));
                 for _ in 0..20 {
                     search.solution.iterations += 1;
-                    gauss_seidel::sweep(&search.problem, &mut self.swept);
+                    gauss_seidel::sweep(search.problem, &mut self.swept);
                 }
                 let mut u = [[T::ZERO; D]; C];
                 search.problem.natural_map(&self.swept, &mut u);
                 search.problem.lift(&u, &mut self.point.velocity);
                 self.point.impulse = self.swept;
             }
-            self.point.rebuild(&search.problem, self.balance.scale);
+            self.point.rebuild(search.problem, self.balance.scale);
         }
         if search.take_lost() {
-            self.point.rest(&search.problem);
+            self.point.rest(search.problem);
         }
         self.approach(workspace.resolvent(self.adapted, factor));
     }
@@ -259,21 +259,21 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// Gauss-Seidel from rest, for as long as two sweeps make the error three times smaller; goes
     /// there, if that is far better than here.
     #[inline(never)]
-    fn sweep<const N: usize>(&mut self, search: &mut Search<'_, T, N, D, C>) -> bool {
+    fn sweep<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) -> bool {
         self.has_swept = true;
         let here = self.point.natural_map;
         let mut last = here * T::literal(3.0);
         for _ in 0..3 {
             search.solution.iterations += 2;
-            gauss_seidel::sweep(&search.problem, &mut self.swept);
-            gauss_seidel::sweep(&search.problem, &mut self.swept);
+            gauss_seidel::sweep(search.problem, &mut self.swept);
+            gauss_seidel::sweep(search.problem, &mut self.swept);
             let mut u = [[T::ZERO; D]; C];
             let natural_map = search.problem.natural_map(&self.swept, &mut u);
             search.consider(&self.swept, &u, natural_map);
             if natural_map < here * T::literal(0.1) {
                 search.problem.lift(&u, &mut self.point.velocity);
                 self.point.impulse = self.swept;
-                self.point.rebuild(&search.problem, self.balance.scale);
+                self.point.rebuild(search.problem, self.balance.scale);
                 self.phase = Phase::Refine(Refinement::new(None));
                 return true;
             }

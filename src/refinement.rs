@@ -32,7 +32,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     #[inline(never)]
     pub(crate) fn refine<const N: usize>(
         &mut self,
-        search: &mut Search<'_, T, N, D, C>,
+        search: &mut Search<'_, '_, T, N, D, C>,
         factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
         mut refinement: Refinement<T>,
@@ -49,7 +49,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.caution = Caution::new();
             if self.point.energy > before * T::literal(0.1) {
                 // It was misleading.
-                self.point.rest(&search.problem);
+                self.point.rest(search.problem);
             }
             self.approach(factor.resolvent());
         }
@@ -59,7 +59,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// smaller: it costs a fifth of a new one.
     fn step_again<const N: usize>(
         &mut self,
-        search: &mut Search<'_, T, N, D, C>,
+        search: &mut Search<'_, '_, T, N, D, C>,
         workspace: &Workspace<T, D, C>,
         refinement: &mut Refinement<T>,
     ) -> bool {
@@ -67,7 +67,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             linearisation,
             resolvent,
         } = workspace;
-        let (problem, scale) = (&search.problem, self.balance.scale);
+        let (problem, scale) = (&*search.problem, self.balance.scale);
         if !refinement.again || !linearisation.suits(problem, &self.point, scale) {
             return false;
         }
@@ -81,7 +81,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
 
     fn step<const N: usize>(
         &mut self,
-        search: &mut Search<'_, T, N, D, C>,
+        search: &mut Search<'_, '_, T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
         refinement: &mut Refinement<T>,
     ) -> bool {
@@ -95,7 +95,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             .warm
             .map_or(self.point.natural_map, |(_, start)| start);
         let regularisation = self.caution.regularisation(natural_map);
-        let (problem, scale, matrix) = (&search.problem, self.balance.scale, &mut resolvent.matrix);
+        let (problem, scale, matrix) =
+            (&*search.problem, self.balance.scale, &mut resolvent.matrix);
         let computed = linearisation.compute(problem, &self.point, scale, regularisation, matrix);
         let step = computed.and_then(|()| linearisation.step(problem, &self.point, matrix));
         let before = self.point.energy;
@@ -126,7 +127,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// nowhere.
     fn go<const N: usize>(
         &mut self,
-        search: &mut Search<'_, T, N, D, C>,
+        search: &mut Search<'_, '_, T, N, D, C>,
         step: &[SVector<T, D>; C],
         lengths: &[T],
         enough: impl Fn(T) -> T,
@@ -138,14 +139,14 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                 rolled();
                 *z = start + step * length;
             }
-            self.point.update(&search.problem, self.balance.scale);
+            self.point.update(search.problem, self.balance.scale);
             self.consider(search);
             if self.point.energy < enough(length) || search.is_over() {
                 return Some(length);
             }
         }
         self.point.z = start;
-        self.point.update(&search.problem, self.balance.scale);
+        self.point.update(search.problem, self.balance.scale);
         None
     }
 }

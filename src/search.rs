@@ -46,6 +46,16 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
         }
     }
 
+    /// Forgets a solve. (An impulse and `q` without the rest say nothing.)
+    pub(crate) fn forget(&mut self) {
+        self.status = Status::MaxIterations;
+        self.natural_map = None;
+        self.corrections = 0;
+        self.milestone = None;
+        self.failures = 0;
+        self.lost = false;
+    }
+
     /// Has the solve ended, not just its budget?
     pub(crate) fn is_over(&self) -> bool {
         self.status != Status::MaxIterations
@@ -53,22 +63,22 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
 }
 
 /// One call that works on a solve.
-pub(crate) struct Search<'a, T, const N: usize, const D: usize, const C: usize> {
-    pub(crate) problem: Problem<'a, T, N, D, C>,
-    pub(crate) solution: &'a mut Solution<T, N, D, C>,
-    record: &'a mut Record<T, D, C>,
-    settings: &'a Settings<T>,
+pub(crate) struct Search<'s, 'a, T, const N: usize, const D: usize, const C: usize> {
+    pub(crate) problem: &'s mut Problem<'a, T, N, D, C>,
+    pub(crate) solution: &'s mut Solution<T, N, D, C>,
+    record: &'s mut Record<T, D, C>,
+    settings: &'s Settings<T>,
     /// The work at which the call ends.
     limit: usize,
 }
 
-impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, N, D, C> {
+impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s, 'a, T, N, D, C> {
     /// A new solve, of which there is no record yet, or another call for one that was begun.
     pub(crate) fn new(
-        mut problem: Problem<'a, T, N, D, C>,
-        settings: &'a Settings<T>,
-        solution: &'a mut Solution<T, N, D, C>,
-        record: &'a mut Record<T, D, C>,
+        problem: &'s mut Problem<'a, T, N, D, C>,
+        settings: &'s Settings<T>,
+        solution: &'s mut Solution<T, N, D, C>,
+        record: &'s mut Record<T, D, C>,
         resumed: bool,
     ) -> Self {
         solution.certificate.clear();
@@ -149,7 +159,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
         acceleration: &mut A,
     ) -> Change<T> {
         self.solution.iterations += 1;
-        let change = iterate(&self.problem, resolvent, iterates, acceleration);
+        let change = iterate(self.problem, resolvent, iterates, acceleration);
         // Squares, of which it is enough to be compared.
         let size = self.problem.size * self.problem.size;
         let estimate = quotient(change.error, size.max(change.impulse));
@@ -239,7 +249,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'a, T, 
 
     /// Stops the search if the scene is infeasible, and writes down the certificate.
     pub(crate) fn look_for_proof(&mut self) {
-        let Some(proof) = infeasibility::certificate(&self.problem) else {
+        let Some(proof) = infeasibility::certificate(self.problem) else {
             return;
         };
         self.solution.certificate.clear();

@@ -58,7 +58,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     /// Forgets the last solve: the next one starts cold. [`Self::solution`] stays what it is.
     pub fn reset(&mut self) {
         self.state = State::cold();
-        self.record = Record::none();
+        self.record.forget();
         self.progress.stop();
         self.workspace.forget();
     }
@@ -123,13 +123,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         resumed: bool,
     ) -> Result<&Solution<T, N, D, C>, Error> {
         if !resumed {
-            self.record = Record::none();
+            self.record.forget();
             self.progress.stop();
         }
         Problem::check(scene, factor, f)?;
-        let problem = Problem::new(scene, factor, f, settings.slip);
+        let mut problem = Problem::new(scene, factor, f, settings.slip);
         let (solution, record) = (&mut self.solution, &mut self.record);
-        let mut search = Search::new(problem, settings, solution, record, resumed);
+        let mut search = Search::new(&mut problem, settings, solution, record, resumed);
         if !resumed {
             self.progress
                 .begin(&mut search, factor, &mut self.workspace, &mut self.state);
