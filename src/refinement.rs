@@ -11,6 +11,9 @@ use nalgebra::SVector;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refinement<T> {
     left: usize,
+    /// So many full steps may raise the energy, a hundred times at most. From the last solution to
+    /// one in which a contact does something else, that is the way.
+    bold: usize,
     /// Is the last linearisation worth another step?
     again: bool,
     /// The energy and the natural map it began with, if it began at the last solution.
@@ -21,6 +24,7 @@ impl<T: Real> Refinement<T> {
     pub(crate) const fn new(warm: Option<(T, T)>) -> Self {
         Self {
             left: 30,
+            bold: if warm.is_some() { 2 } else { 0 },
             again: warm.is_some(),
             warm,
         }
@@ -107,9 +111,14 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             2
         };
         let lengths = lengths.get(..tried).unwrap_or_default();
-        let enough = |length| before * (T::ONE - T::literal(2e-4) * length);
+        let bold = refinement.bold > 0;
+        let enough = |length| {
+            let rise = if bold && length == T::ONE { 1e2 } else { 1.0 };
+            before * (T::literal(rise) - T::literal(2e-4) * length)
+        };
         let gone = step.and_then(|step| self.go(search, &step, lengths, enough));
         if gone == Some(T::ONE) {
+            refinement.bold -= usize::from(self.point.energy >= before && bold);
             self.caution.relax();
             refinement.again = self.point.energy < before * T::literal(0.01);
         }
