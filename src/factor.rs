@@ -13,6 +13,7 @@ use crate::cholesky::{
     factorise, opaque, opaque_mut, rolled, solve_lower, solve_upper, solve_upper_block,
 };
 use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
+use crate::residual::larger;
 use crate::resolvent::Resolvent;
 use crate::{Error, Real, Scene};
 use heapless::Vec;
@@ -201,6 +202,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// `W`
     pub(crate) const fn delassus(&self) -> &ContactMatrix<T, D, C> {
         &self.delassus
+    }
+
+    /// How far rounding may have moved `W`, relative to it. That grows as the pivots of the mass matrix
+    /// shrink; 64 is enough for 500,000 random scenes in single precision.
+    pub(crate) fn uncertainty(&self, mass: &[[T; N]; N]) -> T {
+        let mut growth = T::ONE;
+        for (k, (mass, factor)) in opaque(mass).iter().zip(&self.mass).enumerate() {
+            rolled();
+            if let (Some(&diagonal), Some(&reciprocal)) = (mass.get(k), factor.get(k)) {
+                growth = larger(growth, &[diagonal], reciprocal);
+            }
+        }
+        T::literal(64.0) * T::EPSILON * growth
     }
 
     /// `y = W x`

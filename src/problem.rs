@@ -216,6 +216,11 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         let natural_map =
             residual::natural_map(self.laws(), self.size, opaque(&u), r, opaque(&noise));
         solution.error = natural_map.max(momentum);
+        if solution.error > T::ZERO {
+            // What rounding may hide of it: in `W`, which measures steps and sizes, and here.
+            solution.error *= T::ONE + self.factor.uncertainty(mass);
+            solution.error += T::literal(4.0) * T::EPSILON;
+        }
         solution.contacts.clear();
         for ((law, &r), &u) in self.laws().iter().zip(r).zip(opaque(&u)) {
             let (impulse, velocity) = (r.into(), u.into());
