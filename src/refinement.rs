@@ -77,9 +77,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         }
         search.solution.iterations += 2;
         let step = linearisation.step(problem, &self.point, &resolvent.matrix);
-        let enough = self.point.energy * T::literal(0.04);
-        refinement.again =
-            step.is_some_and(|step| self.go(search, &step, &[T::ONE], |_| enough).is_some());
+        let enough = [(T::ONE, T::literal(0.04))];
+        refinement.again = step.is_some_and(|step| self.go(search, &step, &enough).is_some());
         refinement.again
     }
 
@@ -104,19 +103,22 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let computed = linearisation.compute(problem, &self.point, scale, regularisation, matrix);
         let step = computed.and_then(|()| linearisation.step(problem, &self.point, matrix));
         let before = self.point.energy;
-        let lengths = [1.0, 0.5, 0.25, 0.1, 0.02].map(T::literal);
+        let bold = refinement.bold > 0;
+        let lengths = [
+            (1.0, if bold { 1e2 } else { 1.0 - 2e-4 }),
+            (0.5, 1.0 - 1e-4),
+            (0.25, 1.0 - 5e-5),
+            (0.1, 1.0 - 2e-5),
+            (0.02, 1.0 - 4e-6),
+        ];
+        let lengths = lengths.map(|(length, factor)| (T::literal(length), T::literal(factor)));
         let tried = if self.balance.has_ever_restarted() {
             5
         } else {
             2
         };
         let lengths = lengths.get(..tried).unwrap_or_default();
-        let bold = refinement.bold > 0;
-        let enough = |length| {
-            let rise = if bold && length == T::ONE { 1e2 } else { 1.0 };
-            before * (T::literal(rise) - T::literal(2e-4) * length)
-        };
-        let gone = step.and_then(|step| self.go(search, &step, lengths, enough));
+        let gone = step.and_then(|step| self.go(search, &step, lengths));
         if gone == Some(T::ONE) {
             refinement.bold -= usize::from(self.point.energy >= before && bold);
             self.caution.relax();
@@ -132,17 +134,18 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         gone.is_some()
     }
 
-    /// Goes along a step as far as the first length at which the energy is below what it asks, or
-    /// nowhere.
+    /// Goes along a step by the first of some lengths at which the energy is less than its factor
+    /// times what it was; if by none, stays.
+    #[inline(never)]
     fn go<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
         step: &[SVector<T, D>; C],
-        lengths: &[T],
-        enough: impl Fn(T) -> T,
+        lengths: &[(T, T)],
     ) -> Option<T> {
-        let start = self.point.z;
-        for &length in lengths {
+        let (start, before) = (self.point.z, self.point.energy);
+        for &(length, factor) in lengths {
+            rolled();
             let pairs = start.iter().zip(step);
             for (z, (start, step)) in self.point.z.iter_mut().zip(pairs) {
                 rolled();
@@ -150,7 +153,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             }
             self.point.update(search.problem, self.balance.scale);
             self.consider(search);
-            if self.point.energy < enough(length) || search.is_over() {
+            if self.point.energy < before * factor || search.is_over() {
                 return Some(length);
             }
         }
