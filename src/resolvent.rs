@@ -3,9 +3,11 @@
 //! `R` is `rho I` as in the note, or has one penalty a contact. A projection onto a cone does not
 //! mind a factor of its own for each contact.
 
-use crate::cholesky::axpy;
-use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed, subtract_rows};
+use crate::cholesky::rolled;
+use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
 use crate::{Error, Real};
+use core::cmp::Ordering;
+use heapless::Vec;
 
 /// `Bᵀ = (I + R W)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
 #[derive(Clone, Debug)]
@@ -37,10 +39,12 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         self.penalties = *penalties;
         let blocks = self.matrix.iter_mut().zip(delassus).zip(penalties);
         for (i, ((rows, sources), &rho)) in blocks.take(contacts).enumerate() {
-            rows.as_flattened_mut()
-                .copy_from_slice(sources.as_flattened());
             let compliance = T::ONE / rho;
-            for (a, row) in rows.iter_mut().enumerate() {
+            for (a, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
+                for (block, source) in row.iter_mut().zip(source).take(i + 1) {
+                    rolled();
+                    *block = *source;
+                }
                 if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(a)) {
                     *entry += compliance;
                 }
@@ -56,62 +60,62 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     /// `A_ij - A_ik K A_kj`, `A_ik K` and `-K`; once all contacts are swept, that is `-A⁻¹`.
     #[inline(never)]
     fn sweep(&mut self, contacts: usize, k: usize) -> Option<()> {
-        // A_kj, of which the triangle has what is right of the diagonal in column k.
-        let mut row: [ContactVector<T, D, C>; D] = *self.matrix.get(k)?;
-        for i in k + 1..contacts {
-            for (a, source) in self.matrix.get(i)?.iter().enumerate() {
-                for (row, &entry) in row.iter_mut().zip(source.get(k)?) {
-                    *row.get_mut(i)?.get_mut(a)? = entry;
+        let pivot = Pivot::new(self.block(k, k))?;
+        // y_i = L⁻¹ A_ki, of which the triangle has A_ik beyond k; in the place of k itself -L⁻¹.
+        let mut row = Vec::<[[T; D]; D], C>::new();
+        for i in 0..contacts {
+            rolled();
+            let mut y = match i.cmp(&k) {
+                Ordering::Less => self.block(k, i),
+                Ordering::Equal => diagonal(-T::ONE),
+                Ordering::Greater => transpose(&self.block(i, k)),
+            };
+            pivot.eliminate(&mut y);
+            row.push(y).ok()?;
+        }
+        for (i, y) in row.iter().enumerate() {
+            rolled();
+            let mut factors = *y;
+            pivot.scale(&mut factors);
+            if i != k {
+                let rows = self.matrix.get_mut(i)?;
+                for (j, y) in row.iter().enumerate().take(i + 1) {
+                    rolled();
+                    if j != k {
+                        subtract(rows, j, &factors, y);
+                    }
                 }
             }
-        }
-        // With A_kk = L U and y = L⁻¹ A_ki, of which U has the factor D: A_ij - y_i D⁻¹ y_j.
-        let reciprocals = triangularise(&mut row, k, 0, contacts)?;
-        if !reciprocals.iter().all(|&reciprocal| reciprocal > T::ZERO) {
-            return None;
-        }
-        for (i, a) in (0..contacts).flat_map(|i| (0..D).map(move |a| (i, a))) {
-            if i == k {
-                continue;
-            }
-            let mut swept = [T::ZERO; D]; // y, and then A_ik A_kk⁻¹
-            let mut factors = [T::ZERO; D];
-            let targets = swept.iter_mut().zip(&mut factors);
-            for ((y, factor), (row, &reciprocal)) in targets.zip(row.iter().zip(&reciprocals)) {
-                *y = *row.get(i)?.get(a)?;
-                *factor = *y * reciprocal;
-            }
-            let target = self.matrix.get_mut(i)?.get_mut(a)?;
-            subtract_rows(target, &factors, &row, 0, (i + 1) * D);
-            back_substitute(&row, k, &reciprocals, &mut swept)?;
+            pivot.back_substitute(&mut factors);
             if i > k {
-                *target.get_mut(k)? = swept;
+                self.set_block(i, k, &transpose(&factors));
             } else {
-                for (row, swept) in self.matrix.get_mut(k)?.iter_mut().zip(swept) {
-                    *row.get_mut(i)?.get_mut(a)? = swept;
-                }
-            }
-        }
-        for a in 0..D {
-            // -A_kk⁻¹ e_a
-            let mut swept = [T::ZERO; D];
-            *swept.get_mut(a)? = -T::ONE;
-            for (p, (row, &reciprocal)) in row.iter().zip(&reciprocals).enumerate() {
-                let y = *swept.get(p)? * reciprocal;
-                for (swept, &u) in swept
-                    .get_mut(p + 1..)?
-                    .iter_mut()
-                    .zip(row.get(k)?.get(p + 1..)?)
-                {
-                    *swept -= u * y;
-                }
-            }
-            back_substitute(&row, k, &reciprocals, &mut swept)?;
-            for (row, swept) in self.matrix.get_mut(k)?.iter_mut().zip(swept) {
-                *row.get_mut(k)?.get_mut(a)? = swept;
+                self.set_block(k, i, &factors);
             }
         }
         Some(())
+    }
+
+    /// `A_ij`
+    #[inline]
+    fn block(&self, i: usize, j: usize) -> [[T; D]; D] {
+        let mut block = [[T::ZERO; D]; D];
+        let rows = self.matrix.get(i).into_iter().flatten();
+        for (entries, row) in block.iter_mut().zip(rows) {
+            *entries = row.get(j).copied().unwrap_or(*entries);
+        }
+        block
+    }
+
+    /// Replaces `A_ij`.
+    #[inline]
+    fn set_block(&mut self, i: usize, j: usize, block: &[[T; D]; D]) {
+        let rows = self.matrix.get_mut(i).into_iter().flatten();
+        for (row, entries) in rows.zip(block) {
+            if let Some(place) = row.get_mut(j) {
+                *place = *entries;
+            }
+        }
     }
 
     /// From the lower triangle of `-A⁻¹` to `A⁻¹ R⁻¹`.
@@ -145,54 +149,121 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     }
 }
 
-/// Gaussian elimination among the rows of contact `k`, which makes its diagonal block upper
-/// triangular; from contact `first` to `last`. Gives the reciprocals of the pivots.
-///
-/// `None` if a pivot vanishes or is no number.
-#[inline(never)]
-fn triangularise<T: Real, const D: usize, const C: usize>(
-    rows: &mut [ContactVector<T, D, C>; D],
-    k: usize,
-    first: usize,
-    last: usize,
-) -> Option<[T; D]> {
-    let mut reciprocals = [T::ZERO; D];
-    for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
-        let (above, below) = rows.split_at_mut_checked(p + 1)?;
-        let pivot_row = above.last()?;
-        let pivot = *pivot_row.get(k)?.get(p)?;
-        let usable = pivot.abs() > T::ZERO;
-        if !usable {
-            return None;
-        }
-        *reciprocal = T::ONE / pivot;
-        let source = pivot_row.get(first..last)?.as_flattened();
-        for row in below {
-            let factor = *row.get(k)?.get(p)? * *reciprocal;
-            axpy(
-                -factor,
-                source,
-                row.get_mut(first..last)?.as_flattened_mut(),
-            );
-        }
-    }
-    Some(reciprocals)
+/// `A_kk = L D Lᵀ`: below the diagonal `L`, which has ones on it, and the reciprocals of `D`.
+struct Pivot<T, const D: usize> {
+    lower: [[T; D]; D],
+    reciprocals: [T; D],
 }
 
-/// Solves `U x = y` in place for the upper triangle of the diagonal block of contact `k`.
-fn back_substitute<T: Real, const D: usize, const C: usize>(
-    rows: &[ContactVector<T, D, C>; D],
-    k: usize,
-    reciprocals: &[T; D],
-    x: &mut [T; D],
-) -> Option<()> {
-    for (p, row) in rows.iter().enumerate().rev() {
-        let (head, solved) = x.split_at_mut_checked(p + 1)?;
-        let entry = head.last_mut()?;
-        for (&u, &x) in row.get(k)?.get(p + 1..)?.iter().zip(&*solved) {
-            *entry -= u * x;
+impl<T: Real, const D: usize> Pivot<T, D> {
+    /// `None` if a pivot is not positive.
+    #[inline]
+    fn new(mut block: [[T; D]; D]) -> Option<Self> {
+        let mut reciprocals = [T::ZERO; D];
+        for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
+            let (above, below) = block.split_at_mut_checked(p + 1)?;
+            let row = above.last()?;
+            *reciprocal = T::ONE / *row.get(p)?;
+            let usable = *reciprocal > T::ZERO;
+            if !usable {
+                return None;
+            }
+            for others in below {
+                let factor = *others.get(p)? * *reciprocal;
+                let (first, rest) = others.get_mut(p..)?.split_first_mut()?;
+                *first = factor;
+                for (other, &entry) in rest.iter_mut().zip(row.get(p + 1..)?) {
+                    *other -= factor * entry;
+                }
+            }
         }
-        *entry *= *reciprocals.get(p)?;
+        Some(Self {
+            lower: block,
+            reciprocals,
+        })
     }
-    Some(())
+
+    /// `L⁻¹ x`
+    #[inline]
+    fn eliminate(&self, x: &mut [[T; D]; D]) {
+        for (p, lower) in self.lower.iter().enumerate() {
+            let (done, rest) = x.split_at_mut_checked(p).unwrap_or_default();
+            let Some(row) = rest.first_mut() else { return };
+            for (done, &factor) in done.iter().zip(lower) {
+                subtract_row(row, factor, done);
+            }
+        }
+    }
+
+    /// `D⁻¹ x`
+    #[inline]
+    fn scale(&self, x: &mut [[T; D]; D]) {
+        for (row, &reciprocal) in x.iter_mut().zip(&self.reciprocals) {
+            *row = row.map(|entry| entry * reciprocal);
+        }
+    }
+
+    /// `L⁻ᵀ x`
+    #[inline]
+    fn back_substitute(&self, x: &mut [[T; D]; D]) {
+        for (p, lower) in self.lower.iter().enumerate().rev() {
+            let (rows, solved) = x.split_at_mut_checked(p).unwrap_or_default();
+            let Some(solved) = solved.first() else { return };
+            for (row, &factor) in rows.iter_mut().zip(lower) {
+                subtract_row(row, factor, solved);
+            }
+        }
+    }
+}
+
+/// `y -= factor x`
+#[inline]
+fn subtract_row<T: Real, const D: usize>(y: &mut [T; D], factor: T, x: &[T; D]) {
+    for (y, &x) in y.iter_mut().zip(x) {
+        *y -= factor * x;
+    }
+}
+
+/// `A_ij -= factorsᵀ y`, of the rows `i`.
+#[inline]
+fn subtract<T: Real, const D: usize, const C: usize>(
+    rows: &mut [ContactVector<T, D, C>; D],
+    j: usize,
+    factors: &[[T; D]; D],
+    y: &[[T; D]; D],
+) {
+    for (row, factors) in rows.iter_mut().zip(transpose(factors)) {
+        if let Some(block) = row.get_mut(j) {
+            let mut sums = *block;
+            for (&factor, y) in factors.iter().zip(y) {
+                subtract_row(&mut sums, factor, y);
+            }
+            *block = sums;
+        }
+    }
+}
+
+/// `x I`
+#[inline]
+fn diagonal<T: Real, const D: usize>(x: T) -> [[T; D]; D] {
+    let mut block = [[T::ZERO; D]; D];
+    for (p, row) in block.iter_mut().enumerate() {
+        if let Some(entry) = row.get_mut(p) {
+            *entry = x;
+        }
+    }
+    block
+}
+
+#[inline]
+fn transpose<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; D] {
+    let mut transposed = [[T::ZERO; D]; D];
+    for (a, row) in block.iter().enumerate() {
+        for (column, &entry) in transposed.iter_mut().zip(row) {
+            if let Some(place) = column.get_mut(a) {
+                *place = entry;
+            }
+        }
+    }
+    transposed
 }
