@@ -173,32 +173,40 @@ pub(crate) fn solve_upper<T: Real>(u: &[T], stride: usize, mut x: &mut [T]) {
     }
 }
 
-/// Solves `Uᵀ D⁻¹ y = b` in place, for `K` right-hand sides side by side. Adds the rows of `D⁻¹ y` that
-/// are not zero to `scaled`, with their places.
+/// A row `i` of `D⁻¹ y` for `K` right-hand sides side by side, and that of `U` it goes with.
+pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
+    pub(crate) place: usize,
+    pub(crate) entry: [T; K],
+    row: &'a [T; N],
+}
+
+/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides side by side. Gives the rows of `D⁻¹ y` that are not
+/// zero, the last one first.
 #[inline(never)]
-pub(crate) fn solve_upper_block<T: Real, const N: usize, const K: usize>(
-    u: &[T],
-    x: &mut [[T; K]; N],
-    scaled: &mut Vec<(usize, [T; K]), N>,
+pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
+    u: &'a [[T; N]; N],
+    b: &[[T; K]; N],
+    y: &mut [[T; K]; N],
+    scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
 ) {
-    let mut x = x.as_mut_slice();
-    while let Some((&mut entry, rest)) = x.split_last_mut() {
-        let k = rest.len();
-        if entry != [T::ZERO; K]
-            && let Some((row, [reciprocal, ..])) =
-                u.get(k * N..).and_then(|row| row.split_at_checked(k))
-        {
-            let entry = entry.map(|entry| entry * *reciprocal);
-            // There is room for all of them.
-            let _ = scaled.push((k, entry));
-            for (x, &u) in rest.iter_mut().zip(row) {
-                rolled();
-                for (x, &entry) in x.iter_mut().zip(&entry) {
-                    *x -= u * entry;
-                }
+    for (place, ((y, b), row)) in y.iter_mut().zip(b).zip(u).enumerate().rev() {
+        rolled();
+        let mut sums = *b;
+        for Scaled { entry, row, .. } in &*scaled {
+            rolled();
+            let u = row.get(place).copied().unwrap_or(T::ZERO);
+            for (sum, &entry) in sums.iter_mut().zip(entry) {
+                *sum -= u * entry;
             }
         }
-        x = rest;
+        *y = sums;
+        if sums != [T::ZERO; K]
+            && let Some(&reciprocal) = row.get(place)
+        {
+            let entry = sums.map(|sum| sum * reciprocal);
+            // There is room for all of them.
+            let _ = scaled.push(Scaled { place, entry, row });
+        }
     }
 }
 

@@ -10,7 +10,7 @@
 //! `rho` never touches the `N × N` factor again.
 
 use crate::cholesky::{
-    factorise, opaque, opaque_mut, rolled, solve_lower, solve_upper, solve_upper_block,
+    Scaled, factorise, opaque, opaque_mut, rolled, solve_lower, solve_upper, solve_upper_block,
 };
 use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
 use crate::residual::larger;
@@ -180,9 +180,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             let Some(whitened) = self.whitened.get_mut(i) else {
                 break;
             };
-            whitened.copy_from_slice(&contact.jacobian.data.0); // D rows in N columns: the transpose
+            let transpose = &contact.jacobian.data.0; // D rows in N columns
             scaled.clear();
-            solve_upper_block(self.mass.as_flattened(), whitened, &mut scaled);
+            solve_upper_block(&self.mass, transpose, whitened, &mut scaled);
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
                 rolled();
                 let block = products(&scaled, y);
@@ -328,11 +328,15 @@ fn set<T: Real, const D: usize, const C: usize>(
 
 /// `Σ_k x_k y_kᵀ`
 #[inline(never)]
-fn products<T: Real, const D: usize>(x: &[(usize, [T; D])], y: &[[T; D]]) -> [[T; D]; D] {
+fn products<T: Real, const N: usize, const D: usize>(
+    x: &[Scaled<'_, T, N, D>],
+    y: &[[T; D]; N],
+) -> [[T; D]; D] {
     let mut sums = [[T::ZERO; D]; D];
-    for (k, x) in x.iter().rev() {
-        let Some(y) = y.get(*k) else { break };
-        for (sums, &x) in sums.iter_mut().zip(x) {
+    for Scaled { place, entry, .. } in x.iter().rev() {
+        rolled();
+        let Some(y) = y.get(*place) else { break };
+        for (sums, &x) in sums.iter_mut().zip(entry) {
             for (sum, &y) in sums.iter_mut().zip(y) {
                 *sum += x * y;
             }
