@@ -96,27 +96,28 @@ pub(crate) fn factorise<T: Real>(
     floor: T,
     u: &mut [T],
 ) -> Result<(), usize> {
+    let u = u.get_mut(..n * stride).ok_or(n)?;
     for k in (0..n).rev() {
-        let end = (k + 1) * stride;
-        let (above, below) = u
-            .get_mut(..n * stride)
-            .and_then(|u| u.split_at_mut_checked(end))
-            .ok_or(k)?;
-        let source = a.get(end - stride..end).ok_or(k)?;
-        let row = above.get_mut(end - stride..).unwrap_or_default();
-        let row = row.get_mut(..=k).ok_or(k)?;
+        let start = k * stride;
+        let source = a.get(start..start + stride).ok_or(k)?;
+        let (above, rest) = u.split_at_mut_checked(start + k + 1).ok_or(k)?;
+        let row = above.get_mut(start..).ok_or(k)?;
+        let rows = reaching(rest.get(stride - k - 1..).ok_or(k)?, stride, k);
+        // From behind one diagonal entry to the next.
+        let diagonals = rest.chunks_exact(stride.saturating_add(1));
+        let below = rows.chunks_exact(stride.max(1)).zip(diagonals);
         let mut next = 0;
         while next <= k {
             // Six columns at a time, the last six of a row with some that are known already.
             let first = next.min(stride.saturating_sub(6));
-            if let Some(sums) = reduced::<T, 6>(source, below, k, first) {
+            if let Some(sums) = reduced::<T, 6>(source, below.clone(), k, first) {
                 let entries = row.get_mut(first..).unwrap_or_default();
                 for (entry, sum) in entries.iter_mut().zip(sums) {
                     *entry = sum;
                 }
                 next = first + 6;
             } else {
-                let [sum] = reduced(source, below, k, next).ok_or(k)?;
+                let [sum] = reduced(source, below.clone(), k, next).ok_or(k)?;
                 *row.get_mut(next).ok_or(k)? = sum;
                 next += 1;
             }
@@ -132,26 +133,34 @@ pub(crate) fn factorise<T: Real>(
     Ok(())
 }
 
-/// `K` entries of row `k` from column `first` on, less what the rows below it take away; `None`
-/// beyond the last column.
+/// The rows below row `k` up to the last with an entry in its column: no fill-in comes beyond.
 #[inline]
-fn reduced<T: Real, const K: usize>(
+fn reaching<T: Real>(mut below: &[T], stride: usize, k: usize) -> &[T] {
+    while let Some((rest, last)) = below
+        .len()
+        .checked_sub(stride)
+        .and_then(|start| below.split_at_checked(start))
+        && last.get(k) == Some(&T::ZERO)
+    {
+        rolled();
+        below = rest;
+    }
+    below
+}
+
+/// `K` entries of row `k` from column `first` on, less what the rows below it take away; `None`
+/// beyond the last column. With each of those rows comes what ends in its reciprocal pivot.
+#[inline]
+fn reduced<'a, T: Real, const K: usize>(
     source: &[T],
-    below: &[T],
+    below: impl Iterator<Item = (&'a [T], &'a [T])>,
     k: usize,
     first: usize,
 ) -> Option<[T; K]> {
     let mut sums = *source.get(first..)?.first_chunk::<K>()?;
-    let mut below = below;
-    let mut i = k;
-    while let Some((row, rest)) = below.split_at_checked(source.len()) {
-        below = rest;
-        i += 1;
-        let entry = *row.get(k)?;
-        if entry == T::ZERO {
-            continue;
-        }
-        let factor = entry * *row.get(i)?;
+    for (row, diagonal) in below {
+        rolled();
+        let factor = *row.get(k)? * *diagonal.last()?;
         for (sum, &entry) in sums.iter_mut().zip(row.get(first..)?.first_chunk::<K>()?) {
             *sum -= factor * entry;
         }

@@ -9,6 +9,48 @@ pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
 /// A square matrix in contact space, row by row.
 pub(crate) type ContactMatrix<T, const D: usize, const C: usize> = [[ContactVector<T, D, C>; D]; C];
 
+/// `A_ij`
+#[inline]
+pub(crate) fn block<T: Real, const D: usize, const C: usize>(
+    matrix: &ContactMatrix<T, D, C>,
+    i: usize,
+    j: usize,
+) -> Option<[[T; D]; D]> {
+    let mut block = [[T::ZERO; D]; D];
+    for (entries, row) in block.iter_mut().zip(matrix.get(i)?) {
+        *entries = *row.get(j)?;
+    }
+    Some(block)
+}
+
+/// Replaces `A_ij`; `None` if there is no such place.
+#[inline]
+pub(crate) fn set_block<T: Real, const D: usize, const C: usize>(
+    matrix: &mut ContactMatrix<T, D, C>,
+    i: usize,
+    j: usize,
+    block: &[[T; D]; D],
+) -> Option<()> {
+    for (row, entries) in matrix.get_mut(i)?.iter_mut().zip(block) {
+        *row.get_mut(j)? = *entries;
+    }
+    Some(())
+}
+
+/// `Bᵀ` for a block.
+#[inline]
+pub(crate) fn transpose<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; D] {
+    let mut transposed = [[T::ZERO; D]; D];
+    for (a, row) in block.iter().enumerate() {
+        for (column, &entry) in transposed.iter_mut().zip(row) {
+            if let Some(place) = column.get_mut(a) {
+                *place = entry;
+            }
+        }
+    }
+    transposed
+}
+
 /// `y = Aᵀ x` over the contacts of `y`, of which `x` has as many.
 ///
 /// Rows of `A` are read as columns of `Aᵀ`, four contacts of each at a time, so that the sums stay

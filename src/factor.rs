@@ -327,7 +327,7 @@ fn set<T: Real, const D: usize, const C: usize>(
 }
 
 /// `Σ_k x_k y_kᵀ`
-#[inline(never)]
+#[inline]
 fn products<T: Real, const N: usize, const D: usize>(
     x: &[Scaled<'_, T, N, D>],
     y: &[[T; D]; N],

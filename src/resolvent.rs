@@ -4,9 +4,10 @@
 //! mind a factor of its own for each contact.
 
 use crate::cholesky::rolled;
-use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
+use crate::contact_space::{
+    ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose,
+};
 use crate::{Error, Real};
-use core::cmp::Ordering;
 use heapless::Vec;
 
 /// `Bᵀ = (I + R W)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
@@ -59,16 +60,19 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     /// Sweeps contact `k` of the lower triangle. With `K = A_kk⁻¹` the blocks become
     /// `A_ij - A_ik K A_kj`, `A_ik K` and `-K`; once all contacts are swept, that is `-A⁻¹`.
     #[inline(never)]
+    #[allow(clippy::comparison_chain)] // a `match` of the ordering is longer code
     fn sweep(&mut self, contacts: usize, k: usize) -> Option<()> {
-        let pivot = Pivot::new(self.block(k, k))?;
+        let pivot = Pivot::new(block(&self.matrix, k, k)?)?;
         // y_i = L⁻¹ A_ki, of which the triangle has A_ik beyond k; in the place of k itself -L⁻¹.
         let mut row = Vec::<[[T; D]; D], C>::new();
         for i in 0..contacts {
             rolled();
-            let mut y = match i.cmp(&k) {
-                Ordering::Less => self.block(k, i),
-                Ordering::Equal => diagonal(-T::ONE),
-                Ordering::Greater => transpose(&self.block(i, k)),
+            let mut y = if i < k {
+                block(&self.matrix, k, i)?
+            } else if i > k {
+                transpose(&block(&self.matrix, i, k)?)
+            } else {
+                diagonal(-T::ONE)
             };
             pivot.eliminate(&mut y);
             row.push(y).ok()?;
@@ -79,7 +83,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             pivot.scale(&mut factors);
             if i != k {
                 let rows = self.matrix.get_mut(i)?;
-                for (j, y) in row.iter().enumerate().take(i + 1) {
+                for (j, y) in row.get(..=i)?.iter().enumerate() {
                     rolled();
                     if j != k {
                         subtract(rows, j, &factors, y);
@@ -88,34 +92,12 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             }
             pivot.back_substitute(&mut factors);
             if i > k {
-                self.set_block(i, k, &transpose(&factors));
+                set_block(&mut self.matrix, i, k, &transpose(&factors))?;
             } else {
-                self.set_block(k, i, &factors);
+                set_block(&mut self.matrix, k, i, &factors)?;
             }
         }
         Some(())
-    }
-
-    /// `A_ij`
-    #[inline]
-    fn block(&self, i: usize, j: usize) -> [[T; D]; D] {
-        let mut block = [[T::ZERO; D]; D];
-        let rows = self.matrix.get(i).into_iter().flatten();
-        for (entries, row) in block.iter_mut().zip(rows) {
-            *entries = row.get(j).copied().unwrap_or(*entries);
-        }
-        block
-    }
-
-    /// Replaces `A_ij`.
-    #[inline]
-    fn set_block(&mut self, i: usize, j: usize, block: &[[T; D]; D]) {
-        let rows = self.matrix.get_mut(i).into_iter().flatten();
-        for (row, entries) in rows.zip(block) {
-            if let Some(place) = row.get_mut(j) {
-                *place = *entries;
-            }
-        }
     }
 
     /// From the lower triangle of `-A⁻¹` to `A⁻¹ R⁻¹`.
@@ -123,20 +105,14 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     fn mirror(&mut self, contacts: usize) -> Option<()> {
         let scale = self.penalties.map(|rho| -T::ONE / rho);
         for i in 0..contacts {
-            for a in 0..D {
-                for j in 0..=i {
-                    let block = self.matrix.get_mut(i)?.get_mut(a)?.get_mut(j)?;
-                    let entries = *block;
-                    for entry in block {
-                        *entry *= *scale.get(j)?;
-                    }
-                    if j == i {
-                        continue;
-                    }
-                    for (row, entry) in self.matrix.get_mut(j)?.iter_mut().zip(entries) {
-                        *row.get_mut(i)?.get_mut(a)? = entry * *scale.get(i)?;
-                    }
+            let own = *scale.get(i)?;
+            for j in 0..=i {
+                rolled();
+                let block = block(&self.matrix, i, j)?;
+                if j != i {
+                    set_block(&mut self.matrix, j, i, &times(own, &transpose(&block)))?;
                 }
+                set_block(&mut self.matrix, i, j, &times(*scale.get(j)?, &block))?;
             }
         }
         Some(())
@@ -243,6 +219,12 @@ fn subtract<T: Real, const D: usize, const C: usize>(
     }
 }
 
+/// `x A`
+#[inline]
+fn times<T: Real, const D: usize>(x: T, block: &[[T; D]; D]) -> [[T; D]; D] {
+    block.map(|row| row.map(|entry| x * entry))
+}
+
 /// `x I`
 #[inline]
 fn diagonal<T: Real, const D: usize>(x: T) -> [[T; D]; D] {
@@ -253,17 +235,4 @@ fn diagonal<T: Real, const D: usize>(x: T) -> [[T; D]; D] {
         }
     }
     block
-}
-
-#[inline]
-fn transpose<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; D] {
-    let mut transposed = [[T::ZERO; D]; D];
-    for (a, row) in block.iter().enumerate() {
-        for (column, &entry) in transposed.iter_mut().zip(row) {
-            if let Some(place) = column.get_mut(a) {
-                *place = entry;
-            }
-        }
-    }
-    transposed
 }
