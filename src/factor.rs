@@ -307,7 +307,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     }
 }
 
-/// Writes row `a` of the block of two contacts, and its mirror image.
+/// Writes row `a` of the block of two contacts, and its mirror image: `W` stays symmetric to the bit, a
+/// contact's own block too. (Where it was not, a tumbling box gained energy in single precision.)
 fn set<T: Real, const D: usize, const C: usize>(
     matrix: &mut ContactMatrix<T, D, C>,
     [i, j]: [usize; 2],
