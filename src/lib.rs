@@ -87,6 +87,7 @@ mod gauss_seidel;
 mod infeasibility;
 mod linearisation;
 mod newton;
+mod pivot;
 mod problem;
 mod progress;
 mod real;

@@ -22,6 +22,8 @@ use nalgebra::SVector;
 pub(crate) enum Phase<T> {
     /// Nothing: no solve was begun.
     Idle,
+    /// Gauss-Seidel from the last solution, before Newton steps.
+    Sweep(Refinement<T>),
     /// So many more iterations of Algorithm 2.
     Approach {
         left: usize,
@@ -131,10 +133,16 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.consider(search);
         if eager {
             self.caution = Caution::warm();
-            self.phase = Phase::Refine(Refinement::new(Some((
-                self.point.energy,
-                self.point.natural_map,
-            ))));
+            let start = (self.point.energy, self.point.natural_map);
+            let refinement = Refinement::new(Some(start));
+            // With more rows than dofs impulses are not unique, and those of sweeps are lopsided.
+            let unique = D * search.problem.laws().len() <= N;
+            let (linearisation, scale) = (&workspace.linearisation, self.balance.scale);
+            self.phase = if unique && !linearisation.suits(search.problem, &self.point, scale) {
+                Phase::Sweep(refinement)
+            } else {
+                Phase::Refine(refinement)
+            };
         } else {
             self.approach(factor.resolvent());
         }
@@ -159,6 +167,10 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     ) {
         match self.phase {
             Phase::Idle => {}
+            Phase::Sweep(refinement) => {
+                self.sweep_on(search);
+                self.phase = Phase::Refine(refinement);
+            }
             Phase::Approach { left } => {
                 let resolvent = workspace.resolvent(self.adapted, factor);
                 let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
@@ -240,7 +252,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             } else if self.balance.turns_aside() {
                 self.aside = Some((self.point.velocity, self.point.impulse));
                 for _ in 0..20 {
-                    search.solution.iterations += 1;
+                    search.solution.iterations += 2;
                     gauss_seidel::sweep(search.problem, &mut self.swept);
                 }
                 let mut u = [[T::ZERO; D]; C];
@@ -264,16 +276,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let here = self.point.natural_map;
         let mut last = here * T::literal(3.0);
         for _ in 0..3 {
-            search.solution.iterations += 2;
-            gauss_seidel::sweep(search.problem, &mut self.swept);
-            gauss_seidel::sweep(search.problem, &mut self.swept);
-            let mut u = [[T::ZERO; D]; C];
-            let natural_map = search.problem.natural_map(&self.swept, &mut u);
-            search.consider(&self.swept, &u, natural_map);
-            if natural_map < here * T::literal(0.1) {
-                search.problem.lift(&u, &mut self.point.velocity);
-                self.point.impulse = self.swept;
-                self.point.rebuild(search.problem, self.balance.scale);
+            let natural_map = self.sweep_times(2, search);
+            if natural_map < here * T::literal(0.1) || search.is_over() {
                 self.phase = Phase::Refine(Refinement::new(None));
                 return true;
             }
@@ -284,6 +288,43 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         }
         self.swept = [[T::ZERO; D]; C];
         false
+    }
+
+    /// One or two sweeps from here, where a contact does something else than it did: they find out
+    /// what for less than a Newton step.
+    fn sweep_on<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
+        let here = self.point.natural_map;
+        self.swept = self.point.impulse;
+        let natural_map = self.sweep_times(1, search);
+        if natural_map < here * T::literal(0.3) && !search.is_over() {
+            self.sweep_times(1, search);
+        }
+        self.swept = [[T::ZERO; D]; C];
+    }
+
+    /// Sweeps, and goes where they lead if that is far better than here. Returns the first part of
+    /// the error there.
+    #[inline(never)]
+    fn sweep_times<const N: usize>(
+        &mut self,
+        count: usize,
+        search: &mut Search<'_, '_, T, N, D, C>,
+    ) -> T {
+        for _ in 0..count {
+            search.solution.iterations += 2;
+            gauss_seidel::sweep(search.problem, &mut self.swept);
+        }
+        let mut u = [[T::ZERO; D]; C];
+        let natural_map = search.problem.natural_map(&self.swept, &mut u);
+        search.consider(&self.swept, &u, natural_map);
+        if natural_map < self.point.natural_map * T::literal(0.1) || search.is_over() {
+            search.problem.lift(&u, &mut self.point.velocity);
+            self.point.impulse = self.swept;
+            if !search.is_over() {
+                self.point.rebuild(search.problem, self.balance.scale);
+            }
+        }
+        natural_map
     }
 
     /// `ũ` and `r` of each contact as they stand.

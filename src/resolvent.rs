@@ -7,6 +7,7 @@ use crate::cholesky::rolled;
 use crate::contact_space::{
     ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose,
 };
+use crate::pivot::{Pivot, subtract_row};
 use crate::{Error, Real};
 use heapless::Vec;
 
@@ -122,81 +123,6 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     #[inline]
     pub(crate) fn times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
         multiply_transposed(&self.matrix, x, y);
-    }
-}
-
-/// `A_kk = L D Lᵀ`: below the diagonal `L`, which has ones on it, and the reciprocals of `D`.
-struct Pivot<T, const D: usize> {
-    lower: [[T; D]; D],
-    reciprocals: [T; D],
-}
-
-impl<T: Real, const D: usize> Pivot<T, D> {
-    /// `None` if a pivot is not positive.
-    #[inline]
-    fn new(mut block: [[T; D]; D]) -> Option<Self> {
-        let mut reciprocals = [T::ZERO; D];
-        for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
-            let (above, below) = block.split_at_mut_checked(p + 1)?;
-            let row = above.last()?;
-            *reciprocal = T::ONE / *row.get(p)?;
-            let usable = *reciprocal > T::ZERO;
-            if !usable {
-                return None;
-            }
-            for others in below {
-                let factor = *others.get(p)? * *reciprocal;
-                let (first, rest) = others.get_mut(p..)?.split_first_mut()?;
-                *first = factor;
-                for (other, &entry) in rest.iter_mut().zip(row.get(p + 1..)?) {
-                    *other -= factor * entry;
-                }
-            }
-        }
-        Some(Self {
-            lower: block,
-            reciprocals,
-        })
-    }
-
-    /// `L⁻¹ x`
-    #[inline]
-    fn eliminate(&self, x: &mut [[T; D]; D]) {
-        for (p, lower) in self.lower.iter().enumerate() {
-            let (done, rest) = x.split_at_mut_checked(p).unwrap_or_default();
-            let Some(row) = rest.first_mut() else { return };
-            for (done, &factor) in done.iter().zip(lower) {
-                subtract_row(row, factor, done);
-            }
-        }
-    }
-
-    /// `D⁻¹ x`
-    #[inline]
-    fn scale(&self, x: &mut [[T; D]; D]) {
-        for (row, &reciprocal) in x.iter_mut().zip(&self.reciprocals) {
-            *row = row.map(|entry| entry * reciprocal);
-        }
-    }
-
-    /// `L⁻ᵀ x`
-    #[inline]
-    fn back_substitute(&self, x: &mut [[T; D]; D]) {
-        for (p, lower) in self.lower.iter().enumerate().rev() {
-            let (rows, solved) = x.split_at_mut_checked(p).unwrap_or_default();
-            let Some(solved) = solved.first() else { return };
-            for (row, &factor) in rows.iter_mut().zip(lower) {
-                subtract_row(row, factor, solved);
-            }
-        }
-    }
-}
-
-/// `y -= factor x`
-#[inline]
-fn subtract_row<T: Real, const D: usize>(y: &mut [T; D], factor: T, x: &[T; D]) {
-    for (y, &x) in y.iter_mut().zip(x) {
-        *y -= factor * x;
     }
 }
 

@@ -120,8 +120,8 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     /// Proof of [`Status::Infeasible`], otherwise empty: one `d_i >= 0` a contact with
     /// `Σ d_i H_Niᵀ = 0` and `Σ d_i w_Ni < 0` (Farkas' lemma).
     pub certificate: Vec<T, C>,
-    /// Iterations done: of ADMM, Gauss-Seidel sweeps, and two for each Newton step with a matrix
-    /// that was kept.
+    /// Iterations done: of ADMM, two for each Gauss-Seidel sweep, and two for each Newton step with a
+    /// matrix that was kept.
     pub iterations: usize,
     /// Newton steps done, each with a matrix of its own.
     pub newton_steps: usize,

@@ -1,0 +1,88 @@
+//! `A = L D Lᵀ` of the block of one contact.
+
+use crate::Real;
+
+/// Below the diagonal `L`, which has ones on it, and the reciprocals of `D`.
+pub(crate) struct Pivot<T, const D: usize> {
+    lower: [[T; D]; D],
+    reciprocals: [T; D],
+}
+
+impl<T: Real, const D: usize> Pivot<T, D> {
+    /// `None` if a pivot is not positive.
+    #[inline]
+    pub(crate) fn new(mut block: [[T; D]; D]) -> Option<Self> {
+        let mut reciprocals = [T::ZERO; D];
+        for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
+            let (above, below) = block.split_at_mut_checked(p + 1)?;
+            let row = above.last()?;
+            *reciprocal = T::ONE / *row.get(p)?;
+            let usable = *reciprocal > T::ZERO;
+            if !usable {
+                return None;
+            }
+            for others in below {
+                let factor = *others.get(p)? * *reciprocal;
+                let (first, rest) = others.get_mut(p..)?.split_first_mut()?;
+                *first = factor;
+                for (other, &entry) in rest.iter_mut().zip(row.get(p + 1..)?) {
+                    *other -= factor * entry;
+                }
+            }
+        }
+        Some(Self {
+            lower: block,
+            reciprocals,
+        })
+    }
+
+    /// `A⁻¹ x`
+    #[inline]
+    pub(crate) fn solve(&self, x: [T; D]) -> [T; D] {
+        let mut x = x.map(|x| [x]);
+        self.eliminate(&mut x);
+        self.scale(&mut x);
+        self.back_substitute(&mut x);
+        x.map(|[x]| x)
+    }
+
+    /// `L⁻¹ x`
+    #[inline]
+    pub(crate) fn eliminate<const K: usize>(&self, x: &mut [[T; K]; D]) {
+        for (p, lower) in self.lower.iter().enumerate() {
+            let (done, rest) = x.split_at_mut_checked(p).unwrap_or_default();
+            let Some(row) = rest.first_mut() else { return };
+            for (done, &factor) in done.iter().zip(lower) {
+                subtract_row(row, factor, done);
+            }
+        }
+    }
+
+    /// `D⁻¹ x`
+    #[inline]
+    pub(crate) fn scale<const K: usize>(&self, x: &mut [[T; K]; D]) {
+        for (row, &reciprocal) in x.iter_mut().zip(&self.reciprocals) {
+            *row = row.map(|entry| entry * reciprocal);
+        }
+    }
+
+    /// `L⁻ᵀ x`
+    #[inline]
+    pub(crate) fn back_substitute<const K: usize>(&self, x: &mut [[T; K]; D]) {
+        for (p, lower) in self.lower.iter().enumerate().rev() {
+            let (rows, solved) = x.split_at_mut_checked(p).unwrap_or_default();
+            let Some(solved) = solved.first() else { return };
+            for (row, &factor) in rows.iter_mut().zip(lower) {
+                subtract_row(row, factor, solved);
+            }
+        }
+    }
+}
+
+/// `y -= factor x`
+#[inline]
+pub(crate) fn subtract_row<T: Real, const K: usize>(y: &mut [T; K], factor: T, x: &[T; K]) {
+    for (y, &x) in y.iter_mut().zip(x) {
+        *y -= factor * x;
+    }
+}
