@@ -10,12 +10,12 @@ use crate::contact_space::{ContactMatrix, ContactVector, subtract_rows};
 use core::ops::Range;
 
 /// Blocks `A_ij` of an eliminated matrix are its rows `matrix[i]` in `columns(j)`. Rows that a
-/// contact has but does not use are zero.
+/// contact has but does not use are zero, if it uses any.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination<T, const D: usize, const C: usize> {
     /// Where the columns of each contact end.
     ends: [usize; C],
-    /// Reciprocals of the pivots; zero where there is none.
+    /// Reciprocals of the pivots; zero where a contact that has some has none.
     reciprocals: ContactVector<T, D, C>,
     /// Which row of the contact was taken for each pivot.
     order: [[usize; D]; C],

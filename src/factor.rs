@@ -204,8 +204,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         &self.delassus
     }
 
-    /// How far rounding may have moved `W`, relative to it. That grows as the pivots of the mass matrix
-    /// shrink; 64 is enough for 500,000 random scenes in single precision.
+    /// How far rounding may have moved `W`, relative to it. That grows with the largest `M_kk` over its
+    /// pivot; 64 is enough for 500,000 random scenes in single precision.
     pub(crate) fn uncertainty(&self, mass: &[[T; N]; N]) -> T {
         let mut growth = T::ONE;
         for (k, (mass, factor)) in opaque(mass).iter().zip(&self.mass).enumerate() {

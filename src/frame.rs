@@ -47,8 +47,9 @@ impl Kind {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame<T, const D: usize> {
     pub(crate) kind: Kind,
-    /// `e`, without a normal component; zero where nothing slides.
+    /// `e`, without a normal component, of a contact that slips or is open; zero if nothing slides.
     direction: [T; D],
+    /// This and the next two: of a contact that slips.
     pub(crate) turn: T,
     /// What of the equation along `e` is taken from the normal one, so that `a` leaves it.
     pub(crate) skew: T,

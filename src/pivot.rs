@@ -9,15 +9,16 @@ pub(crate) struct Pivot<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Pivot<T, D> {
-    /// `None` if a pivot is not positive.
+    /// `None` if a pivot is not positive, or no number.
     #[inline]
     pub(crate) fn new(mut block: [[T; D]; D]) -> Option<Self> {
         let mut reciprocals = [T::ZERO; D];
         for (p, reciprocal) in reciprocals.iter_mut().enumerate() {
             let (above, below) = block.split_at_mut_checked(p + 1)?;
             let row = above.last()?;
-            *reciprocal = T::ONE / *row.get(p)?;
-            let usable = *reciprocal > T::ZERO;
+            let pivot = *row.get(p)?;
+            *reciprocal = T::ONE / pivot;
+            let usable = pivot > T::ZERO && *reciprocal > T::ZERO;
             if !usable {
                 return None;
             }

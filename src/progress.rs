@@ -1,6 +1,7 @@
 //! Where a solve stands: all that one piece of work leaves for the next.
 //!
-//! The pieces are one ADMM iteration, one Newton step, and what comes between two attempts. Because
+//! The pieces are one ADMM iteration, one Newton step (with the matrix that was kept, and where that is
+//! no good with a new one), and the sweeps before and between them. Because
 //! nothing else is carried from one to the next, a solve can stop after any of them and go on later
 //! with the same bits.
 
@@ -44,11 +45,11 @@ pub(crate) struct Progress<T, const D: usize, const C: usize> {
     pub(crate) balance: Balance<T>,
     /// Does the workspace hold the resolvent of adapted penalties?
     adapted: bool,
-    /// Have sweeps been tried?
+    /// Have sweeps from rest been tried?
     has_swept: bool,
     /// What was left for a side branch.
     aside: Option<Corner<T, D, C>>,
-    /// The impulses of that branch.
+    /// The impulses that sweeps have come to; a side branch goes on from the last one.
     swept: [[T; D]; C],
     /// Iterations of the next approach.
     length: usize,
@@ -132,6 +133,10 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let eager = state.point(problem, self.balance.scale, tolerance, &mut self.point);
         self.consider(search);
         if eager {
+            if self.point.natural_map <= search.tolerance() && !search.is_over() {
+                // Good enough for contact space, but not once its velocity was known.
+                self.point.rebuild(search.problem, self.balance.scale);
+            }
             self.caution = Caution::warm();
             let start = (self.point.energy, self.point.natural_map);
             let refinement = Refinement::new(Some(start));
@@ -290,8 +295,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         false
     }
 
-    /// One or two sweeps from here, where a contact does something else than it did: they find out
-    /// what for less than a Newton step.
+    /// One or two sweeps from here, where no matrix suits, since a contact does something else than it
+    /// did: they find out what for less than a Newton step.
     fn sweep_on<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
         let here = self.point.natural_map;
         self.swept = self.point.impulse;

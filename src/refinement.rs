@@ -7,11 +7,11 @@ use crate::search::Search;
 use crate::{Factor, Real};
 use nalgebra::SVector;
 
-/// At most so many more Newton steps, as long as they reduce the energy.
+/// At most so many more Newton steps, as long as they are accepted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refinement<T> {
     left: usize,
-    /// So many full steps may raise the energy, a hundred times at most. From the last solution to
+    /// So many full steps may raise the energy, each a hundredfold at most. From the last solution to
     /// one in which a contact does something else, that is the way.
     bold: usize,
     /// Is the last linearisation worth another step?

@@ -26,8 +26,9 @@ pub struct Settings<T> {
     /// Error below which a solution counts as solved (dimensionless); see [`Solution::error`].
     pub tolerance: T,
     /// What a call may cost, in iterations; a Newton step counts as ten, one with a matrix that was
-    /// kept as two. A control loop sets what its time allows. A call ends with the piece of work in
-    /// which the budget ends, of which the largest, a side branch, counts 20.
+    /// kept as two, and so does a Gauss-Seidel sweep. A control loop sets what its time allows. A
+    /// call ends with the piece of work in which the budget ends, of which the largest, a side
+    /// branch of 20 sweeps, counts 40.
     pub max_iterations: usize,
     /// When `s` is updated.
     pub slip: SlipUpdate,

@@ -174,6 +174,24 @@ fn a_penalty_is_a_usable_positive_number() -> Result<(), Error> {
     Ok(())
 }
 
+/// The same with one row a contact, where the last pivot is the only one of its block.
+#[test]
+fn a_penalty_that_drowns_the_unit_matrix_is_refused_without_friction() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 1, 1, 2>::new();
+    scene.set_mass(&matrix![2.0])?;
+    for key in 0..2 {
+        scene.push(&Contact {
+            jacobian: matrix![1.0],
+            offset: vector![0.0],
+            mu: 0.0,
+            key,
+        })?;
+    }
+    let mut factor = Factor::new(&scene)?;
+    assert_eq!(factor.set_penalty(1e300), Err(Error::InvalidPenalty));
+    Ok(())
+}
+
 /// `rho W` swallows the unit matrix: two contacts on one point make `W` singular.
 #[test]
 fn a_penalty_that_drowns_the_unit_matrix_is_refused() -> Result<(), Error> {
