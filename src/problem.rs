@@ -153,15 +153,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
                 *u += q;
             }
         }
-        residual::natural_map(self.laws(), self.size, u, r, &[])
+        self.natural_map_at(r, u)
     }
 
     /// First part of the error, from `u = W r + q`.
-    pub(crate) fn natural_map_at(
-        &self,
-        r: &ContactVector<T, D, C>,
-        u: &ContactVector<T, D, C>,
-    ) -> T {
+    #[inline]
+    pub(crate) fn natural_map_at(&self, r: &[[T; D]], u: &[[T; D]]) -> T {
         residual::natural_map(self.laws(), self.size, u, r, &[])
     }
 

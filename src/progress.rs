@@ -6,6 +6,7 @@
 //! with the same bits.
 
 use crate::admm::{Acceleration, Iterate, Restart};
+use crate::contact_space::ContactVector;
 use crate::gauss_seidel;
 use crate::linearisation::Linearisation;
 use crate::newton::Point;
@@ -133,7 +134,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let eager = state.point(problem, self.balance.scale, tolerance, &mut self.point);
         self.consider(search);
         if eager {
-            if self.point.natural_map <= search.tolerance() && !search.is_over() {
+            if self.point.natural_map <= tolerance && !search.is_over() {
                 // Good enough for contact space, but not once its velocity was known.
                 self.point.rebuild(search.problem, self.balance.scale);
             }
@@ -256,14 +257,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                 (self.point.velocity, self.point.impulse) = last;
             } else if self.balance.turns_aside() {
                 self.aside = Some((self.point.velocity, self.point.impulse));
-                for _ in 0..20 {
-                    search.solution.iterations += 2;
-                    gauss_seidel::sweep(search.problem, &mut self.swept);
-                }
-                let mut u = [[T::ZERO; D]; C];
-                search.problem.natural_map(&self.swept, &mut u);
-                search.problem.lift(&u, &mut self.point.velocity);
-                self.point.impulse = self.swept;
+                let (_, u) = self.sweep_times(20, search);
+                self.go_to_swept(search, &u);
             }
             self.point.rebuild(search.problem, self.balance.scale);
         }
@@ -281,8 +276,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let here = self.point.natural_map;
         let mut last = here * T::literal(3.0);
         for _ in 0..3 {
-            let natural_map = self.sweep_times(2, search);
-            if natural_map < here * T::literal(0.1) || search.is_over() {
+            let (natural_map, moved) = self.try_sweeps(2, search);
+            if moved {
                 self.phase = Phase::Refine(Refinement::new(None));
                 return true;
             }
@@ -300,36 +295,57 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     fn sweep_on<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
         let here = self.point.natural_map;
         self.swept = self.point.impulse;
-        let natural_map = self.sweep_times(1, search);
+        let (natural_map, _) = self.try_sweeps(1, search);
         if natural_map < here * T::literal(0.3) && !search.is_over() {
-            self.sweep_times(1, search);
+            self.try_sweeps(1, search);
         }
         self.swept = [[T::ZERO; D]; C];
     }
 
-    /// Sweeps, and goes where they lead if that is far better than here. Returns the first part of
-    /// the error there.
+    /// Sweeps, and goes where they lead if that is the end or far better than here. Returns the first
+    /// part of the error there, and whether it went.
     #[inline(never)]
+    fn try_sweeps<const N: usize>(
+        &mut self,
+        count: usize,
+        search: &mut Search<'_, '_, T, N, D, C>,
+    ) -> (T, bool) {
+        let (natural_map, u) = self.sweep_times(count, search);
+        search.consider(&self.swept, &u, natural_map);
+        let far_better = natural_map < self.point.natural_map * T::literal(0.1);
+        let moved = far_better || search.is_over();
+        if moved {
+            self.go_to_swept(search, &u);
+        }
+        if moved && !search.is_over() {
+            self.point.rebuild(search.problem, self.balance.scale);
+        }
+        (natural_map, moved)
+    }
+
+    /// Sweeps. Returns the first part of the error there, and `u`.
     fn sweep_times<const N: usize>(
         &mut self,
         count: usize,
         search: &mut Search<'_, '_, T, N, D, C>,
-    ) -> T {
+    ) -> (T, ContactVector<T, D, C>) {
         for _ in 0..count {
             search.solution.iterations += 2;
             gauss_seidel::sweep(search.problem, &mut self.swept);
         }
         let mut u = [[T::ZERO; D]; C];
         let natural_map = search.problem.natural_map(&self.swept, &mut u);
-        search.consider(&self.swept, &u, natural_map);
-        if natural_map < self.point.natural_map * T::literal(0.1) || search.is_over() {
-            search.problem.lift(&u, &mut self.point.velocity);
-            self.point.impulse = self.swept;
-            if !search.is_over() {
-                self.point.rebuild(search.problem, self.balance.scale);
-            }
-        }
-        natural_map
+        (natural_map, u)
+    }
+
+    /// Takes the impulses that sweeps have come to, and their `û`.
+    fn go_to_swept<const N: usize>(
+        &mut self,
+        search: &Search<'_, '_, T, N, D, C>,
+        u: &ContactVector<T, D, C>,
+    ) {
+        search.problem.lift(u, &mut self.point.velocity);
+        self.point.impulse = self.swept;
     }
 
     /// `ũ` and `r` of each contact as they stand.

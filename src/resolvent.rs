@@ -84,6 +84,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             pivot.scale(&mut factors);
             if i != k {
                 let rows = self.matrix.get_mut(i)?;
+                let factors = transpose(&factors);
                 for (j, y) in row.get(..=i)?.iter().enumerate() {
                     rolled();
                     if j != k {
@@ -126,7 +127,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     }
 }
 
-/// `A_ij -= factorsᵀ y`, of the rows `i`.
+/// `A_ij -= factors y`, of the rows `i`.
 #[inline]
 fn subtract<T: Real, const D: usize, const C: usize>(
     rows: &mut [ContactVector<T, D, C>; D],
@@ -134,7 +135,7 @@ fn subtract<T: Real, const D: usize, const C: usize>(
     factors: &[[T; D]; D],
     y: &[[T; D]; D],
 ) {
-    for (row, factors) in rows.iter_mut().zip(transpose(factors)) {
+    for (row, factors) in rows.iter_mut().zip(factors) {
         if let Some(block) = row.get_mut(j) {
             let mut sums = *block;
             for (&factor, y) in factors.iter().zip(y) {

@@ -134,8 +134,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     }
 
     /// The first point of Newton's method with `rho_i = scale alpha_i` for the contacts that were
-    /// followed, and whether it is so good
-    /// that no iteration has to come before a step.
+    /// followed, and whether it is so good that no iteration has to come before a step.
     ///
     /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and
     /// `z` as the last solves left it if it goes on to change as it did. (Impulses that push along
