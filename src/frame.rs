@@ -53,6 +53,8 @@ pub(crate) struct Frame<T, const D: usize> {
     pub(crate) turn: T,
     /// What of the equation along `e` is taken from the normal one, so that `a` leaves it.
     pub(crate) skew: T,
+    /// `λ` across the normal, of a contact that sticks.
+    pub(crate) hold: T,
     /// `λ mu`
     pub(crate) tilt: T,
     /// `rho (1 + λ)`: what the unknowns push if each is a row of its own.
@@ -71,6 +73,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
             direction: [T::ZERO; D],
             turn: T::ZERO,
             skew: T::ZERO,
+            hold: T::ZERO,
             tilt: T::ZERO,
             along: T::ZERO,
             pushes: [[T::ZERO; D]; D],

@@ -76,6 +76,7 @@
 mod admm;
 mod admm_solver;
 mod cholesky;
+mod chord;
 mod cone;
 mod contact_space;
 #[cfg(feature = "defmt")]

@@ -8,11 +8,12 @@
 
 use crate::Real;
 use crate::cholesky::rolled;
-use crate::contact_space::{ContactMatrix, row_times};
+use crate::cone::split;
+use crate::contact_space::{ContactMatrix, ContactVector, row_times};
 use crate::elimination::Elimination;
 use crate::frame::{Frame, Kind};
 use crate::newton::Point;
-use crate::problem::Problem;
+use crate::problem::{Law, Problem};
 use crate::solution::zeros;
 use core::array;
 use nalgebra::SVector;
@@ -77,6 +78,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
             let kind = Kind::of(law, velocity, impulse);
             frame.set(law, kind, z, scale * law.step, regularisation);
         }
+        self.hold(laws, point);
         let frames = self.frames.get(..laws.len())?;
         self.elimination.lay_out(frames.iter().map(Frame::count));
         let delassus = problem.factor.delassus();
@@ -104,6 +106,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
                             *entries.get_mut(k)? += match (frame.kind, k) {
                                 (Kind::Slip, 0) => -regularisation - frame.skew * frame.tilt,
                                 (Kind::Slip, _) => frame.turn + regularisation,
+                                (Kind::Stick, 1..) => frame.hold,
                                 _ => regularisation,
                             };
                         }
@@ -117,6 +120,25 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         self.elimination.factorise(matrix)?;
         self.contacts = Some(laws.len());
         Some(())
+    }
+
+    /// Regularises contacts that stick by how loosely they are held, so that of all tangential
+    /// impulses with the same effect those are preferred that use the same share of each cone.
+    fn hold(&mut self, laws: &[Law<T, D>], point: &Point<T, D, C>) {
+        let grip = |(law, z): (&Law<T, D>, &SVector<T, D>)| law.cone.friction() * split(z).0.abs();
+        let (mut sum, mut sticking) = (T::ZERO, T::ZERO);
+        for (frame, contact) in self.frames.iter().zip(laws.iter().zip(&point.z)) {
+            if frame.kind == Kind::Stick {
+                sum += grip(contact);
+                sticking += T::ONE;
+            }
+        }
+        for (frame, contact) in self.frames.iter_mut().zip(laws.iter().zip(&point.z)) {
+            if frame.kind == Kind::Stick {
+                let weight = sum / (sticking * grip(contact));
+                frame.hold = self.regularisation * weight.min(T::literal(100.0));
+            }
+        }
     }
 
     /// Does every contact do at a point what it did where this was computed?
@@ -137,19 +159,36 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
             })
     }
 
-    /// The step `d` from a point; `None` if it is no number.
+    /// The residual of the point where this was computed, as it has to be for a step that also moves
+    /// tangential impulses to where they are least, as far as that is without effect.
+    ///
+    /// Of a hyperstatic scene those of the last solution have come to the edges of the cones where
+    /// they could well be within, and what a contact at the edge does next is hard to foresee.
+    pub(crate) fn centred(&self, point: &Point<T, D, C>) -> ContactVector<T, D, C> {
+        let mut residual = point.residual;
+        for (residual, (frame, z)) in residual.iter_mut().zip(self.frames.iter().zip(&point.z)) {
+            if frame.kind == Kind::Stick {
+                for (residual, &z) in residual.iter_mut().zip(z).skip(1) {
+                    *residual -= frame.hold * z;
+                }
+            }
+        }
+        residual
+    }
+
+    /// The step `d` that answers to a residual; `None` if it is no number.
     #[inline(never)]
     pub(crate) fn step<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
-        point: &Point<T, D, C>,
+        residual: &ContactVector<T, D, C>,
         matrix: &ContactMatrix<T, D, C>,
     ) -> Option<[SVector<T, D>; C]> {
         let laws = problem.laws();
         let order = self.order.get(..laws.len())?;
         let mut unknowns = [[T::ZERO; D]; C];
         let unknowns = unknowns.as_flattened_mut();
-        for (&place, residual) in order.iter().zip(&point.residual) {
+        for (&place, residual) in order.iter().zip(residual) {
             rolled();
             let unknowns = unknowns.get_mut(self.elimination.columns(place))?;
             let right = self.frames.get(place)?.test(residual);
@@ -174,7 +213,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         }
         let damping = T::ONE / (T::ONE + self.regularisation);
         let mut steps = [zeros(); C];
-        let contacts = point.residual.iter().zip(&moved);
+        let contacts = residual.iter().zip(&moved);
         let contacts = contacts.zip(laws.iter().zip(order));
         for (step, ((residual, moved), (law, &place))) in steps.iter_mut().zip(contacts) {
             rolled();

@@ -83,6 +83,14 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         self.update(problem, scale);
     }
 
+    /// Moves `z`, and nothing else, to `start + step length`.
+    pub(crate) fn go(&mut self, start: &[SVector<T, D>; C], step: &[SVector<T, D>; C], length: T) {
+        for (z, (start, step)) in self.z.iter_mut().zip(start.iter().zip(step)) {
+            rolled();
+            *z = start + step * length;
+        }
+    }
+
     /// Evaluates what follows from `z`, with `rho_i = scale alpha_i`.
     #[inline(never)]
     pub(crate) fn update<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {

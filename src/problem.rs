@@ -232,6 +232,15 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     }
 }
 
+/// Do these impulses push along more rows than there are dofs? Then they are not unique: what moves
+/// them may not move the bodies.
+pub(crate) fn is_hyperstatic<T: Real, const N: usize, const D: usize, const C: usize>(
+    r: &ContactVector<T, D, C>,
+) -> bool {
+    let pushing = r.iter().filter(|r| **r != [T::ZERO; D]);
+    D * pushing.count() > N
+}
+
 /// `|alpha q|`
 #[inline(never)]
 fn size<T: Real, const D: usize>(laws: &[Law<T, D>]) -> T {

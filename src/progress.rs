@@ -10,6 +10,7 @@ use crate::contact_space::ContactVector;
 use crate::gauss_seidel;
 use crate::linearisation::Linearisation;
 use crate::newton::Point;
+use crate::problem::is_hyperstatic;
 use crate::refinement::Refinement;
 use crate::resolvent::Resolvent;
 use crate::safeguard::{Balance, Caution};
@@ -141,8 +142,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.caution = Caution::warm();
             let start = (self.point.energy, self.point.natural_map);
             let refinement = Refinement::new(Some(start));
-            // With more rows than dofs impulses are not unique, and those of sweeps are lopsided.
-            let unique = D * search.problem.laws().len() <= N;
+            // Where impulses are not unique, those of sweeps are lopsided.
+            let unique = !is_hyperstatic::<T, N, D, C>(&self.point.impulse);
             let (linearisation, scale) = (&workspace.linearisation, self.balance.scale);
             self.phase = if unique && !linearisation.suits(search.problem, &self.point, scale) {
                 Phase::Sweep(refinement)

@@ -1,6 +1,7 @@
 //! Newton's part of the default method.
 
 use crate::cholesky::rolled;
+use crate::problem::is_hyperstatic;
 use crate::progress::{Phase, Progress, Workspace};
 use crate::safeguard::Caution;
 use crate::search::Search;
@@ -59,27 +60,20 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         }
     }
 
-    /// A step with the linearisation of an earlier one. It is kept if it makes the energy 25 times
-    /// smaller: it costs a fifth of a new one.
+    /// Steps with the linearisation of an earlier point, if it is worth that.
     fn step_again<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
         workspace: &Workspace<T, D, C>,
         refinement: &mut Refinement<T>,
     ) -> bool {
-        let Workspace {
-            linearisation,
-            resolvent,
-        } = workspace;
-        let (problem, scale) = (&*search.problem, self.balance.scale);
-        if !refinement.again || !linearisation.suits(problem, &self.point, scale) {
+        let (linearisation, scale) = (&workspace.linearisation, self.balance.scale);
+        if !refinement.again || !linearisation.suits(search.problem, &self.point, scale) {
             return false;
         }
-        search.solution.iterations += 2;
-        let step = linearisation.step(problem, &self.point, &resolvent.matrix);
-        let enough = [(T::ONE, T::literal(0.04))];
-        refinement.again = step.is_some_and(|step| self.go(search, &step, &enough).is_some());
-        refinement.again
+        let done = self.chord(search, workspace);
+        refinement.again = done == Some(true);
+        done.is_some()
     }
 
     fn step<const N: usize>(
@@ -101,7 +95,13 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let (problem, scale, matrix) =
             (&*search.problem, self.balance.scale, &mut resolvent.matrix);
         let computed = linearisation.compute(problem, &self.point, scale, regularisation, matrix);
-        let step = computed.and_then(|()| linearisation.step(problem, &self.point, matrix));
+        let redundant = is_hyperstatic::<T, N, D, C>(&self.point.impulse);
+        let residual = if redundant && refinement.warm.is_some() {
+            linearisation.centred(&self.point)
+        } else {
+            self.point.residual
+        };
+        let step = computed.and_then(|()| linearisation.step(problem, &residual, matrix));
         let before = self.point.energy;
         let bold = refinement.bold > 0;
         let lengths = [
@@ -146,11 +146,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let (start, before) = (self.point.z, self.point.energy);
         for &(length, factor) in lengths {
             rolled();
-            let pairs = start.iter().zip(step);
-            for (z, (start, step)) in self.point.z.iter_mut().zip(pairs) {
-                rolled();
-                *z = start + step * length;
-            }
+            self.point.go(&start, step, length);
             self.point.update(search.problem, self.balance.scale);
             self.consider(search);
             if self.point.energy < before * factor || search.is_over() {

@@ -38,7 +38,7 @@ impl<T: Real> Caution<T> {
     /// now than were then, and a larger `λ` keeps the impulses from drifting along them.
     pub(crate) fn warm() -> Self {
         Self {
-            level: T::literal(1e1),
+            level: T::ONE,
             ..Self::new()
         }
     }

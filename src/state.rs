@@ -3,7 +3,7 @@
 use crate::admm::Iterate;
 use crate::cholesky::rolled;
 use crate::newton::Point;
-use crate::problem::Problem;
+use crate::problem::{Problem, is_hyperstatic};
 use crate::solution::zeros;
 use crate::{Contact, Real};
 use core::mem;
@@ -137,9 +137,9 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     /// followed, and whether it is so good that no iteration has to come before a step.
     ///
     /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and
-    /// `z` as the last solves left it if it goes on to change as it did. (Impulses that push along
-    /// more rows than there are dofs are not unique. What moves them may not move the body, and
-    /// would carry them to the edges of the cones: they stay as they were.) The one with the least
+    /// `z` as the last solves left it if it goes on to change as it did. (Hyperstatic impulses
+    /// may change without effect, and would be carried to the edges of the cones: they stay as they
+    /// were.) The one with the least
     /// error is taken if it is far better than none. (The energy is a poor judge: where a heavy
     /// body stands on a light one it sees only the light one.)
     #[inline(never)]
@@ -164,8 +164,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
             }
         }
         let last = problem.natural_map(&r, &mut u);
-        let pushing = r.iter().filter(|r| **r != [T::ZERO; D]);
-        let onwards = D * pushing.count() <= N;
+        let onwards = !is_hyperstatic::<T, N, D, C>(&r);
         let mut ahead = None;
         if last > tolerance {
             self.look_ahead(problem, scale, onwards, point);

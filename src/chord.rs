@@ -1,0 +1,162 @@
+//! Steps with the linearisation of an earlier point, each joined with those before it.
+//!
+//! Where the scene has turned under a kept matrix, the residual that a step leaves may be as large as
+//! that which it took away, and nearly its opposite. So no step stands alone: a step `d` takes
+//! `a = E(z) - E(z + d)` off the residual, both are made orthogonal to those of the steps before, and
+//! the point goes along `d` to where `|E - t a|` is least. These are generalised conjugate residuals
+//! (Eisenstat, Elman and Schultz, 1983), in the norm of the energy.
+
+use crate::Real;
+use crate::cholesky::rolled;
+use crate::contact_space::{ContactVector, product};
+use crate::problem::Law;
+use crate::progress::{Progress, Workspace};
+use crate::search::Search;
+use crate::solution::zeros;
+use nalgebra::SVector;
+
+/// So many steps cost as much as one with a new matrix.
+const STEPS: usize = 4;
+
+/// A step, and what it takes off the residual.
+#[derive(Clone, Copy)]
+struct Direction<T, const D: usize, const C: usize> {
+    step: [SVector<T, D>; C],
+    fall: ContactVector<T, D, C>,
+    /// `|fall|²`
+    square: T,
+}
+
+impl<T: Real, const D: usize, const C: usize> Direction<T, D, C> {
+    const fn none() -> Self {
+        Self {
+            step: [zeros(); C],
+            fall: [[T::ZERO; D]; C],
+            square: T::ZERO,
+        }
+    }
+
+    /// Of a step that led from one residual to another, apart from the directions before it.
+    fn new(
+        laws: &[Law<T, D>],
+        step: [SVector<T, D>; C],
+        from: &ContactVector<T, D, C>,
+        to: &ContactVector<T, D, C>,
+        before: &[Self],
+    ) -> Self {
+        let (mut step, mut fall) = (step, *from);
+        go(&mut fall, to, -T::ONE);
+        for other in before {
+            let share = inner(laws, &fall, &other.fall) / other.square;
+            go(&mut fall, &other.fall, -share);
+            for (step, other) in step.iter_mut().zip(&other.step) {
+                rolled();
+                *step -= other * share;
+            }
+        }
+        let square = inner(laws, &fall, &fall);
+        Self { step, fall, square }
+    }
+}
+
+impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
+    /// Goes on with the linearisation that was kept, as long as [`STEPS`] of its steps can be hoped to
+    /// reach the end. `None` if it is no good: the point is where it was. Otherwise, is it worth
+    /// more steps?
+    #[inline(never)]
+    pub(crate) fn chord<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, '_, T, N, D, C>,
+        workspace: &Workspace<T, D, C>,
+    ) -> Option<bool> {
+        let (start, before) = (self.point.z, self.point.energy);
+        let hopeful = self.chord_steps(search, workspace);
+        let good = search.is_over() || self.point.energy < before * T::literal(0.04);
+        if hopeful.is_none() || !good {
+            self.point.z = start;
+            self.point.update(search.problem, self.balance.scale);
+            return None;
+        }
+        hopeful
+    }
+
+    /// The steps. Did they still promise to reach the end? `None` if one is no number.
+    fn chord_steps<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, '_, T, N, D, C>,
+        workspace: &Workspace<T, D, C>,
+    ) -> Option<bool> {
+        let Workspace {
+            linearisation,
+            resolvent,
+        } = workspace;
+        let (point, scale) = (&mut self.point, self.balance.scale);
+        let (mut directions, before) = ([Direction::none(); STEPS - 1], point.energy);
+        let mut energy = before;
+        for count in 0..STEPS {
+            search.solution.iterations += 2;
+            let (z, residual) = (point.z, point.residual);
+            let step = linearisation.step(search.problem, &residual, &resolvent.matrix)?;
+            point.go(&z, &step, T::ONE);
+            point.update(search.problem, scale);
+            search.consider(&point.impulse, &point.relative, point.natural_map);
+            if search.is_over() {
+                break;
+            }
+            let laws = search.problem.laws();
+            let known = directions.get(..count)?;
+            let direction = Direction::new(laws, step, &residual, &point.residual, known);
+            let length = inner(laws, &residual, &direction.fall) / direction.square;
+            energy -= length * length * direction.square;
+            // The natural map goes with the root of the energy.
+            let wanted = search.tolerance() / point.natural_map;
+            let (reached, wanted) = (energy / before, wanted * wanted * point.energy / before);
+            let hopeful = power(reached, STEPS) <= power(wanted, count + 1);
+            if !hopeful || !linearisation.suits(search.problem, point, scale) {
+                return Some(false);
+            }
+            point.go(&z, &direction.step, length);
+            point.residual = residual;
+            go(&mut point.residual, &direction.fall, -length);
+            let end = reached < wanted * T::literal(0.5);
+            match directions.get_mut(count) {
+                Some(place) if !end => *place = direction,
+                _ => {
+                    search.solution.iterations += 1;
+                    point.update(search.problem, scale);
+                    search.consider(&point.impulse, &point.relative, point.natural_map);
+                    break;
+                }
+            }
+        }
+        Some(true)
+    }
+}
+
+/// `x + step length`
+fn go<T: Real, const D: usize, const C: usize>(
+    x: &mut ContactVector<T, D, C>,
+    step: &ContactVector<T, D, C>,
+    length: T,
+) {
+    let pairs = x.as_flattened_mut().iter_mut();
+    for (x, &step) in pairs.zip(step.as_flattened()) {
+        rolled();
+        *x += step * length;
+    }
+}
+
+/// `Σ alpha_i a_i·b_i`
+fn inner<T: Real, const D: usize>(laws: &[Law<T, D>], a: &[[T; D]], b: &[[T; D]]) -> T {
+    let mut sum = T::ZERO;
+    for (law, (a, b)) in laws.iter().zip(a.iter().zip(b)) {
+        rolled();
+        sum += law.step * product(a, b);
+    }
+    sum
+}
+
+/// `xⁿ`
+fn power<T: Real>(x: T, n: usize) -> T {
+    (0..n).fold(T::ONE, |power, _| power * x)
+}
