@@ -69,7 +69,7 @@ impl<T: Real> Caution<T> {
     /// where the error at the start is given).
     pub(crate) fn regularisation(&self, natural_map: T) -> T {
         let lambda = self.level * T::literal(1e-3) * natural_map.min(T::ONE)
-            + T::literal(1e-12).max(T::EPSILON * T::literal(8.0));
+            + T::literal(1e-12).max(T::EPSILON * T::literal(64.0));
         lambda.min(T::literal(0.3))
     }
 

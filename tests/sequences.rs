@@ -45,7 +45,7 @@ fn replay_as<T: Real, const N: usize, const D: usize, const C: usize>(
 }
 
 #[test]
-fn every_step_of_every_sequence_is_solved_and_warm_costs_less() -> Result<(), Error> {
+fn every_step_of_every_sequence_is_solved_and_warm_costs_at_most_six_tenths() -> Result<(), Error> {
     let files = scene_file::bundled_sequences();
     assert!(files.len() >= 5, "the sequences are not where they were");
     for file in files {
@@ -61,8 +61,13 @@ fn every_step_of_every_sequence_is_solved_and_warm_costs_less() -> Result<(), Er
             ),
         ];
         for (warm, cold) in work {
-            let [warm, cold] = [warm, cold].map(|work| work.iter().sum::<usize>());
-            assert!(warm <= cold, "{}: warm {warm}, cold {cold}", file.display());
+            let [warm, cold] = [warm, cold].map(|mut work| {
+                work.sort_unstable();
+                [50, 95].map(|percent| work[work.len() * percent / 100])
+            });
+            let file = file.display();
+            assert!(10 * warm[0] <= 6 * cold[0], "{file}: {warm:?}, {cold:?}");
+            assert!(warm[1] <= cold[1], "{file}: {warm:?}, cold {cold:?}");
         }
     }
     Ok(())
