@@ -76,6 +76,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         done.is_some()
     }
 
+    #[inline(never)]
     fn step<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
