@@ -134,6 +134,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
 }
 
 /// `x + step length`
+#[inline(never)]
 fn go<T: Real, const D: usize, const C: usize>(
     x: &mut ContactVector<T, D, C>,
     step: &ContactVector<T, D, C>,
@@ -147,6 +148,7 @@ fn go<T: Real, const D: usize, const C: usize>(
 }
 
 /// `Σ alpha_i a_i·b_i`
+#[inline(never)]
 fn inner<T: Real, const D: usize>(laws: &[Law<T, D>], a: &[[T; D]], b: &[[T; D]]) -> T {
     let mut sum = T::ZERO;
     for (law, (a, b)) in laws.iter().zip(a.iter().zip(b)) {

@@ -8,6 +8,7 @@
 //! offsets by a factor that no feasible scene has.
 
 use crate::Real;
+use crate::cholesky::rolled;
 use crate::cholesky::{dot, factorise, solve};
 use crate::problem::Problem;
 use heapless::Vec;
@@ -20,6 +21,7 @@ pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usiz
     let contacts = problem.scene.contacts();
     let mut offset = [T::ZERO; C];
     for (offset, contact) in offset.iter_mut().zip(contacts) {
+        rolled();
         *offset = contact.offset.iter().next().copied()?;
     }
     if offset.iter().all(|&offset| offset >= T::ZERO) {
@@ -30,8 +32,10 @@ pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usiz
         offset,
     };
     for (row, source) in gram.normal.iter_mut().zip(problem.factor.delassus()) {
+        rolled();
         let source = source.first()?.iter().take(contacts.len());
         for (entry, block) in row.iter_mut().zip(source) {
+            rolled();
             *entry = *block.first()?;
         }
     }
@@ -48,6 +52,7 @@ pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usiz
         left = product(&left, &scale);
         let correction = gram.solve(&support, T::ZERO, &gram.offset, &left)?;
         for (d, correction) in d.iter_mut().zip(correction) {
+            rolled();
             *d = (*d - correction).max(T::ZERO);
         }
     }
@@ -63,6 +68,7 @@ pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usiz
 fn product<T: Real, const C: usize>(x: &[T; C], y: &[T; C]) -> [T; C] {
     let mut product = *x;
     for (product, &y) in product.iter_mut().zip(y) {
+        rolled();
         *product *= y;
     }
     product
@@ -82,14 +88,17 @@ impl<T: Real, const C: usize> Gram<T, C> {
     fn normalise(&mut self) -> [T; C] {
         let mut scale = [T::ONE; C];
         for (i, (row, scale)) in self.normal.iter().zip(&mut scale).enumerate() {
+            rolled();
             let inertia = row.get(i).copied().unwrap_or(T::ZERO);
             if inertia > T::ZERO {
                 *scale = T::ONE / inertia.square_root();
             }
         }
         for ((row, offset), factor) in self.normal.iter_mut().zip(&mut self.offset).zip(scale) {
+            rolled();
             *offset *= factor;
             for (entry, scale) in row.iter_mut().zip(scale) {
+                rolled();
                 *entry *= factor * scale;
             }
         }
@@ -111,6 +120,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
             let approach = T::ONE + dot(&g, &d);
             let mut entering = (rounding * T::literal(64.0), None);
             for (i, (row, &g)) in self.normal.iter().zip(&g).enumerate() {
+                rolled();
                 let descent = -(dot(row, &d) + g * approach);
                 if descent > entering.0 && !support.contains(&i) {
                     entering = (descent, Some(i));
@@ -122,17 +132,20 @@ impl<T: Real, const C: usize> Gram<T, C> {
             while let Some(minimiser) = self.solve(&support, T::ONE, &g, &g) {
                 let mut length = T::ONE;
                 for (&d, &target) in d.iter().zip(&minimiser) {
+                    rolled();
                     // `minimiser` is that of `-g`.
                     if -target <= T::ZERO && d > T::ZERO {
                         length = length.min(d / (d + target));
                     }
                 }
                 for (d, target) in d.iter_mut().zip(minimiser) {
+                    rolled();
                     *d += (-target - *d) * length;
                 }
                 let before = support.len();
                 support.retain(|&i| d.get(i).is_some_and(|&d| d > rounding));
                 for (i, d) in d.iter_mut().enumerate() {
+                    rolled();
                     if !support.contains(&i) {
                         *d = T::ZERO;
                     }
@@ -151,17 +164,20 @@ impl<T: Real, const C: usize> Gram<T, C> {
     fn purify(&self, d: &mut [T; C]) -> Option<Vec<usize, C>> {
         let mut support = Vec::<usize, C>::new();
         for (i, _) in d.iter().enumerate().filter(|&(_, &d)| d > T::ZERO) {
+            rolled();
             let _ = support.push(i);
         }
         for _ in 0..3 {
             let largest = d.iter().fold(T::ZERO, |largest, d| largest.max(d.abs()));
             for d in d.iter_mut() {
+                rolled();
                 *d /= largest;
             }
             *d = self.solve(&support, T::ZERO, &self.offset, d)?;
         }
         let largest = d.iter().fold(T::ZERO, |largest, d| largest.max(d.abs()));
         for d in d.iter_mut() {
+            rolled();
             *d /= largest;
             if d.abs() < T::EPSILON * T::literal(64.0) {
                 *d = T::ZERO;
@@ -178,8 +194,10 @@ impl<T: Real, const C: usize> Gram<T, C> {
         let mut matrix = [[T::ZERO; C]; C];
         let mut rhs = [T::ZERO; C];
         for ((row, rhs), &i) in matrix.iter_mut().zip(&mut rhs).zip(support) {
+            rolled();
             *rhs = *b.get(i)?;
             for (entry, &j) in row.iter_mut().zip(support) {
+                rolled();
                 *entry = *self.normal.get(i)?.get(j)? + weight * *g.get(i)? * *g.get(j)?;
                 if i == j {
                     *entry += ridge;
@@ -193,6 +211,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
         solve(flat, C, x);
         let mut solution = [T::ZERO; C];
         for (&i, &x) in support.iter().zip(&*x) {
+            rolled();
             *solution.get_mut(i)? = x;
         }
         Some(solution)

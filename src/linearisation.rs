@@ -75,6 +75,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         let contacts = laws.iter().zip(&point.z);
         let contacts = contacts.zip(point.velocity.iter().zip(&point.impulse));
         for (frame, ((law, z), (velocity, impulse))) in self.frames.iter_mut().zip(contacts) {
+            rolled();
             let kind = Kind::of(law, velocity, impulse);
             frame.set(law, kind, z, scale * law.step, regularisation);
         }
@@ -128,12 +129,14 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         let grip = |(law, z): (&Law<T, D>, &SVector<T, D>)| law.cone.friction() * split(z).0.abs();
         let (mut sum, mut sticking) = (T::ZERO, T::ZERO);
         for (frame, contact) in self.frames.iter().zip(laws.iter().zip(&point.z)) {
+            rolled();
             if frame.kind == Kind::Stick {
                 sum += grip(contact);
                 sticking += T::ONE;
             }
         }
         for (frame, contact) in self.frames.iter_mut().zip(laws.iter().zip(&point.z)) {
+            rolled();
             if frame.kind == Kind::Stick {
                 let weight = sum / (sticking * grip(contact));
                 frame.hold = self.regularisation * weight.min(T::literal(100.0));
@@ -142,6 +145,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
     }
 
     /// Does every contact do at a point what it did where this was computed?
+    #[inline(never)]
     pub(crate) fn suits<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
@@ -154,6 +158,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         self.contacts == Some(laws.len())
             && self.scale == scale
             && contacts.all(|((law, (velocity, r)), &frame)| {
+                rolled();
                 let frame = self.frames.get(frame);
                 frame.is_some_and(|frame| frame.kind == Kind::of(law, velocity, r))
             })
@@ -167,6 +172,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
     pub(crate) fn centred(&self, point: &Point<T, D, C>) -> ContactVector<T, D, C> {
         let mut residual = point.residual;
         for (residual, (frame, z)) in residual.iter_mut().zip(self.frames.iter().zip(&point.z)) {
+            rolled();
             if frame.kind == Kind::Stick {
                 for (residual, &z) in residual.iter_mut().zip(z).skip(1) {
                     *residual -= frame.hold * z;

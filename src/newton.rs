@@ -63,6 +63,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
             .zip(&mut self.residual)
             .zip(&self.relative)
         {
+            rolled();
             *residual = u;
             self.energy += law.step * square(&u);
         }
@@ -114,6 +115,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         let pairs = self.residual.iter_mut();
         let pairs = pairs.zip(&self.relative);
         for (law, (residual, relative)) in laws.iter().zip(pairs) {
+            rolled();
             for (residual, &relative) in residual.iter_mut().zip(relative) {
                 *residual += relative;
             }

@@ -174,6 +174,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     pub(crate) fn penalties(&self, scale: T) -> [T; C] {
         let mut penalties = [self.factor.penalty(); C];
         for (penalty, law) in penalties.iter_mut().zip(self.laws()) {
+            rolled();
             if law.step > T::ZERO {
                 *penalty = scale * law.step;
             }
@@ -189,6 +190,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     /// Takes another `q`.
     pub(crate) fn set_free(&mut self, free: &ContactVector<T, D, C>) {
         for (law, &free) in self.laws.iter_mut().zip(free) {
+            rolled();
             law.free = free.into();
         }
     }

@@ -6,6 +6,7 @@
 //! with the same bits.
 
 use crate::admm::{Acceleration, Iterate, Restart};
+use crate::cholesky::rolled;
 use crate::contact_space::ContactVector;
 use crate::gauss_seidel;
 use crate::linearisation::Linearisation;
@@ -201,6 +202,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let pairs = self.point.velocity.iter().zip(&self.point.impulse);
         let pairs = pairs.zip(&resolvent.penalties);
         for (iterate, ((velocity, &impulse), &penalty)) in self.iterates.iter_mut().zip(pairs) {
+            rolled();
             *iterate = Iterate::at(*velocity, impulse.into(), penalty);
         }
         self.acceleration = Restart::START;
@@ -213,6 +215,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let targets = self.point.velocity.iter_mut();
         let targets = targets.zip(&mut self.point.impulse);
         for ((velocity, impulse), iterate) in targets.zip(&self.iterates) {
+            rolled();
             *velocity = iterate.u;
             *impulse = iterate.impulse().into();
         }
@@ -366,6 +369,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     pub(crate) fn impulse(&self) -> [[T; D]; C] {
         let mut impulse = [[T::ZERO; D]; C];
         for (impulse, (_, r)) in impulse.iter_mut().zip(self.contacts()) {
+            rolled();
             *impulse = r.into();
         }
         impulse

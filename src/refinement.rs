@@ -105,21 +105,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let step = computed.and_then(|()| linearisation.step(problem, &residual, matrix));
         let before = self.point.energy;
         let bold = refinement.bold > 0;
-        let lengths = [
-            (1.0, if bold { 1e2 } else { 1.0 - 2e-4 }),
-            (0.5, 1.0 - 1e-4),
-            (0.25, 1.0 - 5e-5),
-            (0.1, 1.0 - 2e-5),
-            (0.02, 1.0 - 4e-6),
-        ];
-        let lengths = lengths.map(|(length, factor)| (T::literal(length), T::literal(factor)));
-        let tried = if self.balance.has_ever_restarted() {
-            5
-        } else {
-            2
-        };
-        let lengths = lengths.get(..tried).unwrap_or_default();
-        let gone = step.and_then(|step| self.go(search, &step, lengths));
+        let gone = step.and_then(|step| self.go(search, &step, bold));
         if gone == Some(T::ONE) {
             refinement.bold -= usize::from(self.point.energy >= before && bold);
             self.caution.relax();
@@ -135,22 +121,39 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         gone.is_some()
     }
 
-    /// Goes along a step by the first of some lengths at which the energy is less than its factor
-    /// times what it was; if by none, stays.
+    /// Goes along a step by the first of some lengths at which the energy falls, and if `bold` a full
+    /// step may raise it; if by none, stays.
     #[inline(never)]
     fn go<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
         step: &[SVector<T, D>; C],
-        lengths: &[(T, T)],
+        bold: bool,
     ) -> Option<T> {
         let (start, before) = (self.point.z, self.point.energy);
-        for &(length, factor) in lengths {
+        let lengths = [
+            T::ONE,
+            T::literal(0.5),
+            T::literal(0.25),
+            T::literal(0.1),
+            T::literal(0.02),
+        ];
+        let tried = if self.balance.has_ever_restarted() {
+            5
+        } else {
+            2
+        };
+        for &length in lengths.get(..tried)? {
             rolled();
             self.point.go(&start, step, length);
             self.point.update(search.problem, self.balance.scale);
             self.consider(search);
-            if self.point.energy < before * factor || search.is_over() {
+            let enough = if bold && length == T::ONE {
+                T::literal(1e2)
+            } else {
+                T::ONE - T::literal(2e-4) * length
+            };
+            if self.point.energy < before * enough || search.is_over() {
                 return Some(length);
             }
         }

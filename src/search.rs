@@ -1,6 +1,7 @@
 //! The search for a solution: the best impulse so far, what it has cost, and when to stop.
 
 use crate::admm::{Acceleration, Change, Iterate, iterate};
+use crate::cholesky::rolled;
 use crate::contact_space::ContactVector;
 use crate::infeasibility;
 use crate::problem::Problem;
@@ -179,6 +180,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
     pub(crate) fn consider_iterates(&mut self, iterates: &[Iterate<T, D>; C]) {
         let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
         for (r, iterate) in r.iter_mut().zip(iterates) {
+            rolled();
             *r = iterate.impulse().into();
         }
         let natural_map = self.problem.natural_map(&r, &mut u);
@@ -218,6 +220,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
             self.record.corrections += 1;
             self.record.natural_map = Some(self.solution.error);
             for (i, (contact, u)) in self.solution.contacts.iter().zip(u).enumerate() {
+                rolled();
                 self.problem
                     .correct(i, contact.velocity - SVector::from(*u));
             }
