@@ -26,8 +26,6 @@ use nalgebra::SVector;
 pub(crate) enum Phase<T> {
     /// Nothing: no solve was begun.
     Idle,
-    /// Gauss-Seidel from the last solution, before Newton steps.
-    Sweep(Refinement<T>),
     /// So many more iterations of Algorithm 2.
     Approach {
         left: usize,
@@ -141,16 +139,9 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                 self.point.rebuild(search.problem, self.balance.scale);
             }
             self.caution = Caution::warm();
-            let start = (self.point.energy, self.point.natural_map);
-            let refinement = Refinement::new(Some(start));
             // Where impulses are not unique, those of sweeps are lopsided.
             let unique = !is_hyperstatic::<T, N, D, C>(&self.point.impulse);
-            let (linearisation, scale) = (&workspace.linearisation, self.balance.scale);
-            self.phase = if unique && !linearisation.suits(search.problem, &self.point, scale) {
-                Phase::Sweep(refinement)
-            } else {
-                Phase::Refine(refinement)
-            };
+            self.phase = Phase::Refine(Refinement::warm(self.point.natural_map, unique));
         } else {
             self.approach(factor.resolvent());
         }
@@ -175,10 +166,6 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     ) {
         match self.phase {
             Phase::Idle => {}
-            Phase::Sweep(refinement) => {
-                self.sweep_on(search);
-                self.phase = Phase::Refine(refinement);
-            }
             Phase::Approach { left } => {
                 let resolvent = workspace.resolvent(self.adapted, factor);
                 let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
@@ -222,7 +209,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.point.rebuild(search.problem, self.balance.scale);
         self.consider(search);
         self.phase = if self.caution.allows(&self.point) {
-            Phase::Refine(Refinement::new(None))
+            Phase::Refine(Refinement::new())
         } else {
             Phase::Recover
         };
@@ -282,7 +269,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         for _ in 0..3 {
             let (natural_map, moved) = self.try_sweeps(2, search);
             if moved {
-                self.phase = Phase::Refine(Refinement::new(None));
+                self.phase = Phase::Refine(Refinement::new());
                 return true;
             }
             if natural_map * T::literal(3.0) > last {
@@ -296,7 +283,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
 
     /// One or two sweeps from here, where no matrix suits, since a contact does something else than it
     /// did: they find out what for less than a Newton step.
-    fn sweep_on<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
+    pub(crate) fn sweep_on<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
         let here = self.point.natural_map;
         self.swept = self.point.impulse;
         let (natural_map, _) = self.try_sweeps(1, search);

@@ -8,32 +8,50 @@ use crate::search::Search;
 use crate::{Factor, Real};
 use nalgebra::SVector;
 
-/// At most so many more Newton steps, as long as they are accepted.
+/// Newton's method, from one piece of work to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refinement<T> {
+    /// At most so many more pieces, as long as they are accepted.
     left: usize,
     /// So many full steps may raise the energy, each a hundredfold at most. From the last solution to
     /// one in which a contact does something else, that is the way.
     bold: usize,
     /// Is the last linearisation worth another step?
     again: bool,
-    /// The energy and the natural map it began with, if it began at the last solution.
-    warm: Option<(T, T)>,
+    /// Are sweeps to come before a new linearisation?
+    sweeps: bool,
+    /// The natural map it began with, if it began at the last solution.
+    warm: Option<T>,
 }
 
 impl<T: Real> Refinement<T> {
-    pub(crate) const fn new(warm: Option<(T, T)>) -> Self {
+    /// From somewhere near a solution.
+    pub(crate) const fn new() -> Self {
         Self {
             left: 30,
-            bold: if warm.is_some() { 2 } else { 0 },
-            again: warm.is_some(),
-            warm,
+            bold: 0,
+            again: false,
+            sweeps: false,
+            warm: None,
+        }
+    }
+
+    /// From the last solution, with the natural map it has now; no longer than what a cold start may
+    /// well take.
+    pub(crate) const fn warm(natural_map: T, sweeps: bool) -> Self {
+        Self {
+            left: 6,
+            bold: 2,
+            again: true,
+            sweeps,
+            warm: Some(natural_map),
         }
     }
 }
 
 impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
-    /// A step with the linearisation that was kept, and where that is no good a Newton step.
+    /// Steps with the linearisation that was kept; where that is no good sweeps, if it is their turn,
+    /// or a Newton step.
     #[inline(never)]
     pub(crate) fn refine<const N: usize>(
         &mut self,
@@ -42,21 +60,23 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         workspace: &mut Workspace<T, D, C>,
         mut refinement: Refinement<T>,
     ) {
-        let accepted = self.step_again(search, workspace, &mut refinement)
-            || self.step(search, workspace, &mut refinement);
+        let mut accepted = self.step_again(search, workspace, &mut refinement);
+        if !accepted && refinement.sweeps {
+            refinement.sweeps = false;
+            self.sweep_on(search);
+            accepted = true;
+        }
+        accepted = accepted || self.step(search, workspace, &mut refinement);
         refinement.left -= usize::from(refinement.left > 0);
-        self.phase = if accepted && refinement.left > 0 {
-            Phase::Refine(refinement)
-        } else {
-            Phase::Recover
-        };
-        if let (Some((before, _)), Phase::Recover) = (refinement.warm, self.phase) {
+        if accepted && refinement.left > 0 {
+            self.phase = Phase::Refine(refinement);
+        } else if refinement.warm.is_some() {
+            // The last solution was misleading.
             self.caution = Caution::new();
-            if self.point.energy > before * T::literal(0.1) {
-                // It was misleading.
-                self.point.rest(search.problem);
-            }
+            self.point.rest(search.problem);
             self.approach(factor.resolvent());
+        } else {
+            self.phase = Phase::Recover;
         }
     }
 
@@ -89,9 +109,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             resolvent,
         } = workspace;
         // What is kept for the next solve has to be regularised like its first step.
-        let natural_map = refinement
-            .warm
-            .map_or(self.point.natural_map, |(_, start)| start);
+        let natural_map = refinement.warm.unwrap_or(self.point.natural_map);
         let regularisation = self.caution.regularisation(natural_map);
         let (problem, scale, matrix) =
             (&*search.problem, self.balance.scale, &mut resolvent.matrix);
