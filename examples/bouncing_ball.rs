@@ -84,7 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let paper = dots("rolling, on paper", vec![(last, rolling), (last, 0.0)]);
     let speeds = [
         curve("of the ball", forward),
-        curve("of its surface on the floor", slip),
+        curve("at its lowest point", slip),
         paper,
     ];
     chart::draw(

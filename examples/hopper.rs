@@ -1,4 +1,5 @@
-//! A planar hopper: a body on a springy leg that hops up to a speed, and stops again.
+//! A planar hopper: a body on a springy leg that hops off towards 1 m/s, and back to
+//! the spot.
 //!
 //! The foot is a contact that is open most of the time and stays in the scene: its gap is an offset,
 //! so that one factor serves the whole run. Control after Raibert: thrust in stance, foot placement

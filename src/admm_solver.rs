@@ -42,7 +42,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves by ADMM without acceleration; `f = -M v_free` is minus the free impulse (N·s).
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`].
     pub fn solve_plain(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -56,7 +56,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves by Algorithm 1 of the note, fast ADMM.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`].
     pub fn solve_fast(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -70,7 +70,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves by Algorithm 2 of the note, fast ADMM with restart.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`].
     pub fn solve_restart(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -88,7 +88,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         f: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        Problem::check(scene, factor, f)?;
+        Problem::check(scene, factor, f, settings)?;
         let mut problem = Problem::new(scene, factor, f, settings.slip);
         let mut iterates = self.state.iterates(&problem, factor.penalty());
         let mut record = Record::none();

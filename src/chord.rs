@@ -18,6 +18,17 @@ use nalgebra::SVector;
 /// So many steps cost as much as one with a new matrix.
 const STEPS: usize = 4;
 
+/// What has come of steps with a matrix that was kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Chord {
+    /// Nothing: the point is where it was.
+    Useless,
+    /// The point is better, but the end was not in reach of this matrix.
+    Spent,
+    /// The matrix may be worth more steps.
+    Good,
+}
+
 /// A step, and what it takes off the residual.
 #[derive(Clone, Copy)]
 struct Direction<T, const D: usize, const C: usize> {
@@ -61,31 +72,33 @@ impl<T: Real, const D: usize, const C: usize> Direction<T, D, C> {
 
 impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// Goes on with the linearisation that was kept, as long as [`STEPS`] of its steps can be hoped to
-    /// reach the end. `None` if it is no good: the point is where it was. Otherwise, is it worth
-    /// more steps?
+    /// reach the end.
     #[inline(never)]
     pub(crate) fn chord<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
         workspace: &Workspace<T, D, C>,
-    ) -> Option<bool> {
+    ) -> Chord {
         let (start, before) = (self.point.z, self.point.energy);
-        let hopeful = self.chord_steps(search, workspace);
-        let good = search.is_over() || self.point.energy < before * T::literal(0.04);
-        if hopeful.is_none() || !good {
-            self.point.z = start;
-            self.point.update(search.problem, self.balance.scale);
-            return None;
+        let chord = self.chord_steps(search, workspace);
+        let better = search.is_over() || self.point.energy < before * T::literal(0.04);
+        match chord {
+            Some(chord) if better => chord,
+            _ => {
+                self.point.z = start;
+                self.point.update(search.problem, self.balance.scale);
+                Chord::Useless
+            }
         }
-        hopeful
     }
 
-    /// The steps. Did they still promise to reach the end? `None` if one is no number.
+    /// The steps; `None` if one is no number. If the end is not in reach the last step stays as it is,
+    /// not joined.
     fn chord_steps<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
         workspace: &Workspace<T, D, C>,
-    ) -> Option<bool> {
+    ) -> Option<Chord> {
         let Workspace {
             linearisation,
             resolvent,
@@ -108,12 +121,13 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             let direction = Direction::new(laws, step, &residual, &point.residual, known);
             let length = inner(laws, &residual, &direction.fall) / direction.square;
             energy -= length * length * direction.square;
-            // The natural map goes with the root of the energy.
-            let wanted = search.tolerance() / point.natural_map;
-            let (reached, wanted) = (energy / before, wanted * wanted * point.energy / before);
-            let hopeful = power(reached, STEPS) <= power(wanted, count + 1);
-            if !hopeful || !linearisation.suits(search.problem, point, scale) {
-                return Some(false);
+            // Shares of the energy at the start. The natural map goes with its root.
+            let lack = search.tolerance() / point.natural_map;
+            let (reached, wanted) = (energy / before, lack * lack * point.energy / before);
+            // At this rate all steps reach `reached^(STEPS / (count + 1))`. (What underflows is there.)
+            let in_reach = power(reached, STEPS) <= power(wanted, count + 1);
+            if !in_reach || !linearisation.suits(search.problem, point, scale) {
+                return Some(Chord::Spent);
             }
             point.go(&z, &direction.step, length);
             point.residual = residual;
@@ -129,7 +143,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                 }
             }
         }
-        Some(true)
+        Some(Chord::Good)
     }
 }
 

@@ -1,4 +1,4 @@
-//! What can be wrong with the data of a scene.
+//! What can be wrong with the data of a solve.
 
 use core::fmt;
 
@@ -69,6 +69,8 @@ pub enum Error {
     },
     /// The penalty `rho` is not a positive number the factorisation can use.
     InvalidPenalty,
+    /// The tolerance asked for is NaN, infinite or negative.
+    InvalidTolerance,
     /// The factor was computed for another number of contacts than the scene has.
     FactorMismatch {
         /// Contacts of the scene.
@@ -110,6 +112,7 @@ impl fmt::Display for Error {
             }
             Self::NoSuchContact { contact } => write!(f, "there is no contact {contact}"),
             Self::InvalidPenalty => write!(f, "penalty rho is not a usable positive number"),
+            Self::InvalidTolerance => write!(f, "tolerance is negative or not finite"),
             Self::FactorMismatch { scene, factor } => write!(
                 f,
                 "factor was computed for {factor} contacts, the scene has {scene}"

@@ -164,11 +164,12 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
             })
     }
 
-    /// The residual of the point where this was computed, as it has to be for a step that also moves
-    /// tangential impulses to where they are least, as far as that is without effect.
+    /// The residual that a step has to answer to, from the point where this was computed, if it is also
+    /// to take off what tangential impulses hold against each other (by the measure of [`Self::hold`]).
     ///
-    /// Of a hyperstatic scene those of the last solution have come to the edges of the cones where
-    /// they could well be within, and what a contact at the edge does next is hard to foresee.
+    /// Impulses of a hyperstatic scene that were carried from step to step have come to the edges of
+    /// their cones where they could well be within, and what a contact at the edge does next is hard
+    /// to foresee.
     pub(crate) fn centred(&self, point: &Point<T, D, C>) -> ContactVector<T, D, C> {
         let mut residual = point.residual;
         for (residual, (frame, z)) in residual.iter_mut().zip(self.frames.iter().zip(&point.z)) {

@@ -6,8 +6,8 @@ use crate::contact_space::ContactVector;
 use crate::scene::check_finite;
 use crate::solution::zeros;
 use crate::{
-    Contact, ContactSolution, Error, Factor, FrictionCone, Input, Real, Scene, SlipUpdate,
-    Solution, residual,
+    Contact, ContactSolution, Error, Factor, FrictionCone, Input, Real, Scene, Settings,
+    SlipUpdate, Solution, residual,
 };
 use core::array;
 use nalgebra::SVector;
@@ -71,7 +71,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         scene: &Scene<T, N, D, C>,
         factor: &Factor<T, N, D, C>,
         f: &SVector<T, N>,
+        settings: &Settings<T>,
     ) -> Result<(), Error> {
+        let tolerance = settings.tolerance;
+        if !tolerance.is_finite() || tolerance < T::ZERO {
+            return Err(Error::InvalidTolerance);
+        }
         check_finite(f, Input::FreeImpulse)?;
         let contacts = scene.contacts();
         if contacts.len() != factor.contacts() {
@@ -234,8 +239,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     }
 }
 
-/// Do these impulses push along more rows than there are dofs? Then they are not unique: what moves
-/// them may not move the bodies.
+/// Do contacts with these impulses have more rows than the scene, as compiled, has dofs? Then impulses
+/// are not unique: what moves them may not move the bodies.
 pub(crate) fn is_hyperstatic<T: Real, const N: usize, const D: usize, const C: usize>(
     r: &ContactVector<T, D, C>,
 ) -> bool {

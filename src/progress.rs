@@ -1,9 +1,8 @@
 //! Where a solve stands: all that one piece of work leaves for the next.
 //!
-//! The pieces are one ADMM iteration, one Newton step (with the matrix that was kept, and where that is
-//! no good with a new one), and the sweeps before and between them. Because
-//! nothing else is carried from one to the next, a solve can stop after any of them and go on later
-//! with the same bits.
+//! The pieces are one ADMM iteration, steps with the matrix that was kept and where they are no good
+//! sweeps or a Newton step, and another attempt. Because nothing else is carried from one to the next,
+//! a solve can stop after any of them and go on later with the same bits.
 
 use crate::admm::{Acceleration, Iterate, Restart};
 use crate::cholesky::rolled;
@@ -281,8 +280,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         false
     }
 
-    /// One or two sweeps from here, where no matrix suits, since a contact does something else than it
-    /// did: they find out what for less than a Newton step.
+    /// One or two sweeps from here, where the matrix that was kept is no good: they find out for less
+    /// than a Newton step what a contact does now.
     pub(crate) fn sweep_on<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
         let here = self.point.natural_map;
         self.swept = self.point.impulse;

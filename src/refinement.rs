@@ -1,6 +1,7 @@
 //! Newton's part of the default method.
 
 use crate::cholesky::rolled;
+use crate::chord::Chord;
 use crate::problem::is_hyperstatic;
 use crate::progress::{Phase, Progress, Workspace};
 use crate::safeguard::Caution;
@@ -91,9 +92,9 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         if !refinement.again || !linearisation.suits(search.problem, &self.point, scale) {
             return false;
         }
-        let done = self.chord(search, workspace);
-        refinement.again = done == Some(true);
-        done.is_some()
+        let chord = self.chord(search, workspace);
+        refinement.again = chord == Chord::Good;
+        chord != Chord::Useless
     }
 
     #[inline(never)]

@@ -71,6 +71,8 @@ pub(crate) struct Search<'s, 'a, T, const N: usize, const D: usize, const C: usi
     settings: &'s Settings<T>,
     /// The work at which the call ends.
     limit: usize,
+    /// Is the solution what an earlier call for the same solve has found?
+    resumed: bool,
 }
 
 impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s, 'a, T, N, D, C> {
@@ -98,6 +100,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
             record,
             settings,
             limit,
+            resumed,
         }
     }
 
@@ -264,22 +267,30 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
     }
 
     /// Writes down the best that was found. Of a search that may go on, what it has at present counts
-    /// as well, but leaves no trace in it.
+    /// as well, and what the last call wrote down, but neither leaves a trace in it.
     pub(crate) fn finish(&mut self, present: &ContactVector<T, D, C>) {
         self.solution.status = self.record.status;
-        match self.record.status {
-            Status::Solved => {}
-            Status::MaxIterations => {
-                let mut u = [[T::ZERO; D]; C];
-                let natural_map = self.problem.natural_map(present, &mut u);
-                let best = self.record.natural_map;
-                let improved = best.is_none_or(|best| natural_map < best);
-                let r = if improved { present } else { &self.record.best };
-                self.problem.evaluate(r, self.solution);
-                self.record.free = self.problem.free();
-            }
-            _ => self.problem.evaluate(&self.record.best, self.solution),
+        if self.record.status == Status::Solved {
+            return;
         }
+        let mut r = self.record.best;
+        if self.record.status == Status::MaxIterations {
+            let mut least = self.record.natural_map;
+            let mut shown = *present;
+            for _ in 0..=usize::from(self.resumed) {
+                let mut u = [[T::ZERO; D]; C];
+                let natural_map = self.problem.natural_map(&shown, &mut u);
+                if least.is_none_or(|least| natural_map < least) {
+                    (r, least) = (shown, Some(natural_map));
+                }
+                for (shown, contact) in shown.iter_mut().zip(&self.solution.contacts) {
+                    rolled();
+                    *shown = contact.impulse.into();
+                }
+            }
+            self.record.free = self.problem.free();
+        }
+        self.problem.evaluate(&r, self.solution);
     }
 
     /// Looks for a proof that there is nothing to be found, where what was found gives cause.

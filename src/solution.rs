@@ -23,10 +23,11 @@ pub enum SlipUpdate {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings<T> {
-    /// Error below which a solution counts as solved (dimensionless); see [`Solution::error`].
+    /// Error below which a solution counts as solved (dimensionless, not negative); see
+    /// [`Solution::error`].
     pub tolerance: T,
     /// What a call may cost, in iterations; a Newton step counts as ten, one with a matrix that was
-    /// kept as two, and so does a Gauss-Seidel sweep. A control loop sets what its time allows. A
+    /// kept as two, the point where several of those are joined as one, and a Gauss-Seidel sweep as two. A control loop sets what its time allows. A
     /// call ends with the piece of work in which the budget ends, of which the largest, a side
     /// branch of 20 sweeps, counts 40.
     pub max_iterations: usize,
@@ -121,8 +122,8 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     /// Proof of [`Status::Infeasible`], otherwise empty: one `d_i >= 0` a contact with
     /// `Σ d_i H_Niᵀ = 0` and `Σ d_i w_Ni < 0` (Farkas' lemma).
     pub certificate: Vec<T, C>,
-    /// Iterations done: of ADMM, two for each Gauss-Seidel sweep, and two for each Newton step with a
-    /// matrix that was kept.
+    /// Iterations done: of ADMM, two for each Gauss-Seidel sweep, two for each Newton step with a
+    /// matrix that was kept, and one for each point where such steps are joined.
     pub iterations: usize,
     /// Newton steps done, each with a matrix of its own.
     pub newton_steps: usize,

@@ -72,12 +72,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     /// Solves a scene for a free impulse `f = -M v_free` (N·s).
     ///
     /// It ends when the scene is solved, when it is known not to be, or when it has cost
-    /// [`Settings::max_iterations`]. In the last case the best that was found is the answer, with
-    /// its error, and [`Self::resume`] goes on. (Another `solve` begins anew, with a warm start
+    /// [`Settings::max_iterations`]. In the last case the answer is the best impulse
+    /// whose error was computed (to compute it costs as much as an iteration, so not every iterate's
+    /// is), with that error, and [`Self::resume`] goes on. (Another `solve` begins anew, with a warm start
     /// where that is any good; a budget that is always too small for it never gets there.)
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`].
     pub fn solve(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -107,7 +108,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     ) -> Result<&Solution<T, N, D, C>, Error> {
         let same = self.solution.contacts.len() == factor.contacts();
         if self.record.is_over() && same {
-            Problem::check(scene, factor, f)?;
+            Problem::check(scene, factor, f, settings)?;
             return Ok(&self.solution);
         }
         let resumed = same && !self.progress.is_idle();
@@ -126,7 +127,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
             self.record.forget();
             self.progress.stop();
         }
-        Problem::check(scene, factor, f)?;
+        Problem::check(scene, factor, f, settings)?;
         let mut problem = Problem::new(scene, factor, f, settings.slip);
         let (solution, record) = (&mut self.solution, &mut self.record);
         let mut search = Search::new(&mut problem, settings, solution, record, resumed);

@@ -76,10 +76,19 @@ pub fn free_impulse<T: Real, const N: usize>(
 /// assert_eq!(gap(0.5, step, recovery, reach), 2.0);
 /// assert_eq!(gap(-0.5, step, recovery, reach), -0.1);
 /// assert_eq!(gap(8.0, step, recovery, reach), 3.0);
+/// assert!(gap(f64::NAN, step, recovery, reach).is_nan()); // for the scene to refuse
 /// ```
 #[must_use]
 pub fn gap<T: Real>(gap: T, step: T, recovery: T, reach: T) -> T {
-    (gap / step).min(reach).max(-recovery)
+    let speed = gap / step;
+    // `min` and `max` would take a NaN for a number.
+    if speed > reach {
+        reach
+    } else if speed < -recovery {
+        -recovery
+    } else {
+        speed
+    }
 }
 
 /// Normal offset of a contact that bounces, Newton's `w_N = e u_N⁻` (m/s), where it closes in this
@@ -99,7 +108,9 @@ pub fn gap<T: Real>(gap: T, step: T, recovery: T, reach: T) -> T {
 pub fn restitution<T: Real>(e: T, approach: T, threshold: T, gap: T) -> T {
     let bounce = e * approach;
     let closes = approach < -threshold && gap + approach <= T::ZERO;
-    if closes && bounce < T::ZERO {
+    if !bounce.is_finite() {
+        bounce // for the scene to refuse
+    } else if closes && bounce < T::ZERO {
         bounce.min(gap)
     } else {
         gap

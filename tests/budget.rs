@@ -41,13 +41,16 @@ fn solve<const N: usize, const D: usize, const C: usize>(
     let (mut calls, mut dearest) = (0, 0);
     let answers = [1.0, 0.99].map(|share| {
         let f = file.free_impulse::<f64, N>() * share;
-        let mut spent = 0;
+        let (mut spent, mut error) = (0, f64::INFINITY);
         solver.solve(&scene, &factor, &f, &settings).unwrap();
         loop {
             let solution = solver.solution();
             let work = solution.iterations + 10 * solution.newton_steps;
             dearest = dearest.max(work - spent);
             (spent, calls) = (work, calls + 1);
+            // What a call has found is not lost by the next.
+            assert!(solution.error <= error * 1.01 + 1e-12, "{}", file.name);
+            error = solution.error;
             if solution.status != Status::MaxIterations {
                 break;
             }

@@ -213,6 +213,22 @@ fn a_penalty_that_drowns_the_unit_matrix_is_refused() -> Result<(), Error> {
 }
 
 #[test]
+fn a_tolerance_is_a_number() -> Result<(), Error> {
+    let scene = scene();
+    let (factor, f) = (Factor::new(&scene)?, SVector::zeros());
+    let refused = Some(Error::InvalidTolerance);
+    for bad in [f64::NAN, f64::INFINITY, -1e-9] {
+        let settings = Settings::new(bad);
+        let (mut solver, mut admm) = (Solver::new(), AdmmSolver::new());
+        assert_eq!(solver.solve(&scene, &factor, &f, &settings).err(), refused);
+        assert_eq!(solver.resume(&scene, &factor, &f, &settings).err(), refused);
+        let restart = admm.solve_restart(&scene, &factor, &f, &settings);
+        assert_eq!(restart.err(), refused);
+    }
+    Ok(())
+}
+
+#[test]
 fn a_factor_belongs_to_its_number_of_contacts() -> Result<(), Error> {
     let mut scene = scene();
     let factor = Factor::new(&scene)?;
@@ -358,6 +374,7 @@ fn every_error_says_which_datum_is_wrong() {
         (Error::ContactListFull { capacity: 10 }, "10 contacts"),
         (Error::NoSuchContact { contact: 11 }, "no contact 11"),
         (Error::InvalidPenalty, "penalty rho"),
+        (Error::InvalidTolerance, "tolerance"),
         (
             Error::FactorMismatch {
                 scene: 12,

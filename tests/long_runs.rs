@@ -33,16 +33,17 @@ fn ball_growth<T: Real>(restitution: f64, tolerance: f64) -> Result<f64, Error> 
     Ok(growth(energies.into_iter()))
 }
 
-/// At `e = 1` it never rests: each of the 100,000 steps rounds the velocity.
+/// At `e = 1` it never rests, and what the solver's tolerance and rounding leave of 100,000 steps adds
+/// up.
 #[test]
 fn the_energy_of_a_bouncing_ball_never_grows() -> Result<(), Error> {
     for (e, double, single) in [
         (0.0, 1e-12, 1e-5),
         (0.5, 1e-12, 1e-5),
         (0.9, 1e-12, 1e-5),
-        (1.0, 4e5 * f64::EPSILON, 4e5 * f64::from(f32::EPSILON)),
+        (1.0, 4e5 * f64::EPSILON, 1e4 * f64::from(f32::EPSILON)),
     ] {
-        let growth = [ball_growth::<f64>(e, 1e-10)?, ball_growth::<f32>(e, 1e-4)?];
+        let growth = [ball_growth::<f64>(e, 1e-10)?, ball_growth::<f32>(e, 1e-5)?];
         println!(
             "e = {e}: energy grows by {:.1e} in f64, {:.1e} in f32",
             growth[0], growth[1]

@@ -41,6 +41,7 @@ fn code(error: Error) -> i32 {
         Error::InvalidFriction { .. } => -5,
         Error::ContactListFull { .. } => -6,
         Error::FactorMismatch { .. } => -7,
+        Error::InvalidTolerance => -9,
         _ => -8,
     }
 }

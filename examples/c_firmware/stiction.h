@@ -31,7 +31,8 @@ enum {
     STICTION_FRICTION = -5,       /* mu is negative, not finite or too large */
     STICTION_FULL = -6,           /* STICTION_C contacts are there already */
     STICTION_NOT_PREPARED = -7,   /* contacts have changed since stiction_prepare */
-    STICTION_OTHER = -8
+    STICTION_OTHER = -8,
+    STICTION_TOLERANCE = -9       /* the tolerance is negative or not finite */
 };
 
 /* Before anything else. */

@@ -73,7 +73,7 @@ pub fn draw(name: &str, panels: &[Panel]) -> Result<(), Box<dyn Error>> {
     let root = SVGBackend::new(&path, size).into_drawing_area();
     root.fill(&WHITE)?;
     for (area, panel) in root.split_evenly((panels.len(), 1)).iter().zip(panels) {
-        let (left, legend) = area.split_horizontally(740);
+        let (left, legend) = area.split_horizontally(720);
         let points = || panel.series.iter().flat_map(|series| &series.points);
         let x = range(points().map(|p| p.0), 0.0);
         let y = range(points().map(|p| p.1), 0.06);
