@@ -8,8 +8,7 @@
 //! offsets by a factor that no feasible scene has.
 
 use crate::Real;
-use crate::cholesky::rolled;
-use crate::cholesky::{dot, factorise, solve};
+use crate::cholesky::{dot, factorise, rolled, solve};
 use crate::problem::Problem;
 use heapless::Vec;
 

@@ -65,8 +65,8 @@ impl<T: Real> Caution<T> {
         self.rejections == 1
     }
 
-    /// `λ`: vanishes with the error, so that the last steps are Newton's (but from the last solution on,
-    /// where the error at the start is given).
+    /// `λ`: vanishes with the error, down to what rounding makes of `W`, so that the last steps are
+    /// Newton's (but from the last solution on, where the error at the start is given).
     pub(crate) fn regularisation(&self, natural_map: T) -> T {
         let lambda = self.level * T::literal(1e-3) * natural_map.min(T::ONE)
             + T::literal(1e-12).max(T::EPSILON * T::literal(64.0));
