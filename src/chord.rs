@@ -7,7 +7,7 @@
 //! (Eisenstat, Elman and Schultz, 1983), in the norm of the energy.
 
 use crate::Real;
-use crate::cholesky::rolled;
+use crate::cholesky::{axpy, rolled};
 use crate::contact_space::{ContactVector, product};
 use crate::problem::Law;
 use crate::progress::{Progress, Workspace};
@@ -56,10 +56,10 @@ impl<T: Real, const D: usize, const C: usize> Direction<T, D, C> {
         before: &[Self],
     ) -> Self {
         let (mut step, mut fall) = (step, *from);
-        go(&mut fall, to, -T::ONE);
+        axpy(-T::ONE, to.as_flattened(), fall.as_flattened_mut());
         for other in before {
             let share = inner(laws, &fall, &other.fall) / other.square;
-            go(&mut fall, &other.fall, -share);
+            axpy(-share, other.fall.as_flattened(), fall.as_flattened_mut());
             for (step, other) in step.iter_mut().zip(&other.step) {
                 rolled();
                 *step -= other * share;
@@ -85,8 +85,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         match chord {
             Some(chord) if better => chord,
             _ => {
-                self.point.z = start;
-                self.point.update(search.problem, self.balance.scale);
+                self.go_back(search, &start);
                 Chord::Useless
             }
         }
@@ -103,20 +102,17 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             linearisation,
             resolvent,
         } = workspace;
-        let (point, scale) = (&mut self.point, self.balance.scale);
-        let (mut directions, before) = ([Direction::none(); STEPS - 1], point.energy);
+        let (mut directions, before) = ([Direction::none(); STEPS - 1], self.point.energy);
         let mut energy = before;
         for count in 0..STEPS {
             search.solution.iterations += 2;
-            let (z, residual) = (point.z, point.residual);
+            let (z, residual) = (self.point.z, self.point.residual);
             let step = linearisation.step(search.problem, &residual, &resolvent.matrix)?;
-            point.go(&z, &step, T::ONE);
-            point.update(search.problem, scale);
-            search.consider(&point.impulse, &point.relative, point.natural_map);
+            self.visit(search, &z, &step, T::ONE);
             if search.is_over() {
                 break;
             }
-            let laws = search.problem.laws();
+            let (point, laws) = (&mut self.point, search.problem.laws());
             let known = directions.get(..count)?;
             let direction = Direction::new(laws, step, &residual, &point.residual, known);
             let length = inner(laws, &residual, &direction.fall) / direction.square;
@@ -126,38 +122,26 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             let (reached, wanted) = (energy / before, lack * lack * point.energy / before);
             // At this rate all steps reach `reached^(STEPS / (count + 1))`. (What underflows is there.)
             let in_reach = power(reached, STEPS) <= power(wanted, count + 1);
-            if !in_reach || !linearisation.suits(search.problem, point, scale) {
+            if !in_reach || !linearisation.suits(search.problem, point, self.balance.scale) {
                 return Some(Chord::Spent);
             }
-            point.go(&z, &direction.step, length);
-            point.residual = residual;
-            go(&mut point.residual, &direction.fall, -length);
             let end = reached < wanted * T::literal(0.5);
             match directions.get_mut(count) {
-                Some(place) if !end => *place = direction,
+                Some(place) if !end => {
+                    point.go(&z, &direction.step, length);
+                    point.residual = residual;
+                    let fall = direction.fall.as_flattened();
+                    axpy(-length, fall, point.residual.as_flattened_mut());
+                    *place = direction;
+                }
                 _ => {
                     search.solution.iterations += 1;
-                    point.update(search.problem, scale);
-                    search.consider(&point.impulse, &point.relative, point.natural_map);
+                    self.visit(search, &z, &direction.step, length);
                     break;
                 }
             }
         }
         Some(Chord::Good)
-    }
-}
-
-/// `x + step length`
-#[inline(never)]
-fn go<T: Real, const D: usize, const C: usize>(
-    x: &mut ContactVector<T, D, C>,
-    step: &ContactVector<T, D, C>,
-    length: T,
-) {
-    let pairs = x.as_flattened_mut().iter_mut();
-    for (x, &step) in pairs.zip(step.as_flattened()) {
-        rolled();
-        *x += step * length;
     }
 }
 

@@ -214,6 +214,29 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         };
     }
 
+    /// Goes to `start + step length`, and considers what is there.
+    pub(crate) fn visit<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, '_, T, N, D, C>,
+        start: &[SVector<T, D>; C],
+        step: &[SVector<T, D>; C],
+        length: T,
+    ) {
+        self.point.go(start, step, length);
+        self.point.update(search.problem, self.balance.scale);
+        self.consider(search);
+    }
+
+    /// Goes back to a `z` that was considered before.
+    pub(crate) fn go_back<const N: usize>(
+        &mut self,
+        search: &Search<'_, '_, T, N, D, C>,
+        start: &[SVector<T, D>; C],
+    ) {
+        self.point.z = *start;
+        self.point.update(search.problem, self.balance.scale);
+    }
+
     pub(crate) fn consider<const N: usize>(&self, search: &mut Search<'_, '_, T, N, D, C>) {
         let point = &self.point;
         search.consider(&point.impulse, &point.relative, point.natural_map);

@@ -164,9 +164,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         };
         for &length in lengths.get(..tried)? {
             rolled();
-            self.point.go(&start, step, length);
-            self.point.update(search.problem, self.balance.scale);
-            self.consider(search);
+            self.visit(search, &start, step, length);
             let enough = if bold && length == T::ONE {
                 T::literal(1e2)
             } else {
@@ -176,8 +174,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                 return Some(length);
             }
         }
-        self.point.z = start;
-        self.point.update(search.problem, self.balance.scale);
+        self.go_back(search, &start);
         None
     }
 }

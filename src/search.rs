@@ -276,21 +276,28 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
         let mut r = self.record.best;
         if self.record.status == Status::MaxIterations {
             let mut least = self.record.natural_map;
-            let mut shown = *present;
-            for _ in 0..=usize::from(self.resumed) {
+            let shown = self.resumed.then(|| self.shown());
+            for other in [Some(*present), shown].into_iter().flatten() {
+                rolled();
                 let mut u = [[T::ZERO; D]; C];
-                let natural_map = self.problem.natural_map(&shown, &mut u);
+                let natural_map = self.problem.natural_map(&other, &mut u);
                 if least.is_none_or(|least| natural_map < least) {
-                    (r, least) = (shown, Some(natural_map));
-                }
-                for (shown, contact) in shown.iter_mut().zip(&self.solution.contacts) {
-                    rolled();
-                    *shown = contact.impulse.into();
+                    (r, least) = (other, Some(natural_map));
                 }
             }
             self.record.free = self.problem.free();
         }
         self.problem.evaluate(&r, self.solution);
+    }
+
+    /// The impulses that are written down.
+    fn shown(&self) -> ContactVector<T, D, C> {
+        let mut shown = [[T::ZERO; D]; C];
+        for (shown, contact) in shown.iter_mut().zip(&self.solution.contacts) {
+            rolled();
+            *shown = contact.impulse.into();
+        }
+        shown
     }
 
     /// Looks for a proof that there is nothing to be found, where what was found gives cause.

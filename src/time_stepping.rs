@@ -80,15 +80,8 @@ pub fn free_impulse<T: Real, const N: usize>(
 /// ```
 #[must_use]
 pub fn gap<T: Real>(gap: T, step: T, recovery: T, reach: T) -> T {
-    let speed = gap / step;
     // `min` and `max` would take a NaN for a number.
-    if speed > reach {
-        reach
-    } else if speed < -recovery {
-        -recovery
-    } else {
-        speed
-    }
+    (gap / step).clamp(-recovery, reach)
 }
 
 /// Normal offset of a contact that bounces, Newton's `w_N = e u_N⁻` (m/s), where it closes in this
