@@ -1,5 +1,5 @@
-//! A planar hopper: a body on a springy leg that hops off towards 1 m/s, and back to
-//! the spot.
+//! A planar hopper: a body on a springy leg that hops off towards 1 m/s, and then on
+//! the spot again.
 //!
 //! The foot is a contact that is open most of the time and stays in the scene: its gap is an offset,
 //! so that one factor serves the whole run. Control after Raibert: thrust in stance, foot placement
