@@ -1,115 +1,183 @@
-//! Gauss-Seidel over the contacts: another place to start Newton's method from.
-//!
-//! Scenes with strong friction have points at which neither the residuals of ADMM nor the energy
-//! of Newton's method decrease, though a solution lies elsewhere. A few sweeps lead elsewhere.
-//! And where a contact does something else than in the last solution, one or two find out what.
+//! Gauss-Seidel over the contacts: where a solve starts, if its impulses are unique.
 //!
 //! A contact is solved exactly while the others are held. With `u` the velocity that they leave,
 //! it is open if `u_N >= 0`; else `u_N` becomes 0, and `u_T = -λ r_T` with `λ = 0` if that keeps
-//! the impulse in the cone, or the `λ > 0` that puts it on the boundary. So the impulse is
-//! `r = -(W_ii + λ I_T)⁻¹ u`, and `mu r_N / |r_T| - 1`, of which `λ` is a root, is nearly linear.
+//! the impulse in the cone, or the `λ > 0` that puts it on the boundary. With `r_N` eliminated, `S` the
+//! Schur complement of `W_ii` and `b = W_TN u_N / W_NN - u_T`,
+//!
+//! `r_T = (S + λI)⁻¹ b`, `r_N = -(u_N + W_NT r_T) / W_NN`.
+//!
+//! Where more contacts push than the scene has dofs for, sweeps crawl; [`crate::admm`] starts such scenes.
 
 use crate::Real;
-use crate::cholesky::{dot, rolled};
-use crate::cone::square;
-use crate::contact_space::{ContactVector, product};
-use crate::pivot::Pivot;
+use crate::cholesky::rolled;
+use crate::contact_space::{ContactVector, block, product, subtract_rows};
 use crate::problem::Problem;
 
-/// Solves contact by contact, each with the impulses of the others as they are by then.
+/// Solves contact by contact, each with the impulses of the others as they are by then, and keeps
+/// `u = W r + q`. The `λ` of each contact is sought near where the last one was.
 #[inline(never)]
 pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
     problem: &Problem<'_, T, N, D, C>,
     impulse: &mut ContactVector<T, D, C>,
+    relative: &mut ContactVector<T, D, C>,
+    drags: &mut [T; C],
 ) {
-    let used = ..problem.laws().len();
-    let contacts = problem.laws().iter().zip(problem.factor.delassus());
-    for (i, (law, rows)) in contacts.enumerate() {
-        if let Some(impulse) = impulse.get_mut(i) {
-            *impulse = [T::ZERO; D];
+    let (laws, delassus) = (problem.laws(), problem.factor.delassus());
+    let contacts = laws.iter().zip(delassus).enumerate();
+    for ((i, (law, rows)), (impulse, drag)) in contacts.zip(impulse.iter_mut().zip(drags)) {
+        let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
+            return;
+        };
+        let old = *impulse;
+        let mut left = u;
+        for (left, own) in left.iter_mut().zip(&own) {
+            *left -= product(own, &old);
         }
-        let mut u: [T; D] = law.free.into();
-        let mut own = [[T::ZERO; D]; D];
-        for ((u, own), row) in u.iter_mut().zip(&mut own).zip(rows) {
-            if let (Some(row), Some(impulse)) = (row.get(used), impulse.get(used)) {
-                *u += dot(row.as_flattened(), impulse.as_flattened());
-            }
-            *own = row.get(i).copied().unwrap_or(*own);
+        *impulse = push(&own, &left, law.cone.friction(), drag).unwrap_or([T::ZERO; D]);
+        let mut back = old;
+        for (back, &new) in back.iter_mut().zip(&*impulse) {
+            *back -= new;
         }
-        if let Some(impulse) = impulse.get_mut(i) {
-            let solved = solve(&own, &u, law.cone.friction());
-            *impulse = solved.unwrap_or([T::ZERO; D]);
+        if back != [T::ZERO; D] {
+            subtract_rows(relative, &back, rows, 0, D * laws.len());
         }
     }
 }
 
-/// The impulse of one contact, from `W_ii` and the velocity that the others leave, if they do not
-/// part; where it slips, as near to the boundary as eight steps for `λ` bring it, and then scaled
-/// onto it.
+/// The impulse of one contact, from `W_ii` and the velocity `u` that the others leave; `None` if they
+/// part. Where friction wedges a contact, so that no impulse obeys the law, it has none.
 #[inline]
-fn solve<T: Real, const D: usize>(own: &[[T; D]; D], u: &[T; D], mu: T) -> Option<[T; D]> {
-    let (&approach, &inertia) = (u.first()?, own.first()?.first()?);
+fn push<T: Real, const D: usize>(
+    own: &[[T; D]; D],
+    u: &[T; D],
+    mu: T,
+    drag: &mut T,
+) -> Option<[T; D]> {
+    let (approach, inertia) = (*u.first()?, *own.first()?.first()?);
     let closed = approach < T::ZERO && inertia > T::ZERO;
     if !closed {
         return None;
     }
-    let mut last = with_normal([T::ZERO; D], -approach / inertia);
-    if mu == T::ZERO || D == 1 {
-        return Some(last);
+    let (mut normal, mut tangents) = (-approach / inertia, [T::ZERO; 2]);
+    if mu > T::ZERO {
+        if let Some(rubbing) = match D {
+            2 => one_tangent(own, u, mu),
+            3 => two_tangents(own, u, mu, drag),
+            _ => None,
+        } {
+            (normal, tangents) = rubbing;
+        }
     }
-    let (mut lambda, mut low, mut high) = (T::ZERO, T::ZERO, None);
-    for _ in 0..9 {
+    let mut impulse = [normal; D];
+    for (impulse, tangent) in impulse.iter_mut().skip(1).zip(tangents) {
+        *impulse = tangent;
+    }
+    Some(impulse)
+}
+
+/// `S_kk`. What rounding or nature leaves of a row that nothing moves has a pivot, too.
+#[inline]
+fn pivot<T: Real>(own: T, through: T, inertia: T) -> T {
+    let size = if own > T::ZERO { own } else { inertia };
+    (own - through).max(T::ZERO) + T::EPSILON * T::literal(8.0) * size
+}
+
+/// `r_N` and `r_T`; a contact slips one way or the other, `r_T = ±mu r_N`.
+#[inline]
+fn one_tangent<T: Real, const D: usize>(
+    own: &[[T; D]; D],
+    u: &[T; D],
+    mu: T,
+) -> Option<(T, [T; 2])> {
+    let w = |i: usize, j: usize| own.get(i)?.get(j).copied();
+    let (approach, inertia, coupling) = (*u.first()?, w(0, 0)?, w(1, 0)?);
+    let share = coupling / inertia;
+    let b = share * approach - *u.get(1)?;
+    let tangent = b / pivot(w(1, 1)?, share * coupling, inertia);
+    let normal = -(approach + coupling * tangent) / inertia;
+    if tangent.abs() <= mu * normal {
+        return Some((normal, [tangent, T::ZERO]));
+    }
+    let slope = if b < T::ZERO { -mu } else { mu };
+    let normal = -approach / (inertia + slope * coupling);
+    let right = normal > T::ZERO && normal.is_finite();
+    right.then_some((normal, [slope * normal, T::ZERO]))
+}
+
+/// `r_N` and `r_T`, from a `λ` on that is replaced by the next guess.
+///
+/// With `δ = det(S + λI)` and `c = adj(S) b` it is `δ r_T = c + λ b`, and `δ mu r_N` a quadratic function
+/// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: its root takes few steps, and a root
+/// of the sum of squares each.
+#[inline]
+fn two_tangents<T: Real, const D: usize>(
+    own: &[[T; D]; D],
+    u: &[T; D],
+    mu: T,
+    drag: &mut T,
+) -> Option<(T, [T; 2])> {
+    let w = |i: usize, j: usize| own.get(i)?.get(j).copied();
+    let (approach, inertia) = (*u.first()?, w(0, 0)?);
+    let coupling = [w(1, 0)?, w(2, 0)?];
+    let compliance = T::ONE / inertia;
+    let share = coupling.map(|w| w * compliance);
+    let ([x, y], [share_x, share_y]) = (coupling, share);
+    let b = [
+        share_x * approach - *u.get(1)?,
+        share_y * approach - *u.get(2)?,
+    ];
+    let first = pivot(w(1, 1)?, share_x * x, inertia);
+    let second = pivot(w(2, 2)?, share_y * y, inertia);
+    let mixed = w(1, 2)? - share_x * y;
+    let (trace, det) = (first + second, first * second - mixed * mixed);
+    let c = [second * b[0] - mixed * b[1], first * b[1] - mixed * b[0]];
+    // δ mu r_N = constant + λ (linear + λ square)
+    let scale = -mu * compliance;
+    let constant = scale * (approach * det + product(&coupling, &c));
+    let linear = scale * (approach * trace + product(&coupling, &b));
+    let square = scale * approach;
+    let (cc, bc, bb) = (product(&c, &c), product(&b, &c), product(&b, &b));
+    // `fit` puts it onto the boundary.
+    let at = |lambda: T, normal: T, fit: T| {
+        let volume = det + lambda * (trace + lambda);
+        let (normal, fit) = (normal / (mu * volume), fit / volume);
+        let tangents = [(c[0] + lambda * b[0]) * fit, (c[1] + lambda * b[1]) * fit];
+        let right = normal > T::ZERO && tangents.iter().all(T::is_finite);
+        right.then_some((normal, tangents))
+    };
+    if constant >= T::ZERO && cc <= constant * constant {
+        *drag = T::ZERO;
+        return at(T::ZERO, constant, T::ONE);
+    }
+    let mut last = None;
+    let (mut low, mut high) = (T::ZERO, None);
+    for _ in 0..8 {
         rolled();
-        let mut block = *own;
-        for (k, row) in block.iter_mut().enumerate().skip(1) {
-            let entry = row.get_mut(k)?;
-            // What rounding or nature leaves of a row that nothing moves has a pivot, too.
-            let size = if *entry > T::ZERO { *entry } else { inertia };
-            *entry += lambda + T::EPSILON * T::literal(8.0) * size;
-        }
-        let pivot = Pivot::new(block)?;
-        let r = pivot.solve(u.map(|u| -u));
-        let normal = *r.first()?;
-        let slip = with_normal(r, T::ZERO);
-        let squares = square(&slip);
-        let sticks = normal >= T::ZERO && squares <= mu * mu * normal * normal;
-        if lambda == T::ZERO && sticks {
-            return Some(r);
-        }
+        let lambda = *drag;
+        let normal = constant + lambda * (linear + lambda * square);
+        let squares = cc + lambda * (bc + bc + lambda * bb);
         let length = squares.square_root();
-        let ratio = mu * normal / length;
-        if normal > T::ZERO && ratio.is_finite() {
-            last = with_normal(slip.map(|slip| slip * ratio), normal);
-        }
-        let excess = ratio - T::ONE;
-        if excess.abs() <= T::literal(1e-3) {
-            break;
-        }
+        let excess = normal - length;
         if excess < T::ZERO {
             low = lambda;
         } else {
             high = Some(lambda);
         }
-        // - dr / dλ
-        let bend = pivot.solve(slip);
-        let turn = product(&slip, &bend) / squares;
-        let slope = ratio * turn - mu * *bend.first()? / length;
-        let newton = lambda - excess / slope;
+        let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
+        let newton = lambda - excess * squares / turn;
         let inside = newton > low && high.is_none_or(|high| newton < high);
-        lambda = match high {
+        *drag = match high {
             _ if inside => newton,
             Some(high) => (low + high) * T::literal(0.5),
-            None => (lambda + inertia) * T::literal(2.0),
+            None => (lambda + trace) * T::literal(2.0),
         };
+        if normal > T::ZERO {
+            last = Some((lambda, normal, normal / length));
+        }
+        if excess.abs() <= T::literal(1e-5) * length {
+            break;
+        }
     }
-    Some(last)
-}
-
-/// Another normal component.
-#[inline]
-fn with_normal<T: Real, const D: usize>(mut x: [T; D], normal: T) -> [T; D] {
-    if let Some(first) = x.first_mut() {
-        *first = normal;
-    }
-    x
+    last.and_then(|(lambda, normal, fit)| at(lambda, normal, fit))
 }

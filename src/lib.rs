@@ -102,6 +102,7 @@ mod search;
 mod solution;
 mod solver;
 mod state;
+mod sweeping;
 pub mod time_stepping;
 
 pub use admm_solver::AdmmSolver;

@@ -48,6 +48,11 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         self.contacts = None;
     }
 
+    /// Is there one?
+    pub(crate) fn is_kept(&self) -> bool {
+        self.contacts.is_some()
+    }
+
     /// Follows contacts to other places, from those given; a place there is not is of a new one.
     pub(crate) fn follow(&mut self, places: &[usize; C]) {
         let order = self.order;

@@ -51,6 +51,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
     }
 
     /// Moves to rest, where all that is not zero is `u = q` and, by it, the residual.
+    #[inline(never)]
     pub(crate) fn rest<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
         (self.z, self.velocity) = ([zeros(); C], [zeros(); C]);
         self.impulse = [[T::ZERO; D]; C];

@@ -37,16 +37,6 @@ impl<T: Real, const D: usize> Pivot<T, D> {
         })
     }
 
-    /// `A⁻¹ x`
-    #[inline]
-    pub(crate) fn solve(&self, x: [T; D]) -> [T; D] {
-        let mut x = x.map(|x| [x]);
-        self.eliminate(&mut x);
-        self.scale(&mut x);
-        self.back_substitute(&mut x);
-        x.map(|[x]| x)
-    }
-
     /// `L⁻¹ x`
     #[inline]
     pub(crate) fn eliminate<const K: usize>(&self, x: &mut [[T; K]; D]) {

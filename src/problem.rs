@@ -167,6 +167,35 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         residual::natural_map(self.laws(), self.size, u, r, &[])
     }
 
+    /// Do contacts with these impulses have more rows than the scene, as compiled, has dofs? Then impulses
+    /// are not unique: what moves them may not move the bodies.
+    pub(crate) fn is_hyperstatic(&self, r: &ContactVector<T, D, C>) -> bool {
+        self.is_redundant(r.iter().map(|r| *r != [T::ZERO; D]))
+    }
+
+    /// Is it to be expected that contacts will be hyperstatic, because so many do not clearly part?
+    pub(crate) fn will_be_hyperstatic(&self) -> bool {
+        let parting = self.size * T::literal(0.03);
+        let normals = self.laws().iter().map(|law| law.step * split(&law.free).0);
+        self.is_redundant(normals.map(|normal| normal <= parting))
+    }
+
+    fn is_redundant(&self, pushes: impl Iterator<Item = bool>) -> bool {
+        let mut rows = 0;
+        for (law, pushes) in self.laws().iter().zip(pushes) {
+            rolled();
+            if pushes {
+                rows += if law.cone.friction() > T::ZERO { D } else { 1 };
+            }
+        }
+        rows > N
+    }
+
+    /// Gauss-Seidel solves Coulomb's law for contacts of up to two tangents.
+    pub(crate) fn can_be_swept(&self) -> bool {
+        D <= 3 && self.slip != SlipUpdate::Never
+    }
+
     /// Fills `û` of all contacts.
     pub(crate) fn lift(&self, u: &ContactVector<T, D, C>, lifted: &mut [SVector<T, D>; C]) {
         for ((lifted, &u), law) in lifted.iter_mut().zip(u).zip(self.laws()) {
@@ -237,15 +266,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             let _ = solution.contacts.push(contact);
         }
     }
-}
-
-/// Do contacts with these impulses have more rows than the scene, as compiled, has dofs? Then impulses
-/// are not unique: what moves them may not move the bodies.
-pub(crate) fn is_hyperstatic<T: Real, const N: usize, const D: usize, const C: usize>(
-    r: &ContactVector<T, D, C>,
-) -> bool {
-    let pushing = r.iter().filter(|r| **r != [T::ZERO; D]);
-    D * pushing.count() > N
 }
 
 /// `|alpha q|`

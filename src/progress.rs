@@ -1,21 +1,20 @@
 //! Where a solve stands: all that one piece of work leaves for the next.
 //!
-//! The pieces are one ADMM iteration, steps with the matrix that was kept and where they are no good
-//! sweeps or a Newton step, and another attempt. Because nothing else is carried from one to the next,
+//! The pieces are one Gauss-Seidel sweep, one ADMM iteration, steps with the matrix that was kept and
+//! where they are no good a Newton step, and another attempt. Because nothing else is carried from one to the next,
 //! a solve can stop after any of them and go on later with the same bits.
 
 use crate::admm::{Acceleration, Iterate, Restart};
 use crate::cholesky::rolled;
 use crate::contact_space::ContactVector;
-use crate::gauss_seidel;
 use crate::linearisation::Linearisation;
 use crate::newton::Point;
-use crate::problem::is_hyperstatic;
 use crate::refinement::Refinement;
 use crate::resolvent::Resolvent;
 use crate::safeguard::{Balance, Caution};
 use crate::search::Search;
-use crate::state::State;
+use crate::state::{Start, State};
+use crate::sweeping::Sweeping;
 use crate::{Factor, Real};
 use nalgebra::SVector;
 
@@ -29,12 +28,14 @@ pub(crate) enum Phase<T> {
     Approach {
         left: usize,
     },
+    /// More sweeps.
+    Sweep,
     Refine(Refinement<T>),
     /// Another attempt, with other penalties or from elsewhere.
     Recover,
 }
 
-/// A solve by the default method: Algorithm 2 for a start, semismooth Newton to the end.
+/// A solve by the default method: sweeps or Algorithm 2 for a start, semismooth Newton to the end.
 #[derive(Clone, Debug)]
 pub(crate) struct Progress<T, const D: usize, const C: usize> {
     pub(crate) phase: Phase<T>,
@@ -45,12 +46,13 @@ pub(crate) struct Progress<T, const D: usize, const C: usize> {
     pub(crate) balance: Balance<T>,
     /// Does the workspace hold the resolvent of adapted penalties?
     adapted: bool,
-    /// Have sweeps from rest been tried?
+    /// Have sweeps from rest been tried, or are they of no use?
     has_swept: bool,
     /// What was left for a side branch.
-    aside: Option<Corner<T, D, C>>,
-    /// The impulses that sweeps have come to; a side branch goes on from the last one.
-    swept: [[T; D]; C],
+    pub(crate) aside: Option<Corner<T, D, C>>,
+    pub(crate) sweeping: Sweeping<T, C>,
+    /// The impulses of the last side branch, from which the next one goes on.
+    pub(crate) swept: ContactVector<T, D, C>,
     /// Iterations of the next approach.
     length: usize,
 }
@@ -106,6 +108,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             adapted: false,
             has_swept: false,
             aside: None,
+            sweeping: Sweeping::none(),
             swept: [[T::ZERO; D]; C],
             length: 0,
         }
@@ -122,27 +125,39 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.balance = Balance::new();
         self.caution = Caution::new();
         self.adapted = false;
-        self.has_swept = false;
+        self.has_swept = !search.problem.can_be_swept();
         self.aside = None;
         self.swept = [[T::ZERO; D]; C];
         self.length = 5;
-        let (problem, tolerance) = (&*search.problem, search.tolerance());
-        if let Some(places) = state.follow(problem.scene.contacts()) {
+        if let Some(places) = state.follow(search.problem.scene.contacts()) {
             workspace.linearisation.follow(&places);
         }
-        let eager = state.point(problem, self.balance.scale, tolerance, &mut self.point);
+        let (scale, tolerance) = (self.balance.scale, search.tolerance());
+        let start = state.start(search.problem, scale, tolerance, &mut self.point);
         self.consider(search);
-        if eager {
-            if self.point.natural_map <= tolerance && !search.is_over() {
-                // Good enough for contact space, but not once its velocity was known.
-                self.point.rebuild(search.problem, self.balance.scale);
+        // Good enough for contact space, but not once its velocity was known?
+        let corrected = self.point.natural_map <= tolerance && !search.is_over();
+        match start {
+            Start::Admm => self.approach(factor.resolvent()),
+            Start::Newton => {
+                self.caution = Caution::warm();
+                let natural_map = self.point.natural_map;
+                self.phase = Phase::Refine(Refinement::warm(natural_map, false));
             }
-            self.caution = Caution::warm();
-            // Where impulses are not unique, those of sweeps are lopsided.
-            let unique = !is_hyperstatic::<T, N, D, C>(&self.point.impulse);
-            self.phase = Phase::Refine(Refinement::warm(self.point.natural_map, unique));
-        } else {
-            self.approach(factor.resolvent());
+            Start::Sweeps if workspace.linearisation.is_kept() => {
+                self.lift(search);
+                self.point.rebuild(search.problem, scale);
+                let natural_map = self.point.natural_map;
+                self.phase = Phase::Refine(Refinement::warm(natural_map, true));
+            }
+            Start::Sweeps if corrected => {
+                self.lift(search);
+                self.phase = Phase::Refine(Refinement::new());
+            }
+            Start::Sweeps => self.begin_sweeps(),
+        }
+        if corrected {
+            self.point.rebuild(search.problem, scale);
         }
     }
 
@@ -178,12 +193,14 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                     self.arrive(search);
                 }
             }
+            Phase::Sweep => self.sweep_on(search, factor.resolvent()),
             Phase::Refine(refinement) => self.refine(search, factor, workspace, refinement),
             Phase::Recover => self.recover(search, factor, workspace),
         }
     }
 
     /// Starts Algorithm 2 at the point.
+    #[inline(never)]
     pub(crate) fn approach(&mut self, resolvent: &Resolvent<T, D, C>) {
         let pairs = self.point.velocity.iter().zip(&self.point.impulse);
         let pairs = pairs.zip(&resolvent.penalties);
@@ -252,7 +269,9 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     ) {
         if search.solution.factorizations > 0 {
             self.balance.update(search.cost());
-        } else if !self.has_swept && self.sweep(search) {
+        } else if !self.has_swept {
+            self.has_swept = true;
+            self.sweep_from_rest(search);
             return;
         }
         let penalties = search.problem.penalties(self.balance.scale);
@@ -268,10 +287,9 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             // Now and then from elsewhere; if that does not help, back to where it was.
             if let Some(last) = self.aside.take() {
                 (self.point.velocity, self.point.impulse) = last;
-            } else if self.balance.turns_aside() {
+            } else if self.balance.turns_aside() && search.problem.can_be_swept() {
                 self.aside = Some((self.point.velocity, self.point.impulse));
-                let (_, u) = self.sweep_times(20, search);
-                self.go_to_swept(search, &u);
+                self.sweep_aside(search);
             }
             self.point.rebuild(search.problem, self.balance.scale);
         }
@@ -281,96 +299,15 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.approach(workspace.resolvent(self.adapted, factor));
     }
 
-    /// Gauss-Seidel from rest, for as long as two sweeps make the error three times smaller; goes
-    /// there, if that is far better than here.
-    #[inline(never)]
-    fn sweep<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) -> bool {
-        self.has_swept = true;
-        let here = self.point.natural_map;
-        let mut last = here * T::literal(3.0);
-        for _ in 0..3 {
-            let (natural_map, moved) = self.try_sweeps(2, search);
-            if moved {
-                self.phase = Phase::Refine(Refinement::new());
-                return true;
-            }
-            if natural_map * T::literal(3.0) > last {
-                break;
-            }
-            last = natural_map;
-        }
-        self.swept = [[T::ZERO; D]; C];
-        false
-    }
-
-    /// One or two sweeps from here, where the matrix that was kept is no good: they find out for less
-    /// than a Newton step what a contact does now.
-    pub(crate) fn sweep_on<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
-        let here = self.point.natural_map;
-        self.swept = self.point.impulse;
-        let (natural_map, _) = self.try_sweeps(1, search);
-        if natural_map < here * T::literal(0.3) && !search.is_over() {
-            self.try_sweeps(1, search);
-        }
-        self.swept = [[T::ZERO; D]; C];
-    }
-
-    /// Sweeps, and goes where they lead if that is the end or far better than here. Returns the first
-    /// part of the error there, and whether it went.
-    #[inline(never)]
-    fn try_sweeps<const N: usize>(
-        &mut self,
-        count: usize,
-        search: &mut Search<'_, '_, T, N, D, C>,
-    ) -> (T, bool) {
-        let (natural_map, u) = self.sweep_times(count, search);
-        search.consider(&self.swept, &u, natural_map);
-        let far_better = natural_map < self.point.natural_map * T::literal(0.1);
-        let moved = far_better || search.is_over();
-        if moved {
-            self.go_to_swept(search, &u);
-        }
-        if moved && !search.is_over() {
-            self.point.rebuild(search.problem, self.balance.scale);
-        }
-        (natural_map, moved)
-    }
-
-    /// Sweeps. Returns the first part of the error there, and `u`.
-    fn sweep_times<const N: usize>(
-        &mut self,
-        count: usize,
-        search: &mut Search<'_, '_, T, N, D, C>,
-    ) -> (T, ContactVector<T, D, C>) {
-        for _ in 0..count {
-            search.solution.iterations += 2;
-            gauss_seidel::sweep(search.problem, &mut self.swept);
-        }
-        let mut u = [[T::ZERO; D]; C];
-        let natural_map = search.problem.natural_map(&self.swept, &mut u);
-        (natural_map, u)
-    }
-
-    /// Takes the impulses that sweeps have come to, and their `û`.
-    fn go_to_swept<const N: usize>(
-        &mut self,
-        search: &Search<'_, '_, T, N, D, C>,
-        u: &ContactVector<T, D, C>,
-    ) {
-        search.problem.lift(u, &mut self.point.velocity);
-        self.point.impulse = self.swept;
-    }
-
     /// `ũ` and `r` of each contact as they stand.
     pub(crate) fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
-        let iterating = matches!(self.phase, Phase::Approach { .. });
-        let points = self.point.velocity.iter().zip(&self.point.impulse);
-        points.zip(&self.iterates).map(move |((&u, &r), iterate)| {
-            if iterating {
-                (iterate.u, iterate.impulse())
-            } else {
-                (u, r.into())
-            }
+        let point = &self.point;
+        let points = point.velocity.iter().zip(&point.impulse);
+        let contacts = points.zip(&point.relative).zip(&self.iterates);
+        contacts.map(|(((&velocity, &r), &u), iterate)| match self.phase {
+            Phase::Approach { .. } => (iterate.u, iterate.impulse()),
+            Phase::Sweep => (u.into(), r.into()),
+            _ => (velocity, r.into()),
         })
     }
 

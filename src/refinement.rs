@@ -2,7 +2,6 @@
 
 use crate::cholesky::rolled;
 use crate::chord::Chord;
-use crate::problem::is_hyperstatic;
 use crate::progress::{Phase, Progress, Workspace};
 use crate::safeguard::Caution;
 use crate::search::Search;
@@ -51,8 +50,7 @@ impl<T: Real> Refinement<T> {
 }
 
 impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
-    /// Steps with the linearisation that was kept; where that is no good sweeps, if it is their turn,
-    /// or a Newton step.
+    /// Steps with the linearisation that was kept, or where that is no good a Newton step.
     #[inline(never)]
     pub(crate) fn refine<const N: usize>(
         &mut self,
@@ -61,13 +59,14 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         workspace: &mut Workspace<T, D, C>,
         mut refinement: Refinement<T>,
     ) {
-        let mut accepted = self.step_again(search, workspace, &mut refinement);
-        if !accepted && refinement.sweeps {
-            refinement.sweeps = false;
-            self.sweep_on(search);
-            accepted = true;
+        let again = self.step_again(search, workspace, &mut refinement);
+        if !again && refinement.sweeps {
+            // They find out for less than a Newton step what a contact does now.
+            workspace.forget();
+            self.begin_sweeps();
+            return;
         }
-        accepted = accepted || self.step(search, workspace, &mut refinement);
+        let accepted = again || self.step(search, workspace, &mut refinement);
         refinement.left -= usize::from(refinement.left > 0);
         if accepted && refinement.left > 0 {
             self.phase = Phase::Refine(refinement);
@@ -115,7 +114,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let (problem, scale, matrix) =
             (&*search.problem, self.balance.scale, &mut resolvent.matrix);
         let computed = linearisation.compute(problem, &self.point, scale, regularisation, matrix);
-        let redundant = is_hyperstatic::<T, N, D, C>(&self.point.impulse);
+        let redundant = problem.is_hyperstatic(&self.point.impulse);
         let residual = if redundant && refinement.warm.is_some() {
             linearisation.centred(&self.point)
         } else {

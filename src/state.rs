@@ -3,13 +3,24 @@
 use crate::admm::Iterate;
 use crate::cholesky::rolled;
 use crate::newton::Point;
-use crate::problem::{Problem, is_hyperstatic};
+use crate::problem::Problem;
 use crate::solution::zeros;
 use crate::{Contact, Real};
 use core::mem;
 use nalgebra::SVector;
 
-/// `ũ` and `r` of the last solve and of the one before, in the order of the last one's contacts.
+/// What a solve starts with.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Start {
+    /// Gauss-Seidel, where impulses are unique.
+    Sweeps,
+    /// From the last solution, where they are not.
+    Newton,
+    /// From rest, where they are not.
+    Admm,
+}
+
+/// `ũ` and `r` of the last solve and `r` of the one before, in the order of the last one's contacts.
 #[derive(Clone, Debug)]
 pub(crate) struct State<T, const D: usize, const C: usize> {
     /// `None` for a contact that was not in the last solve, and behind the contacts in use.
@@ -21,31 +32,20 @@ struct ContactState<T, const D: usize> {
     key: u32,
     u: SVector<T, D>,
     r: SVector<T, D>,
-    /// The same of the solve before, if `solves > 1`. (An option in an option would not be all
-    /// zeros.)
-    before: (SVector<T, D>, SVector<T, D>),
+    /// `r` of the solve before, if `solves > 1`. (An option in an option would not be all zeros.)
+    before: SVector<T, D>,
     /// How many solves have had the contact.
     solves: u32,
 }
 
 impl<T: Real, const D: usize> ContactState<T, D> {
-    /// `z = ũ - r / rho` as it was, or if both go on as they did `onwards`; an open contact stays open
-    /// and a sticking one stuck.
-    fn ahead(&self, penalty: T, onwards: bool) -> SVector<T, D> {
-        let nought = |x: &SVector<T, D>| x.iter().all(|&x| x == T::ZERO);
-        let (u, r) = if self.solves > 1 && onwards {
-            self.before
+    /// `r` if it goes on to change as it did; an open contact stays open.
+    fn ahead(&self) -> SVector<T, D> {
+        if self.solves > 1 && self.r != zeros::<T, D>() {
+            self.r + (self.r - self.before)
         } else {
-            (self.u, self.r)
-        };
-        let mut z = zeros();
-        if !nought(&self.u) {
-            z += self.u + (self.u - u);
+            self.r
         }
-        if !nought(&self.r) && penalty > T::ZERO {
-            z -= (self.r + (self.r - r)) / penalty;
-        }
-        z
     }
 }
 
@@ -103,8 +103,8 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
             rolled();
             let (before, solves) = match state {
                 Some(last) if resumed => (last.before, last.solves),
-                Some(last) => ((last.u, last.r), last.solves.saturating_add(1)),
-                None => ((zeros(), zeros()), 1),
+                Some(last) => (last.r, last.solves.saturating_add(1)),
+                None => (zeros(), 1),
             };
             *state = Some(ContactState {
                 key,
@@ -133,75 +133,132 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         iterates
     }
 
-    /// The first point of Newton's method with `rho_i = scale alpha_i` for the contacts that were
-    /// followed, and whether it is so good that no iteration has to come before a step.
+    /// Where a solve starts, with `rho_i = scale alpha_i` if with Newton's method, for the contacts that
+    /// were followed: at the last solution, if its error now is far less than that of rest.
     ///
-    /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and
-    /// `z` as the last solves left it if it goes on to change as it did. (Hyperstatic impulses
-    /// may change without effect, and would be carried to the edges of the cones: they stay as they
-    /// were.) The one with the least
-    /// error is taken if it is far better than none. (The energy is a poor judge: where a heavy
-    /// body stands on a light one it sees only the light one.)
+    /// Where impulses are unique they go on to change as they did. (Hyperstatic ones may change without
+    /// effect, and would be carried to the edges of the cones: they stay as they were.)
     #[inline(never)]
-    pub(crate) fn point<const N: usize>(
+    pub(crate) fn start<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
         scale: T,
         tolerance: T,
         point: &mut Point<T, D, C>,
-    ) -> bool {
+    ) -> Start {
         point.rest(problem);
         let rest = point.natural_map;
-        if self.contacts.iter().all(Option::is_none) || rest <= tolerance {
-            return false;
+        if self.contacts.iter().any(Option::is_some) && rest > tolerance {
+            let enough = rest * T::literal(0.25);
+            self.impulses(problem, false, &mut point.impulse);
+            let sweeps = problem.can_be_swept() && !problem.is_hyperstatic(&point.impulse);
+            if sweeps {
+                self.go_on(problem, tolerance, point);
+            } else {
+                self.stay(problem, scale, tolerance, point);
+            }
+            if point.natural_map < enough {
+                return if sweeps { Start::Sweeps } else { Start::Newton };
+            }
+            point.rest(problem);
         }
-        let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
+        if problem.can_be_swept() && !problem.will_be_hyperstatic() {
+            Start::Sweeps
+        } else {
+            Start::Admm
+        }
+    }
+
+    /// Moves a point to where the last impulses go on to, or where it makes no difference to where they
+    /// were: a body at rest shall stay there, and not follow the errors of its impulses.
+    #[inline(never)]
+    fn go_on<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        tolerance: T,
+        point: &mut Point<T, D, C>,
+    ) {
+        self.impulses(problem, true, &mut point.impulse);
+        point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
+        if point.natural_map <= tolerance {
+            let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
+            self.impulses(problem, false, &mut r);
+            let last = problem.natural_map(&r, &mut u);
+            if last <= tolerance {
+                (point.impulse, point.relative, point.natural_map) = (r, u, last);
+            }
+        }
+    }
+
+    /// The last impulses, or what they are if they go `onwards` as they did.
+    #[inline(never)]
+    fn impulses<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        onwards: bool,
+        r: &mut [[T; D]; C],
+    ) {
         let pairs = problem.laws().iter().zip(&self.contacts);
         for (r, (law, contact)) in r.iter_mut().zip(pairs) {
             rolled();
             if let Some(contact) = contact {
-                *r = law.cone.project(&contact.r).into();
+                let push = if onwards { contact.ahead() } else { contact.r };
+                *r = law.cone.project(&push).into();
             }
         }
-        let last = problem.natural_map(&r, &mut u);
-        let onwards = !is_hyperstatic::<T, N, D, C>(&r);
-        let mut ahead = None;
-        if last > tolerance {
-            self.look_ahead(problem, scale, onwards, point);
-            ahead = Some(point.natural_map);
-        }
-        if ahead.is_none_or(|ahead| ahead * T::literal(3.0) > last) {
-            (point.impulse, point.relative, point.natural_map) = (r, u, last);
-            problem.lift(&u, &mut point.velocity);
-            if let Some(ahead) = ahead {
-                point.rebuild(problem, scale);
-                if ahead < point.natural_map {
-                    self.look_ahead(problem, scale, onwards, point);
-                }
-            }
-        }
-        let eager = point.natural_map < rest * T::literal(0.25);
-        if !eager {
-            point.rest(problem);
-        }
-        eager
     }
 
-    /// Moves a point to the `z` that [`ContactState::ahead`] says.
-    fn look_ahead<const N: usize>(
+    /// Moves a point to the last solution.
+    ///
+    /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and `z` as
+    /// it was. The one with the least error is taken. (The energy is a poor judge: where a heavy body
+    /// stands on a light one it sees only the light one.)
+    #[inline(never)]
+    fn stay<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
         scale: T,
-        onwards: bool,
+        tolerance: T,
+        point: &mut Point<T, D, C>,
+    ) {
+        let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
+        self.impulses(problem, false, &mut r);
+        let last = problem.natural_map(&r, &mut u);
+        let mut as_it_was = None;
+        if last > tolerance {
+            self.look_back(problem, scale, point);
+            as_it_was = Some(point.natural_map);
+        }
+        if as_it_was.is_none_or(|error| error * T::literal(3.0) > last) {
+            (point.impulse, point.relative, point.natural_map) = (r, u, last);
+            problem.lift(&u, &mut point.velocity);
+            if let Some(error) = as_it_was {
+                point.rebuild(problem, scale);
+                if error < point.natural_map {
+                    self.look_back(problem, scale, point);
+                }
+            }
+        }
+    }
+
+    /// Moves a point to `z = ũ - r / rho_i` as it was.
+    #[inline(never)]
+    fn look_back<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        scale: T,
         point: &mut Point<T, D, C>,
     ) {
         let pairs = problem.laws().iter().zip(&self.contacts);
         for (z, (law, contact)) in point.z.iter_mut().zip(pairs) {
             rolled();
-            *z = match contact {
-                Some(contact) => contact.ahead(scale * law.step, onwards),
-                None => zeros(),
-            };
+            *z = zeros();
+            if let Some(contact) = contact {
+                *z = contact.u;
+                if law.step > T::ZERO {
+                    *z -= contact.r / (scale * law.step);
+                }
+            }
         }
         point.update(problem, scale);
     }

@@ -1,0 +1,133 @@
+//! Gauss-Seidel's part of the default method.
+
+use crate::Real;
+use crate::gauss_seidel;
+use crate::progress::{Phase, Progress};
+use crate::refinement::Refinement;
+use crate::resolvent::Resolvent;
+use crate::search::Search;
+use core::mem;
+
+/// Sweeps, from one to the next.
+#[derive(Clone, Debug)]
+pub(crate) struct Sweeping<T, const C: usize> {
+    /// `λ` of each contact.
+    drags: [T; C],
+    /// Sweeps so far.
+    done: usize,
+    /// Did they begin at rest?
+    rests: bool,
+    /// The natural map before the last one; of rest it says nothing.
+    last: T,
+    /// If they are a side branch: the natural map that makes it worth staying there.
+    bar: Option<T>,
+}
+
+impl<T: Real, const C: usize> Sweeping<T, C> {
+    /// Of no solve yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            drags: [T::ZERO; C],
+            done: 0,
+            rests: false,
+            last: T::ZERO,
+            bar: None,
+        }
+    }
+}
+
+impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
+    /// Begins sweeps at the point.
+    #[inline(never)]
+    pub(crate) fn begin_sweeps(&mut self) {
+        self.sweeping = Sweeping {
+            rests: self.point.impulse == [[T::ZERO; D]; C],
+            last: self.point.natural_map,
+            ..Sweeping::none()
+        };
+        self.phase = Phase::Sweep;
+    }
+
+    /// Begins sweeps at rest, which have to find something far better than what is here.
+    #[inline(never)]
+    pub(crate) fn sweep_from_rest<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
+        let bar = self.point.natural_map * T::literal(0.1);
+        self.aside = Some((self.point.velocity, self.point.impulse));
+        self.point.rest(search.problem);
+        self.begin_sweeps();
+        self.sweeping.bar = Some(bar);
+    }
+
+    /// Goes where 20 more sweeps lead than the last time.
+    #[inline(never)]
+    pub(crate) fn sweep_aside<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
+        self.point.impulse = self.swept;
+        let (impulse, relative) = (&self.point.impulse, &mut self.point.relative);
+        search.problem.natural_map(impulse, relative);
+        self.sweeping = Sweeping::none();
+        for _ in 0..20 {
+            self.sweep(search);
+        }
+        self.swept = self.point.impulse;
+        self.lift(search);
+    }
+
+    fn sweep<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
+        search.solution.iterations += 2;
+        let (impulse, relative) = (&mut self.point.impulse, &mut self.point.relative);
+        gauss_seidel::sweep(search.problem, impulse, relative, &mut self.sweeping.drags);
+    }
+
+    /// One sweep. A Newton step costs as much as five: they go on while they are fast, or while five
+    /// more at this rate reach the end.
+    #[inline(never)]
+    pub(crate) fn sweep_on<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, '_, T, N, D, C>,
+        resolvent: &Resolvent<T, D, C>,
+    ) {
+        self.sweep(search);
+        let (impulse, relative) = (&self.point.impulse, &self.point.relative);
+        let here = search.problem.natural_map_at(impulse, relative);
+        self.point.natural_map = here;
+        self.consider(search);
+        let sweeping = &mut self.sweeping;
+        sweeping.done += 1;
+        let mut rate = here / mem::replace(&mut sweeping.last, here);
+        if sweeping.rests && sweeping.done == 1 {
+            rate = T::ZERO;
+        }
+        let hyperstatic = search.problem.is_hyperstatic(&self.point.impulse);
+        let fast = rate < T::literal(0.5) && sweeping.done < if hyperstatic { 2 } else { 3 };
+        let (square, tolerance) = (rate * rate, search.tolerance());
+        let in_reach = here * square * square * rate <= tolerance && sweeping.done < 20;
+        if search.is_over() || here > tolerance && (fast || in_reach) {
+            return;
+        }
+        let (rests, bar) = (sweeping.rests, sweeping.bar);
+        match (bar, self.aside.take()) {
+            (Some(bar), Some(last)) if here > bar => {
+                (self.point.velocity, self.point.impulse) = last;
+                self.phase = Phase::Recover;
+            }
+            (None, _) if hyperstatic && rests => {
+                self.point.rest(search.problem);
+                self.approach(resolvent);
+                return;
+            }
+            _ => {
+                self.lift(search);
+                self.phase = Phase::Refine(Refinement::new());
+            }
+        }
+        self.point.rebuild(search.problem, self.balance.scale);
+    }
+
+    /// Takes `û` for the velocity.
+    #[inline(never)]
+    pub(crate) fn lift<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
+        search
+            .problem
+            .lift(&self.point.relative, &mut self.point.velocity);
+    }
+}
