@@ -14,7 +14,7 @@ use crate::cholesky::rolled;
 use crate::contact_space::{ContactVector, block, product, subtract_rows};
 use crate::problem::Problem;
 
-/// Solves contact by contact, each with the impulses of the others as they are by then, and keeps
+/// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
 /// `u = W r + q`. The `λ` of each contact is sought near where the last one was.
 #[inline(never)]
 pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
@@ -59,16 +59,15 @@ fn push<T: Real, const D: usize>(
     if !closed {
         return None;
     }
-    let (mut normal, mut tangents) = (-approach / inertia, [T::ZERO; 2]);
-    if mu > T::ZERO {
-        if let Some(rubbing) = match D {
-            2 => one_tangent(own, u, mu),
-            3 => two_tangents(own, u, mu, drag),
-            _ => None,
-        } {
-            (normal, tangents) = rubbing;
-        }
-    }
+    let smooth = -approach / inertia;
+    let rubbing = match D {
+        2 if mu > T::ZERO => one_tangent(own, u, mu),
+        3 if mu > T::ZERO => two_tangents(own, u, mu, drag),
+        _ => None,
+    };
+    // A contact that wedges itself pushes without bound.
+    let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < smooth * T::literal(1e3);
+    let (normal, tangents) = rubbing.filter(bounded).unwrap_or((smooth, [T::ZERO; 2]));
     let mut impulse = [normal; D];
     for (impulse, tangent) in impulse.iter_mut().skip(1).zip(tangents) {
         *impulse = tangent;
@@ -76,11 +75,16 @@ fn push<T: Real, const D: usize>(
     Some(impulse)
 }
 
+/// Relative to what it is of, the least that rounding leaves of a difference to be trusted.
+fn floor<T: Real>() -> T {
+    T::EPSILON * T::literal(64.0)
+}
+
 /// `S_kk`. What rounding or nature leaves of a row that nothing moves has a pivot, too.
 #[inline]
 fn pivot<T: Real>(own: T, through: T, inertia: T) -> T {
     let size = if own > T::ZERO { own } else { inertia };
-    (own - through).max(T::ZERO) + T::EPSILON * T::literal(8.0) * size
+    (own - through).max(floor::<T>() * size)
 }
 
 /// `r_N` and `r_T`; a contact slips one way or the other, `r_T = ±mu r_N`.
@@ -101,15 +105,15 @@ fn one_tangent<T: Real, const D: usize>(
     }
     let slope = if b < T::ZERO { -mu } else { mu };
     let normal = -approach / (inertia + slope * coupling);
-    let right = normal > T::ZERO && normal.is_finite();
-    right.then_some((normal, [slope * normal, T::ZERO]))
+    Some((normal, [slope * normal, T::ZERO]))
 }
 
-/// `r_N` and `r_T`, from a `λ` on that is replaced by the next guess.
+/// `r_N` and `r_T`; where the contact slips by way of its `λ`, from the last guess on, which is replaced by
+/// the next.
 ///
 /// With `δ = det(S + λI)` and `c = adj(S) b` it is `δ r_T = c + λ b`, and `δ mu r_N` a quadratic function
-/// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: its root takes few steps, and a root
-/// of the sum of squares each.
+/// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: few steps of Newton's method find
+/// where it is 1. Along them it is kept between bounds, and at the last the impulse is put onto the cone.
 #[inline]
 fn two_tangents<T: Real, const D: usize>(
     own: &[[T; D]; D],
@@ -130,7 +134,8 @@ fn two_tangents<T: Real, const D: usize>(
     let first = pivot(w(1, 1)?, share_x * x, inertia);
     let second = pivot(w(2, 2)?, share_y * y, inertia);
     let mixed = w(1, 2)? - share_x * y;
-    let (trace, det) = (first + second, first * second - mixed * mixed);
+    let (trace, straight) = (first + second, first * second);
+    let det = (straight - mixed * mixed).max(floor::<T>() * straight);
     let c = [second * b[0] - mixed * b[1], first * b[1] - mixed * b[0]];
     // δ mu r_N = constant + λ (linear + λ square)
     let scale = -mu * compliance;
@@ -143,8 +148,8 @@ fn two_tangents<T: Real, const D: usize>(
         let volume = det + lambda * (trace + lambda);
         let (normal, fit) = (normal / (mu * volume), fit / volume);
         let tangents = [(c[0] + lambda * b[0]) * fit, (c[1] + lambda * b[1]) * fit];
-        let right = normal > T::ZERO && tangents.iter().all(T::is_finite);
-        right.then_some((normal, tangents))
+        let finite = tangents.iter().all(T::is_finite);
+        finite.then_some((normal, tangents))
     };
     if constant >= T::ZERO && cc <= constant * constant {
         *drag = T::ZERO;

@@ -137,27 +137,23 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.consider(search);
         // Good enough for contact space, but not once its velocity was known?
         let corrected = self.point.natural_map <= tolerance && !search.is_over();
+        let refinement = Refinement::warm(self.point.natural_map, start == Start::Unique);
         match start {
-            Start::Admm => self.approach(factor.resolvent()),
-            Start::Newton => {
+            Start::Rest if !corrected => self.set_off(search, factor.resolvent()),
+            Start::Unique if !corrected && !workspace.linearisation.is_kept() => {
+                self.begin_sweeps();
+            }
+            Start::Rest | Start::Unique => {
+                self.settle(search);
+                self.phase = Phase::Refine(refinement);
+            }
+            Start::Redundant => {
                 self.caution = Caution::warm();
-                let natural_map = self.point.natural_map;
-                self.phase = Phase::Refine(Refinement::warm(natural_map, false));
+                self.phase = Phase::Refine(refinement);
+                if corrected {
+                    self.point.rebuild(search.problem, scale);
+                }
             }
-            Start::Sweeps if workspace.linearisation.is_kept() => {
-                self.lift(search);
-                self.point.rebuild(search.problem, scale);
-                let natural_map = self.point.natural_map;
-                self.phase = Phase::Refine(Refinement::warm(natural_map, true));
-            }
-            Start::Sweeps if corrected => {
-                self.lift(search);
-                self.phase = Phase::Refine(Refinement::new());
-            }
-            Start::Sweeps => self.begin_sweeps(),
-        }
-        if corrected {
-            self.point.rebuild(search.problem, scale);
         }
     }
 
@@ -196,6 +192,20 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             Phase::Sweep => self.sweep_on(search, factor.resolvent()),
             Phase::Refine(refinement) => self.refine(search, factor, workspace, refinement),
             Phase::Recover => self.recover(search, factor, workspace),
+        }
+    }
+
+    /// Sets off from rest.
+    pub(crate) fn set_off<const N: usize>(
+        &mut self,
+        search: &Search<'_, '_, T, N, D, C>,
+        resolvent: &Resolvent<T, D, C>,
+    ) {
+        if search.problem.can_be_swept() && !search.problem.will_be_hyperstatic() {
+            self.has_swept = true;
+            self.begin_sweeps();
+        } else {
+            self.approach(resolvent);
         }
     }
 
@@ -287,11 +297,13 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             // Now and then from elsewhere; if that does not help, back to where it was.
             if let Some(last) = self.aside.take() {
                 (self.point.velocity, self.point.impulse) = last;
+                self.point.rebuild(search.problem, self.balance.scale);
             } else if self.balance.turns_aside() && search.problem.can_be_swept() {
                 self.aside = Some((self.point.velocity, self.point.impulse));
                 self.sweep_aside(search);
+            } else {
+                self.point.rebuild(search.problem, self.balance.scale);
             }
-            self.point.rebuild(search.problem, self.balance.scale);
         }
         if search.take_lost() {
             self.point.rest(search.problem);

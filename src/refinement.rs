@@ -74,7 +74,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             // The last solution was misleading.
             self.caution = Caution::new();
             self.point.rest(search.problem);
-            self.approach(factor.resolvent());
+            self.set_off(search, factor.resolvent());
         } else {
             self.phase = Phase::Recover;
         }

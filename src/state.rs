@@ -9,15 +9,14 @@ use crate::{Contact, Real};
 use core::mem;
 use nalgebra::SVector;
 
-/// What a solve starts with.
+/// Where a solve starts.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Start {
-    /// Gauss-Seidel, where impulses are unique.
-    Sweeps,
-    /// From the last solution, where they are not.
-    Newton,
-    /// From rest, where they are not.
-    Admm,
+    Rest,
+    /// At the last solution, which sweeps may go on from, because impulses are unique.
+    Unique,
+    /// At the last solution, where they are not.
+    Redundant,
 }
 
 /// `ũ` and `r` of the last solve and `r` of the one before, in the order of the last one's contacts.
@@ -151,22 +150,22 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         if self.contacts.iter().any(Option::is_some) && rest > tolerance {
             let enough = rest * T::literal(0.25);
             self.impulses(problem, false, &mut point.impulse);
-            let sweeps = problem.can_be_swept() && !problem.is_hyperstatic(&point.impulse);
-            if sweeps {
+            let unique = problem.can_be_swept() && !problem.is_hyperstatic(&point.impulse);
+            if unique {
                 self.go_on(problem, tolerance, point);
             } else {
                 self.stay(problem, scale, tolerance, point);
             }
             if point.natural_map < enough {
-                return if sweeps { Start::Sweeps } else { Start::Newton };
+                return if unique {
+                    Start::Unique
+                } else {
+                    Start::Redundant
+                };
             }
             point.rest(problem);
         }
-        if problem.can_be_swept() && !problem.will_be_hyperstatic() {
-            Start::Sweeps
-        } else {
-            Start::Admm
-        }
+        Start::Rest
     }
 
     /// Moves a point to where the last impulses go on to, or where it makes no difference to where they

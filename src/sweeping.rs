@@ -69,7 +69,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.sweep(search);
         }
         self.swept = self.point.impulse;
-        self.lift(search);
+        self.settle(search);
     }
 
     fn sweep<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
@@ -104,30 +104,51 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         if search.is_over() || here > tolerance && (fast || in_reach) {
             return;
         }
-        let (rests, bar) = (sweeping.rests, sweeping.bar);
-        match (bar, self.aside.take()) {
-            (Some(bar), Some(last)) if here > bar => {
+        let rests = sweeping.rests;
+        let far = hyperstatic || rate > T::literal(0.5) && here > T::literal(0.1);
+        if let Some(bar) = sweeping.bar {
+            self.end_side_branch(search, here < bar);
+        } else if rests && far {
+            self.point.rest(search.problem);
+            self.approach(resolvent);
+        } else if !rests && rate > T::ONE {
+            // The last solution was misleading.
+            self.point.rest(search.problem);
+            self.set_off(search, resolvent);
+        } else {
+            self.settle(search);
+            self.phase = Phase::Refine(if rests {
+                Refinement::new()
+            } else {
+                Refinement::warm(here, false)
+            });
+        }
+    }
+
+    /// Stays where sweeps from rest have led, or goes back.
+    fn end_side_branch<const N: usize>(
+        &mut self,
+        search: &Search<'_, '_, T, N, D, C>,
+        is_better: bool,
+    ) {
+        match self.aside.take() {
+            Some(last) if !is_better => {
                 (self.point.velocity, self.point.impulse) = last;
+                self.point.rebuild(search.problem, self.balance.scale);
                 self.phase = Phase::Recover;
             }
-            (None, _) if hyperstatic && rests => {
-                self.point.rest(search.problem);
-                self.approach(resolvent);
-                return;
-            }
             _ => {
-                self.lift(search);
+                self.settle(search);
                 self.phase = Phase::Refine(Refinement::new());
             }
         }
-        self.point.rebuild(search.problem, self.balance.scale);
     }
 
-    /// Takes `û` for the velocity.
+    /// Makes a point of the impulses and `u` that sweeps or an impulse carried on have left.
     #[inline(never)]
-    pub(crate) fn lift<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
-        search
-            .problem
-            .lift(&self.point.relative, &mut self.point.velocity);
+    pub(crate) fn settle<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
+        let point = &mut self.point;
+        search.problem.lift(&point.relative, &mut point.velocity);
+        point.rebuild(search.problem, self.balance.scale);
     }
 }
