@@ -46,9 +46,10 @@
 //! | `cholesky` | dense, in place, root-free | step 2 |
 //! | `factor`, `resolvent` | Delassus operator `W` and `(I + rho W)⁻¹`, computed once | step 2 |
 //! | `admm`, `admm_solver` | one iteration, plain, Algorithm 1, Algorithm 2 | steps 2-15 |
-//! | `newton`, `frame`, `linearisation`, `elimination` | a step of semismooth Newton on the fixed-point map | |
+//! | `newton`, `frame`, `linearisation`, `elimination`, `chord` | a step of semismooth Newton on the fixed-point map | |
 //! | `contact_space`, `pivot` | vectors, matrices and blocks over the contacts | |
-//! | `solver`, `progress`, `refinement`, `gauss_seidel`, `safeguard` | the default method, piece by piece | |
+//! | `gauss_seidel` | a sweep over the contacts | |
+//! | `solver`, `progress`, `sweeping`, `refinement`, `safeguard` | the default method, piece by piece | |
 //! | `residual`, `problem`, `search` | the error that "solved" promises, and when to stop | |
 //! | `infeasibility` | Farkas' proof that there is nothing to solve | |
 //! | `state` | the warm start | |

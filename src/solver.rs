@@ -1,4 +1,5 @@
-//! The default method: Algorithm 2 for a start, semismooth Newton to the end.
+//! The default method: Gauss-Seidel where impulses are unique, or else Algorithm 2 for a start, and
+//! semismooth Newton to the end.
 
 use crate::problem::Problem;
 use crate::progress::{Progress, Workspace};
