@@ -25,6 +25,8 @@ use heapless::Vec;
 #[derive(Clone, Debug)]
 pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     contacts: usize,
+    /// How many dofs contacts move.
+    moved: usize,
     penalty: T,
     /// `M = Uᵀ D⁻¹ U`.
     mass: [[T; N]; N],
@@ -40,6 +42,8 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
 /// Blocks of `D` rows a contact; matrices row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
+    /// How many dofs contacts move.
+    pub moved: usize,
     /// The default penalty `rho`.
     pub penalty: T,
     /// `M = Uᵀ D⁻¹ U`: below the diagonal `U`, which has `D` on its diagonal, and there `D⁻¹`; the
@@ -64,6 +68,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     pub const fn from_parts(parts: &FactorParts<T, N, D, C>) -> Self {
         Self {
             contacts: C,
+            moved: parts.moved,
             penalty: parts.penalty,
             mass: parts.mass,
             whitened: parts.whitened,
@@ -79,6 +84,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     #[must_use]
     pub fn parts(&self) -> Option<FactorParts<T, N, D, C>> {
         (self.contacts == C).then_some(FactorParts {
+            moved: self.moved,
             penalty: self.penalty,
             mass: self.mass,
             whitened: self.whitened,
@@ -94,6 +100,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     pub const fn empty() -> Self {
         Self {
             contacts: 0,
+            moved: 0,
             penalty: T::ZERO,
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; D]; N]; C],
@@ -118,7 +125,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows.
     pub fn compute(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.compute_delassus(scene)?;
-        self.set_penalty(default_penalty(scene))
+        let penalty;
+        (penalty, self.moved) = default_penalty(scene);
+        self.set_penalty(penalty)
     }
 
     /// Replaces the penalty `rho` (kg): one factorisation of `I + rho W`, none of `M`.
@@ -142,6 +151,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     #[must_use]
     pub const fn penalty(&self) -> T {
         self.penalty
+    }
+
+    /// How many dofs contacts move.
+    pub(crate) const fn moved(&self) -> usize {
+        self.moved
     }
 
     /// Number of contacts of the scene this was computed for.
@@ -355,7 +369,7 @@ fn products<T: Real, const N: usize, const D: usize>(
 #[inline(never)]
 fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
-) -> T {
+) -> (T, usize) {
     // (HᵀH)_jj / M_jj
     let mut reach = [T::ZERO; N];
     let mut largest = T::ZERO;
@@ -372,16 +386,15 @@ fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
         }
     }
     let rounding = largest * T::literal(1e-9);
-    let (mut exponents, mut moved) = (0_i32, 0_i32);
+    let (mut exponents, mut moved, mut count) = (0_i32, 0_i32, 0);
     for &reach in opaque(&reach) {
         rolled();
         if reach > rounding {
             exponents += reach.exponent();
             moved += 1;
+            count += 1;
         }
     }
-    match exponents.checked_div_euclid(moved) {
-        Some(mean) => T::power_of_two(2 - mean),
-        None => T::ONE,
-    }
+    let mean = exponents.checked_div_euclid(moved);
+    (mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean)), count)
 }

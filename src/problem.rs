@@ -167,8 +167,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         residual::natural_map(self.laws(), self.size, u, r, &[])
     }
 
-    /// Do contacts with these impulses have more rows than the scene, as compiled, has dofs? Then impulses
-    /// are not unique: what moves them may not move the bodies.
+    /// Do contacts with these impulses have more rows than they move dofs, by a contact at least? Then
+    /// impulses are far from unique: what moves them may not move the bodies.
     pub(crate) fn is_hyperstatic(&self, r: &ContactVector<T, D, C>) -> bool {
         self.is_redundant(r.iter().map(|r| *r != [T::ZERO; D]))
     }
@@ -188,7 +188,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
                 rows += if law.cone.friction() > T::ZERO { D } else { 1 };
             }
         }
-        rows > N
+        rows >= self.factor.moved() + D
     }
 
     /// Gauss-Seidel solves Coulomb's law for contacts of up to two tangents.

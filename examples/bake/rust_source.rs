@@ -71,6 +71,7 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
     let sizes = format!("f32, {N}, {D}, {C}");
     let (mass, f) = (scene.mass().source(), f.source());
     let fields: String = [
+        ("moved", parts.moved.to_string()),
         ("penalty", parts.penalty.source()),
         ("mass", parts.mass.source()),
         ("whitened", parts.whitened.source()),
