@@ -1,0 +1,55 @@
+//! Where impulses are unique a solve starts with Gauss-Seidel sweeps: on one contact they are all of it.
+
+use nalgebra::{SMatrix, SVector};
+use proptest::prelude::*;
+use stiction::{Contact, Factor, Scene, Settings, Solution, Solver, Status};
+
+/// A contact of a body with as many dofs, its rows a little askew.
+fn solve<const D: usize>(
+    masses: &[f64],
+    askew: &[f64],
+    push: &[f64],
+    mu: f64,
+) -> Solution<f64, D, D, 1> {
+    let mut scene = Scene::<f64, D, D, 1>::new();
+    let masses = SVector::<f64, D>::from_column_slice(&masses[..D]);
+    scene
+        .set_mass(&SMatrix::from_diagonal(&masses))
+        .expect("positive masses");
+    let askew = SMatrix::<f64, D, D>::from_column_slice(&askew[..D * D]);
+    let contact = Contact {
+        jacobian: SMatrix::identity() + askew,
+        offset: SVector::zeros(),
+        mu,
+        key: 0,
+    };
+    scene.push(&contact).expect("a contact");
+    let factor = Factor::new(&scene).expect("a factor");
+    let f = SVector::<f64, D>::from_column_slice(&push[..D]);
+    let mut solver = Solver::new();
+    let solution = solver.solve(&scene, &factor, &f, &Settings::new(1e-9));
+    solution.expect("finite data").clone()
+}
+
+proptest! {
+    #[test]
+    fn one_contact_is_solved_without_newton(
+        masses in prop::array::uniform3(0.5_f64..2.0),
+        askew in prop::array::uniform9(-0.15_f64..0.15),
+        push in prop::array::uniform3(-1.0_f64..1.0),
+        mu in 0.0_f64..0.6,
+    ) {
+        // Two tangents: each sweep begins with the `λ` of the one before.
+        let spatial = solve::<3>(&masses, &askew, &push, mu);
+        prop_assert_eq!(spatial.status, Status::Solved);
+        prop_assert_eq!(spatial.newton_steps, 0);
+        prop_assert!(spatial.iterations <= 2 * 3, "{}", spatial.iterations);
+        // One tangent or none: exact at once.
+        let planar = solve::<2>(&masses, &askew, &push, mu);
+        prop_assert_eq!((planar.status, planar.newton_steps), (Status::Solved, 0));
+        prop_assert!(planar.iterations <= 2, "{}", planar.iterations);
+        let normal = solve::<1>(&masses, &askew, &push, mu);
+        prop_assert_eq!((normal.status, normal.newton_steps), (Status::Solved, 0));
+        prop_assert!(normal.iterations <= 2, "{}", normal.iterations);
+    }
+}
