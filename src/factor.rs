@@ -360,7 +360,8 @@ fn products<T: Real, const N: usize, const D: usize>(
     sums
 }
 
-/// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`.
+/// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`, and how many
+/// dofs contacts move.
 ///
 /// The quotient is the mass felt by a contact that moves dof `j` alone, so `rho` has the unit of a
 /// mass; the units of the dofs, and dofs that no contact moves, do not matter. The geometric mean
@@ -386,15 +387,15 @@ fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
         }
     }
     let rounding = largest * T::literal(1e-9);
-    let (mut exponents, mut moved, mut count) = (0_i32, 0_i32, 0);
+    let (mut exponents, mut moved) = (0_i32, 0);
     for &reach in opaque(&reach) {
         rolled();
         if reach > rounding {
             exponents += reach.exponent();
             moved += 1;
-            count += 1;
         }
     }
-    let mean = exponents.checked_div_euclid(moved);
-    (mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean)), count)
+    let count = i32::try_from(moved).unwrap_or(0);
+    let mean = exponents.checked_div_euclid(count);
+    (mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean)), moved)
 }

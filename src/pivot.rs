@@ -39,7 +39,7 @@ impl<T: Real, const D: usize> Pivot<T, D> {
 
     /// `L⁻¹ x`
     #[inline]
-    pub(crate) fn eliminate<const K: usize>(&self, x: &mut [[T; K]; D]) {
+    pub(crate) fn eliminate(&self, x: &mut [[T; D]; D]) {
         for (p, lower) in self.lower.iter().enumerate() {
             let (done, rest) = x.split_at_mut_checked(p).unwrap_or_default();
             let Some(row) = rest.first_mut() else { return };
@@ -51,7 +51,7 @@ impl<T: Real, const D: usize> Pivot<T, D> {
 
     /// `D⁻¹ x`
     #[inline]
-    pub(crate) fn scale<const K: usize>(&self, x: &mut [[T; K]; D]) {
+    pub(crate) fn scale(&self, x: &mut [[T; D]; D]) {
         for (row, &reciprocal) in x.iter_mut().zip(&self.reciprocals) {
             *row = row.map(|entry| entry * reciprocal);
         }
@@ -59,7 +59,7 @@ impl<T: Real, const D: usize> Pivot<T, D> {
 
     /// `L⁻ᵀ x`
     #[inline]
-    pub(crate) fn back_substitute<const K: usize>(&self, x: &mut [[T; K]; D]) {
+    pub(crate) fn back_substitute(&self, x: &mut [[T; D]; D]) {
         for (p, lower) in self.lower.iter().enumerate().rev() {
             let (rows, solved) = x.split_at_mut_checked(p).unwrap_or_default();
             let Some(solved) = solved.first() else { return };
@@ -72,7 +72,7 @@ impl<T: Real, const D: usize> Pivot<T, D> {
 
 /// `y -= factor x`
 #[inline]
-pub(crate) fn subtract_row<T: Real, const K: usize>(y: &mut [T; K], factor: T, x: &[T; K]) {
+pub(crate) fn subtract_row<T: Real, const D: usize>(y: &mut [T; D], factor: T, x: &[T; D]) {
     for (y, &x) in y.iter_mut().zip(x) {
         *y -= factor * x;
     }

@@ -195,6 +195,17 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         }
     }
 
+    /// Leaves a last solution that was misleading, for rest.
+    pub(crate) fn begin_anew<const N: usize>(
+        &mut self,
+        search: &Search<'_, '_, T, N, D, C>,
+        resolvent: &Resolvent<T, D, C>,
+    ) {
+        self.caution = Caution::new();
+        self.point.rest(search.problem);
+        self.set_off(search, resolvent);
+    }
+
     /// Sets off from rest.
     pub(crate) fn set_off<const N: usize>(
         &mut self,
@@ -297,13 +308,11 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             // Now and then from elsewhere; if that does not help, back to where it was.
             if let Some(last) = self.aside.take() {
                 (self.point.velocity, self.point.impulse) = last;
-                self.point.rebuild(search.problem, self.balance.scale);
             } else if self.balance.turns_aside() && search.problem.can_be_swept() {
                 self.aside = Some((self.point.velocity, self.point.impulse));
                 self.sweep_aside(search);
-            } else {
-                self.point.rebuild(search.problem, self.balance.scale);
             }
+            self.point.rebuild(search.problem, self.balance.scale);
         }
         if search.take_lost() {
             self.point.rest(search.problem);

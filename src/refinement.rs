@@ -3,7 +3,6 @@
 use crate::cholesky::rolled;
 use crate::chord::Chord;
 use crate::progress::{Phase, Progress, Workspace};
-use crate::safeguard::Caution;
 use crate::search::Search;
 use crate::{Factor, Real};
 use nalgebra::SVector;
@@ -71,10 +70,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         if accepted && refinement.left > 0 {
             self.phase = Phase::Refine(refinement);
         } else if refinement.warm.is_some() {
-            // The last solution was misleading.
-            self.caution = Caution::new();
-            self.point.rest(search.problem);
-            self.set_off(search, factor.resolvent());
+            self.begin_anew(search, factor.resolvent());
         } else {
             self.phase = Phase::Recover;
         }

@@ -168,7 +168,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         Start::Rest
     }
 
-    /// Moves a point to where the last impulses go on to, or where it makes no difference to where they
+    /// Moves a point from the last impulses to where they go on to, or where it makes no difference to where they
     /// were: a body at rest shall stay there, and not follow the errors of its impulses.
     #[inline(never)]
     fn go_on<const N: usize>(
@@ -177,11 +177,10 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         tolerance: T,
         point: &mut Point<T, D, C>,
     ) {
+        let (r, mut u) = (point.impulse, [[T::ZERO; D]; C]);
         self.impulses(problem, true, &mut point.impulse);
         point.natural_map = problem.natural_map(&point.impulse, &mut point.relative);
         if point.natural_map <= tolerance {
-            let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
-            self.impulses(problem, false, &mut r);
             let last = problem.natural_map(&r, &mut u);
             if last <= tolerance {
                 (point.impulse, point.relative, point.natural_map) = (r, u, last);
@@ -207,7 +206,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         }
     }
 
-    /// Moves a point to the last solution.
+    /// Moves a point from the last impulses to the last solution.
     ///
     /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and `z` as
     /// it was. The one with the least error is taken. (The energy is a poor judge: where a heavy body
@@ -220,8 +219,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         tolerance: T,
         point: &mut Point<T, D, C>,
     ) {
-        let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
-        self.impulses(problem, false, &mut r);
+        let (r, mut u) = (point.impulse, [[T::ZERO; D]; C]);
         let last = problem.natural_map(&r, &mut u);
         let mut as_it_was = None;
         if last > tolerance {

@@ -17,8 +17,6 @@ pub(crate) struct Sweeping<T, const C: usize> {
     done: usize,
     /// Did they begin at rest?
     rests: bool,
-    /// The natural map before the last one; of rest it says nothing.
-    last: T,
     /// If they are a side branch: the natural map that makes it worth staying there.
     bar: Option<T>,
 }
@@ -30,7 +28,6 @@ impl<T: Real, const C: usize> Sweeping<T, C> {
             drags: [T::ZERO; C],
             done: 0,
             rests: false,
-            last: T::ZERO,
             bar: None,
         }
     }
@@ -42,7 +39,6 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     pub(crate) fn begin_sweeps(&mut self) {
         self.sweeping = Sweeping {
             rests: self.point.impulse == [[T::ZERO; D]; C],
-            last: self.point.natural_map,
             ..Sweeping::none()
         };
         self.phase = Phase::Sweep;
@@ -69,7 +65,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.sweep(search);
         }
         self.swept = self.point.impulse;
-        self.settle(search);
+        self.lift(search);
     }
 
     fn sweep<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
@@ -89,19 +85,21 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.sweep(search);
         let (impulse, relative) = (&self.point.impulse, &self.point.relative);
         let here = search.problem.natural_map_at(impulse, relative);
-        self.point.natural_map = here;
+        let last = mem::replace(&mut self.point.natural_map, here);
         self.consider(search);
+        if search.is_over() {
+            return;
+        }
         let sweeping = &mut self.sweeping;
         sweeping.done += 1;
-        let mut rate = here / mem::replace(&mut sweeping.last, here);
-        if sweeping.rests && sweeping.done == 1 {
-            rate = T::ZERO;
-        }
+        // Of rest the natural map says nothing.
+        let first = sweeping.rests && sweeping.done == 1;
+        let rate = if first { T::ZERO } else { here / last };
         let hyperstatic = search.problem.is_hyperstatic(&self.point.impulse);
         let fast = rate < T::literal(0.5) && sweeping.done < if hyperstatic { 2 } else { 3 };
         let (square, tolerance) = (rate * rate, search.tolerance());
         let in_reach = here * square * square * rate <= tolerance && sweeping.done < 20;
-        if search.is_over() || here > tolerance && (fast || in_reach) {
+        if here > tolerance && (fast || in_reach) {
             return;
         }
         let rests = sweeping.rests;
@@ -112,9 +110,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.point.rest(search.problem);
             self.approach(resolvent);
         } else if !rests && rate > T::ONE {
-            // The last solution was misleading.
-            self.point.rest(search.problem);
-            self.set_off(search, resolvent);
+            self.begin_anew(search, resolvent);
         } else {
             self.settle(search);
             self.phase = Phase::Refine(if rests {
@@ -147,8 +143,13 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// Makes a point of the impulses and `u` that sweeps or an impulse carried on have left.
     #[inline(never)]
     pub(crate) fn settle<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
+        self.lift(search);
+        self.point.rebuild(search.problem, self.balance.scale);
+    }
+
+    /// Takes `û` for the velocity.
+    fn lift<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
         let point = &mut self.point;
         search.problem.lift(&point.relative, &mut point.velocity);
-        point.rebuild(search.problem, self.balance.scale);
     }
 }
