@@ -246,18 +246,15 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         scale: T,
         point: &mut Point<T, D, C>,
     ) {
-        let pairs = problem.laws().iter().zip(&self.contacts);
-        for (z, (law, contact)) in point.z.iter_mut().zip(pairs) {
+        let pairs = point.velocity.iter_mut().zip(&mut point.impulse);
+        for ((velocity, impulse), contact) in pairs.zip(&self.contacts) {
             rolled();
-            *z = zeros();
-            if let Some(contact) = contact {
-                *z = contact.u;
-                if law.step > T::ZERO {
-                    *z -= contact.r / (scale * law.step);
-                }
-            }
+            let known = contact
+                .as_ref()
+                .map(|contact| (contact.u, contact.r.into()));
+            (*velocity, *impulse) = known.unwrap_or((zeros(), [T::ZERO; D]));
         }
-        point.update(problem, scale);
+        point.rebuild(problem, scale);
     }
 }
 
