@@ -80,9 +80,11 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
                         }
                         *factors.get_mut(p)? = factor;
                     }
-                    for (own, &factor) in own.iter_mut().zip(&factors).take(end - start) {
+                    for (p, (own, &factor)) in own.iter_mut().zip(&factors).enumerate() {
                         rolled();
-                        *own = factor;
+                        if start + p < end {
+                            *own = factor;
+                        }
                     }
                     subtract_rows(row, &factors, rows, end, last);
                 }
