@@ -12,7 +12,6 @@
 
 use crate::Real;
 use core::hint::black_box;
-use heapless::Vec;
 
 /// A slice of whose length the compiler knows nothing where flash counts: loops over dofs or contacts
 /// that it unrolls are several times as large and hardly faster.
@@ -166,76 +165,6 @@ fn reduced<'a, T: Real, const K: usize>(
         }
     }
     Some(sums)
-}
-
-/// Solves `Uᵀ D⁻¹ y = b` in place.
-#[inline(never)]
-pub(crate) fn solve_upper<T: Real>(u: &[T], stride: usize, mut x: &mut [T]) {
-    while let Some((entry, rest)) = x.split_last_mut() {
-        if let Some((row, [reciprocal, ..])) = u
-            .get(rest.len() * stride..)
-            .and_then(|row| row.split_at_checked(rest.len()))
-        {
-            axpy(-*entry * *reciprocal, row, rest);
-        }
-        x = rest;
-    }
-}
-
-/// A row `i` of `D⁻¹ y` for `K` right-hand sides side by side, and that of `U` it goes with.
-pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
-    pub(crate) place: usize,
-    pub(crate) entry: [T; K],
-    row: &'a [T; N],
-}
-
-/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides side by side. Gives the rows of `D⁻¹ y` that are not
-/// zero, the last one first.
-#[inline(never)]
-pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
-    u: &'a [[T; N]; N],
-    b: &[[T; K]; N],
-    y: &mut [[T; K]; N],
-    scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
-) {
-    for (place, ((y, b), row)) in y.iter_mut().zip(b).zip(u).enumerate().rev() {
-        rolled();
-        let mut sums = *b;
-        for Scaled { entry, row, .. } in &*scaled {
-            rolled();
-            let u = row.get(place).copied().unwrap_or(T::ZERO);
-            for (sum, &entry) in sums.iter_mut().zip(entry) {
-                *sum -= u * entry;
-            }
-        }
-        *y = sums;
-        if sums != [T::ZERO; K]
-            && let Some(&reciprocal) = row.get(place)
-        {
-            let entry = sums.map(|sum| sum * reciprocal);
-            // There is room for all of them.
-            let _ = scaled.push(Scaled { place, entry, row });
-        }
-    }
-}
-
-/// Solves `U x = y` in place.
-#[inline(never)]
-pub(crate) fn solve_lower<T: Real>(u: &[T], stride: usize, x: &mut [T]) {
-    for i in 0..x.len() {
-        if let (Some((done, [entry, ..])), Some((row, [reciprocal, ..]))) = (
-            x.split_at_mut_checked(i),
-            u.get(i * stride..).and_then(|row| row.split_at_checked(i)),
-        ) {
-            *entry = (*entry - dot(row, done)) * *reciprocal;
-        }
-    }
-}
-
-/// Solves `A x = b` in place.
-pub(crate) fn solve<T: Real>(u: &[T], stride: usize, x: &mut [T]) {
-    solve_upper(u, stride, x);
-    solve_lower(u, stride, x);
 }
 
 #[cfg(test)]

@@ -9,12 +9,11 @@
 //! That needs `(D·C)²` multiplications against `N² + 2·N·D·C` through the factor of `A`, and a new
 //! `rho` never touches the `N × N` factor again.
 
-use crate::cholesky::{
-    Scaled, factorise, opaque, opaque_mut, rolled, solve_lower, solve_upper, solve_upper_block,
-};
+use crate::cholesky::{factorise, opaque, opaque_mut, rolled};
 use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
 use crate::residual::larger;
 use crate::resolvent::Resolvent;
+use crate::substitution::{Scaled, solve_lower, solve_upper, solve_upper_block};
 use crate::{Error, Real, Scene};
 use heapless::Vec;
 
@@ -246,7 +245,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// From `g` to the `x` of `Uᵀ D⁻¹ x = g`, from which [`Self::contact_velocity`] and
     /// [`Self::velocity`] start.
     pub(crate) fn whiten(&self, g: &mut [T; N]) {
-        solve_upper(self.mass.as_flattened(), N, g);
+        solve_upper(&self.mass, g);
     }
 
     /// `H M⁻¹ g` for a `g` that was whitened. Returns `gᵀ M⁻¹ g`.
@@ -317,7 +316,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     pub(crate) fn velocity(&self, g: &[T; N], r: &[[T; D]], v: &mut [T; N]) {
         *v = *g;
         self.add_whitened(r, v);
-        solve_lower(self.mass.as_flattened(), N, v);
+        solve_lower(&self.mass, v);
     }
 }
 

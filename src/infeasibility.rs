@@ -8,8 +8,9 @@
 //! offsets by a factor that no feasible scene has.
 
 use crate::Real;
-use crate::cholesky::{dot, factorise, rolled, solve};
+use crate::cholesky::{dot, factorise, rolled};
 use crate::problem::Problem;
+use crate::substitution::solve;
 use heapless::Vec;
 
 /// Looks for a `d` that proves the scene infeasible; `None` if there is none to be found.
@@ -207,7 +208,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
         let flat = factor.as_flattened_mut();
         factorise(matrix.as_flattened(), C, n, T::ZERO, flat).ok()?;
         let x = rhs.get_mut(..n)?;
-        solve(flat, C, x);
+        solve(&factor, x);
         let mut solution = [T::ZERO; C];
         for (&i, &x) in support.iter().zip(&*x) {
             rolled();

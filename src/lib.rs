@@ -43,7 +43,7 @@
 //! |---|---|---|
 //! | `cone` | `K`, `K*`, projections, spectral form | Eqs. (1)-(10) |
 //! | `scene` | mass matrix and contacts, and what can be wrong with them | |
-//! | `cholesky` | dense, in place, root-free | step 2 |
+//! | `cholesky`, `substitution` | dense, in place, root-free | step 2 |
 //! | `factor`, `resolvent` | Delassus operator `W` and `(I + rho W)⁻¹`, computed once | step 2 |
 //! | `admm`, `admm_solver` | one iteration, plain, Algorithm 1, Algorithm 2 | steps 2-15 |
 //! | `newton`, `frame`, `linearisation`, `elimination`, `chord` | a step of semismooth Newton on the fixed-point map | |
@@ -103,6 +103,7 @@ mod search;
 mod solution;
 mod solver;
 mod state;
+mod substitution;
 mod sweeping;
 pub mod time_stepping;
 
