@@ -11,7 +11,7 @@
 
 use crate::Real;
 use crate::cholesky::rolled;
-use crate::contact_space::{ContactVector, block, product, subtract_rows};
+use crate::contact_space::{ContactVector, product, subtract_rows};
 use crate::problem::Problem;
 
 /// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
@@ -26,11 +26,11 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
     let (laws, delassus) = (problem.laws(), problem.factor.delassus());
     let contacts = laws.iter().zip(delassus).enumerate();
     for ((i, (law, rows)), (impulse, drag)) in contacts.zip(impulse.iter_mut().zip(drags)) {
-        let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
-            return;
-        };
+        let own = rows
+            .each_ref()
+            .map(|row| row.get(i).copied().unwrap_or([T::ZERO; D]));
         let old = *impulse;
-        let mut left = u;
+        let mut left = relative.get(i).copied().unwrap_or(old);
         for (left, own) in left.iter_mut().zip(&own) {
             *left -= product(own, &old);
         }
@@ -47,7 +47,8 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
 
 /// The impulse of one contact, from `W_ii` and the velocity `u` that the others leave; `None` if they
 /// part. Where friction wedges a contact, so that no impulse obeys the law, it has none.
-#[inline]
+#[inline(always)]
+#[allow(clippy::inline_always)] // its small arrays would go through memory, and be waited for
 fn push<T: Real, const D: usize>(
     own: &[[T; D]; D],
     u: &[T; D],
@@ -108,13 +109,14 @@ fn one_tangent<T: Real, const D: usize>(
     Some((normal, [slope * normal, T::ZERO]))
 }
 
-/// `r_N` and `r_T`; where the contact slips by way of its `λ`, from the last guess on, which is replaced by
-/// the next.
+/// `r_N` and `r_T`; where the contact slips by way of its `λ`, from the last guess on (or, where there is
+/// none, a first one), which is replaced by the next.
 ///
 /// With `δ = det(S + λI)` and `c = adj(S) b` it is `δ r_T = c + λ b`, and `δ mu r_N` a quadratic function
 /// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: few steps of Newton's method find
 /// where it is 1. Along them it is kept between bounds, and at the last the impulse is put onto the cone.
-#[inline]
+#[inline(always)]
+#[allow(clippy::inline_always)] // as above
 fn two_tangents<T: Real, const D: usize>(
     own: &[[T; D]; D],
     u: &[T; D],
@@ -143,17 +145,25 @@ fn two_tangents<T: Real, const D: usize>(
     let linear = scale * (approach * trace + product(&coupling, &b));
     let square = scale * approach;
     let (cc, bc, bb) = (product(&c, &c), product(&b, &c), product(&b, &b));
-    // `fit` puts it onto the boundary.
-    let at = |lambda: T, normal: T, fit: T| {
+    // A tangential part of this length is put onto the boundary.
+    let at = |lambda: T, normal: T, length: T| {
         let volume = det + lambda * (trace + lambda);
-        let (normal, fit) = (normal / (mu * volume), fit / volume);
+        let fit = normal / (length * volume);
+        let normal = normal / (mu * volume);
         let tangents = [(c[0] + lambda * b[0]) * fit, (c[1] + lambda * b[1]) * fit];
         let finite = tangents.iter().all(T::is_finite);
         finite.then_some((normal, tangents))
     };
     if constant >= T::ZERO && cc <= constant * constant {
         *drag = T::ZERO;
-        return at(T::ZERO, constant, T::ONE);
+        return at(T::ZERO, constant, constant);
+    }
+    if *drag == T::ZERO {
+        // What it would be if `S` were isotropic and no tangential impulse changed the normal one.
+        let guess = bb.square_root() / square - trace * T::literal(0.5);
+        if guess.is_finite() {
+            *drag = guess.max(T::ZERO);
+        }
     }
     let mut last = None;
     let (mut low, mut high) = (T::ZERO, None);
@@ -170,7 +180,7 @@ fn two_tangents<T: Real, const D: usize>(
             high = Some(lambda);
         }
         let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
-        let newton = lambda - excess * squares / turn;
+        let newton = lambda - excess * (squares / turn);
         let inside = newton > low && high.is_none_or(|high| newton < high);
         *drag = match high {
             _ if inside => newton,
@@ -178,11 +188,11 @@ fn two_tangents<T: Real, const D: usize>(
             None => (lambda + trace) * T::literal(2.0),
         };
         if normal > T::ZERO {
-            last = Some((lambda, normal, normal / length));
+            last = Some((lambda, normal, length));
         }
         if excess.abs() <= T::literal(1e-5) * length {
             break;
         }
     }
-    last.and_then(|(lambda, normal, fit)| at(lambda, normal, fit))
+    last.and_then(|(lambda, normal, length)| at(lambda, normal, length))
 }
