@@ -8,7 +8,7 @@
 //! offsets by a factor that no feasible scene has.
 
 use crate::Real;
-use crate::cholesky::{dot, factorise, rolled};
+use crate::cholesky::{dot, factorise, opaque, opaque_mut, rolled};
 use crate::problem::Problem;
 use crate::substitution::solve;
 use heapless::Vec;
@@ -189,13 +189,17 @@ impl<T: Real, const C: usize> Gram<T, C> {
     /// Solves `(W_NN + weight g gᵀ + δI) x = b` on a support, zero elsewhere.
     #[inline(never)]
     fn solve(&self, support: &[usize], weight: T, g: &[T; C], b: &[T; C]) -> Option<[T; C]> {
-        let n = support.len();
-        let ridge = T::EPSILON * T::count(4 * n);
+        let ridge = T::EPSILON * T::count(4 * support.len());
         let mut matrix = [[T::ZERO; C]; C];
-        let mut rhs = [T::ZERO; C];
-        for ((row, rhs), &i) in matrix.iter_mut().zip(&mut rhs).zip(support) {
+        let mut x = [T::ZERO; C];
+        for (k, (row, x)) in opaque_mut(&mut matrix).iter_mut().zip(&mut x).enumerate() {
             rolled();
-            *rhs = *b.get(i)?;
+            let Some(&i) = support.get(k) else {
+                // A unit row, of an unknown that there is not.
+                *row.get_mut(k)? = T::ONE;
+                continue;
+            };
+            *x = *b.get(i)?;
             for (entry, &j) in row.iter_mut().zip(support) {
                 rolled();
                 *entry = *self.normal.get(i)?.get(j)? + weight * *g.get(i)? * *g.get(j)?;
@@ -206,11 +210,10 @@ impl<T: Real, const C: usize> Gram<T, C> {
         }
         let mut factor = [[T::ZERO; C]; C];
         let flat = factor.as_flattened_mut();
-        factorise(matrix.as_flattened(), C, n, T::ZERO, flat).ok()?;
-        let x = rhs.get_mut(..n)?;
-        solve(&factor, x);
+        factorise(matrix.as_flattened(), C, C, T::ZERO, flat).ok()?;
+        solve(&factor, &mut x);
         let mut solution = [T::ZERO; C];
-        for (&i, &x) in support.iter().zip(&*x) {
+        for (&i, &x) in opaque(support).iter().zip(&x) {
             rolled();
             *solution.get_mut(i)? = x;
         }

@@ -50,7 +50,7 @@
 //! | `contact_space`, `pivot` | vectors, matrices and blocks over the contacts | |
 //! | `gauss_seidel` | a sweep over the contacts | |
 //! | `solver`, `progress`, `sweeping`, `refinement`, `safeguard` | the default method, piece by piece | |
-//! | `residual`, `problem`, `search` | the error that "solved" promises, and when to stop | |
+//! | `residual`, `rounding`, `problem`, `evaluation`, `search` | the error that "solved" promises, and when to stop | |
 //! | `infeasibility` | Farkas' proof that there is nothing to solve | |
 //! | `state` | the warm start | |
 //! | [`time_stepping`] | free impulse, gaps, restitution, moving surfaces | |
@@ -84,6 +84,7 @@ mod contact_space;
 mod defmt_format;
 mod elimination;
 mod error;
+mod evaluation;
 mod factor;
 mod frame;
 mod gauss_seidel;
@@ -97,6 +98,7 @@ mod real;
 mod refinement;
 mod residual;
 mod resolvent;
+mod rounding;
 mod safeguard;
 mod scene;
 mod search;

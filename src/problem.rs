@@ -6,8 +6,7 @@ use crate::contact_space::ContactVector;
 use crate::scene::check_finite;
 use crate::solution::zeros;
 use crate::{
-    Contact, ContactSolution, Error, Factor, FrictionCone, Input, Real, Scene, Settings,
-    SlipUpdate, Solution, residual,
+    Contact, Error, Factor, FrictionCone, Input, Real, Scene, Settings, SlipUpdate, residual,
 };
 use core::array;
 use nalgebra::SVector;
@@ -55,10 +54,10 @@ impl<T: Real, const D: usize> Law<T, D> {
 pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize> {
     pub(crate) scene: &'a Scene<T, N, D, C>,
     pub(crate) factor: &'a Factor<T, N, D, C>,
-    f: &'a SVector<T, N>,
+    pub(crate) f: &'a SVector<T, N>,
     pub(crate) slip: SlipUpdate,
     /// The free impulse `-f`, whitened.
-    whitened: [T; N],
+    pub(crate) whitened: [T; N],
     laws: [Law<T, D>; C],
     /// `|alpha q|`: the size of the impulses to expect.
     pub(crate) size: T,
@@ -233,37 +232,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     pub(crate) fn correct(&mut self, contact: usize, difference: SVector<T, D>) {
         if let Some(law) = self.laws.get_mut(contact) {
             law.free += difference;
-        }
-    }
-
-    /// Writes velocity, contacts and error of an impulse into a solution.
-    #[inline(never)]
-    pub(crate) fn evaluate(&self, r: &ContactVector<T, D, C>, solution: &mut Solution<T, N, D, C>) {
-        let (mut u, mut noise) = ([[T::ZERO; D]; C], [T::ZERO; C]);
-        let r = opaque(r.get(..self.factor.contacts()).unwrap_or_default());
-        let [v] = &mut solution.velocity.data.0;
-        self.factor.velocity(&self.whitened, r, v);
-        let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
-        let [f] = &self.f.data.0;
-        let momentum = residual::momentum(mass, contacts, f, v, r, &mut u, &mut noise);
-        let natural_map =
-            residual::natural_map(self.laws(), self.size, opaque(&u), r, opaque(&noise));
-        solution.error = natural_map.max(momentum);
-        if solution.error > T::ZERO {
-            // What rounding may hide of it: in `W`, which measures steps and sizes, and here.
-            solution.error *= T::ONE + self.factor.uncertainty(mass);
-            solution.error += T::literal(4.0) * T::EPSILON;
-        }
-        solution.contacts.clear();
-        for ((law, &r), &u) in self.laws().iter().zip(r).zip(opaque(&u)) {
-            let (impulse, velocity) = (r.into(), u.into());
-            let contact = ContactSolution {
-                impulse,
-                velocity,
-                mode: residual::mode(law, &velocity, &impulse),
-            };
-            // There is room: the scene has no more contacts than the solution.
-            let _ = solution.contacts.push(contact);
         }
     }
 }

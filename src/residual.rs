@@ -1,4 +1,4 @@
-//! The error a solution is judged by, and what rounding may add to it.
+//! The error a solution is judged by; [`crate::rounding`] bounds what rounding may hide of it.
 //!
 //! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`
 //! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w` and
@@ -9,7 +9,8 @@ use crate::cholesky::{opaque, opaque_mut, rolled};
 use crate::cone::square;
 use crate::problem::Law;
 use crate::{Contact, ContactMode, Real};
-use nalgebra::{ComplexField, SVector};
+use core::hint::black_box;
+use nalgebra::SVector;
 
 /// A quotient of norms in which 0/0 is 0, and whatever is not a number is infinite.
 pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
@@ -85,9 +86,11 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
 ) -> T {
     let (laws, u, r) = (opaque(laws), opaque(u), opaque(r));
     let mut largest = size;
-    for r in r {
-        rolled();
-        largest = larger(largest, r, T::ONE);
+    if size == T::ZERO {
+        for r in r {
+            rolled();
+            largest = larger(largest, r, T::ONE);
+        }
     }
     let unit = unit(largest);
     let size = size * unit;
@@ -112,12 +115,23 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     quotient(residual + noises, size).square_root()
 }
 
-/// Second part of the error, `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, plus what rounding in
-/// this function may hide of it. Fills `u = H v + w`, and `noise` with the square of what rounding
-/// may do to it.
-///
-/// A sum of products is trusted to `eps` times the sum of their magnitudes, which also covers a
-/// scene that was rounded to this number type.
+/// `|M v + f - Hᵀ r|` and the largest of `|f|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
+/// their entries are near 1.
+pub(crate) struct Momentum<T> {
+    residual: T,
+    size: T,
+    pub(crate) unit: T,
+}
+
+impl<T: Real> Momentum<T> {
+    /// Second part of the error, `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, with the square of
+    /// what rounding may hide of it, in the same unit.
+    pub(crate) fn error(&self, noise: T) -> T {
+        quotient(self.residual + noise, self.size).square_root()
+    }
+}
+
+/// Evaluates the dynamics, and fills `u = H v + w`.
 #[inline(never)]
 pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
     mass: &[[T; N]; N],
@@ -126,90 +140,83 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
     v: &[T; N],
     r: &[[T; D]],
     u: &mut [[T; D]],
-    noise: &mut [T],
-) -> T {
-    // M v, Hᵀ r and the magnitudes of their terms, dof by dof.
+) -> Momentum<T> {
+    // M v and Hᵀ r, dof by dof.
     let mut inertia = [T::ONE; N]; // all of it is overwritten, and zeros would call memset
     let mut pushed = [T::ZERO; N];
-    let mut terms = [T::ONE; N];
     if N < 6 {
         for i in 0..N {
-            multiply::<T, N, 1>(mass, i, v, &mut inertia, &mut terms);
+            multiply::<T, N, 1>(mass, i, v, &mut inertia);
         }
     } else {
         // Six rows at a time, the last six with some that are known already.
-        for i in (0..N).step_by(6) {
-            multiply::<T, N, 6>(mass, i.min(N - 6), v, &mut inertia, &mut terms);
+        let (mut first, last) = (0, black_box(N - 6));
+        while first < last + 6 {
+            multiply::<T, N, 6>(mass, first.min(last), v, &mut inertia);
+            first += 6;
         }
     }
-    for (((contact, r), u), noise) in contacts.iter().zip(r).zip(u).zip(noise) {
+    for ((contact, r), u) in opaque(contacts).iter().zip(r).zip(u) {
+        rolled();
         let r = *r;
         let mut velocity: [T; D] = contact.offset.into();
-        let mut magnitude = velocity.map(ComplexField::abs);
-        let dofs = opaque_mut(&mut pushed).iter_mut().zip(&mut terms);
-        for ((&v, column), (pushed, terms)) in v.iter().zip(&contact.jacobian.data.0).zip(dofs) {
+        let columns = contact.jacobian.data.0.iter();
+        for ((&v, column), pushed) in v.iter().zip(columns).zip(opaque_mut(&mut pushed)) {
             if *column == [T::ZERO; D] {
                 continue;
             }
-            for (((u, magnitude), &h), r) in
-                velocity.iter_mut().zip(&mut magnitude).zip(column).zip(r)
-            {
+            for ((u, &h), r) in velocity.iter_mut().zip(column).zip(r) {
                 *u += h * v;
-                *magnitude += h.abs() * v.abs();
                 *pushed += h * r;
-                *terms += h.abs() * r.abs();
             }
         }
         *u = velocity;
-        *noise = T::EPSILON * T::EPSILON * square(&magnitude);
     }
     let mut largest = T::ZERO;
-    for (terms, f) in opaque_mut(&mut terms).iter_mut().zip(f) {
+    let f = opaque(f);
+    let dofs = f.iter().zip(&inertia).zip(&pushed);
+    for ((&f, &inertia), &pushed) in dofs.clone() {
         rolled();
-        *terms += f.abs();
-        // Where one is not a number, so is the error.
-        if *terms > largest {
-            largest = *terms;
-        }
+        largest = larger(largest, &[f, inertia, pushed], T::ONE);
     }
     let unit = unit(largest);
     let [mut residual, mut size_f, mut size_v, mut size_r] = [T::ZERO; 4];
-    let dofs = opaque(f).iter().zip(&inertia).zip(&pushed).zip(&terms);
-    for (((&f, &inertia), &pushed), &terms) in dofs {
+    for ((&f, &inertia), &pushed) in dofs {
         rolled();
         let (f, inertia, pushed) = (unit * f, unit * inertia, unit * pushed);
         let gap = inertia + f - pushed;
-        let noise = T::EPSILON * unit * terms;
-        residual += gap * gap + noise * noise;
+        residual += gap * gap;
         size_f += f * f;
         size_v += inertia * inertia;
         size_r += pushed * pushed;
     }
-    quotient(residual, size_f.max(size_v).max(size_r)).square_root()
+    Momentum {
+        residual,
+        size: size_f.max(size_v).max(size_r),
+        unit,
+    }
 }
 
-/// `R` entries of `M v` from row `first` on, and the magnitudes of their terms.
+/// `R` entries of `M v` from row `first` on.
 #[inline]
 fn multiply<T: Real, const N: usize, const R: usize>(
     mass: &[[T; N]; N],
     first: usize,
     v: &[T; N],
     products: &mut [T; N],
-    magnitudes: &mut [T; N],
 ) {
-    let (mut sums, mut sizes) = ([T::ZERO; R], [T::ZERO; R]);
-    for (column, &v) in opaque(mass).iter().zip(v) {
+    let mut sums = [T::ZERO; R];
+    // All of it unrolled at once would have more sums than registers.
+    for (column, &v) in black_box(mass.as_slice()).iter().zip(v) {
         rolled();
         let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<R>) else {
             break;
         };
-        for ((sum, size), &mass) in sums.iter_mut().zip(&mut sizes).zip(column) {
+        for (sum, &mass) in sums.iter_mut().zip(column) {
             *sum += mass * v;
-            *size += mass.abs() * v.abs();
         }
     }
-    let places = products.iter_mut().zip(magnitudes).skip(first);
-    for ((product, magnitude), (sum, size)) in places.zip(sums.into_iter().zip(sizes)) {
-        (*product, *magnitude) = (sum, size);
+    for (product, sum) in products.iter_mut().skip(first).zip(sums) {
+        *product = sum;
     }
 }

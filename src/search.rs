@@ -139,9 +139,14 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
 
     /// Is the error small only because the impulses run away? Then it is not small beside the
     /// velocities to be changed.
-    fn runs_away(&self) -> bool {
+    fn runs_away(&mut self, r: &ContactVector<T, D, C>) -> bool {
         let impulse = self.impulse();
-        impulse > T::literal(1e8) && impulse * self.solution.error > T::literal(0.1)
+        if impulse > T::literal(1e8) {
+            // With as fine a bound on rounding as there is.
+            self.problem.evaluate(r, T::ZERO, self.solution);
+            return impulse * self.solution.error > T::literal(0.1);
+        }
+        false
     }
 
     /// Have the impulses run away since this was last asked?
@@ -213,8 +218,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
         if natural_map > self.settings.tolerance {
             return;
         }
-        self.problem.evaluate(r, self.solution);
-        if self.runs_away() {
+        let tolerance = self.settings.tolerance;
+        self.problem.evaluate(r, tolerance, self.solution);
+        if self.runs_away(r) {
             self.record.lost = true;
             self.record.natural_map = None;
         } else if self.solution.error <= self.settings.tolerance {
@@ -287,7 +293,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
             }
             self.record.free = self.problem.free();
         }
-        self.problem.evaluate(&r, self.solution);
+        let tolerance = self.settings.tolerance;
+        self.problem.evaluate(&r, tolerance, self.solution);
     }
 
     /// The impulses that are written down.

@@ -132,7 +132,8 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     /// Error of `v` and `r` in Coulomb's law and in the dynamics, the larger of
     /// `|r - Π_K(r - alpha û)| / max(|r|, |alpha q|)` and
     /// `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, with a bound on the rounding in its own
-    /// evaluation and in the factor added. Independent of units.
+    /// evaluation and in the factor added, a coarse one if that is enough to be below the tolerance.
+    /// Independent of units.
     pub error: T,
 }
 

@@ -2,17 +2,18 @@
 
 use crate::Real;
 use crate::cholesky::rolled;
+use core::hint::black_box;
 use heapless::Vec;
 
 /// How many unknowns a solve finds at a time: their sums stay in registers.
 const BLOCK: usize = 6;
 
-/// Solves `Uᵀ D⁻¹ y = b` in place, for the leading rows of `U`.
+/// Solves `Uᵀ D⁻¹ y = b` in place.
 #[inline(never)]
-pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T]) {
-    let mut end = x.len();
+pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
+    let mut end = black_box(N);
     while end > 0 {
-        if x.len() < BLOCK {
+        if N < BLOCK {
             upper_block::<T, N, 1>(u, x, end - 1, end);
             end -= 1;
         } else {
@@ -27,7 +28,7 @@ pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T])
 #[inline]
 fn upper_block<T: Real, const N: usize, const K: usize>(
     u: &[[T; N]; N],
-    x: &mut [T],
+    x: &mut [T; N],
     first: usize,
     end: usize,
 ) -> Option<()> {
@@ -93,16 +94,16 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     }
 }
 
-/// Solves `U x = y` in place, for the leading rows of `U`.
+/// Solves `U x = y` in place.
 #[inline(never)]
-pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T]) {
-    let mut next = 0;
-    while next < x.len() {
-        if x.len() < BLOCK {
+pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
+    let (mut next, end) = (0, black_box(N));
+    while next < end {
+        if N < BLOCK {
             lower_block::<T, N, 1>(u, x, next, next);
             next += 1;
         } else {
-            let first = next.min(x.len() - BLOCK);
+            let first = next.min(N - BLOCK);
             lower_block::<T, N, BLOCK>(u, x, first, next);
             next = first + BLOCK;
         }
@@ -113,7 +114,7 @@ pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T])
 #[inline]
 fn lower_block<T: Real, const N: usize, const K: usize>(
     u: &[[T; N]; N],
-    x: &mut [T],
+    x: &mut [T; N],
     first: usize,
     next: usize,
 ) -> Option<()> {
@@ -144,7 +145,7 @@ fn lower_block<T: Real, const N: usize, const K: usize>(
 }
 
 /// Solves `A x = b` in place.
-pub(crate) fn solve<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T]) {
+pub(crate) fn solve<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
     solve_upper(u, x);
     solve_lower(u, x);
 }

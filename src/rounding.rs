@@ -1,0 +1,108 @@
+//! What rounding may hide of the error of a solution.
+//!
+//! A sum of products is trusted to `eps` times the sum of their magnitudes, which also covers a scene
+//! that was rounded to this number type. By Cauchy's inequality, in the norms of `M` and `W`,
+//! `|M_ij|² <= M_ii M_jj` and `|H_aj|² <= W_aa M_jj`: that bounds the sums at next to no cost. Where
+//! the bound is too coarse for the tolerance, they are added up.
+
+use crate::cholesky::{opaque, opaque_mut, rolled};
+use crate::cone::square;
+use crate::problem::Law;
+use crate::{Contact, Real};
+
+/// Squares of bounds.
+pub(crate) struct Rounding<T, const C: usize> {
+    /// Of `M v + f - Hᵀ r`, in the unit asked for.
+    pub(crate) momentum: T,
+    /// Of each `u_i = H_i v + w_i`, (m/s)².
+    pub(crate) velocities: [T; C],
+}
+
+/// Bounds on the sums of magnitudes.
+#[inline(never)]
+pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize>(
+    laws: &[Law<T, D>],
+    mass: &[[T; N]; N],
+    contacts: &[Contact<T, N, D>],
+    f: &[T; N],
+    v: &[T; N],
+    r: &[[T; D]],
+    unit: T,
+) -> Rounding<T, C> {
+    // `Σ M_jj`, `Σ M_jj v_j²`, `|f|²` and `Σ W_aa r_a²`
+    let [mut trace, mut energy, mut free, mut pushed] = [T::ZERO; 4];
+    for (j, ((column, &v), &f)) in opaque(mass).iter().zip(v).zip(f).enumerate() {
+        rolled();
+        let mass = column.get(j).copied().unwrap_or(T::ZERO);
+        trace += mass;
+        energy += mass * v * v;
+        free += (unit * f) * (unit * f);
+    }
+    let two = T::ONE + T::ONE;
+    let precision = T::EPSILON * T::EPSILON;
+    let energy = energy * T::count(N);
+    let mut velocities = [T::ZERO; C];
+    let places = opaque_mut(&mut velocities).iter_mut().zip(opaque(contacts));
+    for ((velocity, contact), (law, r)) in places.zip(opaque(laws).iter().zip(r)) {
+        rolled();
+        let mut inertia = T::ZERO;
+        if law.step > T::ZERO {
+            inertia = T::count(D) / law.step;
+        }
+        *velocity = two * precision * (square(contact.offset.as_slice()) + inertia * energy);
+        pushed += inertia * square(&r.map(|r| unit * r));
+    }
+    let sums = (unit * energy) * (unit * trace) + pushed * trace * T::count(D * laws.len());
+    Rounding {
+        momentum: (two + T::ONE) * precision * (free + sums),
+        velocities,
+    }
+}
+
+/// The sums of magnitudes themselves.
+#[inline(never)]
+pub(crate) fn count<T: Real, const N: usize, const D: usize, const C: usize>(
+    mass: &[[T; N]; N],
+    contacts: &[Contact<T, N, D>],
+    f: &[T; N],
+    v: &[T; N],
+    r: &[[T; D]],
+    unit: T,
+) -> Rounding<T, C> {
+    let mut terms = [T::ZERO; N];
+    for (column, &v) in opaque(mass).iter().zip(v) {
+        rolled();
+        for (terms, &mass) in terms.iter_mut().zip(opaque(column)) {
+            rolled();
+            *terms += (mass * v).abs();
+        }
+    }
+    let mut velocities = [T::ZERO; C];
+    let places = opaque_mut(&mut velocities).iter_mut().zip(opaque(contacts));
+    for ((velocity, contact), r) in places.zip(r) {
+        rolled();
+        let mut magnitude: [T; D] = contact.offset.abs().into();
+        let columns = contact.jacobian.data.0.iter();
+        for ((&v, column), terms) in opaque(v).iter().zip(columns).zip(&mut terms) {
+            rolled();
+            for ((magnitude, &h), &r) in magnitude.iter_mut().zip(column).zip(r) {
+                *magnitude += (h * v).abs();
+                *terms += (h * r).abs();
+            }
+        }
+        *velocity = T::EPSILON * T::EPSILON * square(&magnitude);
+    }
+    let mut momentum = T::ZERO;
+    for (&terms, &f) in opaque(&terms).iter().zip(f) {
+        rolled();
+        let noise = T::EPSILON * unit * (terms + f.abs());
+        momentum += noise * noise;
+    }
+    Rounding {
+        momentum,
+        velocities,
+    }
+}
+
+#[cfg(test)]
+mod tests;
