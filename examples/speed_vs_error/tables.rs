@@ -125,9 +125,11 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
         "iterations",
         "Newton steps",
         "multiply-adds",
+        "around them",
         "µs",
         "multiply-adds a ns",
     ];
+    let mut shares = Vec::new();
     let rows = races.iter().filter_map(|race| {
         let scene = &race.scene;
         let rung = race.run(DOUBLE).fastest(level)?;
@@ -136,8 +138,9 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
         let [iterations, steps] =
             [effort.iterations, effort.newton_steps].map(|count| count as f64);
         let k = (scene.dim * rung.closed) as f64;
-        let needed =
-            iterations * m * m + steps * (k * k * k / 3.0 + 2.0 * k * k) + 2.0 * (n * n + n * m);
+        let needed = iterations * m * m + steps * (k * k * k / 3.0 + 2.0 * k * k);
+        let around = 2.0 * n * n + 4.0 * n * m;
+        shares.push(around / (needed + around));
         Some(vec![
             scene.name.clone(),
             scene.n_dof.to_string(),
@@ -146,11 +149,18 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
             effort.iterations.to_string(),
             effort.newton_steps.to_string(),
             format!("{needed:.0}"),
+            format!("{around:.0}"),
             micro(rung.time.least),
-            format!("{:.2}", needed / rung.time.least),
+            format!("{:.2}", (needed + around) / rung.time.least),
         ])
     });
-    table(&columns.map(str::to_owned), rows)
+    let table = table(&columns.map(str::to_owned), rows);
+    shares.sort_by(f64::total_cmp);
+    let median = shares.get(shares.len() / 2).copied().unwrap_or(f64::NAN);
+    format!(
+        "{table}\nIn the median {:.0} % of the multiply-adds are around them.\n",
+        100.0 * median
+    )
 }
 
 /// Times over sizes, and the fitted exponents in the last row.
