@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Counts instructions a solve by function, with valgrind's callgrind, and writes `report/callgrind.md`.
+"""Counts instructions a solve by function, with valgrind's callgrind, and writes `report/callgrind.md`,
+and those of the default method on all scenes to `report/instructions.txt`.
 
 Run by hand after `cargo build --release --example speed_vs_error`; the report of the next run of
-the example includes the file.
+the example includes both.
 """
 import collections
 import datetime
@@ -24,7 +25,7 @@ SOLVERS = (
     "Alart-Curnier Newton, f64",
 )
 TOLERANCE = 1e-3
-CALLS = 100
+CALLS = 20
 LINE = re.compile(r"^\s*([\d,]+) \([^)]*\)\s+(.*)$")
 
 
@@ -75,6 +76,14 @@ Where the default method's in f64 go, inlined code counted where it is inlined:
 {chr(10).join(shares)}
 """
     (HERE / "report" / "callgrind.md").write_text(text)
+    lines = []
+    for path in sorted((HERE.parent.parent / "tests" / "scenes").glob("*.json")):
+        print(f"{path.stem}, {SOLVERS[0]}", file=sys.stderr)
+        try:
+            lines.append(f"{path.stem} {count(path.stem, SOLVERS[0])[0]:.0f}\n")
+        except subprocess.CalledProcessError:
+            pass  # infeasible scenes take no part in the race
+    (HERE / "report" / "instructions.txt").write_text("".join(lines))
 
 
 main()

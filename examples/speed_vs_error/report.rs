@@ -58,6 +58,7 @@ pub(crate) fn write(folder: &Path, races: &[Race], scalings: &[Scaling]) -> Resu
         LEVELS.map(list).join("\n")
     };
     let [coarse, middle, fine] = LEVELS.map(|level| tables::scenes(races, level));
+    let executed = std::fs::read_to_string(folder.join("instructions.txt")).unwrap_or_default();
     let text = format!(
         include_str!("template.md"),
         paragraph = verdict::paragraph(races, &peers()),
@@ -83,7 +84,7 @@ pub(crate) fn write(folder: &Path, races: &[Race], scalings: &[Scaling]) -> Resu
             "instructions.svg",
             pictures_sizes::error_against_instructions(&instructions::read()?),
         )?,
-        operations = tables::operations(races, LEVELS[0]),
+        operations = tables::operations(races, LEVELS[0], &executed),
         counted = callgrind(folder),
         coarse = coarse,
         middle = middle,

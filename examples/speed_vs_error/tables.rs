@@ -115,8 +115,16 @@ pub(crate) fn preparation(races: &[Race]) -> String {
     table(&columns, rows)
 }
 
-/// Multiply-adds that the default method's steps need, against the time they take.
-pub(crate) fn operations(races: &[Race], level: f64) -> String {
+/// Multiply-adds that the default method's steps need, against the time that they take and the
+/// instructions that were counted, if they were (`profile.py`; a scene and a number a line).
+pub(crate) fn operations(races: &[Race], level: f64, counted: &str) -> String {
+    let instructions = |scene: &str| -> Option<f64> {
+        let (_, count) = counted
+            .lines()
+            .filter_map(|line| line.split_once(' '))
+            .find(|(name, _)| *name == scene)?;
+        count.parse().ok()
+    };
     let columns = [
         "scene",
         "dofs",
@@ -128,8 +136,10 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
         "around them",
         "µs",
         "multiply-adds a ns",
+        "instructions",
+        "a multiply-add",
     ];
-    let mut shares = Vec::new();
+    let (mut shares, mut ratios) = (Vec::new(), Vec::new());
     let rows = races.iter().filter_map(|race| {
         let scene = &race.scene;
         let rung = race.run(DOUBLE).fastest(level)?;
@@ -140,7 +150,11 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
         let k = (scene.dim * rung.closed) as f64;
         let needed = iterations * m * m + steps * (k * k * k / 3.0 + 2.0 * k * k);
         let around = 2.0 * n * n + 4.0 * n * m;
-        shares.push(around / (needed + around));
+        shares.push(100.0 * around / (needed + around));
+        let executed = instructions(&scene.name);
+        let ratio = executed.map(|executed| executed / (needed + around));
+        ratios.extend(ratio);
+        let or_none = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
         Some(vec![
             scene.name.clone(),
             scene.n_dof.to_string(),
@@ -152,14 +166,19 @@ pub(crate) fn operations(races: &[Race], level: f64) -> String {
             format!("{around:.0}"),
             micro(rung.time.least),
             format!("{:.2}", (needed + around) / rung.time.least),
+            or_none(executed.map(|executed| format!("{executed:.0}"))),
+            or_none(ratio.map(|ratio| format!("{ratio:.1}"))),
         ])
     });
     let table = table(&columns.map(str::to_owned), rows);
-    shares.sort_by(f64::total_cmp);
-    let median = shares.get(shares.len() / 2).copied().unwrap_or(f64::NAN);
+    let median = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+    };
     format!(
-        "{table}\nIn the median {:.0} % of the multiply-adds are around them.\n",
-        100.0 * median
+        "{table}\nIn the median {:.0} % of the multiply-adds are around the method, and {:.1} instructions are executed for each of all.\n",
+        median(shares),
+        median(ratios),
     )
 }
 
