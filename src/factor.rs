@@ -61,8 +61,8 @@ pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
 impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
     /// A factor from numbers that [`Self::parts`] gave, to stand in a `static`.
     ///
-    /// Nothing is checked. With other numbers a solve ends with a status other than
-    /// [`crate::Status::Solved`], since the error is computed from the scene alone.
+    /// Nothing is checked. With the numbers of another scene nothing that a solve says holds: the
+    /// steps `alpha_i` that its error is measured in, and bounds on rounding, are those of `W`.
     #[must_use]
     pub const fn from_parts(parts: &FactorParts<T, N, D, C>) -> Self {
         Self {

@@ -145,10 +145,10 @@ fn two_tangents<T: Real, const D: usize>(
     let linear = scale * (approach * trace + product(&coupling, &b));
     let square = scale * approach;
     let (cc, bc, bb) = (product(&c, &c), product(&b, &c), product(&b, &b));
-    // A tangential part of this length is put onto the boundary.
+    // A tangential part `c + λ b` of this length is put onto the boundary.
     let at = |lambda: T, normal: T, length: T| {
         let volume = det + lambda * (trace + lambda);
-        let fit = normal / (length * volume);
+        let fit = normal / length / volume;
         let normal = normal / (mu * volume);
         let tangents = [(c[0] + lambda * b[0]) * fit, (c[1] + lambda * b[1]) * fit];
         let finite = tangents.iter().all(T::is_finite);
@@ -156,14 +156,14 @@ fn two_tangents<T: Real, const D: usize>(
     };
     if constant >= T::ZERO && cc <= constant * constant {
         *drag = T::ZERO;
+        // Left as long as it is.
         return at(T::ZERO, constant, constant);
     }
-    if *drag == T::ZERO {
+    if *drag == T::ZERO || !drag.is_finite() {
         // What it would be if `S` were isotropic and no tangential impulse changed the normal one.
         let guess = bb.square_root() / square - trace * T::literal(0.5);
-        if guess.is_finite() {
-            *drag = guess.max(T::ZERO);
-        }
+        let usable = guess > T::ZERO && guess.is_finite();
+        *drag = if usable { guess } else { T::ZERO };
     }
     let mut last = None;
     let (mut low, mut high) = (T::ZERO, None);

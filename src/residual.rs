@@ -86,6 +86,8 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
 ) -> T {
     let (laws, u, r) = (opaque(laws), opaque(u), opaque(r));
     let mut largest = size;
+    // Beside a size that is not zero small impulses do not count, and the squares of such large
+    // ones as overflow are an infinite error.
     if size == T::ZERO {
         for r in r {
             rolled();
@@ -116,7 +118,7 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
 }
 
 /// `|M v + f - Hᵀ r|` and the largest of `|f|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
-/// their entries are near 1.
+/// the largest of their entries is near 1.
 pub(crate) struct Momentum<T> {
     residual: T,
     size: T,

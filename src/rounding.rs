@@ -2,8 +2,9 @@
 //!
 //! A sum of products is trusted to `eps` times the sum of their magnitudes, which also covers a scene
 //! that was rounded to this number type. By Cauchy's inequality, in the norms of `M` and `W`,
-//! `|M_ij|² <= M_ii M_jj` and `|H_aj|² <= W_aa M_jj`: that bounds the sums at next to no cost. Where
-//! the bound is too coarse for the tolerance, they are added up.
+//! `|M_ij|² <= M_ii M_jj` and `|H_aj|² <= W_aa M_jj`, if `M` is positive definite and `W` of the same
+//! scene: that bounds the sums at next to no cost. Where the bound is too coarse for the tolerance, they
+//! are added up.
 
 use crate::cholesky::{opaque, opaque_mut, rolled};
 use crate::cone::square;
@@ -29,18 +30,19 @@ pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize>(
     r: &[[T; D]],
     unit: T,
 ) -> Rounding<T, C> {
-    // `Σ M_jj`, `Σ M_jj v_j²`, `|f|²` and `Σ W_aa r_a²`
+    // `Σ M_jj`, `Σ M_jj v_j²`, `|f|²` and `Σ W_aa r_a²`, with as many units as keep them near 1.
     let [mut trace, mut energy, mut free, mut pushed] = [T::ZERO; 4];
     for (j, ((column, &v), &f)) in opaque(mass).iter().zip(v).zip(f).enumerate() {
         rolled();
         let mass = column.get(j).copied().unwrap_or(T::ZERO);
         trace += mass;
-        energy += mass * v * v;
+        energy += unit * mass * v * v;
         free += (unit * f) * (unit * f);
     }
     let two = T::ONE + T::ONE;
     let precision = T::EPSILON * T::EPSILON;
     let energy = energy * T::count(N);
+    let squares = energy / unit; // over `W_aa`
     let mut velocities = [T::ZERO; C];
     let places = opaque_mut(&mut velocities).iter_mut().zip(opaque(contacts));
     for ((velocity, contact), (law, r)) in places.zip(opaque(laws).iter().zip(r)) {
@@ -49,10 +51,10 @@ pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize>(
         if law.step > T::ZERO {
             inertia = T::count(D) / law.step;
         }
-        *velocity = two * precision * (square(contact.offset.as_slice()) + inertia * energy);
+        *velocity = two * precision * (square(contact.offset.as_slice()) + inertia * squares);
         pushed += inertia * square(&r.map(|r| unit * r));
     }
-    let sums = (unit * energy) * (unit * trace) + pushed * trace * T::count(D * laws.len());
+    let sums = energy * (unit * trace) + pushed * trace * T::count(D * laws.len());
     Rounding {
         momentum: (two + T::ONE) * precision * (free + sums),
         velocities,

@@ -1,6 +1,6 @@
 //! The tables of the report, in Markdown.
 
-use crate::contestant::{Id, Kind, Precision};
+use crate::contestant::{Effort, Id, Kind, Precision};
 use crate::pictures_sizes::points;
 use crate::race::{LEVELS, Race, geometric_mean};
 use crate::scaling::{self, Scaling, Size};
@@ -116,14 +116,13 @@ pub(crate) fn preparation(races: &[Race]) -> String {
 }
 
 /// Multiply-adds that the default method's steps need, against the time that they take and the
-/// instructions that were counted, if they were (`profile.py`; a scene and a number a line).
+/// instructions that were counted, if they were (`profile.py`; a line has a scene, iterations, Newton steps and
+/// instructions) and if the same was done.
 pub(crate) fn operations(races: &[Race], level: f64, counted: &str) -> String {
-    let instructions = |scene: &str| -> Option<f64> {
-        let (_, count) = counted
-            .lines()
-            .filter_map(|line| line.split_once(' '))
-            .find(|(name, _)| *name == scene)?;
-        count.parse().ok()
+    let instructions = |scene: &str, effort: Effort| -> Option<f64> {
+        let done = format!("{scene} {} {} ", effort.iterations, effort.newton_steps);
+        let count = counted.lines().find_map(|line| line.strip_prefix(&done));
+        count?.parse().ok()
     };
     let columns = [
         "scene",
@@ -151,7 +150,7 @@ pub(crate) fn operations(races: &[Race], level: f64, counted: &str) -> String {
         let needed = iterations * m * m + steps * (k * k * k / 3.0 + 2.0 * k * k);
         let around = 2.0 * n * n + 4.0 * n * m;
         shares.push(100.0 * around / (needed + around));
-        let executed = instructions(&scene.name);
+        let executed = instructions(&scene.name, effort);
         let ratio = executed.map(|executed| executed / (needed + around));
         ratios.extend(ratio);
         let or_none = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());

@@ -47,3 +47,19 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn velocities_of_which_squares_vanish_are_bounded() {
+    let mut scene = Scene::<f32, 2, 1, 1>::new();
+    let mass = SMatrix::from([[1e-10, 0.999e-10], [0.999e-10, 1e-10]]);
+    scene.set_mass(&mass).expect("positive definite");
+    let factor = Factor::new(&scene).expect("positive definite");
+    let v = [1e-18_f32, -1e-18];
+    let f = -(mass * SVector::from(v));
+    let problem = Problem::new(&scene, &factor, &f, SlipUpdate::EveryIteration);
+    let (mass, [f]) = (&scene.mass().data.0, f.data.0);
+    let unit = 2_f32.powi(100);
+    let cheap = bound::<_, 2, 1, 1>(problem.laws(), mass, &[], &f, &v, &[], unit);
+    let sums = count::<_, 2, 1, 1>(mass, &[], &f, &v, &[], unit);
+    assert!(sums.momentum > 0.0 && sums.momentum <= cheap.momentum);
+}
