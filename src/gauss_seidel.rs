@@ -160,8 +160,9 @@ fn two_tangents<T: Real, const D: usize>(
         return at(T::ZERO, constant, constant);
     }
     if *drag == T::ZERO || !drag.is_finite() {
-        // What it would be if `S` were isotropic and no tangential impulse changed the normal one.
-        let guess = bb.square_root() / square - trace * T::literal(0.5);
+        // Somewhat less than what it would be if `S` were isotropic and no tangential impulse changed
+        // the normal one: from below Newton's method gets there.
+        let guess = bb.square_root() / square - trace;
         let usable = guess > T::ZERO && guess.is_finite();
         *drag = if usable { guess } else { T::ZERO };
     }
