@@ -16,11 +16,9 @@ pub(crate) fn block<T: Real, const D: usize, const C: usize>(
     i: usize,
     j: usize,
 ) -> Option<[[T; D]; D]> {
-    let mut block = [[T::ZERO; D]; D];
-    for (entries, row) in block.iter_mut().zip(matrix.get(i)?) {
-        *entries = *row.get(j)?;
-    }
-    Some(block)
+    let rows = matrix.get(i)?.each_ref();
+    let entries = |row: &ContactVector<T, D, C>| row.get(j).copied().unwrap_or([T::ZERO; D]);
+    (j < C).then(|| rows.map(entries))
 }
 
 /// Replaces `A_ij`; `None` if there is no such place.

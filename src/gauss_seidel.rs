@@ -11,7 +11,7 @@
 
 use crate::Real;
 use crate::cholesky::rolled;
-use crate::contact_space::{ContactVector, product, subtract_rows};
+use crate::contact_space::{ContactVector, block, product, subtract_rows};
 use crate::problem::Problem;
 
 /// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
@@ -26,11 +26,10 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
     let (laws, delassus) = (problem.laws(), problem.factor.delassus());
     let contacts = laws.iter().zip(delassus).enumerate();
     for ((i, (law, rows)), (impulse, drag)) in contacts.zip(impulse.iter_mut().zip(drags)) {
-        let own = rows
-            .each_ref()
-            .map(|row| row.get(i).copied().unwrap_or([T::ZERO; D]));
-        let old = *impulse;
-        let mut left = relative.get(i).copied().unwrap_or(old);
+        let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
+            return;
+        };
+        let (old, mut left) = (*impulse, u);
         for (left, own) in left.iter_mut().zip(&own) {
             *left -= product(own, &old);
         }

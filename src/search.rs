@@ -218,8 +218,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
         if natural_map > self.settings.tolerance {
             return;
         }
-        let tolerance = self.settings.tolerance;
-        self.problem.evaluate(r, tolerance, self.solution);
+        self.problem
+            .evaluate(r, self.settings.tolerance, self.solution);
         if self.runs_away(r) {
             self.record.lost = true;
             self.record.natural_map = None;
@@ -293,8 +293,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
             }
             self.record.free = self.problem.free();
         }
-        let tolerance = self.settings.tolerance;
-        self.problem.evaluate(&r, tolerance, self.solution);
+        self.problem
+            .evaluate(&r, self.settings.tolerance, self.solution);
     }
 
     /// The impulses that are written down.

@@ -7,6 +7,7 @@ the example includes both.
 """
 import collections
 import datetime
+import functools
 import os
 import re
 import subprocess
@@ -29,6 +30,7 @@ CALLS = 20
 LINE = re.compile(r"^\s*([\d,]+) \([^)]*\)\s+(.*)$")
 
 
+@functools.cache
 def count(scene, solver):
     """Instructions a solve, the same by function, and iterations and Newton steps."""
     with tempfile.NamedTemporaryFile() as out:
