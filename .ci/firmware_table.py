@@ -16,7 +16,7 @@ SCENES = {
     "walker": "planar walker (9, 4)",
     "stack": "stack of boxes (18, 12)",
 }
-COLUMNS = ["prepare", "iteration", "newton_step", "cold_1e-3", "cold_1e-4", "cold_1e-5",
+COLUMNS = ["update", "prepare", "iteration", "newton_step", "cold_1e-3", "cold_1e-4", "cold_1e-5",
            "warm_1e-3", "warm_1e-4", "warm_1e-5", "gs_prepare", "gs_sweep"]
 BYTES = ["ram_scene", "ram_factor", "ram_solver", "ram_restart",
          "stack_prepare", "stack_solve", "stack_restart"]

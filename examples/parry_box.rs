@@ -112,7 +112,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             })?;
         }
 
-        factor.compute(&scene)?;
+        factor.update(&scene)?;
         let f = law::free_impulse(&mass, &body.velocity, &force, STEP);
         let solution = solver.solve(&scene, &factor, &f, &settings)?;
         if solution.status != Status::Solved {

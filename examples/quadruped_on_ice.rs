@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("each foot: = sticks, ~ slips, o open");
     for (k, step) in (1_u32..).zip(&steps) {
         let scene: Scene<f32, 18, 3, 4> = step.scene()?;
-        factor.compute(&scene)?;
+        factor.update(&scene)?;
         let solution = solver.solve(&scene, &factor, &step.free_impulse(), &settings)?;
         if solution.status != Status::Solved {
             return Err(format!("step {k}: {:?}", solution.status).into());

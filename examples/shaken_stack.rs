@@ -87,7 +87,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             key: 0,
         })?;
     }
-    let mut factor = Factor::new(&scene)?;
+    let mut factor = Factor::empty();
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
 
@@ -105,7 +105,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             scene.set_jacobian(contact, &jacobian)?;
             scene.set_offset(contact, &offset)?;
         }
-        factor.compute(&scene)?;
+        factor.update(&scene)?;
         let f = law::free_impulse(&mass, &velocity, &weight, STEP);
         let solution = solver.solve(&scene, &factor, &f, &settings)?;
         if solution.status != Status::Solved {

@@ -42,7 +42,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves by ADMM without acceleration; `f = -M v_free` is minus the free impulse (N·s).
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`],
+    /// [`Error::NoResolvent`].
     pub fn solve_plain(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -56,7 +57,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves by Algorithm 1 of the note, fast ADMM.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`],
+    /// [`Error::NoResolvent`].
     pub fn solve_fast(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -70,7 +72,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves by Algorithm 2 of the note, fast ADMM with restart.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`],
+    /// [`Error::NoResolvent`].
     pub fn solve_restart(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -89,6 +92,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
         Problem::check(scene, factor, f, settings)?;
+        let resolvent = factor.resolvent().ok_or(Error::NoResolvent)?;
         let mut problem = Problem::new(scene, factor, f, settings.slip);
         let mut iterates = self.state.iterates(&problem, factor.penalty());
         let mut record = Record::none();
@@ -102,7 +106,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         let mut acceleration = A::START;
         search.consider_iterates(&iterates);
         while search.is_running() {
-            search.iterate(factor.resolvent(), &mut iterates, &mut acceleration);
+            search.iterate(resolvent, &mut iterates, &mut acceleration);
         }
         if !search.is_over() {
             search.consider_iterates(&iterates);

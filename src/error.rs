@@ -25,7 +25,7 @@ pub enum Input {
 }
 
 /// A scene that cannot be solved as it was given. The call that returns it changes nothing, but for
-/// [`crate::Factor::compute`], whose factor is then that of no contacts.
+/// [`crate::Factor::compute`] and [`crate::Factor::update`], whose factor is then that of no contacts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -78,6 +78,8 @@ pub enum Error {
         /// Contacts of the factor.
         factor: usize,
     },
+    /// [`crate::AdmmSolver`] was given a factor of [`crate::Factor::update`], without the resolvent.
+    NoResolvent,
 }
 
 impl fmt::Display for Input {
@@ -116,6 +118,10 @@ impl fmt::Display for Error {
             Self::FactorMismatch { scene, factor } => write!(
                 f,
                 "factor was computed for {factor} contacts, the scene has {scene}"
+            ),
+            Self::NoResolvent => write!(
+                f,
+                "factor was updated without the resolvent, which ADMM alone needs"
             ),
         }
     }

@@ -34,6 +34,8 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     /// `W = H M⁻¹ Hᵀ`.
     delassus: ContactMatrix<T, D, C>,
     resolvent: Resolvent<T, D, C>,
+    /// Is the resolvent that of `W` and the penalty?
+    is_complete: bool,
 }
 
 /// The numbers of a [`Factor`] of `C` contacts, to be written down on the host and read by firmware.
@@ -76,13 +78,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
                 penalties: parts.penalties,
                 matrix: parts.resolvent,
             },
+            is_complete: true,
         }
     }
 
-    /// The numbers of this factor; `None` unless it is of `C` contacts.
+    /// The numbers of this factor; `None` unless it is of `C` contacts and has its resolvent.
     #[must_use]
     pub fn parts(&self) -> Option<FactorParts<T, N, D, C>> {
-        (self.contacts == C).then_some(FactorParts {
+        (self.contacts == C && self.is_complete).then_some(FactorParts {
             moved: self.moved,
             penalty: self.penalty,
             mass: self.mass,
@@ -105,13 +108,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             whitened: [[[T::ZERO; D]; N]; C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],
             resolvent: Resolvent::empty(),
+            is_complete: false,
         }
     }
 
     /// Factorises a scene with the default penalty.
     ///
     /// # Errors
-    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows.
+    /// As [`Self::compute`].
     pub fn new(scene: &Scene<T, N, D, C>) -> Result<Self, Error> {
         let mut factor = Self::empty();
         factor.compute(scene)?;
@@ -120,13 +124,40 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
 
     /// Factorises a scene in place, with the default penalty; see [`Self::penalty`].
     ///
+    /// For a scene that is solved many times, by any method. Where `M` or `H` change before the next
+    /// solve, [`Self::update`] is cheaper.
+    ///
+    /// # Errors
+    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows, or is spread
+    /// so wide that `I + rho W` is singular in this number type.
+    pub fn compute(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+        self.update(scene)?;
+        let result = self.set_penalty(self.penalty);
+        if result.is_err() {
+            self.contacts = 0;
+        }
+        result
+    }
+
+    /// Factorises a scene in place for one solve by [`crate::Solver`]: without the resolvent, which is
+    /// a third to two thirds of the work, and which most solves do without.
+    ///
+    /// A solve that needs it computes it for itself, with the same bits: a cold start where contacts have more rows
+    /// than they move dofs, or sweeps that fail. [`crate::AdmmSolver`] always does; it takes the factor after
+    /// [`Self::set_penalty`].
+    ///
     /// # Errors
     /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows.
-    pub fn compute(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+    pub fn update(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+        self.is_complete = false;
         self.compute_delassus(scene)?;
-        let penalty;
-        (penalty, self.moved) = default_penalty(scene);
-        self.set_penalty(penalty)
+        (self.penalty, self.moved) = default_penalty(scene);
+        let usable = self.penalty > T::ZERO && self.penalty.is_finite();
+        if !usable {
+            self.contacts = 0;
+            return Err(Error::InvalidPenalty);
+        }
+        Ok(())
     }
 
     /// Replaces the penalty `rho` (kg): one factorisation of `I + rho W`, none of `M`.
@@ -137,11 +168,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     pub fn set_penalty(&mut self, penalty: T) -> Result<(), Error> {
         let (delassus, contacts) = (&self.delassus, self.contacts);
         let result = self.resolvent.compute(delassus, contacts, &[penalty; C]);
-        match result {
-            Ok(()) => self.penalty = penalty,
-            Err(_) => self
-                .resolvent
-                .compute(delassus, contacts, &[self.penalty; C])?,
+        if result.is_ok() {
+            self.penalty = penalty;
+            self.is_complete = true;
+        } else if self.is_complete {
+            let old = [self.penalty; C];
+            self.is_complete = self.resolvent.compute(delassus, contacts, &old).is_ok();
         }
         result
     }
@@ -207,9 +239,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         Ok(())
     }
 
-    /// `(I + rho W)⁻¹`
-    pub(crate) const fn resolvent(&self) -> &Resolvent<T, D, C> {
-        &self.resolvent
+    /// `(I + rho W)⁻¹`, unless the factor was made without.
+    pub(crate) fn resolvent(&self) -> Option<&Resolvent<T, D, C>> {
+        self.is_complete.then_some(&self.resolvent)
     }
 
     /// `W`

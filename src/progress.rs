@@ -44,8 +44,10 @@ pub(crate) struct Progress<T, const D: usize, const C: usize> {
     acceleration: Restart<T>,
     pub(crate) caution: Caution<T>,
     pub(crate) balance: Balance<T>,
-    /// Does the workspace hold the resolvent of adapted penalties?
-    adapted: bool,
+    /// Does the workspace hold the resolvent in use?
+    has_own: bool,
+    /// Have there been other attempts?
+    has_recovered: bool,
     /// Have sweeps from rest been tried, or are they of no use?
     has_swept: bool,
     /// What was left for a side branch.
@@ -60,8 +62,8 @@ pub(crate) struct Progress<T, const D: usize, const C: usize> {
 /// `P` and `r` of a point.
 type Corner<T, const D: usize, const C: usize> = ([SVector<T, D>; C], [[T; D]; C]);
 
-/// One matrix in contact space, by turns that of a Newton step and the resolvent of an adapted
-/// penalty.
+/// One matrix in contact space, by turns that of a Newton step and the resolvent of adapted
+/// penalties, or of a factor that has none.
 #[derive(Clone, Debug)]
 pub(crate) struct Workspace<T, const D: usize, const C: usize> {
     pub(crate) resolvent: Resolvent<T, D, C>,
@@ -76,17 +78,13 @@ impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
         }
     }
 
-    /// The resolvent in use: this one if it is of adapted penalties, or that of the factor.
-    fn resolvent<'a, const N: usize>(
-        &'a self,
-        adapted: bool,
-        factor: &'a Factor<T, N, D, C>,
-    ) -> &'a Resolvent<T, D, C> {
-        if adapted {
-            &self.resolvent
-        } else {
-            factor.resolvent()
-        }
+    /// Computes a resolvent, in the place of the last linearisation.
+    #[inline(never)]
+    fn resolve<const N: usize>(&mut self, factor: &Factor<T, N, D, C>, penalties: &[T; C]) -> bool {
+        self.forget();
+        let (delassus, contacts) = (factor.delassus(), factor.contacts());
+        let computed = self.resolvent.compute(delassus, contacts, penalties);
+        computed.is_ok()
     }
 
     /// Forgets the last linearisation.
@@ -105,7 +103,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             acceleration: Restart::none(),
             caution: Caution::none(),
             balance: Balance::none(),
-            adapted: false,
+            has_own: false,
+            has_recovered: false,
             has_swept: false,
             aside: None,
             sweeping: Sweeping::none(),
@@ -124,7 +123,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     ) {
         self.balance = Balance::new();
         self.caution = Caution::new();
-        self.adapted = false;
+        self.has_own = false;
+        self.has_recovered = false;
         self.has_swept = !search.problem.can_be_swept();
         self.aside = None;
         self.swept = [[T::ZERO; D]; C];
@@ -139,7 +139,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let corrected = self.point.natural_map <= tolerance && !search.is_over();
         let refinement = Refinement::warm(self.point.natural_map, start == Start::Unique);
         match start {
-            Start::Rest if !corrected => self.set_off(search, factor.resolvent()),
+            Start::Rest if !corrected => self.set_off(search, factor, workspace),
             Start::Unique if !corrected && !workspace.linearisation.is_kept() => {
                 self.begin_sweeps();
             }
@@ -177,7 +177,12 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         match self.phase {
             Phase::Idle => {}
             Phase::Approach { left } => {
-                let resolvent = workspace.resolvent(self.adapted, factor);
+                let own = self.has_own.then_some(&workspace.resolvent);
+                let Some(resolvent) = own.or(factor.resolvent()) else {
+                    // Not the factor that the solve was begun with.
+                    self.phase = Phase::Recover;
+                    return;
+                };
                 let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
                 let change = search.iterate(resolvent, iterates, acceleration);
                 self.balance.observe(&change);
@@ -189,7 +194,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                     self.arrive(search);
                 }
             }
-            Phase::Sweep => self.sweep_on(search, factor.resolvent()),
+            Phase::Sweep => self.sweep_on(search, factor, workspace),
             Phase::Refine(refinement) => self.refine(search, factor, workspace, refinement),
             Phase::Recover => self.recover(search, factor, workspace),
         }
@@ -198,31 +203,49 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// Leaves a last solution that was misleading, for rest.
     pub(crate) fn begin_anew<const N: usize>(
         &mut self,
-        search: &Search<'_, '_, T, N, D, C>,
-        resolvent: &Resolvent<T, D, C>,
+        search: &mut Search<'_, '_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
     ) {
         self.caution = Caution::new();
         self.point.rest(search.problem);
-        self.set_off(search, resolvent);
+        self.set_off(search, factor, workspace);
     }
 
     /// Sets off from rest.
     pub(crate) fn set_off<const N: usize>(
         &mut self,
-        search: &Search<'_, '_, T, N, D, C>,
-        resolvent: &Resolvent<T, D, C>,
+        search: &mut Search<'_, '_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
     ) {
         if search.problem.can_be_swept() && !search.problem.will_be_hyperstatic() {
             self.has_swept = true;
             self.begin_sweeps();
         } else {
-            self.approach(resolvent);
+            self.approach(search, factor, workspace);
         }
     }
 
     /// Starts Algorithm 2 at the point.
     #[inline(never)]
-    pub(crate) fn approach(&mut self, resolvent: &Resolvent<T, D, C>) {
+    pub(crate) fn approach<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, '_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+    ) {
+        if !self.has_own && factor.resolvent().is_none() {
+            search.solution.factorizations += 1;
+            self.has_own = workspace.resolve(factor, &[factor.penalty(); C]);
+        }
+        let own = self.has_own.then_some(&workspace.resolvent);
+        let Some(resolvent) = own.or(factor.resolvent()) else {
+            // Masses are spread too wide for one penalty.
+            self.settle(search);
+            self.phase = Phase::Refine(Refinement::new());
+            return;
+        };
         let pairs = self.point.velocity.iter().zip(&self.point.impulse);
         let pairs = pairs.zip(&resolvent.penalties);
         for (iterate, ((velocity, &impulse), &penalty)) in self.iterates.iter_mut().zip(pairs) {
@@ -288,18 +311,16 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
     ) {
-        if search.solution.factorizations > 0 {
+        if self.has_recovered {
             self.balance.update(search.cost());
         } else if !self.has_swept {
             self.has_swept = true;
             self.sweep_from_rest(search);
             return;
         }
+        self.has_recovered = true;
         let penalties = search.problem.penalties(self.balance.scale);
-        workspace.forget();
-        let (delassus, contacts) = (factor.delassus(), factor.contacts());
-        let computed = workspace.resolvent.compute(delassus, contacts, &penalties);
-        self.adapted = computed.is_ok();
+        self.has_own = workspace.resolve(factor, &penalties);
         search.solution.factorizations += 1;
         self.length = 8;
         if self.balance.has_restarted() {
@@ -317,7 +338,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         if search.take_lost() {
             self.point.rest(search.problem);
         }
-        self.approach(workspace.resolvent(self.adapted, factor));
+        self.approach(search, factor, workspace);
     }
 
     /// `ũ` and `r` of each contact as they stand.

@@ -70,7 +70,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         if accepted && refinement.left > 0 {
             self.phase = Phase::Refine(refinement);
         } else if refinement.warm.is_some() {
-            self.begin_anew(search, factor.resolvent());
+            self.begin_anew(search, factor, workspace);
         } else {
             self.phase = Phase::Recover;
         }

@@ -47,7 +47,8 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 /// |---|---|---|
 /// | `f`; an offset `w_i`, [`Self::set_offset`]; a friction coefficient, [`Self::set_friction`] | nothing | 0 |
 /// | the penalty | [`crate::Factor::set_penalty`] | `m³/2` |
-/// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts in use | [`crate::Factor::compute`], in place | `N³/6 + m N²/2 + m² N/2 + m³/2` |
+/// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts in use, each step | [`crate::Factor::update`], in place | `N³/6 + m N²/2 + m² N/2` |
+/// | the same, for many solves or for [`crate::AdmmSolver`] | [`crate::Factor::compute`], in place | `m³/2` more |
 ///
 /// Contacts that come and go are pushed anew, with the keys they had ([`Contact::key`]). One that is
 /// open for a while is cheaper kept, with its gap as an offset ([`crate::time_stepping::gap`]), than

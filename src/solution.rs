@@ -127,7 +127,8 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     pub iterations: usize,
     /// Newton steps done, each with a matrix of its own.
     pub newton_steps: usize,
-    /// Resolvents computed during the solve, each for a new penalty.
+    /// Resolvents computed during the solve: each for a new penalty, but one for that of a factor
+    /// without ([`crate::Factor::update`]).
     pub factorizations: usize,
     /// Error of `v` and `r` in Coulomb's law and in the dynamics, the larger of
     /// `|r - Π_K(r - alpha û)| / max(|r|, |alpha q|)` and

@@ -1,11 +1,10 @@
 //! Gauss-Seidel's part of the default method.
 
-use crate::Real;
 use crate::gauss_seidel;
-use crate::progress::{Phase, Progress};
+use crate::progress::{Phase, Progress, Workspace};
 use crate::refinement::Refinement;
-use crate::resolvent::Resolvent;
 use crate::search::Search;
+use crate::{Factor, Real};
 use core::mem;
 
 /// Sweeps, from one to the next.
@@ -80,7 +79,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     pub(crate) fn sweep_on<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
-        resolvent: &Resolvent<T, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
     ) {
         self.sweep(search);
         let (impulse, relative) = (&self.point.impulse, &self.point.relative);
@@ -108,9 +108,9 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.end_side_branch(search, here < bar);
         } else if rests && far {
             self.point.rest(search.problem);
-            self.approach(resolvent);
+            self.approach(search, factor, workspace);
         } else if !rests && rate > T::ONE {
-            self.begin_anew(search, resolvent);
+            self.begin_anew(search, factor, workspace);
         } else {
             self.settle(search);
             self.phase = Phase::Refine(if rests {

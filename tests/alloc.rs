@@ -48,6 +48,8 @@ fn factorising_does_not_allocate() -> Result<(), Error> {
     let mut result = Ok(());
     let count = allocations(|| result = factor.compute(&scene).and(factor.set_penalty(3.0)));
     assert_eq!((count, result), (0, Ok(())));
+    let count = allocations(|| result = factor.update(&scene));
+    assert_eq!((count, result), (0, Ok(())));
     Ok(())
 }
 

@@ -134,6 +134,17 @@ pub unsafe extern "C" fn stiction_prepare(kernel: *mut Kernel) -> i32 {
 /// # Safety
 /// As for [`stiction_set_mass`].
 #[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_update(kernel: *mut Kernel) -> i32 {
+    // SAFETY: the caller's promise.
+    let Some(kernel) = (unsafe { kernel.as_mut() }) else {
+        return NULL;
+    };
+    check(kernel.factor.update(&kernel.scene))
+}
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+#[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_solve(
     kernel: *mut Kernel,
     f: *const [f32; N],

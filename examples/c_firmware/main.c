@@ -46,7 +46,7 @@ int main(void)
         }
         if (status != 0) break;
 
-        if ((status = stiction_prepare(&solver)) != 0) break;
+        if ((status = stiction_update(&solver)) != 0) break;
         status = stiction_solve(&solver, f, 1e-4f, BUDGET);
         while (status == STICTION_MAX_ITERATIONS) /* in firmware: in the next tick */
             status = stiction_resume(&solver, f, 1e-4f, BUDGET);

@@ -30,7 +30,7 @@ enum {
     STICTION_MASS = -4,           /* M is not symmetric and positive definite */
     STICTION_FRICTION = -5,       /* mu is negative, not finite or too large */
     STICTION_FULL = -6,           /* STICTION_C contacts are there already */
-    STICTION_NOT_PREPARED = -7,   /* contacts have changed since stiction_prepare */
+    STICTION_NOT_PREPARED = -7,   /* contacts have changed since the last prepare or update */
     STICTION_OTHER = -8,
     STICTION_TOLERANCE = -9       /* the tolerance is negative or not finite */
 };
@@ -49,6 +49,9 @@ int32_t stiction_add_contact(stiction *s, const float jacobian[STICTION_D][STICT
 
 /* Factorises; again whenever the mass matrix or a Jacobian has changed. */
 int32_t stiction_prepare(stiction *s);
+
+/* The same for one solve: cheaper, where they change before the next. */
+int32_t stiction_update(stiction *s);
 
 /* Solves for f = -M v_free (N s) to an error of `tolerance`, with at most `budget` iterations, of
    which a Newton step counts as ten. Where the budget ends, resume goes on with the same f: in how

@@ -44,7 +44,7 @@ impl<T: Real> Trot<T> {
     /// Prepares and solves; `false` if that does not succeed.
     pub(crate) fn solve(&mut self) -> bool {
         let Step { scene, f, .. } = &self.step;
-        self.factor.compute(scene).is_ok()
+        self.factor.update(scene).is_ok()
             && self
                 .solver
                 .solve(scene, &self.factor, f, &Settings::default())

@@ -58,7 +58,11 @@ mod firmware {
         static mut FACTOR: Factor<f32, 18, D, 4> = Factor::empty();
         static mut SOLVER: Solver<f32, 18, D, 4> = Solver::new();
         let (scene, solver) = (black_box(SCENE), black_box(SOLVER));
-        if FACTOR.compute(scene).is_ok() {
+        #[cfg(restart)]
+        let prepared = FACTOR.compute(scene);
+        #[cfg(not(restart))]
+        let prepared = FACTOR.update(scene);
+        if prepared.is_ok() {
             let (f, settings) = black_box((nalgebra::SVector::zeros(), Settings::default()));
             #[cfg(restart)]
             let result = solver.solve_restart(scene, FACTOR, &f, &settings);

@@ -79,6 +79,11 @@ mod measure {
         }
 
         #[inline(never)]
+        fn update(&mut self) -> bool {
+            black_box(&mut self.factor).update(&self.step.scene).is_ok()
+        }
+
+        #[inline(never)]
         fn solve(&mut self, f: &SVector<T, N>, settings: &Settings<T>) -> bool {
             let solution = self
                 .solver
@@ -100,6 +105,8 @@ mod measure {
             let f = self.step.f;
             let mut ok = true;
 
+            let count = counter.instructions(|| ok &= self.update())?;
+            self.print("update", count);
             let count = counter.instructions(|| ok &= self.prepare())?;
             self.print("prepare", count);
 

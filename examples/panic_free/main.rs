@@ -71,6 +71,7 @@ mod proof {
             let _ = black_box(scene.set_jacobian(index, &contact.jacobian));
             black_box(law::free_impulse(&mass, &f, &f, contact.mu));
             black_box(law::moving_surface(&contact.jacobian, &f));
+            let _ = black_box(factor.update(scene));
             let _ = black_box(factor.compute(scene));
             let _ = black_box(factor.set_penalty(black_box(T::ONE)));
             black_box(factor.step(index));

@@ -154,18 +154,14 @@ fn follows<A: Acceleration<f64>>(
 ) -> Result<(), TestCaseError> {
     let factor = Factor::new(scene).expect("M is positive definite");
     let problem = Problem::new(scene, &factor, f, slip);
+    let resolvent = factor.resolvent().expect("it was computed");
     let start = Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty());
     let mut iterates = [start; C];
     let mut acceleration = A::START;
     let mut note = Note::new(scene, f, factor.penalty());
     for k in 0..200 {
         note.start_from(&iterates);
-        iterate(
-            &problem,
-            factor.resolvent(),
-            &mut iterates,
-            &mut acceleration,
-        );
+        iterate(&problem, resolvent, &mut iterates, &mut acceleration);
         note.step(momentum, slip);
         let pairs = [
             ("u", iterates.map(|iterate| iterate.u), &note.u),
@@ -224,13 +220,14 @@ proptest! {
         let rho = 10_f64.powf(exponent);
         let mut factor = Factor::new(&scene).expect("M is positive definite");
         factor.set_penalty(rho).expect("rho is usable");
+        let resolvent = factor.resolvent().expect("it was computed");
         let note = Note::new(&scene, &f, rho);
         let solved = note.matrix.lu().solve(&note.h.transpose()).expect("A is regular");
         let b = DMatrix::identity(ROWS, ROWS) - note.h * solved * rho;
         for column in 0..ROWS {
             let (mut unit, mut product) = ([[0.0; D]; C], [[0.0; D]; C]);
             unit[column / D][column % D] = 1.0;
-            factor.resolvent().times(&unit, &mut product);
+            resolvent.times(&unit, &mut product);
             for (row, entry) in product.as_flattened().iter().enumerate() {
                 let difference = entry - b[(row, column)];
                 prop_assert!(difference.abs() < 1e-9, "{row} {column}: {difference:e}");

@@ -1,0 +1,149 @@
+//! A factor for one solve: `Factor::update` leaves the resolvent to the solve that needs it.
+
+mod support;
+
+use nalgebra::{SMatrix, SVector, matrix, vector};
+use stiction::{AdmmSolver, Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
+use support::scene_file::{self, SceneFile};
+
+/// Replays a sequence, warm and each step cold, with both kinds of factor; the resolvents that solves
+/// have computed for a factor without.
+fn replay<T: Real, const N: usize, const D: usize, const C: usize>(
+    steps: &[SceneFile],
+    tolerance: f64,
+) -> Result<usize, Error> {
+    let settings = Settings::new(T::literal(tolerance));
+    let mut updated = Factor::<T, N, D, C>::empty();
+    let mut resolvents = 0;
+    for warm in [true, false] {
+        let (mut one, mut other) = (Solver::new(), Solver::new());
+        for step in steps {
+            if !warm {
+                one.reset();
+                other.reset();
+            }
+            let (scene, f) = (step.scene()?, step.free_impulse());
+            let complete = Factor::new(&scene)?;
+            updated.update(&scene)?;
+            let one = one.solve(&scene, &complete, &f, &settings)?;
+            let other = other.solve(&scene, &updated, &f, &settings)?;
+            assert_eq!(one.status, Status::Solved, "{}", step.name);
+            assert_eq!(one.velocity, other.velocity, "{}", step.name);
+            assert_eq!(one.contacts, other.contacts, "{}", step.name);
+            assert_eq!(
+                (one.status, one.iterations, one.newton_steps),
+                (other.status, other.iterations, other.newton_steps),
+                "{}",
+                step.name
+            );
+            resolvents += other.factorizations - one.factorizations;
+        }
+    }
+    Ok(resolvents)
+}
+
+#[test]
+fn a_solve_with_an_updated_factor_is_that_with_a_complete_one() -> Result<(), Error> {
+    let mut resolvents = 0;
+    for file in scene_file::bundled_sequences() {
+        let steps = scene_file::read(&file).expect("a sequence file");
+        if steps[0].dim == 3 {
+            resolvents += replay::<f64, 18, 3, 12>(&steps, 1e-6)?;
+            resolvents += replay::<f32, 18, 3, 12>(&steps, 1e-4)?;
+        }
+    }
+    assert!(resolvents > 0, "no solve has needed one");
+    Ok(())
+}
+
+/// A box on four corners: more rows than dofs, so that a cold solve starts with ADMM.
+fn cube() -> Result<(Scene<f64, 6, 3, 4>, SVector<f64, 6>), Error> {
+    let mut scene = Scene::new();
+    scene.set_mass(&SMatrix::from_diagonal(&vector![
+        2.0, 2.0, 2.0, 0.1, 0.1, 0.1
+    ]))?;
+    for (key, (x, y)) in (0..).zip([(0.2, 0.2), (0.2, -0.2), (-0.2, 0.2), (-0.2, -0.2)]) {
+        scene.push(&Contact {
+            jacobian: matrix![
+                0.0, 0.0, 1.0, y, -x, 0.0;
+                1.0, 0.0, 0.0, 0.0, -0.2, -y;
+                0.0, 1.0, 0.0, 0.2, 0.0, x],
+            offset: SVector::zeros(),
+            mu: 0.5,
+            key,
+        })?;
+    }
+    Ok((scene, vector![0.1, -0.05, 0.2, 0.0, 0.01, 0.02]))
+}
+
+#[test]
+fn admm_alone_asks_for_the_resolvent() -> Result<(), Error> {
+    let (scene, f) = cube()?;
+    let (complete, settings) = (Factor::new(&scene)?, Settings::default());
+    let mut updated = Factor::empty();
+    updated.update(&scene)?;
+    assert!(updated.parts().is_none());
+    let mut solver = AdmmSolver::new();
+    for _ in 0..2 {
+        let refused = solver.solve_restart(&scene, &updated, &f, &settings);
+        assert_eq!(refused.err(), Some(Error::NoResolvent));
+        assert_eq!(updated.set_penalty(-1.0), Err(Error::InvalidPenalty));
+    }
+    updated.set_penalty(updated.penalty())?;
+    assert_eq!(updated.parts(), complete.parts());
+    let mut other = AdmmSolver::new();
+    let other = other.solve_restart(&scene, &complete, &f, &settings)?;
+    let one = solver.solve_restart(&scene, &updated, &f, &settings)?;
+    assert_eq!(one.status, Status::Solved);
+    assert_eq!(
+        (one.velocity, one.iterations),
+        (other.velocity, other.iterations)
+    );
+    Ok(())
+}
+
+/// Each call of a solve may have a factor of its own, as long as the scene is the same.
+#[test]
+fn a_solve_goes_on_with_the_other_kind_of_factor() -> Result<(), Error> {
+    let (scene, f) = cube()?;
+    let complete = Factor::new(&scene)?;
+    let mut updated = Factor::empty();
+    updated.update(&scene)?;
+    for (first, then) in [(&complete, &updated), (&updated, &complete)] {
+        let mut solver = Solver::new();
+        let two = Settings {
+            max_iterations: 2,
+            ..Settings::new(1e-9)
+        };
+        let begun = solver.solve(&scene, first, &f, &two)?;
+        assert_eq!(begun.status, Status::MaxIterations);
+        let done = solver.resume(&scene, then, &f, &Settings::new(1e-9))?;
+        assert_eq!(done.status, Status::Solved);
+    }
+    Ok(())
+}
+
+/// A feather twice on the floor beside five blocks: too light for the penalty of all.
+#[test]
+fn masses_too_unlike_for_a_resolvent_are_solved_without() -> Result<(), Error> {
+    let masses = SVector::<f32, 12>::from_fn(|dof, _| if dof < 2 { 1e-8 } else { 1.0 });
+    let mut scene = Scene::<f32, 12, 2, 7>::new();
+    scene.set_mass(&SMatrix::from_diagonal(&masses))?;
+    for (key, body) in (0..).zip([0, 0, 1, 2, 3, 4, 5]) {
+        let mut jacobian = SMatrix::<f32, 2, 12>::zeros();
+        (jacobian[(0, 2 * body + 1)], jacobian[(1, 2 * body)]) = (1.0, 1.0);
+        scene.push(&Contact {
+            jacobian,
+            offset: SVector::zeros(),
+            mu: 0.5,
+            key,
+        })?;
+    }
+    assert_eq!(Factor::new(&scene).err(), Some(Error::InvalidPenalty));
+    let mut factor = Factor::empty();
+    factor.update(&scene)?;
+    let mut solver = Solver::new();
+    let solution = solver.solve(&scene, &factor, &masses, &Settings::new(1e-4))?;
+    assert_eq!(solution.status, Status::Solved);
+    Ok(())
+}
