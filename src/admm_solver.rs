@@ -94,6 +94,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         Problem::check(scene, factor, f, settings)?;
         let resolvent = factor.resolvent().ok_or(Error::NoResolvent)?;
         let mut problem = Problem::new(scene, factor, f, settings.slip);
+        problem.fill();
         let mut iterates = self.state.iterates(&problem, factor.penalty());
         let mut record = Record::none();
         let mut search = Search::new(

@@ -51,12 +51,17 @@ impl<T: Real> FrictionCone<T> {
     /// `None` if `mu` is negative, NaN, infinite, or so large that `mu²` overflows.
     #[must_use]
     pub fn new(mu: T) -> Option<Self> {
-        let valid = mu >= T::ZERO && (mu * mu).is_finite();
-        valid.then(|| Self {
+        Self::is_valid(mu).then(|| Self {
             axial: T::ONE,
             radial: mu,
             shrink: T::ONE / (T::ONE + mu * mu),
         })
+    }
+
+    /// Is there a cone of this `mu`?
+    #[inline]
+    pub(crate) fn is_valid(mu: T) -> bool {
+        mu >= T::ZERO && (mu * mu).is_finite()
     }
 
     /// The cone of a contact without friction, `K_0`: a ray.
@@ -142,6 +147,20 @@ impl<T: Real> FrictionCone<T> {
             *first = along * self.axial;
         }
         (projection, shadow)
+    }
+
+    /// `|Π_K(x)|²`, without the quotient of [`Self::project`].
+    #[inline]
+    pub(crate) fn projected_square<const D: usize>(&self, x: &SVector<T, D>) -> T {
+        let (normal, tangent) = split(x);
+        if self.contains(x) {
+            square(x.as_slice())
+        } else if self.is_polar(x) {
+            T::ZERO
+        } else {
+            let along = self.axial * normal + self.radial * norm(tangent);
+            along * along * self.shrink
+        }
     }
 
     /// Spectral factorisation of `x` with respect to the cone, Eqs. (3)-(5).

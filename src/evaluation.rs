@@ -10,6 +10,7 @@ use crate::{ContactSolution, Real, Solution};
 impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
     /// The error of a velocity and an impulse, and what rounding may hide of it: in `W`, which measures
     /// steps and sizes, in the sums, and here.
+    #[inline(never)]
     fn error(
         &self,
         momentum: &Momentum<T>,
@@ -21,7 +22,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         let natural_map = residual::natural_map(self.laws(), self.size, u, r, noise);
         let error = natural_map.max(momentum.error(rounding.momentum));
         if error > T::ZERO {
-            let uncertainty = self.factor.uncertainty(&self.scene.mass().data.0);
+            let uncertainty = self.factor.uncertainty();
             return error * (T::ONE + uncertainty) + T::literal(4.0) * T::EPSILON;
         }
         error
@@ -58,7 +59,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
         let [f] = &self.f.data.0;
         let momentum = residual::momentum(mass, contacts, f, v, r, &mut u);
-        let rounding = rounding::bound(self.laws(), mass, contacts, f, v, r, momentum.unit);
+        let rounding = rounding::bound(self.laws(), mass, contacts, v, r, &momentum);
         solution.error = self.error(&momentum, &u, r, &rounding);
         if solution.error > tolerance {
             solution.error = self.finer_error(&momentum, &u, r, v);

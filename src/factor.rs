@@ -27,6 +27,8 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     /// How many dofs contacts move.
     moved: usize,
     penalty: T,
+    /// How far rounding may have moved `W`, relative to it.
+    uncertainty: T,
     /// `M = Uᵀ D⁻¹ U`.
     mass: [[T; N]; N],
     /// `X_i`, `Uᵀ D⁻¹ X_i = H_iᵀ`
@@ -47,6 +49,8 @@ pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
     pub moved: usize,
     /// The default penalty `rho`.
     pub penalty: T,
+    /// A bound on the rounding of `W`, relative to it.
+    pub uncertainty: T,
     /// `M = Uᵀ D⁻¹ U`: below the diagonal `U`, which has `D` on its diagonal, and there `D⁻¹`; the
     /// upper triangle is not used.
     pub mass: [[T; N]; N],
@@ -71,6 +75,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             contacts: C,
             moved: parts.moved,
             penalty: parts.penalty,
+            uncertainty: parts.uncertainty,
             mass: parts.mass,
             whitened: parts.whitened,
             delassus: parts.delassus,
@@ -88,6 +93,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         (self.contacts == C && self.is_complete).then_some(FactorParts {
             moved: self.moved,
             penalty: self.penalty,
+            uncertainty: self.uncertainty,
             mass: self.mass,
             whitened: self.whitened,
             delassus: self.delassus,
@@ -104,6 +110,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             contacts: 0,
             moved: 0,
             penalty: T::ZERO,
+            uncertainty: T::ZERO,
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; D]; N]; C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],
@@ -218,6 +225,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         let factor = self.mass.as_flattened_mut();
         factorise(mass.as_flattened(), N, N, floor, factor)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
+        self.measure_uncertainty(mass);
         self.contacts = scene.contacts().len();
         let mut scaled = Vec::new();
         for (i, contact) in opaque(scene.contacts()).iter().enumerate() {
@@ -249,9 +257,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         &self.delassus
     }
 
-    /// How far rounding may have moved `W`, relative to it. That grows with the largest `M_kk` over its
-    /// pivot; 64 is enough for 500,000 random scenes in single precision.
-    pub(crate) fn uncertainty(&self, mass: &[[T; N]; N]) -> T {
+    /// How far rounding may have moved `W`, relative to it.
+    pub(crate) const fn uncertainty(&self) -> T {
+        self.uncertainty
+    }
+
+    /// It grows with the largest `M_kk` over its pivot; 64 is enough for 500,000 random scenes in single
+    /// precision.
+    fn measure_uncertainty(&mut self, mass: &[[T; N]; N]) {
         let mut growth = T::ONE;
         for (k, (mass, factor)) in opaque(mass).iter().zip(&self.mass).enumerate() {
             rolled();
@@ -259,7 +272,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
                 growth = larger(growth, &[diagonal], reciprocal);
             }
         }
-        T::literal(64.0) * T::EPSILON * growth
+        self.uncertainty = T::literal(64.0) * T::EPSILON * growth;
     }
 
     /// `y = W x`

@@ -147,7 +147,7 @@ fn two_tangents<T: Real, const D: usize>(
     // A tangential part `c + λ b` of this length is put onto the boundary.
     let at = |lambda: T, normal: T, length: T| {
         let volume = det + lambda * (trace + lambda);
-        let fit = normal / length / volume;
+        let fit = (normal / length) * (T::ONE / volume);
         let normal = normal / (mu * volume);
         let tangents = [(c[0] + lambda * b[0]) * fit, (c[1] + lambda * b[1]) * fit];
         let finite = tangents.iter().all(T::is_finite);

@@ -14,6 +14,7 @@ use crate::cholesky::rolled;
 use crate::cone::{add_to_normal, square};
 use crate::contact_space::ContactVector;
 use crate::problem::Problem;
+use crate::residual;
 use crate::solution::zeros;
 use nalgebra::SVector;
 
@@ -50,24 +51,13 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         }
     }
 
-    /// Moves to rest, where all that is not zero is `u = q` and, by it, the residual.
+    /// Goes to rest, from where sweeps or ADMM set off: `z`, and what follows from it, stay as they are.
     #[inline(never)]
     pub(crate) fn rest<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
-        (self.z, self.velocity) = ([zeros(); C], [zeros(); C]);
+        self.velocity = [zeros(); C];
         self.impulse = [[T::ZERO; D]; C];
         self.relative = problem.free();
-        self.natural_map = problem.natural_map_at(&self.impulse, &self.relative);
-        self.energy = T::ZERO;
-        for ((law, residual), &u) in problem
-            .laws()
-            .iter()
-            .zip(&mut self.residual)
-            .zip(&self.relative)
-        {
-            rolled();
-            *residual = u;
-            self.energy += law.step * square(&u);
-        }
+        self.natural_map = residual::natural_map_at_rest(problem.laws(), problem.size);
     }
 
     /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = scale alpha_i`.

@@ -8,7 +8,6 @@ use crate::solution::zeros;
 use crate::{
     Contact, Error, Factor, FrictionCone, Input, Real, Scene, Settings, SlipUpdate, residual,
 };
-use core::array;
 use nalgebra::SVector;
 
 /// What a solve needs to know of one contact, besides the factor.
@@ -84,14 +83,15 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
                 factor: factor.contacts(),
             });
         }
-        let invalid = |contact: &Contact<T, N, D>| FrictionCone::new(contact.mu).is_none();
+        let invalid = |contact: &Contact<T, N, D>| !FrictionCone::is_valid(contact.mu);
         match opaque(contacts).iter().position(invalid) {
             Some(contact) => Err(Error::InvalidFriction { contact }),
             None => Ok(()),
         }
     }
 
-    /// The problem of data that [`Self::check`] has seen.
+    /// The problem of data that [`Self::check`] has seen, to be filled. (In two steps, for it would
+    /// stand on the stack twice if it were filled and then moved.)
     #[inline]
     pub(crate) fn new(
         scene: &'a Scene<T, N, D, C>,
@@ -99,38 +99,42 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         f: &'a SVector<T, N>,
         slip: SlipUpdate,
     ) -> Self {
-        let mut whitened = [T::ONE; N];
-        for (push, &f) in whitened.iter_mut().zip(opaque(f.as_slice())) {
-            rolled();
-            *push = -f;
-        }
-        factor.whiten(&mut whitened);
-        let mut moved = [[T::ZERO; D]; C];
-        factor.contact_velocity(&whitened, &mut moved);
-        let contacts = scene.contacts();
-        let laws = array::from_fn(|i| match (contacts.get(i), moved.get(i)) {
-            (Some(contact), Some(&moved)) => {
-                rolled();
-                let lifts = slip != SlipUpdate::Never;
-                Law {
-                    lift: if lifts { contact.mu } else { T::ZERO },
-                    cone: FrictionCone::new(contact.mu).unwrap_or(FrictionCone::frictionless()),
-                    step: factor.step(i),
-                    free: contact.offset + SVector::from(moved),
-                }
-            }
-            _ => Law::none(),
-        });
-        let size = size(laws.get(..factor.contacts()).unwrap_or_default());
         Self {
             scene,
             factor,
             f,
             slip,
-            whitened,
-            laws,
-            size,
+            whitened: [T::ZERO; N],
+            laws: [Law::none(); C],
+            size: T::ZERO,
         }
+    }
+
+    /// The free motion and the laws of the contacts.
+    #[inline(never)]
+    pub(crate) fn fill(&mut self) {
+        let (f, factor) = (opaque(self.f.as_slice()), self.factor);
+        for (push, &f) in self.whitened.iter_mut().zip(f) {
+            rolled();
+            *push = -f;
+        }
+        factor.whiten(&mut self.whitened);
+        let mut moved = [[T::ONE; D]; C];
+        factor.contact_velocity(&self.whitened, &mut moved);
+        let lifts = self.slip != SlipUpdate::Never;
+        let sources = opaque(self.scene.contacts()).iter().zip(&moved);
+        let pairs = opaque_mut(&mut self.laws).iter_mut().zip(sources);
+        for (i, (law, (contact, &moved))) in pairs.enumerate() {
+            rolled();
+            let mu = contact.mu;
+            *law = Law {
+                lift: if lifts { mu } else { T::ZERO },
+                cone: FrictionCone::new(mu).unwrap_or(FrictionCone::frictionless()),
+                step: factor.step(i),
+                free: contact.offset + SVector::from(moved),
+            };
+        }
+        self.size = size(self.laws());
     }
 
     /// The contacts in use.

@@ -117,15 +117,52 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     quotient(residual + noises, size).square_root()
 }
 
+/// [`natural_map`] without impulses: `|Π_K(-alpha û)| / |alpha q|` at `u = q`.
+#[inline(never)]
+pub(crate) fn natural_map_at_rest<T: Real, const D: usize>(laws: &[Law<T, D>], size: T) -> T {
+    let laws = opaque(laws);
+    let unit = unit(size);
+    let mut residual = T::ZERO;
+    for law in laws {
+        rolled();
+        let push = -law.lifted(&(law.free * (law.step * unit)));
+        residual += law.cone.projected_square(&push);
+    }
+    quotient(residual.square_root(), size * unit)
+}
+
 /// `|M v + f - Hᵀ r|` and the largest of `|f|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
-/// the largest of their entries is near 1.
+/// neither overflows nor vanishes.
 pub(crate) struct Momentum<T> {
     residual: T,
     size: T,
+    /// `|f|²`
+    pub(crate) free: T,
     pub(crate) unit: T,
 }
 
 impl<T: Real> Momentum<T> {
+    /// From `f`, `M v` and `Hᵀ r`.
+    #[inline(never)]
+    fn of<const N: usize>(f: &[T; N], inertia: &[T; N], pushed: &[T; N], unit: T) -> Self {
+        let [mut residual, mut size_f, mut size_v, mut size_r] = [T::ZERO; 4];
+        for ((&f, &inertia), &pushed) in opaque(f).iter().zip(inertia).zip(pushed) {
+            rolled();
+            let (f, inertia, pushed) = (unit * f, unit * inertia, unit * pushed);
+            let gap = inertia + f - pushed;
+            residual += gap * gap;
+            size_f += f * f;
+            size_v += inertia * inertia;
+            size_r += pushed * pushed;
+        }
+        Self {
+            residual,
+            size: size_f.max(size_v).max(size_r),
+            free: size_f,
+            unit,
+        }
+    }
+
     /// Second part of the error, `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, with the square of
     /// what rounding may hide of it, in the same unit.
     pub(crate) fn error(&self, noise: T) -> T {
@@ -164,9 +201,7 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
         let mut velocity: [T; D] = contact.offset.into();
         let columns = contact.jacobian.data.0.iter();
         for ((&v, column), pushed) in v.iter().zip(columns).zip(opaque_mut(&mut pushed)) {
-            if *column == [T::ZERO; D] {
-                continue;
-            }
+            rolled();
             for ((u, &h), r) in velocity.iter_mut().zip(column).zip(r) {
                 *u += h * v;
                 *pushed += h * r;
@@ -174,29 +209,17 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
         }
         *u = velocity;
     }
+    let momentum = Momentum::of(f, &inertia, &pushed, T::ONE);
+    let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
+    if momentum.size > tiny && momentum.size * tiny < T::ONE {
+        return momentum;
+    }
     let mut largest = T::ZERO;
-    let f = opaque(f);
-    let dofs = f.iter().zip(&inertia).zip(&pushed);
-    for ((&f, &inertia), &pushed) in dofs.clone() {
+    for ((&f, &inertia), &pushed) in opaque(f).iter().zip(&inertia).zip(&pushed) {
         rolled();
         largest = larger(largest, &[f, inertia, pushed], T::ONE);
     }
-    let unit = unit(largest);
-    let [mut residual, mut size_f, mut size_v, mut size_r] = [T::ZERO; 4];
-    for ((&f, &inertia), &pushed) in dofs {
-        rolled();
-        let (f, inertia, pushed) = (unit * f, unit * inertia, unit * pushed);
-        let gap = inertia + f - pushed;
-        residual += gap * gap;
-        size_f += f * f;
-        size_v += inertia * inertia;
-        size_r += pushed * pushed;
-    }
-    Momentum {
-        residual,
-        size: size_f.max(size_v).max(size_r),
-        unit,
-    }
+    Momentum::of(f, &inertia, &pushed, unit(largest))
 }
 
 /// `R` entries of `M v` from row `first` on.
@@ -222,3 +245,6 @@ fn multiply<T: Real, const N: usize, const R: usize>(
         *product = sum;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,6 +9,7 @@
 use crate::cholesky::{opaque, opaque_mut, rolled};
 use crate::cone::square;
 use crate::problem::Law;
+use crate::residual::Momentum;
 use crate::{Contact, Real};
 
 /// Squares of bounds.
@@ -25,19 +26,18 @@ pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize>(
     laws: &[Law<T, D>],
     mass: &[[T; N]; N],
     contacts: &[Contact<T, N, D>],
-    f: &[T; N],
     v: &[T; N],
     r: &[[T; D]],
-    unit: T,
+    momentum: &Momentum<T>,
 ) -> Rounding<T, C> {
-    // `Σ M_jj`, `Σ M_jj v_j²`, `|f|²` and `Σ W_aa r_a²`, with as many units as keep them near 1.
-    let [mut trace, mut energy, mut free, mut pushed] = [T::ZERO; 4];
-    for (j, ((column, &v), &f)) in opaque(mass).iter().zip(v).zip(f).enumerate() {
+    let unit = momentum.unit;
+    // `Σ M_jj`, `Σ M_jj v_j²` and `Σ W_aa r_a²`, with as many units as keep them near 1.
+    let [mut trace, mut energy, mut pushed] = [T::ZERO; 3];
+    for (j, (column, &v)) in opaque(mass).iter().zip(v).enumerate() {
         rolled();
         let mass = column.get(j).copied().unwrap_or(T::ZERO);
         trace += mass;
         energy += unit * mass * v * v;
-        free += (unit * f) * (unit * f);
     }
     let two = T::ONE + T::ONE;
     let precision = T::EPSILON * T::EPSILON;
@@ -56,7 +56,7 @@ pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize>(
     }
     let sums = energy * (unit * trace) + pushed * trace * T::count(D * laws.len());
     Rounding {
-        momentum: (two + T::ONE) * precision * (free + sums),
+        momentum: (two + T::ONE) * precision * (momentum.free + sums),
         velocities,
     }
 }

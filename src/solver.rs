@@ -130,6 +130,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         }
         Problem::check(scene, factor, f, settings)?;
         let mut problem = Problem::new(scene, factor, f, settings.slip);
+        problem.fill();
         let (solution, record) = (&mut self.solution, &mut self.record);
         let mut search = Search::new(&mut problem, settings, solution, record, resumed);
         if !resumed {

@@ -73,6 +73,7 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
     let fields: String = [
         ("moved", parts.moved.to_string()),
         ("penalty", parts.penalty.source()),
+        ("uncertainty", parts.uncertainty.source()),
         ("mass", parts.mass.source()),
         ("whitened", parts.whitened.source()),
         ("delassus", parts.delassus.source()),

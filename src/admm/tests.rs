@@ -153,7 +153,8 @@ fn follows<A: Acceleration<f64>>(
     momentum: Momentum,
 ) -> Result<(), TestCaseError> {
     let factor = Factor::new(scene).expect("M is positive definite");
-    let problem = Problem::new(scene, &factor, f, slip);
+    let mut problem = Problem::new(scene, &factor, f, slip);
+    problem.fill();
     let resolvent = factor.resolvent().expect("it was computed");
     let start = Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty());
     let mut iterates = [start; C];
