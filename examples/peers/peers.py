@@ -21,7 +21,8 @@ TOLERANCES = [10 ** (-k / 2) for k in range(2, 31)]
 
 
 def race(scene, entries, visits):
-    """`{name: [(error, seconds, iterations)]}` down the tolerances, and what preparing takes.
+    """`{name: [(error, seconds, iterations)]}` down the tolerances, what preparing takes, and what
+    our solve takes that is given its own solution.
 
     A ladder ends after the first rung that its solver does not finish.
     """
@@ -45,7 +46,17 @@ def race(scene, entries, visits):
                 if "prepare" in answer:
                     best = min(prepare.get(entry.name, float("inf")), answer["prepare"])
                     prepare[entry.name] = best
-    return {"rungs": rungs, "prepare": prepare, "delassus": scene.seconds_for_delassus()}
+    return {
+        "rungs": rungs,
+        "prepare": prepare,
+        "delassus": scene.seconds_for_delassus(),
+        "given": {level: least_given(entries[0], visits, level) for level in report.LEVELS},
+    }
+
+
+def least_given(ours, visits, tolerance):
+    times = [ours.given(tolerance) for _ in range(visits)]
+    return min((time for time in times if time is not None), default=None)
 
 
 def main():

@@ -83,7 +83,25 @@ def verdicts(races, ours, peers):
                 + (" (holds)" if held else " (**missed**)")
             )
     wanted = f"wanted {WANTED:.0f} times as fast and slower on no scene; found "
-    return wanted + "; ".join(parts) + "."
+    return f"{wanted}{'; '.join(parts)}. {limits(races, peers)}"
+
+
+def limits(races, peers):
+    """How fast a method would be that takes no time at all."""
+    found = []
+    for level in LEVELS:
+        pairs = [(fastest(race, peers, level)[0], race["given"][level]) for race in races.values()]
+        ratios = [peer / given for peer, given in pairs if peer is not None and given is not None]
+        slower = sum(ratio < 1.0 for ratio in ratios)
+        found.append(
+            f"{mean(ratios):.1f} times as fast to {level:.0e} (slower on {slower}, "
+            f"below {WANTED:.0f} on {sum(ratio < WANTED for ratio in ratios)} of {len(ratios)})"
+        )
+    return (
+        "A solve without preparation that is given its own solution, and has only `q`, natural maps, "
+        "`v` and the error to compute, which peers do not, is " + ", ".join(found)
+        + ": no method can do better."
+    )
 
 
 def table(header, rows):
