@@ -99,8 +99,8 @@ def limits(races, peers):
         )
     return (
         "A solve without preparation that is given its own solution, and has only `q`, natural maps, "
-        "`v` and the error to compute, which peers do not, is " + ", ".join(found)
-        + ": no method can do better."
+        "`v` and the error to compute, of which peers do nothing, is " + ", ".join(found)
+        + ": so much a method would reach that takes no time."
     )
 
 
