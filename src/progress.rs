@@ -78,6 +78,16 @@ impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
         }
     }
 
+    /// The resolvent in use, if there is one: this one, or that of the factor.
+    fn resolvent<'a, const N: usize>(
+        &'a self,
+        has_own: bool,
+        factor: &'a Factor<T, N, D, C>,
+    ) -> Option<&'a Resolvent<T, D, C>> {
+        let own = has_own.then_some(&self.resolvent);
+        own.or(factor.resolvent())
+    }
+
     /// Computes a resolvent, in the place of the last linearisation.
     #[inline(never)]
     fn resolve<const N: usize>(&mut self, factor: &Factor<T, N, D, C>, penalties: &[T; C]) -> bool {
@@ -177,8 +187,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         match self.phase {
             Phase::Idle => {}
             Phase::Approach { left } => {
-                let own = self.has_own.then_some(&workspace.resolvent);
-                let Some(resolvent) = own.or(factor.resolvent()) else {
+                let Some(resolvent) = workspace.resolvent(self.has_own, factor) else {
                     // Not the factor that the solve was begun with.
                     self.phase = Phase::Recover;
                     return;
@@ -239,8 +248,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             search.solution.factorizations += 1;
             self.has_own = workspace.resolve(factor, &[factor.penalty(); C]);
         }
-        let own = self.has_own.then_some(&workspace.resolvent);
-        let Some(resolvent) = own.or(factor.resolvent()) else {
+        let Some(resolvent) = workspace.resolvent(self.has_own, factor) else {
             // Masses are spread too wide for one penalty.
             self.settle(search);
             self.phase = Phase::Refine(Refinement::new());
