@@ -121,7 +121,7 @@ impl fmt::Display for Error {
             ),
             Self::NoResolvent => write!(
                 f,
-                "factor was updated without the resolvent, which ADMM alone needs"
+                "factor has no resolvent, which ADMM needs: compute it, or set its penalty"
             ),
         }
     }

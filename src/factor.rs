@@ -135,8 +135,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// solve, [`Self::update`] is cheaper.
     ///
     /// # Errors
-    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows, or is spread
-    /// so wide that `I + rho W` is singular in this number type.
+    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` or `W` overflows, or is
+    /// spread so wide that `I + rho W` is singular in this number type.
     pub fn compute(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.update(scene)?;
         let result = self.set_penalty(self.penalty);
@@ -147,25 +147,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     }
 
     /// Factorises a scene in place for one solve by [`crate::Solver`]: without the resolvent, which is
-    /// a quarter to three fifths of the work (more with more contact rows a dof), and which most
-    /// solves do without.
+    /// up to three fifths of the work (the more, the more contact rows a dof), and which most solves
+    /// do without.
     ///
-    /// A solve that needs it computes it for itself, with the same bits: a cold start where contacts
-    /// have more rows than they move dofs, or sweeps that fail. [`crate::AdmmSolver`] always needs it;
+    /// A solve that needs it computes it for itself, and its solution has the same bits: a cold start
+    /// where contacts have more rows than they move dofs, or sweeps that fail. [`crate::AdmmSolver`] always needs it;
     /// it takes the factor after [`Self::set_penalty`].
     ///
     /// # Errors
-    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows.
+    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` or `W` overflows.
     pub fn update(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.is_complete = false;
         self.compute_delassus(scene)?;
         (self.penalty, self.moved) = default_penalty(scene);
         let usable = self.penalty > T::ZERO && self.penalty.is_finite();
-        if !usable {
-            self.contacts = 0;
-            return Err(Error::InvalidPenalty);
+        if usable && (0..self.contacts).all(|contact| self.trace(contact).is_finite()) {
+            return Ok(());
         }
-        Ok(())
+        self.contacts = 0;
+        Err(Error::InvalidPenalty)
     }
 
     /// Replaces the penalty `rho` (kg): one factorisation of `I + rho W`, none of `M`.
@@ -203,14 +203,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         self.contacts
     }
 
+    /// `trace(W_ii)`
+    fn trace(&self, contact: usize) -> T {
+        let rows = self.delassus.get(contact).into_iter().flatten();
+        rows.enumerate().fold(T::ZERO, |trace, (row, entries)| {
+            let block = entries.get(contact).into_iter().flatten();
+            trace + block.copied().nth(row).unwrap_or(T::ZERO)
+        })
+    }
+
     /// Step `alpha_i = D / trace(W_ii)` (kg) of the natural map; 0 for a contact that nothing moves.
     #[must_use]
     pub fn step(&self, contact: usize) -> T {
-        let rows = self.delassus.get(contact).into_iter().flatten();
-        let trace = rows.enumerate().fold(T::ZERO, |trace, (row, entries)| {
-            let block = entries.get(contact).into_iter().flatten();
-            trace + block.copied().nth(row).unwrap_or(T::ZERO)
-        });
+        let trace = self.trace(contact);
         if trace > T::ZERO {
             T::count(D) / trace
         } else {

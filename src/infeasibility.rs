@@ -31,7 +31,9 @@ pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usiz
         normal: [[T::ZERO; C]; C],
         offset,
     };
-    for (row, source) in gram.normal.iter_mut().zip(problem.factor.delassus()) {
+    // Beyond the contacts in use the factor has what an earlier scene left.
+    let rows = problem.factor.delassus().iter().take(contacts.len());
+    for (row, source) in gram.normal.iter_mut().zip(rows) {
         rolled();
         let source = source.first()?.iter().take(contacts.len());
         for (entry, block) in row.iter_mut().zip(source) {

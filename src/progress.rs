@@ -91,7 +91,6 @@ impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
     /// Computes a resolvent, in the place of the last linearisation.
     #[inline(never)]
     fn resolve<const N: usize>(&mut self, factor: &Factor<T, N, D, C>, penalties: &[T; C]) -> bool {
-        self.forget();
         let (delassus, contacts) = (factor.delassus(), factor.contacts());
         let computed = self.resolvent.compute(delassus, contacts, penalties);
         computed.is_ok()
@@ -186,63 +185,21 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     ) {
         match self.phase {
             Phase::Idle => {}
-            Phase::Approach { left } => {
-                let Some(resolvent) = workspace.resolvent(self.has_own, factor) else {
-                    // Not the factor that the solve was begun with.
-                    self.phase = Phase::Recover;
-                    return;
-                };
-                let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
-                let change = search.iterate(resolvent, iterates, acceleration);
-                self.balance.observe(&change);
-                if left > 1 || search.is_over() {
-                    self.phase = Phase::Approach {
-                        left: left.saturating_sub(1),
-                    };
-                } else {
-                    self.arrive(search);
-                }
-            }
+            Phase::Approach { left } => self.iterate(search, factor, workspace, left),
             Phase::Sweep => self.sweep_on(search, factor, workspace),
             Phase::Refine(refinement) => self.refine(search, factor, workspace, refinement),
             Phase::Recover => self.recover(search, factor, workspace),
         }
     }
 
-    /// Leaves a last solution that was misleading, for rest.
-    pub(crate) fn begin_anew<const N: usize>(
-        &mut self,
-        search: &mut Search<'_, '_, T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
-    ) {
-        self.caution = Caution::new();
-        self.point.rest(search.problem);
-        self.set_off(search, factor, workspace);
-    }
-
-    /// Sets off from rest.
-    pub(crate) fn set_off<const N: usize>(
-        &mut self,
-        search: &mut Search<'_, '_, T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
-    ) {
-        if search.problem.can_be_swept() && !search.problem.will_be_hyperstatic() {
-            self.has_swept = true;
-            self.begin_sweeps();
-        } else {
-            self.approach(search, factor, workspace);
-        }
-    }
-
-    /// Starts Algorithm 2 at the point.
+    /// One iteration of Algorithm 2, `left` of which are left.
     #[inline(never)]
-    pub(crate) fn approach<const N: usize>(
+    fn iterate<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
         factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
+        left: usize,
     ) {
         if !self.has_own && factor.resolvent().is_none() {
             search.solution.factorizations += 1;
@@ -254,9 +211,61 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.phase = Phase::Refine(Refinement::new());
             return;
         };
+        let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
+        let change = search.iterate(resolvent, iterates, acceleration);
+        self.balance.observe(&change);
+        if left > 1 || search.is_over() {
+            self.phase = Phase::Approach {
+                left: left.saturating_sub(1),
+            };
+        } else {
+            self.arrive(search);
+        }
+    }
+
+    /// Leaves a last solution that was misleading, for rest.
+    pub(crate) fn begin_anew<const N: usize>(
+        &mut self,
+        search: &Search<'_, '_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+    ) {
+        self.caution = Caution::new();
+        self.point.rest(search.problem);
+        self.set_off(search, factor, workspace);
+    }
+
+    /// Sets off from rest.
+    pub(crate) fn set_off<const N: usize>(
+        &mut self,
+        search: &Search<'_, '_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+    ) {
+        if search.problem.can_be_swept() && !search.problem.will_be_hyperstatic() {
+            self.has_swept = true;
+            self.begin_sweeps();
+        } else {
+            self.approach(factor, workspace);
+        }
+    }
+
+    /// Starts Algorithm 2 at the point.
+    #[inline(never)]
+    pub(crate) fn approach<const N: usize>(
+        &mut self,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+    ) {
+        // Of a factor that has a resolvent or not, the next solve shall find the same.
+        workspace.forget();
+        let mut penalties = [factor.penalty(); C];
+        if self.has_own {
+            penalties = workspace.resolvent.penalties;
+        }
         let pairs = self.point.velocity.iter().zip(&self.point.impulse);
-        let pairs = pairs.zip(&resolvent.penalties);
-        for (iterate, ((velocity, &impulse), &penalty)) in self.iterates.iter_mut().zip(pairs) {
+        let pairs = pairs.zip(penalties);
+        for (iterate, ((velocity, &impulse), penalty)) in self.iterates.iter_mut().zip(pairs) {
             rolled();
             *iterate = Iterate::at(*velocity, impulse.into(), penalty);
         }
@@ -346,7 +355,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         if search.take_lost() {
             self.point.rest(search.problem);
         }
-        self.approach(search, factor, workspace);
+        self.approach(factor, workspace);
     }
 
     /// `ũ` and `r` of each contact as they stand.

@@ -209,17 +209,18 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
         }
         *u = velocity;
     }
-    let momentum = Momentum::of(f, &inertia, &pushed, T::ONE);
+    let mut momentum = Momentum::of(f, &inertia, &pushed, T::ONE);
     let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
-    if momentum.size > tiny && momentum.size * tiny < T::ONE {
-        return momentum;
+    let safe = momentum.size > tiny && momentum.size * tiny < T::ONE;
+    if !safe {
+        let mut largest = T::ZERO;
+        for ((&f, &inertia), &pushed) in opaque(f).iter().zip(&inertia).zip(&pushed) {
+            rolled();
+            largest = larger(largest, &[f, inertia, pushed], T::ONE);
+        }
+        momentum = Momentum::of(f, &inertia, &pushed, unit(largest));
     }
-    let mut largest = T::ZERO;
-    for ((&f, &inertia), &pushed) in opaque(f).iter().zip(&inertia).zip(&pushed) {
-        rolled();
-        largest = larger(largest, &[f, inertia, pushed], T::ONE);
-    }
-    Momentum::of(f, &inertia, &pushed, unit(largest))
+    momentum
 }
 
 /// `R` entries of `M v` from row `first` on.

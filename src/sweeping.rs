@@ -108,7 +108,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             self.end_side_branch(search, here < bar);
         } else if rests && far {
             self.point.rest(search.problem);
-            self.approach(search, factor, workspace);
+            self.approach(factor, workspace);
         } else if !rests && rate > T::ONE {
             self.begin_anew(search, factor, workspace);
         } else {

@@ -319,7 +319,9 @@ fn extreme_numbers_do_not_panic() -> Result<(), Error> {
             })?;
             for prepare in [Factor::compute, Factor::update] {
                 let mut factor = Factor::empty();
-                if prepare(&mut factor, &scene).is_err() {
+                let refused = prepare(&mut factor, &scene).is_err();
+                assert_eq!(refused, Factor::new(&scene).is_err(), "{size:e} {mass:e}");
+                if refused {
                     continue;
                 }
                 let f = vector![-size, size];

@@ -147,3 +147,66 @@ fn masses_too_unlike_for_a_resolvent_are_solved_without() -> Result<(), Error> {
     assert_eq!(solution.status, Status::Solved);
     Ok(())
 }
+
+/// Where `W` overflows, at one contact among others, nothing can be said of its error.
+#[test]
+fn an_infinite_delassus_operator_is_refused() -> Result<(), Error> {
+    let mut scene = Scene::<f32, 2, 1, 2>::new();
+    scene.set_mass(&SMatrix::from_diagonal(&vector![1.0, 1e-12]))?;
+    for (key, jacobian) in (0..).zip([matrix![1.0, 0.0], matrix![0.0, 1e14]]) {
+        scene.push(&Contact {
+            jacobian,
+            offset: vector![0.0],
+            mu: 0.0,
+            key,
+        })?;
+    }
+    let mut factor = Factor::empty();
+    assert_eq!(factor.update(&scene), Err(Error::InvalidPenalty));
+    assert_eq!(factor.contacts(), 0);
+    Ok(())
+}
+
+/// A factor that was of more contacts has nothing of them left.
+#[test]
+fn walls_are_proved_to_close_with_a_factor_that_was_another_scene_s() -> Result<(), Error> {
+    let scene = |normals: &[[f64; 2]], offset| -> Result<_, Error> {
+        let mut scene = Scene::<f64, 2, 2, 4>::new();
+        scene.set_mass(&SMatrix::identity())?;
+        for (key, &[x, y]) in (0..).zip(normals) {
+            scene.push(&Contact {
+                jacobian: matrix![x, y; y, -x],
+                offset: vector![offset, 0.0],
+                mu: 0.3,
+                key,
+            })?;
+        }
+        Ok(scene)
+    };
+    let mut factor = Factor::empty();
+    factor.update(&scene(
+        &[[1.0, 0.0], [1.0, 0.0], [-3.0, 0.0], [-3.0, 0.0]],
+        0.0,
+    )?)?;
+    let walls = scene(&[[1.0, 0.0], [-1.0, 0.0]], -1.0)?;
+    factor.update(&walls)?;
+    let mut solver = Solver::new();
+    let solution = solver.solve(&walls, &factor, &vector![0.1, 0.05], &Settings::default())?;
+    assert_eq!(solution.status, Status::Infeasible);
+    Ok(())
+}
+
+/// Who has nothing to do computes no resolvent either.
+#[test]
+fn a_scene_at_rest_needs_no_resolvent() -> Result<(), Error> {
+    let (scene, _) = cube()?;
+    let mut factor = Factor::empty();
+    factor.update(&scene)?;
+    let mut solver = Solver::new();
+    let solution = solver.solve(&scene, &factor, &SVector::zeros(), &Settings::default())?;
+    assert_eq!(
+        (solution.status, solution.factorizations),
+        (Status::Solved, 0)
+    );
+    Ok(())
+}

@@ -100,7 +100,7 @@ def limits(races, peers):
     return (
         "A solve without preparation that is given its own solution, and has only `q`, natural maps, "
         "`v` and the error to compute, of which peers do nothing, is " + ", ".join(found)
-        + ": so much a method would reach that takes no time."
+        + ": about what a method would reach that takes no time."
     )
 
 
