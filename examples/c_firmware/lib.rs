@@ -125,10 +125,7 @@ pub unsafe extern "C" fn stiction_add_contact(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_prepare(kernel: *mut Kernel) -> i32 {
     // SAFETY: the caller's promise.
-    let Some(kernel) = (unsafe { kernel.as_mut() }) else {
-        return NULL;
-    };
-    check(kernel.factor.compute(&kernel.scene))
+    unsafe { factorise(Factor::compute, kernel) }
 }
 
 /// # Safety
@@ -136,10 +133,19 @@ pub unsafe extern "C" fn stiction_prepare(kernel: *mut Kernel) -> i32 {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_update(kernel: *mut Kernel) -> i32 {
     // SAFETY: the caller's promise.
+    unsafe { factorise(Factor::update, kernel) }
+}
+
+type Factorise = fn(&mut Factor<f32, N, D, C>, &Scene<f32, N, D, C>) -> Result<(), Error>;
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+unsafe fn factorise(factorise: Factorise, kernel: *mut Kernel) -> i32 {
+    // SAFETY: the caller's promise.
     let Some(kernel) = (unsafe { kernel.as_mut() }) else {
         return NULL;
     };
-    check(kernel.factor.update(&kernel.scene))
+    check(factorise(&mut kernel.factor, &kernel.scene))
 }
 
 /// # Safety

@@ -50,13 +50,8 @@ def race(scene, entries, visits):
         "rungs": rungs,
         "prepare": prepare,
         "delassus": scene.seconds_for_delassus(),
-        "given": {level: least_given(entries[0], visits, level) for level in report.LEVELS},
+        "given": {level: entries[0].given(level, visits) for level in report.LEVELS},
     }
-
-
-def least_given(ours, visits, tolerance):
-    times = [ours.given(tolerance) for _ in range(visits)]
-    return min((time for time in times if time is not None), default=None)
 
 
 def main():

@@ -108,8 +108,7 @@ fn solve_one<T: Real, const N: usize, const D: usize, const C: usize>(
         max_iterations: options.max_iterations,
         ..Settings::new(T::literal(options.tolerance()))
     };
-    // A solve that starts with sweeps hardly ever needs the resolvent.
-    let sweeps = options.method == Method::Default && D * file.n_contacts <= file.n_dof;
+    let sweeps = options.method == Method::Default && file.starts_with_sweeps();
     let (mut prepare_ns, mut solve_ns) = (f64::INFINITY, f64::INFINITY);
     let (newton, admm) = (solvers.newton.clone(), solvers.admm.clone());
     let Solvers {

@@ -10,6 +10,7 @@ use stiction::{AdmmSolver, Error, Factor, Real, Scene, Settings, Solver, Status}
 pub(crate) struct Library<T, const N: usize, const D: usize, const C: usize> {
     method: Kind,
     n_dof: usize,
+    sweeps: bool,
     scene: Scene<T, N, D, C>,
     f: SVector<T, N>,
     factor: Factor<T, N, D, C>,
@@ -26,6 +27,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Library<T, N, D, C
         Ok(Box::new(Self {
             method,
             n_dof: file.n_dof,
+            sweeps: method == Kind::Default && file.starts_with_sweeps(),
             f: file.free_impulse(),
             scene,
             factor,
@@ -38,9 +40,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Library<T, N, D, C
 impl<T: Real, const N: usize, const D: usize, const C: usize> Contestant for Library<T, N, D, C> {
     fn prepare(&mut self) {
         let scene = black_box(&self.scene);
-        // A solve that starts with sweeps hardly ever needs the resolvent.
-        let sweeps = self.method == Kind::Default && D * scene.contacts().len() <= self.n_dof;
-        let computed = if sweeps {
+        let computed = if self.sweeps {
             self.factor.update(scene)
         } else {
             self.factor.compute(scene)

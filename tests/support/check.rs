@@ -2,8 +2,8 @@
 
 use super::scene_file::SceneFile;
 use super::solve::{self, Answer, Outcome};
-use nalgebra::{DMatrix, DVector};
-use stiction::Real;
+use nalgebra::{DMatrix, DVector, SVector};
+use stiction::{AdmmSolver, Error, Factor, Real, Scene, Settings, Status};
 
 /// Error to be reached in f64.
 pub const F64: f64 = 1e-9;
@@ -33,6 +33,23 @@ pub fn all<T: Real>(
         failures.len(),
         failures.join("\n")
     );
+}
+
+/// Two factors are as good as the same: Algorithm 2 solves the scene with either alike. How that ends.
+pub fn same_by_admm<const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<f64, N, D, C>,
+    factors: [&Factor<f64, N, D, C>; 2],
+    f: &SVector<f64, N>,
+    settings: &Settings<f64>,
+) -> Result<Status, Error> {
+    let (mut one, mut other) = (AdmmSolver::new(), AdmmSolver::new());
+    let one = one.solve_restart(scene, factors[0], f, settings)?;
+    let other = other.solve_restart(scene, factors[1], f, settings)?;
+    assert_eq!(
+        (one.velocity, one.iterations),
+        (other.velocity, other.iterations)
+    );
+    Ok(one.status)
 }
 
 /// The kernel says that it solved each scene, and a stranger measures that it did.
