@@ -12,7 +12,7 @@
 use crate::cholesky::{factorise, opaque, opaque_mut, rolled};
 use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
 use crate::residual::larger;
-use crate::resolvent::Resolvent;
+use crate::resolvent::{Resolvent, is_usable};
 use crate::substitution::{Scaled, solve_lower, solve_upper, solve_upper_block};
 use crate::{Error, Real, Scene};
 use heapless::Vec;
@@ -160,8 +160,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         self.is_complete = false;
         self.compute_delassus(scene)?;
         (self.penalty, self.moved) = default_penalty(scene);
-        let usable = self.penalty > T::ZERO && self.penalty.is_finite();
-        if usable && (0..self.contacts).all(|contact| self.trace(contact).is_finite()) {
+        if is_usable(self.penalty) && (0..self.contacts).all(|contact| self.trace(contact).is_finite()) {
             return Ok(());
         }
         self.contacts = 0;

@@ -88,14 +88,6 @@ impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
         own.or(factor.resolvent())
     }
 
-    /// Computes a resolvent, in the place of the last linearisation.
-    #[inline(never)]
-    fn resolve<const N: usize>(&mut self, factor: &Factor<T, N, D, C>, penalties: &[T; C]) -> bool {
-        let (delassus, contacts) = (factor.delassus(), factor.contacts());
-        let computed = self.resolvent.compute(delassus, contacts, penalties);
-        computed.is_ok()
-    }
-
     /// Forgets the last linearisation.
     pub(crate) fn forget(&mut self) {
         self.linearisation.forget();
@@ -153,8 +145,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                 self.begin_sweeps();
             }
             Start::Rest | Start::Unique => {
-                self.settle(search);
-                self.phase = Phase::Refine(refinement);
+                self.settle(search, refinement);
             }
             Start::Redundant => {
                 self.caution = Caution::warm();
@@ -201,14 +192,12 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         workspace: &mut Workspace<T, D, C>,
         left: usize,
     ) {
-        if !self.has_own && factor.resolvent().is_none() {
-            search.solution.factorizations += 1;
-            self.has_own = workspace.resolve(factor, &[factor.penalty(); C]);
+        if workspace.resolvent(self.has_own, factor).is_none() {
+            self.resolve(search, factor, workspace, &[factor.penalty(); C]);
         }
         let Some(resolvent) = workspace.resolvent(self.has_own, factor) else {
             // Masses are spread too wide for one penalty.
-            self.settle(search);
-            self.phase = Phase::Refine(Refinement::new());
+            self.settle(search, Refinement::new());
             return;
         };
         let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
@@ -221,6 +210,21 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         } else {
             self.arrive(search);
         }
+    }
+
+    /// Computes a resolvent of this solve's own, in the place of the last linearisation.
+    #[inline(never)]
+    fn resolve<const N: usize>(
+        &mut self,
+        search: &mut Search<'_, '_, T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+        penalties: &[T; C],
+    ) {
+        let (delassus, contacts) = (factor.delassus(), factor.contacts());
+        let computed = workspace.resolvent.compute(delassus, contacts, penalties);
+        self.has_own = computed.is_ok();
+        search.solution.factorizations += 1;
     }
 
     /// Leaves a last solution that was misleading, for rest.
@@ -337,8 +341,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         }
         self.has_recovered = true;
         let penalties = search.problem.penalties(self.balance.scale);
-        self.has_own = workspace.resolve(factor, &penalties);
-        search.solution.factorizations += 1;
+        self.resolve(search, factor, workspace, &penalties);
         self.length = 8;
         if self.balance.has_restarted() {
             self.caution.forget();

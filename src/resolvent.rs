@@ -34,8 +34,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         contacts: usize,
         penalties: &[T; C],
     ) -> Result<(), Error> {
-        let usable = |&rho: &T| rho > T::ZERO && rho.is_finite();
-        if !penalties.iter().all(usable) {
+        if !penalties.iter().copied().all(is_usable) {
             return Err(Error::InvalidPenalty);
         }
         self.penalties = *penalties;
@@ -125,6 +124,12 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     pub(crate) fn times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
         multiply_transposed(&self.matrix, x, y);
     }
+}
+
+/// Is it a penalty that can be used?
+#[inline]
+pub(crate) fn is_usable<T: Real>(rho: T) -> bool {
+    rho > T::ZERO && rho.is_finite()
 }
 
 /// `A_ij -= factors y`, of the rows `i`.

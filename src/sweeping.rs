@@ -112,12 +112,12 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         } else if !rests && rate > T::ONE {
             self.begin_anew(search, factor, workspace);
         } else {
-            self.settle(search);
-            self.phase = Phase::Refine(if rests {
+            let refinement = if rests {
                 Refinement::new()
             } else {
                 Refinement::warm(here, false)
-            });
+            };
+            self.settle(search, refinement);
         }
     }
 
@@ -134,17 +134,22 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
                 self.phase = Phase::Recover;
             }
             _ => {
-                self.settle(search);
-                self.phase = Phase::Refine(Refinement::new());
+                self.settle(search, Refinement::new());
             }
         }
     }
 
-    /// Makes a point of the impulses and `u` that sweeps or an impulse carried on have left.
+    /// Makes a point of the impulses and `u` that sweeps or an impulse carried on have left, for
+    /// Newton's method.
     #[inline(never)]
-    pub(crate) fn settle<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
+    pub(crate) fn settle<const N: usize>(
+        &mut self,
+        search: &Search<'_, '_, T, N, D, C>,
+        refinement: Refinement<T>,
+    ) {
         self.lift(search);
         self.point.rebuild(search.problem, self.balance.scale);
+        self.phase = Phase::Refine(refinement);
     }
 
     /// Takes `û` for the velocity.

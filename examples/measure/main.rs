@@ -36,13 +36,17 @@ mod measure {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::hprintln;
     use nalgebra::SVector;
-    use stiction::{AdmmSolver, Factor, Real, Settings, Solver, Status};
+    use stiction::{AdmmSolver, Error, Factor, Real, Scene, Settings, Solver, Status};
 
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo) -> ! {
         hprintln!("{}", info);
         exit(false)
     }
+
+    /// How a factor is computed: for many solves, or for one.
+    type Factorise<T, const N: usize, const D: usize, const C: usize> =
+        fn(&mut Factor<T, N, D, C>, &Scene<T, N, D, C>) -> Result<(), Error>;
 
     struct Bench<T, const N: usize, const D: usize, const C: usize> {
         name: &'static str,
@@ -72,15 +76,8 @@ mod measure {
         }
 
         #[inline(never)]
-        fn prepare(&mut self) -> bool {
-            black_box(&mut self.factor)
-                .compute(&self.step.scene)
-                .is_ok()
-        }
-
-        #[inline(never)]
-        fn update(&mut self) -> bool {
-            black_box(&mut self.factor).update(&self.step.scene).is_ok()
+        fn prepare(&mut self, factorise: Factorise<T, N, D, C>) -> bool {
+            factorise(black_box(&mut self.factor), &self.step.scene).is_ok()
         }
 
         #[inline(never)]
@@ -105,9 +102,9 @@ mod measure {
             let f = self.step.f;
             let mut ok = true;
 
-            let count = counter.instructions(|| ok &= self.update())?;
+            let count = counter.instructions(|| ok &= self.prepare(Factor::update))?;
             self.print("update", count);
-            let count = counter.instructions(|| ok &= self.prepare())?;
+            let count = counter.instructions(|| ok &= self.prepare(Factor::compute))?;
             self.print("prepare", count);
 
             // Iterations and Newton steps: the difference of two solves that differ in them alone.
@@ -151,7 +148,7 @@ mod measure {
             let settings = Settings::new(T::literal(1e-5));
             self.solver.reset();
             let bytes = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-            let prepare = stack_bytes(|| _ = black_box(self.prepare()));
+            let prepare = stack_bytes(|| _ = black_box(self.prepare(Factor::compute)));
             let solve = stack_bytes(|| _ = black_box(self.solve(&f, &settings)));
             let iterate = stack_bytes(|| _ = black_box(self.iterate(&f, &settings)));
             self.print("stack_prepare", bytes(prepare));
