@@ -83,45 +83,36 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
     }
 }
 
-/// Factorises the leading `n × n` block of `a` into `u`; row `i` starts at `i * stride`.
+/// How many columns of a row are found at a time: their sums stay in registers.
+const BLOCK: usize = 6;
+
+/// Factorises `a` into `u`, whose upper triangle is left with anything.
 ///
 /// Fails with the row of the first pivot, from the last row on, that is not above `floor` times
 /// the diagonal of `a`.
 #[inline(never)]
-pub(crate) fn factorise<T: Real>(
-    a: &[T],
-    stride: usize,
-    n: usize,
+pub(crate) fn factorise<T: Real, const N: usize>(
+    a: &[[T; N]; N],
     floor: T,
-    u: &mut [T],
+    u: &mut [[T; N]; N],
 ) -> Result<(), usize> {
-    let u = u.get_mut(..n * stride).ok_or(n)?;
-    for k in (0..n).rev() {
-        let start = k * stride;
-        let source = a.get(start..start + stride).ok_or(k)?;
-        let (above, rest) = u.split_at_mut_checked(start + k + 1).ok_or(k)?;
-        let row = above.get_mut(start..).ok_or(k)?;
-        let rows = reaching(rest.get(stride - k - 1..).ok_or(k)?, stride, k);
-        // From behind one diagonal entry to the next.
-        let diagonals = rest.chunks_exact(stride.saturating_add(1));
-        let below = rows.chunks_exact(stride.max(1)).zip(diagonals);
+    for k in (0..N).rev() {
+        let (above, below) = u.split_at_mut_checked(k + 1).ok_or(k)?;
+        let (row, source) = (above.last_mut().ok_or(k)?, a.get(k).ok_or(k)?);
+        let below = reaching(below, k);
         let mut next = 0;
         while next <= k {
-            // Six columns at a time, the last six of a row with some that are known already.
-            let first = next.min(stride.saturating_sub(6));
-            if let Some(sums) = reduced::<T, 6>(source, below.clone(), k, first) {
-                let entries = row.get_mut(first..).unwrap_or_default();
-                for (entry, sum) in entries.iter_mut().zip(sums) {
-                    *entry = sum;
-                }
-                next = first + 6;
-            } else {
-                let [sum] = reduced(source, below.clone(), k, next).ok_or(k)?;
-                *row.get_mut(next).ok_or(k)? = sum;
+            if N < BLOCK {
+                reduce::<T, N, 1>(source, below, k, next, row).ok_or(k)?;
                 next += 1;
+            } else {
+                // The last columns of a row with some that are known already.
+                let first = next.min(N - BLOCK);
+                reduce::<T, N, BLOCK>(source, below, k, first, row).ok_or(k)?;
+                next = first + BLOCK;
             }
         }
-        let pivot = row.last_mut().ok_or(k)?;
+        let pivot = row.get_mut(k).ok_or(k)?;
         // A NaN is no pivot either.
         let usable = *pivot > T::ZERO && *pivot > floor * *source.get(k).ok_or(k)?;
         if !usable {
@@ -134,11 +125,8 @@ pub(crate) fn factorise<T: Real>(
 
 /// The rows below row `k` up to the last with an entry in its column: no fill-in comes beyond.
 #[inline]
-fn reaching<T: Real>(mut below: &[T], stride: usize, k: usize) -> &[T] {
-    while let Some((rest, last)) = below
-        .len()
-        .checked_sub(stride)
-        .and_then(|start| below.split_at_checked(start))
+fn reaching<T: Real, const N: usize>(mut below: &[[T; N]], k: usize) -> &[[T; N]] {
+    while let Some((last, rest)) = below.split_last()
         && last.get(k) == Some(&T::ZERO)
     {
         rolled();
@@ -147,24 +135,25 @@ fn reaching<T: Real>(mut below: &[T], stride: usize, k: usize) -> &[T] {
     below
 }
 
-/// `K` entries of row `k` from column `first` on, less what the rows below it take away; `None`
-/// beyond the last column. With each of those rows comes what ends in its reciprocal pivot.
+/// `K` entries of row `k` from column `first` on: those of `a`, less what the rows below take away.
 #[inline]
-fn reduced<'a, T: Real, const K: usize>(
-    source: &[T],
-    below: impl Iterator<Item = (&'a [T], &'a [T])>,
+fn reduce<T: Real, const N: usize, const K: usize>(
+    source: &[T; N],
+    below: &[[T; N]],
     k: usize,
     first: usize,
-) -> Option<[T; K]> {
+    row: &mut [T; N],
+) -> Option<()> {
     let mut sums = *source.get(first..)?.first_chunk::<K>()?;
-    for (row, diagonal) in below {
+    for (pivot, others) in (k + 1..N).zip(opaque(below)) {
         rolled();
-        let factor = *row.get(k)? * *diagonal.last()?;
-        for (sum, &entry) in sums.iter_mut().zip(row.get(first..)?.first_chunk::<K>()?) {
+        let factor = *others.get(k)? * *others.get(pivot)?;
+        for (sum, &entry) in sums.iter_mut().zip(others.get(first..)?.first_chunk::<K>()?) {
             *sum -= factor * entry;
         }
     }
-    Some(sums)
+    *row.get_mut(first..)?.first_chunk_mut::<K>()? = sums;
+    Some(())
 }
 
 #[cfg(test)]

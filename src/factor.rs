@@ -227,8 +227,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         self.contacts = 0;
         let mass = &scene.mass().data.0; // symmetric: columns are rows
         let floor = T::literal(32.0) * T::EPSILON;
-        let factor = self.mass.as_flattened_mut();
-        factorise(mass.as_flattened(), N, N, floor, factor)
+        factorise(mass, floor, &mut self.mass)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.measure_uncertainty(mass);
         self.contacts = scene.contacts().len();

@@ -211,8 +211,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
             }
         }
         let mut factor = [[T::ZERO; C]; C];
-        let flat = factor.as_flattened_mut();
-        factorise(matrix.as_flattened(), C, C, T::ZERO, flat).ok()?;
+        factorise(&matrix, T::ZERO, &mut factor).ok()?;
         solve(&factor, &mut x);
         let mut solution = [T::ZERO; C];
         for (&i, &x) in opaque(support).iter().zip(&x) {
