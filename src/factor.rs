@@ -348,15 +348,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// Adds `Hᵀ r`, whitened, to `g`.
     #[inline(never)]
     fn add_whitened(&self, r: &[[T; D]], g: &mut [T; N]) {
-        for (r, whitened) in opaque(r).iter().zip(self.whitened()) {
-            if *r == [T::ZERO; D] {
+        for (&r, whitened) in opaque(r).iter().zip(self.whitened()) {
+            if r == [T::ZERO; D] {
                 continue;
             }
             for (g, columns) in g.iter_mut().zip(opaque(whitened)) {
                 rolled();
-                for (&r, &column) in r.iter().zip(columns) {
-                    *g += r * column;
+                let mut sum = *g;
+                for (r, &column) in r.into_iter().zip(columns) {
+                    sum += r * column;
                 }
+                *g = sum;
             }
         }
     }

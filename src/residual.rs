@@ -202,10 +202,12 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
         let columns = contact.jacobian.data.0.iter();
         for ((&v, column), pushed) in v.iter().zip(columns).zip(opaque_mut(&mut pushed)) {
             rolled();
+            let mut sum = *pushed;
             for ((u, &h), r) in velocity.iter_mut().zip(column).zip(r) {
                 *u += h * v;
-                *pushed += h * r;
+                sum += h * r;
             }
+            *pushed = sum;
         }
         *u = velocity;
     }
