@@ -148,7 +148,10 @@ fn reduce<T: Real, const N: usize, const K: usize>(
     for (pivot, others) in (k + 1..N).zip(opaque(below)) {
         rolled();
         let factor = *others.get(k)? * *others.get(pivot)?;
-        for (sum, &entry) in sums.iter_mut().zip(others.get(first..)?.first_chunk::<K>()?) {
+        for (sum, &entry) in sums
+            .iter_mut()
+            .zip(others.get(first..)?.first_chunk::<K>()?)
+        {
             *sum -= factor * entry;
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::Real;
 use crate::cholesky::rolled;
+use core::array::from_fn;
 
 /// A vector in contact space.
 pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
@@ -47,6 +48,31 @@ pub(crate) fn transpose<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]
         }
     }
     transposed
+}
+
+/// `B⁻¹` of a symmetric block of up to three rows, by cofactors, with one quotient; zero if it is singular, or as
+/// good as that in this number type.
+#[inline]
+pub(crate) fn inverse<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; D] {
+    // Of three rows in any case, with those of a unit matrix.
+    let entry = |i: usize, j: usize| {
+        let (i, j) = (i % 3, j % 3);
+        let unit = if i == j { T::ONE } else { T::ZERO };
+        let entry = block.get(i).and_then(|row| row.get(j));
+        entry.copied().unwrap_or(unit)
+    };
+    let cofactor = |i: usize, j: usize| {
+        entry(i + 1, j + 1) * entry(i + 2, j + 2) - entry(i + 1, j + 2) * entry(i + 2, j + 1)
+    };
+    let diagonal = entry(0, 0) * entry(1, 1) * entry(2, 2);
+    let determinant = (0..3).fold(T::ZERO, |sum, j| sum + entry(0, j) * cofactor(0, j));
+    let regular = D <= 3 && determinant > T::literal(64.0) * T::EPSILON * diagonal;
+    let shrink = if regular {
+        T::ONE / determinant
+    } else {
+        T::ZERO
+    };
+    from_fn(|i| from_fn(|j| shrink * cofactor(i, j)))
 }
 
 /// `y = Aᵀ x` over the contacts of `y`, of which `x` has as many.

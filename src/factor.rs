@@ -10,7 +10,7 @@
 //! `rho` never touches the `N × N` factor again.
 
 use crate::cholesky::{factorise, opaque, opaque_mut, rolled};
-use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
+use crate::contact_space::{ContactMatrix, ContactVector, inverse, multiply_transposed};
 use crate::residual::larger;
 use crate::resolvent::{Resolvent, is_usable};
 use crate::substitution::{Scaled, solve_lower, solve_upper, solve_upper_block};
@@ -35,6 +35,8 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     whitened: [[[T; D]; N]; C],
     /// `W = H M⁻¹ Hᵀ`.
     delassus: ContactMatrix<T, D, C>,
+    /// `W_ii⁻¹`; zero where that is singular.
+    effective_mass: [[[T; D]; D]; C],
     resolvent: Resolvent<T, D, C>,
     /// Is the resolvent that of `W` and the penalty?
     is_complete: bool,
@@ -58,6 +60,8 @@ pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
     pub whitened: [[[T; D]; N]; C],
     /// `W = H M⁻¹ Hᵀ`.
     pub delassus: [[[[T; D]; C]; D]; C],
+    /// The effective mass `W_ii⁻¹` of each contact; zero where that is singular.
+    pub effective_mass: [[[T; D]; D]; C],
     /// `(I + R W)⁻¹`.
     pub resolvent: [[[[T; D]; C]; D]; C],
     /// The diagonal of `R`, one penalty a contact.
@@ -79,6 +83,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             mass: parts.mass,
             whitened: parts.whitened,
             delassus: parts.delassus,
+            effective_mass: parts.effective_mass,
             resolvent: Resolvent {
                 penalties: parts.penalties,
                 matrix: parts.resolvent,
@@ -97,6 +102,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             mass: self.mass,
             whitened: self.whitened,
             delassus: self.delassus,
+            effective_mass: self.effective_mass,
             resolvent: self.resolvent.matrix,
             penalties: self.resolvent.penalties,
         })
@@ -114,6 +120,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; D]; N]; C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],
+            effective_mass: [[[T::ZERO; D]; D]; C],
             resolvent: Resolvent::empty(),
             is_complete: false,
         }
@@ -160,7 +167,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         self.is_complete = false;
         self.compute_delassus(scene)?;
         (self.penalty, self.moved) = default_penalty(scene);
-        if is_usable(self.penalty) && (0..self.contacts).all(|contact| self.trace(contact).is_finite()) {
+        if is_usable(self.penalty)
+            && (0..self.contacts).all(|contact| self.trace(contact).is_finite())
+        {
             return Ok(());
         }
         self.contacts = 0;
@@ -243,6 +252,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
                 rolled();
                 let block = products(&scaled, y);
+                if let Some(mass) = self.effective_mass.get_mut(j).filter(|_| j == i) {
+                    *mass = inverse(&block);
+                }
                 for (a, entries) in block.into_iter().enumerate() {
                     set(&mut self.delassus, [i, j], a, entries);
                 }
@@ -259,6 +271,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// `W`
     pub(crate) const fn delassus(&self) -> &ContactMatrix<T, D, C> {
         &self.delassus
+    }
+
+    /// `W_ii⁻¹`
+    pub(crate) const fn effective_mass(&self) -> &[[[T; D]; D]; C] {
+        &self.effective_mass
     }
 
     /// How far rounding may have moved `W`, relative to it.

@@ -7,10 +7,13 @@
 //!
 //! `r_T = (S + λI)⁻¹ b`, `r_N = -(u_N + W_NT r_T) / W_NN`.
 //!
+//! A contact that does not slip is first asked for less: does it stick with `r - W_ii⁻¹ u`, where `u` is what it has now?
+//!
 //! Where more contacts push than the scene has dofs for, sweeps crawl; [`crate::admm`] starts such scenes.
 
 use crate::Real;
 use crate::cholesky::rolled;
+use crate::cone::square;
 use crate::contact_space::{ContactVector, block, product, subtract_rows};
 use crate::problem::Problem;
 
@@ -24,16 +27,26 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
     drags: &mut [T; C],
 ) {
     let (laws, delassus) = (problem.laws(), problem.factor.delassus());
-    let contacts = laws.iter().zip(delassus).enumerate();
-    for ((i, (law, rows)), (impulse, drag)) in contacts.zip(impulse.iter_mut().zip(drags)) {
+    let masses = problem.factor.effective_mass();
+    let contacts = laws.iter().zip(delassus).zip(masses).enumerate();
+    for ((i, ((law, rows), mass)), (impulse, drag)) in contacts.zip(impulse.iter_mut().zip(drags)) {
         let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
             return;
         };
-        let (old, mut left) = (*impulse, u);
-        for (left, own) in left.iter_mut().zip(&own) {
-            *left -= product(own, &old);
-        }
-        *impulse = push(&own, &left, law.cone.friction(), drag).unwrap_or([T::ZERO; D]);
+        let (old, mu) = (*impulse, law.cone.friction());
+        let slips = *drag > T::ZERO;
+        let held = if slips {
+            None
+        } else {
+            hold(&own, mass, &u, &old, mu)
+        };
+        *impulse = held.unwrap_or_else(|| {
+            let mut left = u;
+            for (left, own) in left.iter_mut().zip(&own) {
+                *left -= product(own, &old);
+            }
+            push(&own, &left, mu, drag).unwrap_or([T::ZERO; D])
+        });
         let mut back = old;
         for (back, &new) in back.iter_mut().zip(&*impulse) {
             *back -= new;
@@ -42,6 +55,34 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
             subtract_rows(relative, &back, rows, 0, D * laws.len());
         }
     }
+}
+
+/// A contact that wedges itself pushes without bound: so many times what it would without friction, it does not.
+const WEDGED: f64 = 1e3;
+
+/// The impulse with which a contact that has the velocity `u` sticks; `None` if that is not in the cone, or [`push`]
+/// would not take it.
+#[inline(always)]
+#[allow(clippy::inline_always)] // as below
+fn hold<T: Real, const D: usize>(
+    own: &[[T; D]; D],
+    mass: &[[T; D]; D],
+    u: &[T; D],
+    old: &[T; D],
+    mu: T,
+) -> Option<[T; D]> {
+    let mut impulse = *old;
+    for (impulse, mass) in impulse.iter_mut().zip(mass) {
+        *impulse -= product(mass, u);
+    }
+    let (&normal, tangents) = impulse.split_first()?;
+    let row = own.first()?;
+    let (bound, approach) = (mu * normal, *u.first()? - product(row, old));
+    let holds = normal > T::ZERO
+        && square(tangents) <= bound * bound
+        && normal * *row.first()? < -approach * T::literal(WEDGED)
+        && *mass.first()?.first()? > T::ZERO;
+    holds.then_some(impulse)
 }
 
 /// The impulse of one contact, from `W_ii` and the velocity `u` that the others leave; `None` if they
@@ -65,8 +106,7 @@ fn push<T: Real, const D: usize>(
         3 if mu > T::ZERO => two_tangents(own, u, mu, drag),
         _ => None,
     };
-    // A contact that wedges itself pushes without bound.
-    let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < smooth * T::literal(1e3);
+    let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < smooth * T::literal(WEDGED);
     let (normal, tangents) = rubbing.filter(bounded).unwrap_or((smooth, [T::ZERO; 2]));
     let mut impulse = [normal; D];
     for (impulse, tangent) in impulse.iter_mut().skip(1).zip(tangents) {

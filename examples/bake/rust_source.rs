@@ -77,6 +77,7 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
         ("mass", parts.mass.source()),
         ("whitened", parts.whitened.source()),
         ("delassus", parts.delassus.source()),
+        ("effective_mass", parts.effective_mass.source()),
         ("resolvent", parts.resolvent.source()),
         ("penalties", parts.penalties.source()),
     ]
