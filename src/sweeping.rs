@@ -139,17 +139,22 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         }
     }
 
-    /// Makes a point of the impulses and `u` that sweeps or an impulse carried on have left, for
-    /// Newton's method.
-    #[inline(never)]
+    /// Goes on with Newton's method from the impulses and `u` that sweeps or an impulse carried on have left.
+    #[inline]
     pub(crate) fn settle<const N: usize>(
         &mut self,
         search: &Search<'_, '_, T, N, D, C>,
         refinement: Refinement<T>,
     ) {
+        self.make_point(search);
+        self.phase = Phase::Refine(refinement);
+    }
+
+    /// Makes a point of impulses and `u`.
+    #[inline(never)]
+    fn make_point<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
         self.lift(search);
         self.point.rebuild(search.problem, self.balance.scale);
-        self.phase = Phase::Refine(refinement);
     }
 
     /// Takes `û` for the velocity.
