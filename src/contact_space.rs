@@ -166,3 +166,6 @@ pub(crate) fn row_times<T: Real, const D: usize>(x: &[T; D], block: &[[T; D]; D]
     }
     sums
 }
+
+#[cfg(test)]
+mod tests;

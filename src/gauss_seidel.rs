@@ -236,3 +236,6 @@ fn two_tangents<T: Real, const D: usize>(
     }
     last.and_then(|(lambda, normal, length)| at(lambda, normal, length))
 }
+
+#[cfg(test)]
+mod tests;
