@@ -34,12 +34,9 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
             return;
         };
         let (old, mu) = (*impulse, law.cone.friction());
-        let slips = *drag > T::ZERO;
-        let held = if slips {
-            None
-        } else {
-            hold(&own, mass, &u, &old, mu)
-        };
+        // One row alone is as simple to push, and what slips goes on slipping.
+        let may_hold = D > 1 && *drag == T::ZERO;
+        let held = may_hold.then(|| hold(&own, mass, &u, &old, mu)).flatten();
         *impulse = held.unwrap_or_else(|| {
             let mut left = u;
             for (left, own) in left.iter_mut().zip(&own) {
