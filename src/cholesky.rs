@@ -83,8 +83,8 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
     }
 }
 
-/// How many columns of a row are found at a time: their sums stay in registers.
-const BLOCK: usize = 6;
+/// How many columns of a row, or unknowns of a solve, are found at a time: their sums stay in registers.
+pub(crate) const BLOCK: usize = 6;
 
 /// Factorises `a` into `u`, whose upper triangle is left with anything.
 ///

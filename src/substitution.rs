@@ -1,12 +1,9 @@
 //! Solves with the factor `A = Uᵀ D⁻¹ U` of [`crate::cholesky`], backward and forward.
 
 use crate::Real;
-use crate::cholesky::rolled;
+use crate::cholesky::{BLOCK, rolled};
 use core::hint::black_box;
 use heapless::Vec;
-
-/// How many unknowns a solve finds at a time: their sums stay in registers.
-const BLOCK: usize = 6;
 
 /// Solves `Uᵀ D⁻¹ y = b` in place.
 #[inline(never)]

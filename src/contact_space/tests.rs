@@ -1,4 +1,5 @@
 //! Inverses of the blocks of contacts.
+
 use super::inverse;
 use nalgebra::SMatrix;
 use proptest::array::uniform9;
