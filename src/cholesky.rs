@@ -2,8 +2,8 @@
 //!
 //! `U` is lower triangular with the pivots `D` on its diagonal; their reciprocals stand in that
 //! place, so that no solve divides and no square root is taken. (With roots, a change of units by
-//! an odd power of two would change mantissas; without, it changes exponents only.) Only the lower
-//! triangle is read and written, and sums run in one fixed order on every machine.
+//! an odd power of two would change mantissas; without, it changes exponents only.) No result depends on an
+//! upper triangle, and sums run in one fixed order on every machine.
 //!
 //! Elimination runs from the last row to the first. Where the rows are the joints of a robot, its
 //! base first, that leaves the zeros of the mass matrix zero (R. Featherstone, *Efficient
@@ -86,7 +86,7 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
 /// How many columns of a row, or unknowns of a solve, are found at a time: their sums stay in registers.
 pub(crate) const BLOCK: usize = 6;
 
-/// Factorises `a` into `u`, whose upper triangle is left with anything.
+/// Factorises `a` into `u`; what the upper triangle of `u` holds then is undefined.
 ///
 /// Fails with the row of the first pivot, from the last row on, that is not above `floor` times
 /// the diagonal of `a`.

@@ -50,8 +50,8 @@ pub(crate) fn transpose<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]
     transposed
 }
 
-/// `B⁻¹` of a symmetric block of up to three rows, by cofactors, with one quotient; zero if it is singular, or as
-/// good as that in this number type.
+/// `B⁻¹` of a symmetric block of up to three rows, by cofactors, with one quotient. Zero if it has more rows, or is so
+/// nearly singular that rounding would spoil it.
 #[inline]
 pub(crate) fn inverse<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; D] {
     // Of three rows in any case, with those of a unit matrix.
@@ -66,7 +66,7 @@ pub(crate) fn inverse<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; 
     };
     let diagonal = entry(0, 0) * entry(1, 1) * entry(2, 2);
     let determinant = (0..3).fold(T::ZERO, |sum, j| sum + entry(0, j) * cofactor(0, j));
-    let regular = D <= 3 && determinant > T::literal(64.0) * T::EPSILON * diagonal;
+    let regular = D <= 3 && determinant > T::literal(4096.0) * T::EPSILON * diagonal;
     let shrink = if regular {
         T::ONE / determinant
     } else {

@@ -10,7 +10,7 @@
 //! `rho` never touches the `N × N` factor again.
 
 use crate::cholesky::{factorise, opaque, opaque_mut, rolled};
-use crate::contact_space::{ContactMatrix, ContactVector, inverse, multiply_transposed};
+use crate::contact_space::{ContactMatrix, ContactVector, block, inverse, multiply_transposed};
 use crate::residual::larger;
 use crate::resolvent::{Resolvent, is_usable};
 use crate::substitution::{Scaled, solve_lower, solve_upper, solve_upper_block};
@@ -35,7 +35,7 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     whitened: [[[T; D]; N]; C],
     /// `W = H M⁻¹ Hᵀ`.
     delassus: ContactMatrix<T, D, C>,
-    /// `W_ii⁻¹`; zero where that is singular.
+    /// `W_ii⁻¹`; zero where that is singular, or nearly so.
     effective_mass: [[[T; D]; D]; C],
     resolvent: Resolvent<T, D, C>,
     /// Is the resolvent that of `W` and the penalty?
@@ -60,7 +60,7 @@ pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
     pub whitened: [[[T; D]; N]; C],
     /// `W = H M⁻¹ Hᵀ`.
     pub delassus: [[[[T; D]; C]; D]; C],
-    /// The effective mass `W_ii⁻¹` of each contact; zero where that is singular.
+    /// The effective mass `W_ii⁻¹` of each contact; zero where `W_ii` is singular or nearly so, or `D > 3`.
     pub effective_mass: [[[T; D]; D]; C],
     /// `(I + R W)⁻¹`.
     pub resolvent: [[[[T; D]; C]; D]; C],
@@ -252,12 +252,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
                 rolled();
                 let block = products(&scaled, y);
-                if let Some(mass) = self.effective_mass.get_mut(j).filter(|_| j == i) {
-                    *mass = inverse(&block);
-                }
                 for (a, entries) in block.into_iter().enumerate() {
                     set(&mut self.delassus, [i, j], a, entries);
                 }
+            }
+            let own = block(&self.delassus, i, i);
+            if let (Some(mass), Some(own)) = (self.effective_mass.get_mut(i), own) {
+                *mass = inverse(&own);
             }
         }
         Ok(())

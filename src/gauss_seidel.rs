@@ -7,7 +7,8 @@
 //!
 //! `r_T = (S + λI)⁻¹ b`, `r_N = -(u_N + W_NT r_T) / W_NN`.
 //!
-//! A contact that does not slip is first asked for less: does it stick with `r - W_ii⁻¹ u`, where `u` is what it has now?
+//! A contact without a `λ` from an earlier sweep is first tried with less work: it sticks if `r - W_ii⁻¹ u`, where `u` is
+//! the velocity that it has now, lies in the cone.
 //!
 //! Where more contacts push than the scene has dofs for, sweeps crawl; [`crate::admm`] starts such scenes.
 
@@ -54,11 +55,11 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
     }
 }
 
-/// A contact that wedges itself pushes without bound: so many times what it would without friction, it does not.
+/// A contact that wedges itself would push without bound: an impulse so many times the frictionless one is not taken.
 const WEDGED: f64 = 1e3;
 
-/// The impulse with which a contact that has the velocity `u` sticks; `None` if that is not in the cone, or [`push`]
-/// would not take it.
+/// The impulse with which a contact of velocity `u` sticks; `None` if that is not inside the cone, or wedged, or `W_ii`
+/// has no inverse to be trusted.
 #[inline(always)]
 #[allow(clippy::inline_always)] // as below
 fn hold<T: Real, const D: usize>(
@@ -76,7 +77,7 @@ fn hold<T: Real, const D: usize>(
     let row = own.first()?;
     let (bound, approach) = (mu * normal, *u.first()? - product(row, old));
     let holds = normal > T::ZERO
-        && square(tangents) <= bound * bound
+        && square(tangents) < bound * bound // not where both vanish or overflow
         && normal * *row.first()? < -approach * T::literal(WEDGED)
         && *mass.first()?.first()? > T::ZERO;
     holds.then_some(impulse)

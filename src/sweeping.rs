@@ -150,7 +150,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         self.phase = Phase::Refine(refinement);
     }
 
-    /// Makes a point of impulses and `u`.
+    /// The point that has these impulses and `u`.
     #[inline(never)]
     fn make_point<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
         self.lift(search);
