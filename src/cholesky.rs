@@ -83,7 +83,7 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
     }
 }
 
-/// How many columns of a row, or unknowns of a solve, are found at a time: their sums stay in registers.
+/// How many entries of a row, of a solution or of a product are found at a time: their sums stay in registers.
 pub(crate) const BLOCK: usize = 6;
 
 /// Factorises `a` into `u`; what the upper triangle of `u` holds then is undefined.

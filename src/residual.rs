@@ -5,7 +5,7 @@
 //! `alpha_i = D / trace(W_ii)`. It is the natural-map residual of FCLIB and Siconos made
 //! independent of units; 0/0 counts as 0. Sums are of squares, with one root at the end.
 
-use crate::cholesky::{opaque, opaque_mut, rolled};
+use crate::cholesky::{BLOCK, opaque, opaque_mut, rolled};
 use crate::cone::square;
 use crate::problem::Law;
 use crate::{Contact, ContactMode, Real};
@@ -183,16 +183,16 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
     // M v and Hᵀ r, dof by dof.
     let mut inertia = [T::ONE; N]; // all of it is overwritten, and zeros would call memset
     let mut pushed = [T::ZERO; N];
-    if N < 6 {
+    if N < BLOCK {
         for i in 0..N {
             multiply::<T, N, 1>(mass, i, v, &mut inertia);
         }
     } else {
-        // Six rows at a time, the last six with some that are known already.
-        let (mut first, last) = (0, black_box(N - 6));
-        while first < last + 6 {
-            multiply::<T, N, 6>(mass, first.min(last), v, &mut inertia);
-            first += 6;
+        // The last rows with some that are known already.
+        let (mut first, last) = (0, black_box(N - BLOCK));
+        while first < last + BLOCK {
+            multiply::<T, N, BLOCK>(mass, first.min(last), v, &mut inertia);
+            first += BLOCK;
         }
     }
     for ((contact, r), u) in opaque(contacts).iter().zip(r).zip(u) {
