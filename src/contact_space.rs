@@ -129,7 +129,8 @@ fn columns<T: Real, const D: usize, const C: usize, const B: usize>(
 }
 
 /// `row -= Σ_d factors[d] rows[d]` from scalar column `first` on, up to `last`.
-#[inline(never)]
+#[inline(always)]
+#[allow(clippy::inline_always)] // the factors would go through memory, and be waited for
 pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize>(
     row: &mut ContactVector<T, D, C>,
     factors: &[T; D],

@@ -2,11 +2,13 @@
 //!
 //! A contact has up to `D` unknowns: as many rows in its place, and columns close to those of the
 //! contacts before. Pivots are sought within the rows of a contact. The multipliers stay where
-//! they have eliminated.
+//! they have eliminated. Of a symmetric matrix they are the rows that eliminate, divided by their pivots
+//! (`L D Lᵀ`): pivots stay on the diagonal, and the blocks above it are enough.
 
 use crate::Real;
 use crate::cholesky::{dot, rolled};
 use crate::contact_space::{ContactMatrix, ContactVector, subtract_rows};
+use core::array::from_fn;
 use core::ops::Range;
 
 /// Blocks `A_ij` of an eliminated matrix are its rows `matrix[i]` in `columns(j)`. Rows that a
@@ -45,9 +47,14 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
         end(contact.wrapping_sub(1))..end(contact)
     }
 
-    /// Factorises; `None` if a pivot vanishes or is no number.
+    /// Factorises; `None` if a pivot vanishes or is no number. Of a matrix that is `symmetric`, and positive
+    /// definite, blocks below the diagonal are not read.
     #[inline(never)]
-    pub(crate) fn factorise(&mut self, matrix: &mut ContactMatrix<T, D, C>) -> Option<()> {
+    pub(crate) fn factorise(
+        &mut self,
+        matrix: &mut ContactMatrix<T, D, C>,
+        symmetric: bool,
+    ) -> Option<()> {
         let last = self.ends.last().copied().unwrap_or(0);
         for k in 0..C {
             let columns = self.columns(k);
@@ -58,7 +65,8 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
             let (done, below) = matrix.split_at_mut_checked(k + 1)?;
             let rows = done.last_mut()?;
             let reciprocals = self.reciprocals.get_mut(k)?;
-            triangularise(rows, columns, last, reciprocals, self.order.get_mut(k)?)?;
+            let order = self.order.get_mut(k)?;
+            triangularise(rows, columns, last, reciprocals, order, symmetric)?;
             // U_kk, zero on the diagonal and below.
             let mut upper = [[T::ZERO; D]; D];
             for (p, (upper, row)) in upper.iter_mut().zip(&*rows).enumerate() {
@@ -69,24 +77,23 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
             }
             let mut before = end;
             for (others, &until) in below.iter_mut().zip(self.ends.get(k + 1..)?) {
-                for row in others.iter_mut().take(until - before) {
+                for (column, row) in (before..until).zip(others) {
                     rolled();
                     let own = row.as_flattened_mut().get_mut(start..)?;
-                    let mut factors = *own.first_chunk::<D>()?;
-                    for (p, (upper, &reciprocal)) in upper.iter().zip(&*reciprocals).enumerate() {
-                        let factor = *factors.get(p)? * reciprocal;
-                        for (x, &u) in factors.iter_mut().zip(upper) {
-                            *x -= factor * u;
-                        }
-                        *factors.get_mut(p)? = factor;
-                    }
+                    let own = own.first_chunk_mut::<D>()?;
+                    let (factors, first) = if symmetric {
+                        let entry = |p: usize| rows.get(p)?.as_flattened().get(column).copied();
+                        let entries: [T; D] = from_fn(|p| entry(p).unwrap_or(T::ZERO));
+                        (multiply(&entries, reciprocals), before)
+                    } else {
+                        (divide(own, &upper, reciprocals), end)
+                    };
                     for (p, (own, &factor)) in own.iter_mut().zip(&factors).enumerate() {
-                        rolled();
                         if start + p < end {
                             *own = factor;
                         }
                     }
-                    subtract_rows(row, &factors, rows, end, last);
+                    subtract_rows(row, &factors, rows, first, last);
                 }
                 before = until;
             }
@@ -131,6 +138,39 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
     }
 }
 
+/// `x_p y_p`
+#[inline]
+fn multiply<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> [T; D] {
+    let mut product = *x;
+    for (product, &y) in product.iter_mut().zip(y) {
+        *product = *product * y;
+    }
+    product
+}
+
+/// `x U⁻¹`, with what `U` has beside its diagonal and the reciprocals of that.
+#[inline]
+fn divide<T: Real, const D: usize>(
+    x: &[T; D],
+    upper: &[[T; D]; D],
+    reciprocals: &[T; D],
+) -> [T; D] {
+    let mut quotient = *x;
+    for (p, (upper, &reciprocal)) in upper.iter().zip(reciprocals).enumerate() {
+        let mut factor = T::ZERO;
+        if let Some(place) = quotient.get_mut(p) {
+            *place = *place * reciprocal;
+            factor = *place;
+        }
+        for (q, (x, &u)) in quotient.iter_mut().zip(upper).enumerate() {
+            if q > p {
+                *x -= factor * u;
+            }
+        }
+    }
+    quotient
+}
+
 /// Eliminates among the rows of one contact: first in its own columns, then in those behind.
 #[inline(never)]
 fn triangularise<T: Real, const D: usize, const C: usize>(
@@ -139,6 +179,7 @@ fn triangularise<T: Real, const D: usize, const C: usize>(
     last: usize,
     reciprocals: &mut [T; D],
     order: &mut [usize; D],
+    symmetric: bool,
 ) -> Option<()> {
     let count = columns.len();
     let mut block = [[T::ZERO; D]; D];
@@ -153,7 +194,8 @@ fn triangularise<T: Real, const D: usize, const C: usize>(
         rolled();
         // Rows that are not used have nothing to offer, being zero.
         let (mut largest, mut index) = (T::ZERO, p);
-        for i in p..D {
+        let end = if symmetric { p + 1 } else { D };
+        for i in p..end {
             rolled();
             let size = block.get(i)?.get(p)?.abs();
             if size > largest {
@@ -211,3 +253,6 @@ fn triangularise<T: Real, const D: usize, const C: usize>(
     }
     Some(())
 }
+
+#[cfg(test)]
+mod tests;

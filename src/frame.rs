@@ -57,8 +57,8 @@ pub(crate) struct Frame<T, const D: usize> {
     pub(crate) hold: T,
     /// `λ mu`
     pub(crate) tilt: T,
-    /// `rho (1 + λ)`: what the unknowns push if each is a row of its own.
-    along: T,
+    /// `1 / (rho (1 + λ))`: how far what is pushed moves `z`, if each unknown is a row of its own and what that pushes.
+    pub(crate) compliance: T,
     /// Of a contact that slips: what each unknown adds to `rho (I - DP + λI) d`.
     pushes: [[T; D]; D],
     /// Of a contact that slips: which combination of its rows each equation is.
@@ -75,7 +75,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
             skew: T::ZERO,
             hold: T::ZERO,
             tilt: T::ZERO,
-            along: T::ZERO,
+            compliance: T::ZERO,
             pushes: [[T::ZERO; D]; D],
             tests: [[T::ZERO; D]; D],
         }
@@ -101,8 +101,9 @@ impl<T: Real, const D: usize> Frame<T, D> {
         regularisation: T,
     ) {
         self.kind = kind;
-        self.along = rho * (T::ONE + regularisation);
+        let along = rho * (T::ONE + regularisation);
         if matches!(kind, Kind::Stick | Kind::Smooth) {
+            self.compliance = T::ONE / along;
             return;
         }
         let (normal, tangent) = split(z);
@@ -119,14 +120,15 @@ impl<T: Real, const D: usize> Frame<T, D> {
             let mu = law.cone.friction();
             self.skew = (mu - law.lift + regularisation * mu) / (T::ONE + regularisation);
             self.tilt = regularisation * mu;
-            self.set_slip(law, rho * (T::ONE - self.turn + regularisation));
+            let across = rho * (T::ONE - self.turn + regularisation);
+            self.set_slip(law, along, across);
         }
     }
 
     /// Unknowns along `k` and the `τ_j`: the columns, but for the first, of the reflection that
     /// takes the first tangent to `±e`.
-    fn set_slip(&mut self, law: &Law<T, D>, across: T) {
-        let (mu, along) = (law.cone.friction(), self.along);
+    fn set_slip(&mut self, law: &Law<T, D>, along: T, across: T) {
+        let mu = law.cone.friction();
         let e = self.direction;
         let first = e.get(1).copied().unwrap_or(T::ZERO);
         let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
@@ -176,7 +178,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
             }
         } else {
             for (push, &unknown) in push.iter_mut().zip(unknowns) {
-                *push = unknown * self.along;
+                *push = unknown;
             }
         }
         push
@@ -188,7 +190,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         if self.kind == Kind::Slip {
             return self.pushes.each_ref().map(|push| product(source, push));
         }
-        let mut entries = source.map(|entry| entry * self.along);
+        let mut entries = *source;
         if self.kind == Kind::Smooth {
             for entry in entries.iter_mut().skip(1) {
                 *entry = T::ZERO;
@@ -210,7 +212,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         match self.kind {
             Kind::Stick | Kind::Smooth => {
                 for (step, &unknown) in step.iter_mut().zip(unknowns) {
-                    *step = unknown;
+                    *step = unknown * self.compliance;
                 }
             }
             Kind::Open => {

@@ -17,6 +17,8 @@ use crate::cholesky::rolled;
 use crate::cone::square;
 use crate::contact_space::{ContactVector, block, product, subtract_rows};
 use crate::problem::Problem;
+use core::hint::black_box;
+use core::ops::Range;
 
 /// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
 /// `u = W r + q`. The `λ` of each contact is sought near where the last one was.
@@ -29,6 +31,8 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
 ) {
     let (laws, delassus) = (problem.laws(), problem.factor.delassus());
     let masses = problem.factor.effective_mass();
+    // From a 0 that it knows a compiler makes a loop without vectors.
+    let all = black_box(0)..D * laws.len();
     let contacts = laws.iter().zip(delassus).zip(masses).enumerate();
     for ((i, ((law, rows), mass)), (impulse, drag)) in contacts.zip(impulse.iter_mut().zip(drags)) {
         let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
@@ -50,9 +54,20 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
             *back -= new;
         }
         if back != [T::ZERO; D] {
-            subtract_rows(relative, &back, rows, 0, D * laws.len());
+            take_back(relative, &back, rows, &all);
         }
     }
+}
+
+/// Keeps `u = W r + q` in some of its rows when a contact, of these rows of `W`, takes back an impulse.
+#[inline(never)]
+fn take_back<T: Real, const D: usize, const C: usize>(
+    relative: &mut ContactVector<T, D, C>,
+    back: &[T; D],
+    rows: &[ContactVector<T, D, C>; D],
+    range: &Range<usize>,
+) {
+    subtract_rows(relative, back, rows, range.start, range.end);
 }
 
 /// A contact that wedges itself would push without bound: an impulse so many times the frictionless one is not taken.

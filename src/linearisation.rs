@@ -4,7 +4,7 @@
 //! of [`crate::newton`], where `λ` regularises hyperstatic scenes (singular `W`). In the frame of
 //! a contact most of it decouples, and only what moves its impulse stays an unknown of the system:
 //! three for a spatial contact that sticks, two for one that slips, one without friction, none for
-//! an open one.
+//! an open one. Where none slips the system is symmetric in what the contacts push.
 
 use crate::Real;
 use crate::cholesky::rolled;
@@ -87,6 +87,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
         self.hold(laws, point);
         let frames = self.frames.get(..laws.len())?;
         self.elimination.lay_out(frames.iter().map(Frame::count));
+        let symmetric = frames.iter().all(|frame| frame.kind != Kind::Slip);
         let delassus = problem.factor.delassus();
         for (j, frame) in frames.iter().enumerate() {
             let start = self.elimination.columns(j).start;
@@ -94,6 +95,9 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
                 continue;
             }
             for (i, (rows, tested)) in matrix.iter_mut().zip(frames).enumerate() {
+                if symmetric && i > j {
+                    break;
+                }
                 if tested.kind == Kind::Open {
                     continue;
                 }
@@ -112,8 +116,8 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
                             *entries.get_mut(k)? += match (frame.kind, k) {
                                 (Kind::Slip, 0) => -regularisation - frame.skew * frame.tilt,
                                 (Kind::Slip, _) => frame.turn + regularisation,
-                                (Kind::Stick, 1..) => frame.hold,
-                                _ => regularisation,
+                                (Kind::Stick, 1..) => frame.hold * frame.compliance,
+                                _ => regularisation * frame.compliance,
                             };
                         }
                     }
@@ -123,7 +127,7 @@ impl<T: Real, const D: usize, const C: usize> Linearisation<T, D, C> {
                 }
             }
         }
-        self.elimination.factorise(matrix)?;
+        self.elimination.factorise(matrix, symmetric)?;
         self.contacts = Some(laws.len());
         Some(())
     }

@@ -81,7 +81,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             rolled();
             let mut factors = *y;
             pivot.scale(&mut factors);
-            if i != k {
+            if i != k && factors != [[T::ZERO; D]; D] {
                 let rows = self.matrix.get_mut(i)?;
                 let factors = transpose(&factors);
                 for (j, y) in row.get(..=i)?.iter().enumerate() {
