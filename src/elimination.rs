@@ -12,7 +12,7 @@ use core::array::from_fn;
 use core::ops::Range;
 
 /// Blocks `A_ij` of an eliminated matrix are its rows `matrix[i]` in `columns(j)`. Rows that a
-/// contact has but does not use are zero, if it uses any.
+/// contact has but does not use are zero there, if it uses any, but for blocks that are not read.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination<T, const D: usize, const C: usize> {
     /// Where the columns of each contact end.
@@ -47,8 +47,8 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
         end(contact.wrapping_sub(1))..end(contact)
     }
 
-    /// Factorises; `None` if a pivot vanishes or is no number. Of a matrix that is `symmetric`, and positive
-    /// definite, blocks below the diagonal are not read.
+    /// Factorises; `None` if a pivot vanishes or is no number. Of a matrix that is `symmetric` (and positive definite,
+    /// but for rounding) blocks below the diagonal are not read.
     #[inline(never)]
     pub(crate) fn factorise(
         &mut self,
@@ -67,13 +67,9 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
             let reciprocals = self.reciprocals.get_mut(k)?;
             let order = self.order.get_mut(k)?;
             triangularise(rows, columns, last, reciprocals, order, symmetric)?;
-            // U_kk, zero on the diagonal and below.
-            let mut upper = [[T::ZERO; D]; D];
-            for (p, (upper, row)) in upper.iter_mut().zip(&*rows).enumerate() {
-                let block = row.as_flattened().get(start..)?.first_chunk::<D>()?;
-                for (q, (upper, &entry)) in upper.iter_mut().zip(block).enumerate() {
-                    *upper = if q > p { entry } else { T::ZERO };
-                }
+            let mut block = [[T::ZERO; D]; D];
+            for (block, row) in block.iter_mut().zip(&*rows) {
+                *block = *row.as_flattened().get(start..)?.first_chunk::<D>()?;
             }
             let mut before = end;
             for (others, &until) in below.iter_mut().zip(self.ends.get(k + 1..)?) {
@@ -86,7 +82,7 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
                         let entries: [T; D] = from_fn(|p| entry(p).unwrap_or(T::ZERO));
                         (multiply(&entries, reciprocals), before)
                     } else {
-                        (divide(own, &upper, reciprocals), end)
+                        (divide(own, &block, reciprocals), end)
                     };
                     for (p, (own, &factor)) in own.iter_mut().zip(&factors).enumerate() {
                         if start + p < end {
@@ -148,21 +144,21 @@ fn multiply<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> [T; D] {
     product
 }
 
-/// `x U⁻¹`, with what `U` has beside its diagonal and the reciprocals of that.
+/// `x U⁻¹`, with a block that holds `U` above its diagonal, and the reciprocals of that.
 #[inline]
 fn divide<T: Real, const D: usize>(
     x: &[T; D],
-    upper: &[[T; D]; D],
+    block: &[[T; D]; D],
     reciprocals: &[T; D],
 ) -> [T; D] {
     let mut quotient = *x;
-    for (p, (upper, &reciprocal)) in upper.iter().zip(reciprocals).enumerate() {
+    for (p, (row, &reciprocal)) in block.iter().zip(reciprocals).enumerate() {
         let mut factor = T::ZERO;
         if let Some(place) = quotient.get_mut(p) {
             *place = *place * reciprocal;
             factor = *place;
         }
-        for (q, (x, &u)) in quotient.iter_mut().zip(upper).enumerate() {
+        for (q, (x, &u)) in quotient.iter_mut().zip(row).enumerate() {
             if q > p {
                 *x -= factor * u;
             }

@@ -49,15 +49,16 @@ pub(crate) struct Frame<T, const D: usize> {
     pub(crate) kind: Kind,
     /// `e`, without a normal component, of a contact that slips or is open; zero if nothing slides.
     direction: [T; D],
-    /// This and the next two: of a contact that slips.
+    /// Of a contact that slips, as the next two.
     pub(crate) turn: T,
     /// What of the equation along `e` is taken from the normal one, so that `a` leaves it.
     pub(crate) skew: T,
-    /// `λ` across the normal, of a contact that sticks.
-    pub(crate) hold: T,
     /// `λ mu`
     pub(crate) tilt: T,
-    /// `1 / (rho (1 + λ))`: how far what is pushed moves `z`, if each unknown is a row of its own and what that pushes.
+    /// `λ` across the normal, of a contact that sticks.
+    pub(crate) hold: T,
+    /// `1 / (rho (1 + λ))`, of a contact that sticks or is smooth: its unknowns are what its rows push, and `d` this times
+    /// as much.
     pub(crate) compliance: T,
     /// Of a contact that slips: what each unknown adds to `rho (I - DP + λI) d`.
     pushes: [[T; D]; D],
