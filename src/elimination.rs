@@ -139,7 +139,7 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
 fn multiply<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> [T; D] {
     let mut product = *x;
     for (product, &y) in product.iter_mut().zip(y) {
-        *product = *product * y;
+        *product *= y;
     }
     product
 }
@@ -155,7 +155,7 @@ fn divide<T: Real, const D: usize>(
     for (p, (row, &reciprocal)) in block.iter().zip(reciprocals).enumerate() {
         let mut factor = T::ZERO;
         if let Some(place) = quotient.get_mut(p) {
-            *place = *place * reciprocal;
+            *place *= reciprocal;
             factor = *place;
         }
         for (q, (x, &u)) in quotient.iter_mut().zip(row).enumerate() {
