@@ -49,7 +49,7 @@
 //! | `newton`, `frame`, `linearisation`, `elimination`, `chord` | a step of semismooth Newton on the fixed-point map | |
 //! | `contact_space`, `pivot` | vectors, matrices and blocks over the contacts | |
 //! | `gauss_seidel` | a sweep over the contacts | |
-//! | `solver`, `progress`, `sweeping`, `refinement`, `safeguard` | the default method, piece by piece | |
+//! | `solver`, `outlook`, `progress`, `sweeping`, `refinement`, `safeguard` | the default method, piece by piece | |
 //! | `residual`, `rounding`, `problem`, `evaluation`, `search` | the error that "solved" promises, and when to stop | |
 //! | `infeasibility` | Farkas' proof that there is nothing to solve | |
 //! | `state` | the warm start | |
@@ -91,6 +91,7 @@ mod gauss_seidel;
 mod infeasibility;
 mod linearisation;
 mod newton;
+mod outlook;
 mod pivot;
 mod problem;
 mod progress;

@@ -34,6 +34,11 @@ impl<T: Real, const D: usize> Law<T, D> {
         }
     }
 
+    /// Rows along which it may push.
+    pub(crate) fn rows(&self) -> usize {
+        if self.cone.friction() > T::ZERO { D } else { 1 }
+    }
+
     /// `mu_i |u_Ti|`, what `û` adds to the normal velocity.
     pub(crate) fn lift(&self, u: &SVector<T, D>) -> T {
         let (_, tangent) = split(u);
@@ -168,30 +173,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     #[inline]
     pub(crate) fn natural_map_at(&self, r: &[[T; D]], u: &[[T; D]]) -> T {
         residual::natural_map(self.laws(), self.size, u, r, &[])
-    }
-
-    /// Do contacts with these impulses have more rows than they move dofs, by a contact at least? Then
-    /// impulses are far from unique: what moves them may not move the bodies.
-    pub(crate) fn is_hyperstatic(&self, r: &ContactVector<T, D, C>) -> bool {
-        self.is_redundant(r.iter().map(|r| *r != [T::ZERO; D]))
-    }
-
-    /// Is it to be expected that contacts will be hyperstatic, because so many do not clearly part?
-    pub(crate) fn will_be_hyperstatic(&self) -> bool {
-        let parting = self.size * T::literal(0.03);
-        let normals = self.laws().iter().map(|law| law.step * split(&law.free).0);
-        self.is_redundant(normals.map(|normal| normal <= parting))
-    }
-
-    fn is_redundant(&self, pushes: impl Iterator<Item = bool>) -> bool {
-        let mut rows = 0;
-        for (law, pushes) in self.laws().iter().zip(pushes) {
-            rolled();
-            if pushes {
-                rows += if law.cone.friction() > T::ZERO { D } else { 1 };
-            }
-        }
-        rows >= self.factor.moved() + D
     }
 
     /// Gauss-Seidel solves Coulomb's law for contacts of up to two tangents.

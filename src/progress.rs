@@ -9,6 +9,7 @@ use crate::cholesky::rolled;
 use crate::contact_space::ContactVector;
 use crate::linearisation::Linearisation;
 use crate::newton::Point;
+use crate::outlook::Outlook;
 use crate::refinement::Refinement;
 use crate::resolvent::Resolvent;
 use crate::safeguard::{Balance, Caution};
@@ -140,7 +141,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         let corrected = self.point.natural_map <= tolerance && !search.is_over();
         let refinement = Refinement::warm(self.point.natural_map, start == Start::Unique);
         match start {
-            Start::Rest if !corrected => self.set_off(search, factor, workspace),
+            Start::Rest if !corrected => self.set_off(search, factor, workspace, true),
             Start::Unique if !corrected && !workspace.linearisation.is_kept() => {
                 self.begin_sweeps();
             }
@@ -227,7 +228,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         search.solution.factorizations += 1;
     }
 
-    /// Leaves a last solution that was misleading, for rest.
+    /// Leaves a last solution, or a guess, that was misleading, for rest.
     pub(crate) fn begin_anew<const N: usize>(
         &mut self,
         search: &Search<'_, '_, T, N, D, C>,
@@ -236,21 +237,28 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     ) {
         self.caution = Caution::new();
         self.point.rest(search.problem);
-        self.set_off(search, factor, workspace);
+        self.set_off(search, factor, workspace, false);
     }
 
-    /// Sets off from rest.
-    pub(crate) fn set_off<const N: usize>(
+    /// Sets off from rest, or from a guess if it may.
+    fn set_off<const N: usize>(
         &mut self,
         search: &Search<'_, '_, T, N, D, C>,
         factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
+        may_guess: bool,
     ) {
-        if search.problem.can_be_swept() && !search.problem.will_be_hyperstatic() {
-            self.has_swept = true;
-            self.begin_sweeps();
-        } else {
-            self.approach(factor, workspace);
+        match search.problem.outlook() {
+            Outlook::Unique if search.problem.can_be_swept() => {
+                self.has_swept = true;
+                self.begin_sweeps();
+            }
+            Outlook::Held if may_guess => {
+                search.problem.stand(&mut self.point.z);
+                self.point.update(search.problem, self.balance.scale);
+                self.phase = Phase::Refine(Refinement::guessed());
+            }
+            _ => self.approach(factor, workspace),
         }
     }
 

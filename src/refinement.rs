@@ -12,15 +12,25 @@ use nalgebra::SVector;
 pub(crate) struct Refinement<T> {
     /// At most so many more pieces, as long as they are accepted.
     left: usize,
-    /// So many full steps may raise the energy, each a hundredfold at most. From the last solution to
-    /// one in which a contact does something else, that is the way.
+    /// So many full steps may raise the energy. From the last solution to one in which a contact does
+    /// something else, that is the way.
     bold: usize,
     /// Is the last linearisation worth another step?
     again: bool,
     /// Are sweeps to come before a new linearisation?
     sweeps: bool,
-    /// The natural map it began with, if it began at the last solution.
-    warm: Option<T>,
+    origin: Origin<T>,
+}
+
+/// Where a refinement began.
+#[derive(Clone, Copy, Debug)]
+enum Origin<T> {
+    /// Somewhere near a solution.
+    Near,
+    /// At the last solution, with the natural map it has now.
+    Last(T),
+    /// At a guess, of which the energy says nothing.
+    Guess,
 }
 
 impl<T: Real> Refinement<T> {
@@ -31,7 +41,17 @@ impl<T: Real> Refinement<T> {
             bold: 0,
             again: false,
             sweeps: false,
-            warm: None,
+            origin: Origin::Near,
+        }
+    }
+
+    /// From a guess.
+    pub(crate) const fn guessed() -> Self {
+        Self {
+            left: 6,
+            bold: 1,
+            origin: Origin::Guess,
+            ..Self::new()
         }
     }
 
@@ -43,7 +63,7 @@ impl<T: Real> Refinement<T> {
             bold: 2,
             again: true,
             sweeps,
-            warm: Some(natural_map),
+            origin: Origin::Last(natural_map),
         }
     }
 }
@@ -69,10 +89,11 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         refinement.left -= usize::from(refinement.left > 0);
         if accepted && refinement.left > 0 {
             self.phase = Phase::Refine(refinement);
-        } else if refinement.warm.is_some() {
-            self.begin_anew(search, factor, workspace);
-        } else {
-            self.phase = Phase::Recover;
+            return;
+        }
+        match refinement.origin {
+            Origin::Near => self.phase = Phase::Recover,
+            Origin::Last(_) | Origin::Guess => self.begin_anew(search, factor, workspace),
         }
     }
 
@@ -105,23 +126,30 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             resolvent,
         } = workspace;
         // What is kept for the next solve has to be regularised like its first step.
-        let natural_map = refinement.warm.unwrap_or(self.point.natural_map);
+        let (natural_map, is_warm) = match refinement.origin {
+            Origin::Last(natural_map) => (natural_map, true),
+            Origin::Near | Origin::Guess => (self.point.natural_map, false),
+        };
         let regularisation = self.caution.regularisation(natural_map);
         let (problem, scale, matrix) =
             (&*search.problem, self.balance.scale, &mut resolvent.matrix);
         let computed = linearisation.compute(problem, &self.point, scale, regularisation, matrix);
         let redundant = problem.is_hyperstatic(&self.point.impulse);
-        let residual = if redundant && refinement.warm.is_some() {
+        let residual = if redundant && is_warm {
             linearisation.centred(&self.point)
         } else {
             self.point.residual
         };
         let step = computed.and_then(|()| linearisation.step(problem, &residual, matrix));
         let before = self.point.energy;
-        let bold = refinement.bold > 0;
-        let gone = step.and_then(|step| self.go(search, &step, bold));
+        let rise = match refinement.origin {
+            _ if refinement.bold == 0 => None,
+            Origin::Guess => Some(T::literal(1e5)),
+            Origin::Near | Origin::Last(_) => Some(T::literal(1e2)),
+        };
+        let gone = step.and_then(|step| self.go(search, &step, rise));
         if gone == Some(T::ONE) {
-            refinement.bold -= usize::from(self.point.energy >= before && bold);
+            refinement.bold -= usize::from(self.point.energy >= before && rise.is_some());
             self.caution.relax();
             refinement.again = self.point.energy < before * T::literal(0.01);
         }
@@ -135,14 +163,14 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         gone.is_some()
     }
 
-    /// Goes along a step by the first of some lengths at which the energy falls, and if `bold` a full
-    /// step may raise it; if by none, stays.
+    /// Goes along a step by the first of some lengths at which the energy falls, unless a full step may
+    /// raise it, so many times at most; if by none, stays.
     #[inline(never)]
     fn go<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
         step: &[SVector<T, D>; C],
-        bold: bool,
+        rise: Option<T>,
     ) -> Option<T> {
         let (start, before) = (self.point.z, self.point.energy);
         let lengths = [
@@ -160,11 +188,8 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         for &length in lengths.get(..tried)? {
             rolled();
             self.visit(search, &start, step, length);
-            let enough = if bold && length == T::ONE {
-                T::literal(1e2)
-            } else {
-                T::ONE - T::literal(2e-4) * length
-            };
+            let fall = T::ONE - T::literal(2e-4) * length;
+            let enough = rise.filter(|_| length == T::ONE).unwrap_or(fall);
             if self.point.energy < before * enough || search.is_over() {
                 return Some(length);
             }

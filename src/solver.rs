@@ -1,4 +1,4 @@
-//! The default method: Gauss-Seidel where impulses are unique, or else Algorithm 2 for a start, and
+//! The default method: Gauss-Seidel where impulses are unique, or else a guess or Algorithm 2 for a start, and
 //! semismooth Newton to the end.
 
 use crate::problem::Problem;

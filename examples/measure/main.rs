@@ -122,11 +122,18 @@ mod measure {
                 bench.solver.reset();
                 exact.max_iterations = iterations;
                 let count = counter.instructions(|| _ = bench.solve(&f, &exact));
-                (count, bench.solver.solution().newton_steps)
+                let solution = bench.solver.solution();
+                (count, (solution.iterations, solution.newton_steps))
             };
-            let (one, two) = (limited(self, 5), limited(self, 6));
-            if two.1 == one.1 + 1 {
-                self.print("newton_step", two.0?.checked_sub(one.0?)?);
+            let mut last = limited(self, 0);
+            for iterations in 1..8 {
+                let next = limited(self, iterations);
+                let (done, steps) = last.1;
+                if next.1 == (done, steps + 1) {
+                    self.print("newton_step", next.0?.checked_sub(last.0?)?);
+                    break;
+                }
+                last = next;
             }
 
             let before = f * T::literal(0.99);

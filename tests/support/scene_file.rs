@@ -135,14 +135,6 @@ fn vector(what: &str, entries: Vec<f64>, n: usize) -> Result<DVector<f64>, Strin
     Ok(DVector::from_vec(entries))
 }
 
-impl SceneFile {
-    /// Has it no more contact rows than dofs? Then a solve by the default method starts with sweeps, and
-    /// hardly ever needs the resolvent.
-    pub const fn starts_with_sweeps(&self) -> bool {
-        self.dim * self.n_contacts <= self.n_dof
-    }
-}
-
 impl Problem {
     fn check(
         self,

@@ -1,0 +1,106 @@
+//! Are impulses unique, and what may a cold solve expect of them? It starts by that: with sweeps, with Newton's
+//! method at a guess, or with ADMM.
+
+use crate::Real;
+use crate::cholesky::rolled;
+use crate::cone::{add_to_normal, norm, split, square};
+use crate::contact_space::ContactVector;
+use crate::problem::{Law, Problem};
+use crate::solution::zeros;
+use nalgebra::SVector;
+
+/// What a cold solve may expect.
+pub(crate) enum Outlook {
+    /// Impulses that are nearly unique.
+    Unique,
+    /// Impulses that are not, well within their cones.
+    Held,
+    /// Impulses that are not.
+    Unclear,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
+    /// Do contacts with these impulses have more rows than they move dofs, by a contact at least? Then
+    /// impulses are far from unique: what moves them may not move the bodies.
+    pub(crate) fn is_hyperstatic(&self, r: &ContactVector<T, D, C>) -> bool {
+        self.is_redundant(self.laws().iter().zip(r).map(|(law, r)| {
+            rolled();
+            if *r == [T::ZERO; D] { 0 } else { law.rows() }
+        }))
+    }
+
+    /// Do they have more even if one that slides, whose normal impulse tells the others, has one row?
+    pub(crate) fn is_locked(&self, r: &ContactVector<T, D, C>) -> bool {
+        self.is_redundant(self.laws().iter().zip(r).map(|(law, r)| {
+            rolled();
+            let (impulse, pushes) = (SVector::from(*r), *r != [T::ZERO; D]);
+            let (normal, tangent) = split(&impulse);
+            let bound = T::literal(0.999) * law.cone.friction() * normal;
+            if square(tangent) < bound * bound {
+                D
+            } else {
+                usize::from(pushes)
+            }
+        }))
+    }
+
+    /// Are so many rows more than the dofs they move, by a contact at least?
+    fn is_redundant(&self, rows: impl Iterator<Item = usize>) -> bool {
+        rows.sum::<usize>() >= self.factor.moved() + D
+    }
+
+    /// `alpha_i q_N` above which a contact clearly parts.
+    fn parting(&self) -> T {
+        self.size * T::literal(0.03)
+    }
+
+    /// What is to be expected of contacts, by what they do at rest.
+    ///
+    /// One that slides much faster than friction can hold goes on sliding. A normal velocity that is nothing beside the
+    /// tangential one does not tell how hard a contact will be pressed.
+    pub(crate) fn outlook(&self) -> Outlook {
+        if !self.is_redundant(self.laws().iter().map(Law::rows)) {
+            return Outlook::Unique;
+        }
+        let (mut rows, mut demand, mut grip) = (0, T::ZERO, T::ZERO);
+        for law in self.laws() {
+            rolled();
+            let (normal, tangent) = split(&law.free);
+            if law.step * normal > self.parting() {
+                continue;
+            }
+            let (slip, held) = (norm(tangent), -law.cone.friction() * normal);
+            let approaches = normal < -T::literal(1e-4) * slip;
+            if approaches && slip >= T::literal(4.0) * held {
+                rows += 1;
+            } else {
+                rows += law.rows();
+            }
+            if approaches && law.rows() > 1 {
+                demand += law.step * slip;
+                grip += law.step * held;
+            }
+        }
+        if !self.is_redundant([rows].into_iter()) {
+            Outlook::Unique
+        } else if demand <= T::literal(0.75) * grip {
+            Outlook::Held
+        } else {
+            Outlook::Unclear
+        }
+    }
+
+    /// A `z` with which each contact that does not clearly part sticks, pushed by what would stop it alone.
+    pub(crate) fn stand(&self, z: &mut [SVector<T, D>; C]) {
+        let parting = self.parting();
+        for (z, law) in z.iter_mut().zip(self.laws()) {
+            rolled();
+            *z = law.lifted(&law.free);
+            let normal = split(&law.free).0;
+            if law.step > T::ZERO && law.step * normal <= parting {
+                *z = zeros();
+                add_to_normal(z, normal.min(-parting / law.step));
+            }
+        }
+    }
+}
