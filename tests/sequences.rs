@@ -68,17 +68,19 @@ fn every_step_of_every_sequence_is_solved_and_a_warm_start_costs_less() -> Resul
                 let median = work[last / 2] + work[last - last / 2];
                 [median, work[work.len() * 95 / 100]]
             });
+            // A cold solve of a stack that is held is two Newton steps from a guess, and where it begins to slide a last
+            // solution that misleads comes on top.
+            let guessed = file.ends_with("stack2_1000.json");
+            let (median, dearest) = if guessed { (7, 9) } else { (6, 8) };
             let file = file.display();
-            // Two sweeps will do, where a cold solve is done with three. A cold solve of a stack that is held
-            // is two Newton steps from a guess.
+            // Two sweeps will do, where a cold solve is done with three.
             let few = warm[0] <= 2 * 4 && warm[0] < cold[0];
             assert!(
-                few || 10 * warm[0] <= 7 * cold[0],
+                few || 10 * warm[0] <= median * cold[0],
                 "{file}: {warm:?}, {cold:?}"
             );
-            // A last solution that misleads is left for rest, and what was tried with it comes on top.
             assert!(
-                8 * warm[1] <= 9 * cold[1],
+                8 * warm[1] <= dearest * cold[1],
                 "{file}: {warm:?}, cold {cold:?}"
             );
         }
