@@ -2,6 +2,7 @@
 
 use crate::support::measure::{self, Law};
 use crate::support::scene_file::SceneFile;
+use crate::support::solve;
 use crate::{Method, Options, Precision, Start};
 use std::hint::black_box;
 use std::time::Instant;
@@ -116,12 +117,8 @@ fn solve_one<T: Real, const N: usize, const D: usize, const C: usize>(
         admm: admm_solver,
     } = solvers;
     // What a solve does without is not prepared.
-    let spares_resolvent = options.method == Method::Default && {
-        factor.update(&scene)?;
-        let mut first = newton.clone();
-        let solution = first.solve(&scene, factor, &f, &settings)?;
-        solution.factorizations == 0
-    };
+    let spares_resolvent = options.method == Method::Default
+        && solve::spares_resolvent(&scene, factor, &newton, &f, &settings)?;
     for _ in 0..options.repeat {
         let start = Instant::now();
         if spares_resolvent {

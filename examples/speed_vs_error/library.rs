@@ -3,6 +3,7 @@
 use crate::contestant::{Contestant, Effort, Kind};
 use crate::support::measure;
 use crate::support::scene_file::SceneFile;
+use crate::support::solve;
 use nalgebra::SVector;
 use std::hint::black_box;
 use stiction::{AdmmSolver, Error, Factor, Real, Scene, Settings, Solver, Status};
@@ -25,12 +26,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Library<T, N, D, C
     pub(crate) fn new(file: &SceneFile, method: Kind) -> Result<Box<Self>, Error> {
         let scene = file.scene()?;
         let f = file.free_impulse();
-        let mut factor = Factor::empty();
-        factor.update(&scene)?;
+        let (mut factor, solver) = (Factor::empty(), Solver::new());
         let settings = Settings::new(T::literal(1e-6));
-        let mut first = Solver::new();
-        let solution = first.solve(&scene, &factor, &f, &settings)?;
-        let spares_resolvent = method == Kind::Default && solution.factorizations == 0;
+        let spares_resolvent = method == Kind::Default
+            && solve::spares_resolvent(&scene, &mut factor, &solver, &f, &settings)?;
         factor.compute(&scene)?;
         Ok(Box::new(Self {
             method,
@@ -39,7 +38,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Library<T, N, D, C
             f,
             scene,
             factor,
-            solver: Solver::new(),
+            solver,
             admm: AdmmSolver::new(),
         }))
     }

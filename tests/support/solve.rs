@@ -2,7 +2,8 @@
 
 use super::measure::{self, Law};
 use super::scene_file::SceneFile;
-use stiction::{Error, Factor, Real, Settings, Solver, Status};
+use nalgebra::SVector;
+use stiction::{Error, Factor, Real, Scene, Settings, Solver, Status};
 
 /// What the kernel said of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +26,24 @@ pub struct Outcome {
     pub error: f64,
     /// Iterations, and ten for each Newton step.
     pub work: usize,
+}
+
+/// Does a solve do without the resolvent, so that `Factor::update` prepares all it needs? The factor is left as that
+/// prepares it, the solver as it was.
+///
+/// # Errors
+/// What the kernel refuses of the scene.
+pub fn spares_resolvent<T: Real, const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<T, N, D, C>,
+    factor: &mut Factor<T, N, D, C>,
+    solver: &Solver<T, N, D, C>,
+    f: &SVector<T, N>,
+    settings: &Settings<T>,
+) -> Result<bool, Error> {
+    factor.update(scene)?;
+    let mut solver = solver.clone();
+    let solution = solver.solve(scene, factor, f, settings)?;
+    Ok(solution.factorizations == 0)
 }
 
 /// Solves with all settings but the tolerance at their defaults.
