@@ -80,7 +80,7 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
                     let (factors, first) = if symmetric {
                         let entry = |p: usize| rows.get(p)?.as_flattened().get(column).copied();
                         let entries: [T; D] = from_fn(|p| entry(p).unwrap_or(T::ZERO));
-                        (multiply(&entries, reciprocals), before)
+                        (multiply(entries, reciprocals), before)
                     } else {
                         (divide(own, &block, reciprocals), end)
                     };
@@ -136,12 +136,11 @@ impl<T: Real, const D: usize, const C: usize> Elimination<T, D, C> {
 
 /// `x_p y_p`
 #[inline]
-fn multiply<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> [T; D] {
-    let mut product = *x;
-    for (product, &y) in product.iter_mut().zip(y) {
-        *product *= y;
+fn multiply<T: Real, const D: usize>(mut x: [T; D], y: &[T; D]) -> [T; D] {
+    for (x, &y) in x.iter_mut().zip(y) {
+        *x *= y;
     }
-    product
+    x
 }
 
 /// `x U⁻¹`, with a block that holds `U` above its diagonal, and the reciprocals of that.

@@ -58,7 +58,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         self.factor.velocity(&self.whitened, r, v);
         let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
         let [f] = &self.f.data.0;
-        let momentum = residual::momentum(mass, contacts, f, v, r, &mut u);
+        let momentum = residual::momentum(self.scene, f, v, r, &mut u);
         let rounding = rounding::bound(self.laws(), mass, contacts, v, r, &momentum);
         solution.error = self.error(&momentum, &u, r, &rounding);
         if solution.error > tolerance {

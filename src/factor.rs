@@ -14,6 +14,7 @@ use crate::contact_space::{ContactMatrix, ContactVector, block, inverse, multipl
 use crate::residual::larger;
 use crate::resolvent::{Resolvent, is_usable};
 use crate::substitution::{Scaled, solve_lower, solve_upper, solve_upper_block};
+use crate::support::{GROUP, Support};
 use crate::{Error, Real, Scene};
 use heapless::Vec;
 
@@ -33,6 +34,8 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     mass: [[T; N]; N],
     /// `X_i`, `Uᵀ D⁻¹ X_i = H_iᵀ`
     whitened: [[[T; D]; N]; C],
+    /// Of the `X_iᵀ`.
+    supports: [Support; C],
     /// `W = H M⁻¹ Hᵀ`.
     delassus: ContactMatrix<T, D, C>,
     /// `W_ii⁻¹`; zero where that is singular, or nearly so.
@@ -82,6 +85,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             uncertainty: parts.uncertainty,
             mass: parts.mass,
             whitened: parts.whitened,
+            supports: [Support::all(); C],
             delassus: parts.delassus,
             effective_mass: parts.effective_mass,
             resolvent: Resolvent {
@@ -119,6 +123,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             uncertainty: T::ZERO,
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; D]; N]; C],
+            supports: [Support::none(); C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],
             effective_mass: [[[T::ZERO; D]; D]; C],
             resolvent: Resolvent::empty(),
@@ -256,6 +261,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
                     set(&mut self.delassus, [i, j], a, entries);
                 }
             }
+            if let Some(support) = self.supports.get_mut(i) {
+                *support = Support::of::<N>(scaled.iter().map(|row| row.place));
+            }
             let own = block(&self.delassus, i, i);
             if let (Some(mass), Some(own)) = (self.effective_mass.get_mut(i), own) {
                 *mass = inverse(&own);
@@ -303,10 +311,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         multiply_transposed(&self.delassus, x, y);
     }
 
-    /// Those of the contacts in use.
+    /// `X_i` and where it is not zero, of the contacts in use.
     #[inline]
-    fn whitened(&self) -> &[[[T; D]; N]] {
-        opaque(self.whitened.get(..self.contacts).unwrap_or_default())
+    fn whitened(&self) -> impl Iterator<Item = (&[[T; D]; N], Support)> {
+        let whitened = self.whitened.get(..self.contacts).unwrap_or_default();
+        opaque(whitened).iter().zip(self.supports.iter().copied())
     }
 
     /// From `g` to the `x` of `Uᵀ D⁻¹ x = g`, from which [`Self::contact_velocity`] and
@@ -330,14 +339,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             *scaled *= row.get(i).copied().unwrap_or(T::ZERO);
             energy += g * *scaled;
         }
-        for (u, whitened) in opaque_mut(u).iter_mut().zip(self.whitened()) {
+        let (scaled, last) = scaled.as_chunks::<GROUP>();
+        for (u, (whitened, support)) in opaque_mut(u).iter_mut().zip(self.whitened()) {
+            let (columns, rest) = whitened.as_chunks::<GROUP>();
             let mut sums = [T::ZERO; D];
-            for (columns, &g) in opaque(whitened).iter().zip(&scaled) {
+            for group in support.groups::<N>() {
                 rolled();
-                for (sum, &column) in sums.iter_mut().zip(columns) {
-                    *sum += column * g;
+                if let (Some(columns), Some(g)) = (columns.get(group), scaled.get(group)) {
+                    add_columns(columns, g, &mut sums);
                 }
             }
+            add_columns(rest, last, &mut sums);
             *u = sums;
         }
         energy
@@ -366,18 +378,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// Adds `Hᵀ r`, whitened, to `g`.
     #[inline(never)]
     fn add_whitened(&self, r: &[[T; D]], g: &mut [T; N]) {
-        for (&r, whitened) in opaque(r).iter().zip(self.whitened()) {
+        let (g, last) = g.as_chunks_mut::<GROUP>();
+        for (&r, (whitened, support)) in opaque(r).iter().zip(self.whitened()) {
             if r == [T::ZERO; D] {
                 continue;
             }
-            for (g, columns) in g.iter_mut().zip(opaque(whitened)) {
+            let (columns, rest) = whitened.as_chunks::<GROUP>();
+            for group in support.groups::<N>() {
                 rolled();
-                let mut sum = *g;
-                for (r, &column) in r.into_iter().zip(columns) {
-                    sum += r * column;
+                if let (Some(columns), Some(g)) = (columns.get(group), g.get_mut(group)) {
+                    add_products(columns, r, g);
                 }
-                *g = sum;
             }
+            add_products(rest, r, last);
         }
     }
 
@@ -409,6 +422,28 @@ fn set<T: Real, const D: usize, const C: usize>(
     }
 }
 
+/// `sums += Σ_j g_j column_j`
+#[inline]
+fn add_columns<T: Real, const D: usize>(columns: &[[T; D]], g: &[T], sums: &mut [T; D]) {
+    for (column, &g) in columns.iter().zip(g) {
+        for (sum, &entry) in sums.iter_mut().zip(column) {
+            *sum += entry * g;
+        }
+    }
+}
+
+/// `g_j += r · column_j`
+#[inline]
+fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D], g: &mut [T]) {
+    for (g, column) in g.iter_mut().zip(columns) {
+        let mut sum = *g;
+        for (r, &entry) in r.into_iter().zip(column) {
+            sum += r * entry;
+        }
+        *g = sum;
+    }
+}
+
 /// `Σ_k x_k y_kᵀ`
 #[inline]
 fn products<T: Real, const N: usize, const D: usize>(
@@ -428,6 +463,14 @@ fn products<T: Real, const N: usize, const D: usize>(
     sums
 }
 
+/// `sums_j += |column_j|²`
+#[inline]
+fn add_squares<T: Real, const D: usize>(columns: &[[T; D]], sums: &mut [T]) {
+    for (sum, column) in sums.iter_mut().zip(columns) {
+        *sum = column.iter().fold(*sum, |sum, &entry| sum + entry * entry);
+    }
+}
+
 /// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`, and how many
 /// dofs contacts move.
 ///
@@ -441,15 +484,22 @@ fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
 ) -> (T, usize) {
     // (HᵀH)_jj / M_jj
     let mut reach = [T::ZERO; N];
+    let (groups, last) = reach.as_chunks_mut::<GROUP>();
+    for (contact, support) in scene.supported() {
+        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+        for group in support.groups::<N>() {
+            rolled();
+            if let (Some(columns), Some(reach)) = (columns.get(group), groups.get_mut(group)) {
+                add_squares(columns, reach);
+            }
+        }
+        add_squares(rest, last);
+    }
     let mut largest = T::ZERO;
     let masses = scene.mass().data.0.iter();
-    let contacts = opaque(scene.contacts());
     for (j, (reach, masses)) in opaque_mut(&mut reach).iter_mut().zip(masses).enumerate() {
         rolled();
-        let columns = contacts.iter();
-        let columns = columns.filter_map(|contact| contact.jacobian.data.0.get(j));
-        let square = columns.flatten().fold(T::ZERO, |sum, &h| sum + h * h);
-        *reach = square / masses.get(j).copied().unwrap_or(T::ONE);
+        *reach /= masses.get(j).copied().unwrap_or(T::ONE);
         if *reach > largest {
             largest = *reach;
         }

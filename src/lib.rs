@@ -107,6 +107,7 @@ mod solution;
 mod solver;
 mod state;
 mod substitution;
+mod support;
 mod sweeping;
 pub mod time_stepping;
 

@@ -23,15 +23,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
     /// Do contacts with these impulses have more rows than they move dofs, by a contact at least? Then
     /// impulses are far from unique: what moves them may not move the bodies.
     pub(crate) fn is_hyperstatic(&self, r: &ContactVector<T, D, C>) -> bool {
-        self.is_redundant(self.laws().iter().zip(r).map(|(law, r)| {
+        let rows = self.laws().iter().zip(r).map(|(law, r)| {
             rolled();
             if *r == [T::ZERO; D] { 0 } else { law.rows() }
-        }))
+        });
+        self.is_redundant(rows.sum())
     }
 
     /// Do they have more even if one that slides, whose normal impulse tells the others, has one row?
     pub(crate) fn is_locked(&self, r: &ContactVector<T, D, C>) -> bool {
-        self.is_redundant(self.laws().iter().zip(r).map(|(law, r)| {
+        let rows = self.laws().iter().zip(r).map(|(law, r)| {
             rolled();
             let (impulse, pushes) = (SVector::from(*r), *r != [T::ZERO; D]);
             let (normal, tangent) = split(&impulse);
@@ -41,12 +42,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
             } else {
                 usize::from(pushes)
             }
-        }))
+        });
+        self.is_redundant(rows.sum())
     }
 
     /// Are so many rows more than the dofs they move, by a contact at least?
-    fn is_redundant(&self, rows: impl Iterator<Item = usize>) -> bool {
-        rows.sum::<usize>() >= self.factor.moved() + D
+    fn is_redundant(&self, rows: usize) -> bool {
+        rows >= self.factor.moved() + D
     }
 
     /// `alpha_i q_N` above which a contact clearly parts.
@@ -59,14 +61,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
     /// One that slides much faster than friction can hold goes on sliding. A normal velocity that is nothing beside the
     /// tangential one does not tell how hard a contact will be pressed.
     pub(crate) fn outlook(&self) -> Outlook {
-        if !self.is_redundant(self.laws().iter().map(Law::rows)) {
+        if !self.is_redundant(self.laws().iter().map(Law::rows).sum()) {
             return Outlook::Unique;
         }
+        let parting = self.parting();
         let (mut rows, mut demand, mut grip) = (0, T::ZERO, T::ZERO);
         for law in self.laws() {
             rolled();
             let (normal, tangent) = split(&law.free);
-            if law.step * normal > self.parting() {
+            if law.step * normal > parting {
                 continue;
             }
             let (slip, held) = (norm(tangent), -law.cone.friction() * normal);
@@ -81,7 +84,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
                 grip += law.step * held;
             }
         }
-        if !self.is_redundant([rows].into_iter()) {
+        if !self.is_redundant(rows) {
             Outlook::Unique
         } else if demand <= T::literal(0.75) * grip {
             Outlook::Held

@@ -11,10 +11,10 @@ use nalgebra::SVector;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refinement<T> {
     /// At most so many more pieces, as long as they are accepted.
-    left: usize,
+    left: u8,
     /// So many full steps may raise the energy. From the last solution to one in which a contact does
     /// something else, that is the way.
-    bold: usize,
+    bold: u8,
     /// Is the last linearisation worth another step?
     again: bool,
     /// Are sweeps to come before a new linearisation?
@@ -86,7 +86,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             return;
         }
         let accepted = again || self.step(search, workspace, &mut refinement);
-        refinement.left -= usize::from(refinement.left > 0);
+        refinement.left -= u8::from(refinement.left > 0);
         if accepted && refinement.left > 0 {
             self.phase = Phase::Refine(refinement);
             return;
@@ -149,7 +149,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         };
         let gone = step.and_then(|step| self.go(search, &step, rise));
         if gone == Some(T::ONE) {
-            refinement.bold -= usize::from(self.point.energy >= before && rise.is_some());
+            refinement.bold -= u8::from(self.point.energy >= before && rise.is_some());
             self.caution.relax();
             refinement.again = self.point.energy < before * T::literal(0.01);
         }

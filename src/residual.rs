@@ -5,10 +5,11 @@
 //! `alpha_i = D / trace(W_ii)`. It is the natural-map residual of FCLIB and Siconos made
 //! independent of units; 0/0 counts as 0. Sums are of squares, with one root at the end.
 
-use crate::cholesky::{BLOCK, opaque, opaque_mut, rolled};
+use crate::cholesky::{BLOCK, opaque, rolled};
 use crate::cone::square;
 use crate::problem::Law;
-use crate::{Contact, ContactMode, Real};
+use crate::support::GROUP;
+use crate::{ContactMode, Real, Scene};
 use core::hint::black_box;
 use nalgebra::SVector;
 
@@ -172,14 +173,14 @@ impl<T: Real> Momentum<T> {
 
 /// Evaluates the dynamics, and fills `u = H v + w`.
 #[inline(never)]
-pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
-    mass: &[[T; N]; N],
-    contacts: &[Contact<T, N, D>],
+pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<T, N, D, C>,
     f: &[T; N],
     v: &[T; N],
     r: &[[T; D]],
     u: &mut [[T; D]],
 ) -> Momentum<T> {
+    let mass = &scene.mass().data.0;
     // M v and Hᵀ r, dof by dof.
     let mut inertia = [T::ONE; N]; // all of it is overwritten, and zeros would call memset
     let mut pushed = [T::ZERO; N];
@@ -195,20 +196,22 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
             first += BLOCK;
         }
     }
-    for ((contact, r), u) in opaque(contacts).iter().zip(r).zip(u) {
+    let (groups, last) = v.as_chunks::<GROUP>();
+    let (places, place) = pushed.as_chunks_mut::<GROUP>();
+    for (((contact, support), r), u) in scene.supported().zip(r).zip(u) {
         rolled();
-        let r = *r;
         let mut velocity: [T; D] = contact.offset.into();
-        let columns = contact.jacobian.data.0.iter();
-        for ((&v, column), pushed) in v.iter().zip(columns).zip(opaque_mut(&mut pushed)) {
+        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+        for group in support.groups::<N>() {
             rolled();
-            let mut sum = *pushed;
-            for ((u, &h), r) in velocity.iter_mut().zip(column).zip(r) {
-                *u += h * v;
-                sum += h * r;
+            let columns = columns.get(group);
+            if let (Some(columns), Some(v), Some(pushed)) =
+                (columns, groups.get(group), places.get_mut(group))
+            {
+                both_products(columns, v, *r, &mut velocity, pushed);
             }
-            *pushed = sum;
         }
+        both_products(rest, last, *r, &mut velocity, place);
         *u = velocity;
     }
     let mut momentum = Momentum::of(f, &inertia, &pushed, T::ONE);
@@ -223,6 +226,25 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize>(
         momentum = Momentum::of(f, &inertia, &pushed, unit(largest));
     }
     momentum
+}
+
+/// Adds columns of `H`, times `v`, to `u`, and `Hᵀ r` to what is pushed.
+#[inline]
+fn both_products<T: Real, const D: usize>(
+    columns: &[[T; D]],
+    v: &[T],
+    r: [T; D],
+    u: &mut [T; D],
+    pushed: &mut [T],
+) {
+    for ((column, &v), pushed) in columns.iter().zip(v).zip(pushed) {
+        let mut sum = *pushed;
+        for ((u, &h), r) in u.iter_mut().zip(column).zip(r) {
+            *u += h * v;
+            sum += h * r;
+        }
+        *pushed = sum;
+    }
 }
 
 /// `R` entries of `M v` from row `first` on.

@@ -1,6 +1,7 @@
 //! The scene: generalised mass matrix and contacts, checked as they come in.
 
 use crate::cholesky::{opaque, rolled};
+use crate::support::Support;
 use crate::{Error, FrictionCone, Input, Real};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -75,6 +76,8 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 pub struct Scene<T, const N: usize, const D: usize, const C: usize> {
     mass: SMatrix<T, N, N>,
     contacts: [Contact<T, N, D>; C],
+    /// Of their Jacobians.
+    supports: [Support; C],
     /// Contacts in use.
     count: usize,
 }
@@ -87,6 +90,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         Self {
             mass: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; N]; N])),
             contacts: [const { Contact::none() }; C],
+            supports: [Support::none(); C],
             count: 0,
         }
     }
@@ -101,6 +105,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         Self {
             mass,
             contacts,
+            supports: [Support::all(); C],
             count: C,
         }
     }
@@ -143,6 +148,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         }
         slot.clone_from(contact);
         self.count += 1;
+        self.support(index);
         Ok(index)
     }
 
@@ -162,6 +168,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     ) -> Result<(), Error> {
         check_finite(jacobian, Input::Jacobian { contact })?;
         self.contact_mut(contact)?.jacobian.copy_from(jacobian);
+        self.support(contact);
         Ok(())
     }
 
@@ -196,6 +203,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             .ok_or(Error::NoSuchContact { contact })
     }
 
+    /// Finds out what a Jacobian moves.
+    fn support(&mut self, contact: usize) {
+        let supports = self.supports.get_mut(contact);
+        if let (Some(support), Some(contact)) = (supports, self.contacts.get(contact)) {
+            let columns = opaque(&contact.jacobian.data.0).iter().enumerate();
+            let moved = columns.filter(|(_, column)| **column != [T::ZERO; D]);
+            *support = Support::of::<N>(moved.map(|(dof, _)| dof));
+        }
+    }
+
     /// The generalised mass matrix `M`.
     #[must_use]
     pub const fn mass(&self) -> &SMatrix<T, N, N> {
@@ -206,6 +223,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     #[must_use]
     pub fn contacts(&self) -> &[Contact<T, N, D>] {
         self.contacts.get(..self.count).unwrap_or_default()
+    }
+
+    /// The contacts, each with where its Jacobian has entries.
+    #[inline]
+    pub(crate) fn supported(&self) -> impl Iterator<Item = (&Contact<T, N, D>, Support)> {
+        let contacts = opaque(self.contacts()).iter();
+        contacts.zip(self.supports.iter().copied())
     }
 }
 

@@ -22,11 +22,11 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// The error of an iterate is looked at when the square of its cheap estimate is below this.
     gate: T,
     /// Corrections of `q`, see [`Search::consider`], and what it was at the last pause.
-    corrections: usize,
+    corrections: u8,
     free: ContactVector<T, D, C>,
     /// The best natural map when it last halved, and the failures since.
     milestone: Option<T>,
-    failures: usize,
+    failures: u8,
     /// The impulses have run away.
     lost: bool,
 }
@@ -253,7 +253,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Search<'s,
             self.record.milestone = Some(best);
             self.record.failures = 0;
         }
-        self.record.failures += 1;
+        self.record.failures = self.record.failures.saturating_add(1);
         if self.record.failures > 10 && best < T::literal(256.0) * T::EPSILON {
             self.stop(Status::PrecisionLimit);
         }

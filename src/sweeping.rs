@@ -95,17 +95,17 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         // Of rest the natural map says nothing.
         let first = sweeping.rests && sweeping.done == 1;
         let rate = if first { T::ZERO } else { here / last };
-        let (problem, slow) = (&search.problem, rate > T::literal(0.5));
+        let (problem, half) = (&search.problem, T::literal(0.5));
         let hyperstatic = problem.is_hyperstatic(impulse);
         let locked = hyperstatic && problem.is_locked(impulse);
-        let fast = rate < T::literal(0.5) && sweeping.done < if locked { 2 } else { 3 };
+        let fast = rate < half && sweeping.done < if locked { 2 } else { 3 };
         let (square, tolerance) = (rate * rate, search.tolerance());
         let in_reach = here * square * square * rate <= tolerance && sweeping.done < 20;
         if here > tolerance && (fast || in_reach) {
             return;
         }
         let rests = sweeping.rests;
-        let far = locked || slow && (hyperstatic || here > T::literal(0.1));
+        let far = locked || rate > half && (hyperstatic || here > T::literal(0.1));
         if let Some(bar) = sweeping.bar {
             self.end_side_branch(search, here < bar);
         } else if rests && far {

@@ -40,7 +40,7 @@ proptest! {
         problem.fill();
         let (mass, contacts) = (&scene.mass().data.0, scene.contacts());
         let mut u = [[0.0; D]; 2];
-        let momentum = residual::momentum(mass, contacts, &f, &v, &r, &mut u);
+        let momentum = residual::momentum(&scene, &f, &v, &r, &mut u);
         let cheap = bound::<_, N, D, 2>(problem.laws(), mass, contacts, &v, &r, &momentum);
         let sums = count::<_, N, D, 2>(mass, contacts, &f, &v, &r, momentum.unit);
         let more = 1.0 + 1e-9;
@@ -62,7 +62,7 @@ fn velocities_of_which_squares_vanish_are_bounded() {
     let mut problem = Problem::new(&scene, &factor, &f, SlipUpdate::EveryIteration);
     problem.fill();
     let (mass, [f]) = (&scene.mass().data.0, f.data.0);
-    let momentum = residual::momentum::<_, 2, 1>(mass, &[], &f, &v, &[], &mut []);
+    let momentum = residual::momentum(&scene, &f, &v, &[], &mut []);
     let cheap = bound::<_, 2, 1, 1>(problem.laws(), mass, &[], &v, &[], &momentum);
     let sums = count::<_, 2, 1, 1>(mass, &[], &f, &v, &[], momentum.unit);
     assert!(sums.momentum > 0.0 && sums.momentum <= cheap.momentum);
