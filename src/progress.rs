@@ -381,8 +381,15 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         })
     }
 
+    /// Ends a call.
+    #[inline(never)]
+    pub(crate) fn finish<const N: usize>(&self, search: &mut Search<'_, '_, T, N, D, C>) {
+        search.finish(&self.impulse());
+        search.doubt();
+    }
+
     /// `r` as it stands.
-    pub(crate) fn impulse(&self) -> [[T; D]; C] {
+    fn impulse(&self) -> [[T; D]; C] {
         let mut impulse = [[T::ZERO; D]; C];
         for (impulse, (_, r)) in impulse.iter_mut().zip(self.contacts()) {
             rolled();

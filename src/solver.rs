@@ -141,8 +141,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
             self.progress
                 .advance(&mut search, factor, &mut self.workspace);
         }
-        search.finish(&self.progress.impulse());
-        search.doubt();
+        self.progress.finish(&mut search);
         let contacts = self.progress.contacts();
         self.state.keep(scene.contacts(), contacts, resumed);
         Ok(&self.solution)
