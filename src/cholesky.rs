@@ -86,7 +86,8 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
 /// How many entries of a row, of a solution or of a product are found at a time: their sums stay in registers.
 pub(crate) const BLOCK: usize = 6;
 
-/// Factorises `a` into `u`; what the upper triangle of `u` holds then is undefined.
+/// Factorises `a` into `u`; what the upper triangle of `u` holds then is undefined. Writes down the last row with an entry
+/// in each column.
 ///
 /// Fails with the row of the first pivot, from the last row on, that is not above `floor` times
 /// the diagonal of `a`.
@@ -95,11 +96,13 @@ pub(crate) fn factorise<T: Real, const N: usize>(
     a: &[[T; N]; N],
     floor: T,
     u: &mut [[T; N]; N],
+    reach: &mut [usize; N],
 ) -> Result<(), usize> {
     for k in (0..N).rev() {
         let (above, below) = u.split_at_mut_checked(k + 1).ok_or(k)?;
         let (row, source) = (above.last_mut().ok_or(k)?, a.get(k).ok_or(k)?);
         let below = reaching(below, k);
+        *reach.get_mut(k).ok_or(k)? = k + below.len();
         let mut next = 0;
         while next <= k {
             if N < BLOCK {

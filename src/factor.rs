@@ -241,7 +241,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         self.contacts = 0;
         let mass = &scene.mass().data.0; // symmetric: columns are rows
         let floor = T::literal(32.0) * T::EPSILON;
-        factorise(mass, floor, &mut self.mass)
+        let mut reach = [usize::MAX; N]; // zeros would call memset
+        factorise(mass, floor, &mut self.mass, &mut reach)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.measure_uncertainty(mass);
         self.contacts = scene.contacts().len();
@@ -253,7 +254,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             };
             let transpose = &contact.jacobian.data.0; // D rows in N columns
             scaled.clear();
-            solve_upper_block(&self.mass, transpose, whitened, &mut scaled);
+            solve_upper_block(&self.mass, &reach, transpose, whitened, &mut scaled);
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
                 rolled();
                 let block = products(&scaled, y);

@@ -211,7 +211,7 @@ impl<T: Real, const C: usize> Gram<T, C> {
             }
         }
         let mut factor = [[T::ZERO; C]; C];
-        factorise(&matrix, T::ZERO, &mut factor).ok()?;
+        factorise(&matrix, T::ZERO, &mut factor, &mut [0; C]).ok()?;
         solve(&factor, &mut x);
         let mut solution = [T::ZERO; C];
         for (&i, &x) in opaque(support).iter().zip(&x) {

@@ -61,19 +61,30 @@ pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
     row: &'a [T; N],
 }
 
-/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides side by side. Gives the rows of `D⁻¹ y` that are not
-/// zero, the last one first.
+/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides side by side, with the last row of `U` that has an entry in each
+/// column. Gives the rows of `D⁻¹ y` that are not zero, the last one first.
 #[inline(never)]
 pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     u: &'a [[T; N]; N],
+    reach: &[usize; N],
     b: &[[T; K]; N],
     y: &mut [[T; K]; N],
     scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
 ) {
-    for (place, ((y, b), row)) in y.iter_mut().zip(b).zip(u).enumerate().rev() {
+    let rows = y.iter_mut().zip(b).zip(u.iter().zip(reach));
+    for (place, ((y, b), (row, &last))) in rows.enumerate().rev() {
         rolled();
         let mut sums = *b;
-        for Scaled { entry, row, .. } in &*scaled {
+        // Rows behind the last have no entry here.
+        let mut known = scaled.as_slice();
+        if known.first().is_some_and(|row| row.place > last) {
+            let near = known.iter().rev().take_while(|row| row.place <= last);
+            known = known
+                .split_at_checked(known.len() - near.count())
+                .unwrap_or_default()
+                .1;
+        }
+        for Scaled { entry, row, .. } in known {
             rolled();
             let u = row.get(place).copied().unwrap_or(T::ZERO);
             for (sum, &entry) in sums.iter_mut().zip(entry) {

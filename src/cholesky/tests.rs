@@ -23,7 +23,7 @@ fn systems() -> impl Strategy<Value = (DMatrix<f64>, DVector<f64>)> {
 /// The factor, whose upper triangle is no part of it, or the row of the first pivot that is none.
 fn factor<const N: usize>(a: &[[f64; N]; N], floor: f64) -> Result<[[f64; N]; N], usize> {
     let mut u = [[f64::NAN; N]; N];
-    factorise(a, floor, &mut u).map(|()| u)
+    factorise(a, floor, &mut u, &mut [0; N]).map(|()| u)
 }
 
 /// The same and a solve, for a matrix of any size.
