@@ -36,6 +36,8 @@ pub(crate) fn opaque_mut<T>(slice: &mut [T]) -> &mut [T] {
 
 /// Keeps the loop around it from being unrolled where flash counts, at no instruction: a compiler
 /// unrolls loops over dofs or contacts fourfold, which makes them larger and hardly faster.
+///
+/// (For the same target functions stay one copy each with a stack frame of its own: `inline(never)`.)
 #[inline]
 pub(crate) fn rolled() {
     if cfg!(target_os = "none") {

@@ -10,7 +10,7 @@ use crate::{ContactSolution, Real, Solution};
 impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
     /// The error of a velocity and an impulse, and what rounding may hide of it: in `W`, which measures
     /// steps and sizes, in the sums, and here.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn error(
         &self,
         momentum: &Momentum<T>,
@@ -29,7 +29,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
     }
 
     /// [`Self::error`] with as fine a bound on rounding as there is.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn finer_error(
         &self,
         momentum: &Momentum<T>,
@@ -45,7 +45,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
 
     /// Writes velocity, contacts and error of an impulse into a solution. The error has a bound on
     /// rounding in it, as fine as is needed to find that it is below a tolerance.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn evaluate(
         &self,
         r: &ContactVector<T, D, C>,

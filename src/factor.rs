@@ -162,9 +162,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// up to three fifths of the work (the more, the more contact rows a dof), and which most solves
     /// do without.
     ///
-    /// A solve that needs it computes it for itself, and its solution has the same bits: a cold start
-    /// where contacts have more rows than they move dofs, or sweeps that fail. [`crate::AdmmSolver`] always needs it;
-    /// it takes the factor after [`Self::set_penalty`].
+    /// A solve that needs it computes it for itself, and its solution has the same bits: a cold start where contacts have
+    /// more rows than they move dofs and may slip or hold, or sweeps or a guess that fail. [`crate::AdmmSolver`]
+    /// always needs it; it takes the factor after [`Self::set_penalty`].
     ///
     /// # Errors
     /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` or `W` overflows.
@@ -236,7 +236,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         }
     }
 
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn compute_delassus(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.contacts = 0;
         let mass = &scene.mass().data.0; // symmetric: columns are rows
@@ -326,7 +326,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     }
 
     /// `H M⁻¹ g` for a `g` that was whitened. Returns `gᵀ M⁻¹ g`.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut ContactVector<T, D, C>) -> T {
         let mut scaled = *g;
         let mut energy = T::ZERO;
@@ -358,7 +358,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
 
     /// `W_NN d` for one `d_i` a contact, and `|H_Nᵀ d|` in the norm of `M⁻¹`; by way of `H_Nᵀ d`,
     /// so that both are small where that is.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn normal_products(&self, d: &[T; C]) -> ([T; C], T) {
         let mut momentum = [T::ZERO; N];
         let mut impulse = [[T::ZERO; D]; C];
@@ -377,7 +377,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     }
 
     /// Adds `Hᵀ r`, whitened, to `g`.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn add_whitened(&self, r: &[[T; D]], g: &mut [T; N]) {
         let (g, last) = g.as_chunks_mut::<GROUP>();
         for (&r, (whitened, support)) in opaque(r).iter().zip(self.whitened()) {
@@ -479,7 +479,7 @@ fn add_squares<T: Real, const D: usize>(columns: &[[T; D]], sums: &mut [T]) {
 /// mass; the units of the dofs, and dofs that no contact moves, do not matter. The geometric mean
 /// serves stacks of unlike bodies, where the trace of `W` sees only the lightest; taken over binary
 /// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
 ) -> (T, usize) {

@@ -13,7 +13,7 @@ use nalgebra::SVector;
 pub(crate) enum Outlook {
     /// Impulses that are nearly unique.
     Unique,
-    /// Impulses that are not, well within their cones.
+    /// Impulses that are not, and nothing that speaks against contacts that stick.
     Held,
     /// Impulses that are not.
     Unclear,

@@ -69,7 +69,7 @@ pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize>
 
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T, N, D, C> {
     /// What can be wrong with the data of a solve.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check(
         scene: &Scene<T, N, D, C>,
         factor: &Factor<T, N, D, C>,
@@ -116,7 +116,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     }
 
     /// The free motion and the laws of the contacts.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn fill(&mut self) {
         let (f, factor) = (opaque(self.f.as_slice()), self.factor);
         for (push, &f) in self.whitened.iter_mut().zip(f) {
@@ -150,7 +150,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     }
 
     /// Fills `u = W r + q`; returns the first part of the error.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn natural_map(
         &self,
         r: &ContactVector<T, D, C>,
@@ -222,7 +222,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
 }
 
 /// `|alpha q|`
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 fn size<T: Real, const D: usize>(laws: &[Law<T, D>]) -> T {
     let laws = opaque(laws);
     let mut largest = T::ZERO;

@@ -185,7 +185,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     }
 
     /// One iteration of Algorithm 2, `left` of which are left.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn iterate<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
@@ -214,7 +214,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     }
 
     /// Computes a resolvent of this solve's own, in the place of the last linearisation.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn resolve<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
@@ -263,7 +263,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     }
 
     /// Starts Algorithm 2 at the point.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn approach<const N: usize>(
         &mut self,
         factor: &Factor<T, N, D, C>,
@@ -286,7 +286,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     }
 
     /// From the last iterates of Algorithm 2 to a point.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn arrive<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
         let targets = self.point.velocity.iter_mut();
         let targets = targets.zip(&mut self.point.impulse);
@@ -333,7 +333,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     }
 
     /// What Newton leaves goes back to ADMM, with penalties that its residuals balance.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn recover<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
@@ -382,7 +382,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     }
 
     /// Ends a call.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish<const N: usize>(&self, search: &mut Search<'_, '_, T, N, D, C>) {
         search.finish(&self.impulse());
         search.doubt();

@@ -30,7 +30,7 @@ pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
 
 /// A power of two that brings the largest of some numbers near 1, so that their squares neither
 /// overflow nor vanish.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn unit<T: Real>(largest: T) -> T {
     if largest > T::ZERO && largest.is_finite() {
         T::power_of_two(-largest.exponent())
@@ -62,7 +62,7 @@ fn argument<T: Real, const D: usize>(
 }
 
 /// What a contact does, read off the argument of the natural map.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn mode<T: Real, const D: usize>(
     law: &Law<T, D>,
     u: &SVector<T, D>,
@@ -81,7 +81,7 @@ pub(crate) fn mode<T: Real, const D: usize>(
 ///
 /// `size = |alpha q|`. What `noise` has bounds what rounding did to each `u_i`, (m/s)²; it is
 /// counted as part of the error.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn natural_map<T: Real, const D: usize>(
     laws: &[Law<T, D>],
     size: T,
@@ -123,7 +123,7 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
 }
 
 /// [`natural_map`] without impulses: `|Π_K(-alpha û)| / |alpha q|` at `u = q`.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn natural_map_at_rest<T: Real, const D: usize>(laws: &[Law<T, D>], size: T) -> T {
     let laws = opaque(laws);
     let unit = unit(size);
@@ -148,7 +148,7 @@ pub(crate) struct Momentum<T> {
 
 impl<T: Real> Momentum<T> {
     /// From `f`, `M v` and `Hᵀ r`.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn of<const N: usize>(f: &[T; N], inertia: &[T; N], pushed: &[T; N], unit: T) -> Self {
         let [mut residual, mut size_f, mut size_v, mut size_r] = [T::ZERO; 4];
         for ((&f, &inertia), &pushed) in opaque(f).iter().zip(inertia).zip(pushed) {
@@ -176,7 +176,7 @@ impl<T: Real> Momentum<T> {
 }
 
 /// Evaluates the dynamics, and fills `u = H v + w`.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
     f: &[T; N],

@@ -21,7 +21,7 @@ pub(crate) struct Rounding<T, const C: usize> {
 }
 
 /// Bounds on the sums of magnitudes.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize>(
     laws: &[Law<T, D>],
     mass: &[[T; N]; N],
@@ -62,7 +62,7 @@ pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize>(
 }
 
 /// The sums of magnitudes themselves.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn count<T: Real, const N: usize, const D: usize, const C: usize>(
     mass: &[[T; N]; N],
     contacts: &[Contact<T, N, D>],

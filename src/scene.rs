@@ -110,7 +110,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         }
     }
 
-    /// Sets the generalised mass matrix `M` (`N × N`; kg, kg m, kg m² by the units of the dofs).
+    /// Sets the generalised mass matrix `M` (`N × N`; kg, kg m, kg m² by the units of the dofs). A stored factor of another
+    /// one has to be computed anew, see [`Self::set_jacobian`].
     ///
     /// # Errors
     /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] beyond `sqrt(eps)` of the diagonal.
@@ -157,7 +158,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         self.count = 0;
     }
 
-    /// Replaces the Jacobian `H_i` of a contact (`D × N`); a stored factor does not, compute it anew.
+    /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor does not: with one of another `M` or `H` nothing
+    /// that a solve says holds, so compute it anew.
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].

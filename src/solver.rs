@@ -78,6 +78,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     /// is), with that error, and [`Self::resume`] goes on. (Another `solve` begins anew, with a warm start
     /// where that is any good; a budget that is always too small for it never gets there.)
     ///
+    /// The factor has to be that of the scene's `M` and `H`. That it is one of as many contacts is all that is
+    /// checked: sizes and steps of the error are those of its `W`.
+    ///
     /// # Errors
     /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`].
     pub fn solve(

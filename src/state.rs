@@ -71,7 +71,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
         moved.then(|| self.reorder(contacts))
     }
 
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn reorder<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) -> [usize; C] {
         let mut last = mem::replace(&mut self.contacts, [None; C]);
         let mut places = [C; C];
@@ -137,7 +137,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     ///
     /// Where impulses are unique they go on to change as they did. (Hyperstatic ones may change without
     /// effect, and would be carried to the edges of the cones: they stay as they were.)
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn start<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
@@ -170,7 +170,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
 
     /// Moves a point from the last impulses to where they go on to, or where it makes no difference to where they
     /// were: a body at rest shall stay there, and not follow the errors of its impulses.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn go_on<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
@@ -189,7 +189,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     }
 
     /// The last impulses, or what they are if they go `onwards` as they did.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn impulses<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
@@ -211,7 +211,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and `z` as
     /// it was. The one with the least error is taken. (The energy is a poor judge: where a heavy body
     /// stands on a light one it sees only the light one.)
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn stay<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
@@ -239,7 +239,7 @@ impl<T: Real, const D: usize, const C: usize> State<T, D, C> {
     }
 
     /// Moves a point to `z = ũ - r / rho_i` as it was.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn look_back<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,

@@ -6,7 +6,7 @@ use core::hint::black_box;
 use heapless::Vec;
 
 /// Solves `Uᵀ D⁻¹ y = b` in place.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
     let mut end = black_box(N);
     while end > 0 {
@@ -63,7 +63,7 @@ pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
 
 /// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides side by side, with the last row of `U` that has an entry in each
 /// column. Gives the rows of `D⁻¹ y` that are not zero, the last one first.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     u: &'a [[T; N]; N],
     reach: &[usize; N],
@@ -103,7 +103,7 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
 }
 
 /// Solves `U x = y` in place.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
     let (mut next, end) = (0, black_box(N));
     while next < end {

@@ -34,7 +34,7 @@ impl<T: Real, const C: usize> Sweeping<T, C> {
 
 impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// Begins sweeps at the point.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn begin_sweeps(&mut self) {
         self.sweeping = Sweeping {
             rests: self.point.impulse == [[T::ZERO; D]; C],
@@ -44,7 +44,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     }
 
     /// Begins sweeps at rest, which have to find something far better than what is here.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn sweep_from_rest<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
         let bar = self.point.natural_map * T::literal(0.1);
         self.aside = Some((self.point.velocity, self.point.impulse));
@@ -54,7 +54,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     }
 
     /// Goes where 20 more sweeps lead than the last time.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn sweep_aside<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
         self.point.impulse = self.swept;
         let (impulse, relative) = (&self.point.impulse, &mut self.point.relative);
@@ -75,7 +75,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
 
     /// One sweep. A Newton step costs as much as five: they go on while they are fast, or while five
     /// more at this rate reach the end.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn sweep_on<const N: usize>(
         &mut self,
         search: &mut Search<'_, '_, T, N, D, C>,
@@ -153,7 +153,7 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     }
 
     /// The point that has these impulses and `u`.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn make_point<const N: usize>(&mut self, search: &Search<'_, '_, T, N, D, C>) {
         self.lift(search);
         self.point.rebuild(search.problem, self.balance.scale);

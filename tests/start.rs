@@ -50,12 +50,18 @@ fn what_slides_is_swept() -> Result<(), Error> {
         assert_eq!([steps, resolvents], [0, 0], "{name}");
         assert!(iterations <= 2 * 3, "{name}: {iterations}");
     }
+    // As long as sweeps are fast: one that slides has one row.
+    for name in ["conveyor_box", "box_slide_spin", "wedge_between_walls"] {
+        let [iterations, steps, resolvents] = cold(&bundled(name), 1e-9)?;
+        assert_eq!([steps, resolvents], [1, 0], "{name}");
+        assert!(iterations <= 2 * 4, "{name}: {iterations}");
+    }
     Ok(())
 }
 
 #[test]
 fn what_may_do_either_starts_with_admm() -> Result<(), Error> {
-    for name in ["slope_box_limit", "box_slip_to_stick"] {
+    for name in ["slope_box_limit", "slope_box_slip", "box_slip_to_stick"] {
         assert_eq!(cold(&bundled(name), 1e-6)?, [5, 1, 1], "{name}");
     }
     Ok(())

@@ -78,7 +78,19 @@ fn a_jacobian_is_replaced_by_one_with_other_columns() -> Result<(), Error> {
         fresh.push(&contact(leg(first)))?;
         replaced.set_jacobian(0, &leg(first))?;
         factor.update(&replaced)?;
-        let expected = solve(&fresh, &Factor::new(&fresh)?, push)?;
+        let complete = Factor::new(&fresh)?;
+        let found = complete
+            .parts()
+            .expect("all contacts and a resolvent")
+            .delassus;
+        let inverse = mass.try_inverse().expect("positive definite");
+        let wanted = leg(first) * inverse * leg(first).transpose();
+        for (row, [entries]) in found[0].iter().enumerate() {
+            for (column, entry) in entries.iter().enumerate() {
+                assert!((entry - wanted[(row, column)]).abs() < 1e-12);
+            }
+        }
+        let expected = solve(&fresh, &complete, push)?;
         let found = solve(&replaced, &factor, push)?;
         assert_eq!(found.velocity, expected.velocity);
         assert_eq!(found.contacts, expected.contacts);
