@@ -92,7 +92,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set(
         &mut self,
         law: &Law<T, D>,

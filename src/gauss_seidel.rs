@@ -22,7 +22,7 @@ use core::ops::Range;
 
 /// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
 /// `u = W r + q`. The `λ` of each contact is sought near where the last one was.
-#[cfg_attr(target_os = "none", inline(never))]
+#[inline(never)]
 pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
     problem: &Problem<'_, T, N, D, C>,
     impulse: &mut ContactVector<T, D, C>,
@@ -60,7 +60,7 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
 }
 
 /// Keeps `u = W r + q` in some of its rows when a contact, of these rows of `W`, takes back an impulse.
-#[cfg_attr(target_os = "none", inline(never))]
+#[inline(never)]
 fn take_back<T: Real, const D: usize, const C: usize>(
     relative: &mut ContactVector<T, D, C>,
     back: &[T; D],

@@ -52,7 +52,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
     }
 
     /// Goes to rest, from where sweeps or ADMM set off: `z`, and what follows from it, stay as they are.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rest<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
         self.velocity = [zeros(); C];
         self.impulse = [[T::ZERO; D]; C];
@@ -61,7 +61,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
     }
 
     /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = scale alpha_i`.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rebuild<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
         let sources = self.velocity.iter().zip(&self.impulse);
         let contacts = self.z.iter_mut().zip(sources);
@@ -84,7 +84,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
     }
 
     /// Evaluates what follows from `z`, with `rho_i = scale alpha_i`.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn update<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
         let laws = problem.laws();
         let targets = self.velocity.iter_mut();
