@@ -52,48 +52,73 @@ fn a_contact_moves_its_dofs_wherever_they_are() -> Result<(), Error> {
     Ok(())
 }
 
-/// A foot that becomes another one, of a robot with a base of six dofs and four legs.
+const N: usize = 18;
+
+/// A mass matrix with entries where dofs are coupled.
+fn mass(are_coupled: impl Fn(usize, usize) -> bool) -> SMatrix<f64, N, N> {
+    SMatrix::from_fn(|i, j| match (i == j, are_coupled(i, j)) {
+        (true, _) => 4.0,
+        (_, true) => 0.125,
+        _ => 0.0,
+    })
+}
+
+/// Of a base of six dofs with four legs.
+fn robot() -> SMatrix<f64, N, N> {
+    mass(|i, j| i < 6 || j < 6)
+}
+
+/// The dofs of a leg, or of half a body, and six others.
+fn pair(first: usize, other: usize) -> SMatrix<f64, 3, N> {
+    limb(first) + limb(other) + limb(other + 3)
+}
+
+/// A foot that becomes another one.
 #[test]
 fn a_jacobian_is_replaced_by_one_with_other_columns() -> Result<(), Error> {
-    const N: usize = 18;
-    let mass = SMatrix::<f64, N, N>::from_fn(|i, j| {
-        let coupled = i < 6 || j < 6;
-        if i == j {
-            4.0
-        } else if coupled {
-            0.125
-        } else {
-            0.0
-        }
-    });
-    let leg = |first: usize| limb::<N>(first) + limb::<N>(0) + limb::<N>(3);
     let push = SVector::from_fn(|i, _| if i % 3 == 0 { -2.0 } else { 0.25 });
-    let mut replaced = Scene::<f64, N, 3, 1>::new();
-    replaced.set_mass(&mass)?;
-    replaced.push(&contact(leg(6)))?;
+    let mut replaced = Scene::new();
+    replaced.set_mass(&robot())?;
+    replaced.push(&contact(pair(6, 0)))?;
     let mut factor = Factor::new(&replaced)?;
     for first in [9, 12, 15, 6] {
-        let mut fresh = Scene::<f64, N, 3, 1>::new();
-        fresh.set_mass(&mass)?;
-        fresh.push(&contact(leg(first)))?;
-        replaced.set_jacobian(0, &leg(first))?;
+        let mut fresh = Scene::new();
+        fresh.set_mass(&robot())?;
+        fresh.push(&contact(pair(first, 0)))?;
+        replaced.set_jacobian(0, &pair(first, 0))?;
         factor.update(&replaced)?;
-        let complete = Factor::new(&fresh)?;
-        let found = complete
-            .parts()
-            .expect("all contacts and a resolvent")
-            .delassus;
-        let inverse = mass.try_inverse().expect("positive definite");
-        let wanted = leg(first) * inverse * leg(first).transpose();
-        for (row, [entries]) in found[0].iter().enumerate() {
-            for (column, entry) in entries.iter().enumerate() {
-                assert!((entry - wanted[(row, column)]).abs() < 1e-12);
-            }
-        }
-        let expected = solve(&fresh, &complete, push)?;
+        let expected = solve(&fresh, &Factor::new(&fresh)?, push)?;
         let found = solve(&replaced, &factor, push)?;
         assert_eq!(found.velocity, expected.velocity);
         assert_eq!(found.contacts, expected.contacts);
+    }
+    Ok(())
+}
+
+/// `W = H M⁻¹ Hᵀ`, for the feet of a robot and for bodies of a pile, which are not coupled.
+#[test]
+fn the_delassus_operator_is_that_of_dense_matrices() -> Result<(), Error> {
+    let pile = mass(|i, j| i.div_euclid(6) == j.div_euclid(6));
+    let cases = [
+        (robot(), [pair(6, 0), pair(9, 0), pair(15, 0)]),
+        (pile, [pair(3, 6), pair(3, 12), pair(9, 12)]),
+    ];
+    for (mass, jacobians) in cases {
+        let inverse = mass.try_inverse().expect("positive definite");
+        let mut scene = Scene::<f64, N, 3, 3>::new();
+        scene.set_mass(&mass)?;
+        for jacobian in jacobians {
+            scene.push(&contact(jacobian))?;
+        }
+        let parts = Factor::new(&scene)?.parts();
+        let found = parts.expect("all contacts and a resolvent").delassus;
+        for (rows, left) in found.iter().zip(jacobians) {
+            for (column, right) in jacobians.iter().enumerate() {
+                let wanted = left * inverse * right.transpose();
+                let block = SMatrix::from_fn(|i, j| rows[i][column][j]);
+                assert!((block - wanted).norm() < 1e-12, "{block} {wanted}");
+            }
+        }
     }
     Ok(())
 }
