@@ -14,7 +14,7 @@ use crate::contact_space::{ContactMatrix, ContactVector, block, inverse, multipl
 use crate::residual::larger;
 use crate::resolvent::{Resolvent, is_usable};
 use crate::substitution::{Scaled, solve_lower, solve_upper, solve_upper_block};
-use crate::support::{GROUP, Support};
+use crate::support::{GROUP, Support, add_columns, add_products};
 use crate::{Error, Real, Scene};
 use heapless::Vec;
 
@@ -420,28 +420,6 @@ fn set<T: Real, const D: usize, const C: usize>(
         && let Some(block) = row.get_mut(j)
     {
         *block = entries;
-    }
-}
-
-/// `sums += Σ_j g_j column_j`
-#[inline]
-fn add_columns<T: Real, const D: usize>(columns: &[[T; D]], g: &[T], sums: &mut [T; D]) {
-    for (column, &g) in columns.iter().zip(g) {
-        for (sum, &entry) in sums.iter_mut().zip(column) {
-            *sum += entry * g;
-        }
-    }
-}
-
-/// `g_j += r · column_j`
-#[inline]
-fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D], g: &mut [T]) {
-    for (g, column) in g.iter_mut().zip(columns) {
-        let mut sum = *g;
-        for (r, &entry) in r.into_iter().zip(column) {
-            sum += r * entry;
-        }
-        *g = sum;
     }
 }
 

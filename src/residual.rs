@@ -8,7 +8,7 @@
 use crate::cholesky::{BLOCK, opaque, rolled};
 use crate::cone::square;
 use crate::problem::Law;
-use crate::support::GROUP;
+use crate::support::{GROUP, add_columns, add_products};
 use crate::{ContactMode, Real, Scene};
 use core::hint::black_box;
 use nalgebra::SVector;
@@ -210,10 +210,12 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
             if let (Some(columns), Some(v), Some(pushed)) =
                 (columns, groups.get(group), places.get_mut(group))
             {
-                both_products(columns, v, *r, &mut velocity, pushed);
+                add_columns(columns, v, &mut velocity);
+                add_products(columns, *r, pushed);
             }
         }
-        both_products(rest, last, *r, &mut velocity, place);
+        add_columns(rest, last, &mut velocity);
+        add_products(rest, *r, place);
         *u = velocity;
     }
     let mut momentum = Momentum::of(f, &inertia, &pushed, T::ONE);
@@ -228,25 +230,6 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
         momentum = Momentum::of(f, &inertia, &pushed, unit(largest));
     }
     momentum
-}
-
-/// Adds columns of `H`, times `v`, to `u`, and `Hᵀ r` to what is pushed.
-#[inline]
-fn both_products<T: Real, const D: usize>(
-    columns: &[[T; D]],
-    v: &[T],
-    r: [T; D],
-    u: &mut [T; D],
-    pushed: &mut [T],
-) {
-    for ((column, &v), pushed) in columns.iter().zip(v).zip(pushed) {
-        let mut sum = *pushed;
-        for ((u, &h), r) in u.iter_mut().zip(column).zip(r) {
-            *u += h * v;
-            sum += h * r;
-        }
-        *pushed = sum;
-    }
 }
 
 /// `R` entries of `M v` from row `first` on.

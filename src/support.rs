@@ -4,6 +4,7 @@
 //! them on a quadruped. Products with the Jacobian take three columns at a time, as joints and bodies come, and leave
 //! out those that are all zero.
 
+use crate::Real;
 use crate::cholesky::rolled;
 use core::iter::from_fn;
 
@@ -61,6 +62,28 @@ impl Support {
             usize::try_from(group).ok()
         });
         known.chain(KNOWN..count)
+    }
+}
+
+/// `sums += Σ_j g_j column_j`
+#[inline]
+pub(crate) fn add_columns<T: Real, const D: usize>(columns: &[[T; D]], g: &[T], sums: &mut [T; D]) {
+    for (column, &g) in columns.iter().zip(g) {
+        for (sum, &entry) in sums.iter_mut().zip(column) {
+            *sum += entry * g;
+        }
+    }
+}
+
+/// `g_j += r · column_j`
+#[inline]
+pub(crate) fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D], g: &mut [T]) {
+    for (g, column) in g.iter_mut().zip(columns) {
+        let mut sum = *g;
+        for (r, &entry) in r.into_iter().zip(column) {
+            sum += r * entry;
+        }
+        *g = sum;
     }
 }
 
