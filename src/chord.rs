@@ -10,9 +10,10 @@ use crate::Real;
 use crate::cholesky::{axpy, rolled};
 use crate::contact_space::{ContactVector, product};
 use crate::problem::Law;
-use crate::progress::{Progress, Workspace};
+use crate::progress::Progress;
 use crate::search::Search;
 use crate::solution::zeros;
+use crate::workspace::Workspace;
 use nalgebra::SVector;
 
 /// So many steps cost as much as one with a new matrix.

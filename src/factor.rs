@@ -9,14 +9,18 @@
 //! That needs `(D·C)²` multiplications against `N² + 2·N·D·C` through the factor of `A`, and a new
 //! `rho` never touches the `N × N` factor again.
 
-use crate::cholesky::{factorise, opaque, opaque_mut, rolled};
-use crate::contact_space::{ContactMatrix, ContactVector, block, inverse, multiply_transposed};
-use crate::residual::larger;
-use crate::resolvent::{Resolvent, is_usable};
-use crate::substitution::{Scaled, solve_lower, solve_upper, solve_upper_block};
+use crate::cholesky::{opaque, opaque_mut, rolled};
+use crate::contact_space::{ContactMatrix, ContactVector, multiply_transposed};
+use crate::penalty::{default_penalty, is_usable};
+use crate::resolvent::Resolvent;
+use crate::substitution::{solve_lower, solve_upper};
 use crate::support::{GROUP, Support, add_columns, add_products};
 use crate::{Error, Real, Scene};
-use heapless::Vec;
+
+mod delassus;
+mod parts;
+
+pub use parts::FactorParts;
 
 /// Cholesky factor of the mass matrix, Delassus operator and resolvent of a scene.
 ///
@@ -45,73 +49,7 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     is_complete: bool,
 }
 
-/// The numbers of a [`Factor`] of `C` contacts, to be written down on the host and read by firmware.
-///
-/// Blocks of `D` rows a contact; matrices row by row.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
-    /// How many dofs contacts move.
-    pub moved: usize,
-    /// The default penalty `rho`.
-    pub penalty: T,
-    /// A bound on the rounding of `W`, relative to it.
-    pub uncertainty: T,
-    /// `M = Uᵀ D⁻¹ U`: below the diagonal `U`, which has `D` on its diagonal, and there `D⁻¹`; the
-    /// upper triangle is not used.
-    pub mass: [[T; N]; N],
-    /// `X_i` of each contact, with `Uᵀ D⁻¹ X_i = H_iᵀ`.
-    pub whitened: [[[T; D]; N]; C],
-    /// `W = H M⁻¹ Hᵀ`.
-    pub delassus: [[[[T; D]; C]; D]; C],
-    /// The effective mass `W_ii⁻¹` of each contact; zero where `W_ii` is singular or nearly so, or `D > 3`.
-    pub effective_mass: [[[T; D]; D]; C],
-    /// `(I + R W)⁻¹`.
-    pub resolvent: [[[[T; D]; C]; D]; C],
-    /// The diagonal of `R`, one penalty a contact.
-    pub penalties: [T; C],
-}
-
 impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
-    /// A factor from numbers that [`Self::parts`] gave, to stand in a `static`.
-    ///
-    /// Nothing is checked. With the numbers of another scene nothing that a solve says holds: the
-    /// steps `alpha_i` that its error is measured in, and bounds on rounding, are those of `W`.
-    #[must_use]
-    pub const fn from_parts(parts: &FactorParts<T, N, D, C>) -> Self {
-        Self {
-            contacts: C,
-            moved: parts.moved,
-            penalty: parts.penalty,
-            uncertainty: parts.uncertainty,
-            mass: parts.mass,
-            whitened: parts.whitened,
-            supports: [Support::all(); C],
-            delassus: parts.delassus,
-            effective_mass: parts.effective_mass,
-            resolvent: Resolvent {
-                penalties: parts.penalties,
-                matrix: parts.resolvent,
-            },
-            is_complete: true,
-        }
-    }
-
-    /// The numbers of this factor; `None` unless it is of `C` contacts and has its resolvent.
-    #[must_use]
-    pub fn parts(&self) -> Option<FactorParts<T, N, D, C>> {
-        (self.contacts == C && self.is_complete).then_some(FactorParts {
-            moved: self.moved,
-            penalty: self.penalty,
-            uncertainty: self.uncertainty,
-            mass: self.mass,
-            whitened: self.whitened,
-            delassus: self.delassus,
-            effective_mass: self.effective_mass,
-            resolvent: self.resolvent.matrix,
-            penalties: self.resolvent.penalties,
-        })
-    }
-
     /// An empty factor, to be filled by [`Self::compute`]: all zeros, so that a `static` of it takes
     /// no flash.
     #[must_use]
@@ -236,43 +174,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn compute_delassus(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
-        self.contacts = 0;
-        let mass = &scene.mass().data.0; // symmetric: columns are rows
-        let floor = T::literal(32.0) * T::EPSILON;
-        let mut reach = [usize::MAX; N]; // zeros would call memset
-        factorise(mass, floor, &mut self.mass, &mut reach)
-            .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
-        self.measure_uncertainty(mass);
-        self.contacts = scene.contacts().len();
-        let mut scaled = Vec::new();
-        for (i, contact) in opaque(scene.contacts()).iter().enumerate() {
-            rolled();
-            let Some(whitened) = self.whitened.get_mut(i) else {
-                break;
-            };
-            let transpose = &contact.jacobian.data.0; // D rows in N columns
-            scaled.clear();
-            solve_upper_block(&self.mass, &reach, transpose, whitened, &mut scaled);
-            for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
-                rolled();
-                let block = products(&scaled, y);
-                for (a, entries) in block.into_iter().enumerate() {
-                    set(&mut self.delassus, [i, j], a, entries);
-                }
-            }
-            if let Some(support) = self.supports.get_mut(i) {
-                *support = Support::of::<N>(scaled.iter().map(|row| row.place));
-            }
-            let own = block(&self.delassus, i, i);
-            if let (Some(mass), Some(own)) = (self.effective_mass.get_mut(i), own) {
-                *mass = inverse(&own);
-            }
-        }
-        Ok(())
-    }
-
     /// `(I + rho W)⁻¹`, unless the factor was made without.
     pub(crate) fn resolvent(&self) -> Option<&Resolvent<T, D, C>> {
         self.is_complete.then_some(&self.resolvent)
@@ -291,19 +192,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// How far rounding may have moved `W`, relative to it.
     pub(crate) const fn uncertainty(&self) -> T {
         self.uncertainty
-    }
-
-    /// It grows with the largest `M_kk` over its pivot; 64 is enough for 500,000 random scenes in single
-    /// precision.
-    fn measure_uncertainty(&mut self, mass: &[[T; N]; N]) {
-        let mut growth = T::ONE;
-        for (k, (mass, factor)) in opaque(mass).iter().zip(&self.mass).enumerate() {
-            rolled();
-            if let (Some(&diagonal), Some(&reciprocal)) = (mass.get(k), factor.get(k)) {
-                growth = larger(growth, &[diagonal], reciprocal);
-            }
-        }
-        self.uncertainty = T::literal(64.0) * T::EPSILON * growth;
     }
 
     /// `y = W x`
@@ -401,98 +289,4 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         self.add_whitened(r, v);
         solve_lower(&self.mass, v);
     }
-}
-
-/// Writes row `a` of the block of two contacts, and its mirror image: `W` stays symmetric to the bit, a
-/// contact's own block too. (Where it was not, a tumbling box gained energy in single precision.)
-fn set<T: Real, const D: usize, const C: usize>(
-    matrix: &mut ContactMatrix<T, D, C>,
-    [i, j]: [usize; 2],
-    a: usize,
-    entries: [T; D],
-) {
-    for (row, entry) in matrix.get_mut(j).into_iter().flatten().zip(entries) {
-        if let Some(mirrored) = row.get_mut(i).and_then(|block| block.get_mut(a)) {
-            *mirrored = entry;
-        }
-    }
-    if let Some(row) = matrix.get_mut(i).and_then(|rows| rows.get_mut(a))
-        && let Some(block) = row.get_mut(j)
-    {
-        *block = entries;
-    }
-}
-
-/// `Σ_k x_k y_kᵀ`
-#[inline]
-fn products<T: Real, const N: usize, const D: usize>(
-    x: &[Scaled<'_, T, N, D>],
-    y: &[[T; D]; N],
-) -> [[T; D]; D] {
-    let mut sums = [[T::ZERO; D]; D];
-    for Scaled { place, entry, .. } in x.iter().rev() {
-        rolled();
-        let Some(y) = y.get(*place) else { break };
-        for (sums, &x) in sums.iter_mut().zip(entry) {
-            for (sum, &y) in sums.iter_mut().zip(y) {
-                *sum += x * y;
-            }
-        }
-    }
-    sums
-}
-
-/// `sums_j += |column_j|²`
-#[inline]
-fn add_squares<T: Real, const D: usize>(columns: &[[T; D]], sums: &mut [T]) {
-    for (sum, column) in sums.iter_mut().zip(columns) {
-        *sum = column.iter().fold(*sum, |sum, &entry| sum + entry * entry);
-    }
-}
-
-/// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`, and how many
-/// dofs contacts move.
-///
-/// The quotient is the mass felt by a contact that moves dof `j` alone, so `rho` has the unit of a
-/// mass; the units of the dofs, and dofs that no contact moves, do not matter. The geometric mean
-/// serves stacks of unlike bodies, where the trace of `W` sees only the lightest; taken over binary
-/// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
-#[cfg_attr(target_os = "none", inline(never))]
-fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
-    scene: &Scene<T, N, D, C>,
-) -> (T, usize) {
-    // (HᵀH)_jj / M_jj
-    let mut reach = [T::ZERO; N];
-    let (groups, last) = reach.as_chunks_mut::<GROUP>();
-    for (contact, support) in scene.supported() {
-        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-        for group in support.groups::<N>() {
-            rolled();
-            if let (Some(columns), Some(reach)) = (columns.get(group), groups.get_mut(group)) {
-                add_squares(columns, reach);
-            }
-        }
-        add_squares(rest, last);
-    }
-    let mut largest = T::ZERO;
-    let masses = scene.mass().data.0.iter();
-    for (j, (reach, masses)) in opaque_mut(&mut reach).iter_mut().zip(masses).enumerate() {
-        rolled();
-        *reach /= masses.get(j).copied().unwrap_or(T::ONE);
-        if *reach > largest {
-            largest = *reach;
-        }
-    }
-    let rounding = largest * T::literal(1e-9);
-    let (mut exponents, mut moved) = (0_i32, 0);
-    for &reach in opaque(&reach) {
-        rolled();
-        if reach > rounding {
-            exponents += reach.exponent();
-            moved += 1;
-        }
-    }
-    let count = i32::try_from(moved).unwrap_or(0);
-    let mean = exponents.checked_div_euclid(count);
-    (mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean)), moved)
 }

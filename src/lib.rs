@@ -76,6 +76,7 @@
 
 mod admm;
 mod admm_solver;
+mod approach;
 mod cholesky;
 mod chord;
 mod cone;
@@ -92,10 +93,12 @@ mod infeasibility;
 mod linearisation;
 mod newton;
 mod outlook;
+mod penalty;
 mod pivot;
 mod problem;
 mod progress;
 mod real;
+mod record;
 mod refinement;
 mod residual;
 mod resolvent;
@@ -110,6 +113,7 @@ mod substitution;
 mod support;
 mod sweeping;
 pub mod time_stepping;
+mod workspace;
 
 pub use admm_solver::AdmmSolver;
 pub use cone::{FrictionCone, Spectral};

@@ -4,18 +4,17 @@
 //! where they are no good a Newton step, and another attempt. Because nothing else is carried from one to the next,
 //! a solve can stop after any of them and go on later with the same bits.
 
-use crate::admm::{Acceleration, Iterate, Restart};
+use crate::admm::{Iterate, Restart};
 use crate::cholesky::rolled;
 use crate::contact_space::ContactVector;
-use crate::linearisation::Linearisation;
 use crate::newton::Point;
 use crate::outlook::Outlook;
 use crate::refinement::Refinement;
-use crate::resolvent::Resolvent;
 use crate::safeguard::{Balance, Caution};
 use crate::search::Search;
 use crate::state::{Start, State};
 use crate::sweeping::Sweeping;
+use crate::workspace::Workspace;
 use crate::{Factor, Real};
 use nalgebra::SVector;
 
@@ -41,12 +40,12 @@ pub(crate) enum Phase<T> {
 pub(crate) struct Progress<T, const D: usize, const C: usize> {
     pub(crate) phase: Phase<T>,
     pub(crate) point: Point<T, D, C>,
-    iterates: [Iterate<T, D>; C],
-    acceleration: Restart<T>,
+    pub(crate) iterates: [Iterate<T, D>; C],
+    pub(crate) acceleration: Restart<T>,
     pub(crate) caution: Caution<T>,
     pub(crate) balance: Balance<T>,
     /// Does the workspace hold the resolvent in use?
-    has_own: bool,
+    pub(crate) has_own: bool,
     /// Have there been other attempts?
     has_recovered: bool,
     /// Have sweeps from rest been tried, or are they of no use?
@@ -57,43 +56,11 @@ pub(crate) struct Progress<T, const D: usize, const C: usize> {
     /// The impulses of the last side branch, from which the next one goes on.
     pub(crate) swept: ContactVector<T, D, C>,
     /// Iterations of the next approach.
-    length: usize,
+    pub(crate) length: usize,
 }
 
 /// `P` and `r` of a point.
 type Corner<T, const D: usize, const C: usize> = ([SVector<T, D>; C], [[T; D]; C]);
-
-/// One matrix in contact space, by turns that of a Newton step and the resolvent of adapted
-/// penalties, or of a factor that has none.
-#[derive(Clone, Debug)]
-pub(crate) struct Workspace<T, const D: usize, const C: usize> {
-    pub(crate) resolvent: Resolvent<T, D, C>,
-    pub(crate) linearisation: Linearisation<T, D, C>,
-}
-
-impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
-    pub(crate) const fn empty() -> Self {
-        Self {
-            resolvent: Resolvent::empty(),
-            linearisation: Linearisation::none(),
-        }
-    }
-
-    /// The resolvent in use, if there is one: this one, or that of the factor.
-    fn resolvent<'a, const N: usize>(
-        &'a self,
-        has_own: bool,
-        factor: &'a Factor<T, N, D, C>,
-    ) -> Option<&'a Resolvent<T, D, C>> {
-        let own = has_own.then_some(&self.resolvent);
-        own.or(factor.resolvent())
-    }
-
-    /// Forgets the last linearisation.
-    pub(crate) fn forget(&mut self) {
-        self.linearisation.forget();
-    }
-}
 
 impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
     /// Of no solve yet.
@@ -184,50 +151,6 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
         }
     }
 
-    /// One iteration of Algorithm 2, `left` of which are left.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn iterate<const N: usize>(
-        &mut self,
-        search: &mut Search<'_, '_, T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
-        left: usize,
-    ) {
-        if workspace.resolvent(self.has_own, factor).is_none() {
-            self.resolve(search, factor, workspace, &[factor.penalty(); C]);
-        }
-        let Some(resolvent) = workspace.resolvent(self.has_own, factor) else {
-            // Masses are spread too wide for one penalty.
-            self.settle(search, Refinement::new());
-            return;
-        };
-        let (iterates, acceleration) = (&mut self.iterates, &mut self.acceleration);
-        let change = search.iterate(resolvent, iterates, acceleration);
-        self.balance.observe(&change);
-        if left > 1 || search.is_over() {
-            self.phase = Phase::Approach {
-                left: left.saturating_sub(1),
-            };
-        } else {
-            self.arrive(search);
-        }
-    }
-
-    /// Computes a resolvent of this solve's own, in the place of the last linearisation.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn resolve<const N: usize>(
-        &mut self,
-        search: &mut Search<'_, '_, T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
-        penalties: &[T; C],
-    ) {
-        let (delassus, contacts) = (factor.delassus(), factor.contacts());
-        let computed = workspace.resolvent.compute(delassus, contacts, penalties);
-        self.has_own = computed.is_ok();
-        search.solution.factorizations += 1;
-    }
-
     /// Leaves a last solution, or a guess, that was misleading, for rest.
     pub(crate) fn begin_anew<const N: usize>(
         &mut self,
@@ -260,48 +183,6 @@ impl<T: Real, const D: usize, const C: usize> Progress<T, D, C> {
             }
             _ => self.approach(factor, workspace),
         }
-    }
-
-    /// Starts Algorithm 2 at the point.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn approach<const N: usize>(
-        &mut self,
-        factor: &Factor<T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
-    ) {
-        // Of a factor that has a resolvent or not, the next solve shall find the same.
-        workspace.forget();
-        let mut penalties = [factor.penalty(); C];
-        if self.has_own {
-            penalties = workspace.resolvent.penalties;
-        }
-        let pairs = self.point.velocity.iter().zip(&self.point.impulse);
-        let pairs = pairs.zip(penalties);
-        for (iterate, ((velocity, &impulse), penalty)) in self.iterates.iter_mut().zip(pairs) {
-            rolled();
-            *iterate = Iterate::at(*velocity, impulse.into(), penalty);
-        }
-        self.acceleration = Restart::START;
-        self.phase = Phase::Approach { left: self.length };
-    }
-
-    /// From the last iterates of Algorithm 2 to a point.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn arrive<const N: usize>(&mut self, search: &mut Search<'_, '_, T, N, D, C>) {
-        let targets = self.point.velocity.iter_mut();
-        let targets = targets.zip(&mut self.point.impulse);
-        for ((velocity, impulse), iterate) in targets.zip(&self.iterates) {
-            rolled();
-            *velocity = iterate.u;
-            *impulse = iterate.impulse().into();
-        }
-        self.point.rebuild(search.problem, self.balance.scale);
-        self.consider(search);
-        self.phase = if self.caution.allows(&self.point) {
-            Phase::Refine(Refinement::new())
-        } else {
-            Phase::Recover
-        };
     }
 
     /// Goes to `start + step length`, and considers what is there.

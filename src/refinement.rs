@@ -2,8 +2,9 @@
 
 use crate::cholesky::rolled;
 use crate::chord::Chord;
-use crate::progress::{Phase, Progress, Workspace};
+use crate::progress::{Phase, Progress};
 use crate::search::Search;
+use crate::workspace::Workspace;
 use crate::{Factor, Real};
 use nalgebra::SVector;
 

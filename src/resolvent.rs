@@ -7,6 +7,7 @@ use crate::cholesky::rolled;
 use crate::contact_space::{
     ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose,
 };
+use crate::penalty::is_usable;
 use crate::pivot::{Pivot, subtract_row};
 use crate::{Error, Real};
 use heapless::Vec;
@@ -124,12 +125,6 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     pub(crate) fn times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
         multiply_transposed(&self.matrix, x, y);
     }
-}
-
-/// Is it a penalty that can be used?
-#[inline]
-pub(crate) fn is_usable<T: Real>(rho: T) -> bool {
-    rho > T::ZERO && rho.is_finite()
 }
 
 /// `A_ij -= factors y`, of the rows `i`.

@@ -5,63 +5,12 @@ use crate::cholesky::rolled;
 use crate::contact_space::ContactVector;
 use crate::infeasibility;
 use crate::problem::Problem;
+use crate::record::Record;
 use crate::residual::quotient;
 use crate::resolvent::Resolvent;
 use crate::{Real, Settings, SlipUpdate, Solution, Status};
 use core::mem;
 use nalgebra::SVector;
-
-/// What is known of a solve that is under way.
-#[derive(Clone, Debug)]
-pub(crate) struct Record<T, const D: usize, const C: usize> {
-    /// How it ended; `MaxIterations` if it has not.
-    status: Status,
-    /// The best impulse so far, and the first part of its error as contact space sees it.
-    best: ContactVector<T, D, C>,
-    natural_map: Option<T>,
-    /// The error of an iterate is looked at when the square of its cheap estimate is below this.
-    gate: T,
-    /// Corrections of `q`, see [`Search::consider`], and what it was at the last pause.
-    corrections: u8,
-    free: ContactVector<T, D, C>,
-    /// The best natural map when it last halved, and the failures since.
-    milestone: Option<T>,
-    failures: u8,
-    /// The impulses have run away.
-    lost: bool,
-}
-
-impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
-    /// Of no solve yet.
-    pub(crate) const fn none() -> Self {
-        Self {
-            status: Status::MaxIterations,
-            best: [[T::ZERO; D]; C],
-            natural_map: None,
-            gate: T::ZERO,
-            corrections: 0,
-            free: [[T::ZERO; D]; C],
-            milestone: None,
-            failures: 0,
-            lost: false,
-        }
-    }
-
-    /// Forgets a solve. (An impulse and `q` without the rest say nothing.)
-    pub(crate) fn forget(&mut self) {
-        self.status = Status::MaxIterations;
-        self.natural_map = None;
-        self.corrections = 0;
-        self.milestone = None;
-        self.failures = 0;
-        self.lost = false;
-    }
-
-    /// Has the solve ended, not just its budget?
-    pub(crate) fn is_over(&self) -> bool {
-        self.status != Status::MaxIterations
-    }
-}
 
 /// One call that works on a solve.
 pub(crate) struct Search<'s, 'a, T, const N: usize, const D: usize, const C: usize> {

@@ -2,9 +2,11 @@
 //! semismooth Newton to the end.
 
 use crate::problem::Problem;
-use crate::progress::{Progress, Workspace};
-use crate::search::{Record, Search};
+use crate::progress::Progress;
+use crate::record::Record;
+use crate::search::Search;
 use crate::state::State;
+use crate::workspace::Workspace;
 use crate::{Error, Factor, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
 

@@ -1,9 +1,10 @@
 //! Gauss-Seidel's part of the default method.
 
 use crate::gauss_seidel;
-use crate::progress::{Phase, Progress, Workspace};
+use crate::progress::{Phase, Progress};
 use crate::refinement::Refinement;
 use crate::search::Search;
+use crate::workspace::Workspace;
 use crate::{Factor, Real};
 use core::mem;
 

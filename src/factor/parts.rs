@@ -1,0 +1,74 @@
+//! A factor in numbers, to be baked into firmware.
+
+use super::Factor;
+use crate::Real;
+use crate::resolvent::Resolvent;
+use crate::support::Support;
+
+/// The numbers of a [`Factor`] of `C` contacts, to be written down on the host and read by firmware.
+///
+/// Blocks of `D` rows a contact; matrices row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
+    /// How many dofs contacts move.
+    pub moved: usize,
+    /// The default penalty `rho`.
+    pub penalty: T,
+    /// A bound on the rounding of `W`, relative to it.
+    pub uncertainty: T,
+    /// `M = Uᵀ D⁻¹ U`: below the diagonal `U`, which has `D` on its diagonal, and there `D⁻¹`; the
+    /// upper triangle is not used.
+    pub mass: [[T; N]; N],
+    /// `X_i` of each contact, with `Uᵀ D⁻¹ X_i = H_iᵀ`.
+    pub whitened: [[[T; D]; N]; C],
+    /// `W = H M⁻¹ Hᵀ`.
+    pub delassus: [[[[T; D]; C]; D]; C],
+    /// The effective mass `W_ii⁻¹` of each contact; zero where `W_ii` is singular or nearly so, or `D > 3`.
+    pub effective_mass: [[[T; D]; D]; C],
+    /// `(I + R W)⁻¹`.
+    pub resolvent: [[[[T; D]; C]; D]; C],
+    /// The diagonal of `R`, one penalty a contact.
+    pub penalties: [T; C],
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
+    /// A factor from numbers that [`Self::parts`] gave, to stand in a `static`.
+    ///
+    /// Nothing is checked. With the numbers of another scene nothing that a solve says holds: the
+    /// steps `alpha_i` that its error is measured in, and bounds on rounding, are those of `W`.
+    #[must_use]
+    pub const fn from_parts(parts: &FactorParts<T, N, D, C>) -> Self {
+        Self {
+            contacts: C,
+            moved: parts.moved,
+            penalty: parts.penalty,
+            uncertainty: parts.uncertainty,
+            mass: parts.mass,
+            whitened: parts.whitened,
+            supports: [Support::all(); C],
+            delassus: parts.delassus,
+            effective_mass: parts.effective_mass,
+            resolvent: Resolvent {
+                penalties: parts.penalties,
+                matrix: parts.resolvent,
+            },
+            is_complete: true,
+        }
+    }
+
+    /// The numbers of this factor; `None` unless it is of `C` contacts and has its resolvent.
+    #[must_use]
+    pub fn parts(&self) -> Option<FactorParts<T, N, D, C>> {
+        (self.contacts == C && self.is_complete).then_some(FactorParts {
+            moved: self.moved,
+            penalty: self.penalty,
+            uncertainty: self.uncertainty,
+            mass: self.mass,
+            whitened: self.whitened,
+            delassus: self.delassus,
+            effective_mass: self.effective_mass,
+            resolvent: self.resolvent.matrix,
+            penalties: self.resolvent.penalties,
+        })
+    }
+}

@@ -1,0 +1,56 @@
+//! What a solve has found so far.
+
+use crate::contact_space::ContactVector;
+use crate::{Real, Status};
+
+/// What is known of a solve that is under way.
+#[derive(Clone, Debug)]
+pub(crate) struct Record<T, const D: usize, const C: usize> {
+    /// How it ended; `MaxIterations` if it has not.
+    pub(crate) status: Status,
+    /// The best impulse so far, and the first part of its error as contact space sees it.
+    pub(crate) best: ContactVector<T, D, C>,
+    pub(crate) natural_map: Option<T>,
+    /// The error of an iterate is looked at when the square of its cheap estimate is below this.
+    pub(crate) gate: T,
+    /// Corrections of `q`, see [`crate::search::Search::consider`], and what it was at the last pause.
+    pub(crate) corrections: u8,
+    pub(crate) free: ContactVector<T, D, C>,
+    /// The best natural map when it last halved, and the failures since.
+    pub(crate) milestone: Option<T>,
+    pub(crate) failures: u8,
+    /// The impulses have run away.
+    pub(crate) lost: bool,
+}
+
+impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
+    /// Of no solve yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            status: Status::MaxIterations,
+            best: [[T::ZERO; D]; C],
+            natural_map: None,
+            gate: T::ZERO,
+            corrections: 0,
+            free: [[T::ZERO; D]; C],
+            milestone: None,
+            failures: 0,
+            lost: false,
+        }
+    }
+
+    /// Forgets a solve. (An impulse and `q` without the rest say nothing.)
+    pub(crate) fn forget(&mut self) {
+        self.status = Status::MaxIterations;
+        self.natural_map = None;
+        self.corrections = 0;
+        self.milestone = None;
+        self.failures = 0;
+        self.lost = false;
+    }
+
+    /// Has the solve ended, not just its budget?
+    pub(crate) fn is_over(&self) -> bool {
+        self.status != Status::MaxIterations
+    }
+}
