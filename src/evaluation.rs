@@ -52,7 +52,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         tolerance: T,
         solution: &mut Solution<T, N, D, C>,
     ) {
-        let mut u = [[T::ZERO; D]; C];
+        let mut u = [[T::ONE; D]; C]; // all that is used is overwritten, and zeros would call memset
         let r = opaque(r.get(..self.factor.contacts()).unwrap_or_default());
         let [v] = &mut solution.velocity.data.0;
         self.factor.velocity(&self.whitened, r, v);
