@@ -113,10 +113,11 @@ fn push<T: Real, const D: usize>(
     if !closed {
         return None;
     }
-    let smooth = -approach / inertia;
+    let compliance = T::ONE / inertia;
+    let smooth = -approach * compliance;
     let rubbing = match D {
         2 if mu > T::ZERO => one_tangent(own, u, mu),
-        3 if mu > T::ZERO => two_tangents(own, u, mu, drag),
+        3 if mu > T::ZERO => two_tangents(own, u, mu, compliance, drag),
         _ => None,
     };
     let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < smooth * T::literal(WEDGED);
@@ -161,24 +162,28 @@ fn one_tangent<T: Real, const D: usize>(
     Some((normal, [slope * normal, T::ZERO]))
 }
 
+/// Relative to `|r_T|²`, how near the square of `mu r_N` comes to it, step by step.
+const NEAR: [f64; 8] = [2e-5, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3];
+
 /// `r_N` and `r_T`; where the contact slips by way of its `λ`, from the last guess on (or, where there is
 /// none, a first one), which is replaced by the next.
 ///
 /// With `δ = det(S + λI)` and `c = adj(S) b` it is `δ r_T = c + λ b`, and `δ mu r_N` a quadratic function
 /// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: few steps of Newton's method find
-/// where it is 1. Along them it is kept between bounds, and at the last the impulse is put onto the cone.
+/// where it is 1. Along them it is kept between bounds, and at the last the impulse is put onto the cone. How near to 1 is
+/// near depends on the way there: where the last sweep's `λ` is not at once, the other contacts are as far from their end.
 #[inline(always)]
 #[allow(clippy::inline_always)] // as above
 fn two_tangents<T: Real, const D: usize>(
     own: &[[T; D]; D],
     u: &[T; D],
     mu: T,
+    compliance: T,
     drag: &mut T,
 ) -> Option<(T, [T; 2])> {
     let w = |i: usize, j: usize| own.get(i)?.get(j).copied();
     let (approach, inertia) = (*u.first()?, w(0, 0)?);
     let coupling = [w(1, 0)?, w(2, 0)?];
-    let compliance = T::ONE / inertia;
     let share = coupling.map(|w| w * compliance);
     let ([x, y], [share_x, share_y]) = (coupling, share);
     let b = [
@@ -197,19 +202,18 @@ fn two_tangents<T: Real, const D: usize>(
     let linear = scale * (approach * trace + product(&coupling, &b));
     let square = scale * approach;
     let (cc, bc, bb) = (product(&c, &c), product(&b, &c), product(&b, &b));
-    // A tangential part `c + λ b` of this length is put onto the boundary.
-    let at = |lambda: T, normal: T, length: T| {
+    // The tangential part `c + λ b` is made so many times as long.
+    let at = |lambda: T, normal: T, stretch: T| {
         let volume = det + lambda * (trace + lambda);
-        let fit = (normal / length) * (T::ONE / volume);
-        let normal = normal / (mu * volume);
+        let divided = T::ONE / (mu * volume);
+        let (normal, fit) = (normal * divided, stretch * mu * divided);
         let tangents = [(c[0] + lambda * b[0]) * fit, (c[1] + lambda * b[1]) * fit];
         let finite = tangents.iter().all(T::is_finite);
         finite.then_some((normal, tangents))
     };
     if constant >= T::ZERO && cc <= constant * constant {
         *drag = T::ZERO;
-        // Left as long as it is.
-        return at(T::ZERO, constant, constant);
+        return at(T::ZERO, constant, T::ONE);
     }
     if *drag == T::ZERO || !drag.is_finite() {
         // Somewhat less than what it would be if `S` were isotropic and no tangential impulse changed
@@ -220,34 +224,44 @@ fn two_tangents<T: Real, const D: usize>(
     }
     let mut last = None;
     let (mut low, mut high) = (T::ZERO, None);
-    for _ in 0..8 {
+    for enough in NEAR {
         rolled();
         let lambda = *drag;
         let normal = constant + lambda * (linear + lambda * square);
         let squares = cc + lambda * (bc + bc + lambda * bb);
-        let length = squares.square_root();
-        let excess = normal - length;
+        let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
+        let own = normal * normal;
+        let gap = own - squares;
+        let near = normal > T::ZERO && gap.abs() <= T::literal(enough) * squares;
+        let (excess, size) = if near {
+            (gap * T::literal(0.5), normal)
+        } else {
+            (normal - squares.square_root(), squares)
+        };
         if excess < T::ZERO {
             low = lambda;
         } else {
             high = Some(lambda);
         }
-        let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
-        let newton = lambda - excess * (squares / turn);
+        let newton = lambda - excess * (size / turn);
         let inside = newton > low && high.is_none_or(|high| newton < high);
         *drag = match high {
             _ if inside => newton,
             Some(high) => (low + high) * T::literal(0.5),
             None => (lambda + trace) * T::literal(2.0),
         };
-        if normal > T::ZERO {
-            last = Some((lambda, normal, length));
+        if near {
+            // This is `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
+            // microcontroller would compute it.
+            let three = T::literal(3.0);
+            let stretch = (three * own + squares) / (own + three * squares);
+            return at(lambda, normal, stretch);
         }
-        if excess.abs() <= T::literal(1e-5) * length {
-            break;
+        if normal > T::ZERO {
+            last = Some((lambda, normal, squares));
         }
     }
-    last.and_then(|(lambda, normal, length)| at(lambda, normal, length))
+    last.and_then(|(lambda, normal, squares)| at(lambda, normal, normal / squares.square_root()))
 }
 
 #[cfg(test)]
