@@ -233,10 +233,15 @@ fn two_tangents<T: Real, const D: usize>(
         let own = normal * normal;
         let gap = own - squares;
         let near = normal > T::ZERO && gap.abs() <= T::literal(enough) * squares;
-        let (excess, size) = if near {
-            (gap * T::literal(0.5), normal)
+        let (excess, size, stretch) = if near {
+            // `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
+            // microcontroller would compute it.
+            let three = T::literal(3.0);
+            let stretch = (three * own + squares) / (own + three * squares);
+            (gap * T::literal(0.5), normal, stretch)
         } else {
-            (normal - squares.square_root(), squares)
+            let length = squares.square_root();
+            (normal - length, squares, normal / length)
         };
         if excess < T::ZERO {
             low = lambda;
@@ -246,22 +251,19 @@ fn two_tangents<T: Real, const D: usize>(
         let newton = lambda - excess * (size / turn);
         let inside = newton > low && high.is_none_or(|high| newton < high);
         *drag = match high {
-            _ if inside => newton,
+            // At its end a step may be none.
+            _ if inside || near && newton > T::ZERO => newton,
             Some(high) => (low + high) * T::literal(0.5),
             None => (lambda + trace) * T::literal(2.0),
         };
-        if near {
-            // This is `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
-            // microcontroller would compute it.
-            let three = T::literal(3.0);
-            let stretch = (three * own + squares) / (own + three * squares);
-            return at(lambda, normal, stretch);
-        }
         if normal > T::ZERO {
-            last = Some((lambda, normal, squares));
+            last = Some((lambda, normal, stretch));
+        }
+        if near {
+            break;
         }
     }
-    last.and_then(|(lambda, normal, squares)| at(lambda, normal, normal / squares.square_root()))
+    last.and_then(|(lambda, normal, stretch)| at(lambda, normal, stretch))
 }
 
 #[cfg(test)]
