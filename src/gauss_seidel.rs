@@ -162,16 +162,16 @@ fn one_tangent<T: Real, const D: usize>(
     Some((normal, [slope * normal, T::ZERO]))
 }
 
-/// Relative to `|r_T|²`, how near the square of `mu r_N` comes to it, step by step.
-const NEAR: [f64; 8] = [2e-5, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3];
+/// Relative to `|r_T|²`, how near the square of `mu r_N` has to come to it, and how near it may stay where it took a
+/// step from the last sweep's `λ`: the other contacts are then farther from their end.
+const NEAR: [f64; 2] = [2e-5, 2e-3];
 
 /// `r_N` and `r_T`; where the contact slips by way of its `λ`, from the last guess on (or, where there is
 /// none, a first one), which is replaced by the next.
 ///
 /// With `δ = det(S + λI)` and `c = adj(S) b` it is `δ r_T = c + λ b`, and `δ mu r_N` a quadratic function
 /// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: few steps of Newton's method find
-/// where it is 1. Along them it is kept between bounds, and at the last the impulse is put onto the cone. How near to 1 is
-/// near depends on the way there: where the last sweep's `λ` is not at once, the other contacts are as far from their end.
+/// where it is 1. Along them it is kept between bounds, and at the last the impulse is put onto the cone.
 #[inline(always)]
 #[allow(clippy::inline_always)] // as above
 fn two_tangents<T: Real, const D: usize>(
@@ -215,7 +215,9 @@ fn two_tangents<T: Real, const D: usize>(
         *drag = T::ZERO;
         return at(T::ZERO, constant, T::ONE);
     }
+    let [mut enough, mut after] = NEAR.map(T::literal);
     if *drag == T::ZERO || !drag.is_finite() {
+        after = enough;
         // Somewhat less than what it would be if `S` were isotropic and no tangential impulse changed
         // the normal one: from below Newton's method gets there.
         let guess = bb.square_root() / square - trace;
@@ -224,7 +226,7 @@ fn two_tangents<T: Real, const D: usize>(
     }
     let mut last = None;
     let (mut low, mut high) = (T::ZERO, None);
-    for enough in NEAR {
+    for _ in 0..8 {
         rolled();
         let lambda = *drag;
         let normal = constant + lambda * (linear + lambda * square);
@@ -232,7 +234,8 @@ fn two_tangents<T: Real, const D: usize>(
         let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
         let own = normal * normal;
         let gap = own - squares;
-        let near = normal > T::ZERO && gap.abs() <= T::literal(enough) * squares;
+        let near = normal > T::ZERO && gap.abs() <= enough * squares;
+        enough = after;
         let (excess, size, stretch) = if near {
             // `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
             // microcontroller would compute it.
