@@ -171,7 +171,8 @@ const NEAR: [f64; 2] = [2e-5, 2e-3];
 ///
 /// With `δ = det(S + λI)` and `c = adj(S) b` it is `δ r_T = c + λ b`, and `δ mu r_N` a quadratic function
 /// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: few steps of Newton's method find
-/// where it is 1. Along them it is kept between bounds, and at the last the impulse is put onto the cone.
+/// where it is 1. Until it is near it is kept between
+/// bounds, and at the last the impulse is put onto the cone.
 #[inline(always)]
 #[allow(clippy::inline_always)] // as above
 fn two_tangents<T: Real, const D: usize>(
@@ -254,7 +255,7 @@ fn two_tangents<T: Real, const D: usize>(
         let newton = lambda - excess * (size / turn);
         let inside = newton > low && high.is_none_or(|high| newton < high);
         *drag = match high {
-            // At its end a step may be none.
+            // The last step may be none, or out of bounds by what rounding left of it; only the next guess depends on it.
             _ if inside || near && newton > T::ZERO => newton,
             Some(high) => (low + high) * T::literal(0.5),
             None => (lambda + trace) * T::literal(2.0),

@@ -44,13 +44,14 @@
 //! | `cone` | `K`, `K*`, projections, spectral form | Eqs. (1)-(10) |
 //! | `scene` | mass matrix and contacts, and what can be wrong with them | |
 //! | `cholesky`, `substitution` | dense, in place, root-free | step 2 |
-//! | `factor`, `resolvent` | Delassus operator `W` and `(I + rho W)⁻¹`, computed once | step 2 |
+//! | `support` | which columns of a contact Jacobian have entries | |
+//! | `factor`, `penalty`, `resolvent` | Delassus operator `W` and `(I + rho W)⁻¹`, computed once | step 2 |
 //! | `admm`, `admm_solver` | one iteration, plain, Algorithm 1, Algorithm 2 | steps 2-15 |
 //! | `newton`, `frame`, `linearisation`, `elimination`, `chord` | a step of semismooth Newton on the fixed-point map | |
 //! | `contact_space`, `pivot` | vectors, matrices and blocks over the contacts | |
 //! | `gauss_seidel` | a sweep over the contacts | |
-//! | `solver`, `outlook`, `progress`, `sweeping`, `refinement`, `safeguard` | the default method, piece by piece | |
-//! | `residual`, `rounding`, `problem`, `evaluation`, `search` | the error that "solved" promises, and when to stop | |
+//! | `solver`, `outlook`, `progress`, `sweeping`, `approach`, `refinement`, `safeguard`, `workspace` | the default method, piece by piece | |
+//! | `residual`, `rounding`, `problem`, `evaluation`, `search`, `record` | the error that "solved" promises, and when to stop | |
 //! | `infeasibility` | Farkas' proof that there is nothing to solve | |
 //! | `state` | the warm start | |
 //! | [`time_stepping`] | free impulse, gaps, restitution, moving surfaces | |

@@ -48,8 +48,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         Ok(())
     }
 
-    /// What rounding does to `W` grows with the largest `M_kk` over its pivot; 64 is enough for 500,000 random scenes in single
-    /// precision.
+    /// What rounding does to `W` grows with the largest `M_kk` over its pivot; 64 is enough for 500,000
+    /// random scenes in single precision.
     fn measure_uncertainty(&mut self, mass: &[[T; N]; N]) {
         let mut growth = T::ONE;
         for (k, (mass, factor)) in opaque(mass).iter().zip(&self.mass).enumerate() {
