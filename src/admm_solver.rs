@@ -2,8 +2,7 @@
 
 use crate::admm::{Acceleration, Fast, Plain, Restart};
 use crate::problem::Problem;
-use crate::record::Record;
-use crate::search::Search;
+use crate::search::{Record, Search};
 use crate::state::State;
 use crate::{Error, Factor, Real, Scene, Settings, Solution};
 use nalgebra::SVector;

@@ -233,15 +233,15 @@ fn two_tangents<T: Real, const D: usize>(
         let normal = constant + lambda * (linear + lambda * square);
         let squares = cc + lambda * (bc + bc + lambda * bb);
         let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
-        let own = normal * normal;
-        let gap = own - squares;
+        let bound = normal * normal;
+        let gap = bound - squares;
         let near = normal > T::ZERO && gap.abs() <= enough * squares;
         enough = after;
         let (excess, size, stretch) = if near {
             // `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
             // microcontroller would compute it.
             let three = T::literal(3.0);
-            let stretch = (three * own + squares) / (own + three * squares);
+            let stretch = (three * bound + squares) / (bound + three * squares);
             (gap * T::literal(0.5), normal, stretch)
         } else {
             let length = squares.square_root();

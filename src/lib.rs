@@ -77,7 +77,6 @@
 
 mod admm;
 mod admm_solver;
-mod approach;
 mod cholesky;
 mod chord;
 mod cone;
@@ -99,7 +98,6 @@ mod pivot;
 mod problem;
 mod progress;
 mod real;
-mod record;
 mod refinement;
 mod residual;
 mod resolvent;

@@ -18,6 +18,8 @@ use crate::workspace::Workspace;
 use crate::{Factor, Real};
 use nalgebra::SVector;
 
+mod approach;
+
 /// What comes next.
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)] // so that `Idle` is zero, and a new solver takes no flash
@@ -40,12 +42,12 @@ pub(crate) enum Phase<T> {
 pub(crate) struct Progress<T, const D: usize, const C: usize> {
     pub(crate) phase: Phase<T>,
     pub(crate) point: Point<T, D, C>,
-    pub(crate) iterates: [Iterate<T, D>; C],
-    pub(crate) acceleration: Restart<T>,
+    iterates: [Iterate<T, D>; C],
+    acceleration: Restart<T>,
     pub(crate) caution: Caution<T>,
     pub(crate) balance: Balance<T>,
     /// Does the workspace hold the resolvent in use?
-    pub(crate) has_own: bool,
+    has_own: bool,
     /// Have there been other attempts?
     has_recovered: bool,
     /// Have sweeps from rest been tried, or are they of no use?
@@ -56,7 +58,7 @@ pub(crate) struct Progress<T, const D: usize, const C: usize> {
     /// The impulses of the last side branch, from which the next one goes on.
     pub(crate) swept: ContactVector<T, D, C>,
     /// Iterations of the next approach.
-    pub(crate) length: usize,
+    length: usize,
 }
 
 /// `P` and `r` of a point.

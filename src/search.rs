@@ -5,12 +5,15 @@ use crate::cholesky::rolled;
 use crate::contact_space::ContactVector;
 use crate::infeasibility;
 use crate::problem::Problem;
-use crate::record::Record;
 use crate::residual::quotient;
 use crate::resolvent::Resolvent;
 use crate::{Real, Settings, SlipUpdate, Solution, Status};
 use core::mem;
 use nalgebra::SVector;
+
+mod record;
+
+pub(crate) use record::Record;
 
 /// One call that works on a solve.
 pub(crate) struct Search<'s, 'a, T, const N: usize, const D: usize, const C: usize> {

@@ -3,8 +3,7 @@
 
 use crate::problem::Problem;
 use crate::progress::Progress;
-use crate::record::Record;
-use crate::search::Search;
+use crate::search::{Record, Search};
 use crate::state::State;
 use crate::workspace::Workspace;
 use crate::{Error, Factor, Real, Scene, Settings, Solution};

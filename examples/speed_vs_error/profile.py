@@ -78,7 +78,8 @@ def count(scene, solver):
         run = subprocess.run(command, capture_output=True, text=True, check=True)
         annotate = ["callgrind_annotate", "--threshold=100", "--auto=no", out.name]
         lines = subprocess.run(annotate, capture_output=True, text=True, check=True).stdout
-        by_kind = kinds(open(out.name))
+        with open(out.name) as written:
+            by_kind = kinds(written)
     functions, total = collections.Counter(), 0
     for line in lines.splitlines():
         if not (match := LINE.match(line)):

@@ -7,20 +7,20 @@ use crate::{Real, Status};
 #[derive(Clone, Debug)]
 pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// How it ended; `MaxIterations` if it has not.
-    pub(crate) status: Status,
+    pub(super) status: Status,
     /// The best impulse so far, and the first part of its error as contact space sees it.
-    pub(crate) best: ContactVector<T, D, C>,
-    pub(crate) natural_map: Option<T>,
+    pub(super) best: ContactVector<T, D, C>,
+    pub(super) natural_map: Option<T>,
     /// The error of an iterate is looked at when the square of its cheap estimate is below this.
-    pub(crate) gate: T,
-    /// Corrections of `q`, see [`crate::search::Search::consider`], and what it was at the last pause.
-    pub(crate) corrections: u8,
-    pub(crate) free: ContactVector<T, D, C>,
+    pub(super) gate: T,
+    /// Corrections of `q`, see [`super::Search::consider`], and what it was at the last pause.
+    pub(super) corrections: u8,
+    pub(super) free: ContactVector<T, D, C>,
     /// The best natural map when it last halved, and the failures since.
-    pub(crate) milestone: Option<T>,
-    pub(crate) failures: u8,
+    pub(super) milestone: Option<T>,
+    pub(super) failures: u8,
     /// The impulses have run away.
-    pub(crate) lost: bool,
+    pub(super) lost: bool,
 }
 
 impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
