@@ -1,13 +1,11 @@
 //! Nothing allocates: not the set-up, not a solve by any method, not a projection.
 
-mod support;
-
+use crate::support::boxes::{BRICK, BoxScene};
 use allocation_counter::measure;
 use nalgebra::{SVector, vector};
 use stiction::{
     AdmmSolver, Contact, Error, Factor, FrictionCone, Scene, Settings, SlipUpdate, Solver, Status,
 };
-use support::boxes::{BRICK, BoxScene};
 
 /// Allocations of a call.
 fn allocations(call: impl FnOnce()) -> u64 {

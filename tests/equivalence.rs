@@ -1,15 +1,13 @@
 //! The same scene told differently has the same solution: order, axes and units do not matter.
 
-mod support;
-
+use crate::support::boxes::{BRICK, BoxScene};
+use crate::support::random::{Case, draws, scenes};
 use nalgebra::{Rotation2, SMatrix, SVector};
 use proptest::array::uniform6;
 use proptest::prelude::*;
 use stiction::{Contact, Error, Real, Scene, Settings, Solution, Status};
-use support::boxes::{BRICK, BoxScene};
-use support::measure::{Law, error_of};
-use support::method::Method;
-use support::random::{Case, scenes};
+use testbed::measure::{Law, error_of};
+use testbed::method::Method;
 
 const TOLERANCE: f64 = 1e-10;
 
@@ -149,32 +147,34 @@ fn sliding<T: Real>() -> Result<(BoxScene<T>, SVector<T, 6>), Error> {
     Ok((BRICK.on_plane(0.3)?, f.map(T::literal)))
 }
 
-/// Same velocity, and for the isostatic scene the same impulses after `back`.
+/// Is the velocity the same, and for an isostatic scene the impulses after `back`? Both are solutions in any case.
 fn agrees<const N: usize, const C: usize>(
     (scene, f): &Case<N, 3, C>,
     other: &Scene<f64, N, 3, C>,
     back: impl Fn(&Solution<f64, N, 3, C>) -> Vec<SVector<f64, 3>>,
-) -> Result<(), TestCaseError> {
+) -> Result<bool, Error> {
     let settings = Settings {
         max_iterations: 20_000,
         ..Settings::new(TOLERANCE)
     };
-    for method in [Method::Restart, Method::Newton] {
+    let mut agrees = true;
+    for method in [Method::Restart, Method::Default] {
         let ours = method.solve(scene, f, &settings)?;
         let theirs = method.solve(other, f, &settings)?;
-        prop_assume!(ours.status == Status::Solved && theirs.status == Status::Solved);
-        prop_assert!(error_of(other, f, &theirs, Law::Coulomb) <= TOLERANCE);
+        for (scene, solution) in [(scene, &ours), (other, &theirs)] {
+            assert_eq!(solution.status, Status::Solved, "{method:?}");
+            assert!(error_of(scene, f, solution, Law::Coulomb) <= TOLERANCE);
+        }
         let size = ours.velocity.norm().max(1e-3);
-        let difference = (ours.velocity - theirs.velocity).norm() / size;
-        prop_assert!(difference <= 1e-6, "{method:?}: {difference:e}");
-        if 3 * C <= N {
+        agrees &= (ours.velocity - theirs.velocity).norm() <= 1e-6 * size;
+        if 3 * scene.contacts().len() <= N {
             let size = impulses(&ours).map(|impulse| impulse.norm()).sum::<f64>();
             for (ours, theirs) in impulses(&ours).zip(back(&theirs)) {
-                prop_assert!((ours - theirs).norm() <= 1e-6 * size.max(1e-3));
+                agrees &= (ours - theirs).norm() <= 1e-6 * size.max(1e-3);
             }
         }
     }
-    Ok(())
+    Ok(agrees)
 }
 
 fn impulses<const N: usize, const C: usize>(
@@ -193,32 +193,38 @@ fn turned_back<const N: usize, const C: usize>(
         .collect()
 }
 
+/// Coulomb's law can have several solutions, and the order or the axes may lead to another: to two in a thousand here.
+#[test]
+fn neither_the_order_of_the_contacts_nor_the_axes_of_the_tangents_matter() -> Result<(), Error> {
+    let (mut order, mut axes) = (0, 0);
+    for (case, angle) in draws((scenes::<9, 3, 3>(3, 1.0), 0.0..6.3), 1_000) {
+        let reverse = |solution: &Solution<f64, 9, 3, 3>| impulses(solution).rev().collect();
+        let turn = |solution: &Solution<f64, 9, 3, 3>| turned_back(solution, angle);
+        order += usize::from(agrees(&case, &reversed(&case.0)?, reverse)?);
+        axes += usize::from(agrees(&case, &turned(&case.0, angle)?, turn)?);
+    }
+    assert!(order >= 998 && axes >= 998, "{order}, {axes} of 1,000");
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
-
-    #[test]
-    fn the_order_of_the_contacts_does_not_matter(case in scenes::<9, 3, 3>(1.0)) {
-        agrees(&case, &reversed(&case.0)?, |solution| impulses(solution).rev().collect())?;
-    }
-
-    #[test]
-    fn the_axes_of_the_tangents_do_not_matter(case in scenes::<9, 3, 3>(1.0), angle in 0.0..6.3) {
-        agrees(&case, &turned(&case.0, angle)?, |solution| turned_back(solution, angle))?;
-    }
 
     /// It must not spin: the friction of a spinning box depends on how the corners share its weight,
     /// which four normals leave open, so that its velocity is not unique.
     #[test]
     fn a_hyperstatic_box_slides_alike_in_any_order_and_axes(angle in 0.0..6.3) {
         let case = (BRICK.on_plane(0.3)?, BRICK.free_impulse(0.4, 0.01));
-        agrees(&case, &reversed(&case.0)?, |solution| impulses(solution).rev().collect())?;
-        agrees(&case, &turned(&case.0, angle)?, |solution| turned_back(solution, angle))?;
+        let reverse = |solution: &Solution<f64, 6, 3, 4>| impulses(solution).rev().collect();
+        prop_assert!(agrees(&case, &reversed(&case.0)?, reverse)?);
+        let turn = |solution: &Solution<f64, 6, 3, 4>| turned_back(solution, angle);
+        prop_assert!(agrees(&case, &turned(&case.0, angle)?, turn)?);
     }
 
     #[test]
     fn units_of_mass_length_and_time_change_exponents_only(
         mass in -12..12, velocity in -12..12, dofs in -5..5,
-        (scene, f) in scenes::<6, 3, 3>(1.0),
+        (scene, f) in scenes::<6, 3, 4>(3, 1.0),
     ) {
         let units = Units { mass, velocity, dofs: [dofs; 6] };
         is_independent_of(&units, &scene, &f, 1e-6)?;
@@ -231,7 +237,7 @@ proptest! {
     #[test]
     fn the_unit_of_each_dof_changes_exponents_only(
         dofs in uniform6(-5..5),
-        (scene, f) in scenes::<6, 3, 3>(1.0),
+        (scene, f) in scenes::<6, 3, 4>(3, 1.0),
     ) {
         let units = Units { mass: 0, velocity: 0, dofs };
         is_independent_of(&units, &scene, &f, 1e-6)?;

@@ -1,10 +1,8 @@
 //! Bad data: each kind has its error, which names the culprit, and changes nothing.
 
-mod support;
-
+use crate::support::check;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::{AdmmSolver, Contact, Error, Factor, Input, Scene, Settings, Solver, Status};
-use support::check;
 
 type Planar = Scene<f64, 2, 2, 2>;
 

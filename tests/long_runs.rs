@@ -1,12 +1,10 @@
 //! 100,000 steps: energy that does not grow, a stack that does not creep.
 
-mod support;
-
+use crate::support::boxes::{BRICK, Cuboid, GRAVITY};
+use crate::support::motion::{BALL, Ball, Motion, REACH};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
 use stiction::{Contact, Error, Real, Scene};
-use support::boxes::{BRICK, Cuboid, GRAVITY};
-use support::motion::{BALL, Ball, Motion, REACH};
 
 /// Largest growth of the energy above its lowest so far, as a share of the first one.
 fn growth(mut energies: impl Iterator<Item = f64>) -> f64 {
@@ -147,7 +145,7 @@ fn a_resting_stack_does_not_creep() -> Result<(), Error> {
             if let Some(below) = at.checked_sub(6) {
                 // The same point as seen from the box below, a whole height further up.
                 let up = vector![corner.x, corner.y, -corner.z];
-                let rows = support::boxes::point_jacobian(&up);
+                let rows = crate::support::boxes::point_jacobian(&up);
                 jacobian.fixed_columns_mut::<6>(below).copy_from(&-rows);
             }
             contacts.push(Contact {

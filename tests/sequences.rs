@@ -1,45 +1,36 @@
 //! The bundled sequences: consecutive time steps of one simulation, each solved from the one before.
 
-mod support;
-
+use crate::support::boxes::BRICK;
 use nalgebra::{DMatrix, vector};
-use stiction::{Error, Factor, Real, Scene, Settings, Solver, Status};
-use support::boxes::BRICK;
-use support::contact_keys::ContactKeys;
-use support::measure::{self, Law};
-use support::scene_file::{self, SceneFile};
+use stiction::{Error, Factor, Scene, Settings, Solver, Status};
+use testbed::ContactKeys;
+use testbed::kernel::{Constructor, Shape};
+use testbed::measure::{self, Law};
+use testbed::method::Method;
+use testbed::scene_file::{self, SceneFile};
 
-/// Solves the steps of a sequence with a compiled size that holds them; the work of each.
-fn replay<T: Real>(steps: &[SceneFile], warm: bool, tolerance: f64) -> Result<Vec<usize>, Error> {
-    let contacts = steps.iter().map(|step| step.n_contacts).max();
-    match (steps[0].dim, steps[0].n_dof, contacts.unwrap_or(0)) {
-        (2, ..=6, ..=4) => replay_as::<T, 6, 2, 4>(steps, warm, tolerance),
-        (3, ..=6, ..=4) => replay_as::<T, 6, 3, 4>(steps, warm, tolerance),
-        (3, ..=18, ..=12) => replay_as::<T, 18, 3, 12>(steps, warm, tolerance),
-        sizes => panic!("{}: no size for {sizes:?}", steps[0].name),
-    }
-}
-
-fn replay_as<T: Real, const N: usize, const D: usize, const C: usize>(
+/// Solves the steps of a sequence, warm or each cold; the work of each.
+fn replay(
+    kernel: Constructor,
     steps: &[SceneFile],
     warm: bool,
     tolerance: f64,
 ) -> Result<Vec<usize>, Error> {
-    let mut solver = Solver::<T, N, D, C>::new();
-    let settings = Settings::new(T::literal(tolerance));
+    let shape = Shape::of_all(steps).expect("a step");
+    let mut kernel = kernel(shape).expect("a size is compiled");
     let mut work = Vec::new();
     for step in steps {
         if !warm {
-            solver.reset();
+            kernel.reset();
         }
-        let scene = step.scene()?;
-        let factor = Factor::new(&scene)?;
-        let solution = solver.solve(&scene, &factor, &step.free_impulse(), &settings)?;
-        assert_eq!(solution.status, Status::Solved, "{}", step.name);
-        let (v, r) = (measure::velocity(solution), measure::impulses(solution));
-        let error = measure::error(step, &v[..step.n_dof], &r, Law::Coulomb);
+        kernel.load(step)?;
+        kernel.prepare(true)?;
+        kernel.solve(Method::Default, &Settings::new(tolerance))?;
+        let answer = kernel.answer();
+        assert_eq!(answer.status, Status::Solved, "{}", step.name);
+        let error = measure::error(step, &answer.v, &answer.r, Law::Coulomb);
         assert!(error <= tolerance, "{}: {error:e}", step.name);
-        work.push(solution.iterations + 10 * solution.newton_steps);
+        work.push(answer.work());
     }
     Ok(work)
 }
@@ -52,12 +43,12 @@ fn every_step_of_every_sequence_is_solved_and_a_warm_start_costs_less() -> Resul
         let steps = scene_file::read(&file).expect("a sequence file");
         let work = [
             (
-                replay::<f64>(&steps, true, 1e-6)?,
-                replay::<f64>(&steps, false, 1e-6)?,
+                replay(kernels_f64::kernel, &steps, true, 1e-6)?,
+                replay(kernels_f64::kernel, &steps, false, 1e-6)?,
             ),
             (
-                replay::<f32>(&steps, true, 1e-4)?,
-                replay::<f32>(&steps, false, 1e-4)?,
+                replay(kernels_f32::kernel, &steps, true, 1e-4)?,
+                replay(kernels_f32::kernel, &steps, false, 1e-4)?,
             ),
         ];
         for (warm, cold) in work {

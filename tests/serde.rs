@@ -1,5 +1,4 @@
 //! Solutions survive a way through text, bit by bit.
-#![cfg(feature = "serde")]
 
 use nalgebra::{Matrix2, matrix, vector};
 use stiction::{Contact, Error, Factor, Scene, Settings, Solution, Solver};

@@ -1,19 +1,18 @@
 //! How a cold solve starts: with sweeps where contacts slide or impulses are unique, with Newton's method
 //! where they are held, with ADMM elsewhere.
 
-mod support;
-
-use stiction::{Error, Factor, Settings, Solver, Status};
-use support::scene_file::{self, SceneFile};
+use stiction::{Error, Settings, Status};
+use testbed::kernel::Shape;
+use testbed::method::Method;
+use testbed::scene_file::{self, SceneFile, repository};
 
 /// Iterations or sweeps, Newton steps and resolvents of a cold solve with a factor that has none.
 fn cold(file: &SceneFile, tolerance: f64) -> Result<[usize; 3], Error> {
-    let scene = file.scene::<f64, 18, 3, 12>()?;
-    let mut factor = Factor::empty();
-    factor.update(&scene)?;
-    let mut solver = Solver::new();
-    let settings = Settings::new(tolerance);
-    let solution = solver.solve(&scene, &factor, &file.free_impulse(), &settings)?;
+    let mut kernel = kernels_f64::kernel(Shape::of(file)).expect("a size is compiled");
+    kernel.load(file)?;
+    kernel.prepare(false)?;
+    kernel.solve(Method::Default, &Settings::new(tolerance))?;
+    let solution = kernel.answer();
     assert_eq!(solution.status, Status::Solved, "{}", file.name);
     Ok([
         solution.iterations,
@@ -23,8 +22,8 @@ fn cold(file: &SceneFile, tolerance: f64) -> Result<[usize; 3], Error> {
 }
 
 fn bundled(name: &str) -> SceneFile {
-    let path = format!("tests/scenes/{name}.json");
-    let mut scenes = scene_file::read(path.as_ref()).expect("a scene file");
+    let path = repository().join(format!("tests/scenes/{name}.json"));
+    let mut scenes = scene_file::read(&path).expect("a scene file");
     scenes.remove(0)
 }
 
@@ -71,7 +70,8 @@ fn what_may_do_either_starts_with_admm() -> Result<(), Error> {
 /// for ADMM.
 #[test]
 fn a_guess_that_misleads_is_left() -> Result<(), Error> {
-    let steps = scene_file::read("tests/sequences/stack2_1000.json".as_ref()).expect("a sequence");
+    let steps = scene_file::read(&repository().join("tests/sequences/stack2_1000.json"))
+        .expect("a sequence");
     let mut left = 0;
     for step in &steps {
         let [iterations, _, resolvents] = cold(step, 1e-6)?;

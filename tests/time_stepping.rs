@@ -1,13 +1,11 @@
 //! Bodies followed over many steps: what Moreau-Jean stepping with this kernel keeps of mechanics.
 
-mod support;
-
+use crate::support::boxes::{BRICK, Cuboid, GRAVITY};
+use crate::support::motion::{BALL, Ball, REACH, box_on_slope};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use proptest::prelude::*;
 use stiction::time_stepping as law;
 use stiction::{Contact, ContactMode, Error, Factor, Scene, Settings, Solver, Status};
-use support::boxes::{BRICK, Cuboid, GRAVITY};
-use support::motion::{BALL, Ball, REACH, box_on_slope};
 
 #[test]
 fn a_sliding_box_stops_after_v_squared_over_two_mu_g() -> Result<(), Error> {

@@ -1,43 +1,41 @@
 //! A factor for one solve: `Factor::update` leaves the resolvent to the solve that needs it.
 
-mod support;
-
+use crate::support::check;
 use nalgebra::{SMatrix, SVector, matrix, vector};
-use stiction::{AdmmSolver, Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
-use support::check;
-use support::scene_file::{self, SceneFile};
+use stiction::{AdmmSolver, Contact, Error, Factor, Scene, Settings, Solver, Status};
+use testbed::kernel::{Answer, Constructor, Shape};
+use testbed::method::Method;
+use testbed::scene_file::{self, SceneFile};
 
 /// Replays a sequence, warm and each step cold, with both kinds of factor; the resolvents that solves
 /// have computed for a factor without.
-fn replay<T: Real, const N: usize, const D: usize, const C: usize>(
-    steps: &[SceneFile],
-    tolerance: f64,
-) -> Result<usize, Error> {
-    let settings = Settings::new(T::literal(tolerance));
-    let mut updated = Factor::<T, N, D, C>::empty();
+fn replay(kernel: Constructor, steps: &[SceneFile], tolerance: f64) -> Result<usize, Error> {
+    let shape = Shape::of_all(steps).expect("a step");
+    let settings = Settings::new(tolerance);
     let mut resolvents = 0;
     for warm in [true, false] {
-        let (mut one, mut other) = (Solver::new(), Solver::new());
+        let mut kernels = [kernel(shape), kernel(shape)].map(|kernel| kernel.expect("a size"));
         for step in steps {
-            if !warm {
-                one.reset();
-                other.reset();
+            let mut answers = Vec::new();
+            for (kernel, for_many) in kernels.iter_mut().zip([true, false]) {
+                if !warm {
+                    kernel.reset();
+                }
+                kernel.load(step)?;
+                kernel.prepare(for_many)?;
+                kernel.solve(Method::Default, &settings)?;
+                answers.push(kernel.answer());
             }
-            let (scene, f) = (step.scene()?, step.free_impulse());
-            let complete = Factor::new(&scene)?;
-            updated.update(&scene)?;
-            let one = one.solve(&scene, &complete, &f, &settings)?;
-            let other = other.solve(&scene, &updated, &f, &settings)?;
-            assert_eq!(one.status, Status::Solved, "{}", step.name);
-            assert_eq!(one.velocity, other.velocity, "{}", step.name);
-            assert_eq!(one.contacts, other.contacts, "{}", step.name);
-            assert_eq!(
-                (one.status, one.iterations, one.newton_steps),
-                (other.status, other.iterations, other.newton_steps),
-                "{}",
-                step.name
-            );
-            resolvents += other.factorizations - one.factorizations;
+            let [complete, updated] = &answers[..] else {
+                unreachable!("two kernels")
+            };
+            assert_eq!(complete.status, Status::Solved, "{}", step.name);
+            resolvents += updated.factorizations - complete.factorizations;
+            let updated = Answer {
+                factorizations: complete.factorizations,
+                ..updated.clone()
+            };
+            assert_eq!(*complete, updated, "{}", step.name);
         }
     }
     Ok(resolvents)
@@ -48,10 +46,8 @@ fn a_solve_with_an_updated_factor_is_that_with_a_complete_one() -> Result<(), Er
     let mut resolvents = 0;
     for file in scene_file::bundled_sequences() {
         let steps = scene_file::read(&file).expect("a sequence file");
-        if steps[0].dim == 3 {
-            resolvents += replay::<f64, 18, 3, 12>(&steps, 1e-6)?;
-            resolvents += replay::<f32, 18, 3, 12>(&steps, 1e-4)?;
-        }
+        resolvents += replay(kernels_f64::kernel, &steps, 1e-6)?;
+        resolvents += replay(kernels_f32::kernel, &steps, 1e-4)?;
     }
     assert!(resolvents > 0, "no solve has needed one");
     Ok(())

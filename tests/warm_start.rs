@@ -1,12 +1,10 @@
 //! The state between solves: what a warm start saves, and that it may live in a `static`.
 
-mod support;
-
+use crate::support::boxes::{BRICK, BoxScene};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use std::sync::Mutex;
 use stiction::{AdmmSolver, Contact, Error, Factor, Scene, Settings, Solution, Solver, Status};
-use support::boxes::{BRICK, BoxScene};
-use support::measure::{Law, error_of};
+use testbed::measure::{Law, error_of};
 
 fn settings() -> Settings<f64> {
     Settings::new(1e-8)

@@ -1,11 +1,8 @@
 //! Scene files for firmware, written on the host.
 //!
-//! `cargo run --example bake -- records FILE > scene.bin` writes a scene, or some steps of a
+//! `cargo run -p bake -- records FILE > scene.bin` writes a scene, or some steps of a
 //! sequence, as the bytes `examples/embedded/records.rs` reads; `rust FILE` writes a scene and its
 //! stored factor as the constants of `examples/baked`.
-
-#[path = "../../tests/support/mod.rs"]
-mod support;
 
 mod records;
 mod rust_source;
@@ -14,7 +11,7 @@ use clap::{Args, Parser};
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use support::scene_file;
+use testbed::scene_file;
 
 /// Write scenes for firmware to the standard output.
 #[derive(Parser)]

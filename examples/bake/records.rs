@@ -1,7 +1,7 @@
 //! Reduced scenes, and the records `examples/embedded/records.rs` reads.
 
 use crate::Selection;
-use crate::support::scene_file::SceneFile;
+use testbed::scene_file::SceneFile;
 
 /// What is left of a scene.
 pub(crate) struct Reduced {

@@ -84,7 +84,7 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
     .map(|(name, value)| format!("{name}: {value},\n"))
     .concat();
     Ok(format!(
-        "// Written by `cargo run --example bake -- rust FILE`: each number is the bits of an f32.\n\
+        "// Written by `cargo run -p bake -- rust FILE`: each number is the bits of an f32.\n\
          const fn bits(bits: u32) -> f32 {{ f32::from_bits(bits) }}\n\
          pub(super) static SCENE: Scene<{sizes}> = Scene::from_parts({mass}, [\n{contacts}]);\n\
          pub(super) static FREE_IMPULSE: SVector<f32, {N}> = {f};\n\

@@ -1,6 +1,6 @@
 //! A scene that was factorised on the host: the firmware solves, and has no Cholesky code.
 //!
-//! `quadruped.rs` is what `cargo run --example bake -- rust tests/scenes/go2_stand.json` prints.
+//! `quadruped.rs` is what `cargo run -p bake -- rust tests/scenes/go2_stand.json` prints.
 //! Its numbers are the bits the host computed. The same constants are checked by `main` on the
 //! host against a factor computed anew.
 #![cfg_attr(target_os = "none", no_std, no_main)]

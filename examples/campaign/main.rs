@@ -1,19 +1,18 @@
 //! Solves random hard scenes and counts what was solved, what was not, and what was claimed
 //! falsely. A panic of the kernel ends the campaign.
 //!
-//! `cargo run --release --example campaign -- --count 100000 --seed 1`; a scene of the list at
+//! `cargo run --release -p campaign -- --count 100000 --seed 1`; a scene of the list at
 //! the end is solved again, alone, with `--only INDEX` and the same seed.
-
-#[path = "../../tests/support/mod.rs"]
-mod support;
 
 mod tally;
 
 use clap::{Parser, ValueEnum};
 use std::process::ExitCode;
-use support::generate::{self, Class};
-use support::solve;
+
 use tally::{Tally, Verdict};
+use testbed::generate::{self, Class};
+use testbed::kernel::Constructor;
+use testbed::solve;
 
 /// Solve random hard scenes; exit with 1 if the kernel claimed anything false.
 #[derive(Parser)]
@@ -47,16 +46,16 @@ fn main() -> ExitCode {
         Some(index) => index..index + 1,
         None => 0..options.count,
     };
-    let solve = match options.precision {
-        Precision::F64 => solve::solve::<f64>,
-        Precision::F32 => solve::solve::<f32>,
+    let kernel: Constructor = match options.precision {
+        Precision::F64 => kernels_f64::kernel,
+        Precision::F32 => kernels_f32::kernel,
     };
     let mut tallies = Class::ALL.map(Tally::new);
     let mut noted = Vec::new();
     for index in indices {
         let turn = usize::try_from(index).unwrap_or(0) % Class::ALL.len();
         let (scene, existence) = generate::draw(Class::ALL[turn], options.seed, index);
-        let outcome = solve(&scene, options.tolerance);
+        let outcome = solve::solve(kernel, &scene, options.tolerance);
         let verdict = Verdict::new(&outcome, existence, options.tolerance);
         tallies[turn].add(verdict, outcome.work);
         if verdict.is_noted() || options.only.is_some() {

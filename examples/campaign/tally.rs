@@ -1,8 +1,8 @@
 //! What became of the scenes of a class.
 
-use crate::support::generate::{Class, Existence};
-use crate::support::solve::{Answer, Outcome};
 use std::fmt;
+use testbed::generate::{Class, Existence};
+use testbed::solve::{Answer, Outcome};
 
 /// A proof of infeasibility must ask for velocities this many times those of the offsets.
 const STRONG_PROOF: f64 = 1e3;

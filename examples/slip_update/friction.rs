@@ -3,9 +3,9 @@
 use crate::library::{self, Method};
 use crate::note::{Acceleration, Note, Printed, Slip, Variant};
 use crate::outcome::{Outcome, solved};
-use crate::support::scene_file::SceneFile;
 use crate::{CAP, by_library, by_note, heading};
 use stiction::{Settings, SlipUpdate};
+use testbed::scene_file::SceneFile;
 
 const FACTORS: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 const TOLERANCE: f64 = 1e-6;
@@ -34,7 +34,7 @@ fn shares(rougher: &[Vec<SceneFile>; 4]) {
     );
     let print = |method: Method, slip: &str, cap, run: &dyn Fn(&[SceneFile]) -> Vec<Outcome>| {
         let [one, two, five, ten] = rougher.each_ref().map(|scenes| solved(&run(scenes)));
-        let method = method.name();
+        let method = library::name(method);
         println!("| {method:<11} | {slip:<23} | {cap:>6} | {one} | {two} | {five} | {ten} |");
     };
     for (method, name, slip, cap) in [

@@ -1,7 +1,7 @@
 //! Is updating the tangential speed `s` at every iteration stable? The note leaves it open; here
 //! it is measured over the bundled scenes.
 //!
-//! `cargo run --release --example slip_update`
+//! `cargo run --release -p slip_update`
 //!
 //! f64, the library's default penalty, cold starts, at most 1000 iterations; a scene is solved if
 //! its error, measured from the file's data, is at most the tolerance. What the library does not
@@ -13,14 +13,11 @@ mod library;
 mod misprints;
 mod note;
 mod outcome;
-#[path = "../../tests/support/mod.rs"]
-mod support;
-
 use library::Method;
 use note::{Acceleration, Note, Printed, Slip, Variant};
 use outcome::{Outcome, quantile, solved, summary};
 use stiction::{Settings, SlipUpdate};
-use support::scene_file::{self, SceneFile};
+use testbed::scene_file::{self, SceneFile};
 
 const CAP: usize = 1000;
 const TOLERANCES: [f64; 2] = [1e-3, 1e-6];
@@ -108,7 +105,7 @@ fn check(scenes: &[SceneFile]) {
                 let differences = pairs.map(|(a, b)| a.iterations.abs_diff(b.iterations));
                 println!(
                     "| {:<11} | {name:<15} | {tolerance:.0e} | {} / {} | {} | {} |",
-                    method.name(),
+                    library::name(method),
                     solved(&theirs),
                     solved(&ours),
                     differences
@@ -129,7 +126,7 @@ fn updates(scenes: &[SceneFile]) {
     );
     for method in Method::ALL {
         let library = |what: &str, slip| {
-            row(method.name(), what, |tolerance| {
+            row(library::name(method), what, |tolerance| {
                 by_library(scenes, method, slip, tolerance, CAP)
             });
         };
@@ -143,7 +140,7 @@ fn updates(scenes: &[SceneFile]) {
                 printed,
             };
             let run = |tolerance| by_note(scenes, variant, tolerance, CAP);
-            row(method.name(), "every iteration, of `v`", run);
+            row(library::name(method), "every iteration, of `v`", run);
         }
         library("outer loop", SlipUpdate::OuterLoop);
         library(
@@ -165,7 +162,7 @@ fn relaxation(scenes: &[SceneFile]) {
         let below = |limit: f64| errors.partition_point(|&error| error <= limit);
         println!(
             "| {:<11} | {} | {} | {} | {} | {:.1e} | {:.1e} | {:.1e} |",
-            method.name(),
+            library::name(method),
             below(1e-6),
             below(1e-3),
             below(1e-2),
@@ -194,7 +191,7 @@ fn failures(scenes: &[SceneFile]) {
         };
         println!(
             "| {:<11} | {} | {} | {} |",
-            method.name(),
+            library::name(method),
             list((true, false)),
             list((false, true)),
             list((false, false)),

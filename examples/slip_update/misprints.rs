@@ -1,9 +1,9 @@
 //! What the note's misprints cost.
 
-use crate::library::Method;
+use crate::library::{self, Method};
 use crate::note::{Acceleration, Printed, Slip, Variant};
-use crate::support::scene_file::SceneFile;
 use crate::{CAP, by_note, heading, row};
+use testbed::scene_file::SceneFile;
 
 pub(crate) fn tables(scenes: &[SceneFile]) {
     heading(
@@ -79,6 +79,6 @@ pub(crate) fn tables(scenes: &[SceneFile]) {
             printed,
         };
         let run = |tolerance| by_note(scenes, variant, tolerance, CAP);
-        row(method.name(), what, run);
+        row(library::name(method), what, run);
     }
 }

@@ -1,9 +1,9 @@
 //! The note's iteration, step by step in velocity space, with what is open in it left open.
 
 use crate::outcome::Outcome;
-use crate::support::measure::{self, Law};
-use crate::support::scene_file::SceneFile;
 use nalgebra::{Cholesky, DVector, Dyn};
+use testbed::measure::{self, Law};
+use testbed::scene_file::SceneFile;
 
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Acceleration {

@@ -7,16 +7,15 @@
 
 #![allow(clippy::cast_precision_loss)] // counts are small
 
-#[path = "../../tests/support/mod.rs"]
-mod support;
-
 mod report;
 mod run;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum, value_parser};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use support::scene_file;
+use testbed::method::Method;
+use testbed::scene_file;
 
 /// Solve frictional contact scenes and measure error, iterations and time.
 #[derive(Parser)]
@@ -28,7 +27,7 @@ struct Options {
     #[arg(long, value_enum, default_value_t = Precision::F64)]
     precision: Precision,
     /// Algorithm
-    #[arg(long, value_enum, default_value_t = Method::Default)]
+    #[arg(long, default_value = "default", value_parser = methods())]
     method: Method,
     /// Error below which a scene counts as solved [default: 1e-9 for f64, 1e-4 for f32]
     #[arg(long, value_parser = positive)]
@@ -62,6 +61,13 @@ impl Options {
     }
 }
 
+/// The methods by their names.
+fn methods() -> impl TypedValueParser<Value = Method> {
+    let named = |name: String| Method::ALL.into_iter().find(|method| method.name() == name);
+    PossibleValuesParser::new(Method::ALL.map(Method::name))
+        .try_map(move |name| named(name).ok_or("no such method"))
+}
+
 fn positive(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
     if number > 0.0 && number.is_finite() {
@@ -84,30 +90,11 @@ enum Precision {
     F32,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Method {
-    Plain,
-    Fast,
-    Restart,
-    Default,
-}
-
 impl Precision {
     fn name(self) -> &'static str {
         match self {
             Self::F64 => "f64",
             Self::F32 => "f32",
-        }
-    }
-}
-
-impl Method {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Plain => "plain",
-            Self::Fast => "fast",
-            Self::Restart => "restart",
-            Self::Default => "default",
         }
     }
 }

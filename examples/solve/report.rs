@@ -35,20 +35,20 @@ pub(crate) fn header(options: &Options) {
 }
 
 pub(crate) fn row(run: &Run) {
-    let per_iteration = if run.newton_steps == 0 {
-        format!("{:.0}", run.solve_ns / run.iterations.max(1) as f64)
+    let per_iteration = if run.answer.newton_steps == 0 {
+        format!("{:.0}", run.solve_ns / run.answer.iterations.max(1) as f64)
     } else {
         "-".into() // most of it is Newton's
     };
-    let modes: String = run.modes.iter().map(|&mode| symbol(mode)).collect();
+    let modes: String = run.answer.modes.iter().map(|&mode| symbol(mode)).collect();
     print(&format!(
         "{:<28} {:>4} {:>8} {:<15} {:>5} {:>6} {:>8.1e} {:>10.2} {:>9.2} {:>8}  {}",
         run.name,
         run.n_dof,
         format!("{}x{}", run.n_contacts, run.dim),
-        status(run.status),
-        run.iterations,
-        run.newton_steps,
+        status(run.answer.status),
+        run.answer.iterations,
+        run.answer.newton_steps,
         run.error,
         run.prepare_ns / 1e3,
         run.solve_ns / 1e3,
@@ -66,16 +66,16 @@ pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
         "dim": run.dim,
         "precision": options.precision.name(),
         "method": options.method.name(),
-        "status": status(run.status),
-        "iterations": run.iterations,
-        "newton_steps": run.newton_steps,
-        "factorizations": run.factorizations,
+        "status": status(run.answer.status),
+        "iterations": run.answer.iterations,
+        "newton_steps": run.answer.newton_steps,
+        "factorizations": run.answer.factorizations,
         "error": run.error,
         "prepare_ns": run.prepare_ns,
         "solve_ns": run.solve_ns,
-        "v": run.v,
-        "r": run.r,
-        "certificate": run.certificate,
+        "v": run.answer.v,
+        "r": run.answer.r,
+        "certificate": certificate(run),
     });
     if let Some(step) = step {
         line["step"] = step.into();
@@ -83,25 +83,29 @@ pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
     print(&line.to_string());
 }
 
+/// `d`, row by row with zero tangential parts, if the scene is infeasible.
+fn certificate(run: &Run) -> Option<Vec<f64>> {
+    let normals = run.answer.certificate.iter();
+    let rows = normals.flat_map(|&d| (0..run.dim).map(move |row| if row == 0 { d } else { 0.0 }));
+    (run.answer.status == Status::Infeasible).then(|| rows.collect())
+}
+
 /// How many scenes reached which error, and how long it took.
 pub(crate) fn summary(runs: &[Run], options: &Options) {
     if runs.is_empty() {
         return;
     }
-    let mut work: Vec<usize> = runs
-        .iter()
-        .map(|run| run.iterations + 10 * run.newton_steps)
-        .collect();
+    let mut work: Vec<usize> = runs.iter().map(|run| run.answer.work()).collect();
     work.sort_unstable();
     let quantile = |percent: usize| work[(work.len() - 1) * percent / 100];
-    let reaches = |run: &Run, error| run.status != Status::Infeasible && run.error <= error;
+    let reaches = |run: &Run, error| run.answer.status != Status::Infeasible && run.error <= error;
     let count = |wanted: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| wanted(run)).count();
     print(&format!(
         "\n{} scenes: {} infeasible, {} solved; error <= 1e-3: {}, 1e-6: {}, 1e-9: {}; \
          work (iterations + 10 newton) median {}, 90 % {}, max {}",
         runs.len(),
-        count(&|run| run.status == Status::Infeasible),
-        count(&|run| run.status == Status::Solved),
+        count(&|run| run.answer.status == Status::Infeasible),
+        count(&|run| run.answer.status == Status::Solved),
         count(&|run| reaches(run, 1e-3)),
         count(&|run| reaches(run, 1e-6)),
         count(&|run| reaches(run, 1e-9)),
@@ -111,7 +115,7 @@ pub(crate) fn summary(runs: &[Run], options: &Options) {
     ));
     let false_claims = runs
         .iter()
-        .filter(|run| run.status == Status::Solved && run.error > options.tolerance());
+        .filter(|run| run.answer.status == Status::Solved && run.error > options.tolerance());
     for run in false_claims {
         print(&format!(
             "{}: solved, but the error is {:.3e}",

@@ -8,9 +8,9 @@
 use crate::contestant::{Contestant, Effort};
 use crate::elimination::Elimination;
 use crate::gauss_seidel::GaussSeidel;
-use crate::support::scene_file::SceneFile;
 use nalgebra::{SMatrix, SVector};
 use stiction::Real;
+use testbed::scene_file::SceneFile;
 
 const STEPS: usize = 200;
 /// Sweeps before the first Newton step, and after one that failed.

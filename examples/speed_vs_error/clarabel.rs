@@ -2,9 +2,9 @@
 //! relaxation, and in an outer loop `s = |u_T|` Coulomb's law.
 
 use crate::contestant::{Contestant, Effort};
-use crate::support::scene_file::SceneFile;
 use ::clarabel::algebra::CscMatrix;
 use ::clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+use testbed::scene_file::SceneFile;
 
 /// Convex problems that the outer loop solves at most.
 const PROBLEMS: usize = 50;

@@ -2,9 +2,9 @@
 //!
 //! With `M = L Lᵀ` and `X = L⁻¹ Hᵀ`: `W = XᵀX`, `q = w - Xᵀ L⁻¹ f`, `v = L⁻ᵀ (X r - L⁻¹ f)`.
 
-use crate::support::scene_file::SceneFile;
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use stiction::Real;
+use testbed::scene_file::SceneFile;
 
 /// `N` velocities, up to `R` contact rows.
 pub(crate) struct ContactSpace<T: Real, const N: usize, const R: usize> {

@@ -4,9 +4,9 @@
 use crate::block::Block;
 use crate::contact_space::ContactSpace;
 use crate::contestant::{Contestant, Effort};
-use crate::support::scene_file::SceneFile;
 use nalgebra::SVector;
 use stiction::Real;
+use testbed::scene_file::SceneFile;
 
 const SWEEPS: usize = 5000;
 

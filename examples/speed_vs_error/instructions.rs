@@ -2,7 +2,7 @@
 //! (`examples/measure/baseline.txt`): lines `target scene quantity number`.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use testbed::scene_file::repository;
 
 const TARGET: &str = "m4f32";
 /// Name in the table, and what the picture calls it.
@@ -28,7 +28,7 @@ pub(crate) struct Firmware {
 
 /// The recorded table; scenes that it does not hold are left out.
 pub(crate) fn read() -> Result<Vec<Firmware>, String> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/measure/baseline.txt");
+    let path = repository().join("examples/measure/baseline.txt");
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
     Ok(SCENES
         .iter()

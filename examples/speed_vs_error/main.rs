@@ -1,6 +1,6 @@
 //! Speed against error: this crate, what a user would write instead, and a conic solver, in one run.
 //!
-//! `cargo run --release --example speed_vs_error` measures and writes the report with its pictures to
+//! `cargo run --release -p speed_vs_error` measures and writes the report with its pictures to
 //! `examples/speed_vs_error/report`; `-- --quick` takes less than a minute and writes to
 //! `target/speed_vs_error`.
 //!
@@ -17,9 +17,6 @@
 
 #![allow(clippy::cast_precision_loss)] // counts and sizes are small
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // pixels, decades and visits
-
-#[path = "../../tests/support/mod.rs"]
-mod support;
 
 mod alart_curnier;
 mod axis;
@@ -50,7 +47,7 @@ use measure::Patience;
 use progress::Progress;
 use race::Race;
 use std::path::PathBuf;
-use support::scene_file::{self, SceneFile};
+use testbed::scene_file::{self, SceneFile};
 
 /// Measure error against time and write the report.
 #[derive(Parser)]
@@ -73,8 +70,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     } else {
         (FULL, 20, "examples/speed_vs_error/report")
     };
-    let crate_folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    let folder = options.output.unwrap_or_else(|| crate_folder.join(folder));
+    let repository = scene_file::repository();
+    let folder = options.output.unwrap_or_else(|| repository.join(folder));
 
     let mut scenes: Vec<SceneFile> = Vec::new();
     for path in scene_file::bundled() {

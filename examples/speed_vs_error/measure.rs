@@ -6,9 +6,9 @@
 //! twenty microseconds, with the data and the code at hand, as in a control loop.
 
 use crate::contestant::{Contestant, Effort, Id};
-use crate::support::measure::{self, Law};
-use crate::support::scene_file::SceneFile;
 use std::time::Instant;
+use testbed::measure::{self, Law};
+use testbed::scene_file::SceneFile;
 
 /// A contestant under its name.
 pub(crate) type Entry = (Id, Box<dyn Contestant>);

@@ -2,8 +2,7 @@
 """Counts instructions a solve by function and by kind, with valgrind's callgrind and objdump, and writes
 `report/callgrind.md`, and those of the default method on all scenes to `report/instructions.txt`.
 
-Run by hand after `cargo build --release --example speed_vs_error`; the report of the next run of
-the example includes both.
+Run by hand after `cargo build --release -p speed_vs_error`; the report of the next race includes both.
 """
 import collections
 import datetime
@@ -17,7 +16,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", HERE.parent.parent / "target"))
-EXAMPLE = TARGET / "release" / "examples" / "speed_vs_error"
+RACE = TARGET / "release" / "speed_vs_error"
 SCENES = ("box_slide_spin", "go2_trot_mixed", "allegro_heavy_box", "stack3_1_10_100")
 SOLVERS = (
     "default method, f64",
@@ -42,8 +41,8 @@ COSTS = re.compile(r"^(0x[0-9a-f]+) \d+ (\d+)$")
 
 @functools.cache
 def names():
-    """Name and operands of every instruction of the example, by its address."""
-    command = ["objdump", "--disassemble", "--no-show-raw-insn", EXAMPLE]
+    """Name and operands of every instruction of the race, by its address."""
+    command = ["objdump", "--disassemble", "--no-show-raw-insn", RACE]
     text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     lines = re.finditer(r"^ *([0-9a-f]+):\t(\S+) *(.*)$", text, re.MULTILINE)
     return {int(line[1], 16): f"{line[2]} {line[3]}" for line in lines}
@@ -54,7 +53,7 @@ def kinds(lines):
     found, executed, ours, inclusive = collections.Counter(), collections.Counter(), True, False
     for line in lines:
         if line.startswith("ob="):
-            ours = line.rstrip().endswith(EXAMPLE.name)
+            ours = line.rstrip().endswith(RACE.name)
         if line.startswith("calls="):
             inclusive = True  # the next line is of what is called
         elif match := COSTS.match(line):
@@ -73,7 +72,7 @@ def count(scene, solver):
     with tempfile.NamedTemporaryFile() as out:
         command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out.name}"]
         command += ["--dump-instr=yes", "--compress-pos=no", "--compress-strings=no"]
-        command += ["--toggle-collect=*Contestant*solve*", EXAMPLE]
+        command += ["--toggle-collect=*Contestant*solve*", RACE]
         command += ["--profile", f"{scene}:{solver}:{TOLERANCE}:{CALLS}"]
         run = subprocess.run(command, capture_output=True, text=True, check=True)
         annotate = ["callgrind_annotate", "--threshold=100", "--auto=no", out.name]

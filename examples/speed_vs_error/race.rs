@@ -3,7 +3,7 @@
 use crate::contestant::Id;
 use crate::measure::{self, Patience, Run};
 use crate::sizes;
-use crate::support::scene_file::SceneFile;
+use testbed::scene_file::SceneFile;
 
 /// Errors at which times are compared.
 pub(crate) const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-9];

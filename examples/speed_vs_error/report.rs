@@ -9,12 +9,13 @@ use crate::scaling::{self, Scaling};
 use crate::verdict::{self, spatial};
 use crate::{pictures, pictures_sizes, tables};
 use std::path::Path;
+use testbed::scene_file::repository;
 
 type Failure = Box<dyn std::error::Error>;
 
 /// What the run against external solvers wrote (`examples/peers`).
 fn peers() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/peers/report/verdict.md");
+    let path = repository().join("examples/peers/report/verdict.md");
     match std::fs::read_to_string(path) {
         Ok(text) => text.trim().to_owned(),
         Err(_) => "not measured yet, see `examples/peers`.".to_owned(),

@@ -5,11 +5,12 @@ use crate::library::Library;
 use crate::measure::{self, Patience};
 use crate::progress::Progress;
 use crate::race::geometric_mean;
-use crate::support::scene_file::SceneFile;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use stiction::Real;
+use testbed::kernel::Compiled;
+use testbed::scene_file::SceneFile;
 
 pub(crate) const CONTACTS: [usize; 9] = [1, 2, 3, 4, 5, 6, 8, 10, 12];
 pub(crate) const DOFS: [usize; 9] = [2, 3, 4, 6, 9, 12, 18, 24, 30];
@@ -72,8 +73,9 @@ fn measure<T: Real, const N: usize, const C: usize>(
     let (mut prepare, mut solve) = (Vec::new(), Vec::new());
     for _ in 0..scenes {
         let scene = scene(&mut random, N, contacts);
-        let library = Library::<T, N, 3, C>::new(&scene, id.kind).expect("the scene is valid");
-        let library: Box<dyn Contestant> = library;
+        let kernel = Box::new(Compiled::<T, N, 3, C>::default());
+        let library = Library::new(kernel, &scene, id.kind).expect("the scene is valid");
+        let library: Box<dyn Contestant> = Box::new(library);
         for run in measure::race(&scene, vec![(id, library)], &[TOLERANCE], patience) {
             prepare.push(run.prepare.least);
             solve.extend(run.rungs.iter().map(|rung| rung.time.least));

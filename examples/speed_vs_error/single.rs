@@ -2,7 +2,7 @@
 
 use crate::contestant::Id;
 use crate::sizes;
-use crate::support::scene_file::SceneFile;
+use testbed::scene_file::SceneFile;
 
 /// `SCENE:SOLVER:TOLERANCE:CALLS`, the solver as the tables name it.
 pub(crate) fn run(scenes: &[SceneFile], what: &str) -> Result<(), String> {

@@ -4,28 +4,28 @@ use nalgebra::{SMatrix, SVector, Vector3, matrix, vector};
 use stiction::{Contact, Error, Real, Scene};
 
 /// Velocity of the centre, then angular velocity, along (down the slope, across, out of the plane).
-pub type BoxScene<T> = Scene<T, 6, 3, 4>;
+pub(crate) type BoxScene<T> = Scene<T, 6, 3, 4>;
 
 /// Acceleration of gravity, m/s².
-pub const GRAVITY: f64 = 9.81;
+pub(crate) const GRAVITY: f64 = 9.81;
 
 /// A homogeneous box.
 #[derive(Clone, Copy, Debug)]
-pub struct Cuboid {
+pub(crate) struct Cuboid {
     /// kg
-    pub mass: f64,
+    pub(crate) mass: f64,
     /// Half edges along (down the slope, across, out of the plane), m.
-    pub half: [f64; 3],
+    pub(crate) half: [f64; 3],
 }
 
 /// 2 kg, twice as long as high.
-pub const BRICK: Cuboid = Cuboid {
+pub(crate) const BRICK: Cuboid = Cuboid {
     mass: 2.0,
     half: [0.1, 0.08, 0.05],
 };
 
 impl Cuboid {
-    pub fn mass_matrix(&self) -> SMatrix<f64, 6, 6> {
+    pub(crate) fn mass_matrix(&self) -> SMatrix<f64, 6, 6> {
         let [a, b, c] = self.half.map(|half| half * half);
         let inertia = vector![b + c, c + a, a + b] * (self.mass / 3.0);
         let [x, y, z] = inertia.into();
@@ -33,13 +33,13 @@ impl Cuboid {
     }
 
     /// Where the box touches the plane, from its centre.
-    pub fn corners(&self) -> [Vector3<f64>; 4] {
+    pub(crate) fn corners(&self) -> [Vector3<f64>; 4] {
         let [a, b, c] = self.half;
         [(a, b), (a, -b), (-a, b), (-a, -b)].map(|(x, y)| vector![x, y, -c])
     }
 
     /// The box at rest on a plane.
-    pub fn on_plane<T: Real>(&self, mu: f64) -> Result<BoxScene<T>, Error> {
+    pub(crate) fn on_plane<T: Real>(&self, mu: f64) -> Result<BoxScene<T>, Error> {
         let mut scene = Scene::new();
         scene.set_mass(&self.mass_matrix().map(T::literal))?;
         for corner in self.corners() {
@@ -54,7 +54,7 @@ impl Cuboid {
     }
 
     /// `f` of a step in which the box, at rest before, feels gravity on a slope.
-    pub fn free_impulse<T: Real>(&self, slope: f64, step: f64) -> SVector<T, 6> {
+    pub(crate) fn free_impulse<T: Real>(&self, slope: f64, step: f64) -> SVector<T, 6> {
         let impulse = self.mass * GRAVITY * step;
         let (down, into) = (impulse * slope.sin(), -impulse * slope.cos());
         vector![-down, 0.0, -into, 0.0, 0.0, 0.0].map(T::literal)
@@ -62,7 +62,7 @@ impl Cuboid {
 }
 
 /// Velocity of a point of a body, normal `z` first, then `x` and `y`.
-pub fn point_jacobian(p: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+pub(crate) fn point_jacobian(p: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     matrix![
         0.0, 0.0, 1.0, p.y, -p.x, 0.0;
         1.0, 0.0, 0.0, 0.0, p.z, -p.y;

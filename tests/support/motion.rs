@@ -6,23 +6,23 @@ use stiction::time_stepping as law;
 use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
 
 /// No contact here closes faster, m/s.
-pub const REACH: f64 = 5.0;
+pub(crate) const REACH: f64 = 5.0;
 
 /// A system of constant mass and contact directions under constant forces.
-pub struct Motion<T, const N: usize, const D: usize, const C: usize> {
-    pub scene: Scene<T, N, D, C>,
-    pub factor: Factor<T, N, D, C>,
-    pub solver: Solver<T, N, D, C>,
-    pub settings: Settings<T>,
-    pub force: SVector<T, N>,
-    pub step: T,
+pub(crate) struct Motion<T, const N: usize, const D: usize, const C: usize> {
+    pub(crate) scene: Scene<T, N, D, C>,
+    pub(crate) factor: Factor<T, N, D, C>,
+    pub(crate) solver: Solver<T, N, D, C>,
+    pub(crate) settings: Settings<T>,
+    pub(crate) force: SVector<T, N>,
+    pub(crate) step: T,
     /// Generalised position since the start, and velocity.
-    pub position: SVector<T, N>,
-    pub velocity: SVector<T, N>,
+    pub(crate) position: SVector<T, N>,
+    pub(crate) velocity: SVector<T, N>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C> {
-    pub fn new(
+    pub(crate) fn new(
         scene: Scene<T, N, D, C>,
         force: SVector<f64, N>,
         step: f64,
@@ -41,14 +41,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
     }
 
     /// Sets the normal offset of a contact.
-    pub fn offset(&mut self, contact: usize, normal: T) -> Result<(), Error> {
+    pub(crate) fn offset(&mut self, contact: usize, normal: T) -> Result<(), Error> {
         let mut offset = SVector::zeros();
         offset[0] = normal;
         self.scene.set_offset(contact, &offset)
     }
 
     /// One step, from the offsets that were set.
-    pub fn advance(&mut self) -> Result<(), Error> {
+    pub(crate) fn advance(&mut self) -> Result<(), Error> {
         let mass = self.scene.mass();
         let f = law::free_impulse(mass, &self.velocity, &self.force, self.step);
         let solver = &mut self.solver;
@@ -72,7 +72,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
 
     /// Kinetic energy, and the work against the forces with the position half a step back, where
     /// this scheme is that of the midpoint: a falling body keeps the sum.
-    pub fn energy(&self) -> f64 {
+    pub(crate) fn energy(&self) -> f64 {
         let double = |x: T| x.to_subset().unwrap_or(f64::NAN);
         let [velocity, position, force] =
             [self.velocity, self.position, self.force].map(|x| x.map(double));
@@ -84,14 +84,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
 
 /// A solid ball over a floor; dofs forward, up, and the spin that turns its top backward.
 #[derive(Clone, Copy)]
-pub struct Ball {
-    pub mass: f64,
-    pub radius: f64,
-    pub mu: f64,
-    pub restitution: f64,
+pub(crate) struct Ball {
+    pub(crate) mass: f64,
+    pub(crate) radius: f64,
+    pub(crate) mu: f64,
+    pub(crate) restitution: f64,
 }
 
-pub const BALL: Ball = Ball {
+pub(crate) const BALL: Ball = Ball {
     mass: 0.6,
     radius: 0.12,
     mu: 0.3,
@@ -99,7 +99,11 @@ pub const BALL: Ball = Ball {
 };
 
 impl Ball {
-    pub fn motion<T: Real>(&self, step: f64, tolerance: f64) -> Result<Motion<T, 3, 2, 1>, Error> {
+    pub(crate) fn motion<T: Real>(
+        &self,
+        step: f64,
+        tolerance: f64,
+    ) -> Result<Motion<T, 3, 2, 1>, Error> {
         let inertia = 0.4 * self.mass * self.radius * self.radius;
         let mut scene = Scene::new();
         let mass = SMatrix::from_diagonal(&vector![self.mass, self.mass, inertia]);
@@ -115,7 +119,7 @@ impl Ball {
     }
 
     /// One step of a ball whose lowest point is at `position.y`.
-    pub fn advance<T: Real>(&self, ball: &mut Motion<T, 3, 2, 1>) -> Result<(), Error> {
+    pub(crate) fn advance<T: Real>(&self, ball: &mut Motion<T, 3, 2, 1>) -> Result<(), Error> {
         let threshold = T::literal(4.0 * GRAVITY) * ball.step;
         let gap = law::gap(ball.position.y, ball.step, T::ZERO, T::literal(REACH));
         let e = T::literal(self.restitution);
@@ -125,7 +129,7 @@ impl Ball {
 }
 
 /// A box on a plane that it does not leave; dofs as in [`super::boxes`].
-pub fn box_on_slope(
+pub(crate) fn box_on_slope(
     cuboid: &Cuboid,
     mu: f64,
     slope: f64,

@@ -1,0 +1,252 @@
+//! The kernel behind one interface for all compiled sizes, so that a size is compiled once and not in every tool.
+
+use crate::measure;
+use crate::method::{Method, Solvers};
+use crate::scene_file::SceneFile;
+use nalgebra::SVector;
+use std::hint::black_box;
+use stiction::{ContactMode, Error, Factor, Real, Scene, Settings, SlipUpdate, Solution, Status};
+
+/// What a compiled size has to hold.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    pub dofs: usize,
+    /// Rows of a contact.
+    pub dim: usize,
+    pub contacts: usize,
+}
+
+impl Shape {
+    pub fn of(file: &SceneFile) -> Self {
+        Self {
+            dofs: file.n_dof,
+            dim: file.dim,
+            contacts: file.n_contacts,
+        }
+    }
+
+    /// Of the time steps of a sequence: contacts come and go.
+    pub fn of_all(steps: &[SceneFile]) -> Option<Self> {
+        let largest = steps.iter().max_by_key(|step| step.n_contacts);
+        largest.map(Self::of)
+    }
+}
+
+/// Constructor of a kernel for scenes of a shape: `kernels_f64::kernel` or `kernels_f32::kernel`.
+pub type Constructor = fn(Shape) -> Result<Box<dyn Kernel>, String>;
+
+/// A scene, its factor and the solvers' states.
+pub trait Kernel {
+    /// Takes a scene of the shape; the states stay.
+    fn load(&mut self, file: &SceneFile) -> Result<(), Error>;
+
+    /// Computes the factor: for many solves (`Factor::compute`), or for one (`Factor::update`).
+    fn prepare(&mut self, for_many: bool) -> Result<(), Error>;
+
+    /// Does a solve by the default method do without the resolvent, so that [`Kernel::prepare`] for one solve has all
+    /// that it needs? The states are left as they were.
+    fn spares_resolvent(&mut self, settings: &Settings<f64>) -> Result<bool, Error>;
+
+    /// Forgets the states.
+    fn reset(&mut self);
+
+    /// Remembers the states for [`Kernel::rewind`].
+    fn keep(&mut self);
+
+    /// Goes back to the states that were kept.
+    fn rewind(&mut self);
+
+    fn solve(&mut self, method: Method, settings: &Settings<f64>) -> Result<(), Error>;
+
+    /// Goes on with a solve by the default method.
+    fn resume(&mut self, settings: &Settings<f64>) -> Result<(), Error>;
+
+    /// The default penalty `rho`.
+    fn penalty(&self) -> f64;
+
+    /// How the last solve ended; its iterations and Newton steps.
+    fn outcome(&self) -> (Status, [usize; 2]);
+
+    /// The solution of the last solve.
+    fn answer(&self) -> Answer;
+}
+
+/// A solution in f64, without padding.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    pub status: Status,
+    pub iterations: usize,
+    pub newton_steps: usize,
+    pub factorizations: usize,
+    /// As the kernel says.
+    pub error: f64,
+    pub v: Vec<f64>,
+    /// Contact by contact, normal first.
+    pub r: Vec<f64>,
+    pub modes: Vec<ContactMode>,
+    /// `d`, one number a contact, if the scene is infeasible.
+    pub certificate: Vec<f64>,
+}
+
+impl Answer {
+    /// Iterations, and ten for each Newton step.
+    pub fn work(&self) -> usize {
+        self.iterations + 10 * self.newton_steps
+    }
+}
+
+/// The kernel in one size.
+pub struct Compiled<T, const N: usize, const D: usize, const C: usize> {
+    n_dof: usize,
+    scene: Scene<T, N, D, C>,
+    f: SVector<T, N>,
+    factor: Factor<T, N, D, C>,
+    solvers: Solvers<T, N, D, C>,
+    kept: Solvers<T, N, D, C>,
+    /// Of the last solve.
+    method: Method,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Compiled<T, N, D, C> {
+    fn default() -> Self {
+        Self {
+            n_dof: N,
+            scene: Scene::new(),
+            f: SVector::zeros(),
+            factor: Factor::empty(),
+            solvers: Solvers::default(),
+            kept: Solvers::default(),
+            method: Method::Default,
+        }
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Compiled<T, N, D, C> {
+    fn solution(&self) -> &Solution<T, N, D, C> {
+        match self.method {
+            Method::Default => self.solvers.default.solution(),
+            _ => self.solvers.admm.solution(),
+        }
+    }
+}
+
+fn rounded<T: Real>(settings: &Settings<f64>) -> Settings<T> {
+    Settings {
+        tolerance: T::literal(settings.tolerance),
+        max_iterations: settings.max_iterations,
+        slip: settings.slip,
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compiled<T, N, D, C> {
+    fn load(&mut self, file: &SceneFile) -> Result<(), Error> {
+        self.scene = file.scene()?;
+        self.f = file.free_impulse();
+        self.n_dof = file.n_dof;
+        Ok(())
+    }
+
+    fn prepare(&mut self, for_many: bool) -> Result<(), Error> {
+        let scene = black_box(&self.scene);
+        if for_many {
+            self.factor.compute(scene)
+        } else {
+            self.factor.update(scene)
+        }
+    }
+
+    fn spares_resolvent(&mut self, settings: &Settings<f64>) -> Result<bool, Error> {
+        self.factor.update(&self.scene)?;
+        let mut solver = self.solvers.default.clone();
+        let solution = solver.solve(&self.scene, &self.factor, &self.f, &rounded(settings))?;
+        Ok(solution.factorizations == 0)
+    }
+
+    fn reset(&mut self) {
+        self.solvers.default.reset();
+        self.solvers.admm.reset();
+    }
+
+    fn keep(&mut self) {
+        self.kept.clone_from(&self.solvers);
+    }
+
+    fn rewind(&mut self) {
+        self.solvers.clone_from(&self.kept);
+    }
+
+    fn solve(&mut self, method: Method, settings: &Settings<f64>) -> Result<(), Error> {
+        self.method = method;
+        let (scene, factor, f) = black_box((&self.scene, &self.factor, &self.f));
+        let solution = method.run(&mut self.solvers, scene, factor, f, &rounded(settings))?;
+        black_box(solution);
+        Ok(())
+    }
+
+    fn resume(&mut self, settings: &Settings<f64>) -> Result<(), Error> {
+        self.method = Method::Default;
+        let solver = &mut self.solvers.default;
+        solver.resume(&self.scene, &self.factor, &self.f, &rounded(settings))?;
+        Ok(())
+    }
+
+    fn penalty(&self) -> f64 {
+        measure::double(&self.factor.penalty())
+    }
+
+    fn outcome(&self) -> (Status, [usize; 2]) {
+        let solution = self.solution();
+        (
+            solution.status,
+            [solution.iterations, solution.newton_steps],
+        )
+    }
+
+    fn answer(&self) -> Answer {
+        let solution = self.solution();
+        let mut v = measure::velocity(solution);
+        v.truncate(self.n_dof);
+        Answer {
+            status: solution.status,
+            iterations: solution.iterations,
+            newton_steps: solution.newton_steps,
+            factorizations: solution.factorizations,
+            error: measure::double(&solution.error),
+            v,
+            r: measure::impulses(solution),
+            modes: solution
+                .contacts
+                .iter()
+                .map(|contact| contact.mode)
+                .collect(),
+            certificate: solution.certificate.iter().map(measure::double).collect(),
+        }
+    }
+}
+
+/// The kernel in the smallest compiled size that holds scenes of this shape.
+///
+/// The sizes: each is compiled once for f64 and once for f32, a second or two of a build for both.
+pub fn smallest<T: Real>(shape: Shape) -> Result<Box<dyn Kernel>, String> {
+    macro_rules! sizes {
+        ($d:literal: $($n:literal x $c:literal),*) => {
+            match (shape.dofs, shape.contacts) {
+                $((..=$n, ..=$c) => Ok(Box::new(Compiled::<T, $n, $d, $c>::default())),)*
+                (n, c) => Err(format!("{n} dofs and {c} contacts: at most 30 and 12")),
+            }
+        };
+    }
+    match shape.dim {
+        2 => sizes!(2: 6 x 4, 18 x 4, 30 x 12),
+        3 => sizes!(3: 6 x 4, 6 x 12, 12 x 12, 18 x 4, 18 x 12, 24 x 12, 30 x 12),
+        dim => Err(format!("dim {dim} is not 2 or 3")),
+    }
+}
+
+/// How an error of Coulomb's law or of its relaxation is to be measured for these settings.
+pub fn law<T>(settings: &Settings<T>) -> measure::Law {
+    match settings.slip {
+        SlipUpdate::Never => measure::Law::Relaxed,
+        _ => measure::Law::Coulomb,
+    }
+}

@@ -1,0 +1,58 @@
+//! Solves a scene by default settings, and has a stranger judge the answer.
+
+use crate::kernel::{Constructor, Kernel, Shape};
+use crate::measure::{self, Law};
+use crate::method::Method;
+use crate::scene_file::SceneFile;
+use stiction::{Error, Settings, Status};
+
+/// What the kernel said of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Answer {
+    /// "The error is below the tolerance."
+    Solved,
+    /// "It is not."
+    Unsolved,
+    /// "There is no solution", and how strong the proof is by [`measure::proof`].
+    Infeasible { proof: f64 },
+    /// "This scene cannot be computed with."
+    Refused(Error),
+}
+
+/// The answer, and what it is worth.
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome {
+    pub answer: Answer,
+    /// Of the returned velocity and impulses, recomputed in f64 from the scene as given.
+    pub error: f64,
+    /// Iterations, and ten for each Newton step.
+    pub work: usize,
+}
+
+/// Solves with all settings but the tolerance at their defaults; the smallest compiled size has to hold the scene.
+pub fn solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Outcome {
+    let mut kernel = kernel(Shape::of(file)).expect("a size is compiled");
+    solve_by(&mut *kernel, file, tolerance).unwrap_or_else(|error| Outcome {
+        answer: Answer::Refused(error),
+        error: f64::INFINITY,
+        work: 0,
+    })
+}
+
+fn solve_by(kernel: &mut dyn Kernel, file: &SceneFile, tolerance: f64) -> Result<Outcome, Error> {
+    kernel.load(file)?;
+    kernel.prepare(true)?;
+    kernel.solve(Method::Default, &Settings::new(tolerance))?;
+    let answer = kernel.answer();
+    Ok(Outcome {
+        answer: match answer.status {
+            Status::Solved => Answer::Solved,
+            Status::Infeasible => Answer::Infeasible {
+                proof: measure::proof(file, &answer.certificate),
+            },
+            _ => Answer::Unsolved,
+        },
+        error: measure::error(file, &answer.v, &answer.r, Law::Coulomb),
+        work: answer.work(),
+    })
+}

@@ -1,0 +1,22 @@
+//! All tests in one program, a module for each subject: what they share is compiled and linked once.
+
+mod support;
+
+mod alloc;
+mod budget;
+mod cone;
+mod equivalence;
+mod errors;
+mod hard;
+mod long_runs;
+mod physics;
+mod scenes;
+mod sequences;
+#[cfg(feature = "serde")]
+mod serde;
+mod start;
+mod sweeps;
+mod time_stepping;
+mod update;
+mod warm_start;
+mod zero_columns;
