@@ -58,24 +58,29 @@ fn rounding<T: Real>(size: T) -> T {
     T::literal(16.0) * T::EPSILON * size
 }
 
-/// How far `x` is out of `K_mu` and of `K*_mu`, from their definitions and in f64.
-fn outside<T: Real, const D: usize>(mu: f64, x: &SVector<T, D>) -> [f64; 2] {
+/// How far `x` is out of `K_mu` and of `K*_mu`, from their definitions and in f64; negative inside.
+fn depth<T: Real, const D: usize>(mu: f64, x: &SVector<T, D>) -> [f64; 2] {
     let mu: f64 = T::literal(mu).to_subset().expect("mu is a number");
     let x = x.map(|x| x.to_subset().expect("x is a number"));
     let length = x.iter().skip(1).fold(0.0_f64, |sum, x| sum.hypot(*x));
-    [length - mu * x[0], mu * length - x[0]].map(|out| (out / mu.hypot(1.0)).max(-x[0]).max(0.0))
+    [length - mu * x[0], mu * length - x[0]].map(|out| (out / mu.hypot(1.0)).max(-x[0]))
+}
+
+/// [`depth`], 0 inside.
+fn outside<T: Real, const D: usize>(mu: f64, x: &SVector<T, D>) -> [f64; 2] {
+    depth(mu, x).map(|depth| depth.max(0.0))
 }
 
 fn is_membership<T: Real, const D: usize>(mu: f64, x: [f64; 4]) -> Property {
     let x = vector::<T, D>(x);
     let slack: f64 = rounding(x.norm()).to_subset().expect("a number");
-    for (cone, outside) in both::<T>(mu).into_iter().zip(outside(mu, &x)) {
+    for (cone, depth) in both::<T>(mu).into_iter().zip(depth(mu, &x)) {
         if cone.contains(&x) {
-            prop_assert!(outside <= slack);
+            prop_assert!(depth <= slack);
             prop_assert_eq!(cone.project(&x), x);
         } else {
-            prop_assert!(outside >= 0.0);
-            prop_assert!(cone.project(&x) != x || outside <= slack);
+            prop_assert!(depth >= -slack);
+            prop_assert!(cone.project(&x) != x || depth <= slack);
         }
     }
     Ok(())

@@ -12,8 +12,6 @@ mod long_runs;
 mod physics;
 mod scenes;
 mod sequences;
-#[cfg(feature = "serde")]
-mod serde;
 mod start;
 mod sweeps;
 mod time_stepping;

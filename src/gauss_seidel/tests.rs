@@ -5,6 +5,8 @@ use crate::contact_space::{inverse, product};
 use nalgebra::Matrix3;
 use proptest::array::{uniform3, uniform9};
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
 
 proptest! {
     #[test]
@@ -32,33 +34,61 @@ proptest! {
     }
 }
 
-proptest! {
-    #[test]
-    fn a_contact_that_slides_lies_on_its_cone_and_opposes_its_velocity(
-        entries in uniform9(-1.0_f64..1.0),
-        free in uniform3(-1.0_f64..1.0),
-        mu in 0.01_f64..3.0,
-    ) {
+/// `r` in the cone, `û` in its dual, the two orthogonal: how far off that is, relative to velocities of this size.
+fn complementarity(own: &[[f64; 3]; 3], free: &[f64; 3], mu: f64, r: &[f64; 3]) -> f64 {
+    let mut u = *free;
+    for (u, row) in u.iter_mut().zip(own) {
+        *u += product(row, r);
+    }
+    let shifted = u[0] + mu * u[1].hypot(u[2]);
+    let size = free.iter().fold(0.0_f64, |size, u| size.max(u.abs()));
+    let force = r
+        .iter()
+        .fold(f64::MIN_POSITIVE, |size, r| size.max(r.abs()));
+    let outside = (r[1].hypot(r[2]) - mu * r[0]).max(-r[0]) / force;
+    let penetration = -u[0] / size;
+    let work = (shifted * r[0] + u[1] * r[1] + u[2] * r[2]) / (size * force);
+    outside.max(penetration).max(work.abs())
+}
+
+/// From the fifth call on nothing of `λ` is left to be found. None of these contacts is so coupled that it wedges.
+#[test]
+fn a_contact_obeys_the_law_whether_it_opens_sticks_or_slides() {
+    let mut runner = TestRunner::deterministic();
+    let contacts = (
+        uniform9(-1.0_f64..1.0),
+        uniform3(-1.0_f64..1.0),
+        0.01_f64..3.0,
+    );
+    let [mut open, mut sticks, mut slides] = [0; 3];
+    for _ in 0..10_000 {
+        let tree = contacts.new_tree(&mut runner).expect("nothing is filtered");
+        let (entries, free, mu) = tree.current();
         let root = Matrix3::from_row_slice(&entries);
         let own = (root * root.transpose() + Matrix3::identity() * 0.3).data.0;
-        let size = free.iter().fold(0.0_f64, |size, u| size.max(u.abs()));
-        let mut drag = 0.0;
-        // A first guess may be far off; from the fifth step on nothing is left to be found.
-        for exact in [1e9, 1e9, 1e9, 1e9, 1e-9, 1e-9] {
-            let r = push(&own, &free, mu, &mut drag);
-            // What sticks has no `λ`, and what is wedged no tangential impulse.
-            let Some(r) = r.filter(|r| drag != 0.0 && r[1..] != [0.0; 2]) else {
-                continue;
-            };
-            let mut u = free;
-            for (u, row) in u.iter_mut().zip(&own) {
-                *u += product(row, &r);
-            }
-            let friction = mu * r[0];
-            prop_assert!((r[1].hypot(r[2]) - friction).abs() <= 1e-9 * friction, "{r:?}");
-            prop_assert!(u[0].abs() <= exact * size, "{u:?}");
-            prop_assert!((u[1] * r[2] - u[2] * r[1]).abs() <= exact * size * friction, "{u:?} {r:?}");
-            prop_assert!(u[1] * r[1] + u[2] * r[2] <= exact * size * friction, "{u:?} {r:?}");
+        let (mut lambda, mut impulse) = (0.0, None);
+        for _ in 0..6 {
+            impulse = push(&own, &free, mu, &mut lambda);
         }
+        let Some(r) = impulse else {
+            open += 1;
+            assert!(free[0] >= 0.0, "{free:?}");
+            continue;
+        };
+        assert!(free[0] < 0.0 && r[0] > 0.0, "{free:?}, {r:?}");
+        *(if lambda == 0.0 {
+            &mut sticks
+        } else {
+            &mut slides
+        }) += 1;
+        let error = complementarity(&own, &free, mu, &r);
+        assert!(
+            error <= 1e-9,
+            "{error:e}: mu {mu}, {own:?}, {free:?}, {r:?}"
+        );
     }
+    assert!(
+        open.min(sticks).min(slides) > 1_900,
+        "{open}, {sticks}, {slides}"
+    );
 }
