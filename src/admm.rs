@@ -5,11 +5,11 @@
 //! starts from `û` where it prints `ũ`, and steps 6-8 extrapolate from the new iterate,
 //! `ûᵏ⁺¹ = ũᵏ⁺¹ + c (ũᵏ⁺¹ - ũᵏ)` where they print `ûᵏ + …`.
 
-use crate::cholesky::{opaque, opaque_mut, rolled};
 use crate::cone::{add_to_normal, norm, split, square};
-use crate::contact_space::ContactVector;
-use crate::problem::{Law, Problem};
-use crate::resolvent::Resolvent;
+use crate::factor::resolvent::Resolvent;
+use crate::linalg::blocks::ContactVector;
+use crate::linalg::hints::{opaque, opaque_mut, rolled};
+use crate::problem::{ContactLaw, Problem};
 use crate::solution::zeros;
 use crate::{Real, SlipUpdate};
 use nalgebra::SVector;
@@ -190,14 +190,14 @@ where
 /// Step 2 asks for `B (q + S + ζ̂ - û)`: the argument.
 #[inline]
 fn right_hand_side<T: Real, const D: usize>(
-    laws: &[Law<T, D>],
+    laws: &[ContactLaw<T, D>],
     iterates: &[Iterate<T, D>],
     rhs: &mut [[T; D]],
 ) {
     for (rhs, (law, iterate)) in rhs.iter_mut().zip(laws.iter().zip(iterates)) {
         rolled();
-        let mut velocity = law.free + iterate.zeta_hat - iterate.u_hat;
-        add_to_normal(&mut velocity, law.lift * iterate.slip);
+        let mut velocity = law.q + iterate.zeta_hat - iterate.u_hat;
+        add_to_normal(&mut velocity, law.shift_factor * iterate.slip);
         *rhs = velocity.into();
     }
 }
@@ -206,7 +206,7 @@ fn right_hand_side<T: Real, const D: usize>(
 /// to be extrapolated once the residual is known.
 #[inline]
 fn project<T: Real, const D: usize>(
-    laws: &[Law<T, D>],
+    laws: &[ContactLaw<T, D>],
     slip: SlipUpdate,
     iterates: &mut [Iterate<T, D>],
     product: &[[T; D]],
@@ -230,11 +230,11 @@ fn project<T: Real, const D: usize>(
         change.primal += rho * square(primal.as_slice());
         change.dual += rho * dual;
         if slip == SlipUpdate::EveryIteration {
-            add_to_normal(&mut primal, law.lift * (speed - iterate.slip));
+            add_to_normal(&mut primal, law.shift_factor * (speed - iterate.slip));
             iterate.slip = speed;
         }
         let rho2 = rho * rho;
-        change.error += law.step * law.step * square(primal.as_slice()) + rho2 * dual;
+        change.error += law.alpha * law.alpha * square(primal.as_slice()) + rho2 * dual;
         change.impulse += rho2 * square(zeta.as_slice());
 
         iterate.u_hat = iterate.u;

@@ -39,21 +39,15 @@
 //! [`Scene`] (checked as it is filled) → [`Factor`] (all that depends on `M` and `H`; read-only)
 //! → [`Solver`] (the one mutable thing) → [`Solution`] with its [`Status`] and its error.
 //!
-//! | module | idea | in the note |
+//! | folder or file | idea | in the note |
 //! |---|---|---|
 //! | `cone` | `K`, `K*`, projections, spectral form | Eqs. (1)-(10) |
-//! | `scene` | mass matrix and contacts, and what can be wrong with them | |
-//! | `cholesky`, `substitution` | dense, in place, root-free | step 2 |
-//! | `support` | which columns of a contact Jacobian have entries | |
-//! | `factor`, `penalty`, `resolvent` | Delassus operator `W` and `(I + rho W)⁻¹`, computed once | step 2 |
-//! | `admm`, `admm_solver` | one iteration, plain, Algorithm 1, Algorithm 2 | steps 2-15 |
-//! | `newton`, `frame`, `linearisation`, `elimination`, `chord` | a step of semismooth Newton on the fixed-point map | |
-//! | `contact_space`, `pivot` | vectors, matrices and blocks over the contacts | |
-//! | `gauss_seidel` | a sweep over the contacts | |
-//! | `solver`, `outlook`, `progress`, `sweeping`, `approach`, `refinement`, `safeguard`, `workspace` | the default method, piece by piece | |
-//! | `residual`, `rounding`, `problem`, `evaluation`, `search`, `record` | the error that "solved" promises, and when to stop | |
-//! | `infeasibility` | Farkas' proof that there is nothing to solve | |
-//! | `state` | the warm start | |
+//! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2 | steps 2-15 |
+//! | `scene`, `solution`, `error` | what goes in, what comes out, what can be wrong | |
+//! | `factor` | Cholesky factor of `M`, Delassus operator `W`, resolvent `(I + rho W)⁻¹`: computed once | step 2 |
+//! | `problem` | one time step in contact space; the error that "solved" promises, and Farkas' proof that there is nothing to solve | |
+//! | `solver` | [`Solver`]: **`phases` is the method**, `tuning` its constants; sweeps, Newton, fallback, warm start | |
+//! | `linalg` | small dense linear algebra, and what a compiler is told of its loops | |
 //! | [`time_stepping`] | free impulse, gaps, restitution, moving surfaces | |
 //!
 //! "The note" is Y. Kanno, *Accelerated Alternating Direction Method of Multipliers for Frictional
@@ -76,52 +70,26 @@
 )]
 
 mod admm;
-mod admm_solver;
-mod cholesky;
-mod chord;
 mod cone;
-mod contact_space;
 #[cfg(feature = "defmt")]
 mod defmt_format;
-mod elimination;
 mod error;
-mod evaluation;
 mod factor;
-mod frame;
-mod gauss_seidel;
-mod infeasibility;
-mod linearisation;
-mod newton;
-mod outlook;
-mod penalty;
-mod pivot;
+mod linalg;
 mod problem;
-mod progress;
 mod real;
-mod refinement;
-mod residual;
-mod resolvent;
-mod rounding;
-mod safeguard;
 mod scene;
-mod search;
 mod solution;
 mod solver;
-mod state;
-mod substitution;
-mod support;
-mod sweeping;
 pub mod time_stepping;
-mod workspace;
 
-pub use admm_solver::AdmmSolver;
 pub use cone::{FrictionCone, Spectral};
 pub use error::{Error, Input};
 pub use factor::{Factor, FactorParts};
 pub use real::Real;
 pub use scene::{Contact, Scene};
 pub use solution::{ContactMode, ContactSolution, Settings, SlipUpdate, Solution, Status};
-pub use solver::Solver;
+pub use solver::{AdmmSolver, Solver};
 
 /// The README's code compiles.
 #[cfg(doctest)]

@@ -1,7 +1,7 @@
 //! The scene: generalised mass matrix and contacts, checked as they come in.
 
-use crate::cholesky::{opaque, rolled};
-use crate::support::Support;
+use crate::linalg::hints::{opaque, rolled};
+use crate::linalg::sparsity::Support;
 use crate::{Error, FrictionCone, Input, Real};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 

@@ -29,7 +29,7 @@
 //! ```
 
 use crate::Real;
-use crate::cholesky::axpy;
+use crate::linalg::cholesky::axpy;
 use crate::solution::zeros;
 use nalgebra::{SMatrix, SVector};
 

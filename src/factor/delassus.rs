@@ -1,11 +1,12 @@
 //! The factor of the mass matrix and the Delassus operator.
 
 use super::Factor;
-use crate::cholesky::{factorise, opaque, rolled};
-use crate::contact_space::{ContactMatrix, block, inverse};
-use crate::residual::larger;
-use crate::substitution::{Scaled, solve_upper_block};
-use crate::support::Support;
+use crate::linalg::blocks::{ContactMatrix, block, inverse};
+use crate::linalg::cholesky::factorise;
+use crate::linalg::hints::{opaque, rolled};
+use crate::linalg::sparsity::Support;
+use crate::linalg::substitution::{Scaled, solve_upper_block};
+use crate::problem::residual::larger;
 use crate::{Error, Real, Scene};
 use heapless::Vec;
 

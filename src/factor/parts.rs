@@ -2,8 +2,8 @@
 
 use super::Factor;
 use crate::Real;
-use crate::resolvent::Resolvent;
-use crate::support::Support;
+use crate::factor::resolvent::Resolvent;
+use crate::linalg::sparsity::Support;
 
 /// The numbers of a [`Factor`] of `C` contacts, to be written down on the host and read by firmware.
 ///

@@ -1,0 +1,165 @@
+//! The resolvent `B = (I + W R)⁻¹` of the Delassus operator: all that depends on the penalties.
+//!
+//! `R` is `rho I` as in the note, or has one penalty a contact. A projection onto a cone does not
+//! mind a factor of its own for each contact.
+
+use crate::factor::penalty::is_usable;
+use crate::linalg::blocks::{
+    ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose,
+};
+use crate::linalg::hints::rolled;
+use crate::linalg::pivot::{Pivot, subtract_row};
+use crate::{Error, Real};
+use heapless::Vec;
+
+/// `Bᵀ = (I + R W)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
+#[derive(Clone, Debug)]
+pub(crate) struct Resolvent<T, const D: usize, const C: usize> {
+    pub(crate) penalties: [T; C],
+    pub(crate) matrix: ContactMatrix<T, D, C>,
+}
+
+impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
+    pub(crate) const fn empty() -> Self {
+        Self {
+            penalties: [T::ZERO; C],
+            matrix: [[[[T::ZERO; D]; C]; D]; C],
+        }
+    }
+
+    /// `Bᵀ = (W + R⁻¹)⁻¹ R⁻¹` for the first `contacts` contacts.
+    #[inline(never)]
+    pub(crate) fn compute(
+        &mut self,
+        delassus: &ContactMatrix<T, D, C>,
+        contacts: usize,
+        penalties: &[T; C],
+    ) -> Result<(), Error> {
+        if !penalties.iter().copied().all(is_usable) {
+            return Err(Error::InvalidPenalty);
+        }
+        self.penalties = *penalties;
+        let blocks = self.matrix.iter_mut().zip(delassus).zip(penalties);
+        for (i, ((rows, sources), &rho)) in blocks.take(contacts).enumerate() {
+            let compliance = T::ONE / rho;
+            for (a, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
+                for (block, source) in row.iter_mut().zip(source).take(i + 1) {
+                    rolled();
+                    *block = *source;
+                }
+                if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(a)) {
+                    *entry += compliance;
+                }
+            }
+        }
+        for k in 0..contacts {
+            self.sweep(contacts, k).ok_or(Error::InvalidPenalty)?;
+        }
+        self.mirror(contacts).ok_or(Error::InvalidPenalty)
+    }
+
+    /// Sweeps contact `k` of the lower triangle. With `K = A_kk⁻¹` the blocks become
+    /// `A_ij - A_ik K A_kj`, `A_ik K` and `-K`; once all contacts are swept, that is `-A⁻¹`.
+    #[inline(never)]
+    #[allow(clippy::comparison_chain)] // a `match` of the ordering is longer code
+    fn sweep(&mut self, contacts: usize, k: usize) -> Option<()> {
+        let pivot = Pivot::new(block(&self.matrix, k, k)?)?;
+        // y_i = L⁻¹ A_ki, of which the triangle has A_ik beyond k; in the place of k itself -L⁻¹.
+        let mut row = Vec::<[[T; D]; D], C>::new();
+        for i in 0..contacts {
+            rolled();
+            let mut y = if i < k {
+                block(&self.matrix, k, i)?
+            } else if i > k {
+                transpose(&block(&self.matrix, i, k)?)
+            } else {
+                diagonal(-T::ONE)
+            };
+            pivot.eliminate(&mut y);
+            row.push(y).ok()?;
+        }
+        for (i, y) in row.iter().enumerate() {
+            rolled();
+            let mut factors = *y;
+            pivot.scale(&mut factors);
+            if i != k && factors != [[T::ZERO; D]; D] {
+                let rows = self.matrix.get_mut(i)?;
+                let factors = transpose(&factors);
+                for (j, y) in row.get(..=i)?.iter().enumerate() {
+                    rolled();
+                    if j != k {
+                        subtract(rows, j, &factors, y);
+                    }
+                }
+            }
+            pivot.back_substitute(&mut factors);
+            if i > k {
+                set_block(&mut self.matrix, i, k, &transpose(&factors))?;
+            } else {
+                set_block(&mut self.matrix, k, i, &factors)?;
+            }
+        }
+        Some(())
+    }
+
+    /// From the lower triangle of `-A⁻¹` to `A⁻¹ R⁻¹`.
+    #[inline(never)]
+    fn mirror(&mut self, contacts: usize) -> Option<()> {
+        let scale = self.penalties.map(|rho| -T::ONE / rho);
+        for i in 0..contacts {
+            let own = *scale.get(i)?;
+            for j in 0..=i {
+                rolled();
+                let block = block(&self.matrix, i, j)?;
+                if j != i {
+                    set_block(&mut self.matrix, j, i, &times(own, &transpose(&block)))?;
+                }
+                set_block(&mut self.matrix, i, j, &times(*scale.get(j)?, &block))?;
+            }
+        }
+        Some(())
+    }
+
+    /// `y = B x`
+    #[inline]
+    pub(crate) fn times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
+        multiply_transposed(&self.matrix, x, y);
+    }
+}
+
+/// `A_ij -= factors y`, of the rows `i`.
+#[inline]
+fn subtract<T: Real, const D: usize, const C: usize>(
+    rows: &mut [ContactVector<T, D, C>; D],
+    j: usize,
+    factors: &[[T; D]; D],
+    y: &[[T; D]; D],
+) {
+    for (row, factors) in rows.iter_mut().zip(factors) {
+        if let Some(block) = row.get_mut(j) {
+            let mut sums = *block;
+            for (&factor, y) in factors.iter().zip(y) {
+                subtract_row(&mut sums, factor, y);
+            }
+            *block = sums;
+        }
+    }
+}
+
+/// `x A`
+#[inline]
+fn times<T: Real, const D: usize>(x: T, block: &[[T; D]; D]) -> [[T; D]; D] {
+    block.map(|row| row.map(|entry| x * entry))
+}
+
+/// `x I`
+#[inline]
+fn diagonal<T: Real, const D: usize>(x: T) -> [[T; D]; D] {
+    let mut block = [[T::ZERO; D]; D];
+    for (p, row) in block.iter_mut().enumerate() {
+        if let Some(entry) = row.get_mut(p) {
+            *entry = x;
+        }
+    }
+    block
+}

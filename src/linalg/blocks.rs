@@ -1,0 +1,172 @@
+//! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
+
+use crate::Real;
+use crate::linalg::hints::rolled;
+use core::array::from_fn;
+
+/// A vector in contact space.
+pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
+
+/// A square matrix in contact space, row by row.
+pub(crate) type ContactMatrix<T, const D: usize, const C: usize> = [[ContactVector<T, D, C>; D]; C];
+
+/// `A_ij`
+#[inline]
+pub(crate) fn block<T: Real, const D: usize, const C: usize>(
+    matrix: &ContactMatrix<T, D, C>,
+    i: usize,
+    j: usize,
+) -> Option<[[T; D]; D]> {
+    let rows = matrix.get(i)?.each_ref();
+    let entries = |row: &ContactVector<T, D, C>| row.get(j).copied().unwrap_or([T::ZERO; D]);
+    (j < C).then(|| rows.map(entries))
+}
+
+/// Replaces `A_ij`; `None` if there is no such place.
+#[inline]
+pub(crate) fn set_block<T: Real, const D: usize, const C: usize>(
+    matrix: &mut ContactMatrix<T, D, C>,
+    i: usize,
+    j: usize,
+    block: &[[T; D]; D],
+) -> Option<()> {
+    for (row, entries) in matrix.get_mut(i)?.iter_mut().zip(block) {
+        *row.get_mut(j)? = *entries;
+    }
+    Some(())
+}
+
+/// `Bᵀ` for a block.
+#[inline]
+pub(crate) fn transpose<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; D] {
+    let mut transposed = [[T::ZERO; D]; D];
+    for (a, row) in block.iter().enumerate() {
+        for (column, &entry) in transposed.iter_mut().zip(row) {
+            if let Some(place) = column.get_mut(a) {
+                *place = entry;
+            }
+        }
+    }
+    transposed
+}
+
+/// `B⁻¹` of a symmetric block of up to three rows, by cofactors, with one quotient. Zero if it has more rows, or is so
+/// nearly singular that rounding would spoil it.
+#[inline]
+pub(crate) fn inverse<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; D] {
+    // Of three rows in any case, with those of a unit matrix.
+    let entry = |i: usize, j: usize| {
+        let (i, j) = (i % 3, j % 3);
+        let unit = if i == j { T::ONE } else { T::ZERO };
+        let entry = block.get(i).and_then(|row| row.get(j));
+        entry.copied().unwrap_or(unit)
+    };
+    let cofactor = |i: usize, j: usize| {
+        entry(i + 1, j + 1) * entry(i + 2, j + 2) - entry(i + 1, j + 2) * entry(i + 2, j + 1)
+    };
+    let diagonal = entry(0, 0) * entry(1, 1) * entry(2, 2);
+    let determinant = (0..3).fold(T::ZERO, |sum, j| sum + entry(0, j) * cofactor(0, j));
+    let regular = D <= 3 && determinant > T::literal(4096.0) * T::EPSILON * diagonal;
+    let shrink = if regular {
+        T::ONE / determinant
+    } else {
+        T::ZERO
+    };
+    from_fn(|i| from_fn(|j| shrink * cofactor(i, j)))
+}
+
+/// `y = Aᵀ x` over the contacts of `y`, of which `x` has as many.
+///
+/// Rows of `A` are read as columns of `Aᵀ`, four contacts of each at a time, so that the sums stay
+/// in registers.
+#[inline(never)]
+pub(crate) fn multiply_transposed<T: Real, const D: usize, const C: usize>(
+    matrix: &ContactMatrix<T, D, C>,
+    x: &[[T; D]],
+    y: &mut [[T; D]],
+) {
+    let mut rest = y;
+    let mut first = 0;
+    while let Some((y, others)) = rest.split_first_mut() {
+        if let Some([one, more @ ..]) = columns::<T, D, C, 4>(matrix, first, x) {
+            *y = one;
+            for (y, sums) in others.iter_mut().zip(&more) {
+                rolled();
+                *y = *sums;
+            }
+            rest = others.get_mut(3..).unwrap_or_default();
+            first += 4;
+        } else {
+            let Some([sums]) = columns(matrix, first, x) else {
+                return;
+            };
+            *y = sums;
+            rest = others;
+            first += 1;
+        }
+    }
+}
+
+/// Rows of `Aᵀ x` for `B` contacts from `first` on, if `A` has room for as many.
+#[inline]
+fn columns<T: Real, const D: usize, const C: usize, const B: usize>(
+    matrix: &ContactMatrix<T, D, C>,
+    first: usize,
+    x: &[[T; D]],
+) -> Option<ContactVector<T, D, B>> {
+    let mut sums = [[T::ZERO; D]; B];
+    let rows = matrix.as_flattened().iter().zip(x.as_flattened());
+    for (row, &x) in rows {
+        rolled();
+        let row = row.get(first..)?.first_chunk::<B>()?;
+        for (sums, row) in sums.iter_mut().zip(row) {
+            for (sum, &entry) in sums.iter_mut().zip(row) {
+                *sum += entry * x;
+            }
+        }
+    }
+    Some(sums)
+}
+
+/// `row -= Σ_d factors[d] rows[d]` from scalar column `first` on, up to `last`.
+#[inline(always)]
+#[allow(clippy::inline_always)] // the factors would go through memory, and be waited for
+pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize>(
+    row: &mut ContactVector<T, D, C>,
+    factors: &[T; D],
+    rows: &[ContactVector<T, D, C>; D],
+    first: usize,
+    last: usize,
+) {
+    let row = row.as_flattened_mut();
+    for k in first..last.min(D * C) {
+        if let Some(entry) = row.get_mut(k) {
+            let mut sum = *entry;
+            for (&factor, row) in factors.iter().zip(rows) {
+                sum -= factor * row.as_flattened().get(k).copied().unwrap_or(T::ZERO);
+            }
+            *entry = sum;
+        }
+    }
+}
+
+/// `x · y` in the rows of one contact.
+#[inline]
+pub(crate) fn product<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> T {
+    x.iter().zip(y).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
+}
+
+/// `xᵀ A` for the block of one contact.
+#[inline]
+pub(crate) fn row_times<T: Real, const D: usize>(x: &[T; D], block: &[[T; D]; D]) -> [T; D] {
+    let mut sums = [T::ZERO; D];
+    for (&x, row) in x.iter().zip(block) {
+        for (sum, &entry) in sums.iter_mut().zip(row) {
+            *sum += x * entry;
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests;

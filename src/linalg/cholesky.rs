@@ -1,0 +1,136 @@
+//! Root-free dense Cholesky factorisation `A = Uᵀ D⁻¹ U` on row-major storage.
+//!
+//! `U` is lower triangular with the pivots `D` on its diagonal; their reciprocals stand in that
+//! place, so that no solve divides and no square root is taken. (With roots, a change of units by
+//! an odd power of two would change mantissas; without, it changes exponents only.) No result depends on an
+//! upper triangle, and sums run in one fixed order on every machine.
+//!
+//! Elimination runs from the last row to the first. Where the rows are the joints of a robot, its
+//! base first, that leaves the zeros of the mass matrix zero (R. Featherstone, *Efficient
+//! factorization of the joint-space inertia matrix for branched kinematic trees*, 2005), and rows
+//! are not added where they are multiplied by zero.
+
+use crate::Real;
+use crate::linalg::hints::{opaque, rolled};
+
+/// Scalar product over the common length, in four running sums.
+#[inline(never)]
+pub(crate) fn dot<T: Real>(x: &[T], y: &[T]) -> T {
+    let length = x.len().min(y.len());
+    let (xs, x_rest) = x.get(..length).unwrap_or(x).as_chunks::<4>();
+    let (ys, y_rest) = y.get(..length).unwrap_or(y).as_chunks::<4>();
+    let mut sums = [T::ZERO; 4];
+    for (x, y) in xs.iter().zip(ys) {
+        rolled();
+        for ((sum, &x), &y) in sums.iter_mut().zip(x).zip(y) {
+            *sum += x * y;
+        }
+    }
+    let mut rest = T::ZERO;
+    for (&x, &y) in x_rest.iter().zip(y_rest) {
+        rolled();
+        rest += x * y;
+    }
+    let [a, b, c, d] = sums;
+    (a + b) + (c + d) + rest
+}
+
+/// `y += a x` over the common length.
+#[inline(never)]
+pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
+    let length = x.len().min(y.len());
+    let (xs, x_rest) = x.get(..length).unwrap_or(x).as_chunks::<4>();
+    let (ys, y_rest) = y.split_at_mut_checked(length & !3).unwrap_or_default();
+    for (y, x) in ys.as_chunks_mut::<4>().0.iter_mut().zip(xs) {
+        rolled();
+        for (y, &x) in y.iter_mut().zip(x) {
+            *y += a * x;
+        }
+    }
+    for (y, &x) in y_rest.iter_mut().zip(x_rest) {
+        rolled();
+        *y += a * x;
+    }
+}
+
+/// How many entries of a row, of a solution or of a product are found at a time: their sums stay in registers.
+pub(crate) const BLOCK: usize = 6;
+
+/// Factorises `a` into `u`; what the upper triangle of `u` holds then is undefined. Writes down the last row with an entry
+/// in each column.
+///
+/// Fails with the row of the first pivot, from the last row on, that is not above `floor` times
+/// the diagonal of `a`.
+#[inline(never)]
+pub(crate) fn factorise<T: Real, const N: usize>(
+    a: &[[T; N]; N],
+    floor: T,
+    u: &mut [[T; N]; N],
+    reach: &mut [usize; N],
+) -> Result<(), usize> {
+    for k in (0..N).rev() {
+        let (above, below) = u.split_at_mut_checked(k + 1).ok_or(k)?;
+        let (row, source) = (above.last_mut().ok_or(k)?, a.get(k).ok_or(k)?);
+        let below = reaching(below, k);
+        *reach.get_mut(k).ok_or(k)? = k + below.len();
+        let mut next = 0;
+        while next <= k {
+            if N < BLOCK {
+                reduce::<T, N, 1>(source, below, k, next, row).ok_or(k)?;
+                next += 1;
+            } else {
+                // The last columns of a row with some that are known already.
+                let first = next.min(N - BLOCK);
+                reduce::<T, N, BLOCK>(source, below, k, first, row).ok_or(k)?;
+                next = first + BLOCK;
+            }
+        }
+        let pivot = row.get_mut(k).ok_or(k)?;
+        // A NaN is no pivot either.
+        let usable = *pivot > T::ZERO && *pivot > floor * *source.get(k).ok_or(k)?;
+        if !usable {
+            return Err(k);
+        }
+        *pivot = T::ONE / *pivot;
+    }
+    Ok(())
+}
+
+/// The rows below row `k` up to the last with an entry in its column: no fill-in comes beyond.
+#[inline]
+fn reaching<T: Real, const N: usize>(mut below: &[[T; N]], k: usize) -> &[[T; N]] {
+    while let Some((last, rest)) = below.split_last()
+        && last.get(k) == Some(&T::ZERO)
+    {
+        rolled();
+        below = rest;
+    }
+    below
+}
+
+/// `K` entries of row `k` from column `first` on: those of `a`, less what the rows below take away.
+#[inline]
+fn reduce<T: Real, const N: usize, const K: usize>(
+    source: &[T; N],
+    below: &[[T; N]],
+    k: usize,
+    first: usize,
+    row: &mut [T; N],
+) -> Option<()> {
+    let mut sums = *source.get(first..)?.first_chunk::<K>()?;
+    for (pivot, others) in (k + 1..N).zip(opaque(below)) {
+        rolled();
+        let factor = *others.get(k)? * *others.get(pivot)?;
+        for (sum, &entry) in sums
+            .iter_mut()
+            .zip(others.get(first..)?.first_chunk::<K>()?)
+        {
+            *sum -= factor * entry;
+        }
+    }
+    *row.get_mut(first..)?.first_chunk_mut::<K>()? = sums;
+    Some(())
+}
+
+#[cfg(test)]
+mod tests;

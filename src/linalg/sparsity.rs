@@ -1,0 +1,96 @@
+//! Which columns of a contact Jacobian have entries.
+//!
+//! A contact moves the base of a robot and one of its limbs, or two bodies of a pile; the rest of its columns is zero, half of
+//! them on a quadruped. Products with the Jacobian take three columns at a time, as joints and bodies come, and leave
+//! out those that are all zero.
+
+use crate::Real;
+use crate::linalg::hints::rolled;
+use core::iter::from_fn;
+
+/// Columns at a time.
+pub(crate) const GROUP: usize = 3;
+
+/// Groups of columns that are told apart, one bit each; of those behind nothing is known.
+const KNOWN: usize = 16;
+
+/// Which groups of columns are not all zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Support {
+    bits: u16,
+}
+
+impl Support {
+    /// Of no column.
+    pub(crate) const fn none() -> Self {
+        Self { bits: 0 }
+    }
+
+    /// Of all columns.
+    pub(crate) const fn all() -> Self {
+        Self { bits: u16::MAX }
+    }
+
+    /// Of some of `N` columns.
+    #[inline]
+    pub(crate) fn of<const N: usize>(columns: impl Iterator<Item = usize>) -> Self {
+        if is_dense(N) {
+            return Self::all();
+        }
+        let mut bits = 0;
+        for column in columns {
+            rolled();
+            let group = column.div_euclid(GROUP);
+            if group < KNOWN {
+                bits |= 1 << group;
+            }
+        }
+        Self { bits }
+    }
+
+    /// The groups of `N` columns that may have entries.
+    #[inline]
+    pub(crate) fn groups<const N: usize>(self) -> impl Iterator<Item = usize> {
+        let count = N.div_euclid(GROUP);
+        let mut bits = if is_dense(N) { u16::MAX } else { self.bits };
+        if count < KNOWN {
+            bits &= (1 << count) - 1;
+        }
+        let known = from_fn(move || {
+            let group = bits.trailing_zeros();
+            bits &= bits.checked_sub(1)?;
+            usize::try_from(group).ok()
+        });
+        known.chain(KNOWN..count)
+    }
+}
+
+/// `sums += Σ_j g_j column_j`
+#[inline]
+pub(crate) fn add_columns<T: Real, const D: usize>(columns: &[[T; D]], g: &[T], sums: &mut [T; D]) {
+    for (column, &g) in columns.iter().zip(g) {
+        for (sum, &entry) in sums.iter_mut().zip(column) {
+            *sum += entry * g;
+        }
+    }
+}
+
+/// `g_j += r · column_j`
+#[inline]
+pub(crate) fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D], g: &mut [T]) {
+    for (g, column) in g.iter_mut().zip(columns) {
+        let mut sum = *g;
+        for (r, &entry) in r.into_iter().zip(column) {
+            sum += r * entry;
+        }
+        *g = sum;
+    }
+}
+
+/// Whether one of two groups is zero is not worth asking.
+const fn is_dense(columns: usize) -> bool {
+    columns < 3 * GROUP
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,160 @@
+//! Solves with the factor `A = Uᵀ D⁻¹ U` of [`crate::linalg::cholesky`], backward and forward.
+
+use crate::Real;
+use crate::linalg::cholesky::BLOCK;
+use crate::linalg::hints::rolled;
+use core::hint::black_box;
+use heapless::Vec;
+
+/// Solves `Uᵀ D⁻¹ y = b` in place.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
+    let mut end = black_box(N);
+    while end > 0 {
+        if N < BLOCK {
+            upper_block::<T, N, 1>(u, x, end - 1, end);
+            end -= 1;
+        } else {
+            let first = end.saturating_sub(BLOCK);
+            upper_block::<T, N, BLOCK>(u, x, first, end);
+            end = first;
+        }
+    }
+}
+
+/// Unknowns from `first` on up to `end`; `K` in all with some behind that are known.
+#[inline]
+fn upper_block<T: Real, const N: usize, const K: usize>(
+    u: &[[T; N]; N],
+    x: &mut [T; N],
+    first: usize,
+    end: usize,
+) -> Option<()> {
+    let (here, known) = x.get_mut(first..)?.split_first_chunk_mut::<K>()?;
+    let (rows, below) = u.get(first..)?.split_first_chunk::<K>()?;
+    let mut sums = *here;
+    let place = first + K;
+    for (k, (row, &known)) in below.iter().zip(&*known).enumerate().rev() {
+        rolled();
+        let entry = known * *row.get(place + k)?;
+        for (sum, &u) in sums.iter_mut().zip(row.get(first..)?.first_chunk::<K>()?) {
+            *sum -= entry * u;
+        }
+    }
+    for (c, row) in rows.iter().enumerate().rev() {
+        let row = row.get(first..)?.first_chunk::<K>()?;
+        let unknown = here.get_mut(c)?;
+        if first + c < end {
+            *unknown = *sums.get(c)?;
+        }
+        let entry = *unknown * *row.get(c)?;
+        for (sum, &u) in sums.iter_mut().zip(row).take(c) {
+            *sum -= entry * u;
+        }
+    }
+    Some(())
+}
+
+/// A row `i` of `D⁻¹ y` for `K` right-hand sides side by side, and that of `U` it goes with.
+pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
+    pub(crate) place: usize,
+    pub(crate) entry: [T; K],
+    row: &'a [T; N],
+}
+
+/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides side by side, with the last row of `U` that has an entry in each
+/// column. Gives the rows of `D⁻¹ y` that are not zero, the last one first.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
+    u: &'a [[T; N]; N],
+    reach: &[usize; N],
+    b: &[[T; K]; N],
+    y: &mut [[T; K]; N],
+    scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
+) {
+    let rows = y.iter_mut().zip(b).zip(u.iter().zip(reach));
+    for (place, ((y, b), (row, &last))) in rows.enumerate().rev() {
+        rolled();
+        let mut sums = *b;
+        // Rows behind the last have no entry here.
+        let mut known = scaled.as_slice();
+        if known.first().is_some_and(|row| row.place > last) {
+            let near = known.iter().rev().take_while(|row| row.place <= last);
+            known = known
+                .split_at_checked(known.len() - near.count())
+                .unwrap_or_default()
+                .1;
+        }
+        for Scaled { entry, row, .. } in known {
+            rolled();
+            let u = row.get(place).copied().unwrap_or(T::ZERO);
+            for (sum, &entry) in sums.iter_mut().zip(entry) {
+                *sum -= u * entry;
+            }
+        }
+        *y = sums;
+        if sums != [T::ZERO; K]
+            && let Some(&reciprocal) = row.get(place)
+        {
+            let entry = sums.map(|sum| sum * reciprocal);
+            // There is room for all of them.
+            let _ = scaled.push(Scaled { place, entry, row });
+        }
+    }
+}
+
+/// Solves `U x = y` in place.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
+    let (mut next, end) = (0, black_box(N));
+    while next < end {
+        if N < BLOCK {
+            lower_block::<T, N, 1>(u, x, next, next);
+            next += 1;
+        } else {
+            let first = next.min(N - BLOCK);
+            lower_block::<T, N, BLOCK>(u, x, first, next);
+            next = first + BLOCK;
+        }
+    }
+}
+
+/// Unknowns from `next` on; `K` in all from `first` on with some that are known.
+#[inline]
+fn lower_block<T: Real, const N: usize, const K: usize>(
+    u: &[[T; N]; N],
+    x: &mut [T; N],
+    first: usize,
+    next: usize,
+) -> Option<()> {
+    let (known, here) = x.split_at_mut_checked(first)?;
+    let here = here.first_chunk_mut::<K>()?;
+    let rows = u.get(first..)?.first_chunk::<K>()?;
+    let before = rows
+        .each_ref()
+        .map(|row| row.get(..first).unwrap_or_default());
+    let mut sums = *here;
+    for (k, &known) in known.iter().enumerate() {
+        rolled();
+        for (sum, row) in sums.iter_mut().zip(before) {
+            *sum -= *row.get(k)? * known;
+        }
+    }
+    for (c, row) in rows.iter().enumerate() {
+        let row = row.get(first..)?.first_chunk::<K>()?;
+        let mut sum = *sums.get(c)?;
+        for (&u, &unknown) in row.iter().zip(&*here).take(c) {
+            sum -= u * unknown;
+        }
+        if first + c >= next {
+            *here.get_mut(c)? = sum * *row.get(c)?;
+        }
+    }
+    Some(())
+}
+
+/// Solves `A x = b` in place.
+pub(crate) fn solve<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
+    solve_upper(u, x);
+    solve_lower(u, x);
+}

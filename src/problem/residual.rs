@@ -1,0 +1,264 @@
+//! The error a solution is judged by; [`crate::problem::rounding`] bounds what rounding may hide of it.
+//!
+//! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`
+//! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w` and
+//! `alpha_i = D / trace(W_ii)`. It is the natural-map residual of FCLIB and Siconos made
+//! independent of units; 0/0 counts as 0. Sums are of squares, with one root at the end.
+
+use crate::cone::square;
+use crate::linalg::cholesky::BLOCK;
+use crate::linalg::hints::{opaque, rolled};
+use crate::linalg::sparsity::{GROUP, add_columns, add_products};
+use crate::problem::ContactLaw;
+use crate::{ContactMode, Real, Scene};
+use core::hint::black_box;
+use nalgebra::SVector;
+
+/// Bytes of sums for which there are registers, a quarter of them left for what is added: 32 words on a
+/// Cortex-M4F, 32 doubles in 16 vectors on a desktop.
+const SUMS: usize = if cfg!(target_os = "none") { 96 } else { 192 };
+
+/// A quotient of norms in which 0/0 is 0, and whatever is not a number is infinite.
+pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
+    if numerator == T::ZERO && denominator.is_finite() {
+        T::ZERO
+    } else if numerator.is_finite() && denominator.is_finite() {
+        numerator / denominator
+    } else {
+        T::ONE / T::ZERO
+    }
+}
+
+/// A power of two that brings the largest of some numbers near 1, so that their squares neither
+/// overflow nor vanish.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn unit<T: Real>(largest: T) -> T {
+    if largest > T::ZERO && largest.is_finite() {
+        T::power_of_two(-largest.exponent())
+    } else {
+        T::ONE
+    }
+}
+
+/// The largest of a number and of some sizes; sizes that are not numbers do not count.
+#[inline]
+pub(crate) fn larger<T: Real>(mut largest: T, values: &[T], scale: T) -> T {
+    for &value in values {
+        let size = (value * scale).abs();
+        if size > largest {
+            largest = size;
+        }
+    }
+    largest
+}
+
+/// Argument `r - alpha û` of the natural map of one contact.
+#[inline]
+fn argument<T: Real, const D: usize>(
+    law: &ContactLaw<T, D>,
+    u: &SVector<T, D>,
+    r: &SVector<T, D>,
+) -> SVector<T, D> {
+    r - law.augmented(u) * law.alpha
+}
+
+/// What a contact does, read off the argument of the natural map.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn mode<T: Real, const D: usize>(
+    law: &ContactLaw<T, D>,
+    u: &SVector<T, D>,
+    r: &SVector<T, D>,
+) -> ContactMode {
+    if r.iter().all(|&r| r == T::ZERO) {
+        ContactMode::Open
+    } else if law.cone.is_interior(&argument(law, u, r)) {
+        ContactMode::Stick
+    } else {
+        ContactMode::Slip
+    }
+}
+
+/// First part of the error, from `u = W r + q` or `u = H v + w`.
+///
+/// `size = |alpha q|`. What `noise` has bounds what rounding did to each `u_i`, (m/s)²; it is
+/// counted as part of the error.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn natural_map<T: Real, const D: usize>(
+    laws: &[ContactLaw<T, D>],
+    size: T,
+    u: &[[T; D]],
+    r: &[[T; D]],
+    noise: &[T],
+) -> T {
+    let (laws, u, r) = (opaque(laws), opaque(u), opaque(r));
+    let mut largest = size;
+    // Beside a size that is not zero small impulses do not count, and the squares of such large
+    // ones as overflow are an infinite error.
+    if size == T::ZERO {
+        for r in r {
+            rolled();
+            largest = larger(largest, r, T::ONE);
+        }
+    }
+    let unit = unit(largest);
+    let size = size * unit;
+    let [mut residual, mut impulse, mut noises] = [T::ZERO; 3];
+    let mut noise = noise.iter();
+    for ((law, u), r) in laws.iter().zip(u).zip(r) {
+        rolled();
+        let r = SVector::from(*r) * unit;
+        let push = law.augmented(&(SVector::from(*u) * (law.alpha * unit)));
+        residual += square((r - law.cone.project(&(r - push))).as_slice());
+        impulse += square(r.as_slice());
+        if let Some(&noise) = noise.next() {
+            let scale = law.alpha * unit * (T::ONE + law.shift_factor);
+            noises += scale * scale * noise;
+        }
+    }
+    let size = impulse.max(size * size);
+    if residual == T::ZERO && size == T::ZERO {
+        // Nothing moves and nothing pushes: what noise there is has cancelled.
+        return T::ZERO;
+    }
+    quotient(residual + noises, size).square_root()
+}
+
+/// [`natural_map`] without impulses: `|Π_K(-alpha û)| / |alpha q|` at `u = q`.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn natural_map_at_rest<T: Real, const D: usize>(
+    laws: &[ContactLaw<T, D>],
+    size: T,
+) -> T {
+    let laws = opaque(laws);
+    let unit = unit(size);
+    let mut residual = T::ZERO;
+    for law in laws {
+        rolled();
+        let push = -law.augmented(&(law.q * (law.alpha * unit)));
+        residual += law.cone.projected_square(&push);
+    }
+    quotient(residual.square_root(), size * unit)
+}
+
+/// `|M v + f - Hᵀ r|` and the largest of `|f|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
+/// neither overflows nor vanishes.
+pub(crate) struct Dynamics<T> {
+    residual: T,
+    size: T,
+    /// `|f|²`
+    pub(crate) free: T,
+    pub(crate) unit: T,
+}
+
+impl<T: Real> Dynamics<T> {
+    /// From `f`, `M v` and `Hᵀ r`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn of<const N: usize>(f: &[T; N], inertia: &[T; N], pushed: &[T; N], unit: T) -> Self {
+        let [mut residual, mut size_f, mut size_v, mut size_r] = [T::ZERO; 4];
+        for ((&f, &inertia), &pushed) in opaque(f).iter().zip(inertia).zip(pushed) {
+            rolled();
+            let (f, inertia, pushed) = (unit * f, unit * inertia, unit * pushed);
+            let gap = inertia + f - pushed;
+            residual += gap * gap;
+            size_f += f * f;
+            size_v += inertia * inertia;
+            size_r += pushed * pushed;
+        }
+        Self {
+            residual,
+            size: size_f.max(size_v).max(size_r),
+            free: size_f,
+            unit,
+        }
+    }
+
+    /// Second part of the error, `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, with the square of
+    /// what rounding may hide of it, in the same unit.
+    pub(crate) fn error(&self, noise: T) -> T {
+        quotient(self.residual + noise, self.size).square_root()
+    }
+}
+
+/// Evaluates the dynamics, and fills `u = H v + w`.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<T, N, D, C>,
+    f: &[T; N],
+    v: &[T; N],
+    r: &[[T; D]],
+    u: &mut [[T; D]],
+) -> Dynamics<T> {
+    let mass = &scene.mass().data.0;
+    // M v and Hᵀ r, dof by dof.
+    let mut inertia = [T::ONE; N]; // all of it is overwritten, and zeros would call memset
+    let mut pushed = [T::ZERO; N];
+    if N * size_of::<T>() <= SUMS {
+        multiply::<T, N, N>(mass, 0, v, &mut inertia);
+    } else {
+        // The last rows with some that are known already.
+        let (mut first, last) = (0, black_box(N - BLOCK));
+        while first < last + BLOCK {
+            multiply::<T, N, BLOCK>(mass, first.min(last), v, &mut inertia);
+            first += BLOCK;
+        }
+    }
+    let (groups, last) = v.as_chunks::<GROUP>();
+    let (places, place) = pushed.as_chunks_mut::<GROUP>();
+    for (((contact, support), r), u) in scene.supported().zip(r).zip(u) {
+        rolled();
+        let mut velocity: [T; D] = contact.offset.into();
+        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+        for group in support.groups::<N>() {
+            rolled();
+            let columns = columns.get(group);
+            if let (Some(columns), Some(v), Some(pushed)) =
+                (columns, groups.get(group), places.get_mut(group))
+            {
+                add_columns(columns, v, &mut velocity);
+                add_products(columns, *r, pushed);
+            }
+        }
+        add_columns(rest, last, &mut velocity);
+        add_products(rest, *r, place);
+        *u = velocity;
+    }
+    let mut momentum = Dynamics::of(f, &inertia, &pushed, T::ONE);
+    let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
+    let safe = momentum.size > tiny && momentum.size * tiny < T::ONE;
+    if !safe {
+        let mut largest = T::ZERO;
+        for ((&f, &inertia), &pushed) in opaque(f).iter().zip(&inertia).zip(&pushed) {
+            rolled();
+            largest = larger(largest, &[f, inertia, pushed], T::ONE);
+        }
+        momentum = Dynamics::of(f, &inertia, &pushed, unit(largest));
+    }
+    momentum
+}
+
+/// `R` entries of `M v` from row `first` on.
+#[inline]
+fn multiply<T: Real, const N: usize, const R: usize>(
+    mass: &[[T; N]; N],
+    first: usize,
+    v: &[T; N],
+    products: &mut [T; N],
+) {
+    let mut sums = [T::ZERO; R];
+    // All of it unrolled at once would have more sums than registers.
+    for (column, &v) in black_box(mass.as_slice()).iter().zip(v) {
+        rolled();
+        let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<R>) else {
+            break;
+        };
+        for (sum, &mass) in sums.iter_mut().zip(column) {
+            *sum += mass * v;
+        }
+    }
+    for (product, sum) in products.iter_mut().skip(first).zip(sums) {
+        *product = sum;
+    }
+}
+
+#[cfg(test)]
+mod tests;

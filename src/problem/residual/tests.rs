@@ -1,0 +1,43 @@
+//! Shortcuts against what they are short for.
+#![allow(clippy::expect_used)]
+
+use super::{momentum, natural_map, natural_map_at_rest};
+use crate::problem::ContactLaw;
+use crate::{FrictionCone, Scene};
+use nalgebra::SVector;
+use proptest::array::{uniform2, uniform3};
+use proptest::prelude::*;
+
+proptest! {
+    #[test]
+    fn the_natural_map_at_rest_is_that_without_impulses(
+        velocities in uniform2(uniform3(-1.0..1.0)),
+        frictions in uniform2(prop_oneof![Just(0.0), 0.0..2.0]),
+        relaxed in any::<bool>(),
+    ) {
+        let law = |free: [f64; 3], mu: f64| ContactLaw {
+            shift_factor: if relaxed { 0.0 } else { mu },
+            cone: FrictionCone::new(mu).expect("mu is not negative"),
+            alpha: 0.5,
+            q: SVector::from(free),
+        };
+        let laws = [law(velocities[0], frictions[0]), law(velocities[1], frictions[1])];
+        let (size, rest) = (3.0, [[0.0; 3]; 2]);
+        let wanted = natural_map(&laws, size, &velocities, &rest, &[]);
+        let found = natural_map_at_rest(&laws, size);
+        prop_assert!((found - wanted).abs() <= 1e-14, "{found} {wanted}");
+    }
+
+    /// Where squares overflow or vanish a unit is found in which they do not.
+    #[test]
+    fn the_error_of_the_dynamics_has_no_unit(
+        mass in uniform3(uniform3(-1.0_f32..1.0)),
+        (f, v) in (uniform3(-1.0_f32..1.0), uniform3(-1.0_f32..1.0)),
+        exponent in -90..90,
+    ) {
+        let scaled = |x: [f32; 3]| x.map(|x| x * 2_f32.powi(exponent));
+        let scene = Scene::<_, 3, 1, 0>::from_parts(mass.into(), []);
+        let error = |f, v| momentum(&scene, &f, &v, &[], &mut []).error(0.0);
+        prop_assert_eq!(error(f, v).to_bits(), error(scaled(f), scaled(v)).to_bits());
+    }
+}

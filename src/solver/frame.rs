@@ -1,0 +1,237 @@
+//! What a contact does at a point, and how it answers to first order.
+
+use crate::Real;
+use crate::cone::{add_to_normal, norm, split};
+use crate::linalg::blocks::product;
+use crate::problem::ContactLaw;
+use nalgebra::SVector;
+
+/// What a contact does at a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// `DP = I`
+    Open,
+    /// `DP = 0`
+    Stick,
+    Slip,
+    /// Pushes without friction: `K*` is a half-space.
+    Smooth,
+}
+
+impl Kind {
+    pub(crate) fn of<T: Real, const D: usize>(
+        law: &ContactLaw<T, D>,
+        velocity: &SVector<T, D>,
+        r: &[T; D],
+    ) -> Self {
+        if *r == [T::ZERO; D] {
+            Self::Open
+        } else if law.cone.friction() == T::ZERO {
+            Self::Smooth
+        } else if velocity.iter().all(|&u| u == T::ZERO) {
+            Self::Stick
+        } else {
+            Self::Slip
+        }
+    }
+}
+
+/// How a contact answers to first order.
+///
+/// Its step is `d = a p + b k + Σ c_j τ_j` with the boundary ray `p = (mu, e)` of `K*`, the ray
+/// `k = (-1, mu e)` of `-K`, and the tangents `τ_j` across the sliding direction `e`. `DP` keeps
+/// `p`, drops `k` and shrinks the `τ_j` to `turn = |P_T| / |z_T|`. So `a` moves no impulse but by
+/// `λ`, which is neglected, and follows from the equation along `e`, in which `DS` has no part,
+/// `(1 + λ) a + λ mu b + e·W x = e·E`. The normal one has `(mu - mu_i) a + λ (mu a - b)` with the
+/// `mu_i` of `DS`, which is 0 in the convex relaxation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame<T, const D: usize> {
+    pub(crate) kind: Kind,
+    /// `e`, without a normal component, of a contact that slips or is open; zero if nothing slides.
+    direction: [T; D],
+    /// Of a contact that slips, as the next two.
+    pub(crate) turn: T,
+    /// What of the equation along `e` is taken from the normal one, so that `a` leaves it.
+    pub(crate) skew: T,
+    /// `λ mu`
+    pub(crate) tilt: T,
+    /// `λ` across the normal, of a contact that sticks.
+    pub(crate) hold: T,
+    /// `1 / (rho (1 + λ))`, of a contact that sticks or is smooth: its unknowns are what its rows push, and `d` this times
+    /// as much.
+    pub(crate) compliance: T,
+    /// Of a contact that slips: what each unknown adds to `rho (I - DP + λI) d`.
+    pushes: [[T; D]; D],
+    /// Of a contact that slips: which combination of its rows each equation is.
+    tests: [[T; D]; D],
+}
+
+impl<T: Real, const D: usize> Frame<T, D> {
+    /// What stands in a place that is not used.
+    pub(crate) const fn none() -> Self {
+        Self {
+            kind: Kind::Open,
+            direction: [T::ZERO; D],
+            turn: T::ZERO,
+            skew: T::ZERO,
+            hold: T::ZERO,
+            tilt: T::ZERO,
+            compliance: T::ZERO,
+            pushes: [[T::ZERO; D]; D],
+            tests: [[T::ZERO; D]; D],
+        }
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn count(&self) -> usize {
+        match self.kind {
+            Kind::Open => 0,
+            Kind::Smooth => 1,
+            Kind::Slip => D - 1,
+            Kind::Stick => D,
+        }
+    }
+
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn set(
+        &mut self,
+        law: &ContactLaw<T, D>,
+        kind: Kind,
+        z: &SVector<T, D>,
+        rho: T,
+        regularisation: T,
+    ) {
+        self.kind = kind;
+        let along = rho * (T::ONE + regularisation);
+        if matches!(kind, Kind::Stick | Kind::Smooth) {
+            self.compliance = T::ONE / along;
+            return;
+        }
+        let (normal, tangent) = split(z);
+        let length = norm(tangent);
+        self.direction = [T::ZERO; D];
+        if length > T::ZERO {
+            self.direction = (*z * (T::ONE / length)).into();
+        }
+        if let Some(first) = self.direction.first_mut() {
+            *first = T::ZERO;
+        }
+        if kind == Kind::Slip {
+            self.turn = law.cone.dual().along(normal, length) / length;
+            let mu = law.cone.friction();
+            self.skew = (mu - law.shift_factor + regularisation * mu) / (T::ONE + regularisation);
+            self.tilt = regularisation * mu;
+            let across = rho * (T::ONE - self.turn + regularisation);
+            self.set_slip(law, along, across);
+        }
+    }
+
+    /// Unknowns along `k` and the `τ_j`: the columns, but for the first, of the reflection that
+    /// takes the first tangent to `±e`.
+    fn set_slip(&mut self, law: &ContactLaw<T, D>, along: T, across: T) {
+        let mu = law.cone.friction();
+        let e = self.direction;
+        let first = e.get(1).copied().unwrap_or(T::ZERO);
+        let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
+        let factor = T::ONE / (T::ONE + first.abs());
+        for (j, (push, test)) in self.pushes.iter_mut().zip(&mut self.tests).enumerate() {
+            let Some(&other) = e.get(j + 1) else { break };
+            for (k, ((push, test), &e)) in push.iter_mut().zip(test).zip(&e).enumerate() {
+                (*push, *test) = match (j, k) {
+                    (0, 0) => (-along, T::ONE),
+                    (0, _) => (along * mu * e, -self.skew * e),
+                    (_, 0) => (T::ZERO, T::ZERO),
+                    _ => {
+                        let reflected = if k == 1 { e + sign } else { e };
+                        let unit = if k == j + 1 { T::ONE } else { T::ZERO };
+                        let across_e = unit - factor * other * reflected;
+                        (across_e * across, across_e)
+                    }
+                };
+            }
+        }
+    }
+
+    /// Which combination of rows an equation is, if it is not one of them.
+    pub(crate) fn combination(&self, equation: usize) -> Option<&[T; D]> {
+        match self.kind {
+            Kind::Slip => self.tests.get(equation),
+            _ => None,
+        }
+    }
+
+    /// The right-hand sides of its equations.
+    pub(crate) fn test(&self, residual: &[T; D]) -> [T; D] {
+        match self.kind {
+            Kind::Slip => self.tests.each_ref().map(|test| product(test, residual)),
+            _ => *residual,
+        }
+    }
+
+    /// What the unknowns push.
+    pub(crate) fn push(&self, unknowns: &[T]) -> [T; D] {
+        let mut push = [T::ZERO; D];
+        if self.kind == Kind::Slip {
+            for (&unknown, column) in unknowns.iter().zip(&self.pushes) {
+                for (push, &column) in push.iter_mut().zip(column) {
+                    *push += unknown * column;
+                }
+            }
+        } else {
+            for (push, &unknown) in push.iter_mut().zip(unknowns) {
+                *push = unknown;
+            }
+        }
+        push
+    }
+
+    /// `source` times what the unknowns push.
+    #[inline]
+    pub(crate) fn columns(&self, source: &[T; D]) -> [T; D] {
+        if self.kind == Kind::Slip {
+            return self.pushes.each_ref().map(|push| product(source, push));
+        }
+        let mut entries = *source;
+        if self.kind == Kind::Smooth {
+            for entry in entries.iter_mut().skip(1) {
+                *entry = T::ZERO;
+            }
+        }
+        entries
+    }
+
+    /// The step of this contact, from its unknowns and what they leave of its equations.
+    pub(crate) fn step(
+        &self,
+        law: &ContactLaw<T, D>,
+        unknowns: &[T],
+        left: SVector<T, D>,
+        damping: T,
+    ) -> SVector<T, D> {
+        let direction = SVector::from(self.direction);
+        let mut step = left * damping;
+        match self.kind {
+            Kind::Stick | Kind::Smooth => {
+                for (step, &unknown) in step.iter_mut().zip(unknowns) {
+                    *step = unknown * self.compliance;
+                }
+            }
+            Kind::Open => {
+                let slip = law.shift_factor * direction.dot(&step);
+                add_to_normal(&mut step, slip * damping);
+            }
+            Kind::Slip => {
+                let mu = law.cone.friction();
+                let mut unknowns = unknowns.iter();
+                let along = unknowns.next().copied().unwrap_or(T::ZERO);
+                let ahead = direction.dot(&step) - self.tilt * along * damping;
+                step = direction * (ahead + mu * along);
+                add_to_normal(&mut step, mu * ahead - along);
+                for (&across, test) in unknowns.zip(self.tests.iter().skip(1)) {
+                    step += SVector::from(*test) * across;
+                }
+            }
+        }
+        step
+    }
+}

@@ -1,0 +1,276 @@
+//! Gauss-Seidel over the contacts: where a solve starts, if its impulses are unique.
+//!
+//! A contact is solved exactly while the others are held. With `u` the velocity that they leave,
+//! it is open if `u_N >= 0`; else `u_N` becomes 0, and `u_T = -λ r_T` with `λ = 0` if that keeps
+//! the impulse in the cone, or the `λ > 0` that puts it on the boundary. With `r_N` eliminated, `S` the
+//! Schur complement of `W_ii` and `b = W_TN u_N / W_NN - u_T`,
+//!
+//! `r_T = (S + λI)⁻¹ b`, `r_N = -(u_N + W_NT r_T) / W_NN`.
+//!
+//! A contact without a `λ` from an earlier sweep is first tried with less work: it sticks if `r - W_ii⁻¹ u`, where `u` is
+//! the velocity that it has now, lies in the cone.
+//!
+//! Where more contacts push than the scene has dofs for, sweeps crawl; [`crate::admm`] starts such scenes.
+
+use crate::Real;
+use crate::cone::square;
+use crate::linalg::blocks::{ContactVector, block, product, subtract_rows};
+use crate::linalg::hints::rolled;
+use crate::problem::Problem;
+use core::hint::black_box;
+use core::ops::Range;
+
+/// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
+/// `u = W r + q`. The `λ` of each contact is sought near where the last one was.
+#[inline(never)]
+pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
+    problem: &Problem<'_, T, N, D, C>,
+    impulse: &mut ContactVector<T, D, C>,
+    relative: &mut ContactVector<T, D, C>,
+    lambdas: &mut [T; C],
+) {
+    let (laws, delassus) = (problem.laws(), problem.factor.delassus());
+    let masses = problem.factor.effective_mass();
+    // From a 0 that it knows a compiler makes a loop without vectors.
+    let all = black_box(0)..D * laws.len();
+    let contacts = laws.iter().zip(delassus).zip(masses).enumerate();
+    for ((i, ((law, rows), mass)), (impulse, lambda)) in
+        contacts.zip(impulse.iter_mut().zip(lambdas))
+    {
+        let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
+            return;
+        };
+        let (old, mu) = (*impulse, law.cone.friction());
+        // One row alone is as simple to push, and what slips goes on slipping.
+        let may_hold = D > 1 && *lambda == T::ZERO;
+        let held = may_hold.then(|| hold(&own, mass, &u, &old, mu)).flatten();
+        *impulse = held.unwrap_or_else(|| {
+            let mut left = u;
+            for (left, own) in left.iter_mut().zip(&own) {
+                *left -= product(own, &old);
+            }
+            push(&own, &left, mu, lambda).unwrap_or([T::ZERO; D])
+        });
+        let mut back = old;
+        for (back, &new) in back.iter_mut().zip(&*impulse) {
+            *back -= new;
+        }
+        if back != [T::ZERO; D] {
+            take_back(relative, &back, rows, &all);
+        }
+    }
+}
+
+/// Keeps `u = W r + q` in some of its rows when a contact, of these rows of `W`, takes back an impulse.
+#[inline(never)]
+fn take_back<T: Real, const D: usize, const C: usize>(
+    relative: &mut ContactVector<T, D, C>,
+    back: &[T; D],
+    rows: &[ContactVector<T, D, C>; D],
+    range: &Range<usize>,
+) {
+    subtract_rows(relative, back, rows, range.start, range.end);
+}
+
+/// A contact that wedges itself would push without bound: an impulse so many times the frictionless one is not taken.
+const WEDGED: f64 = 1e3;
+
+/// The impulse with which a contact of velocity `u` sticks; `None` if that is not inside the cone, or wedged, or `W_ii`
+/// has no inverse to be trusted.
+#[inline(always)]
+#[allow(clippy::inline_always)] // as below
+fn hold<T: Real, const D: usize>(
+    own: &[[T; D]; D],
+    mass: &[[T; D]; D],
+    u: &[T; D],
+    old: &[T; D],
+    mu: T,
+) -> Option<[T; D]> {
+    let mut impulse = *old;
+    for (impulse, mass) in impulse.iter_mut().zip(mass) {
+        *impulse -= product(mass, u);
+    }
+    let (&normal, tangents) = impulse.split_first()?;
+    let row = own.first()?;
+    let (bound, approach) = (mu * normal, *u.first()? - product(row, old));
+    let holds = normal > T::ZERO
+        && square(tangents) < bound * bound // not where both vanish or overflow
+        && normal * *row.first()? < -approach * T::literal(WEDGED)
+        && *mass.first()?.first()? > T::ZERO;
+    holds.then_some(impulse)
+}
+
+/// The impulse of one contact, from `W_ii` and the velocity `u` that the others leave; `None` if they
+/// part. Where friction wedges a contact, so that no impulse obeys the law, it has none.
+#[inline(always)]
+#[allow(clippy::inline_always)] // its small arrays would go through memory, and be waited for
+fn push<T: Real, const D: usize>(
+    own: &[[T; D]; D],
+    u: &[T; D],
+    mu: T,
+    multiplier: &mut T,
+) -> Option<[T; D]> {
+    let (approach, inertia) = (*u.first()?, *own.first()?.first()?);
+    let closed = approach < T::ZERO && inertia > T::ZERO;
+    if !closed {
+        return None;
+    }
+    let compliance = T::ONE / inertia;
+    let smooth = -approach * compliance;
+    let rubbing = match D {
+        2 if mu > T::ZERO => one_tangent(own, u, mu),
+        3 if mu > T::ZERO => two_tangents(own, u, mu, compliance, multiplier),
+        _ => None,
+    };
+    let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < smooth * T::literal(WEDGED);
+    let (normal, tangents) = rubbing.filter(bounded).unwrap_or((smooth, [T::ZERO; 2]));
+    let mut impulse = [normal; D];
+    for (impulse, tangent) in impulse.iter_mut().skip(1).zip(tangents) {
+        *impulse = tangent;
+    }
+    Some(impulse)
+}
+
+/// Relative to what it is of, the least that rounding leaves of a difference to be trusted.
+fn floor<T: Real>() -> T {
+    T::EPSILON * T::literal(64.0)
+}
+
+/// `S_kk`. What rounding or nature leaves of a row that nothing moves has a pivot, too.
+#[inline]
+fn pivot<T: Real>(own: T, through: T, inertia: T) -> T {
+    let size = if own > T::ZERO { own } else { inertia };
+    (own - through).max(floor::<T>() * size)
+}
+
+/// `r_N` and `r_T`; a contact slips one way or the other, `r_T = ±mu r_N`.
+#[inline]
+fn one_tangent<T: Real, const D: usize>(
+    own: &[[T; D]; D],
+    u: &[T; D],
+    mu: T,
+) -> Option<(T, [T; 2])> {
+    let w = |i: usize, j: usize| own.get(i)?.get(j).copied();
+    let (approach, inertia, coupling) = (*u.first()?, w(0, 0)?, w(1, 0)?);
+    let share = coupling / inertia;
+    let b = share * approach - *u.get(1)?;
+    let tangent = b / pivot(w(1, 1)?, share * coupling, inertia);
+    let normal = -(approach + coupling * tangent) / inertia;
+    if tangent.abs() <= mu * normal {
+        return Some((normal, [tangent, T::ZERO]));
+    }
+    let slope = if b < T::ZERO { -mu } else { mu };
+    let normal = -approach / (inertia + slope * coupling);
+    Some((normal, [slope * normal, T::ZERO]))
+}
+
+/// Relative to `|r_T|²`, how near the square of `mu r_N` has to come to it, and how near it may stay where it took a
+/// step from the last sweep's `λ`: the other contacts are then farther from their end.
+const NEAR: [f64; 2] = [2e-5, 2e-3];
+
+/// `r_N` and `r_T`; where the contact slips by way of its `λ`, from the last guess on (or, where there is
+/// none, a first one), which is replaced by the next.
+///
+/// With `δ = det(S + λI)` and `c = adj(S) b` it is `δ r_T = c + λ b`, and `δ mu r_N` a quadratic function
+/// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: few steps of Newton's method find
+/// where it is 1. Until it is near it is kept between
+/// bounds, and at the last the impulse is put onto the cone.
+#[inline(always)]
+#[allow(clippy::inline_always)] // as above
+fn two_tangents<T: Real, const D: usize>(
+    own: &[[T; D]; D],
+    u: &[T; D],
+    mu: T,
+    compliance: T,
+    multiplier: &mut T,
+) -> Option<(T, [T; 2])> {
+    let w = |i: usize, j: usize| own.get(i)?.get(j).copied();
+    let (approach, inertia) = (*u.first()?, w(0, 0)?);
+    let coupling = [w(1, 0)?, w(2, 0)?];
+    let share = coupling.map(|w| w * compliance);
+    let ([x, y], [share_x, share_y]) = (coupling, share);
+    let b = [
+        share_x * approach - *u.get(1)?,
+        share_y * approach - *u.get(2)?,
+    ];
+    let first = pivot(w(1, 1)?, share_x * x, inertia);
+    let second = pivot(w(2, 2)?, share_y * y, inertia);
+    let mixed = w(1, 2)? - share_x * y;
+    let (trace, straight) = (first + second, first * second);
+    let det = (straight - mixed * mixed).max(floor::<T>() * straight);
+    let c = [second * b[0] - mixed * b[1], first * b[1] - mixed * b[0]];
+    // δ mu r_N = constant + λ (linear + λ square)
+    let scale = -mu * compliance;
+    let constant = scale * (approach * det + product(&coupling, &c));
+    let linear = scale * (approach * trace + product(&coupling, &b));
+    let square = scale * approach;
+    let (cc, bc, bb) = (product(&c, &c), product(&b, &c), product(&b, &b));
+    // The tangential part `c + λ b` is made so many times as long.
+    let at = |lambda: T, normal: T, stretch: T| {
+        let volume = det + lambda * (trace + lambda);
+        let divided = T::ONE / (mu * volume);
+        let (normal, fit) = (normal * divided, stretch * mu * divided);
+        let tangents = [(c[0] + lambda * b[0]) * fit, (c[1] + lambda * b[1]) * fit];
+        let finite = tangents.iter().all(T::is_finite);
+        finite.then_some((normal, tangents))
+    };
+    if constant >= T::ZERO && cc <= constant * constant {
+        *multiplier = T::ZERO;
+        return at(T::ZERO, constant, T::ONE);
+    }
+    let [mut enough, mut after] = NEAR.map(T::literal);
+    if *multiplier == T::ZERO || !multiplier.is_finite() {
+        after = enough;
+        // Somewhat less than what it would be if `S` were isotropic and no tangential impulse changed
+        // the normal one: from below Newton's method gets there.
+        let guess = bb.square_root() / square - trace;
+        let usable = guess > T::ZERO && guess.is_finite();
+        *multiplier = if usable { guess } else { T::ZERO };
+    }
+    let mut last = None;
+    let (mut low, mut high) = (T::ZERO, None);
+    for _ in 0..8 {
+        rolled();
+        let lambda = *multiplier;
+        let normal = constant + lambda * (linear + lambda * square);
+        let squares = cc + lambda * (bc + bc + lambda * bb);
+        let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
+        let bound = normal * normal;
+        let gap = bound - squares;
+        let near = normal > T::ZERO && gap.abs() <= enough * squares;
+        enough = after;
+        let (excess, size, stretch) = if near {
+            // `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
+            // microcontroller would compute it.
+            let three = T::literal(3.0);
+            let stretch = (three * bound + squares) / (bound + three * squares);
+            (gap * T::literal(0.5), normal, stretch)
+        } else {
+            let length = squares.square_root();
+            (normal - length, squares, normal / length)
+        };
+        if excess < T::ZERO {
+            low = lambda;
+        } else {
+            high = Some(lambda);
+        }
+        let newton = lambda - excess * (size / turn);
+        let inside = newton > low && high.is_none_or(|high| newton < high);
+        *multiplier = match high {
+            // The last step may be none, or out of bounds by what rounding left of it; only the next guess depends on it.
+            _ if inside || near && newton > T::ZERO => newton,
+            Some(high) => (low + high) * T::literal(0.5),
+            None => (lambda + trace) * T::literal(2.0),
+        };
+        if normal > T::ZERO {
+            last = Some((lambda, normal, stretch));
+        }
+        if near {
+            break;
+        }
+    }
+    last.and_then(|(lambda, normal, stretch)| at(lambda, normal, stretch))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,275 @@
+//! The search for a solution: the best impulse so far, what it has cost, and when to stop.
+
+use crate::admm::{Acceleration, Change, Iterate, iterate};
+use crate::factor::resolvent::Resolvent;
+use crate::linalg::blocks::ContactVector;
+use crate::linalg::hints::rolled;
+use crate::problem::Problem;
+use crate::problem::infeasibility;
+use crate::problem::residual::quotient;
+use crate::solver::record::Record;
+use crate::{Real, Settings, SlipUpdate, Solution, Status};
+use core::mem;
+use nalgebra::SVector;
+
+/// One call that works on a solve.
+pub(crate) struct Monitor<'s, 'a, T, const N: usize, const D: usize, const C: usize> {
+    pub(crate) problem: &'s mut Problem<'a, T, N, D, C>,
+    pub(crate) solution: &'s mut Solution<T, N, D, C>,
+    record: &'s mut Record<T, D, C>,
+    settings: &'s Settings<T>,
+    /// The work at which the call ends.
+    limit: usize,
+    /// Is the solution what an earlier call for the same solve has found?
+    resumed: bool,
+}
+
+impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s, 'a, T, N, D, C> {
+    /// A new solve, of which there is no record yet, or another call for one that was begun.
+    pub(crate) fn new(
+        problem: &'s mut Problem<'a, T, N, D, C>,
+        settings: &'s Settings<T>,
+        solution: &'s mut Solution<T, N, D, C>,
+        record: &'s mut Record<T, D, C>,
+        resumed: bool,
+    ) -> Self {
+        solution.certificate.clear();
+        if resumed {
+            problem.set_q(&record.q);
+        } else {
+            solution.iterations = 0;
+            solution.newton_steps = 0;
+            solution.factorizations = 0;
+        }
+        let limit = work(solution).saturating_add(settings.max_iterations);
+        Self {
+            problem,
+            solution,
+            record,
+            settings,
+            limit,
+            resumed,
+        }
+    }
+
+    /// The tolerance asked for.
+    pub(crate) fn tolerance(&self) -> T {
+        self.settings.tolerance
+    }
+
+    /// Work done, in iterations.
+    pub(crate) fn work(&self) -> usize {
+        work(self.solution)
+    }
+
+    /// Does it go on?
+    pub(crate) fn is_running(&self) -> bool {
+        !self.is_over() && self.work() < self.limit
+    }
+
+    /// Has it ended?
+    pub(crate) fn is_over(&self) -> bool {
+        self.record.is_over()
+    }
+
+    /// Size of the impulses, in units of what the velocities to be changed explain.
+    fn impulse(&self) -> T {
+        let contacts = self.solution.contacts.iter();
+        let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());
+        quotient(square.square_root(), self.problem.size)
+    }
+
+    /// Are the impulses much larger than the velocities to be changed explain? Where walls close
+    /// on a body they grow without bound, and an error relative to them says nothing.
+    fn impulse_is_excessive(&self) -> bool {
+        self.impulse() > T::literal(4.0)
+    }
+
+    /// Is the error small only because the impulses run away? Then it is not small beside the
+    /// velocities to be changed.
+    fn runs_away(&mut self, r: &ContactVector<T, D, C>) -> bool {
+        let impulse = self.impulse();
+        if impulse > T::literal(1e8) {
+            // With as fine a bound on rounding as there is.
+            self.problem.evaluate(r, T::ZERO, self.solution);
+            return impulse * self.solution.error > T::literal(0.1);
+        }
+        false
+    }
+
+    /// Have the impulses run away since this was last asked?
+    pub(crate) fn take_lost(&mut self) -> bool {
+        mem::take(&mut self.record.lost)
+    }
+
+    /// Ends it.
+    pub(crate) fn stop(&mut self, status: Status) {
+        self.record.status = status;
+    }
+
+    /// One ADMM iteration.
+    #[inline]
+    pub(crate) fn iterate<A: Acceleration<T>>(
+        &mut self,
+        resolvent: &Resolvent<T, D, C>,
+        iterates: &mut [Iterate<T, D>; C],
+        acceleration: &mut A,
+    ) -> Change<T> {
+        self.solution.iterations += 1;
+        let change = iterate(self.problem, resolvent, iterates, acceleration);
+        // Squares, of which it is enough to be compared.
+        let size = self.problem.size * self.problem.size;
+        let estimate = quotient(change.error, size.max(change.impulse));
+        let tolerance = self.settings.tolerance * self.settings.tolerance;
+        if self.problem.slip == SlipUpdate::OuterLoop && estimate <= tolerance {
+            iterates.iter_mut().for_each(Iterate::update_slip);
+            *acceleration = A::START;
+        }
+        if estimate <= tolerance * T::literal(4.0) {
+            self.consider_iterates(iterates);
+        }
+        change
+    }
+
+    /// [`Self::consider`] for `r = -rho ζ`.
+    pub(crate) fn consider_iterates(&mut self, iterates: &[Iterate<T, D>; C]) {
+        let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
+        for (r, iterate) in r.iter_mut().zip(iterates) {
+            rolled();
+            *r = iterate.impulse().into();
+        }
+        let natural_map = self.problem.natural_map(&r, &mut u);
+        self.consider(&r, &u, natural_map);
+    }
+
+    /// Keeps an impulse if it is the best so far, and stops if it solves the problem.
+    ///
+    /// `u = W r + q`. Only an impulse that contact space finds good enough is worth its velocity
+    /// and its error. Where rounding makes `H v + w` another velocity than `W r + q`, `q` takes
+    /// the difference, and the search goes on with what counts (iterative refinement).
+    pub(crate) fn consider(
+        &mut self,
+        r: &ContactVector<T, D, C>,
+        u: &ContactVector<T, D, C>,
+        natural_map: T,
+    ) {
+        if self
+            .record
+            .natural_map
+            .is_some_and(|best| natural_map >= best)
+        {
+            return;
+        }
+        self.record.best = *r;
+        self.record.natural_map = Some(natural_map);
+        if natural_map > self.settings.tolerance {
+            return;
+        }
+        self.problem
+            .evaluate(r, self.settings.tolerance, self.solution);
+        if self.runs_away(r) {
+            self.record.lost = true;
+            self.record.natural_map = None;
+        } else if self.solution.error <= self.settings.tolerance {
+            self.stop(Status::Solved);
+        } else if self.record.corrections < 4 {
+            self.record.corrections += 1;
+            self.record.natural_map = Some(self.solution.error);
+            for (i, (contact, u)) in self.solution.contacts.iter().zip(u).enumerate() {
+                rolled();
+                self.problem
+                    .correct(i, contact.velocity - SVector::from(*u));
+            }
+        } else {
+            self.stop(Status::PrecisionLimit);
+        }
+    }
+
+    /// A Newton step was rejected: near the limit of the number type, eleven without a halved error
+    /// are enough.
+    pub(crate) fn fail(&mut self) {
+        let Some(best) = self.record.natural_map else {
+            return;
+        };
+        let two = T::ONE + T::ONE;
+        if self
+            .record
+            .milestone
+            .is_none_or(|milestone| two * best < milestone)
+        {
+            self.record.milestone = Some(best);
+            self.record.failures = 0;
+        }
+        self.record.failures = self.record.failures.saturating_add(1);
+        if self.record.failures > 10 && best < T::literal(256.0) * T::EPSILON {
+            self.stop(Status::PrecisionLimit);
+        }
+    }
+
+    /// Stops the monitor if the scene is infeasible, and writes down the certificate.
+    pub(crate) fn look_for_proof(&mut self) {
+        let Some(proof) = infeasibility::certificate(self.problem) else {
+            return;
+        };
+        self.solution.certificate.clear();
+        for &d in proof.iter().take(self.problem.laws().len()) {
+            // There is room: a solution holds as many contacts as a scene.
+            let _ = self.solution.certificate.push(d);
+        }
+        self.stop(Status::Infeasible);
+    }
+
+    /// Writes down the best that was found. Of a search that may go on, what it has at present counts
+    /// as well, and what the last call wrote down, but neither leaves a trace in it.
+    pub(crate) fn finish(&mut self, present: &ContactVector<T, D, C>) {
+        self.solution.status = self.record.status;
+        if self.record.status == Status::Solved {
+            return;
+        }
+        let mut r = self.record.best;
+        if self.record.status == Status::MaxIterations {
+            let mut least = self.record.natural_map;
+            let shown = self.resumed.then(|| self.shown());
+            for other in [Some(*present), shown].into_iter().flatten() {
+                rolled();
+                let mut u = [[T::ZERO; D]; C];
+                let natural_map = self.problem.natural_map(&other, &mut u);
+                if least.is_none_or(|least| natural_map < least) {
+                    (r, least) = (other, Some(natural_map));
+                }
+            }
+            self.record.q = self.problem.q();
+        }
+        self.problem
+            .evaluate(&r, self.settings.tolerance, self.solution);
+    }
+
+    /// The impulses that are written down.
+    fn shown(&self) -> ContactVector<T, D, C> {
+        let mut shown = [[T::ZERO; D]; C];
+        for (shown, contact) in shown.iter_mut().zip(&self.solution.contacts) {
+            rolled();
+            *shown = contact.impulse.into();
+        }
+        shown
+    }
+
+    /// Looks for a proof that there is nothing to be found, where what was found gives cause.
+    pub(crate) fn doubt(&mut self) {
+        let convincing = match self.record.status {
+            Status::Solved => !self.impulse_is_excessive(),
+            status => status == Status::Infeasible,
+        };
+        if !convincing {
+            self.look_for_proof();
+            self.solution.status = self.record.status;
+        }
+    }
+}
+
+/// Work done for a solution, in iterations.
+fn work<T, const N: usize, const D: usize, const C: usize>(
+    solution: &Solution<T, N, D, C>,
+) -> usize {
+    solution.iterations + 10 * solution.newton_steps
+}

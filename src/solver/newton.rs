@@ -1,0 +1,249 @@
+//! Newton's part of the method: a step with the Jacobian that was kept or with a new one, and how far along it.
+
+use crate::Real;
+use crate::linalg::hints::rolled;
+use crate::solver::monitor::Monitor;
+use crate::solver::phases::Solve;
+use crate::solver::point::Point;
+use crate::solver::tuning;
+use crate::solver::workspace::Workspace;
+use nalgebra::SVector;
+
+/// Newton's method, from one step to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Newton {
+    /// Steps left.
+    left: u8,
+    /// Full steps that may still raise the merit function. From the last solution to one in which a contact does
+    /// something else, that is the way.
+    nonmonotone: u8,
+    /// Is the Jacobian of an earlier point worth a step?
+    reuse: bool,
+    /// Are sweeps to come before a new Jacobian?
+    sweeps_first: bool,
+    start: Start,
+}
+
+/// Where Newton's method began.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Start {
+    /// Somewhere near a solution.
+    Near,
+    /// At the last solution.
+    Last,
+    /// Where all contacts stick; the merit function says nothing there.
+    Guess,
+}
+
+/// What came of a step.
+pub(crate) enum Outcome {
+    /// There is another to come.
+    Accepted(Newton),
+    /// The Jacobian that was kept is no good, and sweeps find out for less than a new one costs what a contact does now.
+    NoJacobian,
+    /// No length of it was accepted, or there were too many.
+    Rejected,
+}
+
+impl Newton {
+    /// From somewhere near a solution.
+    pub(crate) const fn new() -> Self {
+        Self {
+            left: tuning::NEWTON_STEPS,
+            nonmonotone: 0,
+            reuse: false,
+            sweeps_first: false,
+            start: Start::Near,
+        }
+    }
+
+    /// From the guess that all contacts stick.
+    pub(crate) const fn guessed() -> Self {
+        Self {
+            nonmonotone: 1,
+            start: Start::Guess,
+            ..Self::new()
+        }
+    }
+
+    /// From the last solution.
+    pub(crate) const fn warm(sweeps_first: bool) -> Self {
+        Self {
+            nonmonotone: 2,
+            reuse: true,
+            sweeps_first,
+            start: Start::Last,
+            ..Self::new()
+        }
+    }
+
+    /// Where it began.
+    pub(crate) const fn start(self) -> Start {
+        self.start
+    }
+}
+
+impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
+    /// Steps with the Jacobian that was kept, or where that is no good a step with a new one.
+    #[inline(never)]
+    pub(super) fn step<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+        mut newton: Newton,
+    ) -> Outcome {
+        let reused = newton.reuse && self.reuse_jacobian(monitor, workspace, &mut newton.reuse);
+        if !reused && newton.sweeps_first {
+            return Outcome::NoJacobian;
+        }
+        let accepted = reused || self.step_anew(monitor, workspace, &mut newton);
+        newton.left -= u8::from(newton.left > 0);
+        if accepted && newton.left > 0 {
+            Outcome::Accepted(newton)
+        } else {
+            Outcome::Rejected
+        }
+    }
+
+    /// Up to [`tuning::CHORD_STEPS`] steps with the Jacobian of an earlier point, as long as each contact does what it
+    /// did there and the merit falls tenfold. Goes back, and is false, if together they are no good.
+    #[inline(never)]
+    fn reuse_jacobian<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        workspace: &Workspace<T, D, C>,
+        again: &mut bool,
+    ) -> bool {
+        let Some((jacobian, matrix)) = workspace.kept() else {
+            return false;
+        };
+        let scale = self.penalty.scale;
+        let same = |point: &Point<T, D, C>, monitor: &Monitor<'_, '_, T, N, D, C>| {
+            jacobian.has_same_active_set(monitor.problem, point, scale)
+        };
+        if !same(&self.point, monitor) {
+            return false;
+        }
+        let (start, before) = (self.point.z, self.point.merit);
+        *again = true;
+        for _ in 0..tuning::CHORD_STEPS {
+            monitor.solution.iterations += 2;
+            let (z, merit) = (self.point.z, self.point.merit);
+            let Some(step) = jacobian.step(monitor.problem, &self.point.residual, matrix) else {
+                self.go_back(monitor, &start);
+                break;
+            };
+            self.evaluate_at(monitor, &z, &step, T::ONE);
+            if monitor.is_over() {
+                return true;
+            }
+            let fast = self.point.merit < merit * T::literal(tuning::CHORD_FALL);
+            if !fast || !same(&self.point, monitor) {
+                *again = false;
+                break;
+            }
+        }
+        if self.point.merit < before * T::literal(tuning::CHORDS_FALL) {
+            return true;
+        }
+        *again = false;
+        self.go_back(monitor, &start);
+        false
+    }
+
+    /// A step with a new Jacobian.
+    #[inline(never)]
+    fn step_anew<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+        newton: &mut Newton,
+    ) -> bool {
+        monitor.solution.newton_steps += 1;
+        let (problem, scale) = (&*monitor.problem, self.penalty.scale);
+        let damping = self.damping.at(self.point.natural_map);
+        let computed = workspace.linearise(problem, &self.point, scale, damping);
+        let step = computed.and_then(|(jacobian, matrix)| {
+            let centred =
+                matches!(newton.start, Start::Last) && problem.is_hyperstatic(&self.point.r);
+            let residual = if centred {
+                jacobian.centred(&self.point)
+            } else {
+                self.point.residual
+            };
+            jacobian.step(problem, &residual, matrix)
+        });
+        let before = self.point.merit;
+        let rise = match newton.start {
+            _ if newton.nonmonotone == 0 => None,
+            Start::Guess => Some(T::literal(tuning::RISE_OF_A_GUESS)),
+            Start::Near | Start::Last => Some(T::literal(tuning::RISE)),
+        };
+        let length = step.and_then(|step| self.search_line(monitor, &step, rise));
+        if length == Some(T::ONE) {
+            newton.nonmonotone -= u8::from(self.point.merit >= before && rise.is_some());
+            self.damping.relax();
+            newton.reuse = self.point.merit < before * T::literal(tuning::REUSE_FALL);
+        }
+        if length.is_none() {
+            self.damping.reject(before);
+            if self.damping.is_first_rejection() {
+                monitor.look_for_proof();
+            }
+            monitor.fail();
+        }
+        length.is_some()
+    }
+
+    /// Goes along a step by the first of some lengths at which the merit falls (Armijo), unless a full step may
+    /// raise it; if by none, stays.
+    #[inline(never)]
+    fn search_line<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        step: &[SVector<T, D>; C],
+        rise: Option<T>,
+    ) -> Option<T> {
+        let (start, before) = (self.point.z, self.point.merit);
+        let tried = if self.penalty.has_ever_restarted() {
+            tuning::LENGTHS.len()
+        } else {
+            tuning::LENGTHS_AT_FIRST
+        };
+        for &length in tuning::LENGTHS.get(..tried)? {
+            rolled();
+            let length = T::literal(length);
+            self.evaluate_at(monitor, &start, step, length);
+            let fall = T::ONE - T::literal(tuning::ARMIJO) * length;
+            let enough = rise.filter(|_| length == T::ONE).unwrap_or(fall);
+            if self.point.merit < before * enough || monitor.is_over() {
+                return Some(length);
+            }
+        }
+        self.go_back(monitor, &start);
+        None
+    }
+
+    /// Goes to `start + length step`, and shows what is there to the monitor.
+    fn evaluate_at<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        start: &[SVector<T, D>; C],
+        step: &[SVector<T, D>; C],
+        length: T,
+    ) {
+        self.point.go(start, step, length);
+        self.point.update(monitor.problem, self.penalty.scale);
+        self.consider(monitor);
+    }
+
+    /// Goes back to a `z` that was shown before.
+    fn go_back<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C>,
+        start: &[SVector<T, D>; C],
+    ) {
+        self.point.z = *start;
+        self.point.update(monitor.problem, self.penalty.scale);
+    }
+}

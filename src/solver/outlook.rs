@@ -1,0 +1,94 @@
+//! Are impulses unique, and what may a cold solve expect of them? It starts by that: with sweeps, with Newton's
+//! method at a guess, or with ADMM.
+
+use crate::Real;
+use crate::cone::{add_to_normal, norm, split};
+use crate::linalg::blocks::ContactVector;
+use crate::linalg::hints::rolled;
+use crate::problem::{ContactLaw, Problem};
+use crate::solution::zeros;
+use crate::solver::tuning;
+use nalgebra::SVector;
+
+/// What a cold solve may expect.
+pub(crate) enum Outlook {
+    /// Impulses that are nearly unique.
+    Isostatic,
+    /// Impulses that are not, and nothing that speaks against contacts that stick.
+    Sticking,
+    /// Impulses that are not.
+    Hyperstatic,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
+    /// Do contacts with these impulses have more rows than they move dofs, by a contact at least? Then
+    /// impulses are far from unique: what moves them may not move the bodies.
+    pub(crate) fn is_hyperstatic(&self, r: &ContactVector<T, D, C>) -> bool {
+        let rows = self.laws().iter().zip(r).map(|(law, r)| {
+            rolled();
+            if *r == [T::ZERO; D] { 0 } else { law.rows() }
+        });
+        self.is_redundant(rows.sum())
+    }
+
+    /// Are so many rows more than the dofs they move, by a contact at least?
+    fn is_redundant(&self, rows: usize) -> bool {
+        rows >= self.factor.moved() + D
+    }
+
+    /// `alpha_i q_N` above which a contact clearly parts.
+    fn parting(&self) -> T {
+        self.size * T::literal(tuning::PARTING)
+    }
+
+    /// What is to be expected of contacts, by what they do at rest.
+    ///
+    /// One that slides much faster than friction can hold goes on sliding. A normal velocity that is nothing beside the
+    /// tangential one does not tell how hard a contact will be pressed.
+    pub(crate) fn outlook(&self) -> Outlook {
+        if !self.is_redundant(self.laws().iter().map(ContactLaw::rows).sum()) {
+            return Outlook::Isostatic;
+        }
+        let parting = self.parting();
+        let (mut rows, mut demand, mut grip) = (0, T::ZERO, T::ZERO);
+        for law in self.laws() {
+            rolled();
+            let (normal, tangent) = split(&law.q);
+            if law.alpha * normal > parting {
+                continue;
+            }
+            let (slip, held) = (norm(tangent), -law.cone.friction() * normal);
+            let approaches = normal < -T::literal(tuning::GRAZING) * slip;
+            if approaches && slip >= T::literal(tuning::SLIDING) * held {
+                rows += 1;
+            } else {
+                rows += law.rows();
+            }
+            if approaches && law.rows() > 1 {
+                demand += law.alpha * slip;
+                grip += law.alpha * held;
+            }
+        }
+        if !self.is_redundant(rows) {
+            Outlook::Isostatic
+        } else if demand <= T::literal(tuning::STICKING) * grip {
+            Outlook::Sticking
+        } else {
+            Outlook::Hyperstatic
+        }
+    }
+
+    /// A `z` with which each contact that does not clearly part sticks, pushed by what would stop it alone.
+    pub(crate) fn all_sticking(&self, z: &mut [SVector<T, D>; C]) {
+        let parting = self.parting();
+        for (z, law) in z.iter_mut().zip(self.laws()) {
+            rolled();
+            *z = law.augmented(&law.q);
+            let normal = split(&law.q).0;
+            if law.alpha > T::ZERO && law.alpha * normal <= parting {
+                *z = zeros();
+                add_to_normal(z, normal.min(-parting / law.alpha));
+            }
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! What a solve has found so far.
+
+use crate::linalg::blocks::ContactVector;
+use crate::{Real, Status};
+
+/// What is known of a solve that is under way.
+#[derive(Clone, Debug)]
+pub(crate) struct Record<T, const D: usize, const C: usize> {
+    /// How it ended; `MaxIterations` if it has not.
+    pub(super) status: Status,
+    /// The best impulse so far, and the first part of its error as contact space sees it.
+    pub(super) best: ContactVector<T, D, C>,
+    pub(super) natural_map: Option<T>,
+    /// Corrections of `q`, see [`super::Monitor::consider`], and what it was at the last pause.
+    pub(super) corrections: u8,
+    pub(super) q: ContactVector<T, D, C>,
+    /// The best natural map when it last halved, and the failures since.
+    pub(super) milestone: Option<T>,
+    pub(super) failures: u8,
+    /// The impulses have run away.
+    pub(super) lost: bool,
+}
+
+impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
+    /// Of no solve yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            status: Status::MaxIterations,
+            best: [[T::ZERO; D]; C],
+            natural_map: None,
+            corrections: 0,
+            q: [[T::ZERO; D]; C],
+            milestone: None,
+            failures: 0,
+            lost: false,
+        }
+    }
+
+    /// Forgets a solve. (An impulse and `q` without the rest say nothing.)
+    pub(crate) fn forget(&mut self) {
+        self.status = Status::MaxIterations;
+        self.natural_map = None;
+        self.corrections = 0;
+        self.milestone = None;
+        self.failures = 0;
+        self.lost = false;
+    }
+
+    /// Has the solve ended, not just its budget?
+    pub(crate) fn is_over(&self) -> bool {
+        self.status != Status::MaxIterations
+    }
+}

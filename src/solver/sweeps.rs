@@ -1,0 +1,119 @@
+//! Gauss-Seidel's part of the method: how many sweeps.
+
+use crate::Real;
+use crate::solver::gauss_seidel;
+use crate::solver::monitor::Monitor;
+use crate::solver::newton::Newton;
+use crate::solver::phases::{Phase, Solve};
+use crate::solver::tuning;
+use core::mem;
+
+/// Sweeps, from one to the next.
+#[derive(Clone, Debug)]
+pub(crate) struct Sweeps<T, const C: usize> {
+    /// Slip multiplier `λ` of each contact.
+    pub(super) lambdas: [T; C],
+    /// Sweeps so far.
+    done: usize,
+    /// Did they begin without impulses?
+    is_cold: bool,
+    /// The natural map below which a side branch is worth staying in; `None` if they are none.
+    pub(super) accept_below: Option<T>,
+}
+
+/// How sweeps get on.
+pub(crate) enum Pace {
+    /// Another one pays.
+    Fast,
+    /// Newton's method is to go on from where they have led.
+    Enough,
+    /// They lead nowhere from zero impulses.
+    Slow,
+    /// A side branch has led to far better impulses than those it was left for.
+    Better,
+    /// It has not.
+    NoBetter,
+}
+
+impl<T: Real, const C: usize> Sweeps<T, C> {
+    /// No sweep yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            lambdas: [T::ZERO; C],
+            done: 0,
+            is_cold: false,
+            accept_below: None,
+        }
+    }
+
+    /// The Newton steps that are to follow.
+    pub(crate) fn then(&self) -> Newton {
+        if self.is_cold {
+            Newton::new()
+        } else {
+            Newton::warm(false)
+        }
+    }
+}
+
+impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
+    /// Sweeps from the impulses and `u` of the point.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn begin_sweeps(&mut self) -> Phase {
+        self.sweeps = Sweeps {
+            is_cold: self.point.r == [[T::ZERO; D]; C],
+            ..Sweeps::none()
+        };
+        Phase::Sweeps
+    }
+
+    /// One sweep and its cost.
+    pub(super) fn sweep_once<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
+        monitor.solution.iterations += 2;
+        let (r, u) = (&mut self.point.r, &mut self.point.u);
+        gauss_seidel::sweep(monitor.problem, r, u, &mut self.sweeps.lambdas);
+    }
+
+    /// One sweep, and how they get on. A Newton step costs as much as five: they go on while they are fast, or while
+    /// five more at this rate reach the end.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn sweep<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+    ) -> Pace {
+        self.sweep_once(monitor);
+        let (r, u) = (&self.point.r, &self.point.u);
+        let here = monitor.problem.natural_map_at(r, u);
+        let last = mem::replace(&mut self.point.natural_map, here);
+        self.consider(monitor);
+        if monitor.is_over() {
+            return Pace::Fast;
+        }
+        let (sweeps, tolerance) = (&mut self.sweeps, monitor.tolerance());
+        sweeps.done += 1;
+        // Of zero impulses the natural map says nothing.
+        let first = sweeps.is_cold && sweeps.done == 1;
+        let rate = if first { T::ZERO } else { here / last };
+        let is_fast = rate < T::literal(tuning::SWEEP_RATE);
+        let after_five = here * rate * rate * rate * rate * rate;
+        let pays = is_fast && sweeps.done < tuning::FAST_SWEEPS
+            || after_five <= tolerance && sweeps.done < tuning::SWEEPS;
+        let crawls = || {
+            let far = here > T::literal(tuning::FAR);
+            !is_fast && (far || monitor.problem.is_hyperstatic(&self.point.r))
+        };
+        if here > tolerance && pays {
+            Pace::Fast
+        } else if let Some(bar) = sweeps.accept_below {
+            if here < bar {
+                Pace::Better
+            } else {
+                Pace::NoBetter
+            }
+        } else if sweeps.is_cold && crawls() {
+            Pace::Slow
+        } else {
+            Pace::Enough
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! What survives between solves: the warm start.
+
+use crate::admm::Iterate;
+use crate::linalg::hints::rolled;
+use crate::problem::Problem;
+use crate::solution::zeros;
+use crate::solver::point::Point;
+use crate::{Contact, Real};
+use core::mem;
+use nalgebra::SVector;
+
+/// What is known where a solve starts.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Known {
+    /// Nothing: it starts without impulses.
+    Nothing,
+    /// The last solution, which sweeps may go on from, because impulses are unique.
+    Isostatic,
+    /// The last solution, where they are not.
+    Hyperstatic,
+}
+
+/// `ũ` and `r` of the last solve and `r` of the one before, in the order of the last one's contacts.
+#[derive(Clone, Debug)]
+pub(crate) struct WarmStart<T, const D: usize, const C: usize> {
+    /// `None` for a contact that was not in the last solve, and behind the contacts in use.
+    contacts: [Option<ContactState<T, D>>; C],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct ContactState<T, const D: usize> {
+    key: u32,
+    u: SVector<T, D>,
+    r: SVector<T, D>,
+    /// `r` of the solve before, if `solves > 1`. (An option in an option would not be all zeros.)
+    before: SVector<T, D>,
+    /// How many solves have had the contact.
+    solves: u32,
+}
+
+impl<T: Real, const D: usize> ContactState<T, D> {
+    /// `r` if it goes on to change as it did; an open contact stays open.
+    fn ahead(&self) -> SVector<T, D> {
+        if self.solves > 1 && self.r != zeros::<T, D>() {
+            self.r + (self.r - self.before)
+        } else {
+            self.r
+        }
+    }
+}
+
+impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
+    /// Nothing solved yet.
+    pub(crate) const fn cold() -> Self {
+        Self {
+            contacts: [None; C],
+        }
+    }
+
+    /// Goes over to the contacts of the next solve: the first of a key takes what the first of that
+    /// key left, the second what the second left. What nobody takes is forgotten.
+    ///
+    /// Tells where each contact was, if it is not where it was; `C` for one that is new.
+    pub(crate) fn follow<const N: usize>(
+        &mut self,
+        contacts: &[Contact<T, N, D>],
+    ) -> Option<[usize; C]> {
+        let last = self.contacts.iter().map_while(Option::as_ref);
+        let mut last = last.map(|last| last.key).peekable();
+        let keys = contacts.iter().map(|contact| contact.key);
+        let moved = last.peek().is_some() && !last.eq(keys);
+        moved.then(|| self.reorder(contacts))
+    }
+
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn reorder<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) -> [usize; C] {
+        let mut last = mem::replace(&mut self.contacts, [None; C]);
+        let mut places = [C; C];
+        let states = self.contacts.iter_mut().zip(&mut places);
+        for ((state, place), contact) in states.zip(contacts) {
+            rolled();
+            let same = |left: &Option<ContactState<T, D>>| {
+                left.is_some_and(|left| left.key == contact.key)
+            };
+            if let Some(found) = last.iter().position(same) {
+                *place = found;
+                *state = last.get_mut(found).and_then(Option::take);
+            }
+        }
+        places
+    }
+
+    /// Remembers `ũ` and `r` of the contacts of a solve, instead of what an earlier part of the same
+    /// solve left if it was `resumed`.
+    pub(crate) fn keep<const N: usize>(
+        &mut self,
+        contacts: &[Contact<T, N, D>],
+        values: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>,
+        resumed: bool,
+    ) {
+        let pairs = contacts.iter().zip(values);
+        for (state, (&Contact { key, .. }, (u, r))) in self.contacts.iter_mut().zip(pairs) {
+            rolled();
+            let (before, solves) = match state {
+                Some(last) if resumed => (last.before, last.solves),
+                Some(last) => (last.r, last.solves.saturating_add(1)),
+                None => (zeros(), 1),
+            };
+            *state = Some(ContactState {
+                key,
+                u,
+                r,
+                before,
+                solves,
+            });
+        }
+    }
+
+    /// The first iterates of ADMM: the last ones, or at rest without impulse.
+    pub(crate) fn iterates<const N: usize>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C>,
+        penalty: T,
+    ) -> [Iterate<T, D>; C] {
+        let _ = self.follow(problem.scene.contacts());
+        let mut iterates = [Iterate::at(zeros(), zeros(), penalty); C];
+        let pairs = problem.laws().iter().zip(&self.contacts);
+        for (iterate, (law, contact)) in iterates.iter_mut().zip(pairs) {
+            if let Some(ContactState { u, r, .. }) = contact {
+                *iterate = Iterate::at(*u, law.cone.project(r), penalty);
+            }
+        }
+        iterates
+    }
+
+    /// Where a solve starts, with `rho_i = scale alpha_i` if with Newton's method, for the contacts that
+    /// were followed: at the last solution, if its error now is less than that of rest.
+    ///
+    /// Where impulses are unique they go on to change as they did. (Hyperstatic ones may change without
+    /// effect, and would be carried to the edges of the cones: they stay as they were.)
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn start<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        scale: T,
+        tolerance: T,
+        point: &mut Point<T, D, C>,
+    ) -> Known {
+        point.set_zero_impulse(problem);
+        let rest = point.natural_map;
+        if self.contacts.iter().any(Option::is_some) && rest > tolerance {
+            self.impulses(problem, false, &mut point.r);
+            let unique = problem.can_be_swept() && !problem.is_hyperstatic(&point.r);
+            if unique {
+                self.go_on(problem, tolerance, point);
+            } else {
+                self.stay(problem, scale, tolerance, point);
+            }
+            if point.natural_map < rest {
+                return if unique {
+                    Known::Isostatic
+                } else {
+                    Known::Hyperstatic
+                };
+            }
+            point.set_zero_impulse(problem);
+        }
+        Known::Nothing
+    }
+
+    /// Moves a point from the last impulses to where they go on to, or where it makes no difference to where they
+    /// were: a body at rest shall stay there, and not follow the errors of its impulses.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn go_on<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        tolerance: T,
+        point: &mut Point<T, D, C>,
+    ) {
+        let (r, mut u) = (point.r, [[T::ZERO; D]; C]);
+        self.impulses(problem, true, &mut point.r);
+        point.natural_map = problem.natural_map(&point.r, &mut point.u);
+        if point.natural_map <= tolerance {
+            let last = problem.natural_map(&r, &mut u);
+            if last <= tolerance {
+                (point.r, point.u, point.natural_map) = (r, u, last);
+            }
+        }
+    }
+
+    /// The last impulses, or what they are if they go `onwards` as they did.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn impulses<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        onwards: bool,
+        r: &mut [[T; D]; C],
+    ) {
+        let pairs = problem.laws().iter().zip(&self.contacts);
+        for (r, (law, contact)) in r.iter_mut().zip(pairs) {
+            rolled();
+            if let Some(contact) = contact {
+                let push = if onwards { contact.ahead() } else { contact.r };
+                *r = law.cone.project(&push).into();
+            }
+        }
+    }
+
+    /// Moves a point from the last impulses to the last solution.
+    ///
+    /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and `z` as
+    /// it was. The one with the least error is taken. (The energy is a poor judge: where a heavy body
+    /// stands on a light one it sees only the light one.)
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn stay<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        scale: T,
+        tolerance: T,
+        point: &mut Point<T, D, C>,
+    ) {
+        let (r, mut u) = (point.r, [[T::ZERO; D]; C]);
+        let last = problem.natural_map(&r, &mut u);
+        let mut as_it_was = None;
+        if last > tolerance {
+            self.look_back(problem, scale, point);
+            as_it_was = Some(point.natural_map);
+        }
+        if as_it_was.is_none_or(|error| error * T::literal(3.0) > last) {
+            (point.r, point.u, point.natural_map) = (r, u, last);
+            problem.augmented_velocity(&u, &mut point.p);
+            if let Some(error) = as_it_was {
+                point.rebuild(problem, scale);
+                if error < point.natural_map {
+                    self.look_back(problem, scale, point);
+                }
+            }
+        }
+    }
+
+    /// Moves a point to `z = ũ - r / rho_i` as it was.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn look_back<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C>,
+        scale: T,
+        point: &mut Point<T, D, C>,
+    ) {
+        let pairs = point.p.iter_mut().zip(&mut point.r);
+        for ((velocity, impulse), contact) in pairs.zip(&self.contacts) {
+            rolled();
+            let known = contact
+                .as_ref()
+                .map(|contact| (contact.u, contact.r.into()));
+            (*velocity, *impulse) = known.unwrap_or((zeros(), [T::ZERO; D]));
+        }
+        point.rebuild(problem, scale);
+    }
+}
+
+#[cfg(test)]
+mod tests;
