@@ -14,12 +14,10 @@ impl<T: Format, const N: usize, const D: usize, const C: usize> Format for Solut
     fn format(&self, fmt: Formatter<'_>) {
         write!(
             fmt,
-            "{}: error {}, {} iterations, {} Newton steps, {} factorizations, v = {}, contacts {}, certificate {}",
+            "{}: error {}, {}, v = {}, contacts {}, certificate {}",
             self.status,
             self.error,
-            self.iterations,
-            self.newton_steps,
-            self.factorizations,
+            self.work,
             self.velocity.data.as_slice(),
             self.contacts.as_slice(),
             self.certificate.as_slice()

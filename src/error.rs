@@ -78,6 +78,8 @@ pub enum Error {
         /// Contacts of the factor.
         factor: usize,
     },
+    /// `M` or `H` of the scene has changed since the factor was computed, or it never was.
+    StaleFactor,
     /// [`crate::AdmmSolver`] was given a factor of [`crate::Factor::update`], without the resolvent.
     NoResolvent,
 }
@@ -118,6 +120,10 @@ impl fmt::Display for Error {
             Self::FactorMismatch { scene, factor } => write!(
                 f,
                 "factor was computed for {factor} contacts, the scene has {scene}"
+            ),
+            Self::StaleFactor => write!(
+                f,
+                "factor is not that of the scene's M and H as they are now"
             ),
             Self::NoResolvent => write!(
                 f,

@@ -88,7 +88,7 @@ pub use error::{Error, Input};
 pub use factor::{Factor, FactorParts};
 pub use real::Real;
 pub use scene::{Contact, Scene};
-pub use solution::{ContactMode, ContactSolution, Settings, SlipUpdate, Solution, Status};
+pub use solution::{ContactMode, ContactSolution, Settings, SlipUpdate, Solution, Status, Work};
 pub use solver::{AdmmSolver, Solver};
 
 /// The README's code compiles.

@@ -80,6 +80,8 @@ pub struct Scene<T, const N: usize, const D: usize, const C: usize> {
     supports: [Support; C],
     /// Contacts in use.
     count: usize,
+    /// Changes of `M` or `H` so far: a factor of an earlier one is stale.
+    revision: u32,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> {
@@ -92,6 +94,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             contacts: [const { Contact::none() }; C],
             supports: [Support::none(); C],
             count: 0,
+            revision: 0,
         }
     }
 
@@ -107,11 +110,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             contacts,
             supports: [Support::all(); C],
             count: C,
+            revision: 1,
         }
     }
 
-    /// Sets the generalised mass matrix `M` (`N × N`; kg, kg m, kg m² by the units of the dofs). A stored factor of another
-    /// one has to be computed anew, see [`Self::set_jacobian`].
+    /// Sets the generalised mass matrix `M` (`N × N`; kg, kg m, kg m² by the units of the dofs). A stored factor is
+    /// stale then, see [`Self::set_jacobian`].
     ///
     /// # Errors
     /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] beyond `sqrt(eps)` of the diagonal.
@@ -130,6 +134,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             }
         }
         self.mass.copy_from(mass);
+        self.revise();
         Ok(())
     }
 
@@ -150,16 +155,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         slot.clone_from(contact);
         self.count += 1;
         self.support(index);
+        self.revise();
         Ok(index)
     }
 
     /// Removes all contacts.
     pub fn clear_contacts(&mut self) {
         self.count = 0;
+        self.revise();
     }
 
-    /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor does not: with one of another `M` or `H` nothing
-    /// that a solve says holds, so compute it anew.
+    /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor is stale then: a solve
+    /// refuses it ([`Error::StaleFactor`]) until it is computed anew.
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].
@@ -171,6 +178,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         check_finite(jacobian, Input::Jacobian { contact })?;
         self.contact_mut(contact)?.jacobian.copy_from(jacobian);
         self.support(contact);
+        self.revise();
         Ok(())
     }
 
@@ -195,6 +203,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         }
         self.contact_mut(contact)?.mu = mu;
         Ok(())
+    }
+
+    /// `M` or `H` has changed.
+    fn revise(&mut self) {
+        self.revision = self.revision.checked_add(1).unwrap_or(1);
+    }
+
+    /// Changes of `M` or `H` so far; 0 if there were none.
+    pub(crate) const fn revision(&self) -> u32 {
+        self.revision
     }
 
     fn contact_mut(&mut self, contact: usize) -> Result<&mut Contact<T, N, D>, Error> {

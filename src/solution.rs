@@ -1,6 +1,7 @@
 //! What is asked of a solve, and what it answers.
 
 use crate::Real;
+use core::fmt;
 use heapless::Vec;
 use nalgebra::{ArrayStorage, SVector};
 
@@ -26,21 +27,19 @@ pub struct Settings<T> {
     /// Error below which a solution counts as solved (dimensionless, not negative); see
     /// [`Solution::error`].
     pub tolerance: T,
-    /// What a call may cost, in iterations; a Newton step counts as ten, one with a matrix that was
-    /// kept as two, the point where several of those are joined as one, and a Gauss-Seidel sweep as two. A control loop sets what its time allows. A
-    /// call ends with the piece of work in which the budget ends, of which the largest, a side
-    /// branch of 20 sweeps, counts 40.
-    pub max_iterations: usize,
+    /// [`Work`] that a call may do, [`Work::total`]. A control loop sets what its time allows. A call ends with the piece
+    /// of work in which the budget ends, of which the largest, a side branch of 20 sweeps, counts 40.
+    pub budget: usize,
     /// When `s` is updated.
     pub slip: SlipUpdate,
 }
 
 impl<T> Settings<T> {
-    /// Settings for Coulomb's law with at most 100,000 iterations, so that hardly any scene is given up.
+    /// Settings for Coulomb's law with a budget of 100,000, so that hardly any scene is given up.
     pub const fn new(tolerance: T) -> Self {
         Self {
             tolerance,
-            max_iterations: 100_000,
+            budget: 100_000,
             slip: SlipUpdate::EveryIteration,
         }
     }
@@ -59,15 +58,66 @@ impl<T: Real> Default for Settings<T> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Status {
+    /// Nothing was solved yet.
+    Unsolved = 0, // so that a new solver is all zeros, and takes no flash
     /// The error is at most the tolerance.
     Solved = 1,
     /// The budget has ended; the solution is the best that was found, and its error may or may not be
     /// below the tolerance.
-    MaxIterations = 0, // so that a new solver is all zeros, and takes no flash
+    OutOfBudget = 4,
     /// It is not, and rounding in this number type does not allow much better.
     PrecisionLimit = 2,
     /// No velocity satisfies all contacts; [`Solution::certificate`] is the proof.
     Infeasible = 3,
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unsolved => "nothing was solved yet",
+            Self::Solved => "solved",
+            Self::OutOfBudget => "out of budget",
+            Self::PrecisionLimit => "at the limit of the number type",
+            Self::Infeasible => "infeasible",
+        })
+    }
+}
+
+/// What a solve has done, by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Work {
+    /// Iterations of ADMM.
+    pub iterations: usize,
+    /// Gauss-Seidel sweeps.
+    pub sweeps: usize,
+    /// Newton steps with a Jacobian that was kept.
+    pub chord_steps: usize,
+    /// Newton steps with a Jacobian of their own.
+    pub newton_steps: usize,
+    /// Resolvents: each for a new penalty, but one for that of a factor without ([`crate::Factor::update`]).
+    pub resolvents: usize,
+}
+
+impl Work {
+    /// None.
+    pub(crate) const fn none() -> Self {
+        Self {
+            iterations: 0,
+            sweeps: 0,
+            chord_steps: 0,
+            newton_steps: 0,
+            resolvents: 0,
+        }
+    }
+
+    /// All of it in iterations of ADMM, by what each kind costs: a sweep and a chord step count 2, a Newton step with its
+    /// resolvent, if it needs one later, 10.
+    #[must_use]
+    pub const fn total(&self) -> usize {
+        self.iterations + 2 * (self.sweeps + self.chord_steps) + 10 * self.newton_steps
+    }
 }
 
 /// What a contact does.
@@ -122,33 +172,31 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     /// Proof of [`Status::Infeasible`], otherwise empty: one `d_i >= 0` a contact with
     /// `Σ d_i H_Niᵀ = 0` and `Σ d_i w_Ni < 0` (Farkas' lemma).
     pub certificate: Vec<T, C>,
-    /// Iterations done: of ADMM, two for each Gauss-Seidel sweep, two for each Newton step with a
-    /// matrix that was kept, and one for each point where such steps are joined.
-    pub iterations: usize,
-    /// Newton steps done, each with a matrix of its own.
-    pub newton_steps: usize,
-    /// Resolvents computed during the solve: each for a new penalty, but one for that of a factor
-    /// without ([`crate::Factor::update`]).
-    pub factorizations: usize,
+    /// What the solve has cost.
+    pub work: Work,
     /// Error of `v` and `r` in Coulomb's law and in the dynamics, the larger of
     /// `|r - Π_K(r - alpha û)| / max(|r|, |alpha q|)` and
     /// `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, with a bound on the rounding in its own
     /// evaluation and in the factor added, a coarse one if that is enough to be below the tolerance.
-    /// Independent of units.
+    /// Independent of units. It means nothing as long as the status is [`Status::Unsolved`].
     pub error: T,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, C> {
+    /// Is the error at most the tolerance that was asked for?
+    #[must_use]
+    pub fn is_solved(&self) -> bool {
+        self.status == Status::Solved
+    }
+
     /// The solution of nothing.
     pub(crate) const fn none() -> Self {
         Self {
             velocity: zeros(),
             contacts: Vec::new(),
-            status: Status::MaxIterations,
+            status: Status::Unsolved,
             certificate: Vec::new(),
-            iterations: 0,
-            newton_steps: 0,
-            factorizations: 0,
+            work: Work::none(),
             error: T::ZERO,
         }
     }

@@ -54,7 +54,7 @@ fn factorising_does_not_allocate() -> Result<(), Error> {
 #[test]
 fn newton_does_not_allocate_cold_or_warm() -> Result<(), Error> {
     let (source, f) = sliding_box()?;
-    let (factor, settings) = (Factor::new(&source)?, Settings::new(1e-9));
+    let settings = Settings::new(1e-9);
     let mut solver = Solver::new();
     // Contacts are known, go, come and change places.
     let steps = [[0, 1, 2, 3], [0, 1, 2, 3], [3, 4, 5, 0]].into_iter();
@@ -67,6 +67,7 @@ fn newton_does_not_allocate_cold_or_warm() -> Result<(), Error> {
                 ..contact.clone()
             })?;
         }
+        let factor = Factor::new(&scene)?;
         let mut status = Err(Error::InvalidPenalty);
         let count = allocations(|| {
             let solution = solver.solve(&scene, &factor, &f, &settings);
@@ -113,7 +114,7 @@ fn an_unsolved_scene_does_not_allocate() -> Result<(), Error> {
     let (scene, f) = sliding_box()?;
     let factor = Factor::new(&scene)?;
     let settings = Settings {
-        max_iterations: 3,
+        budget: 3,
         ..Settings::new(1e-12)
     };
     let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
@@ -123,7 +124,7 @@ fn an_unsolved_scene_does_not_allocate() -> Result<(), Error> {
         let admm = admm.solve_restart(&scene, &factor, &f, &settings);
         statuses = [newton, admm].map(|result| result.ok().map(|solution| solution.status));
     });
-    assert_eq!((count, statuses), (0, [Some(Status::MaxIterations); 2]));
+    assert_eq!((count, statuses), (0, [Some(Status::OutOfBudget); 2]));
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! A budget ends a call, not a solve: split over any number of calls it gives the same bits.
 
-use stiction::{Settings, Status};
+use stiction::{Settings, Status, Work};
 use testbed::kernel::{Answer, Kernel, Shape};
 use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile};
@@ -13,14 +13,13 @@ fn files() -> Vec<SceneFile> {
 }
 
 /// All bits of a solution, and what it has cost.
-fn bits(answer: &Answer) -> (Vec<u64>, Status, [usize; 3]) {
+fn bits(answer: &Answer) -> (Vec<u64>, Status, Work) {
     let numbers = answer.v.iter().chain(&answer.r).chain([&answer.error]);
-    let cost = [
-        answer.iterations,
-        answer.newton_steps,
-        answer.factorizations,
-    ];
-    (numbers.map(|x| x.to_bits()).collect(), answer.status, cost)
+    (
+        numbers.map(|x| x.to_bits()).collect(),
+        answer.status,
+        answer.work,
+    )
 }
 
 /// The kernel with a scene and its factor.
@@ -43,7 +42,7 @@ fn pushed(file: &SceneFile, share: f64) -> SceneFile {
 fn solve(file: &SceneFile, budget: usize) -> ([Answer; 2], usize, usize) {
     let mut kernel = prepared(file);
     let settings = Settings {
-        max_iterations: budget,
+        budget,
         ..Settings::new(1e-9)
     };
     let (mut calls, mut dearest) = (0, 0);
@@ -53,12 +52,12 @@ fn solve(file: &SceneFile, budget: usize) -> ([Answer; 2], usize, usize) {
         kernel.solve(Method::Default, &settings).unwrap();
         loop {
             let answer = kernel.answer();
-            dearest = dearest.max(answer.work() - spent);
-            (spent, calls) = (answer.work(), calls + 1);
+            dearest = dearest.max(answer.work.total() - spent);
+            (spent, calls) = (answer.work.total(), calls + 1);
             // What a call has found is not lost by the next.
             assert!(answer.error <= error * 1.01 + 1e-12, "{}", file.name);
             error = answer.error;
-            if answer.status != Status::MaxIterations {
+            if answer.status != Status::OutOfBudget {
                 break;
             }
             kernel.resume(&settings).unwrap();
@@ -104,7 +103,7 @@ fn a_split_solve_gives_the_same_bits() {
 #[test]
 fn a_solver_that_was_reset_gives_the_bits_of_a_new_one() {
     let settings = Settings {
-        max_iterations: 1_000,
+        budget: 1_000,
         ..Settings::new(1e-5)
     };
     for file in files() {
@@ -145,17 +144,19 @@ fn there_is_nothing_to_resume() {
     kernel.resume(&settings).unwrap();
     assert_eq!(bits(&kernel.answer()), bits(&cold));
 
-    // A solve that was refused is no solve to go on with.
+    // A solve that is refused leaves the one that was paused.
     let pause = Settings {
-        max_iterations: 3,
+        budget: 3,
         ..settings
     };
     kernel.reset();
-    kernel.load(&pushed(&file, 0.5)).unwrap();
     kernel.solve(Method::Default, &pause).unwrap();
+    assert_eq!(kernel.answer().status, Status::OutOfBudget);
     kernel.load(&pushed(&file, f64::NAN)).unwrap();
-    assert!(kernel.solve(Method::Default, &pause).is_err());
+    assert!(kernel.solve(Method::Default, &settings).is_err());
+    assert!(kernel.resume(&settings).is_err());
     kernel.load(&file).unwrap();
+    kernel.prepare(true).unwrap();
     kernel.resume(&settings).unwrap();
-    assert_eq!(kernel.answer().status, Status::Solved);
+    assert_eq!(bits(&kernel.answer()), bits(&cold));
 }

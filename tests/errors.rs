@@ -246,6 +246,59 @@ fn a_factor_belongs_to_its_number_of_contacts() -> Result<(), Error> {
     Ok(())
 }
 
+type Change = fn(&mut Planar) -> Result<(), Error>;
+
+/// What changes a scene's `M` or `H`; what changes neither leaves the factor as good as it was.
+#[test]
+fn a_stale_factor_is_refused_until_it_is_computed_anew() -> Result<(), Error> {
+    let (f, settings) = (vector![-0.1, 1.0], Settings::new(1e-9));
+
+    let changes: [(Change, bool); 5] = [
+        (|scene| scene.set_mass(&matrix![3.0, 0.5; 0.5, 2.0]), true),
+        (
+            |scene| scene.set_jacobian(0, &matrix![0.1, 1.0; 1.0, 0.0]),
+            true,
+        ),
+        (
+            |scene| {
+                scene.clear_contacts();
+                scene.push(&floor()).map(|_| ())
+            },
+            true,
+        ),
+        (|scene| scene.set_offset(0, &vector![0.2, 0.0]), false),
+        (|scene| scene.set_friction(0, 0.7), false),
+    ];
+    for (change, makes_stale) in changes {
+        let mut scene = scene();
+        let mut factor = Factor::new(&scene)?;
+        change(&mut scene)?;
+        let (mut solver, mut admm) = (Solver::new(), AdmmSolver::new());
+        let refused = makes_stale.then_some(Error::StaleFactor);
+        let solved = solver.solve(&scene, &factor, &f, &settings);
+        assert_eq!(solved.err(), refused);
+        let solved = admm.solve_restart(&scene, &factor, &f, &settings);
+        assert_eq!(solved.err(), refused);
+        factor.compute(&scene)?;
+        let solution = solver.solve(&scene, &factor, &f, &settings)?;
+        assert!(solution.is_solved());
+    }
+    let (mut empty, mut solver) = (Planar::new(), Solver::new());
+    empty.set_mass(&SMatrix::identity())?;
+    let refused = solver.solve(&empty, &Factor::empty(), &f, &settings).err();
+    assert_eq!(refused, Some(Error::StaleFactor));
+    Ok(())
+}
+
+#[test]
+fn nothing_is_solved_before_the_first_solve() {
+    let solver = Solver::<f64, 2, 2, 2>::new();
+    assert_eq!(solver.solution().status, Status::Unsolved);
+    assert!(!solver.solution().is_solved());
+    let admm = AdmmSolver::<f64, 2, 2, 2>::new();
+    assert_eq!(admm.solution().status, Status::Unsolved);
+}
+
 #[test]
 fn a_free_impulse_is_made_of_numbers_and_a_refusal_keeps_the_solution() -> Result<(), Error> {
     let scene = scene();
@@ -371,6 +424,7 @@ fn every_error_says_which_datum_is_wrong() {
         (Error::NoSuchContact { contact: 11 }, "no contact 11"),
         (Error::InvalidPenalty, "penalty rho"),
         (Error::InvalidTolerance, "tolerance"),
+        (Error::StaleFactor, "factor is not that of the scene"),
         (
             Error::FactorMismatch {
                 scene: 12,

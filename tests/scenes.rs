@@ -32,7 +32,7 @@ fn solve(
     Ok(Run {
         name: file.name.clone(),
         status: answer.status,
-        work: answer.work(),
+        work: answer.work.total(),
         error: measure::error(file, &answer.v, &answer.r, Law::Coulomb),
     })
 }
@@ -56,7 +56,7 @@ fn solved(
     tolerance: f64,
 ) -> Result<(usize, [usize; 3]), Error> {
     let settings = Settings {
-        max_iterations: 1_000,
+        budget: 1_000,
         ..Settings::new(tolerance)
     };
     let runs = files(true)
@@ -132,7 +132,7 @@ fn what_is_called_solved_is_solved() -> Result<(), Error> {
     let files = files(false);
     for exponent in 2..=8 {
         let settings = Settings {
-            max_iterations: 400,
+            budget: 400,
             ..Settings::new(10_f64.powi(-exponent))
         };
         for (method, file) in Method::ALL

@@ -30,7 +30,7 @@ fn replay(
         assert_eq!(answer.status, Status::Solved, "{}", step.name);
         let error = measure::error(step, &answer.v, &answer.r, Law::Coulomb);
         assert!(error <= tolerance, "{}: {error:e}", step.name);
-        work.push(answer.work());
+        work.push(answer.work.total());
     }
     Ok(work)
 }

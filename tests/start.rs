@@ -15,9 +15,9 @@ fn cold(file: &SceneFile, tolerance: f64) -> Result<[usize; 3], Error> {
     let solution = kernel.answer();
     assert_eq!(solution.status, Status::Solved, "{}", file.name);
     Ok([
-        solution.iterations,
-        solution.newton_steps,
-        solution.factorizations,
+        solution.work.total() - 10 * solution.work.newton_steps,
+        solution.work.newton_steps,
+        solution.work.resolvents,
     ])
 }
 

@@ -42,14 +42,14 @@ proptest! {
         // Two tangents: each sweep begins with the `λ` of the one before.
         let spatial = solve::<3>(&masses, &askew, &push, mu);
         prop_assert_eq!(spatial.status, Status::Solved);
-        prop_assert_eq!(spatial.newton_steps, 0);
-        prop_assert!(spatial.iterations <= 2 * 3, "{}", spatial.iterations);
+        prop_assert_eq!(spatial.work.newton_steps, 0);
+        prop_assert!(spatial.work.total() <= 2 * 3, "{}", spatial.work.total());
         // One tangent or none: exact at once.
         let planar = solve::<2>(&masses, &askew, &push, mu);
-        prop_assert_eq!((planar.status, planar.newton_steps), (Status::Solved, 0));
-        prop_assert!(planar.iterations <= 2, "{}", planar.iterations);
+        prop_assert_eq!((planar.status, planar.work.newton_steps), (Status::Solved, 0));
+        prop_assert!(planar.work.total() <= 2, "{}", planar.work.total());
         let normal = solve::<1>(&masses, &askew, &push, mu);
-        prop_assert_eq!((normal.status, normal.newton_steps), (Status::Solved, 0));
-        prop_assert!(normal.iterations <= 2, "{}", normal.iterations);
+        prop_assert_eq!((normal.status, normal.work.newton_steps), (Status::Solved, 0));
+        prop_assert!(normal.work.total() <= 2, "{}", normal.work.total());
     }
 }

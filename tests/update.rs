@@ -30,9 +30,9 @@ fn replay(kernel: Constructor, steps: &[SceneFile], tolerance: f64) -> Result<us
                 unreachable!("two kernels")
             };
             assert_eq!(complete.status, Status::Solved, "{}", step.name);
-            resolvents += updated.factorizations - complete.factorizations;
+            resolvents += updated.work.resolvents - complete.work.resolvents;
             let updated = Answer {
-                factorizations: complete.factorizations,
+                work: complete.work,
                 ..updated.clone()
             };
             assert_eq!(*complete, updated, "{}", step.name);
@@ -105,11 +105,11 @@ fn a_solve_goes_on_with_the_other_kind_of_factor() -> Result<(), Error> {
     for (first, then) in [(&complete, &updated), (&updated, &complete)] {
         let mut solver = Solver::new();
         let two = Settings {
-            max_iterations: 2,
+            budget: 2,
             ..Settings::new(1e-9)
         };
         let begun = solver.solve(&scene, first, &f, &two)?;
-        assert_eq!(begun.status, Status::MaxIterations);
+        assert_eq!(begun.status, Status::OutOfBudget);
         let done = solver.resume(&scene, then, &f, &Settings::new(1e-9))?;
         assert_eq!(done.status, Status::Solved);
     }
@@ -198,7 +198,7 @@ fn a_scene_at_rest_needs_no_resolvent() -> Result<(), Error> {
     let mut solver = Solver::new();
     let solution = solver.solve(&scene, &factor, &SVector::zeros(), &Settings::default())?;
     assert_eq!(
-        (solution.status, solution.factorizations),
+        (solution.status, solution.work.resolvents),
         (Status::Solved, 0)
     );
     Ok(())

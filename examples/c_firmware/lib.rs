@@ -201,13 +201,13 @@ unsafe fn run(
         solver,
     } = kernel;
     let settings = Settings {
-        max_iterations: usize::try_from(budget).unwrap_or(usize::MAX),
+        budget: usize::try_from(budget).unwrap_or(usize::MAX),
         ..Settings::new(tolerance)
     };
     match solve(solver, scene, factor, &SVector::from(*f), &settings) {
         Ok(solution) => match solution.status {
             Status::Solved => 0,
-            Status::MaxIterations => 1,
+            Status::OutOfBudget => 1,
             Status::PrecisionLimit => 2,
             Status::Infeasible => 3,
             _ => 4,

@@ -87,7 +87,8 @@ impl<T: Real> Display for Summary<'_, T> {
                 ContactMode::Slip => "~",
             })?;
         }
-        let (iterations, steps) = (solution.iterations, solution.newton_steps);
+        let (total, steps) = (solution.work.total(), solution.work.newton_steps);
+        let iterations = total - 10 * steps;
         write!(out, " {iterations}+{steps} {error:.1e}")
     }
 }

@@ -110,9 +110,9 @@ mod measure {
             // Iterations and Newton steps: the difference of two solves that differ in them alone.
             let mut exact = Settings::new(T::literal(1e-30));
             let mut limited = |bench: &mut Self, iterations| {
-                exact.max_iterations = iterations;
+                exact.budget = iterations;
                 let count = counter.instructions(|| ok &= bench.iterate(&f, &exact));
-                (count, bench.admm.solution().iterations)
+                (count, bench.admm.solution().work.iterations)
             };
             let (few, more) = (limited(self, 2), limited(self, 10));
             if more.1 == few.1 + 8 {
@@ -120,10 +120,16 @@ mod measure {
             }
             let mut limited = |bench: &mut Self, iterations| {
                 bench.solver.reset();
-                exact.max_iterations = iterations;
+                exact.budget = iterations;
                 let count = counter.instructions(|| _ = bench.solve(&f, &exact));
                 let solution = bench.solver.solution();
-                (count, (solution.iterations, solution.newton_steps))
+                (
+                    count,
+                    (
+                        solution.work.total() - 10 * solution.work.newton_steps,
+                        solution.work.newton_steps,
+                    ),
+                )
             };
             let mut last = limited(self, 0);
             for iterations in 1..8 {

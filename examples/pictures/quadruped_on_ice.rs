@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let settings = Settings::new(1e-4);
     let mut slips = [const { Vec::new() }; 4];
     let mut sideways = Vec::new();
-    let (mut iterations, mut newton_steps) = (0, 0);
+    let mut work = 0;
     println!("each foot: = sticks, ~ slips, o open");
     for (k, step) in (1_u32..).zip(&steps) {
         let scene: Scene<f32, 18, 3, 4> = step.scene()?;
@@ -32,8 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if solution.status != Status::Solved {
             return Err(format!("step {k}: {:?}", solution.status).into());
         }
-        iterations += solution.iterations;
-        newton_steps += solution.newton_steps;
+        work += solution.work.total();
 
         let time = STEP * f64::from(k);
         let modes = solution.contacts.iter().map(|contact| match contact.mode {
@@ -48,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     println!(
-        "{} steps, {iterations} iterations and {newton_steps} Newton steps in all",
+        "{} steps cost as much as {work} iterations of ADMM",
         steps.len()
     );
     let push = [3.0, 13.0].map(|step| (STEP * step, 0.0));

@@ -69,10 +69,10 @@ fn unsolved(rougher: &[Vec<SceneFile>; 4]) {
         "| scene | `mu` | 1,000 iterations | 100,000 | outer loop, 100,000 | default, 1,000 |",
     );
     for (factor, scenes) in FACTORS.iter().zip(rougher) {
-        let error = |scene, method, slip, max_iterations| {
+        let error = |scene, method, slip, budget| {
             let settings = Settings {
                 tolerance: TOLERANCE,
-                max_iterations,
+                budget,
                 slip,
             };
             library::solve(scene, method, &settings).coulomb_error

@@ -44,7 +44,7 @@ fn try_solve(file: &SceneFile, method: Method, settings: &Settings<f64>) -> Resu
     let claimed = answer.status == Status::Solved;
     Ok(Outcome {
         solved: claimed && error(kernel::law(settings)) <= settings.tolerance,
-        iterations: answer.work(),
+        iterations: answer.work.total(),
         coulomb_error: error(Law::Coulomb),
         impulse: answer.r,
     })

@@ -53,7 +53,7 @@ fn by_library(
 ) -> Vec<Outcome> {
     let settings = Settings {
         tolerance,
-        max_iterations: cap,
+        budget: cap,
         slip,
     };
     let solve = |scene| library::solve(scene, method, &settings);

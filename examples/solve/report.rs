@@ -35,8 +35,8 @@ pub(crate) fn header(options: &Options) {
 }
 
 pub(crate) fn row(run: &Run) {
-    let per_iteration = if run.answer.newton_steps == 0 {
-        format!("{:.0}", run.solve_ns / run.answer.iterations.max(1) as f64)
+    let per_iteration = if run.answer.work.newton_steps == 0 {
+        format!("{:.0}", run.solve_ns / first_order(run).max(1) as f64)
     } else {
         "-".into() // most of it is Newton's
     };
@@ -47,8 +47,8 @@ pub(crate) fn row(run: &Run) {
         run.n_dof,
         format!("{}x{}", run.n_contacts, run.dim),
         status(run.answer.status),
-        run.answer.iterations,
-        run.answer.newton_steps,
+        first_order(run),
+        run.answer.work.newton_steps,
         run.error,
         run.prepare_ns / 1e3,
         run.solve_ns / 1e3,
@@ -67,9 +67,9 @@ pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
         "precision": options.precision.name(),
         "method": options.method.name(),
         "status": status(run.answer.status),
-        "iterations": run.answer.iterations,
-        "newton_steps": run.answer.newton_steps,
-        "factorizations": run.answer.factorizations,
+        "iterations": first_order(run),
+        "newton_steps": run.answer.work.newton_steps,
+        "factorizations": run.answer.work.resolvents,
         "error": run.error,
         "prepare_ns": run.prepare_ns,
         "solve_ns": run.solve_ns,
@@ -81,6 +81,11 @@ pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
         line["step"] = step.into();
     }
     print(&line.to_string());
+}
+
+/// Work but for Newton steps: what the column and the field `iterations` have always been.
+fn first_order(run: &Run) -> usize {
+    run.answer.work.total() - 10 * run.answer.work.newton_steps
 }
 
 /// `d`, row by row with zero tangential parts, if the scene is infeasible.
@@ -95,7 +100,7 @@ pub(crate) fn summary(runs: &[Run], options: &Options) {
     if runs.is_empty() {
         return;
     }
-    let mut work: Vec<usize> = runs.iter().map(|run| run.answer.work()).collect();
+    let mut work: Vec<usize> = runs.iter().map(|run| run.answer.work.total()).collect();
     work.sort_unstable();
     let quantile = |percent: usize| work[(work.len() - 1) * percent / 100];
     let reaches = |run: &Run, error| run.answer.status != Status::Infeasible && run.error <= error;
@@ -129,7 +134,7 @@ fn status(status: Status) -> &'static str {
         Status::Solved => "solved",
         Status::PrecisionLimit => "precision_limit",
         Status::Infeasible => "infeasible",
-        _ => "max_iterations",
+        _ => "budget",
     }
 }
 

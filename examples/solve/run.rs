@@ -54,7 +54,7 @@ fn solve_one(
     kernel.load(file)?;
     let method = options.method;
     let settings = Settings {
-        max_iterations: options.max_iterations,
+        budget: options.max_iterations,
         ..Settings::new(options.tolerance())
     };
     // What a solve does without is not prepared.

@@ -49,10 +49,10 @@ impl Contestant for Library {
         self.kernel.reset();
         let solved = self.kernel.solve(self.method, &Settings::new(tolerance));
         solved.expect("f is finite");
-        let (status, [iterations, newton_steps]) = self.kernel.outcome();
+        let (status, work) = self.kernel.outcome();
         Effort {
-            iterations,
-            newton_steps,
+            iterations: work.total() - 10 * work.newton_steps,
+            newton_steps: work.newton_steps,
             finished: status == Status::Solved,
         }
     }

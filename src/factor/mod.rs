@@ -24,6 +24,9 @@ pub(crate) mod resolvent;
 
 pub use parts::FactorParts;
 
+/// The revision of a factor that is taken on trust.
+const BAKED: u32 = u32::MAX;
+
 /// Cholesky factor of the mass matrix, Delassus operator and resolvent of a scene.
 ///
 /// Read-only once computed; it may outlive any number of solves and stand in a `static`. Friction
@@ -31,6 +34,8 @@ pub use parts::FactorParts;
 #[derive(Clone, Debug)]
 pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     contacts: usize,
+    /// That of the scene's `M` and `H`; 0 of none, [`BAKED`] of numbers that were computed elsewhere.
+    revision: u32,
     /// How many dofs contacts move.
     moved: usize,
     penalty: T,
@@ -58,6 +63,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     pub const fn empty() -> Self {
         Self {
             contacts: 0,
+            revision: 0,
             moved: 0,
             penalty: T::ZERO,
             uncertainty: T::ZERO,
@@ -148,6 +154,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// How many dofs contacts move.
     pub(crate) const fn moved(&self) -> usize {
         self.moved
+    }
+
+    /// Was it computed for `M` and `H` as they are in a scene? Of two scenes with as many changes each it takes one for
+    /// the other; numbers that were computed elsewhere it takes on trust.
+    pub(crate) const fn is_current(&self, scene: &Scene<T, N, D, C>) -> bool {
+        self.revision == BAKED || self.revision != 0 && self.revision == scene.revision()
     }
 
     /// Number of contacts of the scene this was computed for.

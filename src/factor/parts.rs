@@ -1,6 +1,6 @@
 //! A factor in numbers, to be baked into firmware.
 
-use super::Factor;
+use super::{BAKED, Factor};
 use crate::Real;
 use crate::factor::resolvent::Resolvent;
 use crate::linalg::sparsity::Support;
@@ -40,6 +40,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     pub const fn from_parts(parts: &FactorParts<T, N, D, C>) -> Self {
         Self {
             contacts: C,
+            revision: BAKED,
             moved: parts.moved,
             penalty: parts.penalty,
             uncertainty: parts.uncertainty,

@@ -91,6 +91,9 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
                 factor: factor.contacts(),
             });
         }
+        if !factor.is_current(scene) {
+            return Err(Error::StaleFactor);
+        }
         let invalid = |contact: &Contact<T, N, D>| !FrictionCone::is_valid(contact.mu);
         match opaque(contacts).iter().position(invalid) {
             Some(contact) => Err(Error::InvalidFriction { contact }),

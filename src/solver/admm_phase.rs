@@ -39,7 +39,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         workspace: &mut Workspace<T, D, C>,
     ) -> bool {
         if workspace.resolvent(factor).is_none() {
-            monitor.solution.factorizations += 1;
+            monitor.solution.work.resolvents += 1;
             workspace.resolve(factor, &[factor.penalty(); C]);
         }
         let Some(resolvent) = workspace.resolvent(factor) else {

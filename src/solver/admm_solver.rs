@@ -43,8 +43,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves by ADMM without acceleration; `f = -M v_free` is minus the free impulse (N·s).
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`],
-    /// [`Error::NoResolvent`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::StaleFactor`],
+    /// [`Error::InvalidTolerance`], [`Error::NoResolvent`].
     pub fn solve_plain(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -58,8 +58,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves by Algorithm 1 of the note, fast ADMM.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`],
-    /// [`Error::NoResolvent`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::StaleFactor`],
+    /// [`Error::InvalidTolerance`], [`Error::NoResolvent`].
     pub fn solve_fast(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -73,8 +73,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves by Algorithm 2 of the note, fast ADMM with restart.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`],
-    /// [`Error::NoResolvent`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::StaleFactor`],
+    /// [`Error::InvalidTolerance`], [`Error::NoResolvent`].
     pub fn solve_restart(
         &mut self,
         scene: &Scene<T, N, D, C>,

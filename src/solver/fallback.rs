@@ -68,7 +68,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         }
         let restarted = self.fallback.has_iterated && self.penalty.update(monitor.work());
         self.fallback.has_iterated = true;
-        monitor.solution.factorizations += 1;
+        monitor.solution.work.resolvents += 1;
         workspace.resolve(factor, &monitor.problem.penalties(self.penalty.scale));
         self.fallback.iterations = tuning::ITERATIONS;
         if restarted {

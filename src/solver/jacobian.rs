@@ -231,3 +231,6 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
         finite.then_some(steps)
     }
 }
+
+#[cfg(test)]
+mod tests;

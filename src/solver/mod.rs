@@ -96,16 +96,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     /// Solves a scene for a free impulse `f = -M v_free` (N·s).
     ///
     /// It ends when the scene is solved, when it is known not to be, or when it has cost
-    /// [`Settings::max_iterations`]. In the last case the answer is the best impulse
+    /// [`Settings::budget`]. In the last case the answer is the best impulse
     /// whose error was computed (to compute it costs as much as an iteration, so not every iterate's
     /// is), with that error, and [`Self::resume`] goes on. (Another `solve` begins anew, with a warm start
     /// where that is any good; a budget that is always too small for it never gets there.)
     ///
-    /// The factor has to be that of the scene's `M` and `H`. That it is one of as many contacts is all that is
-    /// checked: sizes and steps of the error are those of its `W`.
+    /// The factor has to be that of the scene's `M` and `H` as they are now: one that was computed before they changed is
+    /// refused. One of another scene is not noticed if that has changed as often: sizes and steps of the error are those
+    /// of its `W`.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::InvalidTolerance`].
+    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::StaleFactor`], [`Error::InvalidTolerance`].
     pub fn solve(
         &mut self,
         scene: &Scene<T, N, D, C>,
@@ -116,7 +117,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         self.run(scene, factor, f, settings, false)
     }
 
-    /// Goes on with the last solve where its budget ended, for [`Settings::max_iterations`] more.
+    /// Goes on with the last solve where its budget ended, for [`Settings::budget`] more.
     ///
     /// Scene, factor, `f` and tolerance are those of that solve. In how many calls it is done makes
     /// no difference to a bit of the solution, and the counts of the solution are those of all
@@ -150,11 +151,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         settings: &Settings<T>,
         resumed: bool,
     ) -> Result<&Solution<T, N, D, C>, Error> {
+        Problem::check(scene, factor, f, settings)?;
         if !resumed {
             self.record.forget();
             self.solve.stop();
         }
-        Problem::check(scene, factor, f, settings)?;
         let mut problem = Problem::new(scene, factor, f, settings.slip);
         problem.fill();
         let (solution, record) = (&mut self.solution, &mut self.record);

@@ -8,7 +8,7 @@ use crate::problem::Problem;
 use crate::problem::infeasibility;
 use crate::problem::residual::quotient;
 use crate::solver::record::Record;
-use crate::{Real, Settings, SlipUpdate, Solution, Status};
+use crate::{Real, Settings, SlipUpdate, Solution, Status, Work};
 use core::mem;
 use nalgebra::SVector;
 
@@ -37,11 +37,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         if resumed {
             problem.set_q(&record.q);
         } else {
-            solution.iterations = 0;
-            solution.newton_steps = 0;
-            solution.factorizations = 0;
+            solution.work = Work::none();
         }
-        let limit = work(solution).saturating_add(settings.max_iterations);
+        let limit = solution.work.total().saturating_add(settings.budget);
         Self {
             problem,
             solution,
@@ -59,7 +57,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
 
     /// Work done, in iterations.
     pub(crate) fn work(&self) -> usize {
-        work(self.solution)
+        self.solution.work.total()
     }
 
     /// Does it go on?
@@ -115,7 +113,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         iterates: &mut [Iterate<T, D>; C],
         acceleration: &mut A,
     ) -> Change<T> {
-        self.solution.iterations += 1;
+        self.solution.work.iterations += 1;
         let change = iterate(self.problem, resolvent, iterates, acceleration);
         // Squares, of which it is enough to be compared.
         let size = self.problem.size * self.problem.size;
@@ -222,12 +220,15 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
     /// Writes down the best that was found. Of a search that may go on, what it has at present counts
     /// as well, and what the last call wrote down, but neither leaves a trace in it.
     pub(crate) fn finish(&mut self, present: &ContactVector<T, D, C>) {
-        self.solution.status = self.record.status;
+        self.solution.status = match self.record.status {
+            Status::Unsolved => Status::OutOfBudget,
+            status => status,
+        };
         if self.record.status == Status::Solved {
             return;
         }
         let mut r = self.record.best;
-        if self.record.status == Status::MaxIterations {
+        if self.record.status == Status::Unsolved {
             let mut least = self.record.natural_map;
             let shown = self.resumed.then(|| self.shown());
             for other in [Some(*present), shown].into_iter().flatten() {
@@ -262,14 +263,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         };
         if !convincing {
             self.look_for_proof();
-            self.solution.status = self.record.status;
+            if self.record.status == Status::Infeasible {
+                self.solution.status = Status::Infeasible;
+            }
         }
     }
-}
-
-/// Work done for a solution, in iterations.
-fn work<T, const N: usize, const D: usize, const C: usize>(
-    solution: &Solution<T, N, D, C>,
-) -> usize {
-    solution.iterations + 10 * solution.newton_steps
 }

@@ -127,7 +127,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let (start, before) = (self.point.z, self.point.merit);
         *again = true;
         for _ in 0..tuning::CHORD_STEPS {
-            monitor.solution.iterations += 2;
+            monitor.solution.work.chord_steps += 1;
             let (z, merit) = (self.point.z, self.point.merit);
             let Some(step) = jacobian.step(monitor.problem, &self.point.residual, matrix) else {
                 self.go_back(monitor, &start);
@@ -159,7 +159,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         workspace: &mut Workspace<T, D, C>,
         newton: &mut Newton,
     ) -> bool {
-        monitor.solution.newton_steps += 1;
+        monitor.solution.work.newton_steps += 1;
         let (problem, scale) = (&*monitor.problem, self.penalty.scale);
         let damping = self.damping.at(self.point.natural_map);
         let computed = workspace.linearise(problem, &self.point, scale, damping);

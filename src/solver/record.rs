@@ -6,7 +6,7 @@ use crate::{Real, Status};
 /// What is known of a solve that is under way.
 #[derive(Clone, Debug)]
 pub(crate) struct Record<T, const D: usize, const C: usize> {
-    /// How it ended; `MaxIterations` if it has not.
+    /// How it ended; `Unsolved` if it has not.
     pub(super) status: Status,
     /// The best impulse so far, and the first part of its error as contact space sees it.
     pub(super) best: ContactVector<T, D, C>,
@@ -25,7 +25,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
     /// Of no solve yet.
     pub(crate) const fn none() -> Self {
         Self {
-            status: Status::MaxIterations,
+            status: Status::Unsolved,
             best: [[T::ZERO; D]; C],
             natural_map: None,
             corrections: 0,
@@ -38,7 +38,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
 
     /// Forgets a solve. (An impulse and `q` without the rest say nothing.)
     pub(crate) fn forget(&mut self) {
-        self.status = Status::MaxIterations;
+        self.status = Status::Unsolved;
         self.natural_map = None;
         self.corrections = 0;
         self.milestone = None;
@@ -48,6 +48,6 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
 
     /// Has the solve ended, not just its budget?
     pub(crate) fn is_over(&self) -> bool {
-        self.status != Status::MaxIterations
+        self.status != Status::Unsolved
     }
 }

@@ -69,7 +69,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
 
     /// One sweep and its cost.
     pub(super) fn sweep_once<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
-        monitor.solution.iterations += 2;
+        monitor.solution.work.sweeps += 1;
         let (r, u) = (&mut self.point.r, &mut self.point.u);
         gauss_seidel::sweep(monitor.problem, r, u, &mut self.sweeps.lambdas);
     }

@@ -48,10 +48,7 @@ pub(crate) fn same_by_admm<const N: usize, const D: usize, const C: usize>(
     let (mut one, mut other) = (AdmmSolver::new(), AdmmSolver::new());
     let one = one.solve_restart(scene, factors[0], f, settings)?;
     let other = other.solve_restart(scene, factors[1], f, settings)?;
-    assert_eq!(
-        (one.velocity, one.iterations),
-        (other.velocity, other.iterations)
-    );
+    assert_eq!((one.velocity, one.work), (other.velocity, other.work));
     Ok(one.status)
 }
 

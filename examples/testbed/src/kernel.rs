@@ -5,7 +5,9 @@ use crate::method::{Method, Solvers};
 use crate::scene_file::SceneFile;
 use nalgebra::SVector;
 use std::hint::black_box;
-use stiction::{ContactMode, Error, Factor, Real, Scene, Settings, SlipUpdate, Solution, Status};
+use stiction::{
+    ContactMode, Error, Factor, Real, Scene, Settings, SlipUpdate, Solution, Status, Work,
+};
 
 /// What a compiled size has to hold.
 #[derive(Clone, Copy, Debug)]
@@ -64,8 +66,8 @@ pub trait Kernel {
     /// The default penalty `rho`.
     fn penalty(&self) -> f64;
 
-    /// How the last solve ended; its iterations and Newton steps.
-    fn outcome(&self) -> (Status, [usize; 2]);
+    /// How the last solve ended, and what it has cost.
+    fn outcome(&self) -> (Status, Work);
 
     /// The solution of the last solve.
     fn answer(&self) -> Answer;
@@ -75,9 +77,7 @@ pub trait Kernel {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     pub status: Status,
-    pub iterations: usize,
-    pub newton_steps: usize,
-    pub factorizations: usize,
+    pub work: Work,
     /// As the kernel says.
     pub error: f64,
     pub v: Vec<f64>,
@@ -86,13 +86,6 @@ pub struct Answer {
     pub modes: Vec<ContactMode>,
     /// `d`, one number a contact, if the scene is infeasible.
     pub certificate: Vec<f64>,
-}
-
-impl Answer {
-    /// Iterations, and ten for each Newton step.
-    pub fn work(&self) -> usize {
-        self.iterations + 10 * self.newton_steps
-    }
 }
 
 /// The kernel in one size.
@@ -133,7 +126,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Compiled<T, N, D, 
 fn rounded<T: Real>(settings: &Settings<f64>) -> Settings<T> {
     Settings {
         tolerance: T::literal(settings.tolerance),
-        max_iterations: settings.max_iterations,
+        budget: settings.budget,
         slip: settings.slip,
     }
 }
@@ -159,7 +152,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
         self.factor.update(&self.scene)?;
         let mut solver = self.solvers.default.clone();
         let solution = solver.solve(&self.scene, &self.factor, &self.f, &rounded(settings))?;
-        Ok(solution.factorizations == 0)
+        Ok(solution.work.resolvents == 0)
     }
 
     fn reset(&mut self) {
@@ -194,12 +187,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
         measure::double(&self.factor.penalty())
     }
 
-    fn outcome(&self) -> (Status, [usize; 2]) {
+    fn outcome(&self) -> (Status, Work) {
         let solution = self.solution();
-        (
-            solution.status,
-            [solution.iterations, solution.newton_steps],
-        )
+        (solution.status, solution.work)
     }
 
     fn answer(&self) -> Answer {
@@ -208,9 +198,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
         v.truncate(self.n_dof);
         Answer {
             status: solution.status,
-            iterations: solution.iterations,
-            newton_steps: solution.newton_steps,
-            factorizations: solution.factorizations,
+            work: solution.work,
             error: measure::double(&solution.error),
             v,
             r: measure::impulses(solution),

@@ -53,6 +53,6 @@ fn solve_by(kernel: &mut dyn Kernel, file: &SceneFile, tolerance: f64) -> Result
             _ => Answer::Unsolved,
         },
         error: measure::error(file, &answer.v, &answer.r, Law::Coulomb),
-        work: answer.work(),
+        work: answer.work.total(),
     })
 }
