@@ -2,9 +2,11 @@
 """Prints the measurements of `.ci/firmware` as a table and compares them with the baseline.
 
 Usage: firmware_table.py MEASURED BASELINE COMPILER. A line of a file is `machine scene quantity
-value`. With UPDATE_BASELINE=1 the baseline is written instead of compared. Counts depend on the
-compiler: a baseline of another one is not compared.
+value`. With UPDATE_BASELINE=1 the baseline is written instead of compared, and the tables to
+`src/guide/firmware.md`. Counts depend on the compiler: a baseline of another one is not compared.
 """
+import contextlib
+import io
 import os
 import sys
 
@@ -22,6 +24,20 @@ BYTES = ["ram_scene", "ram_factor", "ram_solver", "ram_restart",
          "stack_prepare", "stack_solve", "stack_restart"]
 
 
+PAGE = """# On a microcontroller
+
+Written by `UPDATE_BASELINE=1 .ci/firmware` ({compiler}), which measures under QEMU: instructions, not cycles; no board
+was measured. `.ci/firmware` fails where a number differs by more than 2 %.
+
+- `update` and `prepare` are `Factor::update` and `Factor::compute`; an iteration is one of ADMM, a Newton step the first
+  of a cold solve, with what it takes to find its length.
+- `cold` and `warm` are solves to a tolerance with all prepared; a warm one starts from the solution of a free impulse
+  1 % smaller.
+- `gs` is projected Gauss-Seidel, what a user would write instead. It gets the sweeps it needs and no stopping test.
+- Bytes of stack are what a call takes beyond what its caller holds; those of `restart` are of `AdmmSolver`.
+"""
+
+
 def read(path):
     """The compiler of the first line, if it is a comment, and the values by their names."""
     compiler, values = "", {}
@@ -36,9 +52,13 @@ def read(path):
 
 
 def table(title, head, rows):
-    print(f"\n{title}\n\n| {' | '.join(head)} |\n|{'---|' + '---:|' * (len(head) - 1)}")
+    print(f"\n## {title}\n\n| {' | '.join(head)} |\n|{'---|' + '---:|' * (len(head) - 1)}")
     for row in rows:
         print(f"| {' | '.join(row)} |")
+
+
+def quoted(names):
+    return [f"`{name}`" for name in names]
 
 
 def cell(values, *name):
@@ -57,14 +77,14 @@ def report(values):
         rows = [[text, *(cell(values, machine, scene, column) for column in COLUMNS),
                  *(sweeps(values, machine, scene, t) for t in ("1e-3", "1e-5"))]
                 for scene, text in SCENES.items()]
-        head = ["instructions under emulation", *COLUMNS, "gs_1e-3 (sweeps)", "gs_1e-5 (sweeps)"]
+        head = ["instructions", *quoted(COLUMNS), "`gs_1e-3` (sweeps)", "`gs_1e-5` (sweeps)"]
         table(title, head, rows)
         rows = [[text, *(cell(values, machine, scene, column) for column in BYTES)]
                 for scene, text in SCENES.items()]
-        table(f"{title}, bytes", ["", *BYTES], rows)
+        table(f"{title}, bytes", ["bytes", *quoted(BYTES)], rows)
     flash = [name for name in ("quadruped", "quadruped_restart", "quadruped_planar",
                                "quadruped_frictionless")]
-    rows = [[name, cell(values, "m4f32", name, "flash_firmware"),
+    rows = [[f"`{name}`", cell(values, "m4f32", name, "flash_firmware"),
              cell(values, "m4f32", name, "flash_size")] for name in flash]
     table("bytes of flash for prepare and solve, f32 on a Cortex-M4F",
           ["", "opt-level 3", 'opt-level "s"'], rows)
@@ -92,8 +112,13 @@ def compare(compiler, values, path):
 def main():
     measured, path, compiler = sys.argv[1:]
     values = read(measured)[1]
-    report(values)
+    tables = io.StringIO()
+    with contextlib.redirect_stdout(tables):
+        report(values)
+    print(tables.getvalue(), end="")
     if os.environ.get("UPDATE_BASELINE"):
+        with open("src/guide/firmware.md", "w") as out:
+            out.write(PAGE.format(compiler=compiler) + tables.getvalue())
         with open(path, "w") as out:
             out.write(f"# {compiler}\n")
             out.writelines(f"{' '.join(name)} {value}\n" for name, value in values.items())

@@ -50,8 +50,10 @@
 //! | `linalg` | small dense linear algebra, and what a compiler is told of its loops | |
 //! | [`time_stepping`] | free impulse, gaps, restitution, moving surfaces | |
 //!
+//! [`guide`] explains the method, the error and the measurements.
+//!
 //! "The note" is Y. Kanno, *Accelerated Alternating Direction Method of Multipliers for Frictional
-//! Contact*; the README says how to cite it and what in it is put right here.
+//! Contact*; [`guide::note`] says how to cite it and what in it is put right here.
 //!
 //! # Panics
 //!
@@ -69,12 +71,16 @@
     clippy::integer_division
 )]
 
+#[cfg(stiction_tuning)]
+extern crate std;
+
 mod admm;
 mod cone;
 #[cfg(feature = "defmt")]
 mod defmt_format;
 mod error;
 mod factor;
+pub mod guide;
 mod linalg;
 mod problem;
 mod real;

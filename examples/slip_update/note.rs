@@ -96,8 +96,7 @@ impl<'a> Note<'a> {
         let mut iterate = Iterate::at(&rest, &rest, &rest);
         let mut coulomb_error = self.error(&iterate);
         let mut iterations = 0;
-        // The error costs more than an iteration: it is looked at when its estimate halved.
-        let mut gate = 2.0 * tolerance;
+        // The error costs more than an iteration: it is looked at where its estimate is near the tolerance.
         while coulomb_error > tolerance && iterations < cap {
             iterations += 1;
             let estimate = self.iterate(&mut iterate, variant);
@@ -108,8 +107,7 @@ impl<'a> Note<'a> {
                 iterate.tau = 1.0;
                 iterate.residual = f64::INFINITY;
             }
-            if estimate <= gate || iterations == cap {
-                gate = 0.5 * estimate;
+            if estimate <= 2.0 * tolerance || iterations == cap {
                 coulomb_error = self.error(&iterate);
             }
         }

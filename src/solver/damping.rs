@@ -10,7 +10,7 @@ pub(crate) struct Damping<T> {
     /// The merit at which the last step was rejected, how often it was waited since, and rejections in all.
     rejected: Option<T>,
     waited: u8,
-    rejections: usize,
+    rejections: u8,
 }
 
 impl<T: Real> Damping<T> {
@@ -27,7 +27,7 @@ impl<T: Real> Damping<T> {
     /// Little.
     pub(crate) fn new() -> Self {
         Self {
-            level: T::literal(tuning::LEAST_LEVEL),
+            level: tuning::least_level(),
             ..Self::none()
         }
     }
@@ -46,8 +46,8 @@ impl<T: Real> Damping<T> {
     pub(crate) fn allows(&mut self, merit: T) -> bool {
         let waiting = self
             .rejected
-            .is_some_and(|rejected| merit > rejected * T::literal(tuning::FALL_AFTER_REJECTION));
-        if waiting && self.waited < tuning::PATIENCE {
+            .is_some_and(|rejected| merit > rejected * tuning::fall_after_rejection());
+        if waiting && usize::from(self.waited) < tuning::patience() {
             self.waited += 1;
             return false;
         }
@@ -57,9 +57,9 @@ impl<T: Real> Damping<T> {
 
     /// `λ`: vanishes with the error, down to what rounding makes of `W`, so that the last steps are Newton's.
     pub(crate) fn at(&self, natural_map: T) -> T {
-        let lambda = self.level * T::literal(tuning::DAMPING) * natural_map.min(T::ONE)
+        let lambda = self.level * tuning::damping::<T>() * natural_map.min(T::ONE)
             + T::literal(1e-12).max(T::EPSILON * T::literal(64.0));
-        lambda.min(T::literal(tuning::LARGEST_DAMPING))
+        lambda.min(tuning::largest_damping())
     }
 
     /// Forgets the rejections, for a penalty of another size.
@@ -71,16 +71,16 @@ impl<T: Real> Damping<T> {
 
     /// A full step was accepted.
     pub(crate) fn relax(&mut self) {
-        self.level = (self.level * T::literal(0.1)).max(T::literal(tuning::LEAST_LEVEL));
+        self.level = (self.level * T::literal(0.1)).max(tuning::least_level());
     }
 
     /// A step was rejected at this merit.
     pub(crate) fn reject(&mut self, merit: T) {
         self.level = (self.level * T::literal(10.0))
             .max(T::ONE)
-            .min(T::literal(tuning::LARGEST_LEVEL));
+            .min(tuning::largest_level());
         self.rejected = Some(merit);
-        self.rejections += 1;
+        self.rejections = self.rejections.saturating_add(1);
     }
 
     /// Has one step been rejected, and only one? The time to doubt that there is a solution.

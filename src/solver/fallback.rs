@@ -45,7 +45,7 @@ impl<T: Real, const D: usize, const C: usize> Fallback<T, D, C> {
 
     /// Nothing tried yet; in place, for a copy would take time and stack.
     pub(crate) fn begin(&mut self, can_be_swept: bool) {
-        self.iterations = tuning::FIRST_ITERATIONS;
+        self.iterations = tuning::first_iterations();
         self.has_swept = !can_be_swept;
         self.has_iterated = false;
         self.saved = None;
@@ -70,10 +70,10 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         self.fallback.has_iterated = true;
         monitor.solution.work.resolvents += 1;
         workspace.resolve(factor, &monitor.problem.penalties(self.penalty.scale));
-        self.fallback.iterations = tuning::ITERATIONS;
+        self.fallback.iterations = tuning::iterations();
         if restarted {
             self.damping.restart();
-            self.fallback.iterations = tuning::ITERATIONS_AFTER_RESTART;
+            self.fallback.iterations = tuning::after_restart();
             // Now and then from elsewhere; if that does not help, back to where it was.
             if let Some(saved) = self.fallback.saved.take() {
                 (self.point.p, self.point.r) = saved;
@@ -95,7 +95,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C>,
     ) -> Phase {
-        let bar = self.point.natural_map * T::literal(tuning::SIDE_BRANCH);
+        let bar = self.point.natural_map * tuning::side_branch();
         self.fallback.saved = Some((self.point.p, self.point.r));
         self.point.set_zero_impulse(monitor.problem);
         let phase = self.begin_sweeps();
@@ -123,7 +123,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             .problem
             .natural_map(&self.point.r, &mut self.point.u);
         self.sweeps = Sweeps::none();
-        for _ in 0..tuning::SWEEPS_ASIDE {
+        for _ in 0..tuning::after_restart() {
             self.sweep_once(monitor);
         }
         self.fallback.last_sweeps = self.point.r;

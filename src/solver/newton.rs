@@ -14,9 +14,8 @@ use nalgebra::SVector;
 pub(crate) struct Newton {
     /// Steps left.
     left: u8,
-    /// Full steps that may still raise the merit function. From the last solution to one in which a contact does
-    /// something else, that is the way.
-    nonmonotone: u8,
+    /// May the next full step raise the merit function?
+    nonmonotone: bool,
     /// Is the Jacobian of an earlier point worth a step?
     reuse: bool,
     /// Are sweeps to come before a new Jacobian?
@@ -47,10 +46,10 @@ pub(crate) enum Outcome {
 
 impl Newton {
     /// From somewhere near a solution.
-    pub(crate) const fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
-            left: tuning::NEWTON_STEPS,
-            nonmonotone: 0,
+            left: u8::try_from(tuning::newton_steps()).unwrap_or(u8::MAX),
+            nonmonotone: false,
             reuse: false,
             sweeps_first: false,
             start: Start::Near,
@@ -58,18 +57,17 @@ impl Newton {
     }
 
     /// From the guess that all contacts stick.
-    pub(crate) const fn guessed() -> Self {
+    pub(crate) fn guessed() -> Self {
         Self {
-            nonmonotone: 1,
+            nonmonotone: true,
             start: Start::Guess,
             ..Self::new()
         }
     }
 
     /// From the last solution.
-    pub(crate) const fn warm(sweeps_first: bool) -> Self {
+    pub(crate) fn warm(sweeps_first: bool) -> Self {
         Self {
-            nonmonotone: 2,
             reuse: true,
             sweeps_first,
             start: Start::Last,
@@ -97,7 +95,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             return Outcome::NoJacobian;
         }
         let accepted = reused || self.step_anew(monitor, workspace, &mut newton);
-        newton.left -= u8::from(newton.left > 0);
+        newton.left = newton.left.saturating_sub(1);
         if accepted && newton.left > 0 {
             Outcome::Accepted(newton)
         } else {
@@ -105,7 +103,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         }
     }
 
-    /// Up to [`tuning::CHORD_STEPS`] steps with the Jacobian of an earlier point, as long as each contact does what it
+    /// Up to [`tuning::chord_steps`] steps with the Jacobian of an earlier point, as long as each contact does what it
     /// did there and the merit falls tenfold. Goes back, and is false, if together they are no good.
     #[inline(never)]
     fn reuse_jacobian<const N: usize>(
@@ -126,7 +124,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         }
         let (start, before) = (self.point.z, self.point.merit);
         *again = true;
-        for _ in 0..tuning::CHORD_STEPS {
+        for _ in 0..tuning::chord_steps() {
             monitor.solution.work.chord_steps += 1;
             let (z, merit) = (self.point.z, self.point.merit);
             let Some(step) = jacobian.step(monitor.problem, &self.point.residual, matrix) else {
@@ -137,13 +135,13 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             if monitor.is_over() {
                 return true;
             }
-            let fast = self.point.merit < merit * T::literal(tuning::CHORD_FALL);
+            let fast = self.point.merit < merit * tuning::chord_fall();
             if !fast || !same(&self.point, monitor) {
                 *again = false;
                 break;
             }
         }
-        if self.point.merit < before * T::literal(tuning::CHORDS_FALL) {
+        if self.point.merit < before * tuning::chords_fall() {
             return true;
         }
         *again = false;
@@ -174,16 +172,12 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             jacobian.step(problem, &residual, matrix)
         });
         let before = self.point.merit;
-        let rise = match newton.start {
-            _ if newton.nonmonotone == 0 => None,
-            Start::Guess => Some(T::literal(tuning::RISE_OF_A_GUESS)),
-            Start::Near | Start::Last => Some(T::literal(tuning::RISE)),
-        };
+        let rise = newton.nonmonotone.then(tuning::rise);
         let length = step.and_then(|step| self.search_line(monitor, &step, rise));
         if length == Some(T::ONE) {
-            newton.nonmonotone -= u8::from(self.point.merit >= before && rise.is_some());
+            newton.nonmonotone &= self.point.merit < before;
             self.damping.relax();
-            newton.reuse = self.point.merit < before * T::literal(tuning::REUSE_FALL);
+            newton.reuse = self.point.merit < before * tuning::chord_fall();
         }
         if length.is_none() {
             self.damping.reject(before);
@@ -195,7 +189,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         length.is_some()
     }
 
-    /// Goes along a step by the first of some lengths at which the merit falls (Armijo), unless a full step may
+    /// Goes along a step by the first of some lengths at which the merit falls, unless a full step may
     /// raise it; if by none, stays.
     #[inline(never)]
     fn search_line<const N: usize>(
@@ -208,15 +202,14 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let tried = if self.penalty.has_ever_restarted() {
             tuning::LENGTHS.len()
         } else {
-            tuning::LENGTHS_AT_FIRST
+            tuning::lengths_at_first()
         };
         for &length in tuning::LENGTHS.get(..tried)? {
             rolled();
             let length = T::literal(length);
             self.evaluate_at(monitor, &start, step, length);
-            let fall = T::ONE - T::literal(tuning::ARMIJO) * length;
-            let enough = rise.filter(|_| length == T::ONE).unwrap_or(fall);
-            if self.point.merit < before * enough || monitor.is_over() {
+            let share = rise.filter(|_| length == T::ONE).unwrap_or(T::ONE);
+            if self.point.merit < before * share || monitor.is_over() {
                 return Some(length);
             }
         }

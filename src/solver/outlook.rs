@@ -38,7 +38,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
 
     /// `alpha_i q_N` above which a contact clearly parts.
     fn parting(&self) -> T {
-        self.size * T::literal(tuning::PARTING)
+        self.size * tuning::parting::<T>()
     }
 
     /// What is to be expected of contacts, by what they do at rest.
@@ -58,8 +58,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
                 continue;
             }
             let (slip, held) = (norm(tangent), -law.cone.friction() * normal);
-            let approaches = normal < -T::literal(tuning::GRAZING) * slip;
-            if approaches && slip >= T::literal(tuning::SLIDING) * held {
+            let approaches = normal < -tuning::grazing::<T>() * slip;
+            if approaches && slip >= tuning::sliding::<T>() * held {
                 rows += 1;
             } else {
                 rows += law.rows();
@@ -71,7 +71,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         }
         if !self.is_redundant(rows) {
             Outlook::Isostatic
-        } else if demand <= T::literal(tuning::STICKING) * grip {
+        } else if demand <= tuning::sticking::<T>() * grip {
             Outlook::Sticking
         } else {
             Outlook::Hyperstatic

@@ -36,7 +36,7 @@ impl<T: Real> Penalty<T> {
             primal: T::ONE,
             dual: T::ONE,
             restarts: 0,
-            due: tuning::FIRST_RESTART,
+            due: tuning::first_restart(),
         }
     }
 
@@ -51,11 +51,11 @@ impl<T: Real> Penalty<T> {
     }
 
     /// Raises the penalties where the primal residual is the larger, by the square root of the ratio, at most tenfold. A
-    /// solve that has cost [`tuning::FIRST_RESTART`], and after that each [`tuning::NEXT_RESTART`], tries another size
+    /// solve that has cost [`tuning::first_restart`], and after that each [`tuning::next_restart`], tries another size
     /// altogether, and is told so.
     pub(crate) fn update(&mut self, work: usize) -> bool {
         if work >= self.due {
-            self.due = work + tuning::NEXT_RESTART;
+            self.due = work + tuning::next_restart();
             let scale = tuning::SCALES.get(self.restarts % tuning::SCALES.len());
             self.scale = scale.map_or(T::ONE, |&scale| T::literal(scale));
             self.restarts += 1;

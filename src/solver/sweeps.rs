@@ -94,14 +94,10 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         // Of zero impulses the natural map says nothing.
         let first = sweeps.is_cold && sweeps.done == 1;
         let rate = if first { T::ZERO } else { here / last };
-        let is_fast = rate < T::literal(tuning::SWEEP_RATE);
+        let is_fast = rate < tuning::sweep_rate();
         let after_five = here * rate * rate * rate * rate * rate;
-        let pays = is_fast && sweeps.done < tuning::FAST_SWEEPS
-            || after_five <= tolerance && sweeps.done < tuning::SWEEPS;
-        let crawls = || {
-            let far = here > T::literal(tuning::FAR);
-            !is_fast && (far || monitor.problem.is_hyperstatic(&self.point.r))
-        };
+        let pays = is_fast && sweeps.done < tuning::fast_sweeps() || after_five <= tolerance;
+        let crawls = || !is_fast && monitor.problem.is_hyperstatic(&self.point.r);
         if here > tolerance && pays {
             Pace::Fast
         } else if let Some(bar) = sweeps.accept_below {

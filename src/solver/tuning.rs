@@ -1,73 +1,117 @@
-//! The constants of the method, all of them.
+//! The constants of the method, all of them; `guide/tuning.md` has what half, twice and none of each does.
+//!
+//! With `--cfg stiction_tuning` a variable of the environment replaces a constant: `examples/tuning` measures so.
 
-/// Gauss-Seidel: a sweep is fast if it leaves at most this share of the natural map.
-pub(crate) const SWEEP_RATE: f64 = 0.5;
-/// Gauss-Seidel: sweeps that are made because they are fast.
-pub(crate) const FAST_SWEEPS: usize = 3;
-/// Gauss-Seidel: sweeps that are made because five more reach the tolerance.
-pub(crate) const SWEEPS: usize = 20;
-/// Gauss-Seidel: a natural map from which sweeps that are not fast lead nowhere, even if impulses are unique.
-pub(crate) const FAR: f64 = 0.1;
+use crate::Real;
 
-/// ADMM: iterations of a cold start, one Newton step's worth with the resolvent.
-pub(crate) const FIRST_ITERATIONS: usize = 5;
-/// ADMM: iterations between rejected Newton steps.
-pub(crate) const ITERATIONS: usize = 8;
-/// ADMM: iterations with a penalty of another size.
-pub(crate) const ITERATIONS_AFTER_RESTART: usize = 20;
+/// The value of a constant.
+#[cfg(not(stiction_tuning))]
+#[inline]
+const fn value(_: &str, constant: f64) -> f64 {
+    constant
+}
 
-/// Newton: steps of one phase.
-pub(crate) const NEWTON_STEPS: u8 = 30;
-/// Newton: lengths of a step that are tried. A step that is tried in vain costs as much as ten iterations, so that
-/// at first there are [`LENGTHS_AT_FIRST`].
-pub(crate) const LENGTHS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.02];
-/// Newton: lengths that are tried until a penalty of another size is.
-pub(crate) const LENGTHS_AT_FIRST: usize = 2;
-/// Newton: share of the merit that a step of full length has to take off (Armijo).
-pub(crate) const ARMIJO: f64 = 2e-4;
-/// Newton: how many times the merit may be after a nonmonotone step.
-pub(crate) const RISE: f64 = 1e2;
-/// Newton: the same where the step begins at a guess.
-pub(crate) const RISE_OF_A_GUESS: f64 = 1e5;
+#[cfg(stiction_tuning)]
+fn value(name: &str, constant: f64) -> f64 {
+    let text = std::env::var(name).ok();
+    text.and_then(|text| text.parse().ok()).unwrap_or(constant)
+}
 
-/// Jacobian: it is used again if its own step left at most this share of the merit.
-pub(crate) const REUSE_FALL: f64 = 0.01;
-/// Jacobian: steps with one that was kept, as many as cost what a new one costs.
-pub(crate) const CHORD_STEPS: usize = 4;
-/// Jacobian: share of the merit that each of them may leave.
-pub(crate) const CHORD_FALL: f64 = 0.1;
-/// Jacobian: share of the merit that all of them together may leave, if they are not to be taken back.
-pub(crate) const CHORDS_FALL: f64 = 0.04;
+/// Numbers, rounded to the type that the kernel computes with.
+macro_rules! numbers {
+    ($($(#[$doc:meta])* $name:ident: $value:literal;)*) => {
+        $($(#[$doc])*
+        #[inline]
+        pub(super) fn $name<T: Real>() -> T {
+            T::literal(value(stringify!($name), $value))
+        })*
+    };
+}
 
-/// Damping: `λ` at level 1 and a natural map of 1.
-pub(crate) const DAMPING: f64 = 1e-3;
-/// Damping: the largest `λ`.
-pub(crate) const LARGEST_DAMPING: f64 = 0.3;
-/// Damping: the level falls tenfold with each full step down to this, and rises tenfold with each rejection.
-pub(crate) const LEAST_LEVEL: f64 = 1e-3;
-/// Damping: the highest level.
-pub(crate) const LARGEST_LEVEL: f64 = 1e6;
-/// Damping: share of its merit at which a rejected step is tried again.
-pub(crate) const FALL_AFTER_REJECTION: f64 = 0.09;
-/// Damping: ADMM phases after which it is tried in any case.
-pub(crate) const PATIENCE: u8 = 2;
+/// Counts.
+macro_rules! counts {
+    ($($(#[$doc:meta])* $name:ident: $value:literal;)*) => {
+        $($(#[$doc])*
+        #[inline]
+        #[cfg(not(stiction_tuning))]
+        pub(super) const fn $name() -> usize {
+            $value
+        }
 
-/// Fallback: work after which the penalties get another size, one Newton step counted as ten iterations.
-pub(crate) const FIRST_RESTART: usize = 300;
-/// Fallback: work between two such sizes.
-pub(crate) const NEXT_RESTART: usize = 1000;
-/// Fallback: the sizes, in units of the effective masses.
-pub(crate) const SCALES: [f64; 8] = [10.0, 0.1, 100.0, 0.01, 3.0, 0.3, 1000.0, 1e-3];
-/// Fallback: share of the natural map that sweeps without impulses have to reach.
-pub(crate) const SIDE_BRANCH: f64 = 0.1;
-/// Fallback: sweeps of every fourth restart.
-pub(crate) const SWEEPS_ASIDE: usize = 20;
+        $(#[$doc])*
+        #[cfg(stiction_tuning)]
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        pub(super) fn $name() -> usize {
+            value(stringify!($name), f64::from($value)) as usize
+        })*
+    };
+}
 
-/// Start: `alpha_i q_N` over `|alpha q|` above which a contact clearly parts.
-pub(crate) const PARTING: f64 = 0.03;
-/// Start: a normal velocity that is less than this share of the tangential one does not tell how hard a contact is pressed.
-pub(crate) const GRAZING: f64 = 1e-4;
-/// Start: a contact goes on sliding if it slides so many times as fast as friction could stop it.
-pub(crate) const SLIDING: f64 = 4.0;
-/// Start: contacts stick if friction is needed up to this share.
-pub(crate) const STICKING: f64 = 0.75;
+numbers! {
+    /// Cold start: `alpha_i q_N` over `|alpha q|` above which a contact clearly parts.
+    parting: 0.03;
+    /// Cold start: share of the tangential velocity below which the normal one does not tell how hard a contact is
+    /// pressed.
+    grazing: 1e-4;
+    /// Cold start: a contact goes on sliding if it slides so many times as fast as friction could stop.
+    sliding: 4.0;
+    /// Cold start: all contacts are taken to stick if that needs no more than this share of their friction.
+    sticking: 0.75;
+
+    /// Sweeps are fast if one leaves at most this share of the natural map.
+    sweep_rate: 0.5;
+
+    /// Newton: the step from the guess that all contacts stick may raise the merit so many times.
+    rise: 1e5;
+    /// Newton: a Jacobian is used again as long as each of its steps leaves at most this share of the merit.
+    chord_fall: 0.1;
+    /// Newton: steps with one Jacobian are taken back if together they leave more than this share.
+    chords_fall: 0.04;
+
+    /// Damping: `λ` over the natural map, at level 1.
+    damping: 1e-3;
+    /// Damping: the largest `λ`. Without it, 10 more of 300,000 scenes of the campaign stay unsolved.
+    largest_damping: 0.3;
+    /// Damping: each full step lowers the level tenfold down to this, each rejected one raises it tenfold.
+    least_level: 1e-3;
+    /// Damping: the highest level.
+    largest_level: 1e6;
+    /// Damping: share of the merit of a rejected step at which another is tried.
+    fall_after_rejection: 0.09;
+
+    /// Fallback: share of the natural map that sweeps without impulses have to reach to be followed.
+    side_branch: 0.1;
+}
+
+counts! {
+    /// Sweeps that are made as long as they are fast. (Further ones are made if five more reach the tolerance.)
+    fast_sweeps: 3;
+
+    /// ADMM: iterations of a cold start.
+    first_iterations: 5;
+    /// ADMM: iterations between rejected Newton steps.
+    iterations: 8;
+    /// ADMM: iterations with a penalty of another size, and sweeps of every fourth such attempt.
+    after_restart: 20;
+
+    /// Newton: steps of one phase.
+    newton_steps: 30;
+    /// Newton: lengths of a step that are tried, of [`lengths`], until a penalty of another size is.
+    lengths_at_first: 2;
+    /// Newton: steps with one Jacobian, which cost as much as a new one.
+    chord_steps: 4;
+
+    /// Damping: ADMM phases after which a step is tried in any case.
+    patience: 2;
+
+    /// Fallback: work after which the penalties get another size.
+    first_restart: 300;
+    /// Fallback: work between two such sizes.
+    next_restart: 1000;
+}
+
+/// Lengths of a Newton step.
+pub(super) const LENGTHS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.02];
+
+/// Sizes of the penalties, in effective masses, one after the other.
+pub(super) const SCALES: [f64; 8] = [10.0, 0.1, 100.0, 0.01, 3.0, 0.3, 1000.0, 1e-3];
