@@ -23,7 +23,7 @@
 //!     mu: 0.8,
 //!     key: 0, // which contact it is, for a warm start
 //! })?;
-//! let factor = Factor::new(&scene)?; // once a scene, or a `static`
+//! let factor = Factor::new(&scene)?; // or `Factor::empty()` in a `static`, and `update`
 //! let mut solver = Solver::new(); // keeps what a warm start needs
 //!
 //! let f = -vector![30.0e-3, 0.0, -2.0 * 9.81e-3]; // minus the free impulse, N·s

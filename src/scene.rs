@@ -166,7 +166,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     }
 
     /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor is stale then: a solve
-    /// refuses it ([`Error::StaleFactor`]) until it is computed anew.
+    /// refuses it ([`Error::StaleFactor`]) until it is computed anew. (Not one of [`crate::Factor::from_parts`], and not where
+    /// a scene was built anew with as many changes.)
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].

@@ -65,7 +65,7 @@ pub enum Status {
     /// The budget has ended; the solution is the best that was found, and its error may or may not be
     /// below the tolerance.
     OutOfBudget = 4,
-    /// It is not, and rounding in this number type does not allow much better.
+    /// The error is above the tolerance, and rounding in this number type does not allow much better.
     PrecisionLimit = 2,
     /// No velocity satisfies all contacts; [`Solution::certificate`] is the proof.
     Infeasible = 3,

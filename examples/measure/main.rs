@@ -7,7 +7,7 @@
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("measures on a board: add --target thumbv7em-none-eabihf");
+    println!("measures on an emulated board: run .ci/firmware");
 }
 
 #[cfg(target_os = "none")]

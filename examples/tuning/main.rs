@@ -27,7 +27,7 @@ const CONSTANTS: [(&str, f64, f64); 24] = [
     ("first_iterations", 5.0, 1.0),
     ("iterations", 8.0, 1.0),
     ("after_restart", 20.0, 0.0),
-    ("newton_steps", 30.0, 1e6),
+    ("newton_steps", 30.0, 255.0),
     ("lengths_at_first", 2.0, 1.0),
     ("rise", 1e5, 1.0),
     ("chord_fall", 0.1, 0.0),
@@ -121,16 +121,25 @@ fn measure_with(options: &Options, constant: &str, value: f64) -> Result<Sums, S
         .map_err(|_| format!("{constant} = {value}: {output:?}"))
 }
 
-/// "+1.2 / 0.0 / -0.3", with the scenes that are not solved any more.
+/// A number as a reader would write it.
+fn plain(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e4).contains(&x.abs()) {
+        x.to_string()
+    } else {
+        format!("{x:e}")
+    }
+}
+
+/// "+1.2 / 0.0 / -0.3", and how many solves more end unsolved.
 fn cell(sums: &Sums, base: &Sums) -> String {
     let percent = |i: usize| {
         let [new, old] = [sums[i], base[i]].map(|sum| sum as f64);
         format!("{:+.1}", 100.0 * (new / old - 1.0))
     };
-    let lost = match sums[3].abs_diff(base[3]) {
+    let [now, before] = [sums[3], base[3]].map(|count| i64::try_from(count).unwrap_or(i64::MAX));
+    let lost = match now - before {
         0 => String::new(),
-        lost if sums[3] > base[3] => format!(", {lost} unsolved"),
-        more => format!(", {more} more solved"),
+        change => format!(", {change:+} unsolved"),
     };
     format!("{} / {} / {}{lost}", percent(0), percent(1), percent(2))
 }
@@ -150,7 +159,13 @@ fn table(options: &Options) -> Result<(), String> {
         options.count, options.seed
     );
     for (name, value, off) in CONSTANTS {
-        let values = [value * 0.5, value * 2.0, off];
+        // Half of a count is rounded up.
+        let half = if value >= 2.0 {
+            (value * 0.5).ceil()
+        } else {
+            value * 0.5
+        };
+        let values = [half, value * 2.0, off];
         let mut cells = Vec::new();
         for value in values {
             cells.push(cell(&measure_with(options, name, value)?, &base));
@@ -158,7 +173,8 @@ fn table(options: &Options) -> Result<(), String> {
         let [half, twice, without] = &cells[..] else {
             unreachable!("three values")
         };
-        println!("| `{name}` | {value:e} | {half} | {twice} | {without} ({off:e}) |");
+        let (value, off) = (plain(value), plain(off));
+        println!("| `{name}` | {value} | {half} | {twice} | {without} ({off}) |");
     }
     Ok(())
 }

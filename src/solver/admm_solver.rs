@@ -11,7 +11,7 @@ use nalgebra::SVector;
 /// Plain ADMM, Algorithm 1 and Algorithm 2 with the penalty of the factor.
 ///
 /// For firmware that does without the Newton finish of [`crate::Solver`]: less code and no
-/// workspace, but twice the work to an error of 1e-6, and no proof of infeasibility. It keeps the
+/// workspace, but five times the work to an error of 1e-6, and no proof of infeasibility. It keeps the
 /// last solution for a warm start, as [`crate::Solver`] does, and never allocates.
 #[derive(Clone, Debug)]
 pub struct AdmmSolver<T, const N: usize, const D: usize, const C: usize> {

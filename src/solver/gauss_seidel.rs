@@ -10,7 +10,8 @@
 //! A contact without a `λ` from an earlier sweep is first tried with less work: it sticks if `r - W_ii⁻¹ u`, where `u` is
 //! the velocity that it has now, lies in the cone.
 //!
-//! Where more contacts push than the scene has dofs for, sweeps crawl; [`crate::admm`] starts such scenes.
+//! Where more contacts push than the scene has dofs for, sweeps crawl; such scenes start with [`crate::admm`] or with
+//! a guess.
 
 use crate::Real;
 use crate::cone::square;

@@ -1,7 +1,7 @@
 //! The linearised equation of a Newton step, factorised and kept.
 //!
 //! A step solves `[rho W (I - DP + λI) + DP - DS + λI] d = E` with the derivatives `DP` and `DS`
-//! of [`crate::solver::newton`], where `λ` regularises hyperstatic scenes (singular `W`). In the frame of
+//! of [`crate::solver::frame`], where `λ` regularises hyperstatic scenes (singular `W`). In the frame of
 //! a contact most of it decouples, and only what moves its impulse stays an unknown of the system:
 //! three for a spatial contact that sticks, two for one that slips, one without friction, none for
 //! an open one. Where none slips the system is symmetric in what the contacts push.

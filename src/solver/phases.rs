@@ -11,8 +11,8 @@
 //! ```
 //!
 //! A phase does one piece of work at a time and says what came of it; what is next is decided in [`Solve::advance`], and
-//! nowhere else. Nothing but [`Solve`] and the [`Workspace`] is carried from one piece to the next: a solve can stop
-//! after any of them and go on later with the same bits.
+//! nowhere else. A last solution whose impulses are nearly unique is swept too, if no Jacobian was kept. Nothing but
+//! [`Solve`], the [`Workspace`] and the monitor's record is carried from one piece to the next: a solve can stop after any of them and go on later with the same bits.
 
 use crate::admm::{Iterate, Restart};
 use crate::linalg::hints::rolled;
@@ -119,7 +119,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         self.phase = match self.phase {
             Phase::Idle => Phase::Idle,
             Phase::Sweeps => match self.sweep(monitor) {
-                Pace::Fast => Phase::Sweeps,
+                Pace::Continue => Phase::Sweeps,
                 Pace::Enough => self.begin_newton(monitor, self.sweeps.then()),
                 Pace::Slow => {
                     self.point.set_zero_impulse(monitor.problem);

@@ -51,7 +51,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         }
     }
 
-    /// Sets `r = 0` and `P = 0`, from where sweeps or ADMM set off; `z`, and what follows from it, stays as it was.
+    /// Sets `r = 0` and `P = 0`, from where sweeps or ADMM set off; `z`, residual and merit are stale until [`Self::rebuild`].
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set_zero_impulse<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
         self.p = [zeros(); C];

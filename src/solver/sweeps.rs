@@ -23,8 +23,8 @@ pub(crate) struct Sweeps<T, const C: usize> {
 
 /// How sweeps get on.
 pub(crate) enum Pace {
-    /// Another one pays.
-    Fast,
+    /// Another one pays, or the solve is over.
+    Continue,
     /// Newton's method is to go on from where they have led.
     Enough,
     /// They lead nowhere from zero impulses.
@@ -87,7 +87,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let last = mem::replace(&mut self.point.natural_map, here);
         self.consider(monitor);
         if monitor.is_over() {
-            return Pace::Fast;
+            return Pace::Continue;
         }
         let (sweeps, tolerance) = (&mut self.sweeps, monitor.tolerance());
         sweeps.done += 1;
@@ -99,7 +99,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let pays = is_fast && sweeps.done < tuning::fast_sweeps() || after_five <= tolerance;
         let crawls = || !is_fast && monitor.problem.is_hyperstatic(&self.point.r);
         if here > tolerance && pays {
-            Pace::Fast
+            Pace::Continue
         } else if let Some(bar) = sweeps.accept_below {
             if here < bar {
                 Pace::Better

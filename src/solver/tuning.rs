@@ -1,4 +1,4 @@
-//! The constants of the method, all of them; `guide/tuning.md` has what half, twice and none of each does.
+//! The constants of the method that could be others; `guide/tuning.md` has what half, twice and none of each does.
 //!
 //! With `--cfg stiction_tuning` a variable of the environment replaces a constant: `examples/tuning` measures so.
 
@@ -72,7 +72,7 @@ numbers! {
     damping: 1e-3;
     /// Damping: the largest `λ`. Without it, 10 more of 300,000 scenes of the campaign stay unsolved.
     largest_damping: 0.3;
-    /// Damping: each full step lowers the level tenfold down to this, each rejected one raises it tenfold.
+    /// Damping: each full step lowers the level tenfold down to this, each rejected one raises it to 1 or tenfold.
     least_level: 1e-3;
     /// Damping: the highest level.
     largest_level: 1e6;
@@ -96,9 +96,9 @@ counts! {
 
     /// Newton: steps of one phase.
     newton_steps: 30;
-    /// Newton: lengths of a step that are tried, of [`lengths`], until a penalty of another size is.
+    /// Newton: lengths of a step that are tried, of [`LENGTHS`], until a penalty of another size is.
     lengths_at_first: 2;
-    /// Newton: steps with one Jacobian, which cost as much as a new one.
+    /// Newton: steps with one Jacobian, which cost somewhat less than a new one.
     chord_steps: 4;
 
     /// Damping: ADMM phases after which a step is tried in any case.
