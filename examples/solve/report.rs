@@ -134,7 +134,7 @@ fn status(status: Status) -> &'static str {
         Status::Solved => "solved",
         Status::PrecisionLimit => "precision_limit",
         Status::Infeasible => "infeasible",
-        _ => "budget",
+        _ => "max_iterations",
     }
 }
 
