@@ -1,16 +1,9 @@
 //! A budget ends a call, not a solve: split over any number of calls it gives the same bits.
 
 use stiction::{Settings, Status, Work};
-use testbed::kernel::{Answer, Kernel, Shape};
+use testbed::kernel::{self, Answer, Kernel, Shape};
 use testbed::method::Method;
-use testbed::scene_file::{self, SceneFile};
-
-/// The bundled scenes.
-fn files() -> Vec<SceneFile> {
-    let paths = scene_file::bundled().into_iter();
-    let files = paths.flat_map(|path| scene_file::read(&path).expect("a scene file"));
-    files.collect()
-}
+use testbed::scene_file::{SceneFile, bundled_scenes};
 
 /// All bits of a solution, and what it has cost.
 fn bits(answer: &Answer) -> (Vec<u64>, Status, Work) {
@@ -24,10 +17,7 @@ fn bits(answer: &Answer) -> (Vec<u64>, Status, Work) {
 
 /// The kernel with a scene and its factor.
 fn prepared(file: &SceneFile) -> Box<dyn Kernel> {
-    let mut kernel = kernels_f64::kernel(Shape::of(file)).expect("a size is compiled");
-    kernel.load(file).unwrap();
-    kernel.prepare(true).unwrap();
-    kernel
+    kernel::prepared(kernels_f64::kernel, file, true).unwrap()
 }
 
 /// The scene with a free impulse so many times as large.
@@ -73,7 +63,7 @@ fn solve(file: &SceneFile, budget: usize) -> ([Answer; 2], usize, usize) {
 
 #[test]
 fn a_split_solve_gives_the_same_bits() {
-    for file in files() {
+    for file in bundled_scenes() {
         let (whole, calls, _) = solve(&file, 100_000);
         assert_eq!(calls, 2, "{}", file.name); // one cold, one warm
         for budget in [1, 7, 40] {
@@ -106,7 +96,7 @@ fn a_solver_that_was_reset_gives_the_bits_of_a_new_one() {
         budget: 1_000,
         ..Settings::new(1e-5)
     };
-    for file in files() {
+    for file in bundled_scenes() {
         let solve = |wild: &[f64]| {
             let mut kernel = kernels_f32::kernel(Shape::of(&file)).expect("a size is compiled");
             for &scale in wild {
@@ -126,7 +116,7 @@ fn a_solver_that_was_reset_gives_the_bits_of_a_new_one() {
 
 #[test]
 fn there_is_nothing_to_resume() {
-    let file = files().remove(0);
+    let file = bundled_scenes().remove(0);
     let settings = Settings::new(1e-9);
     let cold = {
         let mut kernel = prepared(&file);

@@ -1,11 +1,12 @@
 //! The bundled scenes: what is solved, how exactly, in how many iterations.
 
+use crate::support::check;
 use nalgebra::SVector;
 use stiction::{Error, Settings, Status};
-use testbed::kernel::{Constructor, Shape};
+use testbed::kernel::{self, Constructor};
 use testbed::measure::{self, Law};
 use testbed::method::Method;
-use testbed::scene_file::{self, SceneFile};
+use testbed::scene_file::{SceneFile, bundled_scenes};
 
 /// One scene solved.
 struct Run {
@@ -24,9 +25,7 @@ fn solve(
     method: Method,
     settings: &Settings<f64>,
 ) -> Result<Run, Error> {
-    let mut kernel = kernel(Shape::of(file)).expect("a size is compiled");
-    kernel.load(file)?;
-    kernel.prepare(true)?;
+    let mut kernel = kernel::prepared(kernel, file, true)?;
     kernel.solve(method, settings)?;
     let answer = kernel.answer();
     Ok(Run {
@@ -39,10 +38,7 @@ fn solve(
 
 /// All bundled scenes, or those that have a solution.
 fn files(feasible_only: bool) -> Vec<SceneFile> {
-    let files = scene_file::bundled();
-    let files = files
-        .iter()
-        .flat_map(|path| scene_file::read(path).expect("a scene file"));
+    let files = bundled_scenes().into_iter();
     let wanted = |file: &SceneFile| !feasible_only || !file.name.starts_with("infeasible");
     let files: Vec<_> = files.filter(wanted).collect();
     assert!(files.len() > 40, "the scenes are not where they were");
@@ -91,8 +87,7 @@ fn as_many_scenes_are_solved_with_as_little_work_as_before() -> Result<(), Error
     ] {
         let now = solved(kernel, method, tolerance)?;
         let work = now.1.into_iter().zip(before.1);
-        let alike = work.map(|(now, before)| 50 * usize::abs_diff(now, before) <= before);
-        if now.0 != before.0 || alike.into_iter().any(|alike| !alike) {
+        if now.0 != before.0 || !work.into_iter().all(check::is_unchanged) {
             changed.push(format!(
                 "{method:?} to {tolerance:e}: {now:?}, not {before:?}"
             ));

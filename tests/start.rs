@@ -2,15 +2,13 @@
 //! where they are held, with ADMM elsewhere.
 
 use stiction::{Error, Settings, Status};
-use testbed::kernel::Shape;
+use testbed::kernel;
 use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile, repository};
 
 /// Iterations or sweeps, Newton steps and resolvents of a cold solve with a factor that has none.
 fn cold(file: &SceneFile, tolerance: f64) -> Result<[usize; 3], Error> {
-    let mut kernel = kernels_f64::kernel(Shape::of(file)).expect("a size is compiled");
-    kernel.load(file)?;
-    kernel.prepare(false)?;
+    let mut kernel = kernel::prepared(kernels_f64::kernel, file, false)?;
     kernel.solve(Method::Default, &Settings::new(tolerance))?;
     let solution = kernel.answer();
     assert_eq!(solution.status, Status::Solved, "{}", file.name);

@@ -1,8 +1,8 @@
 //! The variants that the library has.
 
 use crate::outcome::Outcome;
-use stiction::{Error, Settings, Status};
-use testbed::kernel::{self, Kernel, Shape};
+use stiction::{Error, Settings, SlipUpdate, Status};
+use testbed::kernel::{self, Kernel};
 use testbed::measure::{self, Law};
 pub(crate) use testbed::method::Method;
 use testbed::scene_file::SceneFile;
@@ -19,10 +19,7 @@ pub(crate) fn name(method: Method) -> &'static str {
 
 /// The kernel with a scene and its factor.
 fn prepared(file: &SceneFile) -> Result<Box<dyn Kernel>, Error> {
-    let mut kernel = kernels_f64::kernel(Shape::of(file)).expect("a size is compiled");
-    kernel.load(file)?;
-    kernel.prepare(true)?;
-    Ok(kernel)
+    kernel::prepared(kernels_f64::kernel, file, true)
 }
 
 /// Solves a scene cold, with the default penalty; a Newton step counts as ten iterations.
@@ -41,9 +38,13 @@ fn try_solve(file: &SceneFile, method: Method, settings: &Settings<f64>) -> Resu
     kernel.solve(method, settings)?;
     let answer = kernel.answer();
     let error = |law| measure::error(file, &answer.v, &answer.r, law);
+    let law = match settings.slip {
+        SlipUpdate::Never => Law::Relaxed,
+        _ => Law::Coulomb,
+    };
     let claimed = answer.status == Status::Solved;
     Ok(Outcome {
-        solved: claimed && error(kernel::law(settings)) <= settings.tolerance,
+        solved: claimed && error(law) <= settings.tolerance,
         iterations: answer.work.total(),
         coulomb_error: error(Law::Coulomb),
         impulse: answer.r,

@@ -17,7 +17,7 @@ use library::Method;
 use note::{Acceleration, Note, Printed, Slip, Variant};
 use outcome::{Outcome, quantile, solved, summary};
 use stiction::{Settings, SlipUpdate};
-use testbed::scene_file::{self, SceneFile};
+use testbed::scene_file::{SceneFile, bundled_scenes};
 
 const CAP: usize = 1000;
 const TOLERANCES: [f64; 2] = [1e-3, 1e-6];
@@ -28,9 +28,8 @@ const ACCELERATED: [(Method, Acceleration); 3] = [
 ];
 
 fn main() {
-    let scenes: Vec<SceneFile> = scene_file::bundled()
-        .iter()
-        .flat_map(|path| scene_file::read(path).expect("bundled scenes can be read"))
+    let scenes: Vec<SceneFile> = bundled_scenes()
+        .into_iter()
         .filter(|scene| !scene.name.starts_with("infeasible"))
         .collect();
     let feasible = scenes.len();

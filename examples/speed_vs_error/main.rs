@@ -47,7 +47,7 @@ use measure::Patience;
 use progress::Progress;
 use race::Race;
 use std::path::PathBuf;
-use testbed::scene_file::{self, SceneFile};
+use testbed::scene_file::{bundled_scenes, repository};
 
 /// Measure error against time and write the report.
 #[derive(Parser)]
@@ -70,13 +70,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     } else {
         (FULL, 20, "examples/speed_vs_error/report")
     };
-    let repository = scene_file::repository();
+    let repository = repository();
     let folder = options.output.unwrap_or_else(|| repository.join(folder));
 
-    let mut scenes: Vec<SceneFile> = Vec::new();
-    for path in scene_file::bundled() {
-        scenes.extend(scene_file::read(&path)?);
-    }
+    let mut scenes = bundled_scenes();
     scenes.retain(|scene| !scene.name.starts_with("infeasible"));
     if let Some(what) = options.profile {
         return Ok(single::run(&scenes, &what)?);

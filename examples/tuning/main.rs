@@ -4,7 +4,6 @@
 //!
 //! The measure is work, which is the same on every machine: of random scenes that surely have a solution (the classes of
 //! the campaign, drawn with a seed of their own), of the bundled scenes, and of the bundled sequences with warm starts.
-//! Without the configuration the constants do not listen, and every row is zero.
 
 #![allow(clippy::cast_precision_loss)] // sums of work
 
@@ -145,6 +144,9 @@ fn cell(sums: &Sums, base: &Sums) -> String {
 }
 
 fn table(options: &Options) -> Result<(), String> {
+    if !cfg!(stiction_tuning) {
+        return Err("without `--cfg stiction_tuning` the constants do not listen".into());
+    }
     let base = measure_with(options, "nothing", 0.0)?;
     let [drawn, bundled, sequences, unsolved] = base;
     println!(
@@ -159,6 +161,9 @@ fn table(options: &Options) -> Result<(), String> {
         options.count, options.seed
     );
     for (name, value, off) in CONSTANTS {
+        if measure_with(options, name, value)? != base {
+            return Err(format!("{name} is not {value} in src/solver/tuning.rs"));
+        }
         // Half of a count is rounded up.
         let half = if value >= 2.0 {
             (value * 0.5).ceil()

@@ -12,7 +12,8 @@
 //!
 //! A phase does one piece of work at a time and says what came of it; what is next is decided in [`Solve::advance`], and
 //! nowhere else. A last solution whose impulses are nearly unique is swept too, if no Jacobian was kept. Nothing but
-//! [`Solve`], the [`Workspace`] and the monitor's record is carried from one piece to the next: a solve can stop after any of them and go on later with the same bits.
+//! [`Solve`], the [`Workspace`] and the monitor's record is carried from one piece to the next: a solve can stop after any
+//! of them and go on later with the same bits.
 
 use crate::admm::{Iterate, Restart};
 use crate::linalg::hints::rolled;

@@ -11,7 +11,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// The best impulse so far, and the first part of its error as contact space sees it.
     pub(super) best: ContactVector<T, D, C>,
     pub(super) natural_map: Option<T>,
-    /// Corrections of `q`, see [`super::Monitor::consider`], and what it was at the last pause.
+    /// Corrections of `q`, see [`super::monitor::Monitor::consider`], and what it was at the last pause.
     pub(super) corrections: u8,
     pub(super) q: ContactVector<T, D, C>,
     /// The best natural map when it last halved, and the failures since.

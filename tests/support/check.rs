@@ -14,6 +14,11 @@ pub(crate) const DRAWN_F64: f64 = 1e-6;
 /// Error to be reached in f32.
 pub(crate) const F32: f64 = 1e-4;
 
+/// Is a count what it was, to one in fifty? A gain is to be written down as a loss is.
+pub(crate) fn is_unchanged((now, before): (usize, usize)) -> bool {
+    50 * now.abs_diff(before) <= before
+}
+
 /// Fails with the list of the scenes whose outcome is not as wanted.
 pub(crate) fn all(
     kernel: Constructor,

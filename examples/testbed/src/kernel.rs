@@ -5,9 +5,7 @@ use crate::method::{Method, Solvers};
 use crate::scene_file::SceneFile;
 use nalgebra::SVector;
 use std::hint::black_box;
-use stiction::{
-    ContactMode, Error, Factor, Real, Scene, Settings, SlipUpdate, Solution, Status, Work,
-};
+use stiction::{ContactMode, Error, Factor, Real, Scene, Settings, Solution, Status, Work};
 
 /// What a compiled size has to hold.
 #[derive(Clone, Copy, Debug)]
@@ -231,10 +229,14 @@ pub fn smallest<T: Real>(shape: Shape) -> Result<Box<dyn Kernel>, String> {
     }
 }
 
-/// How an error of Coulomb's law or of its relaxation is to be measured for these settings.
-pub fn law<T>(settings: &Settings<T>) -> measure::Law {
-    match settings.slip {
-        SlipUpdate::Never => measure::Law::Relaxed,
-        _ => measure::Law::Coulomb,
-    }
+/// The kernel with a scene and its factor, for many solves or for one; the smallest compiled size has to hold the scene.
+pub fn prepared(
+    kernel: Constructor,
+    file: &SceneFile,
+    for_many: bool,
+) -> Result<Box<dyn Kernel>, Error> {
+    let mut kernel = kernel(Shape::of(file)).expect("a size is compiled");
+    kernel.load(file)?;
+    kernel.prepare(for_many)?;
+    Ok(kernel)
 }

@@ -102,6 +102,12 @@ pub fn bundled() -> Vec<PathBuf> {
     json_files(&repository().join("tests/scenes"))
 }
 
+/// All scenes of the bundled files.
+pub fn bundled_scenes() -> Vec<SceneFile> {
+    let read = |path: PathBuf| read(&path).expect("bundled scenes can be read");
+    bundled().into_iter().flat_map(read).collect()
+}
+
 /// The bundled sequences of time steps, by name.
 pub fn bundled_sequences() -> Vec<PathBuf> {
     json_files(&repository().join("tests/sequences"))

@@ -1,6 +1,6 @@
 //! Solves a scene by default settings, and has a stranger judge the answer.
 
-use crate::kernel::{Constructor, Kernel, Shape};
+use crate::kernel::{self, Constructor};
 use crate::measure::{self, Law};
 use crate::method::Method;
 use crate::scene_file::SceneFile;
@@ -31,17 +31,15 @@ pub struct Outcome {
 
 /// Solves with all settings but the tolerance at their defaults; the smallest compiled size has to hold the scene.
 pub fn solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Outcome {
-    let mut kernel = kernel(Shape::of(file)).expect("a size is compiled");
-    solve_by(&mut *kernel, file, tolerance).unwrap_or_else(|error| Outcome {
+    try_solve(kernel, file, tolerance).unwrap_or_else(|error| Outcome {
         answer: Answer::Refused(error),
         error: f64::INFINITY,
         work: 0,
     })
 }
 
-fn solve_by(kernel: &mut dyn Kernel, file: &SceneFile, tolerance: f64) -> Result<Outcome, Error> {
-    kernel.load(file)?;
-    kernel.prepare(true)?;
+fn try_solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Result<Outcome, Error> {
+    let mut kernel = kernel::prepared(kernel, file, true)?;
     kernel.solve(Method::Default, &Settings::new(tolerance))?;
     let answer = kernel.answer();
     Ok(Outcome {
