@@ -29,7 +29,7 @@ PAGE = """# On a microcontroller
 Written by `UPDATE_BASELINE=1 .ci/firmware` ({compiler}), which measures under QEMU: instructions, not cycles; no board
 was measured. `.ci/firmware` fails where a number differs by more than 2 %; with another compiler it does not compare.
 
-- `update` and `prepare` are `Factor::update` and `Factor::compute`; an iteration is one of ADMM, a Newton step the first
+- `update` and `prepare` are `Factor::prepare` for one solve and for many; an iteration is one of ADMM, a Newton step the first
   of a cold solve, with what it takes to find its length.
 - `cold` and `warm` are solves to a tolerance with all prepared; a warm one starts from the solution of a free impulse
   1 % smaller.

@@ -1,17 +1,17 @@
-//! One iteration of the alternating direction method of multipliers, and its three accelerations.
+//! One iteration of the alternating direction method of multipliers, and how it is accelerated.
 //!
 //! Names follow the note: `u` is `ũ`, `zeta` is `ζ`, a `_hat` is the extrapolated value. What the
 //! note misprints is put right (Goldstein, O'Donoghue, Setzer, Baraniuk 2014, Alg. 8): step 2
 //! starts from `û` where it prints `ũ`, and steps 6-8 extrapolate from the new iterate,
 //! `ûᵏ⁺¹ = ũᵏ⁺¹ + c (ũᵏ⁺¹ - ũᵏ)` where they print `ûᵏ + …`.
 
+use crate::Real;
 use crate::cone::{add_to_normal, norm, split, square};
 use crate::factor::resolvent::Resolvent;
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::problem::{ContactLaw, Problem};
 use crate::solution::zeros;
-use crate::{Real, SlipUpdate};
 use nalgebra::SVector;
 
 /// The iterate of one contact.
@@ -79,98 +79,89 @@ pub(crate) struct Change<T> {
     pub(crate) impulse: T,
 }
 
-/// How the next iterate is extrapolated: `û = ũ + c (ũ - ũ_previous)`, and `ζ` likewise.
-pub(crate) trait Acceleration<T> {
-    /// The state before the first iteration.
-    const START: Self;
-
-    /// The factor `c` after an iteration with the residual `e_k`.
-    fn momentum(&mut self, residual: T) -> T;
+/// How ADMM extrapolates from one iterate to the next, `û = ũ + c (ũ - ũ_previous)` and `ζ` likewise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Acceleration {
+    /// Algorithm 2: Nesterov's sequence, which starts again when the residual `e_k` has not decreased (default).
+    Restart = 0, // so that a new solver is all zeros, and takes no flash
+    /// Algorithm 1: Nesterov's sequence, `tau` of step 5.
+    Nesterov = 1,
+    /// Plain ADMM, `c = 0`.
+    Plain = 2,
 }
 
-/// ADMM without extrapolation.
-pub(crate) struct Plain;
+/// When ADMM updates the tangential speed `s` in `b(s) = w + mu s e_N`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum SlipUpdate {
+    /// At every iteration, `s_i = |ũ_Ti|` (default).
+    EveryIteration = 0, // as above
+    /// In an outer loop, each time the convex problem with `s` frozen is solved.
+    OuterLoop = 1,
+}
 
-/// Algorithm 1: Nesterov's sequence, `tau` of step 5.
+/// Momentum of ADMM: the sequence from which `c` follows.
 #[derive(Clone, Debug)]
-pub(crate) struct Fast<T> {
+pub(crate) struct Momentum<T> {
+    acceleration: Acceleration,
+    /// `tau` of step 5.
     tau: T,
-}
-
-/// Algorithm 2: the sequence starts again when the residual `e_k` has not decreased.
-#[derive(Clone, Debug)]
-pub(crate) struct Restart<T> {
-    fast: Fast<T>,
     /// `e_{k-1}`; none before the first iteration.
     residual: Option<T>,
 }
 
-impl<T: Real> Acceleration<T> for Plain {
-    const START: Self = Self;
-
-    #[inline]
-    fn momentum(&mut self, _: T) -> T {
-        T::ZERO
-    }
-}
-
-impl<T: Real> Acceleration<T> for Fast<T> {
-    const START: Self = Self { tau: T::ONE };
-
-    #[inline]
-    fn momentum(&mut self, _: T) -> T {
-        let two = T::ONE + T::ONE;
-        let next = (T::ONE + (T::ONE + two * two * self.tau * self.tau).square_root()) / two;
-        let momentum = (self.tau - T::ONE) / next;
-        self.tau = next;
-        momentum
-    }
-}
-
-impl<T: Real> Restart<T> {
-    /// Of no solve yet: all zeros, as all of a new solver is.
-    pub(crate) const fn none() -> Self {
+impl<T: Real> Momentum<T> {
+    /// Of no solve yet.
+    pub(crate) const fn none(acceleration: Acceleration) -> Self {
         Self {
-            fast: Fast { tau: T::ZERO },
+            acceleration,
+            tau: T::ZERO,
             residual: None,
         }
     }
-}
 
-impl<T: Real> Acceleration<T> for Restart<T> {
-    const START: Self = Self {
-        fast: Fast { tau: T::ONE },
-        residual: None,
-    };
+    /// Starts, or starts again, from the current iterate.
+    pub(crate) fn start(&mut self) {
+        self.tau = T::ONE;
+        self.residual = None;
+    }
 
+    /// The factor `c` after an iteration with the residual `e_k`.
     #[inline]
-    fn momentum(&mut self, residual: T) -> T {
+    fn factor(&mut self, residual: T) -> T {
         let eta = T::literal(0.999);
-        let momentum = match self.residual {
-            Some(previous) if residual >= eta * previous => {
-                // Steps 10-13, but from the current iterate and with its own e_k: the note goes
-                // back to the previous iterate and sets e_k = e_{k-1} / eta.
-                self.fast.tau = T::ONE;
-                T::ZERO
-            }
-            _ => self.fast.momentum(residual),
+        let last = self.residual.replace(residual);
+        let restarts = match self.acceleration {
+            Acceleration::Plain => return T::ZERO,
+            Acceleration::Nesterov => false,
+            // Steps 10-13, but from the current iterate and with its own e_k: the note goes back to the previous iterate
+            // and sets e_k = e_{k-1} / eta.
+            Acceleration::Restart => last.is_some_and(|last| residual >= eta * last),
         };
-        self.residual = Some(residual);
-        momentum
+        if restarts {
+            self.tau = T::ONE;
+            return T::ZERO;
+        }
+        let two = T::ONE + T::ONE;
+        let next = (T::ONE + (T::ONE + two * two * self.tau * self.tau).square_root()) / two;
+        let factor = (self.tau - T::ONE) / next;
+        self.tau = next;
+        factor
     }
 }
 
 /// Steps 2-4 and the extrapolation, for all contacts.
 #[inline(never)]
-pub(crate) fn iterate<T: Real, A, const N: usize, const D: usize, const C: usize>(
+pub(crate) fn iterate<T: Real, const N: usize, const D: usize, const C: usize>(
     problem: &Problem<'_, T, N, D, C>,
     resolvent: &Resolvent<T, D, C>,
     iterates: &mut [Iterate<T, D>; C],
-    acceleration: &mut A,
-) -> Change<T>
-where
-    A: Acceleration<T>,
-{
+    momentum: &mut Momentum<T>,
+    slip_update: SlipUpdate,
+) -> Change<T> {
     // Ones, since a call of memset would take longer; all that is used is overwritten.
     let mut rhs: ContactVector<T, D, C> = [[T::ONE; D]; C];
     let mut product: ContactVector<T, D, C> = [[T::ONE; D]; C];
@@ -182,8 +173,9 @@ where
     let laws = opaque(laws);
     right_hand_side(laws, iterates, rhs);
     resolvent.times(rhs, product);
-    let change = project(laws, problem.slip, iterates, product);
-    extrapolate(iterates, acceleration.momentum(change.primal + change.dual));
+    let change = project(laws, slip_update, iterates, product);
+    let residual = change.primal + change.dual;
+    extrapolate(iterates, momentum.factor(residual));
     change
 }
 
@@ -207,7 +199,7 @@ fn right_hand_side<T: Real, const D: usize>(
 #[inline]
 fn project<T: Real, const D: usize>(
     laws: &[ContactLaw<T, D>],
-    slip: SlipUpdate,
+    slip_update: SlipUpdate,
     iterates: &mut [Iterate<T, D>],
     product: &[[T; D]],
 ) -> Change<T> {
@@ -229,7 +221,7 @@ fn project<T: Real, const D: usize>(
         let rho = iterate.penalty;
         change.primal += rho * square(primal.as_slice());
         change.dual += rho * dual;
-        if slip == SlipUpdate::EveryIteration {
+        if slip_update == SlipUpdate::EveryIteration {
             add_to_normal(&mut primal, law.shift_factor * (speed - iterate.slip));
             iterate.slip = speed;
         }

@@ -10,8 +10,13 @@ use core::fmt;
 pub enum Input {
     /// The generalised mass matrix `M`.
     Mass,
-    /// The free impulse `f`.
+    /// The free impulse `M v_free`.
     FreeImpulse,
+    /// The impulse `i` that a solve was to start at.
+    InitialImpulse {
+        /// Its place in the list.
+        contact: usize,
+    },
     /// The Jacobian `H_i` of contact `i`.
     Jacobian {
         /// Index `i` of the contact.
@@ -25,7 +30,7 @@ pub enum Input {
 }
 
 /// A scene that cannot be solved as it was given. The call that returns it changes nothing, but for
-/// [`crate::Factor::compute`] and [`crate::Factor::update`], whose factor is then that of no contacts.
+/// [`crate::Factor::prepare`], whose factor is then none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -78,9 +83,9 @@ pub enum Error {
         /// Contacts of the factor.
         factor: usize,
     },
-    /// `M` or `H` of the scene has changed since the factor was computed, or it never was.
+    /// The factor is not that of `M` and `H` as they are in the scene.
     StaleFactor,
-    /// [`crate::AdmmSolver`] was given a factor of [`crate::Factor::update`], without the resolvent.
+    /// [`crate::AdmmSolver`] was given a factor without the resolvent, see [`crate::Solves`].
     NoResolvent,
 }
 
@@ -88,7 +93,8 @@ impl fmt::Display for Input {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Mass => write!(f, "mass matrix M"),
-            Self::FreeImpulse => write!(f, "free impulse f"),
+            Self::FreeImpulse => write!(f, "free impulse"),
+            Self::InitialImpulse { contact } => write!(f, "initial impulse {contact}"),
             Self::Jacobian { contact } => write!(f, "Jacobian H of contact {contact}"),
             Self::Offset { contact } => write!(f, "offset w of contact {contact}"),
         }
@@ -127,7 +133,7 @@ impl fmt::Display for Error {
             ),
             Self::NoResolvent => write!(
                 f,
-                "factor has no resolvent, which ADMM needs: compute it, or set its penalty"
+                "factor has no resolvent, which ADMM needs: prepare it for many solves"
             ),
         }
     }

@@ -2,17 +2,17 @@
 //!
 //! A scene has `N` generalised velocities and up to `C` contacts of `D` rows each (1 frictionless,
 //! 2 planar, 3 spatial, 4 with a torsional row). For a mass matrix `M`, a free impulse
-//! `f = -M v_free`, contact Jacobians `H_i`, offsets `w_i` and friction coefficients `mu_i` the
+//! `M v_free`, contact Jacobians `H_i`, offsets `w_i` and friction coefficients `mu_i` the
 //! kernel finds the velocity `v` and the contact impulses `r_i` with
 //!
-//! `M v + f = Hᵀ r`, `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`
+//! `M v = M v_free + Hᵀ r`, `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`
 //!
 //! and tells which contacts stick, which slip and which let go. All sizes are known at compile
 //! time; nothing allocates and nothing panics.
 //!
 //! ```
 //! use nalgebra::{Matrix3, matrix, vector};
-//! use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
+//! use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Solves, Status};
 //!
 //! // A 2 kg point mass on the floor, pushed sideways for 1 ms with 30 N: more than mu m g holds.
 //! let mut scene = Scene::<f32, 3, 3, 1>::new();
@@ -23,11 +23,11 @@
 //!     mu: 0.8,
 //!     key: 0, // which contact it is, for a warm start
 //! })?;
-//! let factor = Factor::new(&scene)?; // or `Factor::empty()` in a `static`, and `update`
+//! let factor = Factor::new(&scene, Solves::Many)?; // all that depends on M and H
 //! let mut solver = Solver::new(); // keeps what a warm start needs
 //!
-//! let f = -vector![30.0e-3, 0.0, -2.0 * 9.81e-3]; // minus the free impulse, N·s
-//! let solution = solver.solve(&scene, &factor, &f, &Settings::new(1e-5))?;
+//! let push = vector![30.0e-3, 0.0, -2.0 * 9.81e-3]; // the free impulse, N·s
+//! let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-5))?;
 //!
 //! assert_eq!(solution.status, Status::Solved);
 //! assert_eq!(solution.contacts[0].mode, ContactMode::Slip);
@@ -36,7 +36,7 @@
 //!
 //! # The way of the data
 //!
-//! [`Scene`] (checked as it is filled) → [`Factor`] (all that depends on `M` and `H`; read-only)
+//! [`Kernel`] has all of it in one value: [`Scene`] (checked as it is filled) → [`Factor`] (all that depends on `M` and `H`; read-only)
 //! → [`Solver`] (the one mutable thing) → [`Solution`] with its [`Status`] and its error.
 //!
 //! | folder or file | idea | in the note |
@@ -81,6 +81,7 @@ mod defmt_format;
 mod error;
 mod factor;
 pub mod guide;
+mod kernel;
 mod linalg;
 mod problem;
 mod real;
@@ -91,11 +92,12 @@ pub mod time_stepping;
 
 pub use cone::{FrictionCone, Spectral};
 pub use error::{Error, Input};
-pub use factor::{Factor, FactorParts};
+pub use factor::{Factor, FactorParts, Solves};
+pub use kernel::Kernel;
 pub use real::Real;
 pub use scene::{Contact, Scene};
-pub use solution::{ContactMode, ContactSolution, Settings, SlipUpdate, Solution, Status, Work};
-pub use solver::{AdmmSolver, Solver};
+pub use solution::{ContactMode, ContactSolution, Model, Settings, Solution, Status, Work};
+pub use solver::{Acceleration, AdmmSolver, SlipUpdate, Solver};
 
 /// The README's code compiles.
 #[cfg(doctest)]

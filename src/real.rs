@@ -34,6 +34,10 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     #[must_use]
     fn power_of_two(exponent: i32) -> Self;
 
+    /// A hash of a sequence of numbers by their bits, one number on.
+    #[must_use]
+    fn hash(self, hash: u32) -> u32;
+
     /// A small count.
     #[must_use]
     fn count(number: usize) -> Self;
@@ -68,6 +72,17 @@ macro_rules! real {
                 let exponent = exponent.clamp($float::MIN_EXP - 1, $float::MAX_EXP - 1);
                 let biased = (exponent - 1 + $float::MAX_EXP) as $bits;
                 Self::from_bits(biased << ($float::MANTISSA_DIGITS - 1))
+            }
+
+            #[inline]
+            #[allow(clippy::cast_possible_truncation)]
+            fn hash(self, mut hash: u32) -> u32 {
+                let bits = self.to_bits();
+                for word in 0..$bits::BITS.div_ceil(u32::BITS) {
+                    let word = (bits >> (word * u32::BITS)) as u32;
+                    hash = (hash.rotate_left(5) ^ word).wrapping_mul(0x9e37_79b1);
+                }
+                hash
             }
 
             #[inline]

@@ -46,10 +46,10 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 ///
 /// | change | to be done | multiplications |
 /// |---|---|---|
-/// | `f`; an offset `w_i`, [`Self::set_offset`]; a friction coefficient, [`Self::set_friction`] | nothing | 0 |
+/// | the free impulse; an offset `w_i`, [`Self::set_offset`]; a friction coefficient, [`Self::set_friction`] | nothing | 0 |
 /// | the penalty | [`crate::Factor::set_penalty`] | `m³/2` |
-/// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts in use, each step | [`crate::Factor::update`], in place | `N³/6 + m N²/2 + m² N/2` |
-/// | the same, for many solves or for [`crate::AdmmSolver`] | [`crate::Factor::compute`], in place | `m³/2` more |
+/// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts in use, each step | [`crate::Factor::prepare`] for [`crate::Solves::One`] | `N³/6 + m N²/2 + m² N/2` |
+/// | the same, for [`crate::Solves::Many`] or [`crate::AdmmSolver`] | [`crate::Factor::prepare`] | `m³/2` more |
 ///
 /// Contacts that come and go are pushed anew, with the keys they had ([`Contact::key`]). One that is
 /// open for a while is cheaper kept, with its gap as an offset ([`crate::time_stepping::gap`]), than
@@ -80,8 +80,10 @@ pub struct Scene<T, const N: usize, const D: usize, const C: usize> {
     supports: [Support; C],
     /// Contacts in use.
     count: usize,
-    /// Changes of `M` or `H` so far: a factor of an earlier one is stale.
-    revision: u32,
+    /// Fingerprint of `M`.
+    mass_print: u32,
+    /// Sum of the fingerprints of the contacts' Jacobians.
+    contacts_print: u32,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> {
@@ -94,7 +96,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             contacts: [const { Contact::none() }; C],
             supports: [Support::none(); C],
             count: 0,
-            revision: 0,
+            mass_print: 0,
+            contacts_print: 0,
         }
     }
 
@@ -110,7 +113,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             contacts,
             supports: [Support::all(); C],
             count: C,
-            revision: 1,
+            mass_print: 1,
+            contacts_print: 0,
         }
     }
 
@@ -119,7 +123,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     ///
     /// # Errors
     /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] beyond `sqrt(eps)` of the diagonal.
-    /// Positive definiteness shows when [`crate::Factor`] is computed.
+    /// Positive definiteness shows when the scene is prepared.
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
         check_finite(mass, Input::Mass)?;
         let columns = || mass.as_slice().chunks_exact(N).enumerate();
@@ -134,7 +138,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             }
         }
         self.mass.copy_from(mass);
-        self.revise();
+        self.mass_print = fingerprint(mass.as_slice(), C);
         Ok(())
     }
 
@@ -155,19 +159,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         slot.clone_from(contact);
         self.count += 1;
         self.support(index);
-        self.revise();
+        self.contacts_print = self.contacts_print.wrapping_add(self.contact_print(index));
         Ok(index)
     }
 
     /// Removes all contacts.
     pub fn clear_contacts(&mut self) {
         self.count = 0;
-        self.revise();
+        self.contacts_print = 0;
     }
 
     /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor is stale then: a solve
-    /// refuses it ([`Error::StaleFactor`]) until it is computed anew. (Not one of [`crate::Factor::from_parts`], and not where
-    /// a scene was built anew with as many changes.)
+    /// refuses it ([`Error::StaleFactor`]) until it is prepared anew, unless it is one of [`crate::Factor::from_parts`].
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].
@@ -177,9 +180,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         jacobian: &SMatrix<T, D, N>,
     ) -> Result<(), Error> {
         check_finite(jacobian, Input::Jacobian { contact })?;
+        self.contact_mut(contact)?;
+        let before = self.contact_print(contact);
         self.contact_mut(contact)?.jacobian.copy_from(jacobian);
         self.support(contact);
-        self.revise();
+        let print = self.contacts_print.wrapping_sub(before);
+        self.contacts_print = print.wrapping_add(self.contact_print(contact));
         Ok(())
     }
 
@@ -206,14 +212,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         Ok(())
     }
 
-    /// `M` or `H` has changed.
-    fn revise(&mut self) {
-        self.revision = self.revision.checked_add(1).unwrap_or(1);
+    /// Fingerprint of `M` and `H`: scenes of other numbers have another one, but for one pair in four thousand million.
+    /// Neither 0 nor the largest.
+    pub(crate) fn fingerprint(&self) -> u32 {
+        let sum = self.mass_print.wrapping_add(self.contacts_print);
+        sum.clamp(1, u32::MAX - 1)
     }
 
-    /// Changes of `M` or `H` so far; 0 if there were none.
-    pub(crate) const fn revision(&self) -> u32 {
-        self.revision
+    /// Fingerprint of a Jacobian and its place.
+    fn contact_print(&self, contact: usize) -> u32 {
+        let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
+        jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact))
     }
 
     fn contact_mut(&mut self, contact: usize) -> Result<&mut Contact<T, N, D>, Error> {
@@ -258,6 +267,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Scene<
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Fingerprint of some numbers and their place among others.
+#[cfg_attr(target_os = "none", inline(never))]
+fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u32 {
+    let mut hash = u32::try_from(place).unwrap_or(0);
+    for number in numbers {
+        rolled();
+        hash = number.hash(hash);
+    }
+    // Until here the sign of the last number moves the highest bit alone, and two such bits would cancel in a sum.
+    (hash ^ (hash >> 15)).wrapping_mul(0x85eb_ca77)
 }
 
 /// Every entry of a matrix or vector is a number.

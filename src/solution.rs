@@ -5,18 +5,16 @@ use core::fmt;
 use heapless::Vec;
 use nalgebra::{ArrayStorage, SVector};
 
-/// When the tangential speed `s` in `b(s) = w + mu s e_N` is updated.
+/// The contact law that is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum SlipUpdate {
-    /// At every iteration, `s_i = |ũ_Ti|` (default).
-    EveryIteration,
-    /// In an outer loop, each time the convex problem with `s` frozen is solved.
-    OuterLoop,
-    /// Never, `s = 0`: the convex relaxation, in which a sliding contact lifts off at `mu |u_T|`.
-    /// The error is then that of the relaxation, without `mu |u_T|`.
-    Never,
+pub enum Model {
+    /// Coulomb's law, with the De Saxcé shift `mu |u_T|` (default).
+    Coulomb,
+    /// Its convex relaxation, without the shift: a sliding contact lifts off at `mu |u_T|`. The error is then that of the
+    /// relaxation.
+    ConvexRelaxation,
 }
 
 /// How exactly and how long to solve.
@@ -28,10 +26,11 @@ pub struct Settings<T> {
     /// [`Solution::error`].
     pub tolerance: T,
     /// [`Work`] that a call may do, [`Work::total`]. A control loop sets what its time allows. A call ends with the piece
-    /// of work in which the budget ends, of which the largest, a side branch of 20 sweeps, counts 40.
+    /// of work in which the budget ends, of which the largest, a side branch of 20 sweeps, counts 40; if it ends unsolved
+    /// it looks for a proof that there is nothing to be found, which counts 10.
     pub budget: usize,
-    /// When `s` is updated.
-    pub slip: SlipUpdate,
+    /// The contact law that is solved.
+    pub model: Model,
 }
 
 impl<T> Settings<T> {
@@ -40,7 +39,7 @@ impl<T> Settings<T> {
         Self {
             tolerance,
             budget: 100_000,
-            slip: SlipUpdate::EveryIteration,
+            model: Model::Coulomb,
         }
     }
 }
@@ -96,7 +95,9 @@ pub struct Work {
     pub chord_steps: usize,
     /// Newton steps with a Jacobian of their own.
     pub newton_steps: usize,
-    /// Resolvents: each for a new penalty, but one for that of a factor without ([`crate::Factor::update`]).
+    /// Searches for a proof that a scene is infeasible, one at most at the end of a call that ends unsolved.
+    pub proof_searches: usize,
+    /// Resolvents: each for a new penalty, but one for that of a factor without ([`crate::Solves::One`]).
     pub resolvents: usize,
 }
 
@@ -108,15 +109,17 @@ impl Work {
             sweeps: 0,
             chord_steps: 0,
             newton_steps: 0,
+            proof_searches: 0,
             resolvents: 0,
         }
     }
 
     /// All of it in iterations of ADMM, by what each kind costs: a sweep and a chord step count 2, a Newton step with its
-    /// resolvent, if it needs one later, 10.
+    /// resolvent, if it needs one later, 10, and so does a search for a proof.
     #[must_use]
     pub const fn total(&self) -> usize {
-        self.iterations + 2 * (self.sweeps + self.chord_steps) + 10 * self.newton_steps
+        let factorisations = self.newton_steps + self.proof_searches;
+        self.iterations + 2 * (self.sweeps + self.chord_steps) + 10 * factorisations
     }
 }
 
@@ -176,7 +179,7 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     pub work: Work,
     /// Error of `v` and `r` in Coulomb's law and in the dynamics, the larger of
     /// `|r - Π_K(r - alpha û)| / max(|r|, |alpha q|)` and
-    /// `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, with a bound on the rounding in its own
+    /// `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`, with a bound on the rounding in its own
     /// evaluation and in the factor added, a coarse one if that is enough to be below the tolerance.
     /// Independent of units. It means nothing as long as the status is [`Status::Unsolved`].
     pub error: T,

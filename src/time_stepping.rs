@@ -1,4 +1,4 @@
-//! From one time step to the next: what `f` and `w` of a scene are made of.
+//! From one time step to the next: what the free impulse and `w` of a scene are made of.
 //!
 //! Semi-implicit stepping after Moreau and Jean: masses, Jacobians and gaps are taken at the
 //! beginning of a step of length `h`, contact impulses and friction act on the velocity at its end,
@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use nalgebra::{Matrix2, matrix, vector};
-//! use stiction::{Contact, Factor, Scene, Settings, Solver, time_stepping as law};
+//! use stiction::{Contact, Factor, Scene, Settings, Solver, Solves, time_stepping as law};
 //!
 //! // 2 kg, thrown at 1 m/s over a floor (x, height) from 1 cm above it.
 //! let (mass, weight, h) = (Matrix2::identity() * 2.0, vector![0.0, -2.0 * 9.81], 0.001);
@@ -14,14 +14,14 @@
 //! scene.set_mass(&mass)?;
 //! let jacobian = matrix![0.0, 1.0; 1.0, 0.0];
 //! scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu: 0.4, key: 0 })?;
-//! let factor = Factor::new(&scene)?; // neither f nor w is part of it
+//! let factor = Factor::new(&scene, Solves::Many)?; // neither the free impulse nor w is part of it
 //! let (mut solver, settings) = (Solver::new(), Settings::new(1e-9));
 //!
 //! let (mut position, mut velocity) = (vector![0.0, 0.01], vector![1.0, 0.0]);
 //! for _ in 0..1000 {
 //!     scene.set_offset(0, &vector![law::gap(position.y, h, 0.1, 10.0), 0.0])?;
-//!     let f = law::free_impulse(&mass, &velocity, &weight, h);
-//!     velocity = solver.solve(&scene, &factor, &f, &settings)?.velocity;
+//!     let push = law::free_impulse(&mass, &velocity, &weight, h);
+//!     velocity = solver.solve(&scene, &factor, &push, &settings)?.velocity;
 //!     position += velocity * h;
 //! }
 //! assert!(velocity.norm() < 1e-9 && position.y.abs() < 1e-9); // it lies still, on the floor
@@ -33,7 +33,7 @@ use crate::linalg::cholesky::axpy;
 use crate::solution::zeros;
 use nalgebra::{SMatrix, SVector};
 
-/// Minus the free impulse of a step, `f = -(M v + h F)` (N·s).
+/// Free impulse of a step, `M v + h F` (N·s): `M v_free`, and `-f` in the note.
 ///
 /// `v` is the velocity before the step, `F` (N) the sum of all forces but those of the contacts:
 /// weight, motors, and `-C(q, v) v` where `M` depends on the position.
@@ -42,7 +42,7 @@ use nalgebra::{SMatrix, SVector};
 /// # use nalgebra::{Matrix2, vector};
 /// # use stiction::time_stepping::free_impulse;
 /// let (mass, velocity, force) = (Matrix2::identity() * 2.0, vector![1.0, 0.0], vector![0.0, -16.0]);
-/// assert_eq!(free_impulse(&mass, &velocity, &force, 0.5), vector![-2.0, 8.0]);
+/// assert_eq!(free_impulse(&mass, &velocity, &force, 0.5), vector![2.0, -8.0]);
 /// ```
 #[must_use]
 pub fn free_impulse<T: Real, const N: usize>(
@@ -51,12 +51,12 @@ pub fn free_impulse<T: Real, const N: usize>(
     force: &SVector<T, N>,
     step: T,
 ) -> SVector<T, N> {
-    let mut f: SVector<T, N> = zeros();
+    let mut impulse: SVector<T, N> = zeros();
     for (column, &v) in mass.as_slice().chunks_exact(N).zip(velocity.iter()) {
-        axpy(-v, column, f.as_mut_slice());
+        axpy(v, column, impulse.as_mut_slice());
     }
-    axpy(-step, force.as_slice(), f.as_mut_slice());
-    f
+    axpy(step, force.as_slice(), impulse.as_mut_slice());
+    impulse
 }
 
 /// Normal offset of a contact `gap` metres from touching, `w_N = gap/h` (m/s): it may close within

@@ -4,7 +4,8 @@ use crate::support::boxes::{BRICK, BoxScene};
 use allocation_counter::measure;
 use nalgebra::{SVector, vector};
 use stiction::{
-    AdmmSolver, Contact, Error, Factor, FrictionCone, Scene, Settings, SlipUpdate, Solver, Status,
+    Acceleration, AdmmSolver, Contact, Error, Factor, FrictionCone, Model, Scene, Settings,
+    SlipUpdate, Solution, Solver, Solves, Status,
 };
 
 /// Allocations of a call.
@@ -44,21 +45,25 @@ fn factorising_does_not_allocate() -> Result<(), Error> {
     let (scene, _) = sliding_box()?;
     let mut factor = Factor::empty();
     let mut result = Ok(());
-    let count = allocations(|| result = factor.compute(&scene).and(factor.set_penalty(3.0)));
+    let count = allocations(|| {
+        result = factor
+            .prepare(&scene, Solves::Many)
+            .and(factor.set_penalty(3.0));
+    });
     assert_eq!((count, result), (0, Ok(())));
-    let count = allocations(|| result = factor.update(&scene));
+    let count = allocations(|| result = factor.prepare(&scene, Solves::One));
     assert_eq!((count, result), (0, Ok(())));
     Ok(())
 }
 
 #[test]
 fn newton_does_not_allocate_cold_or_warm() -> Result<(), Error> {
-    let (source, f) = sliding_box()?;
+    let (source, push) = sliding_box()?;
     let settings = Settings::new(1e-9);
     let mut solver = Solver::new();
     // Contacts are known, go, come and change places.
     let steps = [[0, 1, 2, 3], [0, 1, 2, 3], [3, 4, 5, 0]].into_iter();
-    for (keys, f) in steps.zip([f, f * 1.01, f * -1.0]) {
+    for (keys, push) in steps.zip([push, push * 1.01, push * -1.0]) {
         let mut scene = source.clone();
         scene.clear_contacts();
         for (contact, key) in source.contacts().iter().zip(keys) {
@@ -67,10 +72,10 @@ fn newton_does_not_allocate_cold_or_warm() -> Result<(), Error> {
                 ..contact.clone()
             })?;
         }
-        let factor = Factor::new(&scene)?;
+        let factor = Factor::new(&scene, Solves::Many)?;
         let mut status = Err(Error::InvalidPenalty);
         let count = allocations(|| {
-            let solution = solver.solve(&scene, &factor, &f, &settings);
+            let solution = solver.solve(&scene, &factor, &push, &settings);
             status = solution.map(|solution| solution.status);
         });
         assert_eq!((count, status), (0, Ok(Status::Solved)));
@@ -80,39 +85,42 @@ fn newton_does_not_allocate_cold_or_warm() -> Result<(), Error> {
 
 #[test]
 fn no_first_order_method_allocates() -> Result<(), Error> {
-    let (scene, f) = sliding_box()?;
-    let factor = Factor::new(&scene)?;
-    for slip in [
-        SlipUpdate::EveryIteration,
-        SlipUpdate::OuterLoop,
-        SlipUpdate::Never,
+    let (scene, push) = sliding_box()?;
+    let factor = Factor::new(&scene, Solves::Many)?;
+    for (slip_update, model) in [
+        (SlipUpdate::EveryIteration, Model::Coulomb),
+        (SlipUpdate::OuterLoop, Model::Coulomb),
+        (SlipUpdate::EveryIteration, Model::ConvexRelaxation),
     ] {
         let settings = Settings {
-            slip,
+            model,
             ..Settings::new(1e-3)
         };
-        let mut solver = AdmmSolver::new();
-        let mut solved = false;
-        let count = allocations(|| {
-            let is_solved = |status| status == Ok(Status::Solved);
-            let plain = solver.solve_plain(&scene, &factor, &f, &settings);
-            solved = is_solved(plain.map(|solution| solution.status));
-            solver.reset();
-            let fast = solver.solve_fast(&scene, &factor, &f, &settings);
-            solved &= is_solved(fast.map(|solution| solution.status));
-            solver.reset();
-            let restart = solver.solve_restart(&scene, &factor, &f, &settings);
-            solved &= is_solved(restart.map(|solution| solution.status));
-        });
-        assert_eq!((count, solved), (0, true), "{slip:?}");
+        for acceleration in [
+            Acceleration::Plain,
+            Acceleration::Nesterov,
+            Acceleration::Restart,
+        ] {
+            let mut solver = AdmmSolver::with(acceleration, slip_update);
+            let mut solved = false;
+            let count = allocations(|| {
+                let solution = solver.solve(&scene, &factor, &push, &settings);
+                solved = solution.is_ok_and(Solution::is_solved);
+            });
+            assert_eq!(
+                (count, solved),
+                (0, true),
+                "{acceleration:?}, {slip_update:?}, {model:?}"
+            );
+        }
     }
     Ok(())
 }
 
 #[test]
 fn an_unsolved_scene_does_not_allocate() -> Result<(), Error> {
-    let (scene, f) = sliding_box()?;
-    let factor = Factor::new(&scene)?;
+    let (scene, push) = sliding_box()?;
+    let factor = Factor::new(&scene, Solves::Many)?;
     let settings = Settings {
         budget: 3,
         ..Settings::new(1e-12)
@@ -120,8 +128,8 @@ fn an_unsolved_scene_does_not_allocate() -> Result<(), Error> {
     let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
     let mut statuses = [None; 2];
     let count = allocations(|| {
-        let newton = newton.solve(&scene, &factor, &f, &settings);
-        let admm = admm.solve_restart(&scene, &factor, &f, &settings);
+        let newton = newton.solve(&scene, &factor, &push, &settings);
+        let admm = admm.solve(&scene, &factor, &push, &settings);
         statuses = [newton, admm].map(|result| result.ok().map(|solution| solution.status));
     });
     assert_eq!((count, statuses), (0, [Some(Status::OutOfBudget); 2]));

@@ -71,7 +71,7 @@ impl<const N: usize> Units<N> {
     fn scene<T: Real, const D: usize, const C: usize>(
         &self,
         scene: &Scene<T, N, D, C>,
-        f: &SVector<T, N>,
+        push: &SVector<T, N>,
     ) -> Result<(Scene<T, N, D, C>, SVector<T, N>), Error> {
         let Self {
             mass: m,
@@ -91,7 +91,7 @@ impl<const N: usize> Units<N> {
                 key: contact.key,
             })?;
         }
-        Ok((other, SVector::from_fn(|j, _| f[j] * two(m + s[j] + b))))
+        Ok((other, SVector::from_fn(|j, _| push[j] * two(m + s[j] + b))))
     }
 
     /// `v_j 2^(b - s_j)`
@@ -104,14 +104,14 @@ impl<const N: usize> Units<N> {
 fn is_independent_of<T: Real, const N: usize, const D: usize, const C: usize>(
     units: &Units<N>,
     scene: &Scene<T, N, D, C>,
-    f: &SVector<T, N>,
+    push: &SVector<T, N>,
     tolerance: f64,
 ) -> Result<(), TestCaseError> {
     let settings = Settings::new(T::literal(tolerance));
-    let (other, other_f) = units.scene(scene, f)?;
+    let (other, other_f) = units.scene(scene, push)?;
     let counts = |solution: &Solution<T, N, D, C>| (solution.status, solution.work);
     for method in Method::ALL {
-        let ours = method.solve(scene, f, &settings)?;
+        let ours = method.solve(scene, push, &settings)?;
         let theirs = method.solve(&other, &other_f, &settings)?;
         prop_assert_eq!(counts(&ours), counts(&theirs), "{:?}", method);
         prop_assert_eq!(
@@ -136,13 +136,13 @@ fn is_independent_of<T: Real, const N: usize, const D: usize, const C: usize>(
 /// A box that slides and spins down a slope.
 fn sliding<T: Real>() -> Result<(BoxScene<T>, SVector<T, 6>), Error> {
     let velocity = SVector::<f64, 6>::from([0.3, 0.1, 0.0, 0.0, 0.0, 2.0]);
-    let f = BRICK.free_impulse::<f64>(0.4, 0.01) - BRICK.mass_matrix() * velocity;
-    Ok((BRICK.on_plane(0.3)?, f.map(T::literal)))
+    let push = BRICK.free_impulse::<f64>(0.4, 0.01) + BRICK.mass_matrix() * velocity;
+    Ok((BRICK.on_plane(0.3)?, push.map(T::literal)))
 }
 
 /// Is the velocity the same, and for an isostatic scene the impulses after `back`? Both are solutions in any case.
 fn agrees<const N: usize, const C: usize>(
-    (scene, f): &Case<N, 3, C>,
+    (scene, push): &Case<N, 3, C>,
     other: &Scene<f64, N, 3, C>,
     back: impl Fn(&Solution<f64, N, 3, C>) -> Vec<SVector<f64, 3>>,
 ) -> Result<bool, Error> {
@@ -152,11 +152,11 @@ fn agrees<const N: usize, const C: usize>(
     };
     let mut agrees = true;
     for method in [Method::Restart, Method::Default] {
-        let ours = method.solve(scene, f, &settings)?;
-        let theirs = method.solve(other, f, &settings)?;
+        let ours = method.solve(scene, push, &settings)?;
+        let theirs = method.solve(other, push, &settings)?;
         for (scene, solution) in [(scene, &ours), (other, &theirs)] {
             assert_eq!(solution.status, Status::Solved, "{method:?}");
-            assert!(error_of(scene, f, solution, Law::Coulomb) <= TOLERANCE);
+            assert!(error_of(scene, push, solution, Law::Coulomb) <= TOLERANCE);
         }
         let size = ours.velocity.norm().max(1e-3);
         agrees &= (ours.velocity - theirs.velocity).norm() <= 1e-6 * size;
@@ -217,26 +217,26 @@ proptest! {
     #[test]
     fn units_of_mass_length_and_time_change_exponents_only(
         mass in -12..12, velocity in -12..12, dofs in -5..5,
-        (scene, f) in scenes::<6, 3, 4>(3, 1.0),
+        (scene, push) in scenes::<6, 3, 4>(3, 1.0),
     ) {
         let units = Units { mass, velocity, dofs: [dofs; 6] };
-        is_independent_of(&units, &scene, &f, 1e-6)?;
-        let (scene, f) = sliding::<f64>()?;
-        is_independent_of(&units, &scene, &f, 1e-8)?;
-        let (scene, f) = sliding::<f32>()?;
-        is_independent_of(&units, &scene, &f, 1e-3)?;
+        is_independent_of(&units, &scene, &push, 1e-6)?;
+        let (scene, push) = sliding::<f64>()?;
+        is_independent_of(&units, &scene, &push, 1e-8)?;
+        let (scene, push) = sliding::<f32>()?;
+        is_independent_of(&units, &scene, &push, 1e-3)?;
     }
 
     #[test]
     fn the_unit_of_each_dof_changes_exponents_only(
         dofs in uniform6(-5..5),
-        (scene, f) in scenes::<6, 3, 4>(3, 1.0),
+        (scene, push) in scenes::<6, 3, 4>(3, 1.0),
     ) {
         let units = Units { mass: 0, velocity: 0, dofs };
-        is_independent_of(&units, &scene, &f, 1e-6)?;
-        let (scene, f) = sliding::<f64>()?;
-        is_independent_of(&units, &scene, &f, 1e-8)?;
-        let (scene, f) = sliding::<f32>()?;
-        is_independent_of(&units, &scene, &f, 1e-3)?;
+        is_independent_of(&units, &scene, &push, 1e-6)?;
+        let (scene, push) = sliding::<f64>()?;
+        is_independent_of(&units, &scene, &push, 1e-8)?;
+        let (scene, push) = sliding::<f32>()?;
+        is_independent_of(&units, &scene, &push, 1e-3)?;
     }
 }

@@ -2,7 +2,9 @@
 
 use crate::support::check;
 use nalgebra::{SMatrix, SVector, matrix, vector};
-use stiction::{AdmmSolver, Contact, Error, Factor, Input, Scene, Settings, Solver, Status};
+use stiction::{
+    AdmmSolver, Contact, Error, Factor, Input, Scene, Settings, Solver, Solves, Status,
+};
 
 type Planar = Scene<f64, 2, 2, 2>;
 
@@ -21,9 +23,7 @@ fn floor() -> Contact<f64, 2, 2> {
 /// Two kilogrammes on a floor.
 fn scene() -> Planar {
     let mut scene = Scene::new();
-    scene
-        .set_mass(&matrix![2.0, 0.5; 0.5, 2.0])
-        .expect("a mass matrix");
+    scene.set_mass(&MASS).expect("a mass matrix");
     scene.push(&floor()).expect("a contact");
     scene
 }
@@ -76,14 +76,14 @@ fn a_mass_matrix_is_positive_definite() {
     for (dof, mass) in indefinite {
         let mut scene = scene();
         assert_eq!(scene.set_mass(&mass), Ok(()));
-        let error = Factor::new(&scene).map(|_| ());
+        let error = Factor::new(&scene, Solves::Many).map(|_| ());
         assert_eq!(error, Err(Error::MassNotPositiveDefinite { dof }));
     }
 }
 
 #[test]
 fn a_scene_without_mass_is_not_factorised() {
-    let error = Factor::new(&Planar::new()).map(|_| ());
+    let error = Factor::new(&Planar::new(), Solves::Many).map(|_| ());
     assert_eq!(error, Err(Error::MassNotPositiveDefinite { dof: 1 }));
 }
 
@@ -156,14 +156,14 @@ fn a_full_scene_takes_no_contact() {
 
 #[test]
 fn a_penalty_is_a_usable_positive_number() -> Result<(), Error> {
-    let (scene, f) = (scene(), vector![-0.1, 1.0]);
-    let untouched = Factor::new(&scene)?;
+    let (scene, push) = (scene(), vector![0.1, -1.0]);
+    let untouched = Factor::new(&scene, Solves::Many)?;
     let mut factor = untouched.clone();
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert_eq!(factor.set_penalty(bad), Err(Error::InvalidPenalty), "{bad}");
         assert_eq!(factor.penalty().to_bits(), untouched.penalty().to_bits());
     }
-    let status = check::same_by_admm(&scene, [&untouched, &factor], &f, &Settings::new(1e-9))?;
+    let status = check::same_by_admm(&scene, [&untouched, &factor], &push, &Settings::new(1e-9))?;
     assert_eq!(status, Status::Solved);
     Ok(())
 }
@@ -181,7 +181,7 @@ fn a_penalty_that_drowns_the_unit_matrix_is_refused_without_friction() -> Result
             key,
         })?;
     }
-    let mut factor = Factor::new(&scene)?;
+    let mut factor = Factor::new(&scene, Solves::Many)?;
     assert_eq!(factor.set_penalty(1e300), Err(Error::InvalidPenalty));
     Ok(())
 }
@@ -191,26 +191,32 @@ fn a_penalty_that_drowns_the_unit_matrix_is_refused_without_friction() -> Result
 fn a_penalty_that_drowns_the_unit_matrix_is_refused() -> Result<(), Error> {
     let mut scene = scene();
     scene.push(&floor())?;
-    let untouched = Factor::new(&scene)?;
+    let untouched = Factor::new(&scene, Solves::Many)?;
     let mut factor = untouched.clone();
     assert_eq!(factor.set_penalty(1e300), Err(Error::InvalidPenalty));
     assert_eq!(factor.penalty().to_bits(), untouched.penalty().to_bits());
-    let (f, settings) = (vector![-0.1, 1.0], Settings::new(1e-9));
-    check::same_by_admm(&scene, [&untouched, &factor], &f, &settings)?;
+    let (push, settings) = (vector![0.1, -1.0], Settings::new(1e-9));
+    check::same_by_admm(&scene, [&untouched, &factor], &push, &settings)?;
     Ok(())
 }
 
 #[test]
 fn a_tolerance_is_a_number() -> Result<(), Error> {
     let scene = scene();
-    let (factor, f) = (Factor::new(&scene)?, SVector::zeros());
+    let (factor, push) = (Factor::new(&scene, Solves::Many)?, SVector::zeros());
     let refused = Some(Error::InvalidTolerance);
     for bad in [f64::NAN, f64::INFINITY, -1e-9] {
         let settings = Settings::new(bad);
         let (mut solver, mut admm) = (Solver::new(), AdmmSolver::new());
-        assert_eq!(solver.solve(&scene, &factor, &f, &settings).err(), refused);
-        assert_eq!(solver.resume(&scene, &factor, &f, &settings).err(), refused);
-        let restart = admm.solve_restart(&scene, &factor, &f, &settings);
+        assert_eq!(
+            solver.solve(&scene, &factor, &push, &settings).err(),
+            refused
+        );
+        assert_eq!(
+            solver.resume(&scene, &factor, &push, &settings).err(),
+            refused
+        );
+        let restart = admm.solve(&scene, &factor, &push, &settings);
         assert_eq!(restart.err(), refused);
     }
     Ok(())
@@ -219,74 +225,99 @@ fn a_tolerance_is_a_number() -> Result<(), Error> {
 #[test]
 fn a_factor_belongs_to_its_number_of_contacts() -> Result<(), Error> {
     let mut scene = scene();
-    let factor = Factor::new(&scene)?;
+    let factor = Factor::new(&scene, Solves::Many)?;
     scene.push(&floor())?;
-    let (f, settings) = (SVector::zeros(), Settings::default());
+    let (push, settings) = (SVector::zeros(), Settings::default());
     let error = Error::FactorMismatch {
         scene: 2,
         factor: 1,
     };
     assert_eq!(
-        Solver::new().solve(&scene, &factor, &f, &settings).err(),
+        Solver::new().solve(&scene, &factor, &push, &settings).err(),
         Some(error)
     );
     let mut admm = AdmmSolver::new();
     assert_eq!(
-        admm.solve_plain(&scene, &factor, &f, &settings).err(),
-        Some(error)
-    );
-    assert_eq!(
-        admm.solve_fast(&scene, &factor, &f, &settings).err(),
-        Some(error)
-    );
-    assert_eq!(
-        admm.solve_restart(&scene, &factor, &f, &settings).err(),
+        admm.solve(&scene, &factor, &push, &settings).err(),
         Some(error)
     );
     Ok(())
 }
 
-type Change = fn(&mut Planar) -> Result<(), Error>;
+fn built_anew(scene: &mut Planar, jacobian: SMatrix<f64, 2, 2>) -> Result<(), Error> {
+    *scene = Planar::new();
+    scene.set_mass(&MASS)?;
+    let contact = Contact {
+        jacobian,
+        ..floor()
+    };
+    scene.push(&contact).map(|_| ())
+}
+
+type Change = dyn Fn(&mut Planar) -> Result<(), Error>;
+
+const MASS: SMatrix<f64, 2, 2> = matrix![2.0, 0.5; 0.5, 2.0];
+const OTHER: SMatrix<f64, 2, 2> = matrix![0.1, 1.0; 1.0, 0.0];
 
 /// What changes a scene's `M` or `H`; what changes neither leaves the factor as good as it was.
 #[test]
-fn a_stale_factor_is_refused_until_it_is_computed_anew() -> Result<(), Error> {
-    let (f, settings) = (vector![-0.1, 1.0], Settings::new(1e-9));
+fn a_stale_factor_is_refused_until_it_is_prepared_anew() -> Result<(), Error> {
+    let (push, settings) = (vector![0.1, -1.0], Settings::new(1e-9));
 
-    let changes: [(Change, bool); 5] = [
-        (|scene| scene.set_mass(&matrix![3.0, 0.5; 0.5, 2.0]), true),
-        (
-            |scene| scene.set_jacobian(0, &matrix![0.1, 1.0; 1.0, 0.0]),
-            true,
-        ),
-        (
-            |scene| {
-                scene.clear_contacts();
-                scene.push(&floor()).map(|_| ())
-            },
-            true,
-        ),
-        (|scene| scene.set_offset(0, &vector![0.2, 0.0]), false),
-        (|scene| scene.set_friction(0, 0.7), false),
+    let changes: [(&Change, bool); 8] = [
+        (&|scene| scene.set_mass(&matrix![3.0, 0.5; 0.5, 2.0]), true),
+        (&|scene| scene.set_mass(&MASS), false),
+        (&|scene| scene.set_jacobian(0, &OTHER), true),
+        (&|scene| scene.set_jacobian(0, &floor().jacobian), false),
+        (&|scene| built_anew(scene, floor().jacobian), false),
+        // As often changed as the one that the factor is of.
+        (&|scene| built_anew(scene, OTHER), true),
+        (&|scene| scene.set_offset(0, &vector![0.2, 0.0]), false),
+        (&|scene| scene.set_friction(0, 0.7), false),
     ];
     for (change, makes_stale) in changes {
         let mut scene = scene();
-        let mut factor = Factor::new(&scene)?;
+        let mut factor = Factor::new(&scene, Solves::Many)?;
         change(&mut scene)?;
         let (mut solver, mut admm) = (Solver::new(), AdmmSolver::new());
         let refused = makes_stale.then_some(Error::StaleFactor);
-        let solved = solver.solve(&scene, &factor, &f, &settings);
+        let solved = solver.solve(&scene, &factor, &push, &settings);
         assert_eq!(solved.err(), refused);
-        let solved = admm.solve_restart(&scene, &factor, &f, &settings);
+        let solved = admm.solve(&scene, &factor, &push, &settings);
         assert_eq!(solved.err(), refused);
-        factor.compute(&scene)?;
-        let solution = solver.solve(&scene, &factor, &f, &settings)?;
+        factor.prepare(&scene, Solves::Many)?;
+        let solution = solver.solve(&scene, &factor, &push, &settings)?;
         assert!(solution.is_solved());
     }
     let (mut empty, mut solver) = (Planar::new(), Solver::new());
     empty.set_mass(&SMatrix::identity())?;
-    let refused = solver.solve(&empty, &Factor::empty(), &f, &settings).err();
+    let refused = solver
+        .solve(&empty, &Factor::empty(), &push, &settings)
+        .err();
     assert_eq!(refused, Some(Error::StaleFactor));
+    Ok(())
+}
+
+/// Two Jacobians that change at once in the same way: what one does to the fingerprint the other must not undo.
+#[test]
+fn changes_that_resemble_each_other_do_not_cancel() -> Result<(), Error> {
+    let flips: [fn(f64) -> f64; 3] = [|x| -x, |x| 2.0 * x, |x| x + 1.0];
+    for flip in flips {
+        for entry in 0..4 {
+            let mut scene = scene();
+            scene.push(&floor())?;
+            let factor = Factor::new(&scene, Solves::One)?;
+            let mut jacobian = floor().jacobian;
+            jacobian[entry] = flip(jacobian[entry] + 0.5);
+            for contact in 0..2 {
+                scene.set_jacobian(contact, &jacobian)?;
+                assert!(
+                    !factor.is_current(&scene),
+                    "entry {entry} of contact {contact}"
+                );
+            }
+        }
+    }
     Ok(())
 }
 
@@ -302,14 +333,14 @@ fn nothing_is_solved_before_the_first_solve() {
 #[test]
 fn a_free_impulse_is_made_of_numbers_and_a_refusal_keeps_the_solution() -> Result<(), Error> {
     let scene = scene();
-    let (factor, settings) = (Factor::new(&scene)?, Settings::new(1e-9));
+    let (factor, settings) = (Factor::new(&scene, Solves::Many)?, Settings::new(1e-9));
     let mut solver = Solver::new();
     let before = solver
-        .solve(&scene, &factor, &vector![-0.1, 1.0], &settings)?
+        .solve(&scene, &factor, &vector![0.1, -1.0], &settings)?
         .clone();
     for (row, bad) in NOT_FINITE.into_iter().flat_map(|x| [(0, x), (1, x)]) {
-        let mut f = vector![-0.1, 1.0];
-        f[row] = bad;
+        let mut push = vector![0.1, -1.0];
+        push[row] = bad;
         let input = Input::FreeImpulse;
         let error = Error::NotFinite {
             input,
@@ -317,7 +348,7 @@ fn a_free_impulse_is_made_of_numbers_and_a_refusal_keeps_the_solution() -> Resul
             column: 0,
         };
         assert_eq!(
-            solver.solve(&scene, &factor, &f, &settings).err(),
+            solver.solve(&scene, &factor, &push, &settings).err(),
             Some(error)
         );
         let after = solver.solution();
@@ -333,15 +364,15 @@ fn a_free_impulse_is_made_of_numbers_and_a_refusal_keeps_the_solution() -> Resul
 #[test]
 fn a_factor_that_failed_solves_nothing() -> Result<(), Error> {
     let good = scene();
-    let mut factor = Factor::new(&good)?;
+    let mut factor = Factor::new(&good, Solves::Many)?;
     let mut bad = scene();
     bad.set_mass(&-SMatrix::identity())?;
-    for prepare in [Factor::compute, Factor::update] {
-        assert!(prepare(&mut factor, &bad).is_err());
+    for solves in [Solves::Many, Solves::One] {
+        assert!(factor.prepare(&bad, solves).is_err());
         let mut solver = Solver::new();
-        let solution = solver.solve(&good, &factor, &vector![-0.1, 1.0], &Settings::default());
+        let solution = solver.solve(&good, &factor, &vector![0.1, -1.0], &Settings::default());
         assert!(solution.is_err());
-        prepare(&mut factor, &good)?;
+        factor.prepare(&good, solves)?;
     }
     Ok(())
 }
@@ -358,16 +389,20 @@ fn extreme_numbers_do_not_panic() -> Result<(), Error> {
                 jacobian,
                 ..floor()
             })?;
-            for prepare in [Factor::compute, Factor::update] {
+            for solves in [Solves::Many, Solves::One] {
                 let mut factor = Factor::empty();
-                let refused = prepare(&mut factor, &scene).is_err();
-                assert_eq!(refused, Factor::new(&scene).is_err(), "{size:e} {mass:e}");
+                let refused = factor.prepare(&scene, solves).is_err();
+                assert_eq!(
+                    refused,
+                    Factor::new(&scene, Solves::Many).is_err(),
+                    "{size:e} {mass:e}"
+                );
                 if refused {
                     continue;
                 }
-                let f = vector![-size, size];
+                let push = vector![size, -size];
                 let mut solver = Solver::new();
-                let solution = solver.solve(&scene, &factor, &f, &Settings::new(1e-6))?;
+                let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-6))?;
                 let finite = solution.velocity.iter().all(|v| v.is_finite());
                 assert!(
                     solution.status != Status::Solved || finite,
@@ -412,7 +447,15 @@ fn every_error_says_which_datum_is_wrong() {
                 row: 7,
                 column: 0,
             },
-            "free impulse f: entry (7, 0)",
+            "free impulse: entry (7, 0)",
+        ),
+        (
+            Error::NotFinite {
+                input: Input::InitialImpulse { contact: 2 },
+                row: 1,
+                column: 0,
+            },
+            "initial impulse 2: entry (1, 0)",
         ),
         (
             Error::MassNotSymmetric { row: 3, column: 4 },

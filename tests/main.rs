@@ -8,6 +8,7 @@ mod cone;
 mod equivalence;
 mod errors;
 mod hard;
+mod kernel;
 mod long_runs;
 mod physics;
 mod scenes;

@@ -4,7 +4,7 @@ use crate::support::boxes::{BRICK, GRAVITY};
 use crate::support::random::{draws, scenes};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, matrix, vector};
 use proptest::prelude::*;
-use stiction::{Contact, ContactMode, Error, Scene, Settings, SlipUpdate, Status};
+use stiction::{Contact, ContactMode, Error, Model, Scene, Settings, SlipUpdate, Status};
 use testbed::measure::{Law, error_of, impulses};
 use testbed::method::Method;
 
@@ -36,8 +36,8 @@ proptest! {
     #[test]
     fn a_box_below_the_friction_angle_stays_put(mu in 0.1..1.5, share in 0.0..0.98) {
         let (scene, slope) = (BRICK.on_plane(mu)?, f64::atan(mu) * share);
-        let f = BRICK.free_impulse(slope, STEP);
-        let solution = Method::Default.solve(&scene, &f, &exactly())?;
+        let push = BRICK.free_impulse(slope, STEP);
+        let solution = Method::Default.solve(&scene, &push, &exactly())?;
         prop_assert_eq!(solution.status, Status::Solved);
         prop_assert!(solution.velocity.norm() <= 1e-9 * GRAVITY * STEP);
     }
@@ -45,8 +45,8 @@ proptest! {
     #[test]
     fn a_box_above_the_friction_angle_slides_as_on_paper(mu in 0.0..0.8, excess in 0.02..0.5) {
         let (scene, slope) = (BRICK.on_plane(mu)?, f64::atan(mu) + excess);
-        let f = BRICK.free_impulse(slope, STEP);
-        let solution = Method::Default.solve(&scene, &f, &exactly())?;
+        let push = BRICK.free_impulse(slope, STEP);
+        let solution = Method::Default.solve(&scene, &push, &exactly())?;
         prop_assert_eq!(solution.status, Status::Solved);
         let speed = STEP * GRAVITY * (slope.sin() - mu * slope.cos());
         let expected = vector![speed, 0.0, 0.0, 0.0, 0.0, 0.0];
@@ -57,12 +57,12 @@ proptest! {
     #[test]
     fn the_convex_relaxation_lifts_a_sliding_box(mu in 0.05..0.8, excess in 0.02..0.5) {
         let (scene, slope) = (BRICK.on_plane(mu)?, f64::atan(mu) + excess);
-        let f = BRICK.free_impulse(slope, STEP);
-        let relaxed = Settings { slip: SlipUpdate::Never, ..exactly() };
-        let solution = Method::Default.solve(&scene, &f, &relaxed)?;
+        let push = BRICK.free_impulse(slope, STEP);
+        let relaxed = Settings { model: Model::ConvexRelaxation, ..exactly() };
+        let solution = Method::Default.solve(&scene, &push, &relaxed)?;
         prop_assert_eq!(solution.status, Status::Solved);
-        prop_assert!(error_of(&scene, &f, &solution, Law::Relaxed) <= relaxed.tolerance);
-        prop_assert!(error_of(&scene, &f, &solution, Law::Coulomb) > 1e-3 * mu * excess);
+        prop_assert!(error_of(&scene, &push, &solution, Law::Relaxed) <= relaxed.tolerance);
+        prop_assert!(error_of(&scene, &push, &solution, Law::Coulomb) > 1e-3 * mu * excess);
         let speed = STEP * GRAVITY * (slope.sin() - mu * slope.cos()) / (1.0 + mu * mu);
         let expected = vector![speed, 0.0, mu * speed, 0.0, 0.0, 0.0];
         prop_assert!((solution.velocity - expected).norm() <= 1e-8 * GRAVITY * STEP);
@@ -71,11 +71,11 @@ proptest! {
     #[test]
     fn an_outer_loop_finds_what_every_iteration_finds(mu in 0.1..0.8, slope in 0.1..0.9) {
         let scene = BRICK.on_plane(mu)?;
-        let f = BRICK.free_impulse(slope, STEP);
+        let push = BRICK.free_impulse(slope, STEP);
         let settings = Settings { budget: 20_000, ..Settings::new(1e-9) };
-        let outer = Settings { slip: SlipUpdate::OuterLoop, ..settings };
         for method in [Method::Plain, Method::Restart] {
-            let [inner, outer] = [settings, outer].map(|s| method.solve(&scene, &f, &s));
+            let solve = |update| method.solve_with(update, &scene, &push, &settings);
+            let [inner, outer] = [SlipUpdate::EveryIteration, SlipUpdate::OuterLoop].map(solve);
             let (inner, outer) = (inner?, outer?);
             prop_assert_eq!((inner.status, outer.status), (Status::Solved, Status::Solved));
             prop_assert!((inner.velocity - outer.velocity).norm() <= 1e-6 * GRAVITY * STEP);
@@ -86,40 +86,40 @@ proptest! {
     /// pulling and without penetration. The objective is strongly convex: the square of the
     /// distance is a multiple of what is left of the complementarity.
     #[test]
-    fn a_frictionless_scene_is_a_quadratic_programme((scene, f) in scenes::<6, 3, 4>(4, 0.0)) {
-        let solution = Method::Default.solve(&scene, &f, &exactly())?;
+    fn a_frictionless_scene_is_a_quadratic_programme((scene, push) in scenes::<6, 3, 4>(4, 0.0)) {
+        let solution = Method::Default.solve(&scene, &push, &exactly())?;
         prop_assert_eq!(solution.status, Status::Solved);
-        let expected = active_set(&scene, &f);
+        let expected = active_set(&scene, &push);
         let difference = (solution.velocity - expected).norm();
-        prop_assert!(difference <= exactly().tolerance.sqrt() * f.norm(), "{difference:e}");
+        prop_assert!(difference <= exactly().tolerance.sqrt() * push.norm(), "{difference:e}");
     }
 
     #[test]
-    fn one_row_contacts_are_a_quadratic_programme((scene, f) in scenes::<5, 1, 4>(4, 1.0)) {
-        let solution = Method::Default.solve(&scene, &f, &exactly())?;
+    fn one_row_contacts_are_a_quadratic_programme((scene, push) in scenes::<5, 1, 4>(4, 1.0)) {
+        let solution = Method::Default.solve(&scene, &push, &exactly())?;
         prop_assert_eq!(solution.status, Status::Solved);
-        let expected = active_set(&scene, &f);
+        let expected = active_set(&scene, &push);
         let difference = (solution.velocity - expected).norm();
-        prop_assert!(difference <= exactly().tolerance.sqrt() * f.norm(), "{difference:e}");
+        prop_assert!(difference <= exactly().tolerance.sqrt() * push.norm(), "{difference:e}");
     }
 
     /// `u_N + e u_N⁻ >= 0`: Newton's restitution as an offset.
     #[test]
     fn a_ball_bounces_with_its_restitution(e in 0.0..1.0_f64, speed in 0.1..10.0_f64, mu in 0.0..1.0) {
         let scene = ball(mu, vector![-(e * speed), 0.0, 0.0])?;
-        let f = vector![0.0, 0.0, 2.0 * speed];
-        let solution = Method::Default.solve(&scene, &f, &exactly())?;
+        let push = vector![0.0, 0.0, -2.0 * speed];
+        let solution = Method::Default.solve(&scene, &push, &exactly())?;
         prop_assert_eq!(solution.status, Status::Solved);
         prop_assert!((solution.velocity.z - e * speed).abs() <= 1e-9 * speed);
     }
 
     #[test]
-    fn no_contact_leaves_the_free_velocity((full, f) in scenes::<6, 3, 4>(2, 1.0)) {
+    fn no_contact_leaves_the_free_velocity((full, push) in scenes::<6, 3, 4>(2, 1.0)) {
         let mut scene = full;
         scene.clear_contacts();
-        let free = scene.mass().cholesky().expect("positive definite").solve(&-f);
+        let free = scene.mass().cholesky().expect("positive definite").solve(&push);
         for method in Method::ALL {
-            let solution = method.solve(&scene, &f, &exactly())?;
+            let solution = method.solve(&scene, &push, &exactly())?;
             prop_assert_eq!((solution.status, solution.work.total()), (Status::Solved, 0));
             prop_assert!(solution.contacts.is_empty());
             prop_assert!((solution.velocity - free).norm() <= 1e-14 * free.norm());
@@ -149,8 +149,8 @@ proptest! {
             key: 0,
         })?;
         let impulse = 3.0 * GRAVITY * STEP;
-        let f = vector![-impulse * slope.sin(), impulse * slope.cos()];
-        let solution = Method::Default.solve(&scene, &f, &exactly())?;
+        let push = vector![impulse * slope.sin(), -impulse * slope.cos()];
+        let solution = Method::Default.solve(&scene, &push, &exactly())?;
         let speed = GRAVITY * STEP * (slope.sin() - mu * slope.cos()).max(0.0);
         prop_assert_eq!(solution.status, Status::Solved);
         prop_assert!((solution.velocity - vector![speed, 0.0]).norm() <= 1e-9 * GRAVITY * STEP);
@@ -176,8 +176,8 @@ proptest! {
             key: 0,
         })?;
         let weight = mass * GRAVITY * STEP;
-        let f = vector![0.0, 0.0, weight, -inertia * spin];
-        let solution = Method::Default.solve(&scene, &f, &exactly())?;
+        let push = vector![0.0, 0.0, -weight, inertia * spin];
+        let solution = Method::Default.solve(&scene, &push, &exactly())?;
         let left = f64::max(spin - radius * mu * weight / inertia, 0.0);
         prop_assert_eq!(solution.status, Status::Solved);
         prop_assert!((solution.velocity - vector![0.0, 0.0, 0.0, left]).norm() <= 1e-8 * spin);
@@ -187,14 +187,14 @@ proptest! {
 #[test]
 fn an_impact_never_gains_energy() -> Result<(), Error> {
     let mut solved = 0;
-    for (scene, f) in draws(scenes::<6, 3, 4>(3, 1.5), 256) {
+    for (scene, push) in draws(scenes::<6, 3, 4>(3, 1.5), 256) {
         let energy = |v: SVector<f64, 6>| v.dot(&(scene.mass() * v)) / 2.0;
         let free = scene
             .mass()
             .cholesky()
             .expect("positive definite")
-            .solve(&-f);
-        let solution = Method::Default.solve(&scene, &f, &exactly())?;
+            .solve(&push);
+        let solution = Method::Default.solve(&scene, &push, &exactly())?;
         if solution.status != Status::Solved {
             continue;
         }
@@ -214,10 +214,10 @@ fn an_impact_never_gains_energy() -> Result<(), Error> {
 fn a_box_exactly_at_the_friction_angle_is_solved() -> Result<(), Error> {
     for mu in [0.1, 0.25, 0.5, 1.0] {
         let scene = BRICK.on_plane(mu)?;
-        let f = BRICK.free_impulse(f64::atan(mu), STEP);
-        let solution = Method::Default.solve(&scene, &f, &Settings::new(1e-9))?;
+        let push = BRICK.free_impulse(f64::atan(mu), STEP);
+        let solution = Method::Default.solve(&scene, &push, &Settings::new(1e-9))?;
         assert_eq!(solution.status, Status::Solved, "mu = {mu}");
-        let error = error_of(&scene, &f, &solution, Law::Coulomb);
+        let error = error_of(&scene, &push, &solution, Law::Coulomb);
         assert!(error <= 1e-9, "mu = {mu}: {error:e}");
         assert!(solution.velocity.norm() <= 1e-6 * GRAVITY * STEP);
     }
@@ -227,10 +227,10 @@ fn a_box_exactly_at_the_friction_angle_is_solved() -> Result<(), Error> {
 /// Velocity of the frictionless scene, by trying every set of closed contacts.
 fn active_set<const N: usize, const D: usize, const C: usize>(
     scene: &Scene<f64, N, D, C>,
-    f: &SVector<f64, N>,
+    push: &SVector<f64, N>,
 ) -> SVector<f64, N> {
     let mass = scene.mass().cholesky().expect("M is positive definite");
-    let free = mass.solve(&-f);
+    let free = mass.solve(push);
     let normals = SMatrix::<f64, C, N>::from_fn(|i, j| scene.contacts()[i].jacobian[(0, j)]);
     let reach = mass.solve(&normals.transpose());
     let (delassus, speeds) = (normals * reach, normals * free);

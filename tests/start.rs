@@ -1,14 +1,14 @@
 //! How a cold solve starts: with sweeps where contacts slide or impulses are unique, with Newton's method
 //! where they are held, with ADMM elsewhere.
 
-use stiction::{Error, Settings, Status};
+use stiction::{Error, Settings, Solves, Status};
 use testbed::kernel;
 use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile, repository};
 
 /// Iterations or sweeps, Newton steps and resolvents of a cold solve with a factor that has none.
 fn cold(file: &SceneFile, tolerance: f64) -> Result<[usize; 3], Error> {
-    let mut kernel = kernel::prepared(kernels_f64::kernel, file, false)?;
+    let mut kernel = kernel::prepared(kernels_f64::kernel, file, Solves::One)?;
     kernel.solve(Method::Default, &Settings::new(tolerance))?;
     let solution = kernel.answer();
     assert_eq!(solution.status, Status::Solved, "{}", file.name);

@@ -1,8 +1,8 @@
-//! A factor for one solve: `Factor::update` leaves the resolvent to the solve that needs it.
+//! A factor for one solve: `Solves::One` leaves the resolvent to the solve that needs it.
 
 use crate::support::check;
 use nalgebra::{SMatrix, SVector, matrix, vector};
-use stiction::{AdmmSolver, Contact, Error, Factor, Scene, Settings, Solver, Status};
+use stiction::{AdmmSolver, Contact, Error, Factor, Scene, Settings, Solver, Solves, Status};
 use testbed::kernel::{Answer, Constructor, Shape};
 use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile};
@@ -17,12 +17,12 @@ fn replay(kernel: Constructor, steps: &[SceneFile], tolerance: f64) -> Result<us
         let mut kernels = [kernel(shape), kernel(shape)].map(|kernel| kernel.expect("a size"));
         for step in steps {
             let mut answers = Vec::new();
-            for (kernel, for_many) in kernels.iter_mut().zip([true, false]) {
+            for (kernel, solves) in kernels.iter_mut().zip([Solves::Many, Solves::One]) {
                 if !warm {
                     kernel.reset();
                 }
                 kernel.load(step)?;
-                kernel.prepare(for_many)?;
+                kernel.prepare(solves)?;
                 kernel.solve(Method::Default, &settings)?;
                 answers.push(kernel.answer());
             }
@@ -70,27 +70,27 @@ fn cube() -> Result<(Scene<f64, 6, 3, 4>, SVector<f64, 6>), Error> {
             key,
         })?;
     }
-    Ok((scene, vector![0.1, -0.05, 0.2, 0.0, 0.01, 0.02]))
+    Ok((scene, -vector![0.1, -0.05, 0.2, 0.0, 0.01, 0.02]))
 }
 
 #[test]
 fn admm_alone_asks_for_the_resolvent() -> Result<(), Error> {
-    let (scene, f) = cube()?;
-    let (complete, settings) = (Factor::new(&scene)?, Settings::default());
+    let (scene, push) = cube()?;
+    let (complete, settings) = (Factor::new(&scene, Solves::Many)?, Settings::default());
     let mut updated = Factor::empty();
-    updated.update(&scene)?;
+    updated.prepare(&scene, Solves::One)?;
     assert!(updated.parts().is_none());
     let mut solver = AdmmSolver::new();
     for _ in 0..2 {
-        let refused = solver.solve_restart(&scene, &updated, &f, &settings);
+        let refused = solver.solve(&scene, &updated, &push, &settings);
         assert_eq!(refused.err(), Some(Error::NoResolvent));
         assert_eq!(updated.set_penalty(-1.0), Err(Error::InvalidPenalty));
     }
     updated.set_penalty(updated.penalty())?;
     assert_eq!(updated.parts(), complete.parts());
-    let status = check::same_by_admm(&scene, [&complete, &updated], &f, &settings)?;
+    let status = check::same_by_admm(&scene, [&complete, &updated], &push, &settings)?;
     assert_eq!(status, Status::Solved);
-    let solution = solver.solve_restart(&scene, &updated, &f, &settings)?;
+    let solution = solver.solve(&scene, &updated, &push, &settings)?;
     assert_eq!(solution.status, Status::Solved);
     Ok(())
 }
@@ -98,19 +98,19 @@ fn admm_alone_asks_for_the_resolvent() -> Result<(), Error> {
 /// Each call of a solve may have a factor of its own, as long as the scene is the same.
 #[test]
 fn a_solve_goes_on_with_the_other_kind_of_factor() -> Result<(), Error> {
-    let (scene, f) = cube()?;
-    let complete = Factor::new(&scene)?;
+    let (scene, push) = cube()?;
+    let complete = Factor::new(&scene, Solves::Many)?;
     let mut updated = Factor::empty();
-    updated.update(&scene)?;
+    updated.prepare(&scene, Solves::One)?;
     for (first, then) in [(&complete, &updated), (&updated, &complete)] {
         let mut solver = Solver::new();
         let two = Settings {
             budget: 2,
             ..Settings::new(1e-9)
         };
-        let begun = solver.solve(&scene, first, &f, &two)?;
+        let begun = solver.solve(&scene, first, &push, &two)?;
         assert_eq!(begun.status, Status::OutOfBudget);
-        let done = solver.resume(&scene, then, &f, &Settings::new(1e-9))?;
+        let done = solver.resume(&scene, then, &push, &Settings::new(1e-9))?;
         assert_eq!(done.status, Status::Solved);
     }
     Ok(())
@@ -132,9 +132,12 @@ fn masses_too_unlike_for_a_resolvent_are_solved_without() -> Result<(), Error> {
             key,
         })?;
     }
-    assert_eq!(Factor::new(&scene).err(), Some(Error::InvalidPenalty));
+    assert_eq!(
+        Factor::new(&scene, Solves::Many).err(),
+        Some(Error::InvalidPenalty)
+    );
     let mut factor = Factor::empty();
-    factor.update(&scene)?;
+    factor.prepare(&scene, Solves::One)?;
     let mut solver = Solver::new();
     let solution = solver.solve(&scene, &factor, &masses, &Settings::new(1e-4))?;
     assert_eq!(solution.status, Status::Solved);
@@ -155,7 +158,10 @@ fn an_infinite_delassus_operator_is_refused() -> Result<(), Error> {
         })?;
     }
     let mut factor = Factor::empty();
-    assert_eq!(factor.update(&scene), Err(Error::InvalidPenalty));
+    assert_eq!(
+        factor.prepare(&scene, Solves::One),
+        Err(Error::InvalidPenalty)
+    );
     assert_eq!(factor.contacts(), 0);
     Ok(())
 }
@@ -177,14 +183,14 @@ fn walls_are_proved_to_close_with_a_factor_that_was_another_scene_s() -> Result<
         Ok(scene)
     };
     let mut factor = Factor::empty();
-    factor.update(&scene(
-        &[[1.0, 0.0], [1.0, 0.0], [-3.0, 0.0], [-3.0, 0.0]],
-        0.0,
-    )?)?;
+    factor.prepare(
+        &scene(&[[1.0, 0.0], [1.0, 0.0], [-3.0, 0.0], [-3.0, 0.0]], 0.0)?,
+        Solves::One,
+    )?;
     let walls = scene(&[[1.0, 0.0], [-1.0, 0.0]], -1.0)?;
-    factor.update(&walls)?;
+    factor.prepare(&walls, Solves::One)?;
     let mut solver = Solver::new();
-    let solution = solver.solve(&walls, &factor, &vector![0.1, 0.05], &Settings::default())?;
+    let solution = solver.solve(&walls, &factor, &vector![-0.1, -0.05], &Settings::default())?;
     assert_eq!(solution.status, Status::Infeasible);
     Ok(())
 }
@@ -194,7 +200,7 @@ fn walls_are_proved_to_close_with_a_factor_that_was_another_scene_s() -> Result<
 fn a_scene_at_rest_needs_no_resolvent() -> Result<(), Error> {
     let (scene, _) = cube()?;
     let mut factor = Factor::empty();
-    factor.update(&scene)?;
+    factor.prepare(&scene, Solves::One)?;
     let mut solver = Solver::new();
     let solution = solver.solve(&scene, &factor, &SVector::zeros(), &Settings::default())?;
     assert_eq!(

@@ -3,7 +3,9 @@
 use crate::support::boxes::{BRICK, BoxScene};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use std::sync::Mutex;
-use stiction::{AdmmSolver, Contact, Error, Factor, Scene, Settings, Solution, Solver, Status};
+use stiction::{
+    AdmmSolver, Contact, Error, Factor, Input, Scene, Settings, Solution, Solver, Solves, Status,
+};
 use testbed::measure::{Law, error_of};
 
 fn settings() -> Settings<f64> {
@@ -26,59 +28,54 @@ fn cost<const N: usize, const D: usize, const C: usize>(
 
 #[test]
 fn the_same_problem_again_costs_nothing() -> Result<(), Error> {
-    let (scene, [f, _]) = sliding_box()?;
-    let factor = Factor::new(&scene)?;
+    let (scene, [push, _]) = sliding_box()?;
+    let factor = Factor::new(&scene, Solves::Many)?;
     let mut newton = Solver::new();
-    assert!(cost(newton.solve(&scene, &factor, &f, &settings())?) > 0);
-    let again = newton.solve(&scene, &factor, &f, &settings())?;
+    assert!(cost(newton.solve(&scene, &factor, &push, &settings())?) > 0);
+    let again = newton.solve(&scene, &factor, &push, &settings())?;
     assert_eq!((cost(again), again.work.resolvents), (0, 0));
-    assert!(error_of(&scene, &f, again, Law::Coulomb) <= settings().tolerance);
+    assert!(error_of(&scene, &push, again, Law::Coulomb) <= settings().tolerance);
 
     let mut admm = AdmmSolver::new();
-    assert!(cost(admm.solve_restart(&scene, &factor, &f, &settings())?) > 0);
-    assert_eq!(
-        cost(admm.solve_restart(&scene, &factor, &f, &settings())?),
-        0
-    );
-    assert_eq!(cost(admm.solve_plain(&scene, &factor, &f, &settings())?), 0);
-    assert_eq!(cost(admm.solve_fast(&scene, &factor, &f, &settings())?), 0);
+    assert!(cost(admm.solve(&scene, &factor, &push, &settings())?) > 0);
+    assert_eq!(cost(admm.solve(&scene, &factor, &push, &settings())?), 0);
     Ok(())
 }
 
 #[test]
 fn a_problem_like_the_last_costs_less_than_cold() -> Result<(), Error> {
-    let (scene, [f, changed]) = sliding_box()?;
-    let factor = Factor::new(&scene)?;
+    let (scene, [push, changed]) = sliding_box()?;
+    let factor = Factor::new(&scene, Solves::Many)?;
     let (mut cold, mut warm) = (Solver::new(), Solver::new());
-    warm.solve(&scene, &factor, &f, &settings())?;
+    warm.solve(&scene, &factor, &push, &settings())?;
     let warm = cost(warm.solve(&scene, &factor, &changed, &settings())?);
     let cold = cost(cold.solve(&scene, &factor, &changed, &settings())?);
     assert!(warm < cold, "newton: warm {warm}, cold {cold}");
 
     let (mut cold, mut warm) = (AdmmSolver::new(), AdmmSolver::new());
-    warm.solve_restart(&scene, &factor, &f, &settings())?;
-    let warm = cost(warm.solve_restart(&scene, &factor, &changed, &settings())?);
-    let cold = cost(cold.solve_restart(&scene, &factor, &changed, &settings())?);
+    warm.solve(&scene, &factor, &push, &settings())?;
+    let warm = cost(warm.solve(&scene, &factor, &changed, &settings())?);
+    let cold = cost(cold.solve(&scene, &factor, &changed, &settings())?);
     assert!(warm < cold, "restart: warm {warm}, cold {cold}");
     Ok(())
 }
 
 #[test]
 fn after_a_reset_the_solver_is_as_new() -> Result<(), Error> {
-    let (scene, [f, changed]) = sliding_box()?;
-    let factor = Factor::new(&scene)?;
+    let (scene, [push, changed]) = sliding_box()?;
+    let factor = Factor::new(&scene, Solves::Many)?;
     let (mut fresh, mut used) = (Solver::new(), Solver::new());
     used.solve(&scene, &factor, &changed, &settings())?;
     used.reset();
-    let fresh = fresh.solve(&scene, &factor, &f, &settings())?;
-    let used = used.solve(&scene, &factor, &f, &settings())?;
+    let fresh = fresh.solve(&scene, &factor, &push, &settings())?;
+    let used = used.solve(&scene, &factor, &push, &settings())?;
     assert_eq!((fresh.velocity, cost(fresh)), (used.velocity, cost(used)));
 
     let (mut fresh, mut used) = (AdmmSolver::new(), AdmmSolver::new());
-    used.solve_restart(&scene, &factor, &changed, &settings())?;
+    used.solve(&scene, &factor, &changed, &settings())?;
     used.reset();
-    let fresh = fresh.solve_restart(&scene, &factor, &f, &settings())?;
-    let used = used.solve_restart(&scene, &factor, &f, &settings())?;
+    let fresh = fresh.solve(&scene, &factor, &push, &settings())?;
+    let used = used.solve(&scene, &factor, &push, &settings())?;
     assert_eq!((fresh.velocity, cost(fresh)), (used.velocity, cost(used)));
     Ok(())
 }
@@ -105,9 +102,9 @@ fn bodies(listed: &[(usize, u32)]) -> Result<Bodies, Error> {
             key,
         })?;
     }
-    let f = [(1.0, 0.2, 0.7), (0.3, -0.9, 1.3), (-0.8, 0.5, 0.9)];
-    let f = f.into_iter().flat_map(|(x, y, z)| [x, y, z]);
-    Ok((scene, SVector::from_iterator(f)))
+    let down = [(1.0, 0.2, 0.7), (0.3, -0.9, 1.3), (-0.8, 0.5, 0.9)];
+    let down = down.into_iter().flat_map(|(x, y, z)| [x, y, z]);
+    Ok((scene, -SVector::from_iterator(down)))
 }
 
 /// Both methods; their last costs and impulses.
@@ -120,15 +117,15 @@ struct Solvers {
 type Outcome = (usize, Vec<SVector<f64, 3>>);
 
 impl Solvers {
-    fn solve(&mut self, (scene, f): &Bodies) -> Result<[Outcome; 2], Error> {
-        let factor = Factor::new(scene)?;
+    fn solve(&mut self, (scene, push): &Bodies) -> Result<[Outcome; 2], Error> {
+        let factor = Factor::new(scene, Solves::Many)?;
         let settings = settings();
         let outcome = |solution: &Solution<f64, 9, 3, 3>| {
             let impulses = solution.contacts.iter().map(|c| c.impulse);
             (cost(solution), impulses.collect())
         };
-        let admm = self.admm.solve_restart(scene, &factor, f, &settings)?;
-        let newton = self.newton.solve(scene, &factor, f, &settings)?;
+        let admm = self.admm.solve(scene, &factor, push, &settings)?;
+        let newton = self.newton.solve(scene, &factor, push, &settings)?;
         Ok([outcome(admm), outcome(newton)])
     }
 }
@@ -180,7 +177,7 @@ fn what_is_kept_of_a_newton_step_follows_contacts_that_change_places() -> Result
         ([2, 0, 3, 1], 0.5001),
         ([1, 3, 0, 2], 0.5002),
     ] {
-        let f = BRICK.free_impulse(slope, 0.01);
+        let push = BRICK.free_impulse(slope, 0.01);
         let solve = |solver: &mut Solver<f64, 6, 3, 4>, order: [usize; 4]| {
             let mut scene = Scene::<f64, 6, 3, 4>::new();
             scene.set_mass(plane.mass())?;
@@ -191,8 +188,8 @@ fn what_is_kept_of_a_newton_step_follows_contacts_that_change_places() -> Result
                     ..plane.contacts()[i].clone()
                 })?;
             }
-            let factor = Factor::new(&scene)?;
-            Ok::<_, Error>(cost(solver.solve(&scene, &factor, &f, &settings())?))
+            let factor = Factor::new(&scene, Solves::Many)?;
+            Ok::<_, Error>(cost(solver.solve(&scene, &factor, &push, &settings())?))
         };
         let cost = solve(&mut moved, order)?;
         assert_eq!(cost, solve(&mut unmoved, [0, 1, 2, 3])?, "{order:?}");
@@ -237,10 +234,10 @@ fn the_second_contact_of_a_key_follows_the_second() -> Result<(), Error> {
 
 /// Steps of the same contacts under changing impulses, with their keys of each step.
 fn steps(keys: [[u32; 3]; 3]) -> Result<Vec<Bodies>, Error> {
-    let push = vector![0.0, 0.03, 0.0, 0.01, 0.0, -0.02, 0.0, 0.0, 0.0];
+    let more = -vector![0.0, 0.03, 0.0, 0.01, 0.0, -0.02, 0.0, 0.0, 0.0];
     let step = |([i, j, k], scale): ([u32; 3], f64)| {
-        let (scene, f) = bodies(&[(0, i), (1, j), (2, k)])?;
-        Ok((scene, f * scale + push))
+        let (scene, push) = bodies(&[(0, i), (1, j), (2, k)])?;
+        Ok((scene, push * scale + more))
     };
     keys.into_iter().zip([1.0, 1.01, 0.97]).map(step).collect()
 }
@@ -273,9 +270,11 @@ fn contacts_with_new_keys_start_as_in_a_new_solver() -> Result<(), Error> {
 fn a_solve_that_is_refused_leaves_the_state_alone() -> Result<(), Error> {
     let mut solvers = Solvers::default();
     solvers.solve(&bodies(&ALL)?)?;
-    let (strangers, f) = bodies(&[(0, 1), (1, 2)])?;
-    let factor = Factor::new(&bodies(&ALL)?.0)?;
-    let refused = solvers.newton.solve(&strangers, &factor, &f, &settings());
+    let (strangers, push) = bodies(&[(0, 1), (1, 2)])?;
+    let factor = Factor::new(&bodies(&ALL)?.0, Solves::Many)?;
+    let refused = solvers
+        .newton
+        .solve(&strangers, &factor, &push, &settings());
     assert!(matches!(refused, Err(Error::FactorMismatch { .. })));
     let again = solvers.solve(&bodies(&ALL)?)?;
     assert_eq!(again.map(|(cost, _)| cost), [0, 0]);
@@ -297,15 +296,60 @@ fn scene_factor_and_solvers_live_in_statics() -> Result<(), Error> {
         mu: 0.5,
         key: 0,
     })?;
-    factor.compute(&scene)?;
-    let (f, settings) = (vector![-0.05, 0.2], Settings::default());
+    factor.prepare(&scene, Solves::Many)?;
+    let (push, settings) = (vector![0.05, -0.2], Settings::default());
     let mut solver = SOLVER.lock().expect("one thread");
     let mut admm = ADMM.lock().expect("one thread");
-    let newton = solver.solve(&scene, &factor, &f, &settings)?;
-    let restart = admm.solve_restart(&scene, &factor, &f, &settings)?;
+    let newton = solver.solve(&scene, &factor, &push, &settings)?;
+    let restart = admm.solve(&scene, &factor, &push, &settings)?;
     assert_eq!(
         (newton.status, restart.status),
         (Status::Solved, Status::Solved)
     );
+    Ok(())
+}
+
+/// Impulses that somebody else has found are as good a start as the last solution's.
+#[test]
+fn a_solve_starts_at_impulses_that_are_given() -> Result<(), Error> {
+    let (plane, [push, changed]) = sliding_box()?;
+    let mut scene = plane.clone();
+    scene.clear_contacts();
+    for (key, contact) in (5..).zip(plane.contacts()) {
+        scene.push(&Contact {
+            key,
+            ..contact.clone()
+        })?;
+    }
+    let factor = Factor::new(&scene, Solves::Many)?;
+    let solution = Solver::new()
+        .solve(&scene, &factor, &push, &settings())?
+        .clone();
+    let contacts = scene.contacts().iter().zip(&solution.contacts);
+    let mut given: Vec<_> = contacts
+        .map(|(contact, found)| (contact.key, found.impulse))
+        .collect();
+    given.reverse(); // they go by key
+
+    let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
+    newton.solve(&scene, &factor, &changed, &settings())?;
+    newton.set_impulses(&given)?;
+    admm.set_impulses(&given)?;
+    assert_eq!(cost(newton.solve(&scene, &factor, &push, &settings())?), 0);
+    let warm = cost(admm.solve(&scene, &factor, &push, &settings())?);
+    admm.reset();
+    let cold = cost(admm.solve(&scene, &factor, &push, &settings())?);
+    assert!(warm < cold, "warm {warm}, cold {cold}");
+
+    // Nonsense does no harm, and what is no number is refused and changes nothing.
+    newton.set_impulses(&[(given[0].0, vector![-7.0, 1e3, 0.0]), (99, given[1].1)])?;
+    assert!(cost(newton.solve(&scene, &factor, &push, &settings())?) > 0);
+    let refused = newton.set_impulses(&[(0, given[0].1), (1, vector![0.0, f64::NAN, 0.0])]);
+    let input = Input::InitialImpulse { contact: 1 };
+    let (row, column) = (1, 0);
+    assert_eq!(refused, Err(Error::NotFinite { input, row, column }));
+    let refused = newton.set_impulses(&[given[0]; 5]);
+    assert_eq!(refused, Err(Error::ContactListFull { capacity: 4 }));
+    assert_eq!(cost(newton.solve(&scene, &factor, &push, &settings())?), 0);
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use crate::records::Reduced;
 use nalgebra::{SMatrix, SVector};
-use stiction::{Contact, Error, Factor, FactorParts, Scene};
+use stiction::{Contact, Error, Factor, FactorParts, Scene, Solves};
 
 /// The sizes of the firmware, `examples/baked`.
 const N: usize = 18;
@@ -55,12 +55,12 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
         })?;
     }
     let count = scene.contacts().len();
-    let parts = Factor::new(&scene)?.parts();
+    let parts = Factor::new(&scene, Solves::Many)?.parts();
     let parts: FactorParts<f32, N, D, C> = parts.ok_or(Error::FactorMismatch {
         scene: count,
         factor: C,
     })?;
-    let f = SVector::<f32, N>::from_fn(|i, _| source.f[i] as f32);
+    let free_impulse = SVector::<f32, N>::from_fn(|i, _| -source.f[i] as f32);
 
     let contacts = scene.contacts().iter().map(|contact| {
         let (jacobian, offset) = (contact.jacobian.source(), contact.offset.source());
@@ -69,7 +69,7 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
     });
     let contacts: String = contacts.collect();
     let sizes = format!("f32, {N}, {D}, {C}");
-    let (mass, f) = (scene.mass().source(), f.source());
+    let (mass, free_impulse) = (scene.mass().source(), free_impulse.source());
     let fields: String = [
         ("moved", parts.moved.to_string()),
         ("penalty", parts.penalty.source()),
@@ -87,7 +87,7 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
         "// Written by `cargo run -p bake -- rust FILE`: each number is the bits of an f32.\n\
          const fn bits(bits: u32) -> f32 {{ f32::from_bits(bits) }}\n\
          pub(super) static SCENE: Scene<{sizes}> = Scene::from_parts({mass}, [\n{contacts}]);\n\
-         pub(super) static FREE_IMPULSE: SVector<f32, {N}> = {f};\n\
+         pub(super) static FREE_IMPULSE: SVector<f32, {N}> = {free_impulse};\n\
          pub(super) static FACTOR: Factor<{sizes}> = Factor::from_parts(&FactorParts {{\n{fields}}});\n"
     ))
 }

@@ -6,7 +6,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use core::fmt::{Result, Write};
-use stiction::{AdmmSolver, Settings};
+use stiction::{AdmmSolver, Settings, Solves};
 
 #[cfg(target_os = "none")]
 #[path = "../embedded/board.rs"]
@@ -23,7 +23,7 @@ use quadruped::{FACTOR, FREE_IMPULSE, SCENE};
 /// Solves by Algorithm 2, with the stored factor alone.
 fn report(solver: &mut AdmmSolver<f32, 18, 3, 4>, out: &mut impl Write) -> Result {
     let settings = Settings::new(1e-3);
-    match solver.solve_restart(&SCENE, &FACTOR, &FREE_IMPULSE, &settings) {
+    match solver.solve(&SCENE, &FACTOR, &FREE_IMPULSE, &settings) {
         Ok(solution) => {
             write!(out, "{:?}:", solution.status)?;
             for impulse in solution.contacts.iter().flat_map(|c| &c.impulse) {
@@ -40,7 +40,7 @@ fn main() -> std::process::ExitCode {
     let mut line = String::new();
     let _ = report(&mut AdmmSolver::new(), &mut line);
     print!("{line}");
-    let anew = stiction::Factor::new(&SCENE)
+    let anew = stiction::Factor::new(&SCENE, Solves::Many)
         .ok()
         .and_then(|factor| factor.parts());
     std::process::ExitCode::from(u8::from(anew != FACTOR.parts()))

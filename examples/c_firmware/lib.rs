@@ -7,7 +7,7 @@
 
 use core::mem::{align_of, size_of};
 use nalgebra::{SMatrix, SVector};
-use stiction::{Contact, Error, Factor, Scene, Settings, Solution, Solver, Status};
+use stiction::{Contact, Error, Settings, Solution, Status};
 
 const N: usize = 18;
 const D: usize = 3;
@@ -28,11 +28,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 }
 
 /// What lives in the caller's memory.
-pub struct Kernel {
-    scene: Scene<f32, N, D, C>,
-    factor: Factor<f32, N, D, C>,
-    solver: Solver<f32, N, D, C>,
-}
+type Kernel = stiction::Kernel<f32, N, D, C>;
 
 fn code(error: Error) -> i32 {
     match error {
@@ -40,8 +36,7 @@ fn code(error: Error) -> i32 {
         Error::MassNotSymmetric { .. } | Error::MassNotPositiveDefinite { .. } => -4,
         Error::InvalidFriction { .. } => -5,
         Error::ContactListFull { .. } => -6,
-        Error::FactorMismatch { .. } => -7,
-        Error::InvalidTolerance => -9,
+        Error::InvalidTolerance => -7,
         _ => -8,
     }
 }
@@ -62,11 +57,7 @@ pub unsafe extern "C" fn stiction_init(kernel: *mut Kernel) -> i32 {
     }
     // SAFETY: the memory is the caller's, large enough and aligned.
     unsafe {
-        kernel.write(Kernel {
-            scene: Scene::new(),
-            factor: Factor::empty(),
-            solver: Solver::new(),
-        });
+        kernel.write(Kernel::new());
     }
     0
 }
@@ -80,7 +71,7 @@ pub unsafe extern "C" fn stiction_set_mass(kernel: *mut Kernel, mass: *const [[f
         return NULL;
     };
     let mass = SMatrix::<f32, N, N>::from(*mass).transpose(); // `from` takes columns
-    check(kernel.scene.set_mass(&mass))
+    check(kernel.scene_mut().set_mass(&mass))
 }
 
 /// # Safety
@@ -91,7 +82,7 @@ pub unsafe extern "C" fn stiction_clear_contacts(kernel: *mut Kernel) -> i32 {
     let Some(kernel) = (unsafe { kernel.as_mut() }) else {
         return NULL;
     };
-    kernel.scene.clear_contacts();
+    kernel.scene_mut().clear_contacts();
     0
 }
 
@@ -117,35 +108,7 @@ pub unsafe extern "C" fn stiction_add_contact(
         mu,
         key,
     };
-    check(kernel.scene.push(&contact).map(|_| ()))
-}
-
-/// # Safety
-/// As for [`stiction_set_mass`].
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_prepare(kernel: *mut Kernel) -> i32 {
-    // SAFETY: the caller's promise.
-    unsafe { factorise(Factor::compute, kernel) }
-}
-
-/// # Safety
-/// As for [`stiction_set_mass`].
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_update(kernel: *mut Kernel) -> i32 {
-    // SAFETY: the caller's promise.
-    unsafe { factorise(Factor::update, kernel) }
-}
-
-type Factorise = fn(&mut Factor<f32, N, D, C>, &Scene<f32, N, D, C>) -> Result<(), Error>;
-
-/// # Safety
-/// As for [`stiction_set_mass`].
-unsafe fn factorise(factorise: Factorise, kernel: *mut Kernel) -> i32 {
-    // SAFETY: the caller's promise.
-    let Some(kernel) = (unsafe { kernel.as_mut() }) else {
-        return NULL;
-    };
-    check(factorise(&mut kernel.factor, &kernel.scene))
+    check(kernel.scene_mut().push(&contact).map(|_| ()))
 }
 
 /// # Safety
@@ -153,12 +116,12 @@ unsafe fn factorise(factorise: Factorise, kernel: *mut Kernel) -> i32 {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_solve(
     kernel: *mut Kernel,
-    f: *const [f32; N],
+    free_impulse: *const [f32; N],
     tolerance: f32,
     budget: u32,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    unsafe { run(Solver::solve, kernel, f, tolerance, budget) }
+    unsafe { run(Kernel::solve, kernel, free_impulse, tolerance, budget) }
 }
 
 /// # Safety
@@ -166,18 +129,16 @@ pub unsafe extern "C" fn stiction_solve(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_resume(
     kernel: *mut Kernel,
-    f: *const [f32; N],
+    free_impulse: *const [f32; N],
     tolerance: f32,
     budget: u32,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    unsafe { run(Solver::resume, kernel, f, tolerance, budget) }
+    unsafe { run(Kernel::resume, kernel, free_impulse, tolerance, budget) }
 }
 
 type Solve = for<'a> fn(
-    &'a mut Solver<f32, N, D, C>,
-    &Scene<f32, N, D, C>,
-    &Factor<f32, N, D, C>,
+    &'a mut Kernel,
     &SVector<f32, N>,
     &Settings<f32>,
 ) -> Result<&'a Solution<f32, N, D, C>, Error>;
@@ -187,24 +148,20 @@ type Solve = for<'a> fn(
 unsafe fn run(
     solve: Solve,
     kernel: *mut Kernel,
-    f: *const [f32; N],
+    free_impulse: *const [f32; N],
     tolerance: f32,
     budget: u32,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    let (Some(kernel), Some(f)) = (unsafe { kernel.as_mut() }, unsafe { f.as_ref() }) else {
+    let (kernel, free_impulse) = unsafe { (kernel.as_mut(), free_impulse.as_ref()) };
+    let (Some(kernel), Some(free_impulse)) = (kernel, free_impulse) else {
         return NULL;
     };
-    let Kernel {
-        scene,
-        factor,
-        solver,
-    } = kernel;
     let settings = Settings {
         budget: usize::try_from(budget).unwrap_or(usize::MAX),
         ..Settings::new(tolerance)
     };
-    match solve(solver, scene, factor, &SVector::from(*f), &settings) {
+    match solve(kernel, &SVector::from(*free_impulse), &settings) {
         Ok(solution) => match solution.status {
             Status::Solved => 0,
             Status::OutOfBudget => 1,
@@ -229,7 +186,7 @@ pub unsafe extern "C" fn stiction_read(
     let Some(kernel) = (unsafe { kernel.as_ref() }) else {
         return NULL;
     };
-    let solution = kernel.solver.solution();
+    let solution = kernel.solution();
     // SAFETY: the caller's promise.
     let (velocity, impulses, error) =
         unsafe { (velocity.as_mut(), impulses.as_mut(), error.as_mut()) };

@@ -25,7 +25,7 @@ int main(void)
     int32_t status = stiction_init(&solver);
 
     for (int step = 1; next < steps_end && status == STICTION_SOLVED; step++) {
-        float f[STICTION_N], offset[STICTION_D], mu, impulses[STICTION_C][STICTION_D];
+        float push[STICTION_N], offset[STICTION_D], mu, impulses[STICTION_C][STICTION_D];
 
         take(&count, sizeof count);
         for (int i = 0; i < STICTION_N; i++) {
@@ -34,7 +34,8 @@ int main(void)
                 mass[j][i] = mass[i][j];
             }
         }
-        take(f, sizeof f);
+        take(push, sizeof push);
+        for (int i = 0; i < STICTION_N; i++) push[i] = -push[i]; /* the records have -M v_free */
         if ((status = stiction_set_mass(&solver, mass)) != 0) break;
         stiction_clear_contacts(&solver);
         for (uint32_t i = 0; i < count && status == 0; i++) {
@@ -46,10 +47,9 @@ int main(void)
         }
         if (status != 0) break;
 
-        if ((status = stiction_update(&solver)) != 0) break;
-        status = stiction_solve(&solver, f, 1e-4f, BUDGET);
+        status = stiction_solve(&solver, push, 1e-4f, BUDGET);
         while (status == STICTION_MAX_ITERATIONS) /* in firmware: in the next tick */
-            status = stiction_resume(&solver, f, 1e-4f, BUDGET);
+            status = stiction_resume(&solver, push, 1e-4f, BUDGET);
         stiction_read(&solver, NULL, impulses, NULL);
 
         printf("%2d", step);

@@ -30,9 +30,8 @@ enum {
     STICTION_MASS = -4,           /* M is not symmetric and positive definite */
     STICTION_FRICTION = -5,       /* mu is negative, not finite or too large */
     STICTION_FULL = -6,           /* STICTION_C contacts are there already */
-    STICTION_NOT_PREPARED = -7,   /* contacts have changed since the last prepare or update */
-    STICTION_OTHER = -8,
-    STICTION_TOLERANCE = -9       /* the tolerance is negative or not finite */
+    STICTION_TOLERANCE = -7,      /* the tolerance is negative or not finite */
+    STICTION_OTHER = -8
 };
 
 /* Before anything else. */
@@ -47,18 +46,15 @@ int32_t stiction_clear_contacts(stiction *s);
 int32_t stiction_add_contact(stiction *s, const float jacobian[STICTION_D][STICTION_N],
                              const float offset[STICTION_D], float mu, uint32_t key);
 
-/* Factorises; again whenever the mass matrix or a Jacobian has changed. */
-int32_t stiction_prepare(stiction *s);
-
-/* The same for one solve: cheaper, where they change before the next. */
-int32_t stiction_update(stiction *s);
-
-/* Solves for f = -M v_free (N s) to an error of `tolerance`, with at most `budget` iterations, of
-   which a Newton step counts as ten. Where the budget ends, resume goes on with the same f: in how
+/* Solves for a free impulse M v_free (N s) to an error of `tolerance`, with at most `budget` iterations,
+   of which a Newton step counts as ten. Factorises first where the mass matrix or a Jacobian has
+   changed. Where the budget ends, resume goes on with the same free impulse: in how
    many calls a solve is done makes no difference to its result, but that STICTION_INFEASIBLE may come
    sooner. */
-int32_t stiction_solve(stiction *s, const float f[STICTION_N], float tolerance, uint32_t budget);
-int32_t stiction_resume(stiction *s, const float f[STICTION_N], float tolerance, uint32_t budget);
+int32_t stiction_solve(stiction *s, const float free_impulse[STICTION_N], float tolerance,
+                       uint32_t budget);
+int32_t stiction_resume(stiction *s, const float free_impulse[STICTION_N], float tolerance,
+                        uint32_t budget);
 
 /* The last solution: velocities, impulses (normal first), and how exact it is. Null: not wanted. */
 int32_t stiction_read(const stiction *s, float velocity[STICTION_N],

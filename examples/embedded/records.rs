@@ -12,7 +12,7 @@ pub(crate) struct Records<'a>(&'a [u8]);
 /// One time step.
 pub(crate) struct Step<T, const N: usize, const D: usize, const C: usize> {
     pub(crate) scene: Scene<T, N, D, C>,
-    pub(crate) f: SVector<T, N>,
+    pub(crate) push: SVector<T, N>,
 }
 
 impl<'a> Records<'a> {
@@ -36,7 +36,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Step<T, N, D, C> {
     pub(crate) const fn new() -> Self {
         Self {
             scene: Scene::new(),
-            f: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; N]; 1])),
+            push: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; N]; 1])),
         }
     }
 
@@ -52,8 +52,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Step<T, N, D, C> {
             }
         }
         self.scene.set_mass(&mass).ok()?;
-        for f in &mut self.f {
-            *f = records.number()?;
+        for push in &mut self.push {
+            *push = -records.number::<T>()?;
         }
         self.scene.clear_contacts();
         for _ in 0..contacts {

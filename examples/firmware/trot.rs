@@ -2,7 +2,7 @@
 
 use crate::records::{Records, Step};
 use core::fmt::{self, Display, Write};
-use stiction::{ContactMode, Factor, Real, Settings, Solution, Solver, Status};
+use stiction::{ContactMode, Factor, Real, Settings, Solution, Solver, Solves, Status};
 
 const N: usize = 18;
 const D: usize = 3;
@@ -43,11 +43,11 @@ impl<T: Real> Trot<T> {
 
     /// Prepares and solves; `false` if that does not succeed.
     pub(crate) fn solve(&mut self) -> bool {
-        let Step { scene, f, .. } = &self.step;
-        self.factor.update(scene).is_ok()
+        let Step { scene, push, .. } = &self.step;
+        self.factor.prepare(scene, Solves::One).is_ok()
             && self
                 .solver
-                .solve(scene, &self.factor, f, &Settings::default())
+                .solve(scene, &self.factor, push, &Settings::default())
                 .is_ok_and(|solution| solution.status == Status::Solved)
     }
 

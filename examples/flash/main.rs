@@ -59,15 +59,15 @@ mod firmware {
         static mut SOLVER: Solver<f32, 18, D, 4> = Solver::new();
         let (scene, solver) = (black_box(SCENE), black_box(SOLVER));
         #[cfg(restart)]
-        let prepared = FACTOR.compute(scene);
+        let prepared = FACTOR.prepare(scene, Solves::Many);
         #[cfg(not(restart))]
-        let prepared = FACTOR.update(scene);
+        let prepared = FACTOR.prepare(scene, Solves::One);
         if prepared.is_ok() {
-            let (f, settings) = black_box((nalgebra::SVector::zeros(), Settings::default()));
+            let (push, settings) = black_box((nalgebra::SVector::zeros(), Settings::default()));
             #[cfg(restart)]
-            let result = solver.solve_restart(scene, FACTOR, &f, &settings);
+            let result = solver.solve(scene, FACTOR, &push, &settings);
             #[cfg(not(restart))]
-            let result = solver.solve(scene, FACTOR, &f, &settings);
+            let result = solver.solve(scene, FACTOR, &push, &settings);
             let _ = black_box(result);
         }
         end()

@@ -36,7 +36,7 @@ mod measure {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::hprintln;
     use nalgebra::SVector;
-    use stiction::{AdmmSolver, Error, Factor, Real, Scene, Settings, Solver, Status};
+    use stiction::{AdmmSolver, Factor, Real, Scene, Settings, Solver, Solves, Status};
 
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo) -> ! {
@@ -45,9 +45,6 @@ mod measure {
     }
 
     /// How a factor is computed: for many solves, or for one.
-    type Factorise<T, const N: usize, const D: usize, const C: usize> =
-        fn(&mut Factor<T, N, D, C>, &Scene<T, N, D, C>) -> Result<(), Error>;
-
     struct Bench<T, const N: usize, const D: usize, const C: usize> {
         name: &'static str,
         records: &'static [u8],
@@ -76,42 +73,44 @@ mod measure {
         }
 
         #[inline(never)]
-        fn prepare(&mut self, factorise: Factorise<T, N, D, C>) -> bool {
-            factorise(black_box(&mut self.factor), &self.step.scene).is_ok()
+        fn prepare(&mut self, solves: Solves) -> bool {
+            black_box(&mut self.factor)
+                .prepare(&self.step.scene, solves)
+                .is_ok()
         }
 
         #[inline(never)]
-        fn solve(&mut self, f: &SVector<T, N>, settings: &Settings<T>) -> bool {
+        fn solve(&mut self, push: &SVector<T, N>, settings: &Settings<T>) -> bool {
             let solution = self
                 .solver
-                .solve(&self.step.scene, &self.factor, f, settings);
+                .solve(&self.step.scene, &self.factor, push, settings);
             solution.is_ok_and(|solution| solution.status == Status::Solved)
         }
 
         #[inline(never)]
-        fn iterate(&mut self, f: &SVector<T, N>, settings: &Settings<T>) -> bool {
+        fn iterate(&mut self, push: &SVector<T, N>, settings: &Settings<T>) -> bool {
             let admm = black_box(&mut self.admm);
             admm.reset();
-            admm.solve_restart(&self.step.scene, &self.factor, f, settings)
+            admm.solve(&self.step.scene, &self.factor, push, settings)
                 .is_ok()
         }
 
         /// All quantities; `None` if something does not succeed.
         fn measure(&mut self, counter: &mut Counter) -> Option<()> {
             self.step.read(&mut Records::new(self.records))?;
-            let f = self.step.f;
+            let push = self.step.push;
             let mut ok = true;
 
-            let count = counter.instructions(|| ok &= self.prepare(Factor::update))?;
+            let count = counter.instructions(|| ok &= self.prepare(Solves::One))?;
             self.print("update", count);
-            let count = counter.instructions(|| ok &= self.prepare(Factor::compute))?;
+            let count = counter.instructions(|| ok &= self.prepare(Solves::Many))?;
             self.print("prepare", count);
 
             // Iterations and Newton steps: the difference of two solves that differ in them alone.
             let mut exact = Settings::new(T::literal(1e-30));
             let mut limited = |bench: &mut Self, iterations| {
                 exact.budget = iterations;
-                let count = counter.instructions(|| ok &= bench.iterate(&f, &exact));
+                let count = counter.instructions(|| ok &= bench.iterate(&push, &exact));
                 (count, bench.admm.solution().work.iterations)
             };
             let (few, more) = (limited(self, 2), limited(self, 10));
@@ -121,7 +120,7 @@ mod measure {
             let mut limited = |bench: &mut Self, iterations| {
                 bench.solver.reset();
                 exact.budget = iterations;
-                let count = counter.instructions(|| _ = bench.solve(&f, &exact));
+                let count = counter.instructions(|| _ = bench.solve(&push, &exact));
                 let solution = bench.solver.solution();
                 (
                     count,
@@ -142,7 +141,7 @@ mod measure {
                 last = next;
             }
 
-            let before = f * T::literal(0.99);
+            let before = push * T::literal(0.99);
             for (cold, warm, tolerance) in [
                 ("cold_1e-3", "warm_1e-3", 1e-3),
                 ("cold_1e-4", "warm_1e-4", 1e-4),
@@ -150,20 +149,20 @@ mod measure {
             ] {
                 let settings = Settings::new(T::literal(tolerance));
                 self.solver.reset();
-                let count = counter.instructions(|| ok &= self.solve(&f, &settings))?;
+                let count = counter.instructions(|| ok &= self.solve(&push, &settings))?;
                 self.print(cold, count);
                 self.solver.reset();
                 ok &= self.solve(&before, &settings);
-                let count = counter.instructions(|| ok &= self.solve(&f, &settings))?;
+                let count = counter.instructions(|| ok &= self.solve(&push, &settings))?;
                 self.print(warm, count);
             }
 
             let settings = Settings::new(T::literal(1e-5));
             self.solver.reset();
             let bytes = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-            let prepare = stack_bytes(|| _ = black_box(self.prepare(Factor::compute)));
-            let solve = stack_bytes(|| _ = black_box(self.solve(&f, &settings)));
-            let iterate = stack_bytes(|| _ = black_box(self.iterate(&f, &settings)));
+            let prepare = stack_bytes(|| _ = black_box(self.prepare(Solves::Many)));
+            let solve = stack_bytes(|| _ = black_box(self.solve(&push, &settings)));
+            let iterate = stack_bytes(|| _ = black_box(self.iterate(&push, &settings)));
             self.print("stack_prepare", bytes(prepare));
             self.print("stack_solve", bytes(solve));
             self.print("stack_restart", bytes(iterate));
@@ -171,17 +170,17 @@ mod measure {
             self.print("ram_factor", bytes(size_of_val(&self.factor)));
             self.print("ram_solver", bytes(size_of_val(&self.solver)));
             self.print("ram_restart", bytes(size_of_val(&self.admm)));
-            self.measure_peer(counter, &f)?;
+            self.measure_peer(counter, &push)?;
             ok.then_some(())
         }
 
-        fn measure_peer(&mut self, counter: &mut Counter, f: &SVector<T, N>) -> Option<()> {
+        fn measure_peer(&mut self, counter: &mut Counter, push: &SVector<T, N>) -> Option<()> {
             let scene = &self.step.scene;
             let mut prepared = None;
             let prepare = || prepared = self.peer.prepare(scene);
             let count = counter.instructions(prepare)?;
             prepared?;
-            let free = scene.mass().cholesky()?.solve(&-f);
+            let free = scene.mass().cholesky()?.solve(&push);
             let mut of = |sweeps| {
                 let mut v = black_box(free);
                 let count = counter.instructions(|| self.peer.solve(scene, &mut v, sweeps));

@@ -16,7 +16,9 @@ mod proof {
     use cortex_m_semihosting::debug;
     use nalgebra::{SMatrix, SVector};
     use stiction::time_stepping as law;
-    use stiction::{AdmmSolver, Contact, Factor, FrictionCone, Real, Scene, Settings, Solver};
+    use stiction::{
+        AdmmSolver, Contact, Factor, FrictionCone, Real, Scene, Settings, Solver, Solves,
+    };
 
     mod undefined {
         #![allow(unsafe_code)]
@@ -56,7 +58,7 @@ mod proof {
                 mu: T::ONE,
                 key: 7,
             });
-            let f: SVector<T, N> = black_box(SVector::zeros());
+            let push: SVector<T, N> = black_box(SVector::zeros());
             let index = black_box(1);
             let Self {
                 scene,
@@ -69,19 +71,22 @@ mod proof {
             let _ = black_box(scene.set_offset(index, &contact.offset));
             let _ = black_box(scene.set_friction(index, contact.mu));
             let _ = black_box(scene.set_jacobian(index, &contact.jacobian));
-            black_box(law::free_impulse(&mass, &f, &f, contact.mu));
-            black_box(law::moving_surface(&contact.jacobian, &f));
-            let _ = black_box(factor.update(scene));
-            let _ = black_box(factor.compute(scene));
+            black_box(law::free_impulse(&mass, &push, &push, contact.mu));
+            black_box(law::moving_surface(&contact.jacobian, &push));
+            let _ = black_box(factor.prepare(scene, Solves::One));
+            let _ = black_box(factor.prepare(scene, Solves::Many));
             let _ = black_box(factor.set_penalty(black_box(T::ONE)));
             black_box(factor.step(index));
 
             let settings: Settings<T> = black_box(Settings::default());
-            let _ = black_box(solver.solve(scene, factor, &f, &settings).is_ok());
+            let _ = black_box(solver.solve(scene, factor, &push, &settings).is_ok());
             solver.reset();
-            let _ = black_box(admm.solve_restart(scene, factor, &f, &settings).is_ok());
-            let _ = black_box(admm.solve_fast(scene, factor, &f, &settings).is_ok());
-            let _ = black_box(admm.solve_plain(scene, factor, &f, &settings).is_ok());
+            let _ = black_box(admm.solve(scene, factor, &push, &settings).is_ok());
+            let _ = black_box(admm.resume(scene, factor, &push, &settings).is_ok());
+            let impulses = black_box([(0, contact.offset); C]);
+            let _ = black_box(solver.set_impulses(&impulses));
+            let _ = black_box(solver.resume(scene, factor, &push, &settings).is_ok());
+            black_box(solver.solution().worst_contact(scene, factor, &settings));
             admm.reset();
             scene.clear_contacts();
 
@@ -92,7 +97,7 @@ mod proof {
                 black_box(cone.project_spectral(&contact.offset));
             }
             #[cfg(violate)]
-            black_box(f[index]);
+            black_box(push[index]);
         }
     }
 

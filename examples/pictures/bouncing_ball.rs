@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, matrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
 use stiction::time_stepping as law;
-use stiction::{Contact, Factor, Scene, Settings, Solver};
+use stiction::{Contact, Factor, Scene, Settings, Solver, Solves};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 1e-4;
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         mu: MU,
         key: 0,
     })?;
-    let factor = Factor::new(&scene)?;
+    let factor = Factor::new(&scene, Solves::Many)?;
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
 
@@ -52,8 +52,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let offset = law::gap(gap, STEP, 0.1, 10.0);
         let offset = law::restitution(RESTITUTION, approach, 10.0 * GRAVITY * STEP, offset);
         scene.set_offset(0, &vector![offset, 0.0])?;
-        let f = law::free_impulse(&mass, &velocity, &weight, STEP);
-        velocity = solver.solve(&scene, &factor, &f, &settings)?.velocity;
+        let push = law::free_impulse(&mass, &velocity, &weight, STEP);
+        velocity = solver.solve(&scene, &factor, &push, &settings)?.velocity;
         x += STEP * velocity.x;
         gap += STEP * velocity.y;
 

@@ -9,7 +9,7 @@ use nalgebra::{Matrix6, SMatrix, Vector3, matrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
 use stiction::time_stepping as law;
-use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
+use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Solves, Status};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 0.01;
@@ -54,7 +54,7 @@ fn throw(slope: f64) -> Result<Vec<Moment>, Box<dyn Error>> {
             key: 0,
         })?;
     }
-    let factor = Factor::new(&scene)?;
+    let factor = Factor::new(&scene, Solves::Many)?;
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
 
@@ -67,8 +67,8 @@ fn throw(slope: f64) -> Result<Vec<Moment>, Box<dyn Error>> {
         for corner in 0..4 {
             scene.set_offset(corner, &offset)?;
         }
-        let f = law::free_impulse(&mass, &velocity, &weight, STEP);
-        let solution = solver.solve(&scene, &factor, &f, &settings)?;
+        let push = law::free_impulse(&mass, &velocity, &weight, STEP);
+        let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {
             return Err(format!("step {step}: {:?}", solution.status).into());
         }

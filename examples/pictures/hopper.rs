@@ -11,7 +11,7 @@ use nalgebra::{SMatrix, SVector, Vector2, matrix, vector};
 use pictures::{curve, panel};
 use std::error::Error;
 use stiction::time_stepping as law;
-use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
+use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Solves, Status};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 5e-4;
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         mu: MU,
         key: 0,
     })?;
-    let factor = Factor::new(&scene)?;
+    let factor = Factor::new(&scene, Solves::Many)?;
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
 
@@ -83,8 +83,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let time = STEP * f64::from(step);
         let wish = if (1.0..6.0).contains(&time) { 1.0 } else { 0.0 };
         scene.set_offset(0, &vector![law::gap(q[4], STEP, 0.1, 10.0), 0.0])?;
-        let f = law::free_impulse(&mass, &v, &force(&q, &v, stance, wish), STEP);
-        let solution = solver.solve(&scene, &factor, &f, &settings)?;
+        let push = law::free_impulse(&mass, &v, &force(&q, &v, stance, wish), STEP);
+        let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {
             return Err(format!("step {step}: {:?}", solution.status).into());
         }

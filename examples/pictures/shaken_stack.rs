@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector, Vector2, Vector3, matrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
 use stiction::time_stepping as law;
-use stiction::{Contact, Factor, Scene, Settings, Solver, Status};
+use stiction::{Contact, Factor, Scene, Settings, Solver, Solves, Status};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 1e-3;
@@ -103,9 +103,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             scene.set_jacobian(contact, &jacobian)?;
             scene.set_offset(contact, &offset)?;
         }
-        factor.update(&scene)?;
-        let f = law::free_impulse(&mass, &velocity, &weight, STEP);
-        let solution = solver.solve(&scene, &factor, &f, &settings)?;
+        factor.prepare(&scene, Solves::One)?;
+        let push = law::free_impulse(&mass, &velocity, &weight, STEP);
+        let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {
             return Err(format!("step {step}: {:?}", solution.status).into());
         }

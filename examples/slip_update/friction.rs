@@ -1,17 +1,16 @@
 //! Higher friction, where the update at every iteration ceases to converge.
 
-use crate::library::{self, Method};
+use crate::library::{self, Method, Update};
 use crate::note::{Acceleration, Note, Printed, Slip, Variant};
 use crate::outcome::{Outcome, solved};
 use crate::{CAP, by_library, by_note, heading};
-use stiction::{Settings, SlipUpdate};
 use testbed::scene_file::SceneFile;
 
 const FACTORS: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 const TOLERANCE: f64 = 1e-6;
 const LONG: usize = 100 * CAP;
-const EVERY: SlipUpdate = SlipUpdate::EveryIteration;
-const OUTER: SlipUpdate = SlipUpdate::OuterLoop;
+const EVERY: Update = Update::EveryIteration;
+const OUTER: Update = Update::OuterLoop;
 
 pub(crate) fn tables(scenes: &[SceneFile]) {
     let rougher = FACTORS.map(|factor| {
@@ -70,12 +69,7 @@ fn unsolved(rougher: &[Vec<SceneFile>; 4]) {
     );
     for (factor, scenes) in FACTORS.iter().zip(rougher) {
         let error = |scene, method, slip, budget| {
-            let settings = Settings {
-                tolerance: TOLERANCE,
-                budget,
-                slip,
-            };
-            library::solve(scene, method, &settings).coulomb_error
+            library::solve(scene, method, slip, TOLERANCE, budget).coulomb_error
         };
         for scene in scenes {
             let late = error(scene, Method::Restart, EVERY, LONG);
@@ -102,8 +96,7 @@ fn stability(rougher: &[Vec<SceneFile>; 4]) {
     for (factor, scenes) in FACTORS.iter().zip(rougher) {
         let (mut solutions, mut left) = (0, Vec::new());
         for scene in scenes {
-            let settings = Settings::new(1e-12);
-            let solution = library::solve(scene, Method::Default, &settings);
+            let solution = library::solve(scene, Method::Default, EVERY, 1e-12, LONG);
             if solution.coulomb_error > 1e-9 {
                 continue;
             }

@@ -1,7 +1,7 @@
 //! The variants that the library has.
 
 use crate::outcome::Outcome;
-use stiction::{Error, Settings, SlipUpdate, Status};
+use stiction::{Error, Model, Settings, SlipUpdate, Solves, Status};
 use testbed::kernel::{self, Kernel};
 use testbed::measure::{self, Law};
 pub(crate) use testbed::method::Method;
@@ -19,12 +19,37 @@ pub(crate) fn name(method: Method) -> &'static str {
 
 /// The kernel with a scene and its factor.
 fn prepared(file: &SceneFile) -> Result<Box<dyn Kernel>, Error> {
-    kernel::prepared(kernels_f64::kernel, file, true)
+    kernel::prepared(kernels_f64::kernel, file, Solves::Many)
+}
+
+/// When `s` is updated.
+#[derive(Clone, Copy)]
+pub(crate) enum Update {
+    EveryIteration,
+    OuterLoop,
+    /// `s = 0`, the convex relaxation.
+    Never,
 }
 
 /// Solves a scene cold, with the default penalty; a Newton step counts as ten iterations.
-pub(crate) fn solve(file: &SceneFile, method: Method, settings: &Settings<f64>) -> Outcome {
-    try_solve(file, method, settings).expect("bundled scenes are valid")
+pub(crate) fn solve(
+    file: &SceneFile,
+    method: Method,
+    update: Update,
+    tolerance: f64,
+    budget: usize,
+) -> Outcome {
+    let (model, slip_update) = match update {
+        Update::EveryIteration => (Model::Coulomb, SlipUpdate::EveryIteration),
+        Update::OuterLoop => (Model::Coulomb, SlipUpdate::OuterLoop),
+        Update::Never => (Model::ConvexRelaxation, SlipUpdate::EveryIteration),
+    };
+    let settings = Settings {
+        tolerance,
+        budget,
+        model,
+    };
+    try_solve(file, method, slip_update, &settings).expect("bundled scenes are valid")
 }
 
 /// The default penalty `rho` of a scene.
@@ -33,14 +58,20 @@ pub(crate) fn penalty(file: &SceneFile) -> f64 {
     kernel.penalty()
 }
 
-fn try_solve(file: &SceneFile, method: Method, settings: &Settings<f64>) -> Result<Outcome, Error> {
+fn try_solve(
+    file: &SceneFile,
+    method: Method,
+    slip_update: SlipUpdate,
+    settings: &Settings<f64>,
+) -> Result<Outcome, Error> {
     let mut kernel = prepared(file)?;
+    kernel.set_slip_update(slip_update);
     kernel.solve(method, settings)?;
     let answer = kernel.answer();
     let error = |law| measure::error(file, &answer.v, &answer.r, law);
-    let law = match settings.slip {
-        SlipUpdate::Never => Law::Relaxed,
-        _ => Law::Coulomb,
+    let law = match settings.model {
+        Model::ConvexRelaxation => Law::Relaxed,
+        Model::Coulomb => Law::Coulomb,
     };
     let claimed = answer.status == Status::Solved;
     Ok(Outcome {

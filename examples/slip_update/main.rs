@@ -13,10 +13,9 @@ mod library;
 mod misprints;
 mod note;
 mod outcome;
-use library::Method;
+use library::{Method, Update};
 use note::{Acceleration, Note, Printed, Slip, Variant};
 use outcome::{Outcome, quantile, solved, summary};
-use stiction::{Settings, SlipUpdate};
 use testbed::scene_file::{SceneFile, bundled_scenes};
 
 const CAP: usize = 1000;
@@ -46,16 +45,11 @@ fn main() {
 fn by_library(
     scenes: &[SceneFile],
     method: Method,
-    slip: SlipUpdate,
+    slip: Update,
     tolerance: f64,
     cap: usize,
 ) -> Vec<Outcome> {
-    let settings = Settings {
-        tolerance,
-        budget: cap,
-        slip,
-    };
-    let solve = |scene| library::solve(scene, method, &settings);
+    let solve = |scene| library::solve(scene, method, slip, tolerance, cap);
     scenes.iter().map(solve).collect()
 }
 
@@ -84,12 +78,8 @@ fn check(scenes: &[SceneFile]) {
     );
     for (method, acceleration) in ACCELERATED {
         for (name, update, slip) in [
-            (
-                "every iteration",
-                SlipUpdate::EveryIteration,
-                Slip::Projected,
-            ),
-            ("outer loop", SlipUpdate::OuterLoop, Slip::OuterLoop(1.0)),
+            ("every iteration", Update::EveryIteration, Slip::Projected),
+            ("outer loop", Update::OuterLoop, Slip::OuterLoop(1.0)),
         ] {
             for tolerance in TOLERANCES {
                 let printed = Printed::default();
@@ -129,7 +119,7 @@ fn updates(scenes: &[SceneFile]) {
                 by_library(scenes, method, slip, tolerance, CAP)
             });
         };
-        library("every iteration, of `ũ`", SlipUpdate::EveryIteration);
+        library("every iteration, of `ũ`", Update::EveryIteration);
         let other = ACCELERATED.iter().find(|(other, _)| *other == method);
         if let Some(&(_, acceleration)) = other {
             let (slip, printed) = (Slip::OfVelocity, Printed::default());
@@ -141,11 +131,8 @@ fn updates(scenes: &[SceneFile]) {
             let run = |tolerance| by_note(scenes, variant, tolerance, CAP);
             row(library::name(method), "every iteration, of `v`", run);
         }
-        library("outer loop", SlipUpdate::OuterLoop);
-        library(
-            "never (the relaxation, by its own error)",
-            SlipUpdate::Never,
-        );
+        library("outer loop", Update::OuterLoop);
+        library("never (the relaxation, by its own error)", Update::Never);
     }
 }
 
@@ -155,7 +142,7 @@ fn relaxation(scenes: &[SceneFile]) {
         "| method | scenes below 1e-6 | below 1e-3 | below 1e-2 | below 0.1 | median | 90 % | largest |",
     );
     for method in Method::ALL {
-        let outcomes = by_library(scenes, method, SlipUpdate::Never, 1e-6, CAP);
+        let outcomes = by_library(scenes, method, Update::Never, 1e-6, CAP);
         let mut errors: Vec<f64> = outcomes.iter().map(|o| o.coulomb_error).collect();
         errors.sort_unstable_by(f64::total_cmp);
         let below = |limit: f64| errors.partition_point(|&error| error <= limit);
@@ -180,8 +167,8 @@ fn failures(scenes: &[SceneFile]) {
     );
     for method in Method::ALL {
         let run = |slip| by_library(scenes, method, slip, 1e-6, CAP);
-        let every = run(SlipUpdate::EveryIteration);
-        let outer = run(SlipUpdate::OuterLoop);
+        let every = run(Update::EveryIteration);
+        let outer = run(Update::OuterLoop);
         let list = |wanted: (bool, bool)| {
             let pairs = every.iter().zip(&outer).zip(scenes);
             let named = pairs.filter(|((a, b), _)| (a.solved, b.solved) == wanted);

@@ -39,7 +39,7 @@ impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
             mass,
             jacobian: SMatrix::from_fn(|i, j| T::literal(*file.h.get((i, j)).unwrap_or(&0.0))),
             offset: SVector::from_fn(|i, _| T::literal(*file.w.get(i).unwrap_or(&0.0))),
-            f: file.free_impulse(),
+            f: -file.free_impulse::<T, N>(),
             cholesky: mass.cholesky().expect("M is positive definite"),
             whitened: SMatrix::zeros(),
             delassus: SMatrix::zeros(),

@@ -1,7 +1,7 @@
 //! The methods of this crate.
 
 use crate::contestant::{Contestant, Effort, Kind};
-use stiction::{Error, Settings, Status};
+use stiction::{Error, Settings, Solves, Status};
 use testbed::kernel::Kernel;
 use testbed::method::Method;
 use testbed::scene_file::SceneFile;
@@ -9,7 +9,7 @@ use testbed::scene_file::SceneFile;
 pub(crate) struct Library {
     method: Method,
     /// Does a solve to 1e-6 do without the resolvent?
-    spares_resolvent: bool,
+    solves: Solves,
     kernel: Box<dyn Kernel>,
 }
 
@@ -28,12 +28,14 @@ impl Library {
             _ => Method::Default,
         };
         kernel.load(file)?;
-        let spares_resolvent =
-            method == Method::Default && kernel.spares_resolvent(&Settings::new(1e-6))?;
-        kernel.prepare(true)?;
+        let solves = match method {
+            Method::Default => kernel.cheapest(&Settings::new(1e-6))?,
+            _ => Solves::Many,
+        };
+        kernel.prepare(Solves::Many)?;
         Ok(Self {
             method,
-            spares_resolvent,
+            solves,
             kernel,
         })
     }
@@ -41,7 +43,7 @@ impl Library {
 
 impl Contestant for Library {
     fn prepare(&mut self) {
-        let prepared = self.kernel.prepare(!self.spares_resolvent);
+        let prepared = self.kernel.prepare(self.solves);
         prepared.expect("the scene was factorised before");
     }
 

@@ -14,14 +14,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// All of a factor but its penalty and the resolvent.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn compute_delassus(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
-        (self.contacts, self.revision) = (0, 0);
+        (self.contacts, self.fingerprint) = (0, 0);
         let mass = &scene.mass().data.0; // symmetric: columns are rows
         let floor = T::literal(32.0) * T::EPSILON;
         let mut reach = [usize::MAX; N]; // zeros would call memset
         factorise(mass, floor, &mut self.mass, &mut reach)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.measure_uncertainty(mass);
-        (self.contacts, self.revision) = (scene.contacts().len(), scene.revision());
+        (self.contacts, self.fingerprint) = (scene.contacts().len(), scene.fingerprint());
         let mut scaled = Vec::new();
         for (i, contact) in opaque(scene.contacts()).iter().enumerate() {
             rolled();

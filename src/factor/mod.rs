@@ -24,7 +24,19 @@ pub(crate) mod resolvent;
 
 pub use parts::FactorParts;
 
-/// The revision of a factor that is taken on trust.
+/// For how many solves a scene is prepared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Solves {
+    /// For one by [`crate::Solver`]: without the resolvent `(I + rho W)⁻¹`, which is up to three fifths of the work (the more,
+    /// the more contact rows a dof), and which most solves do without. A solve that needs it computes it for itself, to the
+    /// same bits: a cold start where contacts have more rows than they move dofs and may slip or hold, or sweeps or a guess
+    /// that fail.
+    One,
+    /// For many, by any solver: with the resolvent.
+    Many,
+}
+
+/// The fingerprint of a factor that is taken on trust.
 const BAKED: u32 = u32::MAX;
 
 /// Cholesky factor of the mass matrix, Delassus operator and resolvent of a scene.
@@ -35,7 +47,7 @@ const BAKED: u32 = u32::MAX;
 pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     contacts: usize,
     /// That of the scene's `M` and `H`; 0 of none, [`BAKED`] of numbers that were computed elsewhere.
-    revision: u32,
+    fingerprint: u32,
     /// How many dofs contacts move.
     moved: usize,
     penalty: T,
@@ -57,13 +69,13 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
-    /// An empty factor, to be filled by [`Self::compute`]: all zeros, so that a `static` of it takes
+    /// An empty factor, to be filled by [`Self::prepare`]: all zeros, so that a `static` of it takes
     /// no flash.
     #[must_use]
     pub const fn empty() -> Self {
         Self {
             contacts: 0,
-            revision: 0,
+            fingerprint: 0,
             moved: 0,
             penalty: T::ZERO,
             uncertainty: T::ZERO,
@@ -77,54 +89,41 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         }
     }
 
-    /// Factorises a scene with the default penalty.
+    /// The factor of a scene, see [`Self::prepare`].
     ///
     /// # Errors
-    /// As [`Self::compute`].
-    pub fn new(scene: &Scene<T, N, D, C>) -> Result<Self, Error> {
+    /// As [`Self::prepare`].
+    pub fn new(scene: &Scene<T, N, D, C>, solves: Solves) -> Result<Self, Error> {
         let mut factor = Self::empty();
-        factor.compute(scene)?;
+        factor.prepare(scene, solves)?;
         Ok(factor)
     }
 
-    /// Factorises a scene in place, with the default penalty; see [`Self::penalty`].
-    ///
-    /// For a scene that is solved many times, by any method. Where `M` or `H` change before the next
-    /// solve, [`Self::update`] is cheaper.
+    /// Factorises a scene in place, with the default penalty ([`Self::penalty`]), for one solve or for many.
     ///
     /// # Errors
-    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` or `W` overflows, or is
-    /// spread so wide that `I + rho W` is singular in this number type.
-    pub fn compute(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
-        self.update(scene)?;
-        let result = self.set_penalty(self.penalty);
+    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` or `W` overflows; for many solves also
+    /// if `W` is spread so wide that `I + rho W` is singular in this number type. The factor is then none.
+    pub fn prepare(&mut self, scene: &Scene<T, N, D, C>, solves: Solves) -> Result<(), Error> {
+        let result = self.compute(scene, solves);
         if result.is_err() {
-            self.contacts = 0;
+            (self.contacts, self.fingerprint) = (0, 0);
         }
         result
     }
 
-    /// Factorises a scene in place for one solve by [`crate::Solver`]: without the resolvent, which is
-    /// up to three fifths of the work (the more, the more contact rows a dof), and which most solves
-    /// do without.
-    ///
-    /// A solve that needs it computes it for itself, and its solution has the same bits: a cold start where contacts have
-    /// more rows than they move dofs and may slip or hold, or sweeps or a guess that fail. [`crate::AdmmSolver`]
-    /// always needs it; it takes the factor after [`Self::set_penalty`].
-    ///
-    /// # Errors
-    /// [`Error::MassNotPositiveDefinite`]; [`Error::InvalidPenalty`] if `HᵀH / M` or `W` overflows.
-    pub fn update(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+    fn compute(&mut self, scene: &Scene<T, N, D, C>, solves: Solves) -> Result<(), Error> {
         self.is_complete = false;
         self.compute_delassus(scene)?;
         (self.penalty, self.moved) = default_penalty(scene);
-        if is_usable(self.penalty)
-            && (0..self.contacts).all(|contact| self.trace(contact).is_finite())
-        {
-            return Ok(());
+        let finite = (0..self.contacts).all(|contact| self.trace(contact).is_finite());
+        if !is_usable(self.penalty) || !finite {
+            return Err(Error::InvalidPenalty);
         }
-        self.contacts = 0;
-        Err(Error::InvalidPenalty)
+        match solves {
+            Solves::One => Ok(()),
+            Solves::Many => self.set_penalty(self.penalty),
+        }
     }
 
     /// Replaces the penalty `rho` (kg): one factorisation of `I + rho W`, none of `M`.
@@ -156,10 +155,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         self.moved
     }
 
-    /// Was it computed for `M` and `H` as they are in a scene? Of two scenes with as many changes each it takes one for
-    /// the other; numbers that were computed elsewhere it takes on trust.
-    pub(crate) const fn is_current(&self, scene: &Scene<T, N, D, C>) -> bool {
-        self.revision == BAKED || self.revision != 0 && self.revision == scene.revision()
+    /// Was it computed for `M` and `H` as they are in a scene? Told by a fingerprint of their bits; numbers that were
+    /// computed elsewhere ([`Self::from_parts`]) are taken on trust.
+    #[must_use]
+    pub fn is_current(&self, scene: &Scene<T, N, D, C>) -> bool {
+        self.contacts == scene.contacts().len()
+            && (self.fingerprint == BAKED || self.fingerprint == scene.fingerprint())
     }
 
     /// Number of contacts of the scene this was computed for.

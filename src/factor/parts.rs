@@ -40,7 +40,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     pub const fn from_parts(parts: &FactorParts<T, N, D, C>) -> Self {
         Self {
             contacts: C,
-            revision: BAKED,
+            fingerprint: BAKED,
             moved: parts.moved,
             penalty: parts.penalty,
             uncertainty: parts.uncertainty,

@@ -2,10 +2,11 @@
 
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::opaque;
-use crate::problem::Problem;
 use crate::problem::residual::{self, Dynamics};
 use crate::problem::rounding::{self, Rounding};
-use crate::{ContactSolution, Real, Solution};
+use crate::problem::{ContactLaw, Problem};
+use crate::solution::zeros;
+use crate::{ContactSolution, Factor, Real, Scene, Settings, Solution};
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
     /// The error of a velocity and an impulse, and what rounding may hide of it: in `W`, which measures
@@ -38,8 +39,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         v: &[T; N],
     ) -> T {
         let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
-        let [f] = &self.f.data.0;
-        let rounding = rounding::count(mass, contacts, f, v, r, momentum.unit);
+        let [free] = &self.free_impulse.data.0;
+        let rounding = rounding::count(mass, contacts, free, v, r, momentum.unit);
         self.error(momentum, u, r, &rounding)
     }
 
@@ -57,8 +58,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         let [v] = &mut solution.velocity.data.0;
         self.factor.velocity(&self.whitened, r, v);
         let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
-        let [f] = &self.f.data.0;
-        let momentum = residual::momentum(self.scene, f, v, r, &mut u);
+        let [free] = &self.free_impulse.data.0;
+        let momentum = residual::momentum(self.scene, free, v, r, &mut u);
         let rounding = rounding::bound(self.laws(), mass, contacts, v, r, &momentum);
         solution.error = self.error(&momentum, &u, r, &rounding);
         if solution.error > tolerance {
@@ -75,5 +76,30 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
             // There is room: the scene has no more contacts than the solution.
             let _ = solution.contacts.push(contact);
         }
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, C> {
+    /// The contact that obeys its law least: the one with the largest entry of `r_i - Π_K(r_i - alpha_i û_i)` (N·s), the
+    /// first part of [`Self::error`]. `None` if there is no contact, or none that is off.
+    ///
+    /// Scene, factor and settings are those of the solve.
+    #[must_use]
+    pub fn worst_contact(
+        &self,
+        scene: &Scene<T, N, D, C>,
+        factor: &Factor<T, N, D, C>,
+        settings: &Settings<T>,
+    ) -> Option<usize> {
+        let (mut largest, mut worst) = (T::ZERO, None);
+        for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
+            let law = ContactLaw::new(contact, settings.model, factor.step(i), zeros());
+            let residual = residual::natural_map_of(&law, &found.velocity, &found.impulse);
+            let size = residual::larger(largest, residual.as_slice(), T::ONE);
+            if size > largest {
+                (largest, worst) = (size, Some(i));
+            }
+        }
+        worst
     }
 }

@@ -7,12 +7,21 @@
 //! `|w_N · d| <= |v|_M |H_Nᵀ d|_{M⁻¹}` a feasible velocity would have to be larger than the
 //! offsets by a factor that no feasible scene has.
 
-use crate::Real;
+use crate::cone::split;
 use crate::linalg::cholesky::{dot, factorise};
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::linalg::substitution::solve;
 use crate::problem::Problem;
+use crate::{Contact, Real};
 use heapless::Vec;
+
+/// Is there anything to be proved? Not if standing still satisfies all contacts.
+pub(crate) fn is_conceivable<T: Real, const N: usize, const D: usize>(
+    contacts: &[Contact<T, N, D>],
+) -> bool {
+    let mut offsets = contacts.iter().map(|contact| split(&contact.offset).0);
+    offsets.any(|offset| offset < T::ZERO)
+}
 
 /// Looks for a `d` that proves the scene infeasible; `None` if there is none to be found.
 #[inline(never)]
@@ -24,9 +33,6 @@ pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usiz
     for (offset, contact) in offset.iter_mut().zip(contacts) {
         rolled();
         *offset = contact.offset.iter().next().copied()?;
-    }
-    if offset.iter().all(|&offset| offset >= T::ZERO) {
-        return None;
     }
     let mut gram = Gram {
         normal: [[T::ZERO; C]; C],

@@ -5,7 +5,7 @@ use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::scene::check_finite;
 use crate::solution::zeros;
-use crate::{Contact, Error, Factor, FrictionCone, Input, Real, Scene, Settings, SlipUpdate};
+use crate::{Contact, Error, Factor, FrictionCone, Input, Model, Real, Scene, Settings};
 use nalgebra::SVector;
 
 mod evaluation;
@@ -37,6 +37,26 @@ impl<T: Real, const D: usize> ContactLaw<T, D> {
         }
     }
 
+    /// That of a contact, with the step `alpha_i` and the velocity that the free motion gives it.
+    #[inline]
+    fn new<const N: usize>(
+        contact: &Contact<T, N, D>,
+        model: Model,
+        alpha: T,
+        moved: SVector<T, D>,
+    ) -> Self {
+        let mu = contact.mu;
+        Self {
+            shift_factor: match model {
+                Model::Coulomb => mu,
+                Model::ConvexRelaxation => T::ZERO,
+            },
+            cone: FrictionCone::new(mu).unwrap_or(FrictionCone::frictionless()),
+            alpha,
+            q: contact.offset + moved,
+        }
+    }
+
     /// Rows along which it may push.
     pub(crate) fn rows(&self) -> usize {
         if self.cone.friction() > T::ZERO { D } else { 1 }
@@ -61,9 +81,10 @@ impl<T: Real, const D: usize> ContactLaw<T, D> {
 pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize> {
     pub(crate) scene: &'a Scene<T, N, D, C>,
     pub(crate) factor: &'a Factor<T, N, D, C>,
-    pub(crate) f: &'a SVector<T, N>,
-    pub(crate) slip: SlipUpdate,
-    /// The free impulse `-f`, whitened.
+    /// `p = M v_free`, minus the `f` of the note.
+    pub(crate) free_impulse: &'a SVector<T, N>,
+    pub(crate) model: Model,
+    /// The free impulse, whitened.
     pub(crate) whitened: [T; N],
     laws: [ContactLaw<T, D>; C],
     /// `|alpha q|`: the size of the impulses to expect.
@@ -76,14 +97,14 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     pub(crate) fn check(
         scene: &Scene<T, N, D, C>,
         factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
+        free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<(), Error> {
         let tolerance = settings.tolerance;
         if !tolerance.is_finite() || tolerance < T::ZERO {
             return Err(Error::InvalidTolerance);
         }
-        check_finite(f, Input::FreeImpulse)?;
+        check_finite(free_impulse, Input::FreeImpulse)?;
         let contacts = scene.contacts();
         if contacts.len() != factor.contacts() {
             return Err(Error::FactorMismatch {
@@ -107,14 +128,14 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     pub(crate) fn new(
         scene: &'a Scene<T, N, D, C>,
         factor: &'a Factor<T, N, D, C>,
-        f: &'a SVector<T, N>,
-        slip: SlipUpdate,
+        free_impulse: &'a SVector<T, N>,
+        model: Model,
     ) -> Self {
         Self {
             scene,
             factor,
-            f,
-            slip,
+            free_impulse,
+            model,
             whitened: [T::ZERO; N],
             laws: [ContactLaw::none(); C],
             size: T::ZERO,
@@ -124,26 +145,17 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     /// The free motion and the laws of the contacts.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn fill(&mut self) {
-        let (f, factor) = (opaque(self.f.as_slice()), self.factor);
-        for (push, &f) in self.whitened.iter_mut().zip(f) {
-            rolled();
-            *push = -f;
-        }
+        let factor = self.factor;
+        let [free_impulse] = self.free_impulse.data.0;
+        self.whitened = free_impulse;
         factor.whiten(&mut self.whitened);
         let mut moved = [[T::ONE; D]; C];
         factor.contact_velocity(&self.whitened, &mut moved);
-        let is_coulomb = self.slip != SlipUpdate::Never;
         let sources = opaque(self.scene.contacts()).iter().zip(&moved);
         let pairs = opaque_mut(&mut self.laws).iter_mut().zip(sources);
         for (i, (law, (contact, &moved))) in pairs.enumerate() {
             rolled();
-            let mu = contact.mu;
-            *law = ContactLaw {
-                shift_factor: if is_coulomb { mu } else { T::ZERO },
-                cone: FrictionCone::new(mu).unwrap_or(FrictionCone::frictionless()),
-                alpha: factor.step(i),
-                q: contact.offset + SVector::from(moved),
-            };
+            *law = ContactLaw::new(contact, self.model, factor.step(i), moved.into());
         }
         self.size = size(self.laws());
     }
@@ -183,7 +195,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
 
     /// Gauss-Seidel solves Coulomb's law for contacts of up to two tangents.
     pub(crate) fn can_be_swept(&self) -> bool {
-        D <= 3 && self.slip != SlipUpdate::Never
+        D <= 3 && self.model == Model::Coulomb
     }
 
     /// Fills the augmented velocity `û` of all contacts.

@@ -1,6 +1,6 @@
 //! The error a solution is judged by; [`crate::problem::rounding`] bounds what rounding may hide of it.
 //!
-//! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`
+//! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|))`
 //! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w` and
 //! `alpha_i = D / trace(W_ii)`. It is the natural-map residual of FCLIB and Siconos made
 //! independent of units; 0/0 counts as 0. Sums are of squares, with one root at the end.
@@ -60,6 +60,15 @@ fn argument<T: Real, const D: usize>(
     r: &SVector<T, D>,
 ) -> SVector<T, D> {
     r - law.augmented(u) * law.alpha
+}
+
+/// Natural map of one contact, `r - Π_K(r - alpha û)` (N·s).
+pub(crate) fn natural_map_of<T: Real, const D: usize>(
+    law: &ContactLaw<T, D>,
+    u: &SVector<T, D>,
+    r: &SVector<T, D>,
+) -> SVector<T, D> {
+    r - law.cone.project(&argument(law, u, r))
 }
 
 /// What a contact does, read off the argument of the natural map.
@@ -140,39 +149,39 @@ pub(crate) fn natural_map_at_rest<T: Real, const D: usize>(
     quotient(residual.square_root(), size * unit)
 }
 
-/// `|M v + f - Hᵀ r|` and the largest of `|f|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
+/// `|M v - M v_free - Hᵀ r|` and the largest of `|M v_free|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
 /// neither overflows nor vanishes.
 pub(crate) struct Dynamics<T> {
     residual: T,
     size: T,
-    /// `|f|²`
+    /// `|M v_free|²`
     pub(crate) free: T,
     pub(crate) unit: T,
 }
 
 impl<T: Real> Dynamics<T> {
-    /// From `f`, `M v` and `Hᵀ r`.
+    /// From `M v_free`, `M v` and `Hᵀ r`.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn of<const N: usize>(f: &[T; N], inertia: &[T; N], pushed: &[T; N], unit: T) -> Self {
-        let [mut residual, mut size_f, mut size_v, mut size_r] = [T::ZERO; 4];
-        for ((&f, &inertia), &pushed) in opaque(f).iter().zip(inertia).zip(pushed) {
+    fn of<const N: usize>(free: &[T; N], inertia: &[T; N], pushed: &[T; N], unit: T) -> Self {
+        let [mut residual, mut size_free, mut size_v, mut size_r] = [T::ZERO; 4];
+        for ((&free, &inertia), &pushed) in opaque(free).iter().zip(inertia).zip(pushed) {
             rolled();
-            let (f, inertia, pushed) = (unit * f, unit * inertia, unit * pushed);
-            let gap = inertia + f - pushed;
+            let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed);
+            let gap = inertia - free - pushed;
             residual += gap * gap;
-            size_f += f * f;
+            size_free += free * free;
             size_v += inertia * inertia;
             size_r += pushed * pushed;
         }
         Self {
             residual,
-            size: size_f.max(size_v).max(size_r),
-            free: size_f,
+            size: size_free.max(size_v).max(size_r),
+            free: size_free,
             unit,
         }
     }
 
-    /// Second part of the error, `|M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|)`, with the square of
+    /// Second part of the error, `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`, with the square of
     /// what rounding may hide of it, in the same unit.
     pub(crate) fn error(&self, noise: T) -> T {
         quotient(self.residual + noise, self.size).square_root()
@@ -183,7 +192,7 @@ impl<T: Real> Dynamics<T> {
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
-    f: &[T; N],
+    free: &[T; N],
     v: &[T; N],
     r: &[[T; D]],
     u: &mut [[T; D]],
@@ -222,16 +231,16 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
         add_products(rest, *r, place);
         *u = velocity;
     }
-    let mut momentum = Dynamics::of(f, &inertia, &pushed, T::ONE);
+    let mut momentum = Dynamics::of(free, &inertia, &pushed, T::ONE);
     let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
     let safe = momentum.size > tiny && momentum.size * tiny < T::ONE;
     if !safe {
         let mut largest = T::ZERO;
-        for ((&f, &inertia), &pushed) in opaque(f).iter().zip(&inertia).zip(&pushed) {
+        for ((&free, &inertia), &pushed) in opaque(free).iter().zip(&inertia).zip(&pushed) {
             rolled();
-            largest = larger(largest, &[f, inertia, pushed], T::ONE);
+            largest = larger(largest, &[free, inertia, pushed], T::ONE);
         }
-        momentum = Dynamics::of(f, &inertia, &pushed, unit(largest));
+        momentum = Dynamics::of(free, &inertia, &pushed, unit(largest));
     }
     momentum
 }

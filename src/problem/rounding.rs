@@ -14,7 +14,7 @@ use crate::{Contact, Real};
 
 /// Squares of bounds.
 pub(crate) struct Rounding<T, const C: usize> {
-    /// Of `M v + f - Hᵀ r`, in the unit asked for.
+    /// Of `M v - M v_free - Hᵀ r`, in the unit asked for.
     pub(crate) momentum: T,
     /// Of each `u_i = H_i v + w_i`, (m/s)².
     pub(crate) velocities: [T; C],
@@ -66,7 +66,7 @@ pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize>(
 pub(crate) fn count<T: Real, const N: usize, const D: usize, const C: usize>(
     mass: &[[T; N]; N],
     contacts: &[Contact<T, N, D>],
-    f: &[T; N],
+    free: &[T; N],
     v: &[T; N],
     r: &[[T; D]],
     unit: T,
@@ -95,9 +95,9 @@ pub(crate) fn count<T: Real, const N: usize, const D: usize, const C: usize>(
         *velocity = T::EPSILON * T::EPSILON * square(&magnitude);
     }
     let mut momentum = T::ZERO;
-    for (&terms, &f) in opaque(&terms).iter().zip(f) {
+    for (&terms, &free) in opaque(&terms).iter().zip(free) {
         rolled();
-        let noise = T::EPSILON * unit * (terms + f.abs());
+        let noise = T::EPSILON * unit * (terms + free.abs());
         momentum += noise * noise;
     }
     Rounding {

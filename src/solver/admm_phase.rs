@@ -1,20 +1,21 @@
 //! Algorithm 2's part of the method.
 
-use crate::admm::{Acceleration, Iterate, Restart};
+use crate::Real;
+use crate::admm::{Iterate, SlipUpdate};
 use crate::linalg::hints::rolled;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::{Phase, Solve};
 use crate::solver::workspace::Workspace;
-use crate::{Factor, Real};
 
 impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     /// Algorithm 2 from the `P` and `r` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_admm<const N: usize>(
         &mut self,
-        factor: &Factor<T, N, D, C>,
+        monitor: &Monitor<'_, '_, T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
     ) -> Phase {
+        let factor = monitor.problem.factor;
         // Of a factor that has a resolvent or not, the next solve shall find the same.
         workspace.forget_jacobian();
         let resolvent = workspace.resolvent(factor);
@@ -24,7 +25,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             rolled();
             *iterate = Iterate::at(*p, r.into(), penalty);
         }
-        self.acceleration = Restart::START;
+        self.momentum.start();
         Phase::Admm {
             left: self.fallback.iterations,
         }
@@ -35,9 +36,9 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     pub(super) fn iterate<const N: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
     ) -> bool {
+        let factor = monitor.problem.factor;
         if workspace.resolvent(factor).is_none() {
             monitor.solution.work.resolvents += 1;
             workspace.resolve(factor, &[factor.penalty(); C]);
@@ -45,7 +46,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let Some(resolvent) = workspace.resolvent(factor) else {
             return false;
         };
-        let change = monitor.iterate(resolvent, &mut self.iterates, &mut self.acceleration);
+        let (iterates, momentum) = (&mut self.iterates, &mut self.momentum);
+        let change = monitor.iterate(resolvent, iterates, momentum, SlipUpdate::EveryIteration);
         self.penalty.observe(&change);
         true
     }

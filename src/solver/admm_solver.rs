@@ -1,127 +1,132 @@
-//! The first-order methods of the note as solvers of their own, without Newton's method.
+//! The first-order methods of the note as a solver of their own, without Newton's method.
 
-use crate::admm::{Acceleration, Fast, Plain, Restart};
-use crate::problem::Problem;
+use crate::admm::{Acceleration, Iterate, Momentum, SlipUpdate};
+use crate::solver::calls::{Calls, Method};
 use crate::solver::monitor::Monitor;
-use crate::solver::record::Record;
 use crate::solver::warm_start::WarmStart;
 use crate::{Error, Factor, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
 
-/// Plain ADMM, Algorithm 1 and Algorithm 2 with the penalty of the factor.
+/// ADMM with the penalty of the factor: Algorithm 2 of the note, Algorithm 1, or without acceleration.
 ///
 /// For firmware that does without the Newton finish of [`crate::Solver`]: less code and no
 /// workspace, but five times the work to an error of 1e-6, and no proof of infeasibility. It keeps the
 /// last solution for a warm start, as [`crate::Solver`] does, and never allocates.
 #[derive(Clone, Debug)]
 pub struct AdmmSolver<T, const N: usize, const D: usize, const C: usize> {
-    warm_start: WarmStart<T, D, C>,
-    solution: Solution<T, N, D, C>,
+    calls: Calls<T, N, D, C>,
+    method: Admm<T, D, C>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D, C> {
-    /// A solver that has solved nothing yet.
+    /// A solver by Algorithm 2 that updates `s` at every iteration, and has solved nothing yet.
     #[must_use]
     pub const fn new() -> Self {
+        Self::with(Acceleration::Restart, SlipUpdate::EveryIteration)
+    }
+
+    /// A solver with these options.
+    #[must_use]
+    pub const fn with(acceleration: Acceleration, slip_update: SlipUpdate) -> Self {
         Self {
-            warm_start: WarmStart::cold(),
-            solution: Solution::none(),
+            calls: Calls::none(),
+            method: Admm {
+                iterates: [const { Iterate::none() }; C],
+                momentum: Momentum::none(acceleration),
+                slip_update,
+            },
         }
     }
 
-    /// Forgets the last solution: the next solve starts cold.
+    /// Forgets the last solve, as [`crate::Solver::reset`].
     pub fn reset(&mut self) {
-        self.warm_start = WarmStart::cold();
+        self.calls.reset();
+    }
+
+    /// Starts the next solve at impulses that are given, as [`crate::Solver::set_impulses`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn set_impulses(&mut self, impulses: &[(u32, SVector<T, D>)]) -> Result<(), Error> {
+        self.calls.set_impulses(impulses)
     }
 
     /// The last solution.
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C> {
-        &self.solution
+        &self.calls.solution
     }
 
-    /// Solves by ADMM without acceleration; `f = -M v_free` is minus the free impulse (N·s).
+    /// Solves a scene for a free impulse `M v_free` (N·s), as [`crate::Solver::solve`].
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::StaleFactor`],
-    /// [`Error::InvalidTolerance`], [`Error::NoResolvent`].
-    pub fn solve_plain(
+    /// As there, and [`Error::NoResolvent`].
+    pub fn solve(
         &mut self,
         scene: &Scene<T, N, D, C>,
         factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
+        free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.run::<Plain>(scene, factor, f, settings)
+        factor.resolvent().ok_or(Error::NoResolvent)?;
+        let data = (scene, factor, free_impulse, settings);
+        self.calls.solve(&mut self.method, data)
     }
 
-    /// Solves by Algorithm 1 of the note, fast ADMM.
+    /// Goes on with the last solve where its budget ended, as [`crate::Solver::resume`].
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::StaleFactor`],
-    /// [`Error::InvalidTolerance`], [`Error::NoResolvent`].
-    pub fn solve_fast(
+    /// As for [`Self::solve`].
+    pub fn resume(
         &mut self,
         scene: &Scene<T, N, D, C>,
         factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
+        free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.run::<Fast<T>>(scene, factor, f, settings)
-    }
-
-    /// Solves by Algorithm 2 of the note, fast ADMM with restart.
-    ///
-    /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::StaleFactor`],
-    /// [`Error::InvalidTolerance`], [`Error::NoResolvent`].
-    pub fn solve_restart(
-        &mut self,
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.run::<Restart<T>>(scene, factor, f, settings)
-    }
-
-    fn run<A: Acceleration<T>>(
-        &mut self,
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
-        Problem::check(scene, factor, f, settings)?;
-        let resolvent = factor.resolvent().ok_or(Error::NoResolvent)?;
-        let mut problem = Problem::new(scene, factor, f, settings.slip);
-        problem.fill();
-        let mut iterates = self.warm_start.iterates(&problem, factor.penalty());
-        let mut record = Record::none();
-        let mut monitor = Monitor::new(
-            &mut problem,
-            settings,
-            &mut self.solution,
-            &mut record,
-            false,
-        );
-        let mut acceleration = A::START;
-        monitor.consider_iterates(&iterates);
-        while monitor.is_running() {
-            monitor.iterate(resolvent, &mut iterates, &mut acceleration);
-        }
-        if !monitor.is_over() {
-            monitor.consider_iterates(&iterates);
-        }
-        monitor.finish(&iterates.map(|iterate| iterate.impulse().into()));
-        let contacts = iterates.iter().map(|i| (i.u, i.impulse()));
-        self.warm_start.keep(scene.contacts(), contacts, false);
-        Ok(&self.solution)
+        factor.resolvent().ok_or(Error::NoResolvent)?;
+        let data = (scene, factor, free_impulse, settings);
+        self.calls.resume(&mut self.method, data)
     }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Default for AdmmSolver<T, N, D, C> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// ADMM alone as a method.
+#[derive(Clone, Debug)]
+struct Admm<T, const D: usize, const C: usize> {
+    iterates: [Iterate<T, D>; C],
+    momentum: Momentum<T>,
+    slip_update: SlipUpdate,
+}
+
+impl<T: Real, const D: usize, const C: usize> Method<T, D, C> for Admm<T, D, C> {
+    const SEEKS_PROOF: bool = false;
+
+    fn begin<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        warm_start: &mut WarmStart<T, D, C>,
+    ) {
+        let penalty = monitor.problem.factor.penalty();
+        self.iterates = warm_start.iterates(monitor.problem, penalty);
+        self.momentum.start();
+        monitor.consider_iterates(&self.iterates);
+    }
+
+    fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
+        if let Some(resolvent) = monitor.problem.factor.resolvent() {
+            let (iterates, momentum) = (&mut self.iterates, &mut self.momentum);
+            monitor.iterate(resolvent, iterates, momentum, self.slip_update);
+        }
+    }
+
+    fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
+        let iterates = self.iterates.iter();
+        iterates.map(|iterate| (iterate.u, iterate.impulse()))
     }
 }

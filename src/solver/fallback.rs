@@ -1,13 +1,13 @@
 //! What follows a rejected Newton step: sweeps without impulses if there have been none, and then ADMM with penalties that
 //! its residuals balance, of other sizes, and now and then from elsewhere.
 
+use crate::Real;
 use crate::linalg::blocks::ContactVector;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::{Phase, Solve};
 use crate::solver::sweeps::Sweeps;
 use crate::solver::tuning;
 use crate::solver::workspace::Workspace;
-use crate::{Factor, Real};
 use nalgebra::SVector;
 
 /// What has been tried.
@@ -59,7 +59,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     pub(super) fn fall_back<const N: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
     ) -> Way {
         if !self.fallback.has_iterated && !self.fallback.has_swept {
@@ -69,7 +68,10 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let restarted = self.fallback.has_iterated && self.penalty.update(monitor.work());
         self.fallback.has_iterated = true;
         monitor.solution.work.resolvents += 1;
-        workspace.resolve(factor, &monitor.problem.penalties(self.penalty.scale));
+        workspace.resolve(
+            monitor.problem.factor,
+            &monitor.problem.penalties(self.penalty.scale),
+        );
         self.fallback.iterations = tuning::iterations();
         if restarted {
             self.damping.restart();

@@ -1,10 +1,9 @@
 //! The default method: Gauss-Seidel where impulses are unique, or else a guess or Algorithm 2 for a start, and
 //! semismooth Newton to the end.
 
-use crate::problem::Problem;
+use crate::solver::calls::{Calls, Method};
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Solve;
-use crate::solver::record::Record;
 use crate::solver::warm_start::WarmStart;
 use crate::solver::workspace::Workspace;
 use crate::{Error, Factor, Real, Scene, Settings, Solution};
@@ -12,6 +11,7 @@ use nalgebra::SVector;
 
 mod admm_phase;
 mod admm_solver;
+mod calls;
 mod damping;
 mod fallback;
 mod frame;
@@ -29,6 +29,7 @@ mod tuning;
 mod warm_start;
 mod workspace;
 
+pub use crate::admm::{Acceleration, SlipUpdate};
 pub use admm_solver::AdmmSolver;
 
 /// A solver for scenes of `N` velocities and up to `C` contacts of `D` rows.
@@ -39,7 +40,7 @@ pub use admm_solver::AdmmSolver;
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
-/// use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver};
+/// use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Solves};
 ///
 /// // 2 kg on a floor (x, height), pushed for 10 ms by 5 N sideways.
 /// let mut scene = Scene::<f64, 2, 2, 1>::new();
@@ -50,20 +51,17 @@ pub use admm_solver::AdmmSolver;
 ///     mu: 0.5,
 ///     key: 0,
 /// })?;
-/// let factor = Factor::new(&scene)?;
+/// let factor = Factor::new(&scene, Solves::Many)?;
 /// let mut solver = Solver::new();
-/// let f = -vector![5.0 * 0.01, -2.0 * 9.81 * 0.01]; // f = -M v_free
-/// let solution = solver.solve(&scene, &factor, &f, &Settings::default())?;
+/// let push = vector![5.0 * 0.01, -2.0 * 9.81 * 0.01]; // the free impulse M v_free, N·s
+/// let solution = solver.solve(&scene, &factor, &push, &Settings::default())?;
 /// assert_eq!(solution.contacts[0].mode, ContactMode::Stick);
 /// # Ok::<(), stiction::Error>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Solver<T, const N: usize, const D: usize, const C: usize> {
-    warm_start: WarmStart<T, D, C>,
-    solution: Solution<T, N, D, C>,
-    record: Record<T, D, C>,
-    solve: Solve<T, D, C>,
-    workspace: Workspace<T, D, C>,
+    calls: Calls<T, N, D, C>,
+    method: Hybrid<T, D, C>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C> {
@@ -71,29 +69,39 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            warm_start: WarmStart::cold(),
-            solution: Solution::none(),
-            record: Record::none(),
-            solve: Solve::none(),
-            workspace: Workspace::none(),
+            calls: Calls::none(),
+            method: Hybrid {
+                solve: Solve::none(),
+                workspace: Workspace::none(),
+            },
         }
     }
 
     /// Forgets the last solve: the next one starts cold. [`Self::solution`] stays what it is.
     pub fn reset(&mut self) {
-        self.warm_start = WarmStart::cold();
-        self.record.forget();
-        self.solve.stop();
-        self.workspace.forget();
+        self.calls.reset();
+        self.method.workspace.forget();
+    }
+
+    /// Starts the next solve at impulses that are given (N·s), each with the [`crate::Contact::key`] of its contact, in
+    /// place of the last solution. Contacts without one start without impulse. Impulses outside their cones are
+    /// projected, and those that are worse than none are not taken.
+    ///
+    /// # Errors
+    /// [`Error::ContactListFull`] if there are more than `C`, [`Error::NotFinite`].
+    pub fn set_impulses(&mut self, impulses: &[(u32, SVector<T, D>)]) -> Result<(), Error> {
+        self.calls.set_impulses(impulses)?;
+        self.method.workspace.forget();
+        Ok(())
     }
 
     /// The last solution.
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C> {
-        &self.solution
+        &self.calls.solution
     }
 
-    /// Solves a scene for a free impulse `f = -M v_free` (N·s).
+    /// Solves a scene for a free impulse `M v_free` (N·s), see [`crate::time_stepping::free_impulse`].
     ///
     /// It ends when the scene is solved, when it is known not to be, or when it has cost
     /// [`Settings::budget`]. In the last case the answer is the best impulse
@@ -101,25 +109,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     /// is), with that error, and [`Self::resume`] goes on. (Another `solve` begins anew, with a warm start
     /// where that is any good; a budget that is always too small for it never gets there.)
     ///
-    /// The factor has to be that of the scene's `M` and `H` as they are now: one that was computed before they changed is
-    /// refused. One of another scene is not noticed if that has changed as often: sizes and steps of the error are those
-    /// of its `W`.
+    /// The factor has to be that of the scene's `M` and `H` as they are now: one of other numbers is refused.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for `f`, [`Error::FactorMismatch`], [`Error::StaleFactor`], [`Error::InvalidTolerance`].
+    /// [`Error::NotFinite`] for the free impulse, [`Error::FactorMismatch`], [`Error::StaleFactor`],
+    /// [`Error::InvalidTolerance`].
     pub fn solve(
         &mut self,
         scene: &Scene<T, N, D, C>,
         factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
+        free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.run(scene, factor, f, settings, false)
+        let data = (scene, factor, free_impulse, settings);
+        self.calls.solve(&mut self.method, data)
     }
 
     /// Goes on with the last solve where its budget ended, for [`Settings::budget`] more.
     ///
-    /// Scene, factor, `f` and tolerance are those of that solve. In how many calls it is done makes
+    /// Scene, factor, free impulse and tolerance are those of that solve. In how many calls it is done makes
     /// no difference to a bit of the solution, and the counts of the solution are those of all
     /// calls; only that a scene is infeasible may be noticed sooner, at the end of a call. After a
     /// solve that has ended the last solution is returned; without one, after [`Self::reset`] or
@@ -131,56 +139,43 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         &mut self,
         scene: &Scene<T, N, D, C>,
         factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
+        free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        let same = self.solution.contacts.len() == factor.contacts();
-        if self.record.is_over() && same {
-            Problem::check(scene, factor, f, settings)?;
-            return Ok(&self.solution);
-        }
-        let resumed = same && !self.solve.is_idle();
-        self.run(scene, factor, f, settings, resumed)
-    }
-
-    fn run(
-        &mut self,
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
-        settings: &Settings<T>,
-        resumed: bool,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
-        Problem::check(scene, factor, f, settings)?;
-        if !resumed {
-            self.record.forget();
-            self.solve.stop();
-        }
-        let mut problem = Problem::new(scene, factor, f, settings.slip);
-        problem.fill();
-        let (solution, record) = (&mut self.solution, &mut self.record);
-        let mut monitor = Monitor::new(&mut problem, settings, solution, record, resumed);
-        if !resumed {
-            self.solve.begin(
-                &mut monitor,
-                factor,
-                &mut self.workspace,
-                &mut self.warm_start,
-            );
-        }
-        while monitor.is_running() {
-            self.solve
-                .advance(&mut monitor, factor, &mut self.workspace);
-        }
-        self.solve.finish(&mut monitor);
-        let contacts = self.solve.contacts();
-        self.warm_start.keep(scene.contacts(), contacts, resumed);
-        Ok(&self.solution)
+        let data = (scene, factor, free_impulse, settings);
+        self.calls.resume(&mut self.method, data)
     }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solver<T, N, D, C> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// The default method, see `phases`.
+#[derive(Clone, Debug)]
+struct Hybrid<T, const D: usize, const C: usize> {
+    solve: Solve<T, D, C>,
+    workspace: Workspace<T, D, C>,
+}
+
+impl<T: Real, const D: usize, const C: usize> Method<T, D, C> for Hybrid<T, D, C> {
+    const SEEKS_PROOF: bool = true;
+
+    fn begin<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        warm_start: &mut WarmStart<T, D, C>,
+    ) {
+        self.solve.begin(monitor, &mut self.workspace, warm_start);
+    }
+
+    fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
+        self.solve.advance(monitor, &mut self.workspace);
+    }
+
+    fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
+        self.solve.contacts()
     }
 }

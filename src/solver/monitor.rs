@@ -1,6 +1,6 @@
 //! The search for a solution: the best impulse so far, what it has cost, and when to stop.
 
-use crate::admm::{Acceleration, Change, Iterate, iterate};
+use crate::admm::{Change, Iterate, Momentum, SlipUpdate, iterate};
 use crate::factor::resolvent::Resolvent;
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
@@ -8,7 +8,7 @@ use crate::problem::Problem;
 use crate::problem::infeasibility;
 use crate::problem::residual::quotient;
 use crate::solver::record::Record;
-use crate::{Real, Settings, SlipUpdate, Solution, Status, Work};
+use crate::{Real, Settings, Solution, Status, Work};
 use core::mem;
 use nalgebra::SVector;
 
@@ -55,14 +55,19 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         self.settings.tolerance
     }
 
-    /// Work done, in iterations.
+    /// Work done by the method, in iterations: without searches for a proof, which depend on the number of calls.
     pub(crate) fn work(&self) -> usize {
-        self.solution.work.total()
+        let work = self.solution.work;
+        Work {
+            proof_searches: 0,
+            ..work
+        }
+        .total()
     }
 
     /// Does it go on?
     pub(crate) fn is_running(&self) -> bool {
-        !self.is_over() && self.work() < self.limit
+        !self.is_over() && self.solution.work.total() < self.limit
     }
 
     /// Has it ended?
@@ -107,21 +112,22 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
 
     /// One ADMM iteration.
     #[inline]
-    pub(crate) fn iterate<A: Acceleration<T>>(
+    pub(crate) fn iterate(
         &mut self,
         resolvent: &Resolvent<T, D, C>,
         iterates: &mut [Iterate<T, D>; C],
-        acceleration: &mut A,
+        momentum: &mut Momentum<T>,
+        slip_update: SlipUpdate,
     ) -> Change<T> {
         self.solution.work.iterations += 1;
-        let change = iterate(self.problem, resolvent, iterates, acceleration);
+        let change = iterate(self.problem, resolvent, iterates, momentum, slip_update);
         // Squares, of which it is enough to be compared.
         let size = self.problem.size * self.problem.size;
         let estimate = quotient(change.error, size.max(change.impulse));
         let tolerance = self.settings.tolerance * self.settings.tolerance;
-        if self.problem.slip == SlipUpdate::OuterLoop && estimate <= tolerance {
+        if slip_update == SlipUpdate::OuterLoop && estimate <= tolerance {
             iterates.iter_mut().for_each(Iterate::update_slip);
-            *acceleration = A::START;
+            momentum.start();
         }
         if estimate <= tolerance * T::literal(4.0) {
             self.consider_iterates(iterates);
@@ -206,6 +212,10 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
 
     /// Stops the monitor if the scene is infeasible, and writes down the certificate.
     pub(crate) fn look_for_proof(&mut self) {
+        if !infeasibility::is_conceivable(self.problem.scene.contacts()) {
+            return;
+        }
+        self.solution.work.proof_searches += 1;
         let Some(proof) = infeasibility::certificate(self.problem) else {
             return;
         };

@@ -15,8 +15,8 @@
 //! [`Solve`], the [`Workspace`] and the monitor's record is carried from one piece to the next: a solve can stop after any
 //! of them and go on later with the same bits.
 
-use crate::admm::{Iterate, Restart};
-use crate::linalg::hints::rolled;
+use crate::Real;
+use crate::admm::{Acceleration, Iterate, Momentum};
 use crate::solver::damping::Damping;
 use crate::solver::fallback::{Fallback, Way};
 use crate::solver::monitor::Monitor;
@@ -27,7 +27,6 @@ use crate::solver::point::Point;
 use crate::solver::sweeps::{Pace, Sweeps};
 use crate::solver::warm_start::{Known, WarmStart};
 use crate::solver::workspace::Workspace;
-use crate::{Factor, Real};
 use nalgebra::SVector;
 
 /// What comes next.
@@ -53,7 +52,7 @@ pub(crate) struct Solve<T, const D: usize, const C: usize> {
     pub(super) point: Point<T, D, C>,
     pub(super) sweeps: Sweeps<T, C>,
     pub(super) iterates: [Iterate<T, D>; C],
-    pub(super) acceleration: Restart<T>,
+    pub(super) momentum: Momentum<T>,
     pub(super) damping: Damping<T>,
     pub(super) penalty: Penalty<T>,
     pub(super) fallback: Fallback<T, D, C>,
@@ -67,7 +66,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             point: Point::none(),
             sweeps: Sweeps::none(),
             iterates: [const { Iterate::none() }; C],
-            acceleration: Restart::none(),
+            momentum: Momentum::none(Acceleration::Restart),
             damping: Damping::none(),
             penalty: Penalty::none(),
             fallback: Fallback::none(),
@@ -78,7 +77,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     pub(crate) fn begin<const N: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
         warm_start: &mut WarmStart<T, D, C>,
     ) {
@@ -97,7 +95,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let corrected = self.point.natural_map <= tolerance && !monitor.is_over();
         let newton = Newton::warm(known == Known::Isostatic);
         self.phase = match known {
-            Known::Nothing if !corrected => self.begin_cold(monitor, factor, workspace, true),
+            Known::Nothing if !corrected => self.begin_cold(monitor, workspace, true),
             Known::Isostatic if !corrected && !workspace.holds_jacobian() => self.begin_sweeps(),
             Known::Nothing | Known::Isostatic => self.begin_newton(monitor, newton),
             Known::Hyperstatic => {
@@ -114,7 +112,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     pub(crate) fn advance<const N: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
     ) {
         self.phase = match self.phase {
@@ -124,7 +121,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                 Pace::Enough => self.begin_newton(monitor, self.sweeps.then()),
                 Pace::Slow => {
                     self.point.set_zero_impulse(monitor.problem);
-                    self.begin_admm(factor, workspace)
+                    self.begin_admm(monitor, workspace)
                 }
                 Pace::Better => {
                     self.fallback.saved = None;
@@ -133,7 +130,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                 Pace::NoBetter => self.leave_side_branch(monitor),
             },
             Phase::Admm { left } => {
-                if !self.iterate(monitor, factor, workspace) {
+                if !self.iterate(monitor, workspace) {
                     // Masses are spread too wide for one penalty.
                     self.begin_newton(monitor, Newton::new())
                 } else if left > 1 || monitor.is_over() {
@@ -160,13 +157,13 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                     Start::Last | Start::Guess => {
                         self.damping = Damping::new();
                         self.point.set_zero_impulse(monitor.problem);
-                        self.begin_cold(monitor, factor, workspace, false)
+                        self.begin_cold(monitor, workspace, false)
                     }
                 },
             },
-            Phase::Fallback => match self.fall_back(monitor, factor, workspace) {
+            Phase::Fallback => match self.fall_back(monitor, workspace) {
                 Way::Sweeps => self.begin_side_branch(monitor),
-                Way::Admm => self.begin_admm(factor, workspace),
+                Way::Admm => self.begin_admm(monitor, workspace),
             },
         };
     }
@@ -175,7 +172,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     fn begin_cold<const N: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
         workspace: &mut Workspace<T, D, C>,
         may_guess: bool,
     ) -> Phase {
@@ -189,7 +185,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                 self.point.update(monitor.problem, self.penalty.scale);
                 Phase::Newton(Newton::guessed())
             }
-            _ => self.begin_admm(factor, workspace),
+            _ => self.begin_admm(monitor, workspace),
         }
     }
 
@@ -219,16 +215,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         monitor.consider(r, u, *natural_map);
     }
 
-    /// Is there no solve to go on with?
-    pub(crate) fn is_idle(&self) -> bool {
-        matches!(self.phase, Phase::Idle)
-    }
-
-    /// Leaves the solve.
-    pub(crate) fn stop(&mut self) {
-        self.phase = Phase::Idle;
-    }
-
     /// `ũ` and `r` of each contact as they stand.
     pub(crate) fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
         let point = &self.point;
@@ -239,17 +225,5 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             Phase::Sweeps => (u.into(), r.into()),
             _ => (p, r.into()),
         })
-    }
-
-    /// Ends a call.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn finish<const N: usize>(&self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
-        let mut present = [[T::ZERO; D]; C];
-        for (present, (_, r)) in present.iter_mut().zip(self.contacts()) {
-            rolled();
-            *present = r.into();
-        }
-        monitor.finish(&present);
-        monitor.doubt();
     }
 }

@@ -6,6 +6,8 @@ use crate::{Real, Status};
 /// What is known of a solve that is under way.
 #[derive(Clone, Debug)]
 pub(crate) struct Record<T, const D: usize, const C: usize> {
+    /// Was one begun?
+    is_begun: bool,
     /// How it ended; `Unsolved` if it has not.
     pub(super) status: Status,
     /// The best impulse so far, and the first part of its error as contact space sees it.
@@ -25,6 +27,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
     /// Of no solve yet.
     pub(crate) const fn none() -> Self {
         Self {
+            is_begun: false,
             status: Status::Unsolved,
             best: [[T::ZERO; D]; C],
             natural_map: None,
@@ -38,12 +41,24 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
 
     /// Forgets a solve. (An impulse and `q` without the rest say nothing.)
     pub(crate) fn forget(&mut self) {
+        self.is_begun = false;
         self.status = Status::Unsolved;
         self.natural_map = None;
         self.corrections = 0;
         self.milestone = None;
         self.failures = 0;
         self.lost = false;
+    }
+
+    /// Of a solve that begins now.
+    pub(crate) fn begin(&mut self) {
+        self.forget();
+        self.is_begun = true;
+    }
+
+    /// Is there a solve to go on with?
+    pub(crate) fn is_begun(&self) -> bool {
+        self.is_begun
     }
 
     /// Has the solve ended, not just its budget?

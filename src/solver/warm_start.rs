@@ -3,9 +3,10 @@
 use crate::admm::Iterate;
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
+use crate::scene::check_finite;
 use crate::solution::zeros;
 use crate::solver::point::Point;
-use crate::{Contact, Real};
+use crate::{Contact, Error, Input, Real};
 use core::mem;
 use nalgebra::SVector;
 
@@ -34,7 +35,7 @@ struct ContactState<T, const D: usize> {
     r: SVector<T, D>,
     /// `r` of the solve before, if `solves > 1`. (An option in an option would not be all zeros.)
     before: SVector<T, D>,
-    /// How many solves have had the contact.
+    /// How many solves have had the contact; 0 if its impulse was given, and `u` is not known.
     solves: u32,
 }
 
@@ -55,6 +56,27 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         Self {
             contacts: [None; C],
         }
+    }
+
+    /// Forgets the last solve for impulses that are given, each with the key of its contact.
+    pub(crate) fn set(&mut self, impulses: &[(u32, SVector<T, D>)]) -> Result<(), Error> {
+        if impulses.len() > C {
+            return Err(Error::ContactListFull { capacity: C });
+        }
+        for (contact, (_, r)) in impulses.iter().enumerate() {
+            check_finite(r, Input::InitialImpulse { contact })?;
+        }
+        self.contacts = [None; C];
+        for (state, &(key, r)) in self.contacts.iter_mut().zip(impulses) {
+            *state = Some(ContactState {
+                key,
+                u: zeros(),
+                r,
+                before: zeros(),
+                solves: 0,
+            });
+        }
+        Ok(())
     }
 
     /// Goes over to the contacts of the next solve: the first of a key takes what the first of that
@@ -222,7 +244,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         let (r, mut u) = (point.r, [[T::ZERO; D]; C]);
         let last = problem.natural_map(&r, &mut u);
         let mut as_it_was = None;
-        if last > tolerance {
+        if last > tolerance && self.is_a_solution() {
             self.look_back(problem, scale, point);
             as_it_was = Some(point.natural_map);
         }
@@ -236,6 +258,12 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
                 }
             }
         }
+    }
+
+    /// Are `ũ` and `r` those of a solve?
+    fn is_a_solution(&self) -> bool {
+        let mut contacts = self.contacts.iter().flatten();
+        contacts.all(|contact| contact.solves > 0)
     }
 
     /// Moves a point to `z = ũ - r / rho_i` as it was.

@@ -53,11 +53,11 @@ impl Cuboid {
         Ok(scene)
     }
 
-    /// `f` of a step in which the box, at rest before, feels gravity on a slope.
+    /// The free impulse of a step in which the box, at rest before, feels gravity on a slope.
     pub(crate) fn free_impulse<T: Real>(&self, slope: f64, step: f64) -> SVector<T, 6> {
         let impulse = self.mass * GRAVITY * step;
         let (down, into) = (impulse * slope.sin(), -impulse * slope.cos());
-        vector![-down, 0.0, -into, 0.0, 0.0, 0.0].map(T::literal)
+        vector![down, 0.0, into, 0.0, 0.0, 0.0].map(T::literal)
     }
 }
 

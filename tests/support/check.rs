@@ -47,12 +47,12 @@ pub(crate) fn all(
 pub(crate) fn same_by_admm<const N: usize, const D: usize, const C: usize>(
     scene: &Scene<f64, N, D, C>,
     factors: [&Factor<f64, N, D, C>; 2],
-    f: &SVector<f64, N>,
+    push: &SVector<f64, N>,
     settings: &Settings<f64>,
 ) -> Result<Status, Error> {
     let (mut one, mut other) = (AdmmSolver::new(), AdmmSolver::new());
-    let one = one.solve_restart(scene, factors[0], f, settings)?;
-    let other = other.solve_restart(scene, factors[1], f, settings)?;
+    let one = one.solve(scene, factors[0], push, settings)?;
+    let other = other.solve(scene, factors[1], push, settings)?;
     assert_eq!((one.velocity, one.work), (other.velocity, other.work));
     Ok(one.status)
 }

@@ -3,7 +3,7 @@
 use super::boxes::{Cuboid, GRAVITY};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
-use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
+use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Solves, Status};
 
 /// No contact here closes faster, m/s.
 pub(crate) const REACH: f64 = 5.0;
@@ -29,7 +29,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
         tolerance: f64,
     ) -> Result<Self, Error> {
         Ok(Self {
-            factor: Factor::new(&scene)?,
+            factor: Factor::new(&scene, Solves::Many)?,
             scene,
             solver: Solver::new(),
             settings: Settings::new(T::literal(tolerance)),
@@ -50,9 +50,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
     /// One step, from the offsets that were set.
     pub(crate) fn advance(&mut self) -> Result<(), Error> {
         let mass = self.scene.mass();
-        let f = law::free_impulse(mass, &self.velocity, &self.force, self.step);
+        let push = law::free_impulse(mass, &self.velocity, &self.force, self.step);
         let solver = &mut self.solver;
-        let solution = solver.solve(&self.scene, &self.factor, &f, &self.settings)?;
+        let solution = solver.solve(&self.scene, &self.factor, &push, &self.settings)?;
         // Of a body that grazes, `H v` cancels to less than its rounding: the error, which is
         // relative to a small impulse, is one of the last bits of the momentum.
         let impulses = solution
@@ -135,6 +135,6 @@ pub(crate) fn box_on_slope(
     slope: f64,
     step: f64,
 ) -> Result<Motion<f64, 6, 3, 4>, Error> {
-    let force = -cuboid.free_impulse::<f64>(slope, 1.0);
+    let force = cuboid.free_impulse::<f64>(slope, 1.0);
     Motion::new(cuboid.on_plane(mu)?, force, step, 1e-10)
 }

@@ -5,7 +5,9 @@ use crate::method::{Method, Solvers};
 use crate::scene_file::SceneFile;
 use nalgebra::SVector;
 use std::hint::black_box;
-use stiction::{ContactMode, Error, Factor, Real, Scene, Settings, Solution, Status, Work};
+use stiction::{
+    ContactMode, Error, Factor, Real, Scene, Settings, SlipUpdate, Solution, Solves, Status, Work,
+};
 
 /// What a compiled size has to hold.
 #[derive(Clone, Copy, Debug)]
@@ -40,12 +42,15 @@ pub trait Kernel {
     /// Takes a scene of the shape; the states stay.
     fn load(&mut self, file: &SceneFile) -> Result<(), Error>;
 
-    /// Computes the factor: for many solves (`Factor::compute`), or for one (`Factor::update`).
-    fn prepare(&mut self, for_many: bool) -> Result<(), Error>;
+    /// Computes the factor: for many solves, or for one.
+    fn prepare(&mut self, solves: Solves) -> Result<(), Error>;
 
-    /// Does a solve by the default method do without the resolvent, so that [`Kernel::prepare`] for one solve has all
-    /// that it needs? The states are left as they were.
-    fn spares_resolvent(&mut self, settings: &Settings<f64>) -> Result<bool, Error>;
+    /// How to prepare for a solve by the default method: for one if it does without the resolvent, or else for many. The
+    /// states are left as they were.
+    fn cheapest(&mut self, settings: &Settings<f64>) -> Result<Solves, Error>;
+
+    /// Forgets the states; solvers by ADMM update `s` so from now on.
+    fn set_slip_update(&mut self, slip_update: SlipUpdate);
 
     /// Forgets the states.
     fn reset(&mut self);
@@ -90,7 +95,7 @@ pub struct Answer {
 pub struct Compiled<T, const N: usize, const D: usize, const C: usize> {
     n_dof: usize,
     scene: Scene<T, N, D, C>,
-    f: SVector<T, N>,
+    push: SVector<T, N>,
     factor: Factor<T, N, D, C>,
     solvers: Solvers<T, N, D, C>,
     kept: Solvers<T, N, D, C>,
@@ -103,7 +108,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Compil
         Self {
             n_dof: N,
             scene: Scene::new(),
-            f: SVector::zeros(),
+            push: SVector::zeros(),
             factor: Factor::empty(),
             solvers: Solvers::default(),
             kept: Solvers::default(),
@@ -114,10 +119,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Compil
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Compiled<T, N, D, C> {
     fn solution(&self) -> &Solution<T, N, D, C> {
-        match self.method {
-            Method::Default => self.solvers.default.solution(),
-            _ => self.solvers.admm.solution(),
-        }
+        self.solvers.solution(self.method)
     }
 }
 
@@ -125,37 +127,38 @@ fn rounded<T: Real>(settings: &Settings<f64>) -> Settings<T> {
     Settings {
         tolerance: T::literal(settings.tolerance),
         budget: settings.budget,
-        slip: settings.slip,
+        model: settings.model,
     }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compiled<T, N, D, C> {
     fn load(&mut self, file: &SceneFile) -> Result<(), Error> {
         self.scene = file.scene()?;
-        self.f = file.free_impulse();
+        self.push = file.free_impulse();
         self.n_dof = file.n_dof;
         Ok(())
     }
 
-    fn prepare(&mut self, for_many: bool) -> Result<(), Error> {
-        let scene = black_box(&self.scene);
-        if for_many {
-            self.factor.compute(scene)
-        } else {
-            self.factor.update(scene)
-        }
+    fn prepare(&mut self, solves: Solves) -> Result<(), Error> {
+        self.factor.prepare(black_box(&self.scene), solves)
     }
 
-    fn spares_resolvent(&mut self, settings: &Settings<f64>) -> Result<bool, Error> {
-        self.factor.update(&self.scene)?;
+    fn cheapest(&mut self, settings: &Settings<f64>) -> Result<Solves, Error> {
+        self.factor.prepare(&self.scene, Solves::One)?;
         let mut solver = self.solvers.default.clone();
-        let solution = solver.solve(&self.scene, &self.factor, &self.f, &rounded(settings))?;
-        Ok(solution.work.resolvents == 0)
+        let solution = solver.solve(&self.scene, &self.factor, &self.push, &rounded(settings))?;
+        Ok(match solution.work.resolvents {
+            0 => Solves::One,
+            _ => Solves::Many,
+        })
+    }
+
+    fn set_slip_update(&mut self, slip_update: SlipUpdate) {
+        self.solvers = Solvers::new(slip_update);
     }
 
     fn reset(&mut self) {
-        self.solvers.default.reset();
-        self.solvers.admm.reset();
+        self.solvers.reset();
     }
 
     fn keep(&mut self) {
@@ -168,8 +171,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
 
     fn solve(&mut self, method: Method, settings: &Settings<f64>) -> Result<(), Error> {
         self.method = method;
-        let (scene, factor, f) = black_box((&self.scene, &self.factor, &self.f));
-        let solution = method.run(&mut self.solvers, scene, factor, f, &rounded(settings))?;
+        let (scene, factor, push) = black_box((&self.scene, &self.factor, &self.push));
+        let solution = method.run(&mut self.solvers, scene, factor, push, &rounded(settings))?;
         black_box(solution);
         Ok(())
     }
@@ -177,7 +180,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
     fn resume(&mut self, settings: &Settings<f64>) -> Result<(), Error> {
         self.method = Method::Default;
         let solver = &mut self.solvers.default;
-        solver.resume(&self.scene, &self.factor, &self.f, &rounded(settings))?;
+        solver.resume(&self.scene, &self.factor, &self.push, &rounded(settings))?;
         Ok(())
     }
 
@@ -233,10 +236,10 @@ pub fn smallest<T: Real>(shape: Shape) -> Result<Box<dyn Kernel>, String> {
 pub fn prepared(
     kernel: Constructor,
     file: &SceneFile,
-    for_many: bool,
+    solves: Solves,
 ) -> Result<Box<dyn Kernel>, Error> {
     let mut kernel = kernel(Shape::of(file)).expect("a size is compiled");
     kernel.load(file)?;
-    kernel.prepare(for_many)?;
+    kernel.prepare(solves)?;
     Ok(kernel)
 }

@@ -123,11 +123,11 @@ pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
 /// [`error`] of a solution of the kernel.
 pub fn error_of<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
-    f: &SVector<T, N>,
+    free_impulse: &SVector<T, N>,
     solution: &Solution<T, N, D, C>,
     law: Law,
 ) -> f64 {
-    let scene = SceneFile::of(scene, f);
+    let scene = SceneFile::of(scene, free_impulse);
     error(&scene, &velocity(solution), &impulses(solution), law)
 }
 

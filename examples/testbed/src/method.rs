@@ -1,7 +1,10 @@
 //! The methods of the crate as values, so that a test or a tool can go through all of them.
 
 use nalgebra::SVector;
-use stiction::{AdmmSolver, Error, Factor, Real, Scene, Settings, Solution, Solver};
+use stiction::{
+    Acceleration, AdmmSolver, Error, Factor, Real, Scene, Settings, SlipUpdate, Solution, Solver,
+    Solves,
+};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
@@ -15,15 +18,44 @@ pub enum Method {
 #[derive(Clone)]
 pub struct Solvers<T, const N: usize, const D: usize, const C: usize> {
     pub default: Solver<T, N, D, C>,
-    pub admm: AdmmSolver<T, N, D, C>,
+    admm: [AdmmSolver<T, N, D, C>; 3],
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Solvers<T, N, D, C> {
+    /// All cold; those by ADMM update `s` so.
+    pub fn new(slip_update: SlipUpdate) -> Self {
+        let accelerations = [
+            Acceleration::Plain,
+            Acceleration::Nesterov,
+            Acceleration::Restart,
+        ];
+        Self {
+            default: Solver::new(),
+            admm: accelerations.map(|acceleration| AdmmSolver::with(acceleration, slip_update)),
+        }
+    }
+
+    /// Forgets the last solves.
+    pub fn reset(&mut self) {
+        self.default.reset();
+        self.admm.iter_mut().for_each(AdmmSolver::reset);
+    }
+
+    /// The last solution by a method.
+    pub fn solution(&self, method: Method) -> &Solution<T, N, D, C> {
+        let [plain, fast, restart] = &self.admm;
+        match method {
+            Method::Plain => plain.solution(),
+            Method::Fast => fast.solution(),
+            Method::Restart => restart.solution(),
+            Method::Default => self.default.solution(),
+        }
+    }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solvers<T, N, D, C> {
     fn default() -> Self {
-        Self {
-            default: Solver::new(),
-            admm: AdmmSolver::new(),
-        }
+        Self::new(SlipUpdate::EveryIteration)
     }
 }
 
@@ -45,15 +77,18 @@ impl Method {
         solvers: &'a mut Solvers<T, N, D, C>,
         scene: &Scene<T, N, D, C>,
         factor: &Factor<T, N, D, C>,
-        f: &SVector<T, N>,
+        push: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&'a Solution<T, N, D, C>, Error> {
-        let Solvers { default, admm } = solvers;
+        let Solvers {
+            default,
+            admm: [plain, fast, restart],
+        } = solvers;
         match self {
-            Self::Plain => admm.solve_plain(scene, factor, f, settings),
-            Self::Fast => admm.solve_fast(scene, factor, f, settings),
-            Self::Restart => admm.solve_restart(scene, factor, f, settings),
-            Self::Default => default.solve(scene, factor, f, settings),
+            Self::Plain => plain.solve(scene, factor, push, settings),
+            Self::Fast => fast.solve(scene, factor, push, settings),
+            Self::Restart => restart.solve(scene, factor, push, settings),
+            Self::Default => default.solve(scene, factor, push, settings),
         }
     }
 
@@ -61,11 +96,23 @@ impl Method {
     pub fn solve<T: Real, const N: usize, const D: usize, const C: usize>(
         self,
         scene: &Scene<T, N, D, C>,
-        f: &SVector<T, N>,
+        push: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<Solution<T, N, D, C>, Error> {
-        let factor = Factor::new(scene)?;
-        let mut solvers = Solvers::default();
-        self.run(&mut solvers, scene, &factor, f, settings).cloned()
+        self.solve_with(SlipUpdate::EveryIteration, scene, push, settings)
+    }
+
+    /// A cold solve with an update of `s`.
+    pub fn solve_with<T: Real, const N: usize, const D: usize, const C: usize>(
+        self,
+        slip_update: SlipUpdate,
+        scene: &Scene<T, N, D, C>,
+        push: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<Solution<T, N, D, C>, Error> {
+        let factor = Factor::new(scene, Solves::Many)?;
+        let mut solvers = Solvers::new(slip_update);
+        self.run(&mut solvers, scene, &factor, push, settings)
+            .cloned()
     }
 }

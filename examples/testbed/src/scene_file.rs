@@ -201,7 +201,7 @@ impl SceneFile {
     /// The data of a scene of the kernel, in f64.
     pub fn of<T: Real, const N: usize, const D: usize, const C: usize>(
         scene: &Scene<T, N, D, C>,
-        f: &SVector<T, N>,
+        free_impulse: &SVector<T, N>,
     ) -> Self {
         let double = |x: T| x.to_subset().unwrap_or(f64::NAN);
         let contacts = scene.contacts();
@@ -213,15 +213,15 @@ impl SceneFile {
             dim: D,
             mass: DMatrix::from_fn(N, N, |i, j| double(scene.mass()[(i, j)])),
             h: DMatrix::from_fn(rows, N, |i, j| double(contacts[i / D].jacobian[(i % D, j)])),
-            f: DVector::from_fn(N, |i, _| double(f[i])),
+            f: DVector::from_fn(N, |i, _| -double(free_impulse[i])),
             w: DVector::from_fn(rows, |i, _| double(contacts[i / D].offset[i % D])),
             mu: contacts.iter().map(|contact| double(contact.mu)).collect(),
             keys: contacts.iter().map(|contact| contact.key).collect(),
         }
     }
 
-    /// The free impulse `f` in the kernel's type, padded with zeros.
+    /// The free impulse `-f` in the kernel's type, padded with zeros.
     pub fn free_impulse<T: Real, const N: usize>(&self) -> SVector<T, N> {
-        SVector::from_fn(|i, _| T::literal(self.f.get(i).copied().unwrap_or(0.0)))
+        SVector::from_fn(|i, _| T::literal(-self.f.get(i).copied().unwrap_or(0.0)))
     }
 }

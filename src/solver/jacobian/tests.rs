@@ -8,7 +8,7 @@ use crate::linalg::blocks::ContactVector;
 use crate::problem::Problem;
 use crate::solver::frame::Kind;
 use crate::solver::point::Point;
-use crate::{Contact, Error, Factor, Scene, SlipUpdate};
+use crate::{Contact, Error, Factor, Model, Scene, Solves};
 use nalgebra::{SMatrix, SVector};
 use proptest::collection::vec;
 use proptest::strategy::{Strategy, ValueTree};
@@ -79,7 +79,7 @@ fn difference<const D: usize>(
 }
 
 /// Draws scenes and points of `D` rows a contact; how often each of stick, slip, open and frictionless was met.
-fn check<const D: usize>(slip: SlipUpdate) -> Result<[usize; 4], String> {
+fn check<const D: usize>(model: Model) -> Result<[usize; 4], String> {
     let mut runner = TestRunner::deterministic();
     let draws = (
         vec(-1.0..1.0, N * N + C * D * N),
@@ -94,13 +94,13 @@ fn check<const D: usize>(slip: SlipUpdate) -> Result<[usize; 4], String> {
         let (numbers, mut mus, rest) = tree.current();
         mus[round % C] *= f64::from(u8::from(round % 2 == 0));
         let scene = scene::<D>(&numbers, &mus).map_err(|error| error.to_string())?;
-        let factor = Factor::new(&scene).map_err(|error| error.to_string())?;
+        let factor = Factor::new(&scene, Solves::Many).map_err(|error| error.to_string())?;
         let (f, rest) = rest.split_at(N);
         let f = SVector::from_column_slice(f);
         let (z, b) = rest.split_at(C * D);
         let z = core::array::from_fn(|i| SVector::from_column_slice(&z[D * i..D * (i + 1)]));
         let b = core::array::from_fn(|i| core::array::from_fn(|k| b[D * i + k]));
-        let mut problem = Problem::new(&scene, &factor, &f, slip);
+        let mut problem = Problem::new(&scene, &factor, &f, model);
         problem.fill();
         let Some((difference, kinds)) = difference(&problem, &z, &b) else {
             continue;
@@ -115,12 +115,15 @@ fn check<const D: usize>(slip: SlipUpdate) -> Result<[usize; 4], String> {
 
 #[test]
 fn the_jacobian_is_the_derivative_of_the_residual() -> Result<(), String> {
-    for slip in [SlipUpdate::EveryIteration, SlipUpdate::Never] {
-        for met in [check::<2>(slip)?, check::<3>(slip)?, check::<4>(slip)?] {
-            assert!(met.into_iter().all(|count| count > 40), "{slip:?}: {met:?}");
+    for model in [Model::Coulomb, Model::ConvexRelaxation] {
+        for met in [check::<2>(model)?, check::<3>(model)?, check::<4>(model)?] {
+            assert!(
+                met.into_iter().all(|count| count > 40),
+                "{model:?}: {met:?}"
+            );
         }
         // One row has no tangent: it is open or pushes.
-        let met = check::<1>(slip)?;
+        let met = check::<1>(model)?;
         assert!(met.into_iter().sum::<usize>() > 600, "{met:?}");
     }
     Ok(())

@@ -1,0 +1,115 @@
+//! Scene, factor and solver in one value.
+
+use crate::{Error, Factor, Real, Scene, Settings, Solution, Solver, Solves};
+use nalgebra::SVector;
+
+/// A scene with its factor and its solver, to stand in one `static`: the factor is prepared when it has to be.
+///
+/// For programs with one scene and [`Solver`]. It costs what its three parts cost.
+///
+/// ```
+/// use nalgebra::{Matrix2, matrix, vector};
+/// use stiction::{Contact, Kernel, Settings};
+///
+/// let mut kernel = Kernel::<f32, 2, 2, 1>::new(); // `const`
+/// let scene = kernel.scene_mut();
+/// scene.set_mass(&(Matrix2::identity() * 2.0))?;
+/// scene.push(&Contact {
+///     jacobian: matrix![0.0, 1.0; 1.0, 0.0],
+///     offset: vector![0.0, 0.0],
+///     mu: 0.5,
+///     key: 0,
+/// })?;
+/// let solution = kernel.solve(&vector![0.0, -0.2], &Settings::default())?;
+/// assert!(solution.is_solved() && solution.velocity.norm() < 1e-5);
+/// # Ok::<(), stiction::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Kernel<T, const N: usize, const D: usize, const C: usize> {
+    scene: Scene<T, N, D, C>,
+    factor: Factor<T, N, D, C>,
+    solver: Solver<T, N, D, C>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C> {
+    /// An empty scene, and nothing solved yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            scene: Scene::new(),
+            factor: Factor::empty(),
+            solver: Solver::new(),
+        }
+    }
+
+    /// The scene.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene<T, N, D, C> {
+        &self.scene
+    }
+
+    /// The scene, to be filled or changed.
+    pub const fn scene_mut(&mut self) -> &mut Scene<T, N, D, C> {
+        &mut self.scene
+    }
+
+    /// The solver, for its warm start.
+    pub const fn solver_mut(&mut self) -> &mut Solver<T, N, D, C> {
+        &mut self.solver
+    }
+
+    /// The last solution.
+    #[must_use]
+    pub const fn solution(&self) -> &Solution<T, N, D, C> {
+        self.solver.solution()
+    }
+
+    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]; where `M` or `H` have changed the scene
+    /// is prepared first ([`Solves::One`]).
+    ///
+    /// # Errors
+    /// As [`Factor::prepare`] and [`Solver::solve`].
+    pub fn solve(
+        &mut self,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        self.prepare()?;
+        let solver = &mut self.solver;
+        solver.solve(&self.scene, &self.factor, free_impulse, settings)
+    }
+
+    /// Goes on with the last solve where its budget ended, as [`Solver::resume`].
+    ///
+    /// # Errors
+    /// As for [`Self::solve`].
+    pub fn resume(
+        &mut self,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        self.prepare()?;
+        let solver = &mut self.solver;
+        solver.resume(&self.scene, &self.factor, free_impulse, settings)
+    }
+
+    /// The contact with the largest residual in the last solution, see [`Solution::worst_contact`].
+    #[must_use]
+    pub fn worst_contact(&self, settings: &Settings<T>) -> Option<usize> {
+        let solution = self.solution();
+        solution.worst_contact(&self.scene, &self.factor, settings)
+    }
+
+    fn prepare(&mut self) -> Result<(), Error> {
+        if self.factor.is_current(&self.scene) {
+            return Ok(());
+        }
+        self.factor.prepare(&self.scene, Solves::One)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Kernel<T, N, D, C> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

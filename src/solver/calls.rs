@@ -1,0 +1,127 @@
+//! What all solvers have in common: the last solution, the warm start, and solves in several calls.
+
+use crate::linalg::hints::rolled;
+use crate::problem::Problem;
+use crate::solver::monitor::Monitor;
+use crate::solver::record::Record;
+use crate::solver::warm_start::WarmStart;
+use crate::{Error, Factor, Real, Scene, Settings, Solution};
+use nalgebra::SVector;
+
+/// The data of a call: scene, factor, free impulse and settings.
+pub(crate) type Data<'a, T, const N: usize, const D: usize, const C: usize> = (
+    &'a Scene<T, N, D, C>,
+    &'a Factor<T, N, D, C>,
+    &'a SVector<T, N>,
+    &'a Settings<T>,
+);
+
+/// A method of solution, one piece of work after the other.
+pub(crate) trait Method<T: Real, const D: usize, const C: usize> {
+    /// Does a solve that ends unsolved look for a proof that there is nothing to be found?
+    const SEEKS_PROOF: bool;
+
+    /// Begins a solve, at the last solution if that is any good.
+    fn begin<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        warm_start: &mut WarmStart<T, D, C>,
+    );
+
+    /// Does one piece of work.
+    fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>);
+
+    /// `ũ` and `r` of each contact as they stand.
+    fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>;
+}
+
+/// What a solver keeps from call to call, whatever its method.
+#[derive(Clone, Debug)]
+pub(crate) struct Calls<T, const N: usize, const D: usize, const C: usize> {
+    warm_start: WarmStart<T, D, C>,
+    pub(crate) solution: Solution<T, N, D, C>,
+    record: Record<T, D, C>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Calls<T, N, D, C> {
+    /// Nothing solved yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            warm_start: WarmStart::cold(),
+            solution: Solution::none(),
+            record: Record::none(),
+        }
+    }
+
+    /// Forgets the last solve, but for its solution.
+    pub(crate) fn reset(&mut self) {
+        self.warm_start = WarmStart::cold();
+        self.record.forget();
+    }
+
+    /// Forgets the last solve, and starts the next at these impulses.
+    pub(crate) fn set_impulses(&mut self, impulses: &[(u32, SVector<T, D>)]) -> Result<(), Error> {
+        self.warm_start.set(impulses)?;
+        self.record.forget();
+        Ok(())
+    }
+
+    /// Begins a solve.
+    pub(crate) fn solve<M: Method<T, D, C>>(
+        &mut self,
+        method: &mut M,
+        data: Data<'_, T, N, D, C>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        self.run(method, data, false)
+    }
+
+    /// Goes on with the last solve, or begins one if there is none to go on with.
+    pub(crate) fn resume<M: Method<T, D, C>>(
+        &mut self,
+        method: &mut M,
+        data: Data<'_, T, N, D, C>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        let (scene, factor, free_impulse, settings) = data;
+        let same = self.solution.contacts.len() == factor.contacts();
+        if self.record.is_over() && same {
+            Problem::check(scene, factor, free_impulse, settings)?;
+            return Ok(&self.solution);
+        }
+        let resumed = same && self.record.is_begun();
+        self.run(method, data, resumed)
+    }
+
+    fn run<M: Method<T, D, C>>(
+        &mut self,
+        method: &mut M,
+        (scene, factor, free_impulse, settings): Data<'_, T, N, D, C>,
+        resumed: bool,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        Problem::check(scene, factor, free_impulse, settings)?;
+        if !resumed {
+            self.record.begin();
+        }
+        let mut problem = Problem::new(scene, factor, free_impulse, settings.model);
+        problem.fill();
+        let (solution, record) = (&mut self.solution, &mut self.record);
+        let mut monitor = Monitor::new(&mut problem, settings, solution, record, resumed);
+        if !resumed {
+            method.begin(&mut monitor, &mut self.warm_start);
+        }
+        while monitor.is_running() {
+            method.advance(&mut monitor);
+        }
+        let mut present = [[T::ZERO; D]; C];
+        for (present, (_, r)) in present.iter_mut().zip(method.contacts()) {
+            rolled();
+            *present = r.into();
+        }
+        monitor.finish(&present);
+        if M::SEEKS_PROOF {
+            monitor.doubt();
+        }
+        let contacts = method.contacts();
+        self.warm_start.keep(scene.contacts(), contacts, resumed);
+        Ok(&self.solution)
+    }
+}

@@ -1,0 +1,84 @@
+//! Scene, factor and solver in one value.
+
+use crate::support::boxes::BRICK;
+use nalgebra::vector;
+use stiction::{Error, Factor, Kernel, Scene, Settings, Solver, Solves, Status};
+
+/// It stands in a `static`.
+static EMPTY: Kernel<f64, 6, 3, 4> = Kernel::new();
+
+fn fill(scene: &mut Scene<f64, 6, 3, 4>, mu: f64) -> Result<(), Error> {
+    let source = BRICK.on_plane::<f64>(mu)?;
+    scene.set_mass(source.mass())?;
+    scene.clear_contacts();
+    for contact in source.contacts() {
+        scene.push(contact)?;
+    }
+    Ok(())
+}
+
+#[test]
+fn a_kernel_gives_the_bits_of_its_parts() -> Result<(), Error> {
+    let settings = Settings::new(1e-9);
+    let (mut kernel, mut solver) = (EMPTY.clone(), Solver::new());
+    for (tick, mu) in [0.3, 0.3, 0.6].into_iter().enumerate() {
+        fill(kernel.scene_mut(), mu)?;
+        if tick == 1 {
+            let longer = kernel.scene().contacts()[0].jacobian * 1.25;
+            kernel.scene_mut().set_jacobian(0, &longer)?;
+        }
+        let push = BRICK.free_impulse(0.5, 0.01);
+        let scene = kernel.scene().clone();
+        let factor = Factor::new(&scene, Solves::One)?;
+        let parts = solver.solve(&scene, &factor, &push, &settings)?;
+        let whole = kernel.solve(&push, &settings)?;
+        assert!(whole.is_solved());
+        assert_eq!(
+            (whole.velocity, whole.work, whole.error),
+            (parts.velocity, parts.work, parts.error)
+        );
+    }
+    Ok(())
+}
+
+#[test]
+fn a_kernel_goes_on_where_its_budget_ended() -> Result<(), Error> {
+    let mut kernel = EMPTY.clone();
+    fill(kernel.scene_mut(), 0.3)?;
+    let push = BRICK.free_impulse(0.5, 0.01);
+    let one = Settings {
+        budget: 1,
+        ..Settings::new(1e-9)
+    };
+    assert_eq!(kernel.solve(&push, &one)?.status, Status::OutOfBudget);
+    assert!(kernel.resume(&push, &Settings::new(1e-9))?.is_solved());
+    Ok(())
+}
+
+#[test]
+fn a_kernel_refuses_what_its_parts_refuse() {
+    let mut kernel = EMPTY.clone();
+    let refused = kernel.solve(&vector![0.0, 0.0, 0.0, 0.0, 0.0, 0.0], &Settings::default());
+    assert_eq!(
+        refused.err(),
+        Some(Error::MassNotPositiveDefinite { dof: 5 })
+    );
+}
+
+/// Three points of one body stand; the one whose friction is lost between two ticks is the worst, and named.
+#[test]
+fn the_contact_that_is_farthest_off_is_named() -> Result<(), Error> {
+    let (push, settings) = (BRICK.free_impulse(0.2, 0.01), Settings::new(1e-9));
+    for slippery in 0..4 {
+        let mut kernel = EMPTY.clone();
+        fill(kernel.scene_mut(), 0.5)?;
+        assert!(kernel.solve(&push, &settings)?.is_solved());
+        let before = kernel.worst_contact(&settings);
+        let residual = kernel.solution().error;
+        assert!(before.is_none() || residual > 0.0);
+        kernel.scene_mut().set_friction(slippery, 0.0)?;
+        assert_eq!(kernel.worst_contact(&settings), Some(slippery));
+    }
+    assert_eq!(EMPTY.worst_contact(&settings), None);
+    Ok(())
+}
