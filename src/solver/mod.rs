@@ -14,6 +14,8 @@ mod admm_solver;
 mod calls;
 mod damping;
 mod fallback;
+#[cfg(test)]
+mod fixtures;
 mod frame;
 mod gauss_seidel;
 mod jacobian;

@@ -279,3 +279,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -92,3 +92,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,106 @@
+//! Products with `W`, `H M⁻¹` and `M⁻¹ Hᵀ`.
+
+use super::Factor;
+use crate::Real;
+use crate::linalg::blocks::{ContactVector, multiply_transposed};
+use crate::linalg::hints::{opaque, opaque_mut, rolled};
+use crate::linalg::sparsity::{GROUP, Support, add_columns, add_products};
+use crate::linalg::substitution::{solve_lower, solve_upper};
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
+    /// `y = W x`
+    #[inline]
+    pub(crate) fn delassus_times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
+        multiply_transposed(&self.delassus, x, y);
+    }
+
+    /// `X_i` and where it is not zero, of the contacts in use.
+    #[inline]
+    fn whitened(&self) -> impl Iterator<Item = (&[[T; D]; N], Support)> {
+        let whitened = self.whitened.get(..self.contacts).unwrap_or_default();
+        opaque(whitened).iter().zip(self.supports.iter().copied())
+    }
+
+    /// From `g` to the `x` of `Uᵀ D⁻¹ x = g`, from which [`Self::contact_velocity`] and
+    /// [`Self::velocity`] start.
+    pub(crate) fn whiten(&self, g: &mut [T; N]) {
+        solve_upper(&self.mass, g);
+    }
+
+    /// `H M⁻¹ g` for a `g` that was whitened. Returns `gᵀ M⁻¹ g`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut ContactVector<T, D, C>) -> T {
+        let mut scaled = *g;
+        let mut energy = T::ZERO;
+        for (i, (scaled, row)) in opaque_mut(&mut scaled)
+            .iter_mut()
+            .zip(&self.mass)
+            .enumerate()
+        {
+            rolled();
+            let g = *scaled;
+            *scaled *= row.get(i).copied().unwrap_or(T::ZERO);
+            energy += g * *scaled;
+        }
+        let (scaled, last) = scaled.as_chunks::<GROUP>();
+        for (u, (whitened, support)) in opaque_mut(u).iter_mut().zip(self.whitened()) {
+            let (columns, rest) = whitened.as_chunks::<GROUP>();
+            let mut sums = [T::ZERO; D];
+            for group in support.groups::<N>() {
+                rolled();
+                if let (Some(columns), Some(g)) = (columns.get(group), scaled.get(group)) {
+                    add_columns(columns, g, &mut sums);
+                }
+            }
+            add_columns(rest, last, &mut sums);
+            *u = sums;
+        }
+        energy
+    }
+
+    /// `W_NN d` for one `d_i` a contact, and `|H_Nᵀ d|` in the norm of `M⁻¹`; by way of `H_Nᵀ d`,
+    /// so that both are small where that is.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn normal_products(&self, d: &[T; C]) -> ([T; C], T) {
+        let mut momentum = [T::ZERO; N];
+        let mut impulse = [[T::ZERO; D]; C];
+        for (impulse, &d) in impulse.iter_mut().zip(d) {
+            if let Some(normal) = impulse.first_mut() {
+                *normal = d;
+            }
+        }
+        self.add_whitened(&impulse, &mut momentum);
+        let energy = self.contact_velocity(&momentum, &mut impulse);
+        let mut product = [T::ZERO; C];
+        for (product, velocity) in product.iter_mut().zip(&impulse).take(self.contacts) {
+            *product = velocity.first().copied().unwrap_or(T::ZERO);
+        }
+        (product, energy.max(T::ZERO).square_root())
+    }
+
+    /// Adds `Hᵀ r`, whitened, to `g`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn add_whitened(&self, r: &[[T; D]], g: &mut [T; N]) {
+        let (g, last) = g.as_chunks_mut::<GROUP>();
+        for (&r, (whitened, support)) in opaque(r).iter().zip(self.whitened()) {
+            if r == [T::ZERO; D] {
+                continue;
+            }
+            let (columns, rest) = whitened.as_chunks::<GROUP>();
+            for group in support.groups::<N>() {
+                rolled();
+                if let (Some(columns), Some(g)) = (columns.get(group), g.get_mut(group)) {
+                    add_products(columns, r, g);
+                }
+            }
+            add_products(rest, r, last);
+        }
+    }
+
+    /// `v = M⁻¹ (Hᵀ r + g)` for a `g` that was whitened.
+    pub(crate) fn velocity(&self, g: &[T; N], r: &[[T; D]], v: &mut [T; N]) {
+        *v = *g;
+        self.add_whitened(r, v);
+        solve_lower(&self.mass, v);
+    }
+}

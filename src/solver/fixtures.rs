@@ -1,0 +1,68 @@
+//! A scene that can do everything, for the tests of the method's modules: a cube on a floor.
+
+extern crate std;
+
+use crate::problem::Problem;
+use crate::solver::monitor::Monitor;
+use crate::solver::record::Record;
+use crate::{Contact, Error, Factor, Model, Scene, Settings, Solution, Solves};
+use nalgebra::{SMatrix, SVector, matrix, vector};
+
+pub(super) const N: usize = 6;
+pub(super) const D: usize = 3;
+pub(super) const C: usize = 4;
+
+/// A cube of 2 kg on its first `count` lower corners; dofs x, y, z and rotations, z up.
+pub(super) fn cube(count: usize, mu: f64) -> Result<Scene<f64, N, D, C>, Error> {
+    let mut scene = Scene::new();
+    let masses = vector![2.0, 2.0, 2.0, 0.1, 0.1, 0.1];
+    scene.set_mass(&SMatrix::from_diagonal(&masses))?;
+    let corners = [(0.2, 0.2), (0.2, -0.2), (-0.2, 0.2), (-0.2, -0.2)];
+    for (key, (x, y)) in (0..).zip(corners).take(count) {
+        scene.push(&Contact {
+            jacobian: matrix![
+                0.0, 0.0, 1.0, y, -x, 0.0;
+                1.0, 0.0, 0.0, 0.0, -0.2, -y;
+                0.0, 1.0, 0.0, 0.2, 0.0, x],
+            offset: SVector::zeros(),
+            mu,
+            key,
+        })?;
+    }
+    Ok(scene)
+}
+
+/// A free impulse that presses with 1 N·s and pushes sideways.
+pub(super) fn pressed(sideways: f64) -> SVector<f64, N> {
+    vector![sideways, 0.0, -1.0, 0.0, 0.0, 0.0]
+}
+
+/// Works on the problem of a scene and a free impulse.
+pub(super) fn with_problem<R>(
+    scene: &Scene<f64, N, D, C>,
+    push: &SVector<f64, N>,
+    work: impl FnOnce(&mut Problem<'_, f64, N, D, C>) -> R,
+) -> Result<R, Error> {
+    let factor = Factor::new(scene, Solves::Many)?;
+    let mut problem = Problem::new(scene, &factor, push, Model::Coulomb);
+    problem.fill();
+    Ok(work(&mut problem))
+}
+
+/// Works on a solve that has begun, to 1e-9 and with a budget of 100.
+pub(super) fn with_monitor<R>(
+    scene: &Scene<f64, N, D, C>,
+    push: &SVector<f64, N>,
+    work: impl FnOnce(&mut Monitor<'_, '_, f64, N, D, C>) -> R,
+) -> Result<R, Error> {
+    let settings = Settings {
+        budget: 100,
+        ..Settings::new(1e-9)
+    };
+    let (mut solution, mut record) = (Solution::none(), Record::none());
+    record.begin();
+    with_problem(scene, push, |problem| {
+        let mut monitor = Monitor::new(problem, &settings, &mut solution, &mut record, false);
+        work(&mut monitor)
+    })
+}

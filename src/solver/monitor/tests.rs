@@ -1,0 +1,104 @@
+//! What the monitor keeps, and when it stops.
+#![allow(clippy::indexing_slicing, clippy::float_cmp)]
+
+use crate::linalg::blocks::ContactVector;
+use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
+use crate::solver::monitor::Monitor;
+use crate::{Error, Status};
+use nalgebra::vector;
+
+/// Each of four corners carries this share of the weight.
+fn carried(share: f64) -> ContactVector<f64, D, C> {
+    [[share, 0.0, 0.0]; C]
+}
+
+fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C>, r: &ContactVector<f64, D, C>) {
+    let mut u = carried(0.0);
+    let natural_map = monitor.problem.natural_map(r, &mut u);
+    monitor.consider(r, &u, natural_map);
+}
+
+#[test]
+fn the_solution_ends_a_solve() -> Result<(), Error> {
+    with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
+        show(monitor, &carried(0.1));
+        assert!(monitor.is_running());
+        show(monitor, &carried(0.25));
+        assert!(monitor.is_over());
+        monitor.finish(&carried(0.0));
+        assert_eq!(monitor.solution.status, Status::Solved);
+        assert!(monitor.solution.error <= 1e-9);
+    })
+}
+
+#[test]
+fn the_best_of_what_was_shown_is_kept() -> Result<(), Error> {
+    with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
+        for share in [0.1, 0.24, 0.4, 0.0] {
+            show(monitor, &carried(share));
+        }
+        monitor.finish(&carried(0.3));
+        assert_eq!(monitor.solution.status, Status::OutOfBudget);
+        assert_eq!(monitor.solution.contacts[2].impulse.x, 0.24);
+        // What is there at present counts too, if it is better.
+        monitor.finish(&carried(0.249));
+        assert_eq!(monitor.solution.contacts[2].impulse.x, 0.249);
+    })
+}
+
+#[test]
+fn a_budget_ends_a_call() -> Result<(), Error> {
+    with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
+        monitor.solution.work.iterations = 89;
+        monitor.solution.work.newton_steps = 1;
+        assert!(monitor.is_running());
+        monitor.solution.work.iterations += 1;
+        assert!(!monitor.is_running() && !monitor.is_over());
+    })
+}
+
+/// A tenth failure near the limit of the number type changes nothing, the eleventh ends the solve.
+#[test]
+fn failures_near_the_limit_of_the_number_type_end_a_solve() -> Result<(), Error> {
+    with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
+        let r = carried(0.25);
+        for (natural_map, ends) in [(1e-3, false), (1e-14, true)] {
+            monitor.record.natural_map = Some(natural_map);
+            monitor.record.best = r;
+            for _ in 0..10 {
+                monitor.fail();
+                assert!(!monitor.is_over());
+            }
+            monitor.fail();
+            assert_eq!(monitor.is_over(), ends, "{natural_map:e}");
+        }
+    })
+}
+
+#[test]
+fn walls_that_close_are_proved() -> Result<(), Error> {
+    let mut scene = cube(2, 0.5)?;
+    let floor = scene.contacts()[0].jacobian;
+    scene.set_jacobian(1, &-floor)?; // a ceiling at the same corner
+    for contact in 0..2 {
+        scene.set_offset(contact, &vector![-0.1, 0.0, 0.0])?;
+    }
+    with_monitor(&scene, &pressed(0.0), |monitor| {
+        show(monitor, &carried(0.0));
+        monitor.finish(&carried(0.0));
+        monitor.doubt();
+        assert_eq!(monitor.solution.status, Status::Infeasible);
+        assert_eq!(monitor.solution.work.proof_searches, 1);
+        let d = &monitor.solution.certificate;
+        assert!(d.len() == 2 && d[0] > 0.0 && (d[0] - d[1]).abs() < 1e-12);
+    })
+}
+
+/// Where standing still satisfies all contacts there is nothing to look for.
+#[test]
+fn a_floor_is_not_searched_for_a_proof() -> Result<(), Error> {
+    with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
+        monitor.look_for_proof();
+        assert_eq!(monitor.solution.work.proof_searches, 0);
+    })
+}

@@ -1,0 +1,51 @@
+//! What a cold solve expects, of a cube that lies, is pushed, slides and flies.
+
+use super::Outlook;
+use crate::Error;
+use crate::solver::fixtures::{cube, pressed, with_problem};
+
+/// The outlook, by name.
+fn outlook(corners: usize, mu: f64, sideways: f64, up: f64) -> Result<&'static str, Error> {
+    let mut push = pressed(sideways);
+    push.z += up;
+    with_problem(&cube(corners, mu)?, &push, |problem| {
+        match problem.outlook() {
+            Outlook::Isostatic => "isostatic",
+            Outlook::Sticking => "sticking",
+            Outlook::Hyperstatic => "hyperstatic",
+        }
+    })
+}
+
+#[test]
+fn a_cube_is_seen_as_what_it_does() -> Result<(), Error> {
+    assert_eq!(outlook(1, 0.5, 0.0, 0.0)?, "isostatic"); // three rows, six dofs
+    assert_eq!(outlook(4, 0.5, 0.0, 0.0)?, "sticking");
+    assert_eq!(outlook(4, 0.5, 0.3, 0.0)?, "sticking");
+    assert_eq!(outlook(4, 0.5, 0.45, 0.0)?, "hyperstatic"); // close to what friction holds
+    assert_eq!(outlook(4, 0.5, 4.0, 0.0)?, "isostatic"); // slides: one row a contact
+    assert_eq!(outlook(4, 0.5, 0.0, 2.0)?, "isostatic"); // parts
+    assert_eq!(outlook(4, 0.0, 0.0, 0.0)?, "isostatic"); // no friction, no tangential rows
+    Ok(())
+}
+
+#[test]
+fn the_guess_has_every_contact_pushed_and_sticking() -> Result<(), Error> {
+    with_problem(&cube(4, 0.5)?, &pressed(0.1), |problem| {
+        let mut z = Default::default();
+        problem.all_sticking(&mut z);
+        for (z, law) in z.iter().zip(problem.laws()) {
+            let impulse = law.cone.dual().project(z) - z;
+            assert!(law.cone.is_interior(&impulse), "{impulse}");
+        }
+    })
+}
+
+#[test]
+fn impulses_of_a_corner_are_unique_and_those_of_four_are_not() -> Result<(), Error> {
+    with_problem(&cube(4, 0.5)?, &pressed(0.0), |problem| {
+        let push = [1.0, 0.0, 0.0];
+        assert!(problem.is_hyperstatic(&[push; 4]));
+        assert!(!problem.is_hyperstatic(&[push, [0.0; 3], [0.0; 3], [0.0; 3]]));
+    })
+}
