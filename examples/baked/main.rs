@@ -6,7 +6,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use core::fmt::{Result, Write};
-use stiction::{AdmmSolver, Settings, Solves};
+use stiction::{AdmmSolver, Settings};
 
 #[cfg(target_os = "none")]
 #[path = "../embedded/board.rs"]
@@ -40,7 +40,7 @@ fn main() -> std::process::ExitCode {
     let mut line = String::new();
     let _ = report(&mut AdmmSolver::new(), &mut line);
     print!("{line}");
-    let anew = stiction::Factor::new(&SCENE, Solves::Many)
+    let anew = stiction::Factor::new(&SCENE, stiction::Solves::Many)
         .ok()
         .and_then(|factor| factor.parts());
     std::process::ExitCode::from(u8::from(anew != FACTOR.parts()))

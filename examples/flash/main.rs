@@ -34,7 +34,7 @@ mod firmware {
     #[cfg(not(empty))]
     use {
         core::hint::black_box,
-        stiction::{Factor, Scene, Settings},
+        stiction::{Factor, Scene, Settings, Solves},
     };
 
     #[cfg(all(not(empty), restart))]

@@ -1,15 +1,19 @@
 //! The error a solution is judged by; [`crate::problem::rounding`] bounds what rounding may hide of it.
 //!
-//! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|))`
-//! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w` and
-//! `alpha_i = D / trace(W_ii)`. It is the natural-map residual of FCLIB and Siconos made
-//! independent of units; 0/0 counts as 0. Sums are of squares, with one root at the end.
+//! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |speed|), |M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|))`
+//! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w`, `alpha_i = D / trace(W_ii)`,
+//! `r0_i = Π_K(-alpha_i q̂_i)`, what contact `i` would take if it were alone, and
+//! `speed_i = alpha_i (|H_i| |v_free| + |w_i|) / 100` by sizes of entries, without positive normal offsets (gaps). It is the
+//! natural-map residual of FCLIB and Siconos made independent of units and relative to impulses: a fast slide or a far gap
+//! loosens nothing, and where bodies that touch fall together, so that `q` is rounding alone, a hundredth of what would
+//! stop them is what impulses are compared with. 0/0 counts as 0. Sums are of squares, with one root at the end.
 
-use crate::cone::square;
+use crate::cone::{norm, split, square};
 use crate::linalg::cholesky::BLOCK;
 use crate::linalg::hints::{opaque, rolled};
 use crate::linalg::sparsity::{GROUP, add_columns, add_products};
 use crate::problem::ContactLaw;
+use crate::solution::zeros;
 use crate::{ContactMode, Real, Scene};
 use core::hint::black_box;
 use nalgebra::SVector;
@@ -87,10 +91,85 @@ pub(crate) fn mode<T: Real, const D: usize>(
     }
 }
 
+/// The share of an impulse that would stop the motion at a contact below which impulses are not compared with less.
+pub(crate) const SHARE: f64 = 1e-2;
+
+/// `|r0|`
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn alone<T: Real, const D: usize>(laws: &[ContactLaw<T, D>]) -> T {
+    let laws = opaque(laws);
+    let mut largest = T::ZERO;
+    for law in laws {
+        rolled();
+        largest = larger(largest, law.q.as_slice(), law.alpha);
+    }
+    let unit = unit(largest);
+    let mut squares = T::ZERO;
+    for law in laws {
+        rolled();
+        let push = -law.augmented(&(law.q * (law.alpha * unit)));
+        squares += law.cone.projected_square(&push);
+    }
+    squares.square_root() / unit
+}
+
+/// `|speed|`
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn speed<T: Real, const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<T, N, D, C>,
+    laws: &[ContactLaw<T, D>],
+    free: &[T; N],
+) -> T {
+    let (groups, last) = free.as_chunks::<GROUP>();
+    let mut speeds = [[T::ZERO; D]; C];
+    let mut largest = T::ZERO;
+    let contacts = scene.supported().zip(laws).zip(&mut speeds);
+    for (((contact, support), law), speeds) in contacts {
+        rolled();
+        *speeds = without_gap(&contact.offset).abs().into();
+        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+        for group in support.groups::<N>() {
+            rolled();
+            if let (Some(columns), Some(free)) = (columns.get(group), groups.get(group)) {
+                add_sizes(columns, free, speeds);
+            }
+        }
+        add_sizes(rest, last, speeds);
+        *speeds = speeds.map(|speed| speed * law.alpha);
+        largest = larger(largest, speeds, T::ONE);
+    }
+    let unit = unit(largest);
+    let mut squares = T::ZERO;
+    for speeds in opaque(&speeds).iter().take(laws.len()) {
+        rolled();
+        squares += square(&speeds.map(|speed| speed * unit));
+    }
+    squares.square_root() * (T::literal(SHARE) / unit)
+}
+
+/// An offset, if it is a gap without its normal entry.
+pub(crate) fn without_gap<T: Real, const D: usize>(offset: &SVector<T, D>) -> SVector<T, D> {
+    let mut offset = *offset;
+    if let Some(normal) = offset.as_mut_slice().first_mut() {
+        *normal = normal.min(T::ZERO);
+    }
+    offset
+}
+
+/// `sums += Σ_j |v_j| |column_j|`
+#[inline]
+fn add_sizes<T: Real, const D: usize>(columns: &[[T; D]], v: &[T], sums: &mut [T; D]) {
+    for (column, &v) in columns.iter().zip(v) {
+        for (sum, &entry) in sums.iter_mut().zip(column) {
+            *sum += (entry * v).abs();
+        }
+    }
+}
+
 /// First part of the error, from `u = W r + q` or `u = H v + w`.
 ///
-/// `size = |alpha q|`. What `noise` has bounds what rounding did to each `u_i`, (m/s)²; it is
-/// counted as part of the error.
+/// `size` is `|r0|` or `|speed|`, the larger. What `noise` has bounds what rounding did to each `u_i`, (m/s)²; it is
+/// counted as part of the error, unless the contact is open and parts faster than that.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn natural_map<T: Real, const D: usize>(
     laws: &[ContactLaw<T, D>],
@@ -119,7 +198,9 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
         let push = law.augmented(&(SVector::from(*u) * (law.alpha * unit)));
         residual += square((r - law.cone.project(&(r - push))).as_slice());
         impulse += square(r.as_slice());
-        if let Some(&noise) = noise.next() {
+        if let Some(&noise) = noise.next()
+            && !(r == zeros::<T, D>() && parts(law, u, noise))
+        {
             let scale = law.alpha * unit * (T::ONE + law.shift_factor);
             noises += scale * scale * noise;
         }
@@ -132,21 +213,15 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     quotient(residual + noises, size).square_root()
 }
 
-/// [`natural_map`] without impulses: `|Π_K(-alpha û)| / |alpha q|` at `u = q`.
-#[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn natural_map_at_rest<T: Real, const D: usize>(
-    laws: &[ContactLaw<T, D>],
-    size: T,
-) -> T {
-    let laws = opaque(laws);
-    let unit = unit(size);
-    let mut residual = T::ZERO;
-    for law in laws {
-        rolled();
-        let push = -law.augmented(&(law.q * (law.alpha * unit)));
-        residual += law.cone.projected_square(&push);
-    }
-    quotient(residual.square_root(), size * unit)
+/// Does a contact part whatever of these squares was added to its velocity? `u` lies so far inside the cone at which its
+/// impulse is zero.
+fn parts<T: Real, const D: usize>(law: &ContactLaw<T, D>, u: &[T; D], noise: T) -> bool {
+    let u = SVector::from(*u);
+    let (normal, tangent) = split(&u);
+    let mu = law.cone.friction();
+    let margin = normal + (law.shift_factor - mu) * norm(tangent);
+    let reach = T::ONE + mu;
+    margin > T::ZERO && margin * margin > reach * reach * noise
 }
 
 /// `|M v - M v_free - Hᵀ r|` and the largest of `|M v_free|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which

@@ -57,7 +57,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         self.p = [zeros(); C];
         self.r = [[T::ZERO; D]; C];
         self.u = problem.q();
-        self.natural_map = residual::natural_map_at_rest(problem.laws(), problem.size);
+        self.natural_map = residual::quotient(problem.alone, problem.size);
     }
 
     /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = scale alpha_i`.

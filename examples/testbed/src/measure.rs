@@ -45,8 +45,9 @@ fn norm<'a>(x: impl Iterator<Item = &'a f64> + Clone) -> f64 {
     }
 }
 
-/// `max(|r - Π_K(r - alpha û)| / max(|r|, |alpha q|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`;
-/// infinite where f64 cannot tell.
+/// `max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |speed|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))` with
+/// `r0_i = Π_K(-alpha_i q̂_i)` and `speed_i = alpha_i (|H_i| |v_free| + |w_i|) / 100`, without gaps `w_Ni > 0`; infinite where
+/// f64 cannot tell.
 pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let (v, r) = (DVector::from_row_slice(v), DVector::from_row_slice(r));
     let cholesky = scene
@@ -55,25 +56,39 @@ pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
         .cholesky()
         .expect("M is positive definite");
     let delassus: DMatrix<f64> = &scene.h * cholesky.solve(&scene.h.transpose());
-    let q = &scene.w - &scene.h * cholesky.solve(&scene.f);
+    let free = -cholesky.solve(&scene.f);
+    let q = &scene.w + &scene.h * &free;
     let u = &scene.h * &v + &scene.w;
     let d = scene.dim;
-    let (mut residual, mut scaled_q) = (Vec::new(), Vec::new());
+    let motion = scene.h.abs() * free.abs();
+    let (mut residual, mut alone, mut speed) = (Vec::new(), Vec::new(), Vec::new());
     for (i, &mu) in scene.mu.iter().enumerate() {
         let rows = i * d..(i + 1) * d;
         let mean = delassus.view((i * d, i * d), (d, d)).diagonal().mean();
         let alpha = if mean > 0.0 { 1.0 / mean } else { 0.0 };
-        let (u, r) = (u.rows(i * d, d), r.rows(i * d, d));
-        let slip = norm(u.rows(1, d - 1).iter());
-        let mut x: Vec<f64> = (0..d).map(|k| r[k] - alpha * u[k]).collect();
-        if law == Law::Coulomb {
-            x[0] -= alpha * mu * slip;
-        }
-        let projection = project(&x, mu);
-        residual.extend((0..d).map(|k| r[k] - projection[k]));
-        scaled_q.extend(rows.map(|k| alpha * q[k]));
+        // Π_K(r - alpha û)
+        let projected = |r: &[f64], u: &DVector<f64>| {
+            let u = u.rows(i * d, d);
+            let slip = norm(u.rows(1, d - 1).iter());
+            let mut x: Vec<f64> = (0..d).map(|k| r[k] - alpha * u[k]).collect();
+            if law == Law::Coulomb {
+                x[0] -= alpha * mu * slip;
+            }
+            project(&x, mu)
+        };
+        let r = &r.as_slice()[rows.clone()];
+        let projection = projected(r, &u);
+        residual.extend(r.iter().zip(projection).map(|(r, p)| r - p));
+        alone.extend(projected(&vec![0.0; d], &q));
+        speed.extend(rows.map(|row| {
+            let gap = row == i * d && scene.w[row] > 0.0;
+            let offset = if gap { 0.0 } else { scene.w[row].abs() };
+            1e-2 * alpha * (motion[row] + offset)
+        }));
     }
-    let size = norm(r.iter()).max(norm(scaled_q.iter()));
+    let size = norm(r.iter())
+        .max(norm(alone.iter()))
+        .max(norm(speed.iter()));
     let natural_map = ratio(norm(residual.iter()), size);
     let (inertia, contact) = (&scene.mass * &v, scene.h.transpose() * &r);
     let size = norm(scene.f.iter()).max(norm(inertia.iter()));
