@@ -24,7 +24,7 @@ pub(crate) struct Jacobian<T, const D: usize, const C: usize> {
     frames: [Frame<T, D>; C],
     /// Which frame is of each contact: they may have changed places since.
     order: [usize; C],
-    elimination: Elimination<T, D, C>,
+    pub(super) elimination: Elimination<T, D, C>,
     damping: T,
     scale: T,
     /// Of how many contacts it is.

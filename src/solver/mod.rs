@@ -16,6 +16,7 @@ mod damping;
 mod fallback;
 mod frame;
 mod gauss_seidel;
+mod interior_point;
 mod jacobian;
 mod monitor;
 mod newton;

@@ -28,6 +28,8 @@ pub(crate) struct Newton {
 pub(crate) enum Start {
     /// Somewhere near a solution.
     Near,
+    /// On the central path.
+    Interior,
     /// At the last solution.
     Last,
     /// Where all contacts stick; the merit function says nothing there.
@@ -56,6 +58,15 @@ impl Newton {
         }
     }
 
+    /// From the central path.
+    pub(crate) fn finish() -> Self {
+        Self {
+            left: u8::try_from(tuning::finish_steps()).unwrap_or(u8::MAX),
+            start: Start::Interior,
+            ..Self::new()
+        }
+    }
+
     /// From the guess that all contacts stick.
     pub(crate) fn guessed() -> Self {
         Self {
@@ -76,6 +87,7 @@ impl Newton {
     }
 
     /// Where it began.
+
     pub(crate) const fn start(self) -> Start {
         self.start
     }

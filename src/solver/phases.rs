@@ -19,6 +19,7 @@ use crate::admm::{Iterate, Restart};
 use crate::linalg::hints::rolled;
 use crate::solver::damping::Damping;
 use crate::solver::fallback::{Fallback, Way};
+use crate::solver::interior_point::InteriorPoint;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Outcome, Start};
 use crate::solver::outlook::Outlook;
@@ -42,7 +43,9 @@ pub(crate) enum Phase {
     Sweeps,
     /// A step of Newton's method.
     Newton(Newton),
-    /// What follows a rejected Newton step.
+    /// What follows a rejected Newton step: a step along the central path.
+    InteriorPoint,
+    /// What followed.
     Fallback,
 }
 
@@ -57,6 +60,7 @@ pub(crate) struct Solve<T, const D: usize, const C: usize> {
     pub(super) damping: Damping<T>,
     pub(super) penalty: Penalty<T>,
     pub(super) fallback: Fallback<T, D, C>,
+    pub(super) path: InteriorPoint<T, D, C>,
 }
 
 impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
@@ -71,6 +75,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             damping: Damping::none(),
             penalty: Penalty::none(),
             fallback: Fallback::none(),
+            path: InteriorPoint::none(),
         }
     }
 
@@ -142,11 +147,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                     }
                 } else {
                     self.take_iterates(monitor);
-                    if self.damping.allows(self.point.merit) {
-                        Phase::Newton(Newton::new())
-                    } else {
-                        Phase::Fallback
-                    }
+                    Phase::Newton(Newton::new())
                 }
             }
             Phase::Newton(newton) => match self.step(monitor, workspace, newton) {
@@ -156,7 +157,11 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                     self.begin_sweeps()
                 }
                 Outcome::Rejected => match newton.start() {
-                    Start::Near => Phase::Fallback,
+                    Start::Near => self.begin_interior(monitor),
+                    Start::Interior => {
+                        self.place(monitor);
+                        Phase::InteriorPoint
+                    }
                     Start::Last | Start::Guess => {
                         self.damping = Damping::new();
                         self.point.set_zero_impulse(monitor.problem);
@@ -164,6 +169,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                     }
                 },
             },
+            Phase::InteriorPoint => self.follow_path(monitor, workspace),
             Phase::Fallback => match self.fall_back(monitor, factor, workspace) {
                 Way::Sweeps => self.begin_side_branch(monitor),
                 Way::Admm => self.begin_admm(factor, workspace),
@@ -236,7 +242,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let contacts = points.zip(&point.u).zip(&self.iterates);
         contacts.map(|(((&p, &r), &u), iterate)| match self.phase {
             Phase::Admm { .. } => (iterate.u, iterate.impulse()),
-            Phase::Sweeps => (u.into(), r.into()),
+            Phase::Sweeps | Phase::InteriorPoint => (u.into(), r.into()),
             _ => (p, r.into()),
         })
     }

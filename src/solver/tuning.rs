@@ -79,6 +79,16 @@ numbers! {
     /// Damping: share of the merit of a rejected step at which another is tried.
     fall_after_rejection: 0.09;
 
+    first_energy: 1.0;
+    first_gain: 10.0;
+    near: 1e-4;
+    stalled: 0.7;
+    jam: 0.1;
+    beta: 3.0;
+    lift: 9.0;
+    boundary: 0.99;
+    correct_again: 0.95;
+
     /// Fallback: share of the natural map that sweeps without impulses have to reach to be followed.
     side_branch: 0.1;
 }
@@ -94,6 +104,10 @@ counts! {
     /// ADMM: iterations with a penalty of another size, and sweeps of every fourth such attempt.
     after_restart: 20;
 
+    from_w: 1;
+    interior_start: 3;
+    jam_sweeps: 10;
+    finish_steps: 6;
     /// Newton: steps of one phase.
     newton_steps: 30;
     /// Newton: lengths of a step that are tried, of [`LENGTHS`], until a penalty of another size is.

@@ -2,6 +2,7 @@
 
 use crate::factor::resolvent::Resolvent;
 use crate::linalg::blocks::ContactMatrix;
+use crate::linalg::elimination::Elimination;
 use crate::problem::Problem;
 use crate::solver::jacobian::Jacobian;
 use crate::solver::point::Point;
@@ -80,6 +81,12 @@ impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
             .compute(problem, point, scale, damping, matrix)?;
         self.content = Content::Jacobian;
         self.kept()
+    }
+
+    /// Lends the matrix, and what eliminates in it.
+    pub(crate) fn lend(&mut self) -> (&mut ContactMatrix<T, D, C>, &mut Elimination<T, D, C>) {
+        self.content = Content::Nothing;
+        (&mut self.room.matrix, &mut self.jacobian.elimination)
     }
 
     /// Computes a resolvent of this solve's own; nothing is left if there is none for these penalties.
