@@ -10,7 +10,6 @@ use crate::factor::resolvent::Resolvent;
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::problem::{ContactLaw, Problem};
-use crate::solution::zeros;
 use crate::{Real, SlipUpdate};
 use nalgebra::SVector;
 
@@ -28,18 +27,6 @@ pub(crate) struct Iterate<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Iterate<T, D> {
-    /// What stands in a place that is not used.
-    pub(crate) const fn none() -> Self {
-        Self {
-            u: zeros(),
-            zeta: zeros(),
-            penalty: T::ZERO,
-            u_hat: zeros(),
-            zeta_hat: zeros(),
-            slip: T::ZERO,
-        }
-    }
-
     /// An iterate without momentum, at a velocity `ũ` and an impulse `r = -rho ζ`.
     pub(crate) fn at(u: SVector<T, D>, r: SVector<T, D>, penalty: T) -> Self {
         let zeta = r / -penalty;
@@ -124,16 +111,6 @@ impl<T: Real> Acceleration<T> for Fast<T> {
         let momentum = (self.tau - T::ONE) / next;
         self.tau = next;
         momentum
-    }
-}
-
-impl<T: Real> Restart<T> {
-    /// Of no solve yet: all zeros, as all of a new solver is.
-    pub(crate) const fn none() -> Self {
-        Self {
-            fast: Fast { tau: T::ZERO },
-            residual: None,
-        }
     }
 }
 

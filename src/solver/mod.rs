@@ -1,5 +1,5 @@
-//! The default method: Gauss-Seidel where impulses are unique, or else a guess or Algorithm 2 for a start, and
-//! semismooth Newton to the end.
+//! The default method: Gauss-Seidel or a guess for a start, semismooth Newton to the end, and an interior-point method
+//! where that fails.
 
 use crate::problem::Problem;
 use crate::solver::monitor::Monitor;
@@ -10,10 +10,8 @@ use crate::solver::workspace::Workspace;
 use crate::{Error, Factor, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
 
-mod admm_phase;
 mod admm_solver;
 mod damping;
-mod fallback;
 mod frame;
 mod gauss_seidel;
 mod interior_point;
@@ -21,7 +19,6 @@ mod jacobian;
 mod monitor;
 mod newton;
 mod outlook;
-mod penalty;
 mod phases;
 mod point;
 mod record;
@@ -162,16 +159,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         let (solution, record) = (&mut self.solution, &mut self.record);
         let mut monitor = Monitor::new(&mut problem, settings, solution, record, resumed);
         if !resumed {
-            self.solve.begin(
-                &mut monitor,
-                factor,
-                &mut self.workspace,
-                &mut self.warm_start,
-            );
+            self.solve
+                .begin(&mut monitor, &mut self.workspace, &mut self.warm_start);
         }
         while monitor.is_running() {
-            self.solve
-                .advance(&mut monitor, factor, &mut self.workspace);
+            self.solve.advance(&mut monitor, &mut self.workspace);
         }
         self.solve.finish(&mut monitor);
         let contacts = self.solve.contacts();

@@ -9,7 +9,6 @@ use crate::problem::infeasibility;
 use crate::problem::residual::quotient;
 use crate::solver::record::Record;
 use crate::{Real, Settings, SlipUpdate, Solution, Status, Work};
-use core::mem;
 use nalgebra::SVector;
 
 /// One call that works on a solve.
@@ -95,11 +94,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         false
     }
 
-    /// Have the impulses run away since this was last asked?
-    pub(crate) fn take_lost(&mut self) -> bool {
-        mem::take(&mut self.record.lost)
-    }
-
     /// Ends it.
     pub(crate) fn stop(&mut self, status: Status) {
         self.record.status = status;
@@ -166,7 +160,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         self.problem
             .evaluate(r, self.settings.tolerance, self.solution);
         if self.runs_away(r) {
-            self.record.lost = true;
             self.record.natural_map = None;
         } else if self.solution.error <= self.settings.tolerance {
             self.stop(Status::Solved);
@@ -183,7 +176,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         }
     }
 
-    /// A Newton step was rejected: near the limit of the number type, eleven without a halved error
+    /// A Newton step was rejected, or the interior point has jammed: near the limit of the number type, eleven without a halved error
     /// are enough.
     pub(crate) fn fail(&mut self) {
         let Some(best) = self.record.natural_map else {

@@ -12,7 +12,6 @@ use nalgebra::SVector;
 
 /// The linearised equations of a point, factorised.
 pub(super) struct System<'a, T, const D: usize, const C: usize> {
-    parts: [Part; C],
     scalings: [Scaling<T, D>; C],
     pairs: &'a [Pair<T, D>; C],
     /// `y = D u`
@@ -33,52 +32,40 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
         elimination: &'a mut Elimination<T, D, C>,
     ) -> Option<Self> {
         let laws = problem.laws();
-        let mut parts = [Part::Nothing; C];
         let mut scalings = [Scaling::none(); C];
         let mut velocities = [zeros(); C];
-        let targets = parts.iter_mut().zip(&mut scalings).zip(&mut velocities);
-        for (((part, scaling), velocity), (law, (pair, u))) in
-            targets.zip(laws.iter().zip(pairs.iter().zip(u)))
+        let contacts = laws.iter().zip(pairs.iter().zip(u));
+        for ((scaling, velocity), (law, (pair, u))) in
+            scalings.iter_mut().zip(&mut velocities).zip(contacts)
         {
             rolled();
-            *part = Part::of(law);
-            if matches!(part, Part::Coulomb | Part::Cone) {
+            if pair.part.is_cone() {
                 *scaling = Scaling::of(pair);
             }
-            *velocity = widen(law, u);
+            *velocity = widen(law, &(*u).into());
         }
-        elimination.lay_out(parts.iter().map(|part| part.count::<D>()));
-        for (j, (law, part)) in laws.iter().zip(&parts).enumerate() {
-            let (start, count) = (elimination.columns(j).start, part.count::<D>());
-            if count == 0 {
-                continue;
-            }
-            let sources = problem.factor.delassus().iter();
-            for (i, (rows, source)) in matrix.iter_mut().zip(sources).take(laws.len()).enumerate() {
-                let other = *parts.get(i)?;
-                if other == Part::Nothing {
+        elimination.lay_out(pairs.iter().map(|pair| pair.part.count::<D>()));
+        let delassus = problem.factor.delassus();
+        for (j, (law, pair)) in laws.iter().zip(pairs).enumerate() {
+            let (start, count) = (elimination.columns(j).start, pair.part.count::<D>());
+            let rows = matrix.iter_mut().zip(delassus);
+            for (i, ((rows, sources), tested)) in rows.zip(laws.iter().zip(pairs)).enumerate() {
+                if count == 0 || tested.1.part == Part::Nothing {
                     continue;
                 }
-                let mu = laws.get(i)?.cone.friction();
-                for (k, (row, source)) in rows.iter_mut().zip(source).enumerate() {
+                for (k, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
                     rolled();
                     let mut entries = [T::ZERO; D];
-                    if k < other.count::<D>() {
-                        let factor = if k == 0 { T::ONE } else { mu };
-                        let wide = widen(law, source.get(j)?) * factor;
-                        for (entry, wide) in entries.iter_mut().zip(wide.iter()).take(count) {
-                            *entry = *wide;
+                    if k < tested.1.part.count::<D>() {
+                        let mut wide = widen(law, &(*source.get(j)?).into());
+                        if k > 0 {
+                            wide *= tested.0.cone.friction();
                         }
                         if i == j {
-                            let (pair, scaling) = (pairs.get(i)?, scalings.get(i)?);
-                            if k == 0 && other != Part::Cone {
-                                *entries.first_mut()? += pair.normal / first(&pair.x);
-                            } else {
-                                let own = scaling.row(k);
-                                for (entry, own) in entries.iter_mut().zip(own.iter()) {
-                                    *entry += *own;
-                                }
-                            }
+                            wide += scalings.get(i)?.row(pair, k);
+                        }
+                        for (entry, &wide) in entries.iter_mut().zip(wide.iter()).take(count) {
+                            *entry = wide;
                         }
                     }
                     // What is too much is overwritten by the next contact, or zero.
@@ -89,7 +76,6 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
         }
         elimination.factorise(matrix, false)?;
         Some(Self {
-            parts,
             scalings,
             pairs,
             velocities,
@@ -107,7 +93,7 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
         for (i, ((pair, velocity), (goal, normal))) in contacts.enumerate() {
             rolled();
             let mut right = pair.w + goal - velocity;
-            if *self.parts.get(i)? != Part::Cone {
+            if pair.part != Part::Cone {
                 right = joined(pair.normal + *normal - first(velocity), right);
             }
             let own = unknowns.get_mut(self.elimination.columns(i))?;
@@ -126,11 +112,10 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
             for (x, unknown) in step.x.iter_mut().zip(own) {
                 *x = *unknown;
             }
-            let part = *self.parts.get(i)?;
-            if part != Part::Nothing {
+            if matches!(pair.part, Part::Normal | Part::Coulomb) {
                 step.normal = *normal - pair.normal / first(&pair.x) * first(&step.x);
             }
-            if matches!(part, Part::Coulomb | Part::Cone) {
+            if pair.part.is_cone() {
                 step.w = goal - scaling.compliance(&step.x);
             }
         }
@@ -154,16 +139,14 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
         beta: T,
     ) -> Option<[Pair<T, D>; C]> {
         let mut goals = [(zeros(), T::ZERO); C];
-        let contacts = self.pairs.iter().zip(step);
-        let contacts = contacts.zip(self.parts.iter().zip(&self.scalings));
-        for (goal, ((pair, step), (part, scaling))) in goals.iter_mut().zip(contacts) {
+        let contacts = self.pairs.iter().zip(step).zip(&self.scalings);
+        for (goal, ((pair, step), scaling)) in goals.iter_mut().zip(contacts) {
             rolled();
-            if *part == Part::Nothing {
-                continue;
+            if pair.part != Part::Nothing {
+                let normal = first(&pair.x);
+                goal.1 = (tau - normal * pair.normal - first(&step.x) * step.normal) / normal;
             }
-            let normal = first(&pair.x);
-            goal.1 = (tau - normal * pair.normal - first(&step.x) * step.normal) / normal;
-            if *part != Part::Normal {
+            if pair.part.is_cone() {
                 goal.0 = scaling.corrected(pair, step, tau * beta);
             }
         }
@@ -172,9 +155,7 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
 
     /// The greatest length up to a limit of a step inside the cones.
     pub(super) fn reach(&self, step: &[Pair<T, D>; C], limit: T) -> T {
-        let contacts = self.parts.iter().zip(self.pairs.iter().zip(step));
-        contacts.fold(limit, |reach, (&part, (pair, step))| {
-            pair.reach(part, step, reach)
-        })
+        let contacts = self.pairs.iter().zip(step);
+        contacts.fold(limit, |reach, (pair, step)| pair.reach(step, reach))
     }
 }

@@ -10,17 +10,6 @@ use crate::problem::ContactLaw;
 use crate::solution::zeros;
 use nalgebra::SVector;
 
-/// A contact on the central path, or how it moves.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pair<T, const D: usize> {
-    /// `x = D⁻¹ r`
-    pub(crate) x: SVector<T, D>,
-    /// `(s, w_T)`: a bound on slip that is free, and the tangential velocity. In the convex relaxation `s` is `w_N`.
-    pub(crate) w: SVector<T, D>,
-    /// `w_N`
-    pub(crate) normal: T,
-}
-
 /// What of a contact is on the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
@@ -47,6 +36,11 @@ impl Part {
         }
     }
 
+    /// Are its rows bound to each other?
+    pub(crate) fn is_cone(self) -> bool {
+        matches!(self, Self::Coulomb | Self::Cone)
+    }
+
     /// Number of unknowns.
     pub(crate) fn count<const D: usize>(self) -> usize {
         match self {
@@ -57,9 +51,24 @@ impl Part {
     }
 }
 
+/// A contact on the central path, or how it moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair<T, const D: usize> {
+    pub(crate) part: Part,
+    /// `x = D⁻¹ r`
+    pub(crate) x: SVector<T, D>,
+    /// `(s, w_T)`: a bound on slip that is free, and the tangential velocity. In the convex relaxation `s` is `w_N`.
+    pub(crate) w: SVector<T, D>,
+    /// `w_N`, but in the convex relaxation
+    pub(crate) normal: T,
+}
+
 /// `D v`
-pub(crate) fn widen<T: Real, const D: usize>(law: &ContactLaw<T, D>, v: &[T; D]) -> SVector<T, D> {
-    let mut wide = SVector::from(*v);
+pub(crate) fn widen<T: Real, const D: usize>(
+    law: &ContactLaw<T, D>,
+    v: &SVector<T, D>,
+) -> SVector<T, D> {
+    let mut wide = *v;
     for wide in wide.iter_mut().skip(1) {
         *wide *= law.cone.friction();
     }
@@ -67,13 +76,8 @@ pub(crate) fn widen<T: Real, const D: usize>(law: &ContactLaw<T, D>, v: &[T; D])
 }
 
 /// `D⁻¹ v`
-pub(crate) fn narrow<T: Real, const D: usize>(law: &ContactLaw<T, D>, v: &[T; D]) -> SVector<T, D> {
-    let mut narrow = SVector::from(*v);
-    let mu = law.cone.friction();
-    for narrow in narrow.iter_mut().skip(1) {
-        *narrow = if mu > T::ZERO { *narrow / mu } else { T::ZERO };
-    }
-    narrow
+fn narrow<T: Real, const D: usize>(law: &ContactLaw<T, D>, v: &SVector<T, D>) -> SVector<T, D> {
+    joined(first(v), v / law.cone.friction())
 }
 
 /// A vector by its parts.
@@ -120,7 +124,7 @@ fn size<T: Real, const D: usize>(a: &SVector<T, D>) -> T {
 }
 
 /// The greatest `t` up to a limit with `a + t d` in the cone, for `a` inside of it.
-fn reach_within<T: Real, const D: usize>(a: &SVector<T, D>, d: &SVector<T, D>, limit: T) -> T {
+fn reach<T: Real, const D: usize>(a: &SVector<T, D>, d: &SVector<T, D>, limit: T) -> T {
     // In units of `a_N`, so that no square overflows or vanishes.
     let unit = T::ONE / first(a);
     let (forward, tangent) = (first(d) * unit, d * unit);
@@ -156,84 +160,87 @@ impl<T: Real, const D: usize> Pair<T, D> {
     /// No contact yet.
     pub(crate) const fn none() -> Self {
         Self {
+            part: Part::Nothing,
             x: zeros(),
             w: zeros(),
             normal: T::ZERO,
         }
     }
 
-    /// The pair of the central path, `x ∘ w = energy beta e` and `x_N w_N = energy`, that is nearest to an impulse and a
-    /// velocity `w`: that of the same `gain w - x / (gain alpha)` (Chen, Harker, Kanzow and Smale).
+    /// The pair of a central path that is nearest to an impulse and a velocity: that of the same
+    /// `gain w - x / (gain alpha)`, with the smoothing of Chen, Harker, Kanzow and Smale.
     pub(crate) fn centred(
         law: &ContactLaw<T, D>,
-        x: &SVector<T, D>,
-        w: &SVector<T, D>,
-        energy: T,
+        r: &SVector<T, D>,
+        u: &SVector<T, D>,
+        tau: T,
         gain: T,
         beta: T,
     ) -> Self {
+        let part = Part::of(law);
         let mass = gain * law.alpha;
-        let mut z = w * gain - x / mass;
-        if Part::of(law) == Part::Normal {
-            z = joined(first(&z), zeros());
-        }
-        let square = energy / law.alpha;
-        let four = T::literal(4.0);
+        let z = match part {
+            Part::Nothing => return Self::none(),
+            Part::Normal => joined(first(u) * gain - first(r) / mass, zeros()),
+            _ => widen(law, u) * gain - narrow(law, r) / mass,
+        };
+        let square = tau / law.alpha;
+        let [two, four] = [2.0, 4.0].map(T::literal);
         // (l + sqrt(l² + 4 square)) / 2, without cancellation
         let smooth = |l: T| {
             let root = (l * l + four * square).square_root();
             if l > T::ZERO {
-                (l + root) * T::literal(0.5)
+                (l + root) / two
             } else {
-                (square + square) / (root - l)
+                two * square / (root - l)
             }
         };
         let (normal, tangent) = split(&z);
         let length = norm(tangent);
-        let direction = if length > T::ZERO { z / length } else { zeros() };
-        let vector = |low: T, high: T, sign: T| {
-            let half = T::literal(0.5);
-            joined((low + high) * half, direction * ((high - low) * half * sign))
-        };
-        let velocity = vector(smooth(normal - length), smooth(normal + length), T::ONE);
-        let push = vector(smooth(-normal - length), smooth(length - normal), -T::ONE);
-        let x = push * mass;
+        let direction = if length > T::ZERO { z / length } else { z };
+        let vector = |low: T, high: T| joined((low + high) / two, direction * ((high - low) / two));
+        let w = vector(smooth(normal - length), smooth(normal + length));
+        let x = vector(smooth(length - normal), smooth(-normal - length)) * mass;
         Self {
+            part,
             x,
-            w: velocity * (beta / gain),
-            normal: energy / first(&x),
+            w: w * (beta / gain),
+            normal: tau / first(&x),
         }
     }
 
-    /// `x_N w_N` and `x · w`: energies that are to become `tau` and `beta tau`.
-    pub(crate) fn energies(&self) -> [T; 2] {
-        [first(&self.x) * self.normal, self.x.dot(&self.w)]
+    /// What is to become `tau`.
+    pub(crate) fn products(&self, beta: T) -> [Option<T>; 2] {
+        let normal = first(&self.x) * self.normal;
+        let cone = self.x.dot(&self.w) / beta;
+        match self.part {
+            Part::Nothing => [None; 2],
+            Part::Normal => [Some(normal), None],
+            Part::Cone => [Some(cone), None],
+            Part::Coulomb => [Some(normal), Some(cone)],
+        }
     }
 
-    /// The greatest `t` up to a limit with which it may move.
-    pub(crate) fn reach(&self, part: Part, step: &Self, limit: T) -> T {
-        let mut reach = limit;
-        if matches!(part, Part::Coulomb | Part::Normal) && step.normal < T::ZERO {
-            reach = reach.min(-self.normal / step.normal);
+    /// The greatest length up to a limit with which it may move.
+    pub(crate) fn reach(&self, step: &Self, mut limit: T) -> T {
+        if self.part.is_cone() {
+            limit = reach(&self.x, &step.x, limit);
+            limit = reach(&self.w, &step.w, limit);
+        } else if first(&step.x) < T::ZERO {
+            limit = limit.min(-first(&self.x) / first(&step.x));
         }
-        match part {
-            Part::Normal if first(&step.x) < T::ZERO => {
-                reach.min(-first(&self.x) / first(&step.x))
-            }
-            Part::Nothing | Part::Normal => reach,
-            Part::Coulomb | Part::Cone => {
-                let reach = reach_within(&self.x, &step.x, reach);
-                reach_within(&self.w, &step.w, reach)
-            }
+        if step.normal < T::ZERO {
+            limit = limit.min(-self.normal / step.normal);
         }
+        limit
     }
 
     /// Moves it.
-    pub(crate) fn go(&mut self, part: Part, step: &Self, length: T) {
+    pub(crate) fn go(&mut self, step: &Self, length: T) {
         self.x += step.x * length;
         self.w += step.w * length;
         self.normal += step.normal * length;
-        if matches!(part, Part::Coulomb | Part::Cone) {
+        if self.part.is_cone() {
             keep_inside(&mut self.x);
             keep_inside(&mut self.w);
         }
@@ -245,8 +252,8 @@ impl<T: Real, const D: usize> Pair<T, D> {
 pub(crate) struct Scaling<T, const D: usize> {
     /// `ω`, of determinant 1.
     omega: SVector<T, D>,
-    /// `sqrt(det w / det x)`; of a contact without friction `w_N / x_N`.
-    pub(crate) stretch: T,
+    /// `sqrt(det w / det x)`
+    stretch: T,
 }
 
 impl<T: Real, const D: usize> Scaling<T, D> {
@@ -283,9 +290,12 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         rest * self.stretch
     }
 
-    /// Row `k` of `V⁻²`.
-    pub(crate) fn row(&self, k: usize) -> SVector<T, D> {
+    /// Row `k` of what answers to an impulse: of `V⁻²`, or in a normal row of its own `w_N / x_N`.
+    pub(crate) fn row(&self, pair: &Pair<T, D>, k: usize) -> SVector<T, D> {
         let mut unit: SVector<T, D> = zeros();
+        if k == 0 && pair.part != Part::Cone {
+            return joined(pair.normal / first(&pair.x), unit);
+        }
         if let Some(entry) = unit.as_mut_slice().get_mut(k) {
             *entry = T::ONE;
         }
