@@ -241,18 +241,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         }
     }
 
-    /// `rho_i = scale alpha_i`; the penalty of the factor for a contact that nothing moves.
-    pub(crate) fn penalties(&self, scale: T) -> [T; C] {
-        let mut penalties = [self.factor.penalty(); C];
-        for (penalty, law) in penalties.iter_mut().zip(self.laws()) {
-            rolled();
-            if law.alpha > T::ZERO {
-                *penalty = scale * law.alpha;
-            }
-        }
-        penalties
-    }
-
     /// `q`, as it has been corrected.
     pub(crate) fn q(&self) -> ContactVector<T, D, C> {
         self.laws.map(|law| law.q.into())

@@ -1,4 +1,4 @@
-//! Levenberg-Marquardt damping of Newton's steps, and when one is worth trying.
+//! Levenberg-Marquardt damping of Newton's steps.
 
 use crate::Real;
 use crate::solver::tuning;
@@ -7,52 +7,25 @@ use crate::solver::tuning;
 #[derive(Clone, Debug)]
 pub(crate) struct Damping<T> {
     level: T,
-    /// The merit at which the last step was rejected, how often it was waited since, and rejections in all.
-    rejected: Option<T>,
-    waited: u8,
-    rejections: u8,
 }
 
 impl<T: Real> Damping<T> {
     /// No solve yet.
     pub(crate) const fn none() -> Self {
-        Self {
-            level: T::ZERO,
-            rejected: None,
-            waited: 0,
-            rejections: 0,
-        }
+        Self { level: T::ZERO }
     }
 
     /// Little.
     pub(crate) fn new() -> Self {
         Self {
             level: tuning::least_level(),
-            ..Self::none()
         }
     }
 
     /// For a start from the last solution. Of a singular scene other directions are without effect
     /// now than were then, and more damping keeps the impulses from drifting along them.
     pub(crate) fn warm() -> Self {
-        Self {
-            level: T::ONE,
-            ..Self::none()
-        }
-    }
-
-    /// Is a step worth trying at this merit? After a rejection first-order iterations must have brought it
-    /// down, or have been tried twice.
-    pub(crate) fn allows(&mut self, merit: T) -> bool {
-        let waiting = self
-            .rejected
-            .is_some_and(|rejected| merit > rejected * tuning::fall_after_rejection());
-        if waiting && usize::from(self.waited) < tuning::patience() {
-            self.waited += 1;
-            return false;
-        }
-        self.waited = 0;
-        true
+        Self { level: T::ONE }
     }
 
     /// `λ`: vanishes with the error, down to what rounding makes of `W`, so that the last steps are Newton's.
@@ -62,29 +35,15 @@ impl<T: Real> Damping<T> {
         lambda.min(tuning::largest_damping())
     }
 
-    /// Forgets the rejections, for a penalty of another size.
-    pub(crate) fn restart(&mut self) {
-        self.level = T::ONE;
-        self.rejected = None;
-        self.waited = 0;
-    }
-
     /// A full step was accepted.
     pub(crate) fn relax(&mut self) {
         self.level = (self.level * T::literal(0.1)).max(tuning::least_level());
     }
 
-    /// A step was rejected at this merit.
-    pub(crate) fn reject(&mut self, merit: T) {
+    /// A step was rejected.
+    pub(crate) fn reject(&mut self) {
         self.level = (self.level * T::literal(10.0))
             .max(T::ONE)
             .min(tuning::largest_level());
-        self.rejected = Some(merit);
-        self.rejections = self.rejections.saturating_add(1);
-    }
-
-    /// Has one step been rejected, and only one? The time to doubt that there is a solution.
-    pub(crate) fn is_first_rejection(&self) -> bool {
-        self.rejections == 1
     }
 }

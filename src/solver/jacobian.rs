@@ -24,9 +24,8 @@ pub(crate) struct Jacobian<T, const D: usize, const C: usize> {
     frames: [Frame<T, D>; C],
     /// Which frame is of each contact: they may have changed places since.
     order: [usize; C],
-    elimination: Elimination<T, D, C>,
+    pub(super) elimination: Elimination<T, D, C>,
     damping: T,
-    scale: T,
     /// Of how many contacts it is.
     contacts: usize,
 }
@@ -38,7 +37,6 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
             order: [0; C],
             elimination: Elimination::none(),
             damping: T::ZERO,
-            scale: T::ZERO,
             contacts: 0,
         }
     }
@@ -51,27 +49,24 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
         }
     }
 
-    /// Linearises at a point with `rho_i = scale alpha_i`, and factorises in `matrix`; `None` if
-    /// the system is singular.
+    /// Linearises at a point, and factorises in `matrix`; `None` if the system is singular.
     #[inline(never)]
     pub(crate) fn compute<const N: usize>(
         &mut self,
         problem: &Problem<'_, T, N, D, C>,
         point: &Point<T, D, C>,
-        scale: T,
         damping: T,
         matrix: &mut ContactMatrix<T, D, C>,
     ) -> Option<()> {
         self.order = array::from_fn(|i| i);
         self.damping = damping;
-        self.scale = scale;
         let laws = problem.laws();
         let contacts = laws.iter().zip(&point.z);
         let contacts = contacts.zip(point.p.iter().zip(&point.r));
         for (frame, ((law, z), (velocity, impulse))) in self.frames.iter_mut().zip(contacts) {
             rolled();
             let kind = Kind::of(law, velocity, impulse);
-            frame.set(law, kind, z, scale * law.alpha, damping);
+            frame.set(law, kind, z, law.alpha, damping);
         }
         self.hold(laws, point);
         let frames = self.frames.get(..laws.len())?;
@@ -149,13 +144,11 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
         &self,
         problem: &Problem<'_, T, N, D, C>,
         point: &Point<T, D, C>,
-        scale: T,
     ) -> bool {
         let laws = problem.laws();
         let contacts = point.p.iter().zip(&point.r);
         let mut contacts = laws.iter().zip(contacts).zip(&self.order);
         self.contacts == laws.len()
-            && self.scale == scale
             && contacts.all(|((law, (velocity, r)), &frame)| {
                 rolled();
                 let frame = self.frames.get(frame);

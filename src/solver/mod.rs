@@ -1,5 +1,5 @@
-//! The default method: Gauss-Seidel where impulses are unique, or else a guess or Algorithm 2 for a start, and
-//! semismooth Newton to the end.
+//! The default method: Gauss-Seidel or a guess for a start, semismooth Newton to the end, and an interior-point method
+//! where that fails.
 
 use crate::solver::calls::{Calls, Method};
 use crate::solver::monitor::Monitor;
@@ -9,20 +9,18 @@ use crate::solver::workspace::Workspace;
 use crate::{Error, Factor, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
 
-mod admm_phase;
 mod admm_solver;
 mod calls;
 mod damping;
-mod fallback;
 #[cfg(test)]
 mod fixtures;
 mod frame;
 mod gauss_seidel;
+mod interior_point;
 mod jacobian;
 mod monitor;
 mod newton;
 mod outlook;
-mod penalty;
 mod phases;
 mod point;
 mod record;

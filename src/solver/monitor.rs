@@ -9,7 +9,6 @@ use crate::problem::infeasibility;
 use crate::problem::residual::quotient;
 use crate::solver::record::Record;
 use crate::{Real, Settings, Solution, Status, Work};
-use core::mem;
 use nalgebra::SVector;
 
 /// One call that works on a solve.
@@ -55,16 +54,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         self.settings.tolerance
     }
 
-    /// Work done by the method, in iterations: without searches for a proof, which depend on the number of calls.
-    pub(crate) fn work(&self) -> usize {
-        let work = self.solution.work;
-        Work {
-            proof_searches: 0,
-            ..work
-        }
-        .total()
-    }
-
     /// Does it go on?
     pub(crate) fn is_running(&self) -> bool {
         !self.is_over() && self.solution.work.total() < self.limit
@@ -98,11 +87,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
             return impulse * self.solution.error > T::literal(0.1);
         }
         false
-    }
-
-    /// Have the impulses run away since this was last asked?
-    pub(crate) fn take_lost(&mut self) -> bool {
-        mem::take(&mut self.record.lost)
     }
 
     /// Ends it.
@@ -172,7 +156,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         self.problem
             .evaluate(r, self.settings.tolerance, self.solution);
         if self.runs_away(r) {
-            self.record.lost = true;
             self.record.natural_map = None;
         } else if self.solution.error <= self.settings.tolerance {
             self.stop(Status::Solved);
@@ -189,7 +172,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         }
     }
 
-    /// A Newton step was rejected: near the limit of the number type, eleven without a halved error
+    /// A Newton step was rejected, or the interior point has jammed: near the limit of the number type, eleven without a halved error
     /// are enough.
     pub(crate) fn fail(&mut self) {
         let Some(best) = self.record.natural_map else {

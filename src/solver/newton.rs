@@ -28,6 +28,8 @@ pub(crate) struct Newton {
 pub(crate) enum Start {
     /// Somewhere near a solution.
     Near,
+    /// On the central path.
+    Interior,
     /// At the last solution.
     Last,
     /// Where all contacts stick; the merit function says nothing there.
@@ -56,6 +58,15 @@ impl Newton {
         }
     }
 
+    /// From the central path.
+    pub(crate) fn finish() -> Self {
+        Self {
+            left: u8::try_from(tuning::finish_steps()).unwrap_or(u8::MAX),
+            start: Start::Interior,
+            ..Self::new()
+        }
+    }
+
     /// From the guess that all contacts stick.
     pub(crate) fn guessed() -> Self {
         Self {
@@ -76,6 +87,7 @@ impl Newton {
     }
 
     /// Where it began.
+
     pub(crate) const fn start(self) -> Start {
         self.start
     }
@@ -115,9 +127,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let Some((jacobian, matrix)) = workspace.kept() else {
             return false;
         };
-        let scale = self.penalty.scale;
         let same = |point: &Point<T, D, C>, monitor: &Monitor<'_, '_, T, N, D, C>| {
-            jacobian.has_same_active_set(monitor.problem, point, scale)
+            jacobian.has_same_active_set(monitor.problem, point)
         };
         if !same(&self.point, monitor) {
             return false;
@@ -158,9 +169,9 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         newton: &mut Newton,
     ) -> bool {
         monitor.solution.work.newton_steps += 1;
-        let (problem, scale) = (&*monitor.problem, self.penalty.scale);
+        let problem = &*monitor.problem;
         let damping = self.damping.at(self.point.natural_map);
-        let computed = workspace.linearise(problem, &self.point, scale, damping);
+        let computed = workspace.linearise(problem, &self.point, damping);
         let step = computed.and_then(|(jacobian, matrix)| {
             let centred =
                 matches!(newton.start, Start::Last) && problem.is_hyperstatic(&self.point.r);
@@ -180,10 +191,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             newton.reuse = self.point.merit < before * tuning::chord_fall();
         }
         if length.is_none() {
-            self.damping.reject(before);
-            if self.damping.is_first_rejection() {
-                monitor.look_for_proof();
-            }
+            self.damping.reject();
             monitor.fail();
         }
         length.is_some()
@@ -199,12 +207,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         rise: Option<T>,
     ) -> Option<T> {
         let (start, before) = (self.point.z, self.point.merit);
-        let tried = if self.penalty.has_ever_restarted() {
-            tuning::LENGTHS.len()
-        } else {
-            tuning::lengths_at_first()
-        };
-        for &length in tuning::LENGTHS.get(..tried)? {
+        for length in tuning::LENGTHS {
             rolled();
             let length = T::literal(length);
             self.evaluate_at(monitor, &start, step, length);
@@ -226,7 +229,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         length: T,
     ) {
         self.point.go(start, step, length);
-        self.point.update(monitor.problem, self.penalty.scale);
+        self.point.update(monitor.problem);
         self.consider(monitor);
     }
 
@@ -237,6 +240,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         start: &[SVector<T, D>; C],
     ) {
         self.point.z = *start;
-        self.point.update(monitor.problem, self.penalty.scale);
+        self.point.update(monitor.problem);
     }
 }

@@ -1,5 +1,5 @@
-//! Are impulses unique, and what may a cold solve expect of them? It starts by that: with sweeps, with Newton's
-//! method at a guess, or with ADMM.
+//! Are impulses unique, and do contacts stick? A cold solve starts by that: with Newton's method at a guess, or with
+//! sweeps.
 
 use crate::Real;
 use crate::cone::{add_to_normal, norm, split};
@@ -9,16 +9,6 @@ use crate::problem::{ContactLaw, Problem};
 use crate::solution::zeros;
 use crate::solver::tuning;
 use nalgebra::SVector;
-
-/// What a cold solve may expect.
-pub(crate) enum Outlook {
-    /// Impulses that are nearly unique.
-    Isostatic,
-    /// Impulses that are not, and nothing that speaks against contacts that stick.
-    Sticking,
-    /// Impulses that are not.
-    Hyperstatic,
-}
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
     /// Do contacts with these impulses have more rows than they move dofs, by a contact at least? Then
@@ -41,13 +31,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         self.size * tuning::parting::<T>()
     }
 
-    /// What is to be expected of contacts, by what they do at rest.
+    /// Are impulses far from unique, and does nothing at rest speak against contacts that stick?
     ///
     /// One that slides much faster than friction can hold goes on sliding. A normal velocity that is nothing beside the
     /// tangential one does not tell how hard a contact will be pressed.
-    pub(crate) fn outlook(&self) -> Outlook {
+    pub(crate) fn is_likely_to_stick(&self) -> bool {
         if !self.is_redundant(self.laws().iter().map(ContactLaw::rows).sum()) {
-            return Outlook::Isostatic;
+            return false;
         }
         let parting = self.parting();
         let (mut rows, mut demand, mut grip) = (0, T::ZERO, T::ZERO);
@@ -69,13 +59,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
                 grip += law.alpha * held;
             }
         }
-        if !self.is_redundant(rows) {
-            Outlook::Isostatic
-        } else if demand <= tuning::sticking::<T>() * grip {
-            Outlook::Sticking
-        } else {
-            Outlook::Hyperstatic
-        }
+        self.is_redundant(rows) && demand <= tuning::sticking::<T>() * grip
     }
 
     /// A `z` with which each contact that does not clearly part sticks, pushed by what would stop it alone.

@@ -1,13 +1,12 @@
-//! The method: sweep; where sweeps crawl, Algorithm 2; then Newton's method; where that fails, the fallback.
+//! The method: sweep or guess; then Newton's method; where that fails, the interior point.
 //!
 //! ```text
-//! begin ─┬─ last solution, or all contacts sticking ──────────► Newton ◄─────────┐
-//!        ├─ impulses nearly unique ──► Sweeps ── near the end ──►   │            │
-//!        │                               └─ slow ──► Admm ──────────┤            │
-//!        └─ impulses not unique ───────────────────► Admm ──────► Newton         │
-//!                                                                   │ rejected   │
-//!        cold start ◄── it began at the last solution or a guess ◄──┤            │
-//!                                                                   └─► Fallback ┘ (by way of Sweeps or Admm)
+//! begin ─┬─ last solution, or all contacts sticking ──────────────────► Newton ◄──────────────┐
+//!        ├─ contacts that can be swept ──► Sweeps ── near the end ──►     │                   │ near the end
+//!        │                                   └─ slow, hyperstatic ────────┼──► InteriorPoint ─┤
+//!        └─ otherwise, without impulses ─────────────────────────────► Newton                 │
+//!                                                                         │ rejected          │
+//!        cold start ◄── it began at the last solution or a guess ◄────────┴───────────────────┘
 //! ```
 //!
 //! A phase does one piece of work at a time and says what came of it; what is next is decided in [`Solve::advance`], and
@@ -16,13 +15,10 @@
 //! of them and go on later with the same bits.
 
 use crate::Real;
-use crate::admm::{Acceleration, Iterate, Momentum};
 use crate::solver::damping::Damping;
-use crate::solver::fallback::{Fallback, Way};
+use crate::solver::interior_point::{InteriorPoint, Progress};
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Outcome, Start};
-use crate::solver::outlook::Outlook;
-use crate::solver::penalty::Penalty;
 use crate::solver::point::Point;
 use crate::solver::sweeps::{Pace, Sweeps};
 use crate::solver::warm_start::{Known, WarmStart};
@@ -35,14 +31,12 @@ use nalgebra::SVector;
 pub(crate) enum Phase {
     /// Nothing: no solve was begun.
     Idle,
-    /// So many more iterations of Algorithm 2.
-    Admm { left: usize },
     /// A Gauss-Seidel sweep.
     Sweeps,
     /// A step of Newton's method.
     Newton(Newton),
-    /// What follows a rejected Newton step.
-    Fallback,
+    /// A step of the interior-point method.
+    InteriorPoint,
 }
 
 /// The state of a solve by the default method.
@@ -51,11 +45,8 @@ pub(crate) struct Solve<T, const D: usize, const C: usize> {
     pub(super) phase: Phase,
     pub(super) point: Point<T, D, C>,
     pub(super) sweeps: Sweeps<T, C>,
-    pub(super) iterates: [Iterate<T, D>; C],
-    pub(super) momentum: Momentum<T>,
     pub(super) damping: Damping<T>,
-    pub(super) penalty: Penalty<T>,
-    pub(super) fallback: Fallback<T, D, C>,
+    pub(super) interior: InteriorPoint<T, D, C>,
 }
 
 impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
@@ -65,11 +56,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             phase: Phase::Idle,
             point: Point::none(),
             sweeps: Sweeps::none(),
-            iterates: [const { Iterate::none() }; C],
-            momentum: Momentum::none(Acceleration::Restart),
             damping: Damping::none(),
-            penalty: Penalty::none(),
-            fallback: Fallback::none(),
+            interior: InteriorPoint::none(),
         }
     }
 
@@ -80,28 +68,24 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         workspace: &mut Workspace<T, D, C>,
         warm_start: &mut WarmStart<T, D, C>,
     ) {
-        let can_be_swept = monitor.problem.can_be_swept();
-        self.penalty = Penalty::new();
         self.damping = Damping::new();
-        self.fallback.begin(can_be_swept);
-        workspace.begin();
         if let Some(places) = warm_start.follow(monitor.problem.scene.contacts()) {
             workspace.jacobian.follow(&places);
         }
-        let (scale, tolerance) = (self.penalty.scale, monitor.tolerance());
-        let known = warm_start.start(monitor.problem, scale, tolerance, &mut self.point);
+        let tolerance = monitor.tolerance();
+        let known = warm_start.start(monitor.problem, tolerance, &mut self.point);
         self.consider(monitor);
         // Good enough for contact space, but not once its velocity was known?
         let corrected = self.point.natural_map <= tolerance && !monitor.is_over();
         let newton = Newton::warm(known == Known::Isostatic);
         self.phase = match known {
-            Known::Nothing if !corrected => self.begin_cold(monitor, workspace, true),
+            Known::Nothing if !corrected => self.begin_cold(monitor, true),
             Known::Isostatic if !corrected && !workspace.holds_jacobian() => self.begin_sweeps(),
             Known::Nothing | Known::Isostatic => self.begin_newton(monitor, newton),
             Known::Hyperstatic => {
                 self.damping = Damping::warm();
                 if corrected {
-                    self.point.rebuild(monitor.problem, scale);
+                    self.point.rebuild(monitor.problem);
                 }
                 Phase::Newton(newton)
             }
@@ -119,33 +103,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             Phase::Sweeps => match self.sweep(monitor) {
                 Pace::Continue => Phase::Sweeps,
                 Pace::Enough => self.begin_newton(monitor, self.sweeps.then()),
-                Pace::Slow => {
-                    self.point.set_zero_impulse(monitor.problem);
-                    self.begin_admm(monitor, workspace)
-                }
-                Pace::Better => {
-                    self.fallback.saved = None;
-                    self.begin_newton(monitor, Newton::new())
-                }
-                Pace::NoBetter => self.leave_side_branch(monitor),
+                Pace::Slow => self.begin_interior(monitor),
             },
-            Phase::Admm { left } => {
-                if !self.iterate(monitor, workspace) {
-                    // Masses are spread too wide for one penalty.
-                    self.begin_newton(monitor, Newton::new())
-                } else if left > 1 || monitor.is_over() {
-                    Phase::Admm {
-                        left: left.saturating_sub(1),
-                    }
-                } else {
-                    self.take_iterates(monitor);
-                    if self.damping.allows(self.point.merit) {
-                        Phase::Newton(Newton::new())
-                    } else {
-                        Phase::Fallback
-                    }
-                }
-            }
             Phase::Newton(newton) => match self.step(monitor, workspace, newton) {
                 Outcome::Accepted(newton) => Phase::Newton(newton),
                 Outcome::NoJacobian => {
@@ -153,17 +112,26 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                     self.begin_sweeps()
                 }
                 Outcome::Rejected => match newton.start() {
-                    Start::Near => Phase::Fallback,
+                    Start::Near => self.begin_interior(monitor),
+                    Start::Interior => {
+                        self.back_to_path(monitor);
+                        Phase::InteriorPoint
+                    }
                     Start::Last | Start::Guess => {
+                        monitor.look_for_proof();
                         self.damping = Damping::new();
                         self.point.set_zero_impulse(monitor.problem);
-                        self.begin_cold(monitor, workspace, false)
+                        self.begin_cold(monitor, false)
                     }
                 },
             },
-            Phase::Fallback => match self.fall_back(monitor, workspace) {
-                Way::Sweeps => self.begin_side_branch(monitor),
-                Way::Admm => self.begin_admm(monitor, workspace),
+            Phase::InteriorPoint => match self.step_inside(monitor, workspace) {
+                Progress::Far => Phase::InteriorPoint,
+                Progress::Near => Phase::Newton(Newton::finish()),
+                Progress::Jammed => {
+                    self.leave_jam(monitor);
+                    Phase::InteriorPoint
+                }
             },
         };
     }
@@ -172,20 +140,16 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     fn begin_cold<const N: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
         may_guess: bool,
     ) -> Phase {
-        match monitor.problem.outlook() {
-            Outlook::Isostatic if monitor.problem.can_be_swept() => {
-                self.fallback.has_swept = true;
-                self.begin_sweeps()
-            }
-            Outlook::Sticking if may_guess => {
-                monitor.problem.all_sticking(&mut self.point.z);
-                self.point.update(monitor.problem, self.penalty.scale);
-                Phase::Newton(Newton::guessed())
-            }
-            _ => self.begin_admm(monitor, workspace),
+        if may_guess && monitor.problem.is_likely_to_stick() {
+            monitor.problem.all_sticking(&mut self.point.z);
+            self.point.update(monitor.problem);
+            Phase::Newton(Newton::guessed())
+        } else if monitor.problem.can_be_swept() {
+            self.begin_sweeps()
+        } else {
+            self.begin_newton(monitor, Newton::new())
         }
     }
 
@@ -196,15 +160,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         monitor: &Monitor<'_, '_, T, N, D, C>,
         newton: Newton,
     ) -> Phase {
-        self.set_p(monitor);
-        self.point.rebuild(monitor.problem, self.penalty.scale);
+        self.point.rebuild_from_velocity(monitor.problem);
         Phase::Newton(newton)
-    }
-
-    /// Takes `û` for `P`.
-    pub(super) fn set_p<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C>) {
-        let Point { u, p, .. } = &mut self.point;
-        monitor.problem.augmented_velocity(u, p);
     }
 
     /// Shows the point to the monitor.
@@ -218,11 +175,9 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     /// `ũ` and `r` of each contact as they stand.
     pub(crate) fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
         let point = &self.point;
-        let points = point.p.iter().zip(&point.r);
-        let contacts = points.zip(&point.u).zip(&self.iterates);
-        contacts.map(|(((&p, &r), &u), iterate)| match self.phase {
-            Phase::Admm { .. } => (iterate.u, iterate.impulse()),
-            Phase::Sweeps => (u.into(), r.into()),
+        let points = point.p.iter().zip(&point.r).zip(&point.u);
+        points.map(|((&p, &r), &u)| match self.phase {
+            Phase::Sweeps | Phase::InteriorPoint => (u.into(), r.into()),
             _ => (p, r.into()),
         })
     }

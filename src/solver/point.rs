@@ -6,7 +6,7 @@
 //! `E(z) = W r + q + S(P) - P`, `S_i = mu_i |P_Ti| e_N`.
 //!
 //! `E` needs no resolvent: the penalty is only a scale here, so each contact has its own, its
-//! effective mass `rho_i = kappa alpha_i`. A step `d` solves the linearised equation, see
+//! effective mass `rho_i = alpha_i`. A step `d` solves the linearised equation, see
 //! [`crate::solver::jacobian`].
 
 use crate::Real;
@@ -51,7 +51,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         }
     }
 
-    /// Sets `r = 0` and `P = 0`, from where sweeps or ADMM set off; `z`, residual and merit are stale until [`Self::rebuild`].
+    /// Sets `r = 0` and `P = 0`, from where sweeps set off; `z`, residual and merit are stale until [`Self::rebuild`].
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set_zero_impulse<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
         self.p = [zeros(); C];
@@ -60,19 +60,28 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         self.natural_map = residual::quotient(problem.alone, problem.size);
     }
 
-    /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = scale alpha_i`.
+    /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = alpha_i`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn rebuild<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
+    pub(crate) fn rebuild<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
         let sources = self.p.iter().zip(&self.r);
         let contacts = self.z.iter_mut().zip(sources);
         for ((z, (velocity, &impulse)), law) in contacts.zip(problem.laws()) {
             rolled();
             *z = *velocity;
             if law.alpha > T::ZERO {
-                *z -= SVector::from(impulse) * (T::ONE / (scale * law.alpha));
+                *z -= SVector::from(impulse) * (T::ONE / law.alpha);
             }
         }
-        self.update(problem, scale);
+        self.update(problem);
+    }
+
+    /// Moves to `z_i = û_i - r_i / rho_i` of its own `r` and `u`.
+    pub(crate) fn rebuild_from_velocity<const N: usize>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C>,
+    ) {
+        problem.augmented_velocity(&self.u, &mut self.p);
+        self.rebuild(problem);
     }
 
     /// Moves `z`, and nothing else, to `start + step length`.
@@ -83,9 +92,9 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         }
     }
 
-    /// Evaluates what follows from `z`, with `rho_i = scale alpha_i`.
+    /// Evaluates what follows from `z`, with `rho_i = alpha_i`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn update<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>, scale: T) {
+    pub(crate) fn update<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
         let laws = problem.laws();
         let targets = self.p.iter_mut();
         let targets = targets.zip(&mut self.r);
@@ -95,7 +104,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
             rolled();
             let (projection, slip) = law.cone.dual().project_with_length(z);
             *velocity = projection;
-            *impulse = ((projection - z) * (scale * law.alpha)).into();
+            *impulse = ((projection - z) * law.alpha).into();
             // S - P
             let mut rest = -projection;
             add_to_normal(&mut rest, law.shift_factor * slip);

@@ -19,8 +19,6 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// The best natural map when it last halved, and the failures since.
     pub(super) milestone: Option<T>,
     pub(super) failures: u8,
-    /// The impulses have run away.
-    pub(super) lost: bool,
 }
 
 impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
@@ -35,7 +33,6 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
             q: [[T::ZERO; D]; C],
             milestone: None,
             failures: 0,
-            lost: false,
         }
     }
 
@@ -47,7 +44,6 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
         self.corrections = 0;
         self.milestone = None;
         self.failures = 0;
-        self.lost = false;
     }
 
     /// Of a solve that begins now.

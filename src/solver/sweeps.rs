@@ -17,8 +17,6 @@ pub(crate) struct Sweeps<T, const C: usize> {
     done: usize,
     /// Did they begin without impulses?
     is_cold: bool,
-    /// The natural map below which a side branch is worth staying in; `None` if they are none.
-    pub(super) accept_below: Option<T>,
 }
 
 /// How sweeps get on.
@@ -27,12 +25,8 @@ pub(crate) enum Pace {
     Continue,
     /// Newton's method is to go on from where they have led.
     Enough,
-    /// They lead nowhere from zero impulses.
+    /// They crawl, and so would Newton's method.
     Slow,
-    /// A side branch has led to far better impulses than those it was left for.
-    Better,
-    /// It has not.
-    NoBetter,
 }
 
 impl<T: Real, const C: usize> Sweeps<T, C> {
@@ -42,7 +36,6 @@ impl<T: Real, const C: usize> Sweeps<T, C> {
             lambdas: [T::ZERO; C],
             done: 0,
             is_cold: false,
-            accept_below: None,
         }
     }
 
@@ -100,12 +93,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let crawls = || !is_fast && monitor.problem.is_hyperstatic(&self.point.r);
         if here > tolerance && pays {
             Pace::Continue
-        } else if let Some(bar) = sweeps.accept_below {
-            if here < bar {
-                Pace::Better
-            } else {
-                Pace::NoBetter
-            }
         } else if sweeps.is_cold && crawls() {
             Pace::Slow
         } else {

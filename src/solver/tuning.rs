@@ -56,7 +56,7 @@ numbers! {
     /// Cold start: a contact goes on sliding if it slides so many times as fast as friction could stop.
     sliding: 4.0;
     /// Cold start: all contacts are taken to stick if that needs no more than this share of their friction.
-    sticking: 0.75;
+    sticking: 1.0;
 
     /// Sweeps are fast if one leaves at most this share of the natural map.
     sweep_rate: 0.5;
@@ -76,42 +76,43 @@ numbers! {
     least_level: 1e-3;
     /// Damping: the highest level.
     largest_level: 1e6;
-    /// Damping: share of the merit of a rejected step at which another is tried.
-    fall_after_rejection: 0.09;
 
-    /// Fallback: share of the natural map that sweeps without impulses have to reach to be followed.
-    side_branch: 0.1;
+    /// Interior point: weight of velocities against impulses where the central path is entered first.
+    first_gain: 10.0;
+    /// Interior point: share of the way to the boundary of the cones that a step may go.
+    boundary: 0.99;
+    /// Interior point: a step that reaches less far than this is corrected once more.
+    correct_again: 0.95;
+    /// Interior point: natural map below which Newton's method is to finish, or ten times the tolerance.
+    near: 1e-3;
+    /// Interior point: it has jammed if a step goes less far than this.
+    jammed: 0.1;
+    /// Interior point: it has jammed if three steps leave more than this share of `tau`.
+    stalled: 0.7;
+    /// Interior point: out of a jam `tau` is raised so many times.
+    lift: 9.0;
 }
 
 counts! {
     /// Sweeps that are made as long as they are fast. (Further ones are made if five more reach the tolerance.)
     fast_sweeps: 3;
 
-    /// ADMM: iterations of a cold start.
-    first_iterations: 5;
-    /// ADMM: iterations between rejected Newton steps.
-    iterations: 8;
-    /// ADMM: iterations with a penalty of another size, and sweeps of every fourth such attempt.
-    after_restart: 20;
-
     /// Newton: steps of one phase.
     newton_steps: 30;
-    /// Newton: lengths of a step that are tried, of [`LENGTHS`], until a penalty of another size is.
-    lengths_at_first: 2;
+    /// Newton: steps of a phase that finishes what the interior point began.
+    finish_steps: 6;
     /// Newton: steps with one Jacobian, which cost somewhat less than a new one.
     chord_steps: 4;
 
-    /// Damping: ADMM phases after which a step is tried in any case.
-    patience: 2;
-
-    /// Fallback: work after which the penalties get another size.
-    first_restart: 300;
-    /// Fallback: work between two such sizes.
-    next_restart: 1000;
+    /// Interior point: sweeps that lead out of a jam.
+    sweeps_at_jam: 5;
 }
 
 /// Lengths of a Newton step.
-pub(super) const LENGTHS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.02];
+pub(super) const LENGTHS: [f64; 2] = [1.0, 0.5];
 
-/// Sizes of the penalties, in effective masses, one after the other.
-pub(super) const SCALES: [f64; 8] = [10.0, 0.1, 100.0, 0.01, 3.0, 0.3, 1000.0, 1e-3];
+/// Weights of friction on the central path, one jam after the other.
+pub(super) const WEIGHTS: [f64; 8] = [3.0, 1.0, 10.0, 0.3, 30.0, 0.1, 100.0, 0.03];
+
+/// Gains with which the central path is entered again, see [`first_gain`], one jam after the other.
+pub(super) const GAINS: [f64; 3] = [10.0, 30.0, 100.0];

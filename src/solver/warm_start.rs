@@ -155,8 +155,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         iterates
     }
 
-    /// Where a solve starts, with `rho_i = scale alpha_i` if with Newton's method, for the contacts that
-    /// were followed: at the last solution, if its error now is less than that of rest.
+    /// Where a solve starts, for the contacts that were followed: at the last solution, if its error now is less than that of rest.
     ///
     /// Where impulses are unique they go on to change as they did. (Hyperstatic ones may change without
     /// effect, and would be carried to the edges of the cones: they stay as they were.)
@@ -164,7 +163,6 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     pub(crate) fn start<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
-        scale: T,
         tolerance: T,
         point: &mut Point<T, D, C>,
     ) -> Known {
@@ -176,7 +174,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
             if unique {
                 self.go_on(problem, tolerance, point);
             } else {
-                self.stay(problem, scale, tolerance, point);
+                self.stay(problem, tolerance, point);
             }
             if point.natural_map < rest {
                 return if unique {
@@ -237,7 +235,6 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     fn stay<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
-        scale: T,
         tolerance: T,
         point: &mut Point<T, D, C>,
     ) {
@@ -245,16 +242,16 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         let last = problem.natural_map(&r, &mut u);
         let mut as_it_was = None;
         if last > tolerance && self.is_a_solution() {
-            self.look_back(problem, scale, point);
+            self.look_back(problem, point);
             as_it_was = Some(point.natural_map);
         }
         if as_it_was.is_none_or(|error| error * T::literal(3.0) > last) {
             (point.r, point.u, point.natural_map) = (r, u, last);
             problem.augmented_velocity(&u, &mut point.p);
             if let Some(error) = as_it_was {
-                point.rebuild(problem, scale);
+                point.rebuild(problem);
                 if error < point.natural_map {
-                    self.look_back(problem, scale, point);
+                    self.look_back(problem, point);
                 }
             }
         }
@@ -271,7 +268,6 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     fn look_back<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C>,
-        scale: T,
         point: &mut Point<T, D, C>,
     ) {
         let pairs = point.p.iter_mut().zip(&mut point.r);
@@ -282,7 +278,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
                 .map(|contact| (contact.u, contact.r.into()));
             (*velocity, *impulse) = known.unwrap_or((zeros(), [T::ZERO; D]));
         }
-        point.rebuild(problem, scale);
+        point.rebuild(problem);
     }
 }
 

@@ -1,0 +1,225 @@
+//! The interior-point method on a smoothed Coulomb law: what follows a rejected Newton step.
+//!
+//! With `r = D x`, `w = D u`, `D = diag(1, mu, ..., mu)` the central path is
+//!
+//! `w_N x_N = tau`, `(x_N, x_T) ∘ (s, w_T) = beta tau e`, `w = D W D x + D q`, `tau -> 0`
+//!
+//! where the bound `s` on slip is free. That is `u_N = tau / r_N` and `w_T = -beta tau x_T / det x`: Coulomb's law,
+//! smoothed, without the De Saxcé shift. What is linear stays linear, the rest is bilinear, so that Mehrotra's corrector is
+//! exact to second order, and hyperstatic impulses stay in the interior of their cones. (In the convex relaxation `s` is
+//! `w_N`.)
+//!
+//! Coulomb's law is not monotone: the path can have folds. Where it jams, sweeps lead away, and another path is entered, of
+//! another weight `beta`. All of them end at solutions.
+
+use crate::Real;
+use crate::linalg::hints::rolled;
+use crate::solver::monitor::Monitor;
+use crate::solver::phases::{Phase, Solve};
+use crate::solver::sweeps::Sweeps;
+use crate::solver::tuning;
+use crate::solver::workspace::Workspace;
+use direction::System;
+use pair::{Pair, Part, widen};
+
+mod direction;
+mod pair;
+#[cfg(test)]
+mod tests;
+
+/// The interior point, and how it gets on.
+#[derive(Clone, Debug)]
+pub(crate) struct InteriorPoint<T, const D: usize, const C: usize> {
+    pairs: [Pair<T, D>; C],
+    /// Weight of friction on the central path.
+    beta: T,
+    /// `tau` of the last three points, the last one first.
+    taus: [Option<T>; 3],
+    /// The merit at which Newton's method has taken over from this path.
+    tried: Option<T>,
+    jams: usize,
+}
+
+/// What came of a step.
+pub(super) enum Progress {
+    /// There are more to come.
+    Far,
+    /// Newton's method may finish from the point.
+    Near,
+    /// The path leads nowhere from here.
+    Jammed,
+}
+
+impl<T: Real, const D: usize, const C: usize> InteriorPoint<T, D, C> {
+    /// No solve yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            pairs: [const { Pair::none() }; C],
+            beta: T::ZERO,
+            taus: [None; 3],
+            tried: None,
+            jams: 0,
+        }
+    }
+
+    /// `tau`: the mean of the products that are to vanish.
+    fn tau(&self) -> T {
+        let (mut sum, mut count) = (T::ZERO, T::ZERO);
+        for pair in &self.pairs {
+            rolled();
+            for product in pair.products(self.beta).into_iter().flatten() {
+                sum += product;
+                count += T::ONE;
+            }
+        }
+        sum / count.max(T::ONE)
+    }
+}
+
+impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
+    /// The interior-point method from the impulses of the point, where it is time to doubt that there is a solution.
+    ///
+    /// It begins with products of the size of `alpha |q|²`, the mean over the contacts.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn begin_interior<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+    ) -> Phase {
+        monitor.look_for_proof();
+        let (mut energy, mut count) = (T::ZERO, T::ZERO);
+        for law in monitor.problem.laws() {
+            rolled();
+            let rows = law.q.iter().take(Part::of(law).count::<D>());
+            energy += law.alpha * rows.fold(T::ZERO, |sum, &q| sum + q * q);
+            count += T::ONE;
+        }
+        self.interior.jams = 0;
+        self.enter_path(monitor, energy / count, tuning::first_gain(), T::ONE);
+        self.back_to_path(monitor);
+        Phase::InteriorPoint
+    }
+
+    /// Pairs of a central path near the impulses and `u` of the point.
+    fn enter_path<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C>,
+        tau: T,
+        gain: T,
+        beta: T,
+    ) {
+        self.interior.beta = beta;
+        self.interior.taus = [Some(tau), None, None];
+        self.interior.tried = None;
+        self.interior.pairs = [Pair::none(); C];
+        let contacts = self.point.r.iter().zip(&self.point.u);
+        let targets = self.interior.pairs.iter_mut().zip(contacts);
+        for ((pair, (r, u)), law) in targets.zip(monitor.problem.laws()) {
+            rolled();
+            let velocity = law.augmented(&(*u).into());
+            *pair = Pair::centred(law, &(*r).into(), &velocity, tau, gain, beta);
+        }
+    }
+
+    /// Moves the point to the impulses of the pairs.
+    pub(super) fn back_to_path<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C>) {
+        let pairs = self.interior.pairs.iter().zip(monitor.problem.laws());
+        for (r, (pair, law)) in self.point.r.iter_mut().zip(pairs) {
+            rolled();
+            *r = widen(law, &pair.x).into();
+        }
+        let (r, u) = (&self.point.r, &mut self.point.u);
+        self.point.natural_map = monitor.problem.natural_map(r, u);
+    }
+
+    /// A step along the central path.
+    #[inline(never)]
+    pub(super) fn step_inside<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+    ) -> Progress {
+        monitor.solution.work.newton_steps += 1;
+        let length = self.move_pairs(monitor, workspace);
+        self.back_to_path(monitor);
+        self.consider(monitor);
+        if monitor.is_over() {
+            return Progress::Far;
+        }
+        let near = tuning::near::<T>().max(T::literal(10.0) * monitor.tolerance());
+        if self.point.natural_map < near {
+            self.point.rebuild_from_velocity(monitor.problem);
+            let (merit, tried) = (self.point.merit, self.interior.tried);
+            // Each time at half the residual at most.
+            if tried.is_none_or(|tried| merit * T::literal(4.0) < tried) {
+                self.interior.tried = Some(merit);
+                return Progress::Near;
+            }
+            self.back_to_path(monitor);
+        }
+        let tau = self.interior.tau();
+        let [last, second, third] = self.interior.taus;
+        self.interior.taus = [Some(tau), last, second];
+        let stalls = third.is_some_and(|third| tau > third * tuning::stalled());
+        if stalls || length.is_none_or(|length| length < tuning::jammed()) {
+            Progress::Jammed
+        } else {
+            Progress::Far
+        }
+    }
+
+    /// Moves the pairs by a step of Mehrotra's predictor-corrector method, and says how far; `None` if there is none.
+    fn move_pairs<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C>,
+        workspace: &mut Workspace<T, D, C>,
+    ) -> Option<T> {
+        let (matrix, elimination) = workspace.lend();
+        let (pairs, beta) = (&self.interior.pairs, self.interior.beta);
+        let system = System::new(monitor.problem, pairs, &self.point.u, matrix, elimination)?;
+        let limit = T::ONE / tuning::boundary::<T>();
+        let predicted = system.predict()?;
+        let left = T::ONE - system.reach(&predicted, limit).min(T::ONE);
+        let tau = left * left * left * self.interior.tau();
+        let mut step = system.correct(&predicted, tau, beta)?;
+        let mut reach = system.reach(&step, limit);
+        if reach < tuning::correct_again() {
+            let other = system.correct(&step, tau, beta)?;
+            let farther = system.reach(&other, limit);
+            if farther > reach {
+                (step, reach) = (other, farther);
+            }
+        }
+        // The fraction to the boundary
+        let length = (tuning::boundary::<T>() * reach).min(T::ONE);
+        for (pair, step) in self.interior.pairs.iter_mut().zip(&step) {
+            rolled();
+            pair.go(step, length);
+        }
+        Some(length)
+    }
+
+    /// Leaves a jam by way of some sweeps, and enters another central path there.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn leave_jam<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
+        monitor.fail();
+        let tau = self.interior.tau();
+        if !self.point.natural_map.is_finite() {
+            self.point.set_zero_impulse(monitor.problem);
+        }
+        if monitor.problem.can_be_swept() {
+            self.sweeps = Sweeps::none();
+            for _ in 0..tuning::sweeps_at_jam() {
+                self.sweep_once(monitor);
+            }
+        }
+        let jams = self.interior.jams;
+        self.interior.jams = jams.wrapping_add(1);
+        let value = |values: &[f64]| {
+            let value = values.get(jams % values.len().max(1));
+            value.map_or(T::ONE, |&value| T::literal(value))
+        };
+        let (gain, beta) = (value(&tuning::GAINS), value(&tuning::WEIGHTS));
+        self.enter_path(monitor, tau * tuning::lift(), gain, beta);
+        self.back_to_path(monitor);
+    }
+}

@@ -1,0 +1,314 @@
+//! One contact on the central path: its impulse, its velocity and the algebra of its cone.
+//!
+//! With `D = diag(1, mu, ..., mu)` and `r = D x`, `w = D u` the friction cone is that of Lorentz, `x_N >= |x_T|`. `∘` is
+//! the Jordan product of that cone, `a ∘ b = (a·b, a_N b_T + b_N a_T)`, `J = diag(1, -1, ..., -1)`,
+//! `det a = a_N² - |a_T|²` and `Q(a) b = 2 a (a·b) - det(a) J b`.
+
+use crate::Real;
+use crate::cone::{add_to_normal, norm, split};
+use crate::problem::ContactLaw;
+use crate::solution::zeros;
+use nalgebra::SVector;
+
+/// What of a contact is on the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// Nothing: nothing moves it.
+    Nothing,
+    /// Its normal row: it has no friction.
+    Normal,
+    /// All rows, the normal one apart: Coulomb's law.
+    Coulomb,
+    /// All rows as one: the convex relaxation.
+    Cone,
+}
+
+impl Part {
+    pub(crate) fn of<T: Real, const D: usize>(law: &ContactLaw<T, D>) -> Self {
+        if law.alpha <= T::ZERO {
+            Self::Nothing
+        } else if law.rows() == 1 {
+            Self::Normal
+        } else if law.shift_factor > T::ZERO {
+            Self::Coulomb
+        } else {
+            Self::Cone
+        }
+    }
+
+    /// Are its rows bound to each other?
+    pub(crate) fn is_cone(self) -> bool {
+        matches!(self, Self::Coulomb | Self::Cone)
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn count<const D: usize>(self) -> usize {
+        match self {
+            Self::Nothing => 0,
+            Self::Normal => 1,
+            Self::Coulomb | Self::Cone => D,
+        }
+    }
+}
+
+/// A contact on the central path, or how it moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair<T, const D: usize> {
+    pub(crate) part: Part,
+    /// `x = D⁻¹ r`
+    pub(crate) x: SVector<T, D>,
+    /// `(s, w_T)`: a bound on slip that is free, and the tangential velocity. In the convex relaxation `s` is `w_N`.
+    pub(crate) w: SVector<T, D>,
+    /// `w_N`, but in the convex relaxation
+    pub(crate) normal: T,
+}
+
+/// `D v`
+pub(crate) fn widen<T: Real, const D: usize>(
+    law: &ContactLaw<T, D>,
+    v: &SVector<T, D>,
+) -> SVector<T, D> {
+    let mut wide = *v;
+    for wide in wide.iter_mut().skip(1) {
+        *wide *= law.cone.friction();
+    }
+    wide
+}
+
+/// `D⁻¹ v`
+fn narrow<T: Real, const D: usize>(law: &ContactLaw<T, D>, v: &SVector<T, D>) -> SVector<T, D> {
+    joined(first(v), v / law.cone.friction())
+}
+
+/// A vector by its parts.
+pub(crate) fn joined<T: Real, const D: usize>(normal: T, tangent: SVector<T, D>) -> SVector<T, D> {
+    let mut joined = tangent;
+    if let Some(first) = joined.as_mut_slice().first_mut() {
+        *first = normal;
+    }
+    joined
+}
+
+/// `a_N`
+pub(crate) fn first<T: Real, const D: usize>(a: &SVector<T, D>) -> T {
+    split(a).0
+}
+
+/// `a_T · b_T`
+fn across<T: Real, const D: usize>(a: &SVector<T, D>, b: &SVector<T, D>) -> T {
+    let pairs = split(a).1.iter().zip(split(b).1);
+    pairs.fold(T::ZERO, |sum, (&a, &b)| sum + a * b)
+}
+
+/// `a ∘ b`
+fn jordan<T: Real, const D: usize>(a: &SVector<T, D>, b: &SVector<T, D>) -> SVector<T, D> {
+    joined(a.dot(b), b * first(a) + a * first(b))
+}
+
+/// The `b` of `a ∘ b = c`.
+fn divide<T: Real, const D: usize>(a: &SVector<T, D>, c: &SVector<T, D>) -> SVector<T, D> {
+    let ((normal, tangent), own) = (split(a), first(c));
+    let length = norm(tangent);
+    let det = (normal - length) * (normal + length);
+    let shared = across(a, c);
+    let share = (shared / normal - own) / det;
+    joined((normal * own - shared) / det, a * share + c / normal)
+}
+
+/// `sqrt(det a)`, without a square that might vanish.
+fn size<T: Real, const D: usize>(a: &SVector<T, D>) -> T {
+    let (normal, tangent) = split(a);
+    let length = norm(tangent);
+    let (low, high) = (normal - length, normal + length);
+    high * (low / high).square_root()
+}
+
+/// The greatest `t` up to a limit with `a + t d` in the cone, for `a` inside of it.
+fn reach<T: Real, const D: usize>(a: &SVector<T, D>, d: &SVector<T, D>, limit: T) -> T {
+    // In units of `a_N`, so that no square overflows or vanishes.
+    let unit = T::ONE / first(a);
+    let (forward, tangent) = (first(d) * unit, d * unit);
+    let length = norm(split(a).1) * unit;
+    let det = (T::ONE - length) * (T::ONE + length);
+    let slope = forward - across(&(a * unit), &tangent);
+    let bend = forward * forward - across(&tangent, &tangent);
+    let root = slope * slope - bend * det;
+    let mut reach = limit;
+    if root >= T::ZERO {
+        let divisor = root.square_root() - slope;
+        if divisor > T::ZERO {
+            reach = reach.min(det / divisor);
+        }
+    }
+    if forward < T::ZERO {
+        reach = reach.min(-T::ONE / forward);
+    }
+    reach
+}
+
+/// Brings a vector into the interior of the cone, where rounding has led out of it.
+fn keep_inside<T: Real, const D: usize>(a: &mut SVector<T, D>) {
+    let (normal, tangent) = split(a);
+    let bound = normal * (T::ONE - T::literal(4.0) * T::EPSILON);
+    let length = norm(tangent);
+    if length > bound {
+        *a = joined(normal, *a * (bound / length));
+    }
+}
+
+impl<T: Real, const D: usize> Pair<T, D> {
+    /// No contact yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            part: Part::Nothing,
+            x: zeros(),
+            w: zeros(),
+            normal: T::ZERO,
+        }
+    }
+
+    /// The pair of a central path that is nearest to an impulse and a velocity: that of the same
+    /// `gain w - x / (gain alpha)`, with the smoothing of Chen, Harker, Kanzow and Smale.
+    pub(crate) fn centred(
+        law: &ContactLaw<T, D>,
+        r: &SVector<T, D>,
+        u: &SVector<T, D>,
+        tau: T,
+        gain: T,
+        beta: T,
+    ) -> Self {
+        let part = Part::of(law);
+        let mass = gain * law.alpha;
+        let z = match part {
+            Part::Nothing => return Self::none(),
+            Part::Normal => joined(first(u) * gain - first(r) / mass, zeros()),
+            _ => widen(law, u) * gain - narrow(law, r) / mass,
+        };
+        let square = tau / law.alpha;
+        let [two, four] = [2.0, 4.0].map(T::literal);
+        // (l + sqrt(l² + 4 square)) / 2, without cancellation
+        let smooth = |l: T| {
+            let root = (l * l + four * square).square_root();
+            if l > T::ZERO {
+                (l + root) / two
+            } else {
+                two * square / (root - l)
+            }
+        };
+        let (normal, tangent) = split(&z);
+        let length = norm(tangent);
+        let direction = if length > T::ZERO { z / length } else { z };
+        let vector = |low: T, high: T| joined((low + high) / two, direction * ((high - low) / two));
+        let w = vector(smooth(normal - length), smooth(normal + length));
+        let x = vector(smooth(length - normal), smooth(-normal - length)) * mass;
+        Self {
+            part,
+            x,
+            w: w * (beta / gain),
+            normal: tau / first(&x),
+        }
+    }
+
+    /// What is to become `tau`.
+    pub(crate) fn products(&self, beta: T) -> [Option<T>; 2] {
+        let normal = first(&self.x) * self.normal;
+        let cone = self.x.dot(&self.w) / beta;
+        match self.part {
+            Part::Nothing => [None; 2],
+            Part::Normal => [Some(normal), None],
+            Part::Cone => [Some(cone), None],
+            Part::Coulomb => [Some(normal), Some(cone)],
+        }
+    }
+
+    /// The greatest length up to a limit with which it may move.
+    pub(crate) fn reach(&self, step: &Self, mut limit: T) -> T {
+        if self.part.is_cone() {
+            limit = reach(&self.x, &step.x, limit);
+            limit = reach(&self.w, &step.w, limit);
+        } else if first(&step.x) < T::ZERO {
+            limit = limit.min(-first(&self.x) / first(&step.x));
+        }
+        if step.normal < T::ZERO {
+            limit = limit.min(-self.normal / step.normal);
+        }
+        limit
+    }
+
+    /// Moves it.
+    pub(crate) fn go(&mut self, step: &Self, length: T) {
+        self.x += step.x * length;
+        self.w += step.w * length;
+        self.normal += step.normal * length;
+        if self.part.is_cone() {
+            keep_inside(&mut self.x);
+            keep_inside(&mut self.w);
+        }
+    }
+}
+
+/// The Nesterov-Todd scaling of a pair: the `V = sqrt(stretch)⁻¹ V(ω)` with `V w = V⁻¹ x`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scaling<T, const D: usize> {
+    /// `ω`, of determinant 1.
+    omega: SVector<T, D>,
+    /// `sqrt(det w / det x)`
+    stretch: T,
+}
+
+impl<T: Real, const D: usize> Scaling<T, D> {
+    pub(crate) const fn none() -> Self {
+        Self {
+            omega: zeros(),
+            stretch: T::ZERO,
+        }
+    }
+
+    pub(crate) fn of(pair: &Pair<T, D>) -> Self {
+        let (of_x, of_w) = (size(&pair.x), size(&pair.w));
+        let (x, w) = (pair.x / of_x, pair.w / of_w);
+        let mirrored = joined(first(&w), -w);
+        let half = (T::ONE + x.dot(&w)) * T::literal(0.5);
+        Self {
+            omega: (x + mirrored) / (half.square_root() * T::literal(2.0)),
+            stretch: of_w / of_x,
+        }
+    }
+
+    /// `V(ω) a`, or `V(ω)⁻¹ a` with the sign -1.
+    fn turn(&self, a: &SVector<T, D>, sign: T) -> SVector<T, D> {
+        let (normal, shared) = (first(&self.omega), across(&self.omega, a));
+        let tilt = sign * first(a) + shared / (T::ONE + normal);
+        joined(normal * first(a) + sign * shared, a + self.omega * tilt)
+    }
+
+    /// `V⁻² a = stretch Q(Jω) a`: how a velocity answers to an impulse while the product of both stays.
+    pub(crate) fn compliance(&self, a: &SVector<T, D>) -> SVector<T, D> {
+        let (normal, shared) = (first(&self.omega), across(&self.omega, a));
+        let twice = (normal * first(a) - shared) * T::literal(2.0);
+        let rest = joined(normal * twice - first(a), a - self.omega * twice);
+        rest * self.stretch
+    }
+
+    /// Row `k` of what answers to an impulse: of `V⁻²`, or in a normal row of its own `w_N / x_N`.
+    pub(crate) fn row(&self, pair: &Pair<T, D>, k: usize) -> SVector<T, D> {
+        let mut unit: SVector<T, D> = zeros();
+        if k == 0 && pair.part != Part::Cone {
+            return joined(pair.normal / first(&pair.x), unit);
+        }
+        if let Some(entry) = unit.as_mut_slice().get_mut(k) {
+            *entry = T::ONE;
+        }
+        self.compliance(&unit) // symmetric
+    }
+
+    /// `V⁻¹ (λ \ (goal e - λ ∘ λ - V⁻¹ dx ∘ V dw))`, `λ = V w = V⁻¹ x`: what is to come of `dw + V⁻² dx`.
+    pub(crate) fn corrected(&self, pair: &Pair<T, D>, step: &Pair<T, D>, goal: T) -> SVector<T, D> {
+        let inverse = |a: &SVector<T, D>| self.turn(a, -T::ONE);
+        let (of_x, of_w) = (inverse(&pair.x), self.turn(&pair.w, T::ONE));
+        let second = jordan(&inverse(&step.x), &self.turn(&step.w, T::ONE));
+        let mut left = -jordan(&of_x, &of_w) - second;
+        add_to_normal(&mut left, goal);
+        inverse(&divide(&of_x, &left))
+    }
+}
