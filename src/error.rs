@@ -85,8 +85,11 @@ pub enum Error {
     },
     /// The factor is not that of `M` and `H` as they are in the scene.
     StaleFactor,
-    /// [`crate::AdmmSolver`] was given a factor without the resolvent, see [`crate::Solves`].
-    NoResolvent,
+    /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact is too large for the number type.
+    DelassusOverflow {
+        /// Index of the contact.
+        contact: usize,
+    },
 }
 
 impl fmt::Display for Input {
@@ -131,10 +134,9 @@ impl fmt::Display for Error {
                 f,
                 "factor is not that of the scene's M and H as they are now"
             ),
-            Self::NoResolvent => write!(
-                f,
-                "factor has no resolvent, which ADMM needs: prepare it for many solves"
-            ),
+            Self::DelassusOverflow { contact } => {
+                write!(f, "H M⁻¹ Hᵀ of contact {contact} overflows")
+            }
         }
     }
 }

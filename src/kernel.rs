@@ -1,6 +1,6 @@
 //! Scene, factor and solver in one value.
 
-use crate::{Error, Factor, Real, Scene, Settings, Solution, Solver, Solves};
+use crate::{Error, Factor, Real, Scene, Settings, Solution, Solver};
 use nalgebra::SVector;
 
 /// A scene with its factor and its solver, to stand in one `static`: the factor is prepared when it has to be.
@@ -65,7 +65,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C>
     }
 
     /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]; where `M` or `H` have changed the scene
-    /// is prepared first ([`Solves::One`]).
+    /// is prepared first.
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::solve`].
@@ -104,7 +104,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C>
         if self.factor.is_current(&self.scene) {
             return Ok(());
         }
-        self.factor.prepare(&self.scene, Solves::One)
+        self.factor.prepare(&self.scene)
     }
 }
 

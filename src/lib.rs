@@ -12,7 +12,7 @@
 //!
 //! ```
 //! use nalgebra::{Matrix3, matrix, vector};
-//! use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Solves, Status};
+//! use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
 //!
 //! // A 2 kg point mass on the floor, pushed sideways for 1 ms with 30 N: more than mu m g holds.
 //! let mut scene = Scene::<f32, 3, 3, 1>::new();
@@ -23,7 +23,7 @@
 //!     mu: 0.8,
 //!     key: 0, // which contact it is, for a warm start
 //! })?;
-//! let factor = Factor::new(&scene, Solves::Many)?; // all that depends on M and H
+//! let factor = Factor::new(&scene)?; // all that depends on M and H
 //! let mut solver = Solver::new(); // keeps what a warm start needs
 //!
 //! let push = vector![30.0e-3, 0.0, -2.0 * 9.81e-3]; // the free impulse, N·s
@@ -44,7 +44,7 @@
 //! | `cone` | `K`, `K*`, projections, spectral form | Eqs. (1)-(10) |
 //! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2 | steps 2-15 |
 //! | `scene`, `solution`, `error` | what goes in, what comes out, what can be wrong | |
-//! | `factor` | Cholesky factor of `M`, Delassus operator `W`, resolvent `(I + rho W)⁻¹`: computed once | step 2 |
+//! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |
 //! | `problem` | one time step in contact space; the error that "solved" promises, and Farkas' proof that there is nothing to solve | |
 //! | `solver` | [`Solver`]: **`phases` is the method**, `tuning` its constants; sweeps, Newton, fallback, warm start | |
 //! | `linalg` | small dense linear algebra, and what a compiler is told of its loops | |
@@ -92,7 +92,7 @@ pub mod time_stepping;
 
 pub use cone::{FrictionCone, Spectral};
 pub use error::{Error, Input};
-pub use factor::{Factor, FactorParts, Solves};
+pub use factor::{AdmmFactor, AdmmFactorParts, Factor, FactorParts};
 pub use kernel::Kernel;
 pub use real::Real;
 pub use scene::{Contact, Scene};

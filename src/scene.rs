@@ -47,9 +47,9 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 /// | change | to be done | multiplications |
 /// |---|---|---|
 /// | the free impulse; an offset `w_i`, [`Self::set_offset`]; a friction coefficient, [`Self::set_friction`] | nothing | 0 |
-/// | the penalty | [`crate::Factor::set_penalty`] | `m³/2` |
-/// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts in use, each step | [`crate::Factor::prepare`] for [`crate::Solves::One`] | `N³/6 + m N²/2 + m² N/2` |
-/// | the same, for [`crate::Solves::Many`] or [`crate::AdmmSolver`] | [`crate::Factor::prepare`] | `m³/2` more |
+/// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts in use, each step | [`crate::Factor::prepare`], in place | `N³/6 + m N²/2 + m² N/2` |
+/// | the same, for [`crate::AdmmSolver`] | [`crate::AdmmFactor::prepare`], in place | `m³/2` more |
+/// | the penalty of ADMM | [`crate::AdmmFactor::set_penalty`] | `m³/2` |
 ///
 /// Contacts that come and go are pushed anew, with the keys they had ([`Contact::key`]). One that is
 /// open for a while is cheaper kept, with its gap as an offset ([`crate::time_stepping::gap`]), than

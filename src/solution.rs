@@ -97,8 +97,6 @@ pub struct Work {
     pub newton_steps: usize,
     /// Searches for a proof that a scene is infeasible, one at most at the end of a call that ends unsolved.
     pub proof_searches: usize,
-    /// Resolvents: each for a new penalty, but one for that of a factor without ([`crate::Solves::One`]).
-    pub resolvents: usize,
 }
 
 impl Work {
@@ -110,12 +108,11 @@ impl Work {
             chord_steps: 0,
             newton_steps: 0,
             proof_searches: 0,
-            resolvents: 0,
         }
     }
 
-    /// All of it in iterations of ADMM, by what each kind costs: a sweep and a chord step count 2, a Newton step with its
-    /// resolvent, if it needs one later, 10, and so does a search for a proof.
+    /// All of it in iterations of ADMM, by what each kind costs: a sweep and a chord step count 2, a Newton step
+    /// or one of the interior point 10, and so does a search for a proof.
     #[must_use]
     pub const fn total(&self) -> usize {
         let factorisations = self.newton_steps + self.proof_searches;

@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use nalgebra::{Matrix2, matrix, vector};
-//! use stiction::{Contact, Factor, Scene, Settings, Solver, Solves, time_stepping as law};
+//! use stiction::{Contact, Factor, Scene, Settings, Solver, time_stepping as law};
 //!
 //! // 2 kg, thrown at 1 m/s over a floor (x, height) from 1 cm above it.
 //! let (mass, weight, h) = (Matrix2::identity() * 2.0, vector![0.0, -2.0 * 9.81], 0.001);
@@ -14,7 +14,7 @@
 //! scene.set_mass(&mass)?;
 //! let jacobian = matrix![0.0, 1.0; 1.0, 0.0];
 //! scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu: 0.4, key: 0 })?;
-//! let factor = Factor::new(&scene, Solves::Many)?; // neither the free impulse nor w is part of it
+//! let factor = Factor::new(&scene)?; // neither the free impulse nor w is part of it
 //! let (mut solver, settings) = (Solver::new(), Settings::new(1e-9));
 //!
 //! let (mut position, mut velocity) = (vector![0.0, 0.01], vector![1.0, 0.0]);

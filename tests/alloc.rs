@@ -4,8 +4,8 @@ use crate::support::boxes::{BRICK, BoxScene};
 use allocation_counter::measure;
 use nalgebra::{SVector, vector};
 use stiction::{
-    Acceleration, AdmmSolver, Contact, Error, Factor, FrictionCone, Model, Scene, Settings,
-    SlipUpdate, Solution, Solver, Solves, Status,
+    Acceleration, AdmmFactor, AdmmSolver, Contact, Error, Factor, FrictionCone, Model, Scene,
+    Settings, SlipUpdate, Solution, Solver, Status,
 };
 
 /// Allocations of a call.
@@ -43,15 +43,14 @@ fn building_a_scene_does_not_allocate() -> Result<(), Error> {
 #[test]
 fn factorising_does_not_allocate() -> Result<(), Error> {
     let (scene, _) = sliding_box()?;
-    let mut factor = Factor::empty();
+    let mut factor = AdmmFactor::empty();
     let mut result = Ok(());
     let count = allocations(|| {
-        result = factor
-            .prepare(&scene, Solves::Many)
-            .and(factor.set_penalty(3.0));
+        result = factor.prepare(&scene).and(factor.set_penalty(3.0));
     });
     assert_eq!((count, result), (0, Ok(())));
-    let count = allocations(|| result = factor.prepare(&scene, Solves::One));
+    let mut factor = Factor::empty();
+    let count = allocations(|| result = factor.prepare(&scene));
     assert_eq!((count, result), (0, Ok(())));
     Ok(())
 }
@@ -72,7 +71,7 @@ fn newton_does_not_allocate_cold_or_warm() -> Result<(), Error> {
                 ..contact.clone()
             })?;
         }
-        let factor = Factor::new(&scene, Solves::Many)?;
+        let factor = Factor::new(&scene)?;
         let mut status = Err(Error::InvalidPenalty);
         let count = allocations(|| {
             let solution = solver.solve(&scene, &factor, &push, &settings);
@@ -86,7 +85,7 @@ fn newton_does_not_allocate_cold_or_warm() -> Result<(), Error> {
 #[test]
 fn no_first_order_method_allocates() -> Result<(), Error> {
     let (scene, push) = sliding_box()?;
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = AdmmFactor::new(&scene)?;
     for (slip_update, model) in [
         (SlipUpdate::EveryIteration, Model::Coulomb),
         (SlipUpdate::OuterLoop, Model::Coulomb),
@@ -120,7 +119,7 @@ fn no_first_order_method_allocates() -> Result<(), Error> {
 #[test]
 fn an_unsolved_scene_does_not_allocate() -> Result<(), Error> {
     let (scene, push) = sliding_box()?;
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = AdmmFactor::new(&scene)?;
     let settings = Settings {
         budget: 3,
         ..Settings::new(1e-12)
@@ -128,7 +127,7 @@ fn an_unsolved_scene_does_not_allocate() -> Result<(), Error> {
     let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
     let mut statuses = [None; 2];
     let count = allocations(|| {
-        let newton = newton.solve(&scene, &factor, &push, &settings);
+        let newton = newton.solve(&scene, factor.factor(), &push, &settings);
         let admm = admm.solve(&scene, &factor, &push, &settings);
         statuses = [newton, admm].map(|result| result.ok().map(|solution| solution.status));
     });

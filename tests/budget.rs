@@ -1,7 +1,7 @@
 //! A budget ends a call, not a solve: split over any number of calls it gives the same bits.
 
 use crate::support::boxes::BRICK;
-use stiction::{AdmmSolver, Error, Factor, Settings, Solves, Status, Work};
+use stiction::{AdmmFactor, AdmmSolver, Error, Settings, Status, Work};
 use testbed::kernel::{self, Answer, Kernel, Shape};
 use testbed::method::Method;
 use testbed::scene_file::{SceneFile, bundled_scenes};
@@ -21,7 +21,7 @@ fn bits(answer: &Answer) -> (Vec<u64>, Status, Work) {
 
 /// The kernel with a scene and its factor.
 fn prepared(file: &SceneFile) -> Box<dyn Kernel> {
-    kernel::prepared(kernels_f64::kernel, file, Solves::Many).unwrap()
+    kernel::prepared(kernels_f64::kernel, file, Method::Default).unwrap()
 }
 
 /// The scene with a free impulse so many times as large.
@@ -105,12 +105,12 @@ fn a_solver_that_was_reset_gives_the_bits_of_a_new_one() {
             let mut kernel = kernels_f32::kernel(Shape::of(&file)).expect("a size is compiled");
             for &scale in wild {
                 kernel.load(&pushed(&file, scale)).unwrap();
-                kernel.prepare(Solves::Many).unwrap();
+                kernel.prepare(Method::Default).unwrap();
                 kernel.solve(Method::Default, &settings).unwrap();
             }
             kernel.reset();
             kernel.load(&file).unwrap();
-            kernel.prepare(Solves::Many).unwrap();
+            kernel.prepare(Method::Default).unwrap();
             kernel.solve(Method::Default, &settings).unwrap();
             bits(&kernel.answer())
         };
@@ -150,7 +150,7 @@ fn there_is_nothing_to_resume() {
     assert!(kernel.solve(Method::Default, &settings).is_err());
     assert!(kernel.resume(&settings).is_err());
     kernel.load(&file).unwrap();
-    kernel.prepare(Solves::Many).unwrap();
+    kernel.prepare(Method::Default).unwrap();
     kernel.resume(&settings).unwrap();
     assert_eq!(bits(&kernel.answer()), bits(&cold));
 }
@@ -159,7 +159,7 @@ fn there_is_nothing_to_resume() {
 #[test]
 fn a_split_solve_by_admm_gives_the_same_bits() -> Result<(), Error> {
     let scene = BRICK.on_plane::<f64>(0.3)?;
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = AdmmFactor::new(&scene)?;
     let (mut whole, mut split) = (AdmmSolver::new(), AdmmSolver::new());
     for slope in [0.5, 0.2] {
         let push = BRICK.free_impulse(slope, 0.01);

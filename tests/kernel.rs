@@ -2,7 +2,7 @@
 
 use crate::support::boxes::BRICK;
 use nalgebra::vector;
-use stiction::{Error, Factor, Kernel, Scene, Settings, Solver, Solves, Status};
+use stiction::{Error, Factor, Kernel, Scene, Settings, Solver, Status};
 
 /// It stands in a `static`.
 static EMPTY: Kernel<f64, 6, 3, 4> = Kernel::new();
@@ -29,7 +29,7 @@ fn a_kernel_gives_the_bits_of_its_parts() -> Result<(), Error> {
         }
         let push = BRICK.free_impulse(0.5, 0.01);
         let scene = kernel.scene().clone();
-        let factor = Factor::new(&scene, Solves::One)?;
+        let factor = Factor::new(&scene)?;
         let parts = solver.solve(&scene, &factor, &push, &settings)?;
         let whole = kernel.solve(&push, &settings)?;
         assert!(whole.is_solved());

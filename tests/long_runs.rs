@@ -4,7 +4,7 @@ use crate::support::boxes::{BRICK, Cuboid, GRAVITY};
 use crate::support::motion::{BALL, Ball, Motion, REACH};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
-use stiction::{Contact, Error, Real, Scene, Solves};
+use stiction::{Contact, Error, Real, Scene};
 
 /// Largest growth of the energy above its lowest so far, as a share of the first one.
 fn growth(mut energies: impl Iterator<Item = f64>) -> f64 {
@@ -95,7 +95,7 @@ fn tumbling_box<T: Real>(tolerance: f64) -> Result<[f64; 2], Error> {
                 law::gap(gap, motion.step, T::ZERO, T::literal(REACH)),
             )?;
         }
-        motion.factor.prepare(&motion.scene, Solves::Many)?;
+        motion.factor.prepare(&motion.scene)?;
         motion.advance()?;
         energies.push(motion.energy());
     }

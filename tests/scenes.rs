@@ -2,7 +2,7 @@
 
 use crate::support::check;
 use nalgebra::SVector;
-use stiction::{Error, Settings, Solves, Status};
+use stiction::{Error, Settings, Status};
 use testbed::kernel::{self, Constructor};
 use testbed::measure::{self, Law};
 use testbed::method::Method;
@@ -25,7 +25,7 @@ fn solve(
     method: Method,
     settings: &Settings<f64>,
 ) -> Result<Run, Error> {
-    let mut kernel = kernel::prepared(kernel, file, Solves::Many)?;
+    let mut kernel = kernel::prepared(kernel, file, method)?;
     kernel.solve(method, settings)?;
     let answer = kernel.answer();
     Ok(Run {

@@ -3,7 +3,7 @@
 use crate::support::boxes::BRICK;
 use crate::support::check;
 use nalgebra::{DMatrix, vector};
-use stiction::{Error, Factor, Scene, Settings, Solver, Solves, Status};
+use stiction::{Error, Factor, Scene, Settings, Solver, Status};
 use testbed::ContactKeys;
 use testbed::kernel::{Constructor, Shape};
 use testbed::measure::{self, Law};
@@ -25,7 +25,7 @@ fn replay(
             kernel.reset();
         }
         kernel.load(step)?;
-        kernel.prepare(Solves::Many)?;
+        kernel.prepare(Method::Default)?;
         kernel.solve(Method::Default, &Settings::new(tolerance))?;
         let answer = kernel.answer();
         assert_eq!(answer.status, Status::Solved, "{}", step.name);
@@ -102,7 +102,7 @@ fn contacts_are_recognised_by_name_and_by_where_they_are() {
 fn a_scene_changed_in_place_is_as_one_built_anew() -> Result<(), Error> {
     let push = BRICK.free_impulse::<f64>(0.5, 0.01);
     let mut scene = BRICK.on_plane::<f64>(0.3)?;
-    let mut factor = Factor::new(&scene, Solves::Many)?;
+    let mut factor = Factor::new(&scene)?;
     let mass = scene.mass() * 1.7;
     let mut anew = Scene::<f64, 6, 3, 4>::new();
     scene.set_mass(&mass)?;
@@ -116,11 +116,11 @@ fn a_scene_changed_in_place_is_as_one_built_anew() -> Result<(), Error> {
         scene.set_friction(i, contact.mu)?;
         anew.push(&contact)?;
     }
-    factor.prepare(&scene, Solves::Many)?;
+    factor.prepare(&scene)?;
     let settings = Settings::new(1e-9);
     let [mut changed, mut built] = [Solver::new(), Solver::new()];
     let changed = changed.solve(&scene, &factor, &push, &settings)?;
-    let built = built.solve(&anew, &Factor::new(&anew, Solves::Many)?, &push, &settings)?;
+    let built = built.solve(&anew, &Factor::new(&anew)?, &push, &settings)?;
     assert_eq!(changed.velocity, built.velocity);
     assert_eq!(changed.contacts, built.contacts);
     Ok(())

@@ -1,7 +1,7 @@
 //! Solutions survive a way through text, bit by bit.
 
 use nalgebra::{Matrix2, matrix, vector};
-use stiction::{Contact, Error, Factor, Scene, Settings, Solution, Solver, Solves};
+use stiction::{Contact, Error, Factor, Scene, Settings, Solution, Solver};
 
 #[test]
 fn a_solution_is_read_back_as_it_was_written() -> Result<(), Error> {
@@ -13,7 +13,7 @@ fn a_solution_is_read_back_as_it_was_written() -> Result<(), Error> {
         mu: 0.3,
         key: 0,
     })?;
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
     let solution = solver.solve(&scene, &factor, &vector![0.7, -0.1], &settings)?;

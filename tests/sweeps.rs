@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
-use stiction::{Contact, Factor, Scene, Settings, Solution, Solver, Solves, Status};
+use stiction::{Contact, Factor, Scene, Settings, Solution, Solver, Status};
 
 /// A contact of a body with as many dofs, its rows a little askew.
 fn solve<const D: usize>(
@@ -24,7 +24,7 @@ fn solve<const D: usize>(
         key: 0,
     };
     scene.push(&contact).expect("a contact");
-    let factor = Factor::new(&scene, Solves::Many).expect("a factor");
+    let factor = Factor::new(&scene).expect("a factor");
     let free_impulse = SVector::<f64, D>::from_column_slice(&push[..D]);
     let mut solver = Solver::new();
     let solution = solver.solve(&scene, &factor, &free_impulse, &Settings::new(1e-9));

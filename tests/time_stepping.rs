@@ -5,7 +5,7 @@ use crate::support::motion::{BALL, Ball, REACH, box_on_slope};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use proptest::prelude::*;
 use stiction::time_stepping as law;
-use stiction::{Contact, ContactMode, Error, Factor, Scene, Settings, Solver, Solves, Status};
+use stiction::{Contact, ContactMode, Error, Factor, Scene, Settings, Solver, Status};
 
 #[test]
 fn a_sliding_box_stops_after_v_squared_over_two_mu_g() -> Result<(), Error> {
@@ -139,7 +139,7 @@ proptest! {
         scene.push(&Contact { jacobian, offset, mu, key: 0 })?;
         let push = law::free_impulse(&mass, &before, &SVector::zeros(), 1e-3);
         let mut solver = Solver::new();
-        let factor = Factor::new(&scene, Solves::Many)?;
+        let factor = Factor::new(&scene)?;
         let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-9))?;
         prop_assert_eq!(solution.status, Status::Solved);
         prop_assert!(solution.contacts[0].mode != ContactMode::Open);

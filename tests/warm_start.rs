@@ -4,7 +4,7 @@ use crate::support::boxes::{BRICK, BoxScene};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use std::sync::Mutex;
 use stiction::{
-    AdmmSolver, Contact, Error, Factor, Input, Scene, Settings, Solution, Solver, Solves, Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Input, Scene, Settings, Solution, Solver, Status,
 };
 use testbed::measure::{Law, error_of};
 
@@ -29,11 +29,11 @@ fn cost<const N: usize, const D: usize, const C: usize>(
 #[test]
 fn the_same_problem_again_costs_nothing() -> Result<(), Error> {
     let (scene, [push, _]) = sliding_box()?;
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = AdmmFactor::new(&scene)?;
     let mut newton = Solver::new();
-    assert!(cost(newton.solve(&scene, &factor, &push, &settings())?) > 0);
-    let again = newton.solve(&scene, &factor, &push, &settings())?;
-    assert_eq!((cost(again), again.work.resolvents), (0, 0));
+    assert!(cost(newton.solve(&scene, factor.factor(), &push, &settings())?) > 0);
+    let again = newton.solve(&scene, factor.factor(), &push, &settings())?;
+    assert_eq!(cost(again), 0);
     assert!(error_of(&scene, &push, again, Law::Coulomb) <= settings().tolerance);
 
     let mut admm = AdmmSolver::new();
@@ -45,11 +45,11 @@ fn the_same_problem_again_costs_nothing() -> Result<(), Error> {
 #[test]
 fn a_problem_like_the_last_costs_less_than_cold() -> Result<(), Error> {
     let (scene, [push, changed]) = sliding_box()?;
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = AdmmFactor::new(&scene)?;
     let (mut cold, mut warm) = (Solver::new(), Solver::new());
-    warm.solve(&scene, &factor, &push, &settings())?;
-    let warm = cost(warm.solve(&scene, &factor, &changed, &settings())?);
-    let cold = cost(cold.solve(&scene, &factor, &changed, &settings())?);
+    warm.solve(&scene, factor.factor(), &push, &settings())?;
+    let warm = cost(warm.solve(&scene, factor.factor(), &changed, &settings())?);
+    let cold = cost(cold.solve(&scene, factor.factor(), &changed, &settings())?);
     assert!(warm < cold, "newton: warm {warm}, cold {cold}");
 
     let (mut cold, mut warm) = (AdmmSolver::new(), AdmmSolver::new());
@@ -63,12 +63,12 @@ fn a_problem_like_the_last_costs_less_than_cold() -> Result<(), Error> {
 #[test]
 fn after_a_reset_the_solver_is_as_new() -> Result<(), Error> {
     let (scene, [push, changed]) = sliding_box()?;
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = AdmmFactor::new(&scene)?;
     let (mut fresh, mut used) = (Solver::new(), Solver::new());
-    used.solve(&scene, &factor, &changed, &settings())?;
+    used.solve(&scene, factor.factor(), &changed, &settings())?;
     used.reset();
-    let fresh = fresh.solve(&scene, &factor, &push, &settings())?;
-    let used = used.solve(&scene, &factor, &push, &settings())?;
+    let fresh = fresh.solve(&scene, factor.factor(), &push, &settings())?;
+    let used = used.solve(&scene, factor.factor(), &push, &settings())?;
     assert_eq!((fresh.velocity, cost(fresh)), (used.velocity, cost(used)));
 
     let (mut fresh, mut used) = (AdmmSolver::new(), AdmmSolver::new());
@@ -118,14 +118,14 @@ type Outcome = (usize, Vec<SVector<f64, 3>>);
 
 impl Solvers {
     fn solve(&mut self, (scene, push): &Bodies) -> Result<[Outcome; 2], Error> {
-        let factor = Factor::new(scene, Solves::Many)?;
+        let factor = AdmmFactor::new(scene)?;
         let settings = settings();
         let outcome = |solution: &Solution<f64, 9, 3, 3>| {
             let impulses = solution.contacts.iter().map(|c| c.impulse);
             (cost(solution), impulses.collect())
         };
         let admm = self.admm.solve(scene, &factor, push, &settings)?;
-        let newton = self.newton.solve(scene, &factor, push, &settings)?;
+        let newton = self.newton.solve(scene, factor.factor(), push, &settings)?;
         Ok([outcome(admm), outcome(newton)])
     }
 }
@@ -188,8 +188,13 @@ fn what_is_kept_of_a_newton_step_follows_contacts_that_change_places() -> Result
                     ..plane.contacts()[i].clone()
                 })?;
             }
-            let factor = Factor::new(&scene, Solves::Many)?;
-            Ok::<_, Error>(cost(solver.solve(&scene, &factor, &push, &settings())?))
+            let factor = AdmmFactor::new(&scene)?;
+            Ok::<_, Error>(cost(solver.solve(
+                &scene,
+                factor.factor(),
+                &push,
+                &settings(),
+            )?))
         };
         let cost = solve(&mut moved, order)?;
         assert_eq!(cost, solve(&mut unmoved, [0, 1, 2, 3])?, "{order:?}");
@@ -271,10 +276,10 @@ fn a_solve_that_is_refused_leaves_the_state_alone() -> Result<(), Error> {
     let mut solvers = Solvers::default();
     solvers.solve(&bodies(&ALL)?)?;
     let (strangers, push) = bodies(&[(0, 1), (1, 2)])?;
-    let factor = Factor::new(&bodies(&ALL)?.0, Solves::Many)?;
+    let factor = AdmmFactor::new(&bodies(&ALL)?.0)?;
     let refused = solvers
         .newton
-        .solve(&strangers, &factor, &push, &settings());
+        .solve(&strangers, factor.factor(), &push, &settings());
     assert!(matches!(refused, Err(Error::FactorMismatch { .. })));
     let again = solvers.solve(&bodies(&ALL)?)?;
     assert_eq!(again.map(|(cost, _)| cost), [0, 0]);
@@ -284,7 +289,7 @@ fn a_solve_that_is_refused_leaves_the_state_alone() -> Result<(), Error> {
 #[test]
 fn scene_factor_and_solvers_live_in_statics() -> Result<(), Error> {
     static SCENE: Mutex<Scene<f32, 2, 2, 1>> = Mutex::new(Scene::new());
-    static FACTOR: Mutex<Factor<f32, 2, 2, 1>> = Mutex::new(Factor::empty());
+    static FACTOR: Mutex<AdmmFactor<f32, 2, 2, 1>> = Mutex::new(AdmmFactor::empty());
     static SOLVER: Mutex<Solver<f32, 2, 2, 1>> = Mutex::new(Solver::new());
     static ADMM: Mutex<AdmmSolver<f32, 2, 2, 1>> = Mutex::new(AdmmSolver::new());
     let mut scene = SCENE.lock().expect("one thread");
@@ -296,11 +301,11 @@ fn scene_factor_and_solvers_live_in_statics() -> Result<(), Error> {
         mu: 0.5,
         key: 0,
     })?;
-    factor.prepare(&scene, Solves::Many)?;
+    factor.prepare(&scene)?;
     let (push, settings) = (vector![0.05, -0.2], Settings::default());
     let mut solver = SOLVER.lock().expect("one thread");
     let mut admm = ADMM.lock().expect("one thread");
-    let newton = solver.solve(&scene, &factor, &push, &settings)?;
+    let newton = solver.solve(&scene, factor.factor(), &push, &settings)?;
     let restart = admm.solve(&scene, &factor, &push, &settings)?;
     assert_eq!(
         (newton.status, restart.status),
@@ -321,9 +326,9 @@ fn a_solve_starts_at_impulses_that_are_given() -> Result<(), Error> {
             ..contact.clone()
         })?;
     }
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = AdmmFactor::new(&scene)?;
     let solution = Solver::new()
-        .solve(&scene, &factor, &push, &settings())?
+        .solve(&scene, factor.factor(), &push, &settings())?
         .clone();
     let contacts = scene.contacts().iter().zip(&solution.contacts);
     let mut given: Vec<_> = contacts
@@ -332,10 +337,13 @@ fn a_solve_starts_at_impulses_that_are_given() -> Result<(), Error> {
     given.reverse(); // they go by key
 
     let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
-    newton.solve(&scene, &factor, &changed, &settings())?;
+    newton.solve(&scene, factor.factor(), &changed, &settings())?;
     newton.set_impulses(&given)?;
     admm.set_impulses(&given)?;
-    assert_eq!(cost(newton.solve(&scene, &factor, &push, &settings())?), 0);
+    assert_eq!(
+        cost(newton.solve(&scene, factor.factor(), &push, &settings())?),
+        0
+    );
     let warm = cost(admm.solve(&scene, &factor, &push, &settings())?);
     admm.reset();
     let cold = cost(admm.solve(&scene, &factor, &push, &settings())?);
@@ -343,13 +351,16 @@ fn a_solve_starts_at_impulses_that_are_given() -> Result<(), Error> {
 
     // Nonsense does no harm, and what is no number is refused and changes nothing.
     newton.set_impulses(&[(given[0].0, vector![-7.0, 1e3, 0.0]), (99, given[1].1)])?;
-    assert!(cost(newton.solve(&scene, &factor, &push, &settings())?) > 0);
+    assert!(cost(newton.solve(&scene, factor.factor(), &push, &settings())?) > 0);
     let refused = newton.set_impulses(&[(0, given[0].1), (1, vector![0.0, f64::NAN, 0.0])]);
     let input = Input::InitialImpulse { contact: 1 };
     let (row, column) = (1, 0);
     assert_eq!(refused, Err(Error::NotFinite { input, row, column }));
     let refused = newton.set_impulses(&[given[0]; 5]);
     assert_eq!(refused, Err(Error::ContactListFull { capacity: 4 }));
-    assert_eq!(cost(newton.solve(&scene, &factor, &push, &settings())?), 0);
+    assert_eq!(
+        cost(newton.solve(&scene, factor.factor(), &push, &settings())?),
+        0
+    );
     Ok(())
 }

@@ -1,9 +1,7 @@
 //! Columns of a Jacobian that are zero are left out; the others are not, wherever they are.
 
 use nalgebra::{SMatrix, SVector, vector};
-use stiction::{
-    Contact, ContactMode, Error, Factor, Scene, Settings, Solution, Solver, Solves, Status,
-};
+use stiction::{Contact, ContactMode, Error, Factor, Scene, Settings, Solution, Solver, Status};
 
 /// Three rows that move three dofs from `first` on.
 fn limb<const N: usize>(first: usize) -> SMatrix<f64, 3, N> {
@@ -44,7 +42,7 @@ fn a_contact_moves_its_dofs_wherever_they_are() -> Result<(), Error> {
         let mut push = SVector::<f64, N>::repeat(-1.0);
         push.fixed_rows_mut::<3>(first)
             .copy_from(&vector![-3.0, -0.5, -0.25]);
-        let solution = solve(&scene, &Factor::new(&scene, Solves::Many)?, push)?;
+        let solution = solve(&scene, &Factor::new(&scene)?, push)?;
         assert_eq!(solution.contacts[0].mode, ContactMode::Stick);
         let moved = solution.velocity.fixed_rows::<3>(first).norm();
         assert!(moved < 1e-9, "dofs from {first} on move by {moved}");
@@ -82,14 +80,14 @@ fn a_jacobian_is_replaced_by_one_with_other_columns() -> Result<(), Error> {
     let mut replaced = Scene::new();
     replaced.set_mass(&robot())?;
     replaced.push(&contact(pair(6, 0)))?;
-    let mut factor = Factor::new(&replaced, Solves::Many)?;
+    let mut factor = Factor::new(&replaced)?;
     for first in [9, 12, 15, 6] {
         let mut fresh = Scene::new();
         fresh.set_mass(&robot())?;
         fresh.push(&contact(pair(first, 0)))?;
         replaced.set_jacobian(0, &pair(first, 0))?;
-        factor.prepare(&replaced, Solves::One)?;
-        let expected = solve(&fresh, &Factor::new(&fresh, Solves::Many)?, push)?;
+        factor.prepare(&replaced)?;
+        let expected = solve(&fresh, &Factor::new(&fresh)?, push)?;
         let found = solve(&replaced, &factor, push)?;
         assert_eq!(found.velocity, expected.velocity);
         assert_eq!(found.contacts, expected.contacts);
@@ -112,7 +110,7 @@ fn the_delassus_operator_is_that_of_dense_matrices() -> Result<(), Error> {
         for jacobian in jacobians {
             scene.push(&contact(jacobian))?;
         }
-        let parts = Factor::new(&scene, Solves::Many)?.parts();
+        let parts = Factor::new(&scene)?.parts();
         let found = parts.expect("all contacts and a resolvent").delassus;
         for (rows, left) in found.iter().zip(jacobians) {
             for (column, right) in jacobians.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use crate::records::Reduced;
 use nalgebra::{SMatrix, SVector};
-use stiction::{Contact, Error, Factor, FactorParts, Scene, Solves};
+use stiction::{AdmmFactor, AdmmFactorParts, Contact, Error, Scene};
 
 /// The sizes of the firmware, `examples/baked`.
 const N: usize = 18;
@@ -55,8 +55,8 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
         })?;
     }
     let count = scene.contacts().len();
-    let parts = Factor::new(&scene, Solves::Many)?.parts();
-    let parts: FactorParts<f32, N, D, C> = parts.ok_or(Error::FactorMismatch {
+    let parts = AdmmFactor::new(&scene)?.parts();
+    let parts: AdmmFactorParts<f32, N, D, C> = parts.ok_or(Error::FactorMismatch {
         scene: count,
         factor: C,
     })?;
@@ -71,23 +71,22 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
     let sizes = format!("f32, {N}, {D}, {C}");
     let (mass, free_impulse) = (scene.mass().source(), free_impulse.source());
     let fields: String = [
-        ("moved", parts.moved.to_string()),
-        ("penalty", parts.penalty.source()),
-        ("uncertainty", parts.uncertainty.source()),
-        ("mass", parts.mass.source()),
-        ("whitened", parts.whitened.source()),
-        ("delassus", parts.delassus.source()),
-        ("effective_mass", parts.effective_mass.source()),
-        ("resolvent", parts.resolvent.source()),
-        ("penalties", parts.penalties.source()),
+        ("moved", parts.factor.moved.to_string()),
+        ("uncertainty", parts.factor.uncertainty.source()),
+        ("mass", parts.factor.mass.source()),
+        ("whitened", parts.factor.whitened.source()),
+        ("delassus", parts.factor.delassus.source()),
+        ("effective_mass", parts.factor.effective_mass.source()),
     ]
     .map(|(name, value)| format!("{name}: {value},\n"))
     .concat();
+    let (penalty, resolvent) = (parts.penalty.source(), parts.resolvent.source());
     Ok(format!(
         "// Written by `cargo run -p bake -- rust FILE`: each number is the bits of an f32.\n\
          const fn bits(bits: u32) -> f32 {{ f32::from_bits(bits) }}\n\
          pub(super) static SCENE: Scene<{sizes}> = Scene::from_parts({mass}, [\n{contacts}]);\n\
          pub(super) static FREE_IMPULSE: SVector<f32, {N}> = {free_impulse};\n\
-         pub(super) static FACTOR: Factor<{sizes}> = Factor::from_parts(&FactorParts {{\n{fields}}});\n"
+         pub(super) static FACTOR: AdmmFactor<{sizes}> = AdmmFactor::from_parts(&AdmmFactorParts {{\n\
+         factor: FactorParts {{\n{fields}}},\npenalty: {penalty},\nresolvent: {resolvent},\n}});\n"
     ))
 }

@@ -15,7 +15,7 @@ mod board;
 #[allow(clippy::unreadable_literal)] // bits
 mod quadruped {
     use nalgebra::{ArrayStorage, SMatrix, SVector};
-    use stiction::{Contact, Factor, FactorParts, Scene};
+    use stiction::{AdmmFactor, AdmmFactorParts, Contact, FactorParts, Scene};
     include!("quadruped.rs");
 }
 use quadruped::{FACTOR, FREE_IMPULSE, SCENE};
@@ -40,7 +40,7 @@ fn main() -> std::process::ExitCode {
     let mut line = String::new();
     let _ = report(&mut AdmmSolver::new(), &mut line);
     print!("{line}");
-    let anew = stiction::Factor::new(&SCENE, stiction::Solves::Many)
+    let anew = stiction::AdmmFactor::new(&SCENE)
         .ok()
         .and_then(|factor| factor.parts());
     std::process::ExitCode::from(u8::from(anew != FACTOR.parts()))

@@ -2,7 +2,7 @@
 
 use crate::records::{Records, Step};
 use core::fmt::{self, Display, Write};
-use stiction::{ContactMode, Factor, Real, Settings, Solution, Solver, Solves, Status};
+use stiction::{ContactMode, Factor, Real, Settings, Solution, Solver, Status};
 
 const N: usize = 18;
 const D: usize = 3;
@@ -44,7 +44,7 @@ impl<T: Real> Trot<T> {
     /// Prepares and solves; `false` if that does not succeed.
     pub(crate) fn solve(&mut self) -> bool {
         let Step { scene, push, .. } = &self.step;
-        self.factor.prepare(scene, Solves::One).is_ok()
+        self.factor.prepare(scene).is_ok()
             && self
                 .solver
                 .solve(scene, &self.factor, push, &Settings::default())

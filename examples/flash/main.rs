@@ -34,13 +34,13 @@ mod firmware {
     #[cfg(not(empty))]
     use {
         core::hint::black_box,
-        stiction::{Factor, Scene, Settings, Solves},
+        stiction::{Scene, Settings},
     };
 
     #[cfg(all(not(empty), restart))]
-    use stiction::AdmmSolver as Solver;
+    use stiction::{AdmmFactor as Factor, AdmmSolver as Solver};
     #[cfg(all(not(empty), not(restart)))]
-    use stiction::Solver;
+    use stiction::{Factor, Solver};
 
     #[cfg(not(empty))]
     const D: usize = if cfg!(frictionless) {
@@ -58,15 +58,9 @@ mod firmware {
         static mut FACTOR: Factor<f32, 18, D, 4> = Factor::empty();
         static mut SOLVER: Solver<f32, 18, D, 4> = Solver::new();
         let (scene, solver) = (black_box(SCENE), black_box(SOLVER));
-        #[cfg(restart)]
-        let prepared = FACTOR.prepare(scene, Solves::Many);
-        #[cfg(not(restart))]
-        let prepared = FACTOR.prepare(scene, Solves::One);
+        let prepared = FACTOR.prepare(scene);
         if prepared.is_ok() {
             let (push, settings) = black_box((nalgebra::SVector::zeros(), Settings::default()));
-            #[cfg(restart)]
-            let result = solver.solve(scene, FACTOR, &push, &settings);
-            #[cfg(not(restart))]
             let result = solver.solve(scene, FACTOR, &push, &settings);
             let _ = black_box(result);
         }

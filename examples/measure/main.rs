@@ -36,7 +36,7 @@ mod measure {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::hprintln;
     use nalgebra::SVector;
-    use stiction::{AdmmSolver, Factor, Real, Scene, Settings, Solver, Solves, Status};
+    use stiction::{AdmmFactor, AdmmSolver, Factor, Real, Scene, Settings, Solver, Status};
 
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo) -> ! {
@@ -44,12 +44,12 @@ mod measure {
         exit(false)
     }
 
-    /// How a factor is computed: for many solves, or for one.
     struct Bench<T, const N: usize, const D: usize, const C: usize> {
         name: &'static str,
         records: &'static [u8],
         step: Step<T, N, D, C>,
         factor: Factor<T, N, D, C>,
+        admm_factor: AdmmFactor<T, N, D, C>,
         solver: Solver<T, N, D, C>,
         admm: AdmmSolver<T, N, D, C>,
         peer: GaussSeidel<T, N, D, C>,
@@ -62,6 +62,7 @@ mod measure {
                 records,
                 step: Step::new(),
                 factor: Factor::empty(),
+                admm_factor: AdmmFactor::empty(),
                 solver: Solver::new(),
                 admm: AdmmSolver::new(),
                 peer: GaussSeidel::new(),
@@ -73,9 +74,16 @@ mod measure {
         }
 
         #[inline(never)]
-        fn prepare(&mut self, solves: Solves) -> bool {
+        fn prepare(&mut self) -> bool {
             black_box(&mut self.factor)
-                .prepare(&self.step.scene, solves)
+                .prepare(&self.step.scene)
+                .is_ok()
+        }
+
+        #[inline(never)]
+        fn prepare_admm(&mut self) -> bool {
+            black_box(&mut self.admm_factor)
+                .prepare(&self.step.scene)
                 .is_ok()
         }
 
@@ -91,7 +99,7 @@ mod measure {
         fn iterate(&mut self, push: &SVector<T, N>, settings: &Settings<T>) -> bool {
             let admm = black_box(&mut self.admm);
             admm.reset();
-            admm.solve(&self.step.scene, &self.factor, push, settings)
+            admm.solve(&self.step.scene, &self.admm_factor, push, settings)
                 .is_ok()
         }
 
@@ -101,10 +109,10 @@ mod measure {
             let push = self.step.push;
             let mut ok = true;
 
-            let count = counter.instructions(|| ok &= self.prepare(Solves::One))?;
-            self.print("update", count);
-            let count = counter.instructions(|| ok &= self.prepare(Solves::Many))?;
+            let count = counter.instructions(|| ok &= self.prepare())?;
             self.print("prepare", count);
+            let count = counter.instructions(|| ok &= self.prepare_admm())?;
+            self.print("prepare_restart", count);
 
             // Iterations and Newton steps: the difference of two solves that differ in them alone.
             let mut exact = Settings::new(T::literal(1e-30));
@@ -160,7 +168,7 @@ mod measure {
             let settings = Settings::new(T::literal(1e-5));
             self.solver.reset();
             let bytes = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-            let prepare = stack_bytes(|| _ = black_box(self.prepare(Solves::Many)));
+            let prepare = stack_bytes(|| _ = black_box(self.prepare()));
             let solve = stack_bytes(|| _ = black_box(self.solve(&push, &settings)));
             let iterate = stack_bytes(|| _ = black_box(self.iterate(&push, &settings)));
             self.print("stack_prepare", bytes(prepare));

@@ -17,7 +17,7 @@ mod proof {
     use nalgebra::{SMatrix, SVector};
     use stiction::time_stepping as law;
     use stiction::{
-        AdmmSolver, Contact, Factor, FrictionCone, Real, Scene, Settings, Solver, Solves,
+        AdmmFactor, AdmmSolver, Contact, Factor, FrictionCone, Real, Scene, Settings, Solver,
     };
 
     mod undefined {
@@ -35,6 +35,7 @@ mod proof {
     struct Kernel<T, const N: usize, const D: usize, const C: usize> {
         scene: Scene<T, N, D, C>,
         factor: Factor<T, N, D, C>,
+        admm_factor: AdmmFactor<T, N, D, C>,
         solver: Solver<T, N, D, C>,
         admm: AdmmSolver<T, N, D, C>,
     }
@@ -44,6 +45,7 @@ mod proof {
             Self {
                 scene: Scene::new(),
                 factor: Factor::empty(),
+                admm_factor: AdmmFactor::empty(),
                 solver: Solver::new(),
                 admm: AdmmSolver::new(),
             }
@@ -63,6 +65,7 @@ mod proof {
             let Self {
                 scene,
                 factor,
+                admm_factor,
                 solver,
                 admm,
             } = self;
@@ -73,16 +76,16 @@ mod proof {
             let _ = black_box(scene.set_jacobian(index, &contact.jacobian));
             black_box(law::free_impulse(&mass, &push, &push, contact.mu));
             black_box(law::moving_surface(&contact.jacobian, &push));
-            let _ = black_box(factor.prepare(scene, Solves::One));
-            let _ = black_box(factor.prepare(scene, Solves::Many));
-            let _ = black_box(factor.set_penalty(black_box(T::ONE)));
+            let _ = black_box(factor.prepare(scene));
+            let _ = black_box(admm_factor.prepare(scene));
+            let _ = black_box(admm_factor.set_penalty(black_box(T::ONE)));
             black_box(factor.step(index));
 
             let settings: Settings<T> = black_box(Settings::default());
             let _ = black_box(solver.solve(scene, factor, &push, &settings).is_ok());
             solver.reset();
-            let _ = black_box(admm.solve(scene, factor, &push, &settings).is_ok());
-            let _ = black_box(admm.resume(scene, factor, &push, &settings).is_ok());
+            let _ = black_box(admm.solve(scene, admm_factor, &push, &settings).is_ok());
+            let _ = black_box(admm.resume(scene, admm_factor, &push, &settings).is_ok());
             let impulses = black_box([(0, contact.offset); C]);
             let _ = black_box(solver.set_impulses(&impulses));
             let _ = black_box(solver.resume(scene, factor, &push, &settings).is_ok());

@@ -13,7 +13,7 @@ use parry3d_f64::shape::Cuboid;
 use pictures::{curve, panel};
 use std::error::Error;
 use stiction::time_stepping as law;
-use stiction::{Contact, Factor, Scene, Settings, Solver, Solves, Status};
+use stiction::{Contact, Factor, Scene, Settings, Solver, Status};
 
 const STEP: f64 = 1e-3;
 const MASS: f64 = 2.0;
@@ -110,7 +110,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             })?;
         }
 
-        factor.prepare(&scene, Solves::One)?;
+        factor.prepare(&scene)?;
         let push = law::free_impulse(&mass, &body.velocity, &force, STEP);
         let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, matrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
 use stiction::time_stepping as law;
-use stiction::{Contact, Factor, Scene, Settings, Solver, Solves};
+use stiction::{Contact, Factor, Scene, Settings, Solver};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 1e-4;
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         mu: MU,
         key: 0,
     })?;
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
 

@@ -9,7 +9,7 @@ use nalgebra::{Matrix6, SMatrix, Vector3, matrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
 use stiction::time_stepping as law;
-use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Solves, Status};
+use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 0.01;
@@ -54,7 +54,7 @@ fn throw(slope: f64) -> Result<Vec<Moment>, Box<dyn Error>> {
             key: 0,
         })?;
     }
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
 

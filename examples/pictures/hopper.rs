@@ -11,7 +11,7 @@ use nalgebra::{SMatrix, SVector, Vector2, matrix, vector};
 use pictures::{curve, panel};
 use std::error::Error;
 use stiction::time_stepping as law;
-use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Solves, Status};
+use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 5e-4;
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         mu: MU,
         key: 0,
     })?;
-    let factor = Factor::new(&scene, Solves::Many)?;
+    let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
 

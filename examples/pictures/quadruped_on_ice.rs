@@ -7,7 +7,7 @@
 
 use pictures::{curve, dots, panel};
 use std::error::Error;
-use stiction::{ContactMode, Factor, Scene, Settings, Solver, Solves, Status};
+use stiction::{ContactMode, Factor, Scene, Settings, Solver, Status};
 use testbed::scene_file;
 
 const STEP: f64 = 0.004;
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("each foot: = sticks, ~ slips, o open");
     for (k, step) in (1_u32..).zip(&steps) {
         let scene: Scene<f32, 18, 3, 4> = step.scene()?;
-        factor.prepare(&scene, Solves::One)?;
+        factor.prepare(&scene)?;
         let solution = solver.solve(&scene, &factor, &step.free_impulse(), &settings)?;
         if solution.status != Status::Solved {
             return Err(format!("step {k}: {:?}", solution.status).into());

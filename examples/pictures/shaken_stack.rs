@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector, Vector2, Vector3, matrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
 use stiction::time_stepping as law;
-use stiction::{Contact, Factor, Scene, Settings, Solver, Solves, Status};
+use stiction::{Contact, Factor, Scene, Settings, Solver, Status};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 1e-3;
@@ -103,7 +103,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             scene.set_jacobian(contact, &jacobian)?;
             scene.set_offset(contact, &offset)?;
         }
-        factor.prepare(&scene, Solves::One)?;
+        factor.prepare(&scene)?;
         let push = law::free_impulse(&mass, &velocity, &weight, STEP);
         let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {

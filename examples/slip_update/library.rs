@@ -1,7 +1,7 @@
 //! The variants that the library has.
 
 use crate::outcome::Outcome;
-use stiction::{Error, Model, Settings, SlipUpdate, Solves, Status};
+use stiction::{Error, Model, Settings, SlipUpdate, Status};
 use testbed::kernel::{self, Kernel};
 use testbed::measure::{self, Law};
 pub(crate) use testbed::method::Method;
@@ -18,8 +18,8 @@ pub(crate) fn name(method: Method) -> &'static str {
 }
 
 /// The kernel with a scene and its factor.
-fn prepared(file: &SceneFile) -> Result<Box<dyn Kernel>, Error> {
-    kernel::prepared(kernels_f64::kernel, file, Solves::Many)
+fn prepared(file: &SceneFile, method: Method) -> Result<Box<dyn Kernel>, Error> {
+    kernel::prepared(kernels_f64::kernel, file, method)
 }
 
 /// When `s` is updated.
@@ -54,7 +54,7 @@ pub(crate) fn solve(
 
 /// The default penalty `rho` of a scene.
 pub(crate) fn penalty(file: &SceneFile) -> f64 {
-    let kernel = prepared(file).expect("bundled scenes are valid");
+    let kernel = prepared(file, Method::Restart).expect("bundled scenes are valid");
     kernel.penalty()
 }
 
@@ -64,7 +64,7 @@ fn try_solve(
     slip_update: SlipUpdate,
     settings: &Settings<f64>,
 ) -> Result<Outcome, Error> {
-    let mut kernel = prepared(file)?;
+    let mut kernel = prepared(file, method)?;
     kernel.set_slip_update(slip_update);
     kernel.solve(method, settings)?;
     let answer = kernel.answer();

@@ -69,7 +69,7 @@ pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
         "status": status(run.answer.status),
         "iterations": first_order(run),
         "newton_steps": run.answer.work.newton_steps,
-        "factorizations": run.answer.work.resolvents,
+        "factorizations": 0,
         "error": run.error,
         "prepare_ns": run.prepare_ns,
         "solve_ns": run.solve_ns,

@@ -2,10 +2,9 @@
 
 use crate::{Options, Precision, Start};
 use std::time::Instant;
-use stiction::{Settings, Solves};
+use stiction::Settings;
 use testbed::kernel::{Answer, Kernel, Shape};
 use testbed::measure::{self, Law};
-use testbed::method::Method;
 use testbed::scene_file::SceneFile;
 
 /// One solved scene.
@@ -57,16 +56,11 @@ fn solve_one(
         budget: options.max_iterations,
         ..Settings::new(options.tolerance())
     };
-    // What a solve does without is not prepared.
-    let solves = match method {
-        Method::Default => kernel.cheapest(&settings)?,
-        _ => Solves::Many,
-    };
     let (mut prepare_ns, mut solve_ns) = (f64::INFINITY, f64::INFINITY);
     kernel.keep();
     for _ in 0..options.repeat {
         let start = Instant::now();
-        kernel.prepare(solves)?;
+        kernel.prepare(method)?;
         prepare_ns = prepare_ns.min(start.elapsed().as_secs_f64() * 1e9);
 
         kernel.rewind();

@@ -1,15 +1,13 @@
 //! The methods of this crate.
 
 use crate::contestant::{Contestant, Effort, Kind};
-use stiction::{Error, Settings, Solves, Status};
+use stiction::{Error, Settings, Status};
 use testbed::kernel::Kernel;
 use testbed::method::Method;
 use testbed::scene_file::SceneFile;
 
 pub(crate) struct Library {
     method: Method,
-    /// Does a solve to 1e-6 do without the resolvent?
-    solves: Solves,
     kernel: Box<dyn Kernel>,
 }
 
@@ -28,22 +26,14 @@ impl Library {
             _ => Method::Default,
         };
         kernel.load(file)?;
-        let solves = match method {
-            Method::Default => kernel.cheapest(&Settings::new(1e-6))?,
-            _ => Solves::Many,
-        };
-        kernel.prepare(Solves::Many)?;
-        Ok(Self {
-            method,
-            solves,
-            kernel,
-        })
+        kernel.prepare(method)?;
+        Ok(Self { method, kernel })
     }
 }
 
 impl Contestant for Library {
     fn prepare(&mut self) {
-        let prepared = self.kernel.prepare(self.solves);
+        let prepared = self.kernel.prepare(self.method);
         prepared.expect("the scene was factorised before");
     }
 

@@ -9,7 +9,7 @@ extern crate std;
 
 use super::{Acceleration, Iterate, Momentum, SlipUpdate, iterate};
 use crate::problem::Problem;
-use crate::{Contact, Factor, FrictionCone, Model, Scene, Solves};
+use crate::{AdmmFactor, Contact, FrictionCone, Model, Scene};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -154,11 +154,11 @@ fn follows_for(
     acceleration: Acceleration,
     model: Model,
 ) -> Result<(), TestCaseError> {
-    let factor = Factor::new(scene, Solves::Many).expect("M is positive definite");
+    let factor = AdmmFactor::new(scene).expect("M is positive definite");
     let free = -f;
-    let mut problem = Problem::new(scene, &factor, &free, model);
+    let mut problem = Problem::new(scene, factor.factor(), &free, model);
     problem.fill();
-    let resolvent = factor.resolvent().expect("it was computed");
+    let resolvent = factor.resolvent();
     let start = Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty());
     let mut iterates = [start; C];
     let mut momentum = Momentum::none(acceleration);
@@ -226,9 +226,9 @@ proptest! {
         exponent in -6.0..6.0,
     ) {
         let rho = 10_f64.powf(exponent);
-        let mut factor = Factor::new(&scene, Solves::Many).expect("M is positive definite");
+        let mut factor = AdmmFactor::new(&scene).expect("M is positive definite");
         factor.set_penalty(rho).expect("rho is usable");
-        let resolvent = factor.resolvent().expect("it was computed");
+        let resolvent = factor.resolvent();
         let note = Note::new(&scene, &f, rho);
         let solved = note.matrix.lu().solve(&note.h.transpose()).expect("A is regular");
         let b = DMatrix::identity(ROWS, ROWS) - note.h * solved * rho;

@@ -2,7 +2,6 @@
 
 use super::{BAKED, Factor};
 use crate::Real;
-use crate::factor::resolvent::Resolvent;
 use crate::linalg::sparsity::Support;
 
 /// The numbers of a [`Factor`] of `C` contacts, to be written down on the host and read by firmware.
@@ -12,8 +11,6 @@ use crate::linalg::sparsity::Support;
 pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
     /// How many dofs contacts move.
     pub moved: usize,
-    /// The default penalty `rho`.
-    pub penalty: T,
     /// A bound on the rounding of `W`, relative to it.
     pub uncertainty: T,
     /// `M = Uᵀ D⁻¹ U`: below the diagonal `U`, which has `D` on its diagonal, and there `D⁻¹`; the
@@ -25,10 +22,6 @@ pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
     pub delassus: [[[[T; D]; C]; D]; C],
     /// The effective mass `W_ii⁻¹` of each contact; zero where `W_ii` is singular or nearly so, or `D > 3`.
     pub effective_mass: [[[T; D]; D]; C],
-    /// `(I + R W)⁻¹`.
-    pub resolvent: [[[[T; D]; C]; D]; C],
-    /// The diagonal of `R`, one penalty a contact.
-    pub penalties: [T; C],
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
@@ -42,34 +35,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             contacts: C,
             fingerprint: BAKED,
             moved: parts.moved,
-            penalty: parts.penalty,
             uncertainty: parts.uncertainty,
             mass: parts.mass,
             whitened: parts.whitened,
             supports: [Support::all(); C],
             delassus: parts.delassus,
             effective_mass: parts.effective_mass,
-            resolvent: Resolvent {
-                penalties: parts.penalties,
-                matrix: parts.resolvent,
-            },
-            is_complete: true,
         }
     }
 
-    /// The numbers of this factor; `None` unless it is of `C` contacts and has its resolvent.
+    /// The numbers of this factor; `None` unless it is of `C` contacts.
     #[must_use]
     pub fn parts(&self) -> Option<FactorParts<T, N, D, C>> {
-        (self.contacts == C && self.is_complete).then_some(FactorParts {
+        (self.contacts == C).then_some(FactorParts {
             moved: self.moved,
-            penalty: self.penalty,
             uncertainty: self.uncertainty,
             mass: self.mass,
             whitened: self.whitened,
             delassus: self.delassus,
             effective_mass: self.effective_mass,
-            resolvent: self.resolvent.matrix,
-            penalties: self.resolvent.penalties,
         })
     }
 }

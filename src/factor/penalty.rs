@@ -1,6 +1,6 @@
-//! The penalty `rho` of the augmented Lagrangian.
+//! The penalty `rho` of the augmented Lagrangian, and which dofs contacts move.
 
-use crate::linalg::hints::{opaque, opaque_mut, rolled};
+use crate::linalg::hints::{opaque_mut, rolled};
 use crate::linalg::sparsity::GROUP;
 use crate::{Real, Scene};
 
@@ -10,8 +10,7 @@ pub(crate) fn is_usable<T: Real>(rho: T) -> bool {
     rho > T::ZERO && rho.is_finite()
 }
 
-/// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`, and how many
-/// dofs contacts move.
+/// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`.
 ///
 /// The quotient is the mass felt by a contact that moves dof `j` alone, so `rho` has the unit of a
 /// mass; the units of the dofs, and dofs that no contact moves, do not matter. The geometric mean
@@ -20,8 +19,28 @@ pub(crate) fn is_usable<T: Real>(rho: T) -> bool {
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
-) -> (T, usize) {
-    // (HᵀH)_jj / M_jj
+) -> T {
+    let reach = reach(scene);
+    let moved = reach.iter().filter(|&&reach| reach > T::ZERO);
+    let exponents = moved.clone().map(|reach| reach.exponent()).sum::<i32>();
+    let count = i32::try_from(moved.count()).unwrap_or(0);
+    let mean = exponents.checked_div_euclid(count);
+    mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean))
+}
+
+/// How many dofs contacts move.
+pub(crate) fn moved_dofs<T: Real, const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<T, N, D, C>,
+) -> usize {
+    let reach = reach(scene);
+    reach.iter().filter(|&&reach| reach > T::ZERO).count()
+}
+
+/// `(HᵀH)_jj / M_jj`; 0 where that is rounding beside the largest.
+#[cfg_attr(target_os = "none", inline(never))]
+fn reach<T: Real, const N: usize, const D: usize, const C: usize>(
+    scene: &Scene<T, N, D, C>,
+) -> [T; N] {
     let mut reach = [T::ZERO; N];
     let (groups, last) = reach.as_chunks_mut::<GROUP>();
     for (contact, support) in scene.supported() {
@@ -43,18 +62,13 @@ pub(crate) fn default_penalty<T: Real, const N: usize, const D: usize, const C: 
             largest = *reach;
         }
     }
-    let rounding = largest * T::literal(1e-9);
-    let (mut exponents, mut moved) = (0_i32, 0);
-    for &reach in opaque(&reach) {
+    for reach in opaque_mut(&mut reach) {
         rolled();
-        if reach > rounding {
-            exponents += reach.exponent();
-            moved += 1;
+        if *reach <= largest * T::literal(1e-9) {
+            *reach = T::ZERO;
         }
     }
-    let count = i32::try_from(moved).unwrap_or(0);
-    let mean = exponents.checked_div_euclid(count);
-    (mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean)), moved)
+    reach
 }
 
 /// `sums_j += |column_j|²`

@@ -1,7 +1,4 @@
-//! The resolvent `B = (I + W R)⁻¹` of the Delassus operator: all that depends on the penalties.
-//!
-//! `R` is `rho I` as in the note, or has one penalty a contact. A projection onto a cone does not
-//! mind a factor of its own for each contact.
+//! The resolvent `B = (I + rho W)⁻¹` of the Delassus operator: all that depends on the penalty.
 
 use crate::factor::penalty::is_usable;
 use crate::linalg::blocks::{
@@ -9,39 +6,38 @@ use crate::linalg::blocks::{
 };
 use crate::linalg::hints::rolled;
 use crate::linalg::pivot::{Pivot, subtract_row};
-use crate::{Error, Real};
+use crate::{Error, Factor, Real};
 use heapless::Vec;
 
-/// `Bᵀ = (I + R W)⁻¹`, with the penalties `rho_i` (kg) on the diagonal of `R`.
+/// `B = (I + rho W)⁻¹` and its penalty `rho` (kg).
 #[derive(Clone, Debug)]
 pub(crate) struct Resolvent<T, const D: usize, const C: usize> {
-    pub(crate) penalties: [T; C],
+    pub(crate) penalty: T,
     pub(crate) matrix: ContactMatrix<T, D, C>,
 }
 
 impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     pub(crate) const fn empty() -> Self {
         Self {
-            penalties: [T::ZERO; C],
+            penalty: T::ZERO,
             matrix: [[[[T::ZERO; D]; C]; D]; C],
         }
     }
 
-    /// `Bᵀ = (W + R⁻¹)⁻¹ R⁻¹` for the first `contacts` contacts.
+    /// `B = (W + I / rho)⁻¹ / rho` of the contacts of a factor.
     #[inline(never)]
-    pub(crate) fn compute(
+    pub(crate) fn compute<const N: usize>(
         &mut self,
-        delassus: &ContactMatrix<T, D, C>,
-        contacts: usize,
-        penalties: &[T; C],
+        factor: &Factor<T, N, D, C>,
+        penalty: T,
     ) -> Result<(), Error> {
-        if !penalties.iter().copied().all(is_usable) {
+        if !is_usable(penalty) {
             return Err(Error::InvalidPenalty);
         }
-        self.penalties = *penalties;
-        let blocks = self.matrix.iter_mut().zip(delassus).zip(penalties);
-        for (i, ((rows, sources), &rho)) in blocks.take(contacts).enumerate() {
-            let compliance = T::ONE / rho;
+        self.penalty = penalty;
+        let (contacts, compliance) = (factor.contacts(), T::ONE / penalty);
+        let blocks = self.matrix.iter_mut().zip(factor.delassus());
+        for (i, (rows, sources)) in blocks.take(contacts).enumerate() {
             for (a, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
                 for (block, source) in row.iter_mut().zip(source).take(i + 1) {
                     rolled();
@@ -102,19 +98,18 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         Some(())
     }
 
-    /// From the lower triangle of `-A⁻¹` to `A⁻¹ R⁻¹`.
+    /// From the lower triangle of `-A⁻¹` to `A⁻¹ / rho`.
     #[inline(never)]
     fn mirror(&mut self, contacts: usize) -> Option<()> {
-        let scale = self.penalties.map(|rho| -T::ONE / rho);
+        let scale = -T::ONE / self.penalty;
         for i in 0..contacts {
-            let own = *scale.get(i)?;
             for j in 0..=i {
                 rolled();
-                let block = block(&self.matrix, i, j)?;
+                let block = times(scale, &block(&self.matrix, i, j)?);
                 if j != i {
-                    set_block(&mut self.matrix, j, i, &times(own, &transpose(&block)))?;
+                    set_block(&mut self.matrix, j, i, &transpose(&block))?;
                 }
-                set_block(&mut self.matrix, i, j, &times(*scale.get(j)?, &block))?;
+                set_block(&mut self.matrix, i, j, &block)?;
             }
         }
         Some(())

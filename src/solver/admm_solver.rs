@@ -1,10 +1,11 @@
 //! The first-order methods of the note as a solver of their own, without Newton's method.
 
 use crate::admm::{Acceleration, Iterate, Momentum, SlipUpdate};
+use crate::factor::resolvent::Resolvent;
 use crate::solver::calls::{Calls, Method};
 use crate::solver::monitor::Monitor;
 use crate::solver::warm_start::WarmStart;
-use crate::{Error, Factor, Real, Scene, Settings, Solution};
+use crate::{AdmmFactor, Error, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
 
 /// ADMM with the penalty of the factor: Algorithm 2 of the note, Algorithm 1, or without acceleration.
@@ -60,17 +61,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves a scene for a free impulse `M v_free` (N·s), as [`crate::Solver::solve`].
     ///
     /// # Errors
-    /// As there, and [`Error::NoResolvent`].
+    /// As there.
     pub fn solve(
         &mut self,
         scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
+        factor: &AdmmFactor<T, N, D, C>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        factor.resolvent().ok_or(Error::NoResolvent)?;
-        let data = (scene, factor, free_impulse, settings);
-        self.calls.solve(&mut self.method, data)
+        let data = (scene, factor.factor(), free_impulse, settings);
+        let mut method = Running(&mut self.method, factor.resolvent());
+        self.calls.solve(&mut method, data)
     }
 
     /// Goes on with the last solve where its budget ended, as [`crate::Solver::resume`].
@@ -80,13 +81,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     pub fn resume(
         &mut self,
         scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
+        factor: &AdmmFactor<T, N, D, C>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        factor.resolvent().ok_or(Error::NoResolvent)?;
-        let data = (scene, factor, free_impulse, settings);
-        self.calls.resume(&mut self.method, data)
+        let data = (scene, factor.factor(), free_impulse, settings);
+        let mut method = Running(&mut self.method, factor.resolvent());
+        self.calls.resume(&mut method, data)
     }
 }
 
@@ -96,7 +97,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for AdmmSo
     }
 }
 
-/// ADMM alone as a method.
+/// The state of a solve by ADMM.
 #[derive(Clone, Debug)]
 struct Admm<T, const D: usize, const C: usize> {
     iterates: [Iterate<T, D>; C],
@@ -104,7 +105,13 @@ struct Admm<T, const D: usize, const C: usize> {
     slip_update: SlipUpdate,
 }
 
-impl<T: Real, const D: usize, const C: usize> Method<T, D, C> for Admm<T, D, C> {
+/// A solve by ADMM with a resolvent.
+struct Running<'a, T, const D: usize, const C: usize>(
+    &'a mut Admm<T, D, C>,
+    &'a Resolvent<T, D, C>,
+);
+
+impl<T: Real, const D: usize, const C: usize> Method<T, D, C> for Running<'_, T, D, C> {
     const SEEKS_PROOF: bool = false;
 
     fn begin<const N: usize>(
@@ -112,21 +119,20 @@ impl<T: Real, const D: usize, const C: usize> Method<T, D, C> for Admm<T, D, C> 
         monitor: &mut Monitor<'_, '_, T, N, D, C>,
         warm_start: &mut WarmStart<T, D, C>,
     ) {
-        let penalty = monitor.problem.factor.penalty();
-        self.iterates = warm_start.iterates(monitor.problem, penalty);
-        self.momentum.start();
-        monitor.consider_iterates(&self.iterates);
+        let Self(admm, resolvent) = self;
+        admm.iterates = warm_start.iterates(monitor.problem, resolvent.penalty);
+        admm.momentum.start();
+        monitor.consider_iterates(&admm.iterates);
     }
 
     fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
-        if let Some(resolvent) = monitor.problem.factor.resolvent() {
-            let (iterates, momentum) = (&mut self.iterates, &mut self.momentum);
-            monitor.iterate(resolvent, iterates, momentum, self.slip_update);
-        }
+        let Self(admm, resolvent) = self;
+        let (iterates, momentum) = (&mut admm.iterates, &mut admm.momentum);
+        monitor.iterate(resolvent, iterates, momentum, admm.slip_update);
     }
 
     fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
-        let iterates = self.iterates.iter();
+        let iterates = self.0.iterates.iter();
         iterates.map(|iterate| (iterate.u, iterate.impulse()))
     }
 }

@@ -5,7 +5,7 @@ extern crate std;
 use crate::problem::Problem;
 use crate::solver::monitor::Monitor;
 use crate::solver::record::Record;
-use crate::{Contact, Error, Factor, Model, Scene, Settings, Solution, Solves};
+use crate::{Contact, Error, Factor, Model, Scene, Settings, Solution};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 
 pub(super) const N: usize = 6;
@@ -43,7 +43,7 @@ pub(super) fn with_problem<R>(
     push: &SVector<f64, N>,
     work: impl FnOnce(&mut Problem<'_, f64, N, D, C>) -> R,
 ) -> Result<R, Error> {
-    let factor = Factor::new(scene, Solves::Many)?;
+    let factor = Factor::new(scene)?;
     let mut problem = Problem::new(scene, &factor, push, Model::Coulomb);
     problem.fill();
     Ok(work(&mut problem))

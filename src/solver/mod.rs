@@ -40,7 +40,7 @@ pub use admm_solver::AdmmSolver;
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
-/// use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Solves};
+/// use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver};
 ///
 /// // 2 kg on a floor (x, height), pushed for 10 ms by 5 N sideways.
 /// let mut scene = Scene::<f64, 2, 2, 1>::new();
@@ -51,7 +51,7 @@ pub use admm_solver::AdmmSolver;
 ///     mu: 0.5,
 ///     key: 0,
 /// })?;
-/// let factor = Factor::new(&scene, Solves::Many)?;
+/// let factor = Factor::new(&scene)?;
 /// let mut solver = Solver::new();
 /// let push = vector![5.0 * 0.01, -2.0 * 9.81 * 0.01]; // the free impulse M v_free, N·s
 /// let solution = solver.solve(&scene, &factor, &push, &Settings::default())?;

@@ -1,7 +1,7 @@
 //! What the tests of hard scenes ask of the kernel, and scenes made by hand.
 
 use nalgebra::{DMatrix, DVector, SVector};
-use stiction::{AdmmSolver, Error, Factor, Scene, Settings, Status};
+use stiction::{AdmmFactor, AdmmSolver, Error, Scene, Settings, Status};
 use testbed::kernel::Constructor;
 use testbed::scene_file::SceneFile;
 use testbed::solve::{self, Answer, Outcome};
@@ -46,7 +46,7 @@ pub(crate) fn all(
 /// Two factors are as good as the same: Algorithm 2 solves the scene with either alike. How that ends.
 pub(crate) fn same_by_admm<const N: usize, const D: usize, const C: usize>(
     scene: &Scene<f64, N, D, C>,
-    factors: [&Factor<f64, N, D, C>; 2],
+    factors: [&AdmmFactor<f64, N, D, C>; 2],
     push: &SVector<f64, N>,
     settings: &Settings<f64>,
 ) -> Result<Status, Error> {

@@ -3,7 +3,7 @@
 use super::boxes::{Cuboid, GRAVITY};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
-use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Solves, Status};
+use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
 
 /// No contact here closes faster, m/s.
 pub(crate) const REACH: f64 = 5.0;
@@ -29,7 +29,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
         tolerance: f64,
     ) -> Result<Self, Error> {
         Ok(Self {
-            factor: Factor::new(&scene, Solves::Many)?,
+            factor: Factor::new(&scene)?,
             scene,
             solver: Solver::new(),
             settings: Settings::new(T::literal(tolerance)),

@@ -1,13 +1,11 @@
 //! The kernel behind one interface for all compiled sizes, so that a size is compiled once and not in every tool.
 
 use crate::measure;
-use crate::method::{Method, Solvers};
+use crate::method::{Factors, Method, Solvers};
 use crate::scene_file::SceneFile;
 use nalgebra::SVector;
 use std::hint::black_box;
-use stiction::{
-    ContactMode, Error, Factor, Real, Scene, Settings, SlipUpdate, Solution, Solves, Status, Work,
-};
+use stiction::{ContactMode, Error, Real, Scene, Settings, SlipUpdate, Solution, Status, Work};
 
 /// What a compiled size has to hold.
 #[derive(Clone, Copy, Debug)]
@@ -42,12 +40,8 @@ pub trait Kernel {
     /// Takes a scene of the shape; the states stay.
     fn load(&mut self, file: &SceneFile) -> Result<(), Error>;
 
-    /// Computes the factor: for many solves, or for one.
-    fn prepare(&mut self, solves: Solves) -> Result<(), Error>;
-
-    /// How to prepare for a solve by the default method: for one if it does without the resolvent, or else for many. The
-    /// states are left as they were.
-    fn cheapest(&mut self, settings: &Settings<f64>) -> Result<Solves, Error>;
+    /// Computes the factor that a method needs.
+    fn prepare(&mut self, method: Method) -> Result<(), Error>;
 
     /// Forgets the states; solvers by ADMM update `s` so from now on.
     fn set_slip_update(&mut self, slip_update: SlipUpdate);
@@ -66,7 +60,7 @@ pub trait Kernel {
     /// Goes on with a solve by the default method.
     fn resume(&mut self, settings: &Settings<f64>) -> Result<(), Error>;
 
-    /// The default penalty `rho`.
+    /// The penalty `rho` of ADMM.
     fn penalty(&self) -> f64;
 
     /// How the last solve ended, and what it has cost.
@@ -96,7 +90,7 @@ pub struct Compiled<T, const N: usize, const D: usize, const C: usize> {
     n_dof: usize,
     scene: Scene<T, N, D, C>,
     push: SVector<T, N>,
-    factor: Factor<T, N, D, C>,
+    factors: Factors<T, N, D, C>,
     solvers: Solvers<T, N, D, C>,
     kept: Solvers<T, N, D, C>,
     /// Of the last solve.
@@ -109,7 +103,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Compil
             n_dof: N,
             scene: Scene::new(),
             push: SVector::zeros(),
-            factor: Factor::empty(),
+            factors: Factors::empty(),
             solvers: Solvers::default(),
             kept: Solvers::default(),
             method: Method::Default,
@@ -139,18 +133,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
         Ok(())
     }
 
-    fn prepare(&mut self, solves: Solves) -> Result<(), Error> {
-        self.factor.prepare(black_box(&self.scene), solves)
-    }
-
-    fn cheapest(&mut self, settings: &Settings<f64>) -> Result<Solves, Error> {
-        self.factor.prepare(&self.scene, Solves::One)?;
-        let mut solver = self.solvers.default.clone();
-        let solution = solver.solve(&self.scene, &self.factor, &self.push, &rounded(settings))?;
-        Ok(match solution.work.resolvents {
-            0 => Solves::One,
-            _ => Solves::Many,
-        })
+    fn prepare(&mut self, method: Method) -> Result<(), Error> {
+        self.factors.prepare(method, black_box(&self.scene))
     }
 
     fn set_slip_update(&mut self, slip_update: SlipUpdate) {
@@ -171,8 +155,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
 
     fn solve(&mut self, method: Method, settings: &Settings<f64>) -> Result<(), Error> {
         self.method = method;
-        let (scene, factor, push) = black_box((&self.scene, &self.factor, &self.push));
-        let solution = method.run(&mut self.solvers, scene, factor, push, &rounded(settings))?;
+        let (scene, factors, push) = black_box((&self.scene, &self.factors, &self.push));
+        let solution = method.run(&mut self.solvers, scene, factors, push, &rounded(settings))?;
         black_box(solution);
         Ok(())
     }
@@ -180,12 +164,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
     fn resume(&mut self, settings: &Settings<f64>) -> Result<(), Error> {
         self.method = Method::Default;
         let solver = &mut self.solvers.default;
-        solver.resume(&self.scene, &self.factor, &self.push, &rounded(settings))?;
+        solver.resume(
+            &self.scene,
+            &self.factors.default,
+            &self.push,
+            &rounded(settings),
+        )?;
         Ok(())
     }
 
     fn penalty(&self) -> f64 {
-        measure::double(&self.factor.penalty())
+        measure::double(&self.factors.admm.penalty())
     }
 
     fn outcome(&self) -> (Status, Work) {
@@ -232,14 +221,14 @@ pub fn smallest<T: Real>(shape: Shape) -> Result<Box<dyn Kernel>, String> {
     }
 }
 
-/// The kernel with a scene and its factor, for many solves or for one; the smallest compiled size has to hold the scene.
+/// The kernel with a scene and the factor that a method needs; the smallest compiled size has to hold the scene.
 pub fn prepared(
     kernel: Constructor,
     file: &SceneFile,
-    solves: Solves,
+    method: Method,
 ) -> Result<Box<dyn Kernel>, Error> {
     let mut kernel = kernel(Shape::of(file)).expect("a size is compiled");
     kernel.load(file)?;
-    kernel.prepare(solves)?;
+    kernel.prepare(method)?;
     Ok(kernel)
 }

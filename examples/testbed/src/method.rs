@@ -2,8 +2,8 @@
 
 use nalgebra::SVector;
 use stiction::{
-    Acceleration, AdmmSolver, Error, Factor, Real, Scene, Settings, SlipUpdate, Solution, Solver,
-    Solves,
+    Acceleration, AdmmFactor, AdmmSolver, Error, Factor, Real, Scene, Settings, SlipUpdate,
+    Solution, Solver,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +59,30 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solver
     }
 }
 
+/// The factors, of each solver.
+#[derive(Clone)]
+pub struct Factors<T, const N: usize, const D: usize, const C: usize> {
+    pub default: Factor<T, N, D, C>,
+    pub admm: AdmmFactor<T, N, D, C>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Factors<T, N, D, C> {
+    pub fn empty() -> Self {
+        Self {
+            default: Factor::empty(),
+            admm: AdmmFactor::empty(),
+        }
+    }
+
+    /// Prepares the one that a method needs.
+    pub fn prepare(&mut self, method: Method, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+        match method {
+            Method::Default => self.default.prepare(scene),
+            _ => self.admm.prepare(scene),
+        }
+    }
+}
+
 impl Method {
     pub const ALL: [Self; 4] = [Self::Plain, Self::Fast, Self::Restart, Self::Default];
 
@@ -76,7 +100,7 @@ impl Method {
         self,
         solvers: &'a mut Solvers<T, N, D, C>,
         scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
+        factors: &Factors<T, N, D, C>,
         push: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&'a Solution<T, N, D, C>, Error> {
@@ -85,10 +109,10 @@ impl Method {
             admm: [plain, fast, restart],
         } = solvers;
         match self {
-            Self::Plain => plain.solve(scene, factor, push, settings),
-            Self::Fast => fast.solve(scene, factor, push, settings),
-            Self::Restart => restart.solve(scene, factor, push, settings),
-            Self::Default => default.solve(scene, factor, push, settings),
+            Self::Plain => plain.solve(scene, &factors.admm, push, settings),
+            Self::Fast => fast.solve(scene, &factors.admm, push, settings),
+            Self::Restart => restart.solve(scene, &factors.admm, push, settings),
+            Self::Default => default.solve(scene, &factors.default, push, settings),
         }
     }
 
@@ -110,9 +134,10 @@ impl Method {
         push: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<Solution<T, N, D, C>, Error> {
-        let factor = Factor::new(scene, Solves::Many)?;
+        let mut factors = Factors::empty();
+        factors.prepare(self, scene)?;
         let mut solvers = Solvers::new(slip_update);
-        self.run(&mut solvers, scene, &factor, push, settings)
+        self.run(&mut solvers, scene, &factors, push, settings)
             .cloned()
     }
 }

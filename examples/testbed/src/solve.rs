@@ -4,7 +4,7 @@ use crate::kernel::{self, Constructor};
 use crate::measure::{self, Law};
 use crate::method::Method;
 use crate::scene_file::SceneFile;
-use stiction::{Error, Settings, Solves, Status};
+use stiction::{Error, Settings, Status};
 
 /// What the kernel said of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +39,7 @@ pub fn solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Outcome {
 }
 
 fn try_solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Result<Outcome, Error> {
-    let mut kernel = kernel::prepared(kernel, file, Solves::Many)?;
+    let mut kernel = kernel::prepared(kernel, file, Method::Default)?;
     kernel.solve(Method::Default, &Settings::new(tolerance))?;
     let answer = kernel.answer();
     Ok(Outcome {

@@ -4,7 +4,7 @@
 use super::{bound, count};
 use crate::problem::Problem;
 use crate::problem::residual;
-use crate::{Contact, Factor, Model, Scene, Solves};
+use crate::{Contact, Factor, Model, Scene};
 use nalgebra::{SMatrix, SVector};
 use proptest::array::{uniform2, uniform4};
 use proptest::prelude::*;
@@ -35,7 +35,7 @@ proptest! {
             let (jacobian, offset) = (SMatrix::from(columns), SVector::repeat(offset));
             scene.push(&Contact { jacobian, offset, mu: 0.5, key: 0 }).expect("room for two");
         }
-        let factor = Factor::new(&scene, Solves::Many).expect("positive definite");
+        let factor = Factor::new(&scene).expect("positive definite");
         let push = SVector::from(f);
         let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
         problem.fill();
@@ -57,7 +57,7 @@ fn velocities_of_which_squares_vanish_are_bounded() {
     let mut scene = Scene::<f32, 2, 1, 1>::new();
     let mass = SMatrix::from([[1e-10, 0.999e-10], [0.999e-10, 1e-10]]);
     scene.set_mass(&mass).expect("positive definite");
-    let factor = Factor::new(&scene, Solves::Many).expect("positive definite");
+    let factor = Factor::new(&scene).expect("positive definite");
     let v = [1e-18_f32, -1e-18];
     let f = mass * SVector::from(v);
     let mut problem = Problem::new(&scene, &factor, &f, Model::Coulomb);

@@ -8,7 +8,7 @@ use crate::linalg::blocks::ContactVector;
 use crate::problem::Problem;
 use crate::solver::frame::Kind;
 use crate::solver::point::Point;
-use crate::{Contact, Error, Factor, Model, Scene, Solves};
+use crate::{Contact, Error, Factor, Model, Scene};
 use nalgebra::{SMatrix, SVector};
 use proptest::collection::vec;
 use proptest::strategy::{Strategy, ValueTree};
@@ -93,7 +93,7 @@ fn check<const D: usize>(model: Model) -> Result<[usize; 4], String> {
         let (numbers, mut mus, rest) = tree.current();
         mus[round % C] *= f64::from(u8::from(round % 2 == 0));
         let scene = scene::<D>(&numbers, &mus).map_err(|error| error.to_string())?;
-        let factor = Factor::new(&scene, Solves::Many).map_err(|error| error.to_string())?;
+        let factor = Factor::new(&scene).map_err(|error| error.to_string())?;
         let (f, rest) = rest.split_at(N);
         let f = SVector::from_column_slice(f);
         let (z, b) = rest.split_at(C * D);

@@ -1,0 +1,112 @@
+//! A factor with the resolvent that ADMM needs.
+
+use super::{Factor, FactorParts};
+use crate::factor::penalty::default_penalty;
+use crate::factor::resolvent::Resolvent;
+use crate::{Error, Real, Scene};
+
+/// A [`Factor`] with its resolvent `(I + rho W)⁻¹`, for [`crate::AdmmSolver`].
+#[derive(Clone, Debug)]
+pub struct AdmmFactor<T, const N: usize, const D: usize, const C: usize> {
+    factor: Factor<T, N, D, C>,
+    resolvent: Resolvent<T, D, C>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D, C> {
+    /// An empty factor, to be filled by [`Self::prepare`]: all zeros, so that a `static` of it takes no flash.
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self {
+            factor: Factor::empty(),
+            resolvent: Resolvent::empty(),
+        }
+    }
+
+    /// The factor of a scene, see [`Self::prepare`].
+    ///
+    /// # Errors
+    /// As [`Self::prepare`].
+    pub fn new(scene: &Scene<T, N, D, C>) -> Result<Self, Error> {
+        let mut factor = Self::empty();
+        factor.prepare(scene)?;
+        Ok(factor)
+    }
+
+    /// Factorises a scene in place, with the default penalty: a power of two near 6 times the mass that contacts feel.
+    ///
+    /// # Errors
+    /// As [`Factor::prepare`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows, or `W` is spread so wide that `I + rho W` is
+    /// singular in this number type. The factor is then none.
+    pub fn prepare(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+        self.factor.prepare(scene)?;
+        let result = self.resolvent.compute(&self.factor, default_penalty(scene));
+        if result.is_err() {
+            self.factor.clear();
+        }
+        result
+    }
+
+    /// Replaces the penalty `rho` (kg): one factorisation of `I + rho W`, none of `M`.
+    ///
+    /// # Errors
+    /// [`Error::InvalidPenalty`] if `rho` is not positive and finite, or so large that
+    /// `I + rho W` is singular in this number type. The factor keeps its old penalty.
+    pub fn set_penalty(&mut self, penalty: T) -> Result<(), Error> {
+        let old = self.penalty();
+        let result = self.resolvent.compute(&self.factor, penalty);
+        if result.is_err() && self.resolvent.compute(&self.factor, old).is_err() {
+            self.factor.clear();
+        }
+        result
+    }
+
+    /// The penalty `rho` (kg) of the augmented Lagrangian.
+    #[must_use]
+    pub const fn penalty(&self) -> T {
+        self.resolvent.penalty
+    }
+
+    /// The factor without the resolvent.
+    #[must_use]
+    pub const fn factor(&self) -> &Factor<T, N, D, C> {
+        &self.factor
+    }
+
+    /// `(I + rho W)⁻¹`
+    pub(crate) const fn resolvent(&self) -> &Resolvent<T, D, C> {
+        &self.resolvent
+    }
+
+    /// A factor from numbers that [`Self::parts`] gave, to stand in a `static`; see [`Factor::from_parts`].
+    #[must_use]
+    pub const fn from_parts(parts: &AdmmFactorParts<T, N, D, C>) -> Self {
+        Self {
+            factor: Factor::from_parts(&parts.factor),
+            resolvent: Resolvent {
+                penalty: parts.penalty,
+                matrix: parts.resolvent,
+            },
+        }
+    }
+
+    /// The numbers of this factor; `None` unless it is of `C` contacts.
+    #[must_use]
+    pub fn parts(&self) -> Option<AdmmFactorParts<T, N, D, C>> {
+        Some(AdmmFactorParts {
+            factor: self.factor.parts()?,
+            penalty: self.resolvent.penalty,
+            resolvent: self.resolvent.matrix,
+        })
+    }
+}
+
+/// The numbers of an [`AdmmFactor`] of `C` contacts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdmmFactorParts<T, const N: usize, const D: usize, const C: usize> {
+    /// Those of the factor without the resolvent.
+    pub factor: FactorParts<T, N, D, C>,
+    /// The penalty `rho` (kg).
+    pub penalty: T,
+    /// `(I + rho W)⁻¹`, blocks of `D` rows a contact, row by row.
+    pub resolvent: [[[[T; D]; C]; D]; C],
+}
