@@ -77,6 +77,8 @@ numbers! {
     /// Damping: the highest level.
     largest_level: 1e6;
 
+    /// Interior point: the first `tau` over the mean of `alpha |q|²`.
+    first_tau: 10.0;
     /// Interior point: weight of velocities against impulses where the central path is entered first.
     first_gain: 10.0;
     /// Interior point: share of the way to the boundary of the cones that a step may go.
@@ -115,4 +117,4 @@ pub(super) const LENGTHS: [f64; 2] = [1.0, 0.5];
 pub(super) const WEIGHTS: [f64; 8] = [3.0, 1.0, 10.0, 0.3, 30.0, 0.1, 100.0, 0.03];
 
 /// Gains with which the central path is entered again, see [`first_gain`], one jam after the other.
-pub(super) const GAINS: [f64; 3] = [10.0, 30.0, 100.0];
+pub(super) const GAINS: [f64; 2] = [1.0, 10.0];

@@ -43,16 +43,15 @@ fn difference<const D: usize>(
     z: &[SVector<f64, D>; C],
     b: &ContactVector<f64, D, C>,
 ) -> Option<(f64, Vec<Kind>)> {
-    let scale = 1.7;
     let at = |z: [SVector<f64, D>; C]| {
         let mut point = Point::none();
         point.z = z;
-        point.update(problem, scale);
+        point.update(problem);
         point
     };
     let point = at(*z);
     let (mut jacobian, mut matrix) = (Jacobian::none(), [[[[0.0; D]; C]; D]; C]);
-    jacobian.compute(problem, &point, scale, 0.0, &mut matrix)?;
+    jacobian.compute(problem, &point, 0.0, &mut matrix)?;
     let d = jacobian.step(problem, b, &matrix)?;
     let size = d.iter().fold(0.0_f64, |size, d| size.max(d.amax()));
     let h = 1e-6 / size;
@@ -60,7 +59,7 @@ fn difference<const D: usize>(
     let (ahead, behind) = (moved(h), moved(-h));
     // At a kink there is no derivative.
     for point in [&ahead, &behind] {
-        if !jacobian.has_same_active_set(problem, point, scale) {
+        if !jacobian.has_same_active_set(problem, point) {
             return None;
         }
     }
