@@ -11,7 +11,6 @@ use crate::{Error, Factor, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
 
 mod admm_solver;
-mod damping;
 mod frame;
 mod gauss_seidel;
 mod interior_point;

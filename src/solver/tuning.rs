@@ -68,14 +68,12 @@ numbers! {
     /// Newton: steps with one Jacobian are taken back if together they leave more than this share.
     chords_fall: 0.04;
 
-    /// Damping: `λ` over the natural map, at level 1.
-    damping: 1e-3;
-    /// Damping: the largest `λ`. Without it, 10 more of 300,000 scenes of the campaign stay unsolved.
-    largest_damping: 0.3;
-    /// Damping: each full step lowers the level tenfold down to this, each rejected one raises it to 1 or tenfold.
-    least_level: 1e-3;
-    /// Damping: the highest level.
-    largest_level: 1e6;
+    /// Damping: `λ` over the natural map.
+    damping: 1e-6;
+    /// Damping: that from the last solution of a hyperstatic scene.
+    warm_damping: 1e-3;
+    /// Damping: that of steps that finish what the interior point began.
+    finish_damping: 0.1;
 
     /// Interior point: the first `tau` over the mean of `alpha |q|²`.
     first_tau: 10.0;

@@ -303,12 +303,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
     }
 
     /// `V⁻¹ (λ \ (goal e - λ ∘ λ - V⁻¹ dx ∘ V dw))`, `λ = V w = V⁻¹ x`: what is to come of `dw + V⁻² dx`.
-    pub(crate) fn corrected(
-        &self,
-        pair: &Pair<T, D>,
-        step: &Pair<T, D>,
-        goal: T,
-    ) -> SVector<T, D> {
+    pub(crate) fn corrected(&self, pair: &Pair<T, D>, step: &Pair<T, D>, goal: T) -> SVector<T, D> {
         let inverse = |a: &SVector<T, D>| self.turn(a, -T::ONE);
         let (of_x, of_w) = (inverse(&pair.x), self.turn(&pair.w, T::ONE));
         let second = jordan(&inverse(&step.x), &self.turn(&step.w, T::ONE));
