@@ -49,7 +49,7 @@ fn a_solve_with_an_updated_factor_is_that_with_a_complete_one() -> Result<(), Er
         resolvents += replay(kernels_f64::kernel, &steps, 1e-6)?;
         resolvents += replay(kernels_f32::kernel, &steps, 1e-4)?;
     }
-    assert!(resolvents > 0, "no solve has needed one");
+    assert_eq!(resolvents, 0, "a solve by the default method needs none");
     Ok(())
 }
 
