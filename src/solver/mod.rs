@@ -11,7 +11,6 @@ use nalgebra::SVector;
 
 mod admm_solver;
 mod calls;
-mod damping;
 #[cfg(test)]
 mod fixtures;
 mod frame;

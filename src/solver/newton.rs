@@ -86,8 +86,19 @@ impl Newton {
         }
     }
 
-    /// Where it began.
+    /// Levenberg and Marquardt's `λ`: vanishes with the error, down to what rounding makes of `W`, so that the last steps
+    /// are Newton's.
+    fn damping<T: Real>(self, natural_map: T, centred: bool) -> T {
+        let share: T = match self.start {
+            Start::Interior => tuning::finish_damping(),
+            // Of a singular scene other directions are without effect now than were in the last solve.
+            _ if centred => tuning::warm_damping(),
+            _ => tuning::damping(),
+        };
+        share * natural_map.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
+    }
 
+    /// Where it began.
     pub(crate) const fn start(self) -> Start {
         self.start
     }
@@ -170,11 +181,10 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     ) -> bool {
         monitor.solution.work.newton_steps += 1;
         let problem = &*monitor.problem;
-        let damping = self.damping.at(self.point.natural_map);
+        let centred = matches!(newton.start, Start::Last) && problem.is_hyperstatic(&self.point.r);
+        let damping = newton.damping(self.point.natural_map, centred);
         let computed = workspace.linearise(problem, &self.point, damping);
         let step = computed.and_then(|(jacobian, matrix)| {
-            let centred =
-                matches!(newton.start, Start::Last) && problem.is_hyperstatic(&self.point.r);
             let residual = if centred {
                 jacobian.centred(&self.point)
             } else {
@@ -187,11 +197,9 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let length = step.and_then(|step| self.search_line(monitor, &step, rise));
         if length == Some(T::ONE) {
             newton.nonmonotone &= self.point.merit < before;
-            self.damping.relax();
             newton.reuse = self.point.merit < before * tuning::chord_fall();
         }
         if length.is_none() {
-            self.damping.reject();
             monitor.fail();
         }
         length.is_some()

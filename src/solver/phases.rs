@@ -15,7 +15,6 @@
 //! of them and go on later with the same bits.
 
 use crate::Real;
-use crate::solver::damping::Damping;
 use crate::solver::interior_point::{InteriorPoint, Progress};
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Outcome, Start};
@@ -45,7 +44,6 @@ pub(crate) struct Solve<T, const D: usize, const C: usize> {
     pub(super) phase: Phase,
     pub(super) point: Point<T, D, C>,
     pub(super) sweeps: Sweeps<T, C>,
-    pub(super) damping: Damping<T>,
     pub(super) interior: InteriorPoint<T, D, C>,
 }
 
@@ -56,7 +54,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             phase: Phase::Idle,
             point: Point::none(),
             sweeps: Sweeps::none(),
-            damping: Damping::none(),
             interior: InteriorPoint::none(),
         }
     }
@@ -68,7 +65,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         workspace: &mut Workspace<T, D, C>,
         warm_start: &mut WarmStart<T, D, C>,
     ) {
-        self.damping = Damping::new();
         if let Some(places) = warm_start.follow(monitor.problem.scene.contacts()) {
             workspace.jacobian.follow(&places);
         }
@@ -83,7 +79,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             Known::Isostatic if !corrected && !workspace.holds_jacobian() => self.begin_sweeps(),
             Known::Nothing | Known::Isostatic => self.begin_newton(monitor, newton),
             Known::Hyperstatic => {
-                self.damping = Damping::warm();
                 if corrected {
                     self.point.rebuild(monitor.problem);
                 }
@@ -119,7 +114,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                     }
                     Start::Last | Start::Guess => {
                         monitor.look_for_proof();
-                        self.damping = Damping::new();
                         self.point.set_zero_impulse(monitor.problem);
                         self.begin_cold(monitor, false)
                     }

@@ -68,15 +68,15 @@ numbers! {
     /// Newton: steps with one Jacobian are taken back if together they leave more than this share.
     chords_fall: 0.04;
 
-    /// Damping: `λ` over the natural map, at level 1.
-    damping: 1e-3;
-    /// Damping: the largest `λ`. Without it, 10 more of 300,000 scenes of the campaign stay unsolved.
-    largest_damping: 0.3;
-    /// Damping: each full step lowers the level tenfold down to this, each rejected one raises it to 1 or tenfold.
-    least_level: 1e-3;
-    /// Damping: the highest level.
-    largest_level: 1e6;
+    /// Damping: `λ` over the natural map.
+    damping: 1e-6;
+    /// Damping: that from the last solution of a hyperstatic scene.
+    warm_damping: 1e-3;
+    /// Damping: that of steps that finish what the interior point began.
+    finish_damping: 0.1;
 
+    /// Interior point: the first `tau` over the mean of `alpha |q|²`.
+    first_tau: 10.0;
     /// Interior point: weight of velocities against impulses where the central path is entered first.
     first_gain: 10.0;
     /// Interior point: share of the way to the boundary of the cones that a step may go.
@@ -115,4 +115,4 @@ pub(super) const LENGTHS: [f64; 2] = [1.0, 0.5];
 pub(super) const WEIGHTS: [f64; 8] = [3.0, 1.0, 10.0, 0.3, 30.0, 0.1, 100.0, 0.03];
 
 /// Gains with which the central path is entered again, see [`first_gain`], one jam after the other.
-pub(super) const GAINS: [f64; 3] = [10.0, 30.0, 100.0];
+pub(super) const GAINS: [f64; 2] = [1.0, 10.0];

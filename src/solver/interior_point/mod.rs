@@ -79,7 +79,7 @@ impl<T: Real, const D: usize, const C: usize> InteriorPoint<T, D, C> {
 impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     /// The interior-point method from the impulses of the point, where it is time to doubt that there is a solution.
     ///
-    /// It begins with products of the size of `alpha |q|²`, the mean over the contacts.
+    /// It begins with products larger than `alpha |q|²`, the mean over the contacts.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_interior<const N: usize>(
         &mut self,
@@ -94,7 +94,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             count += T::ONE;
         }
         self.interior.jams = 0;
-        self.enter_path(monitor, energy / count, tuning::first_gain(), T::ONE);
+        let tau = energy / count * tuning::first_tau();
+        self.enter_path(monitor, tau, tuning::first_gain(), T::ONE);
         self.back_to_path(monitor);
         Phase::InteriorPoint
     }
