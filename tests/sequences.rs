@@ -68,7 +68,10 @@ fn every_step_of_every_sequence_is_solved_and_a_warm_start_costs_less() -> Resul
             warm.sort_unstable();
             cold.sort_unstable();
             let (half, most) = (warm.len() / 2, warm.len() * 95 / 100);
-            assert!(now[0] < now[1] && warm[half] <= cold[half], "{name} to {tolerance:e}");
+            assert!(
+                now[0] < now[1] && warm[half] <= cold[half],
+                "{name} to {tolerance:e}"
+            );
             // The choice of a start that misleads comes on top of a cold solve.
             assert!(8 * warm[most] <= 9 * cold[most], "{name} to {tolerance:e}");
         }

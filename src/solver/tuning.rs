@@ -79,8 +79,8 @@ numbers! {
     first_tau: 10.0;
     /// Interior point: weight of velocities against impulses where the central path is entered first.
     first_gain: 10.0;
-    /// Interior point: share of the way to the boundary of the cones that a step may go.
-    boundary: 0.99;
+    /// Interior point: share of the way to the boundary of the cones that a step leaves.
+    margin: 0.01;
     /// Interior point: a step that reaches less far than this is corrected once more.
     correct_again: 0.95;
     /// Interior point: natural map below which Newton's method is to finish, or ten times the tolerance.

@@ -177,7 +177,9 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let (matrix, elimination) = workspace.lend();
         let (pairs, beta) = (&self.interior.pairs, self.interior.beta);
         let system = System::new(monitor.problem, pairs, &self.point.u, matrix, elimination)?;
-        let limit = T::ONE / tuning::boundary::<T>();
+        // The fraction to the boundary
+        let fraction = T::ONE - tuning::margin::<T>();
+        let limit = T::ONE / fraction;
         let predicted = system.predict()?;
         let left = T::ONE - system.reach(&predicted, limit).min(T::ONE);
         let tau = left * left * left * self.interior.tau();
@@ -190,8 +192,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                 (step, reach) = (other, farther);
             }
         }
-        // The fraction to the boundary
-        let length = (tuning::boundary::<T>() * reach).min(T::ONE);
+        let length = (fraction * reach).min(T::ONE);
         for (pair, step) in self.interior.pairs.iter_mut().zip(&step) {
             rolled();
             pair.go(step, length);
