@@ -251,3 +251,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         self.point.update(monitor.problem);
     }
 }
+
+#[cfg(test)]
+mod tests;

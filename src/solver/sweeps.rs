@@ -100,3 +100,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -64,3 +64,6 @@ impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
         (&mut self.matrix, &mut self.jacobian.elimination)
     }
 }
+
+#[cfg(test)]
+mod tests;

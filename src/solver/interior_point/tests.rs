@@ -7,7 +7,7 @@ use super::direction::System;
 use super::pair::{Pair, Part, Scaling, widen};
 use crate::linalg::elimination::Elimination;
 use crate::problem::{ContactLaw, Problem};
-use crate::{Contact, Error, Factor, FrictionCone, Real, Scene, SlipUpdate};
+use crate::{Contact, Error, Factor, FrictionCone, Model, Real, Scene};
 use core::array::from_fn;
 use nalgebra::{SMatrix, SVector, vector};
 use std::vec::Vec;
@@ -141,11 +141,11 @@ fn scene<const D: usize>(mus: [f64; C]) -> Result<Scene<f64, N, D, C>, Error> {
 }
 
 /// The derivative of each product along a step is what was asked for, and velocities go on to follow from impulses.
-fn check<const D: usize>(mus: [f64; C], slip: SlipUpdate) -> Result<(), Error> {
+fn check<const D: usize>(mus: [f64; C], model: Model) -> Result<(), Error> {
     let scene = scene::<D>(mus)?;
     let factor = Factor::new(&scene)?;
     let f = SVector::from_iterator(numbers().take(N));
-    let mut problem = Problem::new(&scene, &factor, &f, slip);
+    let mut problem = Problem::new(&scene, &factor, &f, model);
     problem.fill();
     let laws = problem.laws();
     let (tau, beta) = (0.1, 3.0);
@@ -192,12 +192,12 @@ fn check<const D: usize>(mus: [f64; C], slip: SlipUpdate) -> Result<(), Error> {
 
 #[test]
 fn a_step_does_what_it_is_told() -> Result<(), Error> {
-    for slip in [SlipUpdate::EveryIteration, SlipUpdate::Never] {
+    for model in [Model::Coulomb, Model::ConvexRelaxation] {
         for mus in [[0.5, 0.3, 1.0], [0.0, 10.0, 0.2], [0.0; C]] {
-            check::<1>(mus, slip)?;
-            check::<2>(mus, slip)?;
-            check::<3>(mus, slip)?;
-            check::<4>(mus, slip)?;
+            check::<1>(mus, model)?;
+            check::<2>(mus, model)?;
+            check::<3>(mus, model)?;
+            check::<4>(mus, model)?;
         }
     }
     Ok(())
