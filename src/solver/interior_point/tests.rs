@@ -1,5 +1,5 @@
 //! Pairs on and off the central path, and that a step does what it is told.
-#![allow(clippy::indexing_slicing)]
+#![allow(clippy::indexing_slicing, clippy::expect_used)]
 
 extern crate std;
 
