@@ -26,7 +26,7 @@ pub struct Settings<T> {
     /// [`Solution::error`].
     pub tolerance: T,
     /// [`Work`] that a call may do, [`Work::total`]. A control loop sets what its time allows. A call ends with the piece
-    /// of work in which the budget ends, of which the largest, a side branch of 20 sweeps, counts 40; if it ends unsolved
+    /// of work in which the budget ends, of which the largest counts 28; if it ends unsolved
     /// it looks for a proof that there is nothing to be found, which counts 10.
     pub budget: usize,
     /// The contact law that is solved.
@@ -175,7 +175,7 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     /// What the solve has cost.
     pub work: Work,
     /// Error of `v` and `r` in Coulomb's law and in the dynamics, the larger of
-    /// `|r - Π_K(r - alpha û)| / max(|r|, |alpha q|)` and
+    /// `|r - Π_K(r - alpha û)| / max(|r|, |r0|, |speed|)` and
     /// `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`, with a bound on the rounding in its own
     /// evaluation and in the factor added, a coarse one if that is enough to be below the tolerance.
     /// Independent of units. It means nothing as long as the status is [`Status::Unsolved`].

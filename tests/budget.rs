@@ -88,7 +88,7 @@ fn a_split_solve_gives_the_same_bits() {
                 );
             }
             // A call ends with the piece of work in which its budget ends, and a search for a proof.
-            assert!(dearest < budget + 40 + 10, "{}: {dearest}", file.name);
+            assert!(dearest < budget + 28 + 10, "{}: {dearest}", file.name);
         }
     }
 }

@@ -53,7 +53,7 @@ pub(crate) struct Note<'a> {
     augmented: Cholesky<f64, Dyn>,
     /// `alpha_i = D / trace(W_ii)`, row by row.
     alpha: DVector<f64>,
-    /// `|alpha q|`
+    /// Of the impulses to expect, see `testbed::measure`.
     size: f64,
 }
 
@@ -79,13 +79,12 @@ impl<'a> Note<'a> {
             let mobility = delassus.diagonal().rows(row / d * d, d).mean();
             if mobility > 0.0 { 1.0 / mobility } else { 0.0 }
         });
-        let q = &file.w - h * mass.solve(&file.f);
         Self {
             file,
             rho,
             mass,
             augmented: augmented.expect("A > 0"),
-            size: alpha.component_mul(&q).norm(),
+            size: measure::size(file, Law::Coulomb),
             alpha,
         }
     }

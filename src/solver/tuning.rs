@@ -48,7 +48,7 @@ macro_rules! counts {
 }
 
 numbers! {
-    /// Cold start: `alpha_i q_N` over `|alpha q|` above which a contact clearly parts.
+    /// Cold start: `alpha_i q_N` over the size of the impulses to expect above which a contact clearly parts.
     parting: 0.03;
     /// Cold start: share of the tangential velocity below which the normal one does not tell how hard a contact is
     /// pressed.

@@ -45,11 +45,35 @@ fn norm<'a>(x: impl Iterator<Item = &'a f64> + Clone) -> f64 {
     }
 }
 
-/// `max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |speed|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))` with
-/// `r0_i = Π_K(-alpha_i q̂_i)` and `speed_i = alpha_i (|H_i| |v_free| + |w_i|) / 100`, without gaps `w_Ni > 0`; infinite where
-/// f64 cannot tell.
+/// `max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |speed|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`; infinite where f64
+/// cannot tell.
 pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let (v, r) = (DVector::from_row_slice(v), DVector::from_row_slice(r));
+    let (residual, size) = contacts(scene, &v, &r, law);
+    let natural_map = ratio(norm(residual.iter()), size.max(norm(r.iter())));
+    let (inertia, contact) = (&scene.mass * &v, scene.h.transpose() * &r);
+    let size = norm(scene.f.iter()).max(norm(inertia.iter()));
+    let size = size.max(norm(contact.iter()));
+    let balance = inertia + &scene.f - contact;
+    let dynamics = ratio(norm(balance.iter()), size);
+    let finite = residual.iter().chain(&balance).all(|x| x.is_finite());
+    if finite && natural_map.is_finite() && dynamics.is_finite() {
+        natural_map.max(dynamics)
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// The size of the impulses to expect, `max(|r0|, |speed|)`.
+pub fn size(scene: &SceneFile, law: Law) -> f64 {
+    let [v, r] = [scene.n_dof, scene.w.len()].map(DVector::zeros);
+    contacts(scene, &v, &r, law).1
+}
+
+/// The natural map `r - Π_K(r - alpha û)`, and the larger of `|r0|` and `|speed|`: `r0_i = Π_K(-alpha_i q̂_i)` is what contact
+/// `i` would take if it were alone, `speed_i = alpha_i (|H_i| |v_free| + |w_i|) / 100` (without gaps `w_Ni > 0`) a hundredth
+/// of what would stop its motion.
+fn contacts(scene: &SceneFile, v: &DVector<f64>, r: &DVector<f64>, law: Law) -> (Vec<f64>, f64) {
     let cholesky = scene
         .mass
         .clone()
@@ -57,10 +81,9 @@ pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
         .expect("M is positive definite");
     let delassus: DMatrix<f64> = &scene.h * cholesky.solve(&scene.h.transpose());
     let free = -cholesky.solve(&scene.f);
-    let q = &scene.w + &scene.h * &free;
-    let u = &scene.h * &v + &scene.w;
-    let d = scene.dim;
+    let (q, u) = (&scene.w + &scene.h * &free, &scene.w + &scene.h * v);
     let motion = scene.h.abs() * free.abs();
+    let d = scene.dim;
     let (mut residual, mut alone, mut speed) = (Vec::new(), Vec::new(), Vec::new());
     for (i, &mu) in scene.mu.iter().enumerate() {
         let rows = i * d..(i + 1) * d;
@@ -86,21 +109,7 @@ pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
             1e-2 * alpha * (motion[row] + offset)
         }));
     }
-    let size = norm(r.iter())
-        .max(norm(alone.iter()))
-        .max(norm(speed.iter()));
-    let natural_map = ratio(norm(residual.iter()), size);
-    let (inertia, contact) = (&scene.mass * &v, scene.h.transpose() * &r);
-    let size = norm(scene.f.iter()).max(norm(inertia.iter()));
-    let size = size.max(norm(contact.iter()));
-    let balance = inertia + &scene.f - contact;
-    let dynamics = ratio(norm(balance.iter()), size);
-    let finite = residual.iter().chain(&balance).all(|x| x.is_finite());
-    if finite && natural_map.is_finite() && dynamics.is_finite() {
-        natural_map.max(dynamics)
-    } else {
-        f64::INFINITY
-    }
+    (residual, norm(alone.iter()).max(norm(speed.iter())))
 }
 
 /// What a certificate of infeasibility `d` (one number a contact) proves: any velocity with
