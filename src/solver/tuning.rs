@@ -89,7 +89,7 @@ numbers! {
     jammed: 0.1;
     /// Interior point: it has jammed if three steps leave more than this share of `tau`.
     stalled: 0.7;
-    /// Interior point: out of a jam `tau` is raised so many times.
+    /// Interior point: out of a jam `tau` is raised so many times, in the next round of [`WEIGHTS`] twice as high, and so on.
     lift: 9.0;
 }
 

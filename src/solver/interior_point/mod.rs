@@ -221,7 +221,9 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             value.map_or(T::ONE, |&value| T::literal(value))
         };
         let (gain, beta) = (value(&tuning::GAINS), value(&tuning::WEIGHTS));
-        self.enter_path(monitor, tau * tuning::lift(), gain, beta);
+        // Higher with each round of weights, so that none repeats another.
+        let round = T::count(1 + jams / tuning::WEIGHTS.len());
+        self.enter_path(monitor, tau * tuning::lift() * round, gain, beta);
         self.back_to_path(monitor);
     }
 }
