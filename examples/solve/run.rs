@@ -57,7 +57,7 @@ fn solve_one(
         ..Settings::new(options.tolerance())
     };
     let (mut prepare_ns, mut solve_ns) = (f64::INFINITY, f64::INFINITY);
-    kernel.keep();
+    kernel.keep(method);
     for _ in 0..options.repeat {
         let start = Instant::now();
         kernel.prepare(method)?;

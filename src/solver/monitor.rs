@@ -74,7 +74,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
     /// Are the impulses much larger than the velocities to be changed explain? Where walls close
     /// on a body they grow without bound, and an error relative to them says nothing.
     fn impulse_is_excessive(&self) -> bool {
-        self.impulse() > T::literal(4.0)
+        self.impulse() > T::literal(100.0)
     }
 
     /// Is the error small only because the impulses run away? Then it is not small beside the

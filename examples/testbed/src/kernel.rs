@@ -49,8 +49,8 @@ pub trait Kernel {
     /// Forgets the states.
     fn reset(&mut self);
 
-    /// Remembers the states for [`Kernel::rewind`].
-    fn keep(&mut self);
+    /// Remembers the states for [`Kernel::rewind`] by this method.
+    fn keep(&mut self, method: Method);
 
     /// Goes back to the states that were kept.
     fn rewind(&mut self);
@@ -145,12 +145,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
         self.solvers.reset();
     }
 
-    fn keep(&mut self) {
-        self.kept.clone_from(&self.solvers);
+    fn keep(&mut self, method: Method) {
+        self.method = method;
+        self.kept.take(method, &self.solvers);
     }
 
     fn rewind(&mut self) {
-        self.solvers.clone_from(&self.kept);
+        // One state alone: those of all methods would drive out of the caches what is to be timed.
+        self.solvers.take(self.method, &self.kept);
     }
 
     fn solve(&mut self, method: Method, settings: &Settings<f64>) -> Result<(), Error> {

@@ -35,6 +35,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solvers<T, N, D, C
         }
     }
 
+    /// Takes over the state of one method.
+    pub fn take(&mut self, method: Method, other: &Self) {
+        let ([plain, fast, restart], others) = (&mut self.admm, &other.admm);
+        match method {
+            Method::Plain => plain.clone_from(&others[0]),
+            Method::Fast => fast.clone_from(&others[1]),
+            Method::Restart => restart.clone_from(&others[2]),
+            Method::Default => self.default.clone_from(&other.default),
+        }
+    }
+
     /// Forgets the last solves.
     pub fn reset(&mut self) {
         self.default.reset();
