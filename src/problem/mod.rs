@@ -89,6 +89,10 @@ pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize>
     laws: [ContactLaw<T, D>; C],
     /// `|r0|`: the impulses that contacts would take if each were alone.
     pub(crate) alone: T,
+    /// Bounds the square of `|speed|`, but for a factor.
+    fastest: T,
+    /// Does `|speed|` count in the size?
+    pub(crate) counts_speed: bool,
     /// `|r0|` or `|speed|`, the larger: the size of the impulses to expect, see [`residual`].
     pub(crate) size: T,
 }
@@ -141,6 +145,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             whitened: [T::ZERO; N],
             laws: [ContactLaw::none(); C],
             alone: T::ZERO,
+            fastest: T::ZERO,
+            counts_speed: false,
             size: T::ZERO,
         }
     }
@@ -159,36 +165,33 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         for (i, (law, (contact, &moved))) in pairs.enumerate() {
             rolled();
             *law = ContactLaw::new(contact, self.model, factor.step(i), moved.into());
+            let offset = residual::without_gap(&contact.offset);
+            let moves = T::count(D) * energy + law.alpha * square(offset.as_slice());
+            self.fastest += law.alpha * moves;
         }
         self.alone = residual::alone(self.laws());
         self.size = self.alone;
-        if self.may_be_fast(energy) {
-            self.size = self.alone.max(self.speed());
-        }
     }
 
-    /// May `|speed|` count beside `|r0|`? By the free motion's `v·M v`, since `|H_i v|² <= trace(W_ii) v·M v`, and four times
-    /// as much for what is more where sizes of entries are taken. (Too small a size makes an error too large, never too
-    /// small.)
-    fn may_be_fast(&self, energy: T) -> bool {
-        let mut squares = T::ZERO;
-        for (law, contact) in self.laws().iter().zip(self.scene.contacts()) {
-            rolled();
-            let offset = residual::without_gap(&contact.offset);
-            let moves = T::count(D) * energy + law.alpha * square(offset.as_slice());
-            squares += law.alpha * moves;
-        }
+    /// May this natural map be within the tolerance once `|speed|` counts? By the free motion's `v·M v`, since
+    /// `|H_i v|² <= trace(W_ii) v·M v`, and four times as much for what is more where sizes of entries are taken.
+    ///
+    /// To compute `|speed|` costs as much as a sweep, and few solves need it: until it counts the error is too large at most.
+    pub(crate) fn may_be_within(&self, natural_map: T, tolerance: T) -> bool {
         let four = T::literal(4.0 * residual::SHARE);
-        let bound = self.alone * self.alone;
-        !(squares * (four * four) < bound && bound.is_finite())
+        let residual = natural_map * self.size;
+        !self.counts_speed
+            && residual * residual <= self.fastest * (four * tolerance) * (four * tolerance)
     }
 
-    /// `|speed|`
+    /// Counts `|speed|` in the size of the impulses to expect.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn speed(&self) -> T {
+    pub(crate) fn count_speed(&mut self) {
         let mut free = [T::ZERO; N];
         self.factor.velocity(&self.whitened, &[], &mut free);
-        residual::speed(self.scene, self.laws(), &free)
+        let speed = residual::speed(self.scene, self.laws(), &free);
+        self.size = self.alone.max(speed);
+        self.counts_speed = true;
     }
 
     /// The contacts in use.

@@ -122,6 +122,7 @@ impl<T: Real, const D: usize, const C: usize> Method<T, D, C> for Running<'_, T,
         let Self(admm, resolvent) = self;
         admm.iterates = warm_start.iterates(monitor.problem, resolvent.penalty);
         admm.momentum.start();
+        monitor.count_speed();
         monitor.consider_iterates(&admm.iterates);
     }
 

@@ -1,6 +1,5 @@
 //! What all solvers have in common: the last solution, the warm start, and solves in several calls.
 
-use crate::linalg::hints::rolled;
 use crate::problem::Problem;
 use crate::solver::monitor::Monitor;
 use crate::solver::record::Record;
@@ -111,12 +110,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Calls<T, N, D, C> 
         while monitor.is_running() {
             method.advance(&mut monitor);
         }
-        let mut present = [[T::ZERO; D]; C];
-        for (present, (_, r)) in present.iter_mut().zip(method.contacts()) {
-            rolled();
-            *present = r.into();
-        }
-        monitor.finish(&present);
+        monitor.finish(method.contacts().map(|(_, r)| r));
         if M::SEEKS_PROOF {
             monitor.doubt();
         }

@@ -35,6 +35,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         solution.certificate.clear();
         if resumed {
             problem.set_q(&record.q);
+            if record.counts_speed {
+                problem.count_speed();
+            }
         } else {
             solution.work = Work::none();
         }
@@ -74,7 +77,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
     /// Are the impulses much larger than the velocities to be changed explain? Where walls close
     /// on a body they grow without bound, and an error relative to them says nothing.
     fn impulse_is_excessive(&self) -> bool {
-        self.impulse() > T::literal(100.0)
+        self.impulse() > T::literal(20.0)
     }
 
     /// Is the error small only because the impulses run away? Then it is not small beside the
@@ -130,6 +133,13 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         self.consider(&r, &u, natural_map);
     }
 
+    /// Counts `|speed|` from now on; what was the best is measured anew.
+    pub(crate) fn count_speed(&mut self) {
+        self.problem.count_speed();
+        self.record.counts_speed = true;
+        self.record.natural_map = None;
+    }
+
     /// Keeps an impulse if it is the best so far, and stops if it solves the problem.
     ///
     /// `u = W r + q`. Only an impulse that contact space finds good enough is worth its velocity
@@ -139,8 +149,13 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         &mut self,
         r: &ContactVector<T, D, C>,
         u: &ContactVector<T, D, C>,
-        natural_map: T,
+        mut natural_map: T,
     ) {
+        let tolerance = self.settings.tolerance;
+        if natural_map > tolerance && self.problem.may_be_within(natural_map, tolerance) {
+            self.count_speed();
+            natural_map = self.problem.natural_map_at(r, u);
+        }
         if self
             .record
             .natural_map
@@ -150,14 +165,18 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         }
         self.record.best = *r;
         self.record.natural_map = Some(natural_map);
-        if natural_map > self.settings.tolerance {
+        if natural_map > tolerance {
             return;
         }
-        self.problem
-            .evaluate(r, self.settings.tolerance, self.solution);
+        self.problem.evaluate(r, tolerance, self.solution);
+        if self.solution.error > tolerance && !self.problem.counts_speed {
+            self.count_speed();
+            self.record.natural_map = Some(self.problem.natural_map_at(r, u));
+            self.problem.evaluate(r, tolerance, self.solution);
+        }
         if self.runs_away(r) {
             self.record.natural_map = None;
-        } else if self.solution.error <= self.settings.tolerance {
+        } else if self.solution.error <= tolerance {
             self.stop(Status::Solved);
         } else if self.record.corrections < 4 {
             self.record.corrections += 1;
@@ -212,7 +231,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
 
     /// Writes down the best that was found. Of a search that may go on, what it has at present counts
     /// as well, and what the last call wrote down, but neither leaves a trace in it.
-    pub(crate) fn finish(&mut self, present: &ContactVector<T, D, C>) {
+    pub(crate) fn finish(&mut self, present: impl Iterator<Item = SVector<T, D>>) {
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,
             status => status,
@@ -224,7 +243,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         if self.record.status == Status::Unsolved {
             let mut least = self.record.natural_map;
             let shown = self.resumed.then(|| self.shown());
-            for other in [Some(*present), shown].into_iter().flatten() {
+            for other in [Some(gathered(present)), shown].into_iter().flatten() {
                 rolled();
                 let mut u = [[T::ZERO; D]; C];
                 let natural_map = self.problem.natural_map(&other, &mut u);
@@ -234,18 +253,14 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
             }
             self.record.q = self.problem.q();
         }
+        self.problem.count_speed();
         self.problem
             .evaluate(&r, self.settings.tolerance, self.solution);
     }
 
     /// The impulses that are written down.
     fn shown(&self) -> ContactVector<T, D, C> {
-        let mut shown = [[T::ZERO; D]; C];
-        for (shown, contact) in shown.iter_mut().zip(&self.solution.contacts) {
-            rolled();
-            *shown = contact.impulse.into();
-        }
-        shown
+        gathered(self.solution.contacts.iter().map(|contact| contact.impulse))
     }
 
     /// Looks for a proof that there is nothing to be found, where what was found gives cause.
@@ -261,6 +276,18 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
             }
         }
     }
+}
+
+/// Impulses in contact space.
+fn gathered<T: Real, const D: usize, const C: usize>(
+    impulses: impl Iterator<Item = SVector<T, D>>,
+) -> ContactVector<T, D, C> {
+    let mut gathered = [[T::ZERO; D]; C];
+    for (gathered, impulse) in gathered.iter_mut().zip(impulses) {
+        rolled();
+        *gathered = impulse.into();
+    }
+    gathered
 }
 
 #[cfg(test)]

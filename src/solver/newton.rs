@@ -181,7 +181,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     ) -> bool {
         monitor.solution.work.newton_steps += 1;
         let problem = &*monitor.problem;
-        let centred = matches!(newton.start, Start::Last) && problem.is_hyperstatic(&self.point.r);
+        let settled = matches!(newton.start, Start::Last | Start::Near);
+        let centred = settled && problem.is_hyperstatic(&self.point.r);
         let damping = newton.damping(self.point.natural_map, centred);
         let computed = workspace.linearise(problem, &self.point, damping);
         let step = computed.and_then(|(jacobian, matrix)| {

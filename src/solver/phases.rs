@@ -1,12 +1,11 @@
 //! The method: sweep or guess; then Newton's method; where that fails, the interior point.
 //!
 //! ```text
-//! begin ─┬─ last solution, or all contacts sticking ──────────────────► Newton ◄──────────────┐
-//!        ├─ contacts that can be swept ──► Sweeps ── near the end ──►     │                   │ near the end
-//!        │                                   └─ slow, hyperstatic ────────┼──► InteriorPoint ─┤
-//!        └─ otherwise, without impulses ─────────────────────────────► Newton                 │
-//!                                                                         │ rejected          │
-//!        cold start ◄── it began at the last solution or a guess ◄────────┴───────────────────┘
+//! begin ─┬─ last solution, or all contacts sticking ──────────► Newton ◄────────────────┐
+//!        ├─ contacts that can be swept ──► Sweeps ── enough ──►    │                    │ near the end
+//!        └─ otherwise, without impulses ─────────────────────► Newton ── rejected ──► InteriorPoint
+//!                                                                  │ rejected, and it began at the last solution
+//!        cold start, without a guess ◄─────────────────────────────┘ or at a guess
 //! ```
 //!
 //! A phase does one piece of work at a time and says what came of it; what is next is decided in [`Solve::advance`], and
@@ -98,7 +97,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             Phase::Sweeps => match self.sweep(monitor) {
                 Pace::Continue => Phase::Sweeps,
                 Pace::Enough => self.begin_newton(monitor, self.sweeps.then()),
-                Pace::Slow => self.begin_interior(monitor),
             },
             Phase::Newton(newton) => match self.step(monitor, workspace, newton) {
                 Outcome::Accepted(newton) => Phase::Newton(newton),

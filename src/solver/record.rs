@@ -16,6 +16,8 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// Corrections of `q`, see [`super::monitor::Monitor::consider`], and what it was at the last pause.
     pub(super) corrections: u8,
     pub(super) q: ContactVector<T, D, C>,
+    /// Does the problem count `|speed|`?
+    pub(super) counts_speed: bool,
     /// The best natural map when it last halved, and the failures since.
     pub(super) milestone: Option<T>,
     pub(super) failures: u8,
@@ -29,6 +31,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
             status: Status::Unsolved,
             best: [[T::ZERO; D]; C],
             natural_map: None,
+            counts_speed: false,
             corrections: 0,
             q: [[T::ZERO; D]; C],
             milestone: None,
@@ -41,6 +44,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
         self.is_begun = false;
         self.status = Status::Unsolved;
         self.natural_map = None;
+        self.counts_speed = false;
         self.corrections = 0;
         self.milestone = None;
         self.failures = 0;

@@ -25,8 +25,6 @@ pub(crate) enum Pace {
     Continue,
     /// Newton's method is to go on from where they have led.
     Enough,
-    /// They crawl, and so would Newton's method.
-    Slow,
 }
 
 impl<T: Real, const C: usize> Sweeps<T, C> {
@@ -90,11 +88,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let is_fast = rate < tuning::sweep_rate();
         let after_five = here * rate * rate * rate * rate * rate;
         let pays = is_fast && sweeps.done < tuning::fast_sweeps() || after_five <= tolerance;
-        let crawls = || !is_fast && monitor.problem.is_hyperstatic(&self.point.r);
         if here > tolerance && pays {
             Pace::Continue
-        } else if sweeps.is_cold && crawls() {
-            Pace::Slow
         } else {
             Pace::Enough
         }
