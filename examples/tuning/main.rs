@@ -30,7 +30,7 @@ const CONSTANTS: [(&str, f64, f64); 24] = [
     ("chords_fall", 0.04, 1.0),
     ("chord_steps", 4.0, 0.0),
     ("damping", 1e-6, 0.0),
-    ("warm_damping", 1e-3, 0.0),
+    ("hyperstatic_damping", 1e-3, 0.0),
     ("finish_damping", 0.1, 0.0),
     ("first_tau", 10.0, 1.0),
     ("first_gain", 10.0, 1.0),

@@ -88,11 +88,11 @@ impl Newton {
 
     /// Levenberg and Marquardt's `λ`: vanishes with the error, down to what rounding makes of `W`, so that the last steps
     /// are Newton's.
-    fn damping<T: Real>(self, natural_map: T, centred: bool) -> T {
+    fn damping<T: Real>(self, natural_map: T, hyperstatic: bool) -> T {
         let share: T = match self.start {
             Start::Interior => tuning::finish_damping(),
             // Of a singular scene other directions are without effect now than were in the last solve.
-            _ if centred => tuning::warm_damping(),
+            _ if hyperstatic => tuning::hyperstatic_damping(),
             _ => tuning::damping(),
         };
         share * natural_map.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))

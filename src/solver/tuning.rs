@@ -70,8 +70,8 @@ numbers! {
 
     /// Damping: `λ` over the natural map.
     damping: 1e-6;
-    /// Damping: that from the last solution of a hyperstatic scene.
-    warm_damping: 1e-3;
+    /// Damping: that of a hyperstatic scene.
+    hyperstatic_damping: 1e-3;
     /// Damping: that of steps that finish what the interior point began.
     finish_damping: 0.1;
 
