@@ -222,7 +222,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         };
         let (gain, beta) = (value(&tuning::GAINS), value(&tuning::WEIGHTS));
         // Higher with each round of weights, so that none repeats another.
-        let round = T::count(1 + jams / tuning::WEIGHTS.len());
+        let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         self.enter_path(monitor, tau * tuning::lift() * round, gain, beta);
         self.back_to_path(monitor);
     }
