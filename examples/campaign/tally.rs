@@ -1,11 +1,13 @@
-//! What became of the scenes of a class.
+//! What became of the scenes of a class, and what work they took.
 
 use std::fmt;
-use testbed::generate::{Class, Existence};
+use testbed::generate::Existence;
 use testbed::solve::{Answer, Outcome};
 
 /// A proof of infeasibility must ask for velocities this many times those of the offsets.
 const STRONG_PROOF: f64 = 1e3;
+/// Work that a control loop would not wait for.
+const MUCH_WORK: usize = 1000;
 
 /// What an answer is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,27 +64,43 @@ impl Verdict {
     }
 }
 
-/// Verdicts and work of a class.
+/// Verdicts and work of a class, or of all.
+#[derive(Clone)]
 pub(crate) struct Tally {
-    class: Class,
+    name: String,
     counts: [usize; Verdict::ALL.len()],
+    /// Of each scene that was not refused.
     work: Vec<usize>,
 }
 
 impl Tally {
-    pub(crate) fn new(class: Class) -> Self {
+    pub(crate) fn new(name: String) -> Self {
         Self {
-            class,
+            name,
             counts: [0; Verdict::ALL.len()],
             work: Vec::new(),
         }
+    }
+
+    /// All scenes of these tallies.
+    pub(crate) fn sum(name: &str, tallies: &[Self]) -> Self {
+        let mut sum = Self::new(name.to_owned());
+        for tally in tallies {
+            for (count, more) in sum.counts.iter_mut().zip(tally.counts) {
+                *count += more;
+            }
+            sum.work.extend(&tally.work);
+        }
+        sum
     }
 
     pub(crate) fn add(&mut self, verdict: Verdict, work: usize) {
         for (count, of) in self.counts.iter_mut().zip(Verdict::ALL) {
             *count += usize::from(of == verdict);
         }
-        self.work.push(work);
+        if verdict != Verdict::Refused {
+            self.work.push(work);
+        }
     }
 
     pub(crate) fn count(&self, wanted: impl Fn(Verdict) -> bool) -> usize {
@@ -90,10 +108,10 @@ impl Tally {
         counts.filter(|&(_, of)| wanted(of)).map(|(n, _)| n).sum()
     }
 
-    /// The head of the table.
+    /// The head of the table; work is that in the median, at 90 and 99 %, and at most.
     pub(crate) fn header() -> String {
         format!(
-            "{:<14} {:>7} {:>7} {:>10} {:>8} {:>7} {:>7} {:>12} {:>16} {:>17}",
+            "{:<14} {:>7} {:>7} {:>10} {:>8} {:>7} {:>7} {:>12} {:>16} {:>30} {:>6}",
             "class",
             "scenes",
             "solved",
@@ -103,27 +121,26 @@ impl Tally {
             "refused",
             "false solved",
             "false infeasible",
-            "work 50/90/max %"
+            "work 50 %   90 %   99 %    max",
+            "> 1000"
         )
     }
 }
 
 impl fmt::Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let class = format!("{:?}", self.class);
-        write!(f, "{class:<14} {:>7}", self.work.len())?;
+        write!(f, "{:<14} {:>7}", self.name, self.count(|_| true))?;
         for (count, width) in self.counts.iter().zip([7, 10, 8, 7, 7, 12, 16]) {
             write!(f, " {count:>width$}")?;
         }
         let mut work = self.work.clone();
         work.sort_unstable();
         let percentile = |p: usize| work.get(work.len() * p / 100).or(work.last()).unwrap_or(&0);
+        let [median, ninety, ninety_nine, worst] = [50, 90, 99, 100].map(percentile);
+        let much = work.iter().filter(|&&work| work > MUCH_WORK).count();
         write!(
             f,
-            " {:>5} {:>5} {:>5}",
-            percentile(50),
-            percentile(90),
-            percentile(100)
+            " {median:>9} {ninety:>6} {ninety_nine:>6} {worst:>6} {much:>6}"
         )
     }
 }

@@ -38,16 +38,17 @@ pub(crate) struct AlartCurnier<
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     AlartCurnier<T, N, D, C, R>
 {
-    pub(crate) fn new(file: &SceneFile) -> Self {
-        Self {
-            relaxed: GaussSeidel::new(file),
+    /// `None` where `M` is not positive definite in this number type.
+    pub(crate) fn new(file: &SceneFile) -> Option<Self> {
+        Some(Self {
+            relaxed: GaussSeidel::new(file)?,
             penalty: [[T::ZERO; 2]; C],
             system: Elimination::new(),
             step: SVector::zeros(),
             velocity_step: SVector::zeros(),
             projection: SVector::zeros(),
             derivative: [SMatrix::zeros(); C],
-        }
+        })
     }
 
     fn contacts(&self) -> usize {

@@ -27,26 +27,27 @@ pub(crate) struct ContactSpace<T: Real, const N: usize, const R: usize> {
 }
 
 impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
-    /// Pads with decoupled velocities of unit mass, as the kernel's scenes are padded.
-    pub(crate) fn new(file: &SceneFile) -> Self {
+    /// Pads with decoupled velocities of unit mass, as the kernel's scenes are padded; `None` where `M` is not positive
+    /// definite in this number type.
+    pub(crate) fn new(file: &SceneFile) -> Option<Self> {
         let mass = SMatrix::from_fn(|i, j| {
             let unit = if i == j { 1.0 } else { 0.0 };
             T::literal(*file.mass.get((i, j)).unwrap_or(&unit))
         });
-        Self {
+        Some(Self {
             rows: file.dim * file.n_contacts,
             n_dof: file.n_dof,
             mass,
             jacobian: SMatrix::from_fn(|i, j| T::literal(*file.h.get((i, j)).unwrap_or(&0.0))),
             offset: SVector::from_fn(|i, _| T::literal(*file.w.get(i).unwrap_or(&0.0))),
             f: -file.free_impulse::<T, N>(),
-            cholesky: mass.cholesky().expect("M is positive definite"),
+            cholesky: mass.cholesky()?,
             whitened: SMatrix::zeros(),
             delassus: SMatrix::zeros(),
             free: SVector::zeros(),
             q: SVector::zeros(),
             velocity: SVector::zeros(),
-        }
+        })
     }
 
     /// `X` and `W`, for the rows in use.

@@ -37,15 +37,16 @@ pub(crate) struct Change<T> {
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     GaussSeidel<T, N, D, C, R>
 {
-    pub(crate) fn new(file: &SceneFile) -> Self {
-        Self {
-            space: ContactSpace::new(file),
+    /// `None` where `M` is not positive definite in this number type.
+    pub(crate) fn new(file: &SceneFile) -> Option<Self> {
+        Some(Self {
+            space: ContactSpace::new(file)?,
             mu: file.mu.iter().copied().map(T::literal).collect(),
             blocks: [Block::NONE; C],
             lambda: [T::ZERO; C],
             r: SVector::zeros(),
             u: SVector::zeros(),
-        }
+        })
     }
 
     /// `r = 0`

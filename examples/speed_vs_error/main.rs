@@ -1,8 +1,9 @@
-//! Speed against error: this crate, what a user would write instead, and a conic solver, in one run.
+//! Speed against error: this crate, what a user would write instead, and a conic solver, in one run, on the bundled scenes
+//! and on drawn ones.
 //!
 //! `cargo run --release -p speed_vs_error` measures and writes the report with its pictures to
 //! `examples/speed_vs_error/report`; `-- --quick` takes less than a minute and writes to
-//! `target/speed_vs_error`.
+//! `target/speed_vs_error`. Drawn scenes are of an even seed, which are for deciding: `testbed::generate`.
 //!
 //! | files | idea |
 //! |---|---|
@@ -10,9 +11,9 @@
 //! | `contact_space`, `block`, `gauss_seidel` | projected Gauss-Seidel with exact block steps |
 //! | `alart_curnier`, `elimination` | nonsmooth Newton |
 //! | `clarabel` | the convex relaxation, and the outer loop on `s` |
-//! | `measure`, `race`, `scaling`, `instructions` | the numbers |
+//! | `measure`, `race`, `drawn`, `scaling`, `instructions` | the numbers |
 //! | `axis`, `chart`, `pictures`, `pictures_sizes` | what is drawn |
-//! | `verdict`, `tables`, `report` | what is written |
+//! | `verdict`, `tables`, `tables_drawn`, `report` | what is written |
 //! | `single`, `profile.py` | instructions by function, counted by callgrind |
 
 #![allow(clippy::cast_precision_loss)] // counts and sizes are small
@@ -25,6 +26,7 @@ mod chart;
 mod clarabel;
 mod contact_space;
 mod contestant;
+mod drawn;
 mod elimination;
 mod gauss_seidel;
 mod instructions;
@@ -40,9 +42,11 @@ mod scaling;
 mod single;
 mod sizes;
 mod tables;
+mod tables_drawn;
 mod verdict;
 
 use clap::Parser;
+use drawn::Drawn;
 use measure::Patience;
 use progress::Progress;
 use race::Race;
@@ -58,6 +62,12 @@ struct Options {
     /// Only solve, SCENE:SOLVER:TOLERANCE:CALLS, for a profiler
     #[arg(long)]
     profile: Option<String>,
+    /// How many scenes to draw
+    #[arg(long, value_name = "COUNT")]
+    drawn: Option<usize>,
+    /// Seed of the drawn scenes; odd ones are for looking only
+    #[arg(long, default_value_t = 2)]
+    seed: u64,
     /// Folder to write to
     #[arg(long)]
     output: Option<PathBuf>,
@@ -65,10 +75,10 @@ struct Options {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = Options::parse();
-    let (patience, samples, folder) = if options.quick {
-        (QUICK, 3, "target/speed_vs_error")
+    let (patience, brief, drawn, samples, folder) = if options.quick {
+        (QUICK, QUICK, 36, 3, "target/speed_vs_error")
     } else {
-        (FULL, 20, "examples/speed_vs_error/report")
+        (FULL, BRIEF, 300, 20, "examples/speed_vs_error/report")
     };
     let repository = repository();
     let folder = options.output.unwrap_or_else(|| repository.join(folder));
@@ -84,8 +94,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         progress.step(&scene.name);
         races.push(Race::new(scene, &patience));
     }
+    let count = options.drawn.unwrap_or(drawn);
+    let drawn = Drawn::new(options.seed, count, &brief);
     let scalings = scaling::run(samples, &patience);
-    report::write(&folder, &races, &scalings)?;
+    report::write(&folder, &races, &drawn, &scalings)?;
     eprintln!("written: {}", folder.join("REPORT.md").display());
     Ok(())
 }
@@ -97,4 +109,9 @@ const QUICK: Patience = Patience {
 const FULL: Patience = Patience {
     visits: 100,
     budget: 12e6,
+};
+/// For drawn scenes, which are many.
+const BRIEF: Patience = Patience {
+    visits: 10,
+    budget: 1e6,
 };

@@ -65,7 +65,7 @@ fn by_rung<'a>(
     let panels = TELLING.iter().filter_map(|name| {
         let race = races.iter().find(|race| race.scene.name == *name)?;
         let points = |id| -> Vec<(f64, f64)> {
-            let rungs = race.run(id).rungs.iter();
+            let rungs = race.run(id).into_iter().flat_map(|run| &run.rungs);
             rungs.map(|rung| (abscissa(rung), rung.error)).collect()
         };
         let series: Vec<Series> = SHOWN
@@ -115,7 +115,7 @@ pub(crate) fn error_against_iterations(races: &[Race]) -> Picture<'static> {
 }
 
 /// Share of the scenes that a contestant solves within a factor of the fastest on each.
-pub(crate) fn performance_profile(races: &[Race]) -> Picture<'static> {
+pub(crate) fn performance_profile<'a>(races: &[Race], title: &'a str) -> Picture<'a> {
     const FACTOR: f64 = 1000.0;
     let panels = LEVELS.map(|level| {
         let best = |race: &Race| {
@@ -156,7 +156,7 @@ pub(crate) fn performance_profile(races: &[Race]) -> Picture<'static> {
         }
     });
     Picture {
-        title: "Share of scenes solved within a factor of the fastest solver",
+        title,
         columns: 3,
         panel: (440, 380),
         panels: panels.into(),

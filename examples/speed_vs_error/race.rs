@@ -21,21 +21,22 @@ fn ladder() -> Vec<f64> {
 
 impl Race {
     pub(crate) fn new(scene: SceneFile, patience: &Patience) -> Self {
-        let entries = Id::ALL.map(|id| (id, sizes::contestant(&scene, id)));
+        let entry = |id| Some((id, sizes::contestant(&scene, id)?));
+        let entries = Id::ALL.into_iter().filter_map(entry).collect();
         Self {
-            runs: measure::race(&scene, entries.into(), &ladder(), patience),
+            runs: measure::race(&scene, entries, &ladder(), patience),
             scene,
         }
     }
 
-    pub(crate) fn run(&self, id: Id) -> &Run {
-        let run = self.runs.iter().find(|run| run.id == id);
-        run.expect("every contestant runs on every scene")
+    /// `None` where the contestant's number type cannot hold the scene.
+    pub(crate) fn run(&self, id: Id) -> Option<&Run> {
+        self.runs.iter().find(|run| run.id == id)
     }
 
     /// Least time (ns) to an error of at most this, the preparation added if asked for.
     pub(crate) fn time(&self, id: Id, error: f64, prepared: bool) -> Option<f64> {
-        let run = self.run(id);
+        let run = self.run(id)?;
         let prepare = if prepared { run.prepare.least } else { 0.0 };
         Some(run.fastest(error)?.time.least + prepare)
     }

@@ -2,12 +2,13 @@
 
 use crate::chart::{self, Picture};
 use crate::contestant::{Id, Kind};
+use crate::drawn::Drawn;
 use crate::instructions;
 use crate::machine;
 use crate::race::{LEVELS, Race};
 use crate::scaling::{self, Scaling};
 use crate::verdict::{self, spatial};
-use crate::{pictures, pictures_sizes, tables};
+use crate::{pictures, pictures_sizes, tables, tables_drawn};
 use std::path::Path;
 use testbed::scene_file::repository;
 
@@ -48,7 +49,12 @@ fn slower(races: &[Race], rival: Id, level: f64) -> String {
     }
 }
 
-pub(crate) fn write(folder: &Path, races: &[Race], scalings: &[Scaling]) -> Result<(), Failure> {
+pub(crate) fn write(
+    folder: &Path,
+    races: &[Race],
+    drawn: &Drawn,
+    scalings: &[Scaling],
+) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)?;
     let draw = |name: &str, picture: Picture<'_>| -> Result<String, Failure> {
         chart::draw(&folder.join(name), &picture)?;
@@ -66,7 +72,25 @@ pub(crate) fn write(folder: &Path, races: &[Race], scalings: &[Scaling]) -> Resu
         machine = machine::describe(),
         count = races.len(),
         time = draw("error_time.svg", pictures::error_against_time(races))?,
-        profile = draw("profile.svg", pictures::performance_profile(races))?,
+        profile = draw(
+            "profile.svg",
+            pictures::performance_profile(
+                races,
+                "Share of bundled scenes solved within a factor of the fastest solver"
+            )
+        )?,
+        profile_drawn = draw(
+            "profile_drawn.svg",
+            pictures::performance_profile(
+                &drawn.races,
+                "Share of drawn scenes solved within a factor of the fastest solver"
+            )
+        )?,
+        field = drawn.describe(),
+        drawn_coarse = tables_drawn::solvers(drawn, LEVELS[0]),
+        drawn_middle = tables_drawn::solvers(drawn, LEVELS[1]),
+        drawn_fine = tables_drawn::solvers(drawn, LEVELS[2]),
+        drawn_parts = tables_drawn::parts(drawn, LEVELS[1]),
         summary = tables::summary(races),
         gauss_seidel = lists(Kind::GaussSeidel),
         newton = lists(Kind::AlartCurnier),

@@ -16,7 +16,7 @@ pub(crate) fn run(scenes: &[SceneFile], what: &str) -> Result<(), String> {
     let id = id.ok_or("no such solver")?;
     let tolerance: f64 = tolerance.parse().map_err(|_| "no such tolerance")?;
     let calls: usize = calls.parse().map_err(|_| "no such number of calls")?;
-    let mut contestant = sizes::contestant(scene, id);
+    let mut contestant = sizes::contestant(scene, id).ok_or("not in this number type")?;
     contestant.prepare();
     for call in 1..=calls {
         let effort = contestant.solve(tolerance);

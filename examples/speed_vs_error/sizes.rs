@@ -9,25 +9,25 @@ use stiction::Real;
 use testbed::kernel::{Constructor, Shape};
 use testbed::scene_file::SceneFile;
 
-/// A contestant of this name for this scene.
-pub(crate) fn contestant(file: &SceneFile, id: Id) -> Box<dyn Contestant> {
-    match (id.kind, id.precision) {
+/// A contestant of this name for this scene; `None` where its number type cannot hold the scene.
+pub(crate) fn contestant(file: &SceneFile, id: Id) -> Option<Box<dyn Contestant>> {
+    Some(match (id.kind, id.precision) {
         (Kind::Relaxation, _) => Box::new(Clarabel::new(file, false)),
         (Kind::OuterLoop, _) => Box::new(Clarabel::new(file, true)),
-        (Kind::GaussSeidel | Kind::AlartCurnier, Precision::F64) => rival::<f64>(file, id.kind),
-        (Kind::GaussSeidel | Kind::AlartCurnier, Precision::F32) => rival::<f32>(file, id.kind),
+        (Kind::GaussSeidel | Kind::AlartCurnier, Precision::F64) => rival::<f64>(file, id.kind)?,
+        (Kind::GaussSeidel | Kind::AlartCurnier, Precision::F32) => rival::<f32>(file, id.kind)?,
         (kind, precision) => {
             let kernel: Constructor = match precision {
                 Precision::F64 => kernels_f64::kernel,
                 Precision::F32 => kernels_f32::kernel,
             };
             let kernel = kernel(Shape::of(file)).expect("a size is compiled");
-            Box::new(Library::new(kernel, file, kind).expect("bundled scenes are valid"))
+            Box::new(Library::new(kernel, file, kind).ok()?)
         }
-    }
+    })
 }
 
-fn rival<T: Real>(file: &SceneFile, kind: Kind) -> Box<dyn Contestant> {
+fn rival<T: Real>(file: &SceneFile, kind: Kind) -> Option<Box<dyn Contestant>> {
     macro_rules! sizes {
         ($d:literal: $($n:literal $c:literal),*) => {
             match (file.n_dof, file.n_contacts) {
@@ -38,16 +38,16 @@ fn rival<T: Real>(file: &SceneFile, kind: Kind) -> Box<dyn Contestant> {
     }
     match file.dim {
         2 => sizes!(2: 6 4),
-        _ => sizes!(3: 6 4, 6 12, 12 12, 18 4, 18 12, 24 12),
+        _ => sizes!(3: 6 4, 6 12, 12 12, 18 4, 18 12, 24 12, 30 12),
     }
 }
 
 fn compiled<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     file: &SceneFile,
     kind: Kind,
-) -> Box<dyn Contestant> {
-    match kind {
-        Kind::GaussSeidel => Box::new(GaussSeidel::<T, N, D, C, R>::new(file)),
-        _ => Box::new(AlartCurnier::<T, N, D, C, R>::new(file)),
-    }
+) -> Option<Box<dyn Contestant>> {
+    Some(match kind {
+        Kind::GaussSeidel => Box::new(GaussSeidel::<T, N, D, C, R>::new(file)?),
+        _ => Box::new(AlartCurnier::<T, N, D, C, R>::new(file)?),
+    })
 }

@@ -7,7 +7,7 @@ use crate::scaling::{self, Scaling, Size};
 use crate::verdict;
 use std::fmt::Write;
 
-const DOUBLE: Id = Kind::Default.double();
+pub(crate) const DOUBLE: Id = Kind::Default.double();
 /// Contestants of the tables that go scene by scene.
 const COLUMNS: [Id; 7] = [
     DOUBLE,
@@ -19,7 +19,7 @@ const COLUMNS: [Id; 7] = [
     Kind::OuterLoop.double(),
 ];
 
-fn table(columns: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
+pub(crate) fn table(columns: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
     let mut text = format!("| {} |\n|---|", columns.join(" | "));
     text += &"---:|".repeat(columns.len() - 1);
     text.push('\n');
@@ -30,7 +30,7 @@ fn table(columns: &[String], rows: impl Iterator<Item = Vec<String>>) -> String 
 }
 
 /// ns as µs with three digits.
-fn micro(time: f64) -> String {
+pub(crate) fn micro(time: f64) -> String {
     let time = time / 1e3;
     match time {
         ..10.0 => format!("{time:.2}"),
@@ -62,10 +62,11 @@ pub(crate) fn summary(races: &[Race]) -> String {
         }));
         let prepare: Vec<f64> = races
             .iter()
-            .map(|race| race.run(id).prepare.least)
+            .filter_map(|race| Some(race.run(id)?.prepare.least))
             .collect();
         row.push(geometric_mean(&prepare).map_or("-".to_owned(), micro));
-        let rungs = races.iter().flat_map(|race| &race.run(id).rungs);
+        let runs = races.iter().filter_map(|race| race.run(id));
+        let rungs = runs.flat_map(|run| &run.rungs);
         let spread: Vec<f64> = rungs
             .map(|rung| rung.time.median / rung.time.least)
             .collect();
@@ -85,7 +86,7 @@ pub(crate) fn scenes(races: &[Race], level: f64) -> String {
             let cell = |time: crate::measure::Time| {
                 format!("{} ({})", micro(time.least), micro(time.median))
             };
-            let fastest = race.run(id).fastest(level);
+            let fastest = race.run(id).and_then(|run| run.fastest(level));
             fastest.map_or("-".to_owned(), |rung| cell(rung.time))
         }));
         row
@@ -107,8 +108,13 @@ pub(crate) fn preparation(races: &[Race]) -> String {
             format!("{} x {}", scene.n_contacts, scene.dim),
         ];
         row.extend(COLUMNS.map(|id| {
-            let time = race.run(id).prepare;
-            format!("{} ({})", micro(time.least), micro(time.median))
+            race.run(id).map_or("-".to_owned(), |run| {
+                format!(
+                    "{} ({})",
+                    micro(run.prepare.least),
+                    micro(run.prepare.median)
+                )
+            })
         }));
         row
     });
@@ -141,7 +147,7 @@ pub(crate) fn operations(races: &[Race], level: f64, counted: &str) -> String {
     let (mut shares, mut ratios) = (Vec::new(), Vec::new());
     let rows = races.iter().filter_map(|race| {
         let scene = &race.scene;
-        let rung = race.run(DOUBLE).fastest(level)?;
+        let rung = race.run(DOUBLE)?.fastest(level)?;
         let (n, m) = (scene.n_dof as f64, (scene.dim * scene.n_contacts) as f64);
         let effort = rung.effort;
         let [iterations, steps] =

@@ -1,5 +1,6 @@
 //! Random numbers that are the same on every machine.
 
+use nalgebra::{DVector, Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
@@ -27,10 +28,45 @@ impl Random {
         libm::exp(self.uniform(libm::log(low), libm::log(high)))
     }
 
+    /// `e` to a uniform power.
+    pub(super) fn exp(&mut self, low: f64, high: f64) -> f64 {
+        libm::exp(self.uniform(low, high))
+    }
+
+    /// Ten to a uniform power.
+    pub(super) fn power_of_ten(&mut self, low: f64, high: f64) -> f64 {
+        libm::exp10(self.uniform(low, high))
+    }
+
     /// Standard normal distribution.
     pub(super) fn normal(&mut self) -> f64 {
         let radius = (-2.0 * libm::log(1.0 - self.uniform(0.0, 1.0))).sqrt();
         radius * libm::cos(self.uniform(0.0, TAU))
+    }
+
+    /// `n` numbers of the standard normal distribution.
+    pub(super) fn normals(&mut self, n: usize) -> DVector<f64> {
+        DVector::from_fn(n, |_, _| self.normal())
+    }
+
+    /// Three numbers of the standard normal distribution.
+    pub(super) fn vector(&mut self) -> Vector3<f64> {
+        self.vector_of(Self::normal)
+    }
+
+    /// Three numbers of any distribution.
+    pub(super) fn vector_of(&mut self, mut entry: impl FnMut(&mut Self) -> f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| entry(self))
+    }
+
+    /// Nine numbers of the standard normal distribution.
+    pub(super) fn matrix(&mut self) -> Matrix3<f64> {
+        Matrix3::from_fn(|_, _| self.normal())
+    }
+
+    /// 1 or -1.
+    pub(super) fn sign(&mut self) -> f64 {
+        self.pick(&[-1.0, 1.0])
     }
 
     /// One of `low..=high`.
