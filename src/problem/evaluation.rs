@@ -2,7 +2,8 @@
 
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::opaque;
-use crate::problem::residual::{self, Dynamics};
+use crate::problem::dynamics::{self, Dynamics};
+use crate::problem::residual;
 use crate::problem::rounding::{self, Rounding};
 use crate::problem::{ContactLaw, Problem};
 use crate::solution::zeros;
@@ -59,7 +60,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         self.factor.velocity(&self.whitened, r, v);
         let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
         let [free] = &self.free_impulse.data.0;
-        let momentum = residual::momentum(self.scene, free, v, r, &mut u);
+        let momentum = dynamics::momentum(self.scene, free, v, r, &mut u);
         let rounding = rounding::bound(self.laws(), mass, contacts, v, r, &momentum);
         solution.error = self.error(&momentum, &u, r, &rounding);
         if solution.error > tolerance {

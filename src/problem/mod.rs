@@ -8,6 +8,7 @@ use crate::solution::zeros;
 use crate::{Contact, Error, Factor, FrictionCone, Input, Model, Real, Scene, Settings};
 use nalgebra::SVector;
 
+mod dynamics;
 mod evaluation;
 pub(crate) mod infeasibility;
 pub(crate) mod residual;

@@ -9,18 +9,12 @@
 //! stop them is what impulses are compared with. 0/0 counts as 0. Sums are of squares, with one root at the end.
 
 use crate::cone::{norm, split, square};
-use crate::linalg::cholesky::BLOCK;
 use crate::linalg::hints::{opaque, rolled};
-use crate::linalg::sparsity::{GROUP, add_columns, add_products};
+use crate::linalg::sparsity::GROUP;
 use crate::problem::ContactLaw;
 use crate::solution::zeros;
 use crate::{ContactMode, Real, Scene};
-use core::hint::black_box;
 use nalgebra::SVector;
-
-/// Bytes of sums for which there are registers, a quarter of them left for what is added: 32 words on a
-/// Cortex-M4F, 32 doubles in 16 vectors on a desktop.
-const SUMS: usize = if cfg!(target_os = "none") { 96 } else { 192 };
 
 /// A quotient of norms in which 0/0 is 0, and whatever is not a number is infinite.
 pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
@@ -222,126 +216,6 @@ fn parts<T: Real, const D: usize>(law: &ContactLaw<T, D>, u: &[T; D], noise: T) 
     let margin = normal + (law.shift_factor - mu) * norm(tangent);
     let reach = T::ONE + mu;
     margin > T::ZERO && margin * margin > reach * reach * noise
-}
-
-/// `|M v - M v_free - Hᵀ r|` and the largest of `|M v_free|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
-/// neither overflows nor vanishes.
-pub(crate) struct Dynamics<T> {
-    residual: T,
-    size: T,
-    /// `|M v_free|²`
-    pub(crate) free: T,
-    pub(crate) unit: T,
-}
-
-impl<T: Real> Dynamics<T> {
-    /// From `M v_free`, `M v` and `Hᵀ r`.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn of<const N: usize>(free: &[T; N], inertia: &[T; N], pushed: &[T; N], unit: T) -> Self {
-        let [mut residual, mut size_free, mut size_v, mut size_r] = [T::ZERO; 4];
-        for ((&free, &inertia), &pushed) in opaque(free).iter().zip(inertia).zip(pushed) {
-            rolled();
-            let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed);
-            let gap = inertia - free - pushed;
-            residual += gap * gap;
-            size_free += free * free;
-            size_v += inertia * inertia;
-            size_r += pushed * pushed;
-        }
-        Self {
-            residual,
-            size: size_free.max(size_v).max(size_r),
-            free: size_free,
-            unit,
-        }
-    }
-
-    /// Second part of the error, `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`, with the square of
-    /// what rounding may hide of it, in the same unit.
-    pub(crate) fn error(&self, noise: T) -> T {
-        quotient(self.residual + noise, self.size).square_root()
-    }
-}
-
-/// Evaluates the dynamics, and fills `u = H v + w`.
-#[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
-    scene: &Scene<T, N, D, C>,
-    free: &[T; N],
-    v: &[T; N],
-    r: &[[T; D]],
-    u: &mut [[T; D]],
-) -> Dynamics<T> {
-    let mass = &scene.mass().data.0;
-    // M v and Hᵀ r, dof by dof.
-    let mut inertia = [T::ONE; N]; // all of it is overwritten, and zeros would call memset
-    let mut pushed = [T::ZERO; N];
-    if N * size_of::<T>() <= SUMS {
-        multiply::<T, N, N>(mass, 0, v, &mut inertia);
-    } else {
-        // The last rows with some that are known already.
-        let (mut first, last) = (0, black_box(N - BLOCK));
-        while first < last + BLOCK {
-            multiply::<T, N, BLOCK>(mass, first.min(last), v, &mut inertia);
-            first += BLOCK;
-        }
-    }
-    let (groups, last) = v.as_chunks::<GROUP>();
-    let (places, place) = pushed.as_chunks_mut::<GROUP>();
-    for (((contact, support), r), u) in scene.supported().zip(r).zip(u) {
-        rolled();
-        let mut velocity: [T; D] = contact.offset.into();
-        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-        for group in support.groups::<N>() {
-            rolled();
-            let columns = columns.get(group);
-            if let (Some(columns), Some(v), Some(pushed)) =
-                (columns, groups.get(group), places.get_mut(group))
-            {
-                add_columns(columns, v, &mut velocity);
-                add_products(columns, *r, pushed);
-            }
-        }
-        add_columns(rest, last, &mut velocity);
-        add_products(rest, *r, place);
-        *u = velocity;
-    }
-    let mut momentum = Dynamics::of(free, &inertia, &pushed, T::ONE);
-    let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
-    let safe = momentum.size > tiny && momentum.size * tiny < T::ONE;
-    if !safe {
-        let mut largest = T::ZERO;
-        for ((&free, &inertia), &pushed) in opaque(free).iter().zip(&inertia).zip(&pushed) {
-            rolled();
-            largest = larger(largest, &[free, inertia, pushed], T::ONE);
-        }
-        momentum = Dynamics::of(free, &inertia, &pushed, unit(largest));
-    }
-    momentum
-}
-
-/// `R` entries of `M v` from row `first` on.
-#[inline]
-fn multiply<T: Real, const N: usize, const R: usize>(
-    mass: &[[T; N]; N],
-    first: usize,
-    v: &[T; N],
-    products: &mut [T; N],
-) {
-    let mut sums = [T::ZERO; R];
-    // All of it unrolled at once would have more sums than registers.
-    for (column, &v) in black_box(mass.as_slice()).iter().zip(v) {
-        rolled();
-        let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<R>) else {
-            break;
-        };
-        for (sum, &mass) in sums.iter_mut().zip(column) {
-            *sum += mass * v;
-        }
-    }
-    for (product, sum) in products.iter_mut().skip(first).zip(sums) {
-        *product = sum;
-    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@
 use crate::cone::square;
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::problem::ContactLaw;
-use crate::problem::residual::Dynamics;
+use crate::problem::dynamics::Dynamics;
 use crate::{Contact, Real};
 
 /// Squares of bounds.

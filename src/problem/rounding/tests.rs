@@ -3,7 +3,7 @@
 
 use super::{bound, count};
 use crate::problem::Problem;
-use crate::problem::residual;
+use crate::problem::dynamics;
 use crate::{Contact, Factor, Model, Scene};
 use nalgebra::{SMatrix, SVector};
 use proptest::array::{uniform2, uniform4};
@@ -41,7 +41,7 @@ proptest! {
         problem.fill();
         let (mass, contacts) = (&scene.mass().data.0, scene.contacts());
         let mut u = [[0.0; D]; 2];
-        let momentum = residual::momentum(&scene, &f, &v, &r, &mut u);
+        let momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u);
         let cheap = bound::<_, N, D, 2>(problem.laws(), mass, contacts, &v, &r, &momentum);
         let sums = count::<_, N, D, 2>(mass, contacts, &f, &v, &r, momentum.unit);
         let more = 1.0 + 1e-9;
@@ -63,7 +63,7 @@ fn velocities_of_which_squares_vanish_are_bounded() {
     let mut problem = Problem::new(&scene, &factor, &f, Model::Coulomb);
     problem.fill();
     let (mass, [f]) = (&scene.mass().data.0, f.data.0);
-    let momentum = residual::momentum(&scene, &f, &v, &[], &mut []);
+    let momentum = dynamics::momentum(&scene, &f, &v, &[], &mut []);
     let cheap = bound::<_, 2, 1, 1>(problem.laws(), mass, &[], &v, &[], &momentum);
     let sums = count::<_, 2, 1, 1>(mass, &[], &f, &v, &[], momentum.unit);
     assert!(sums.momentum > 0.0 && sums.momentum <= cheap.momentum);
