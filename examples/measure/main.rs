@@ -36,7 +36,7 @@ mod measure {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::hprintln;
     use nalgebra::SVector;
-    use stiction::{AdmmFactor, AdmmSolver, Factor, Real, Scene, Settings, Solver, Status};
+    use stiction::{AdmmFactor, AdmmSolver, Factor, Real, Settings, Solver, Status};
 
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo) -> ! {
