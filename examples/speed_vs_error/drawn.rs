@@ -7,6 +7,10 @@ use crate::race::{LEVELS, Race};
 use crate::tables::DOUBLE;
 use testbed::generate::{self, Class, Existence};
 
+/// The error that shows that a scene has a solution. In one that has none impulses may grow for ever, and the error falls as they
+/// do, to 1e-8 before they are out of bounds.
+const ENOUGH: f64 = LEVELS[2];
+
 /// Scenes of the campaign's drawn classes, in turns.
 pub(crate) struct Drawn {
     pub(crate) races: Vec<Race>,
@@ -28,7 +32,7 @@ impl Drawn {
             let (scene, existence) = generate::draw(class, seed, index);
             progress.step(&scene.name);
             let race = Race::new(scene, patience);
-            let solved = |id: &Id| race.time(*id, LEVELS[0], false).is_some();
+            let solved = |id: &Id| race.time(*id, ENOUGH, false).is_some();
             if existence == Existence::Guaranteed || Id::ALL.iter().any(solved) {
                 drawn.races.push(race);
             } else {
@@ -56,9 +60,7 @@ impl Drawn {
     /// The races on scenes whose contacts all open.
     pub(crate) fn of_no_touch(&self) -> Vec<&Race> {
         let apart = |race: &&Race| {
-            let rung = race
-                .run(DOUBLE)
-                .and_then(|run| run.fastest(LEVELS[LEVELS.len() - 1]));
+            let rung = race.run(DOUBLE).and_then(|run| run.fastest(ENOUGH));
             rung.is_some_and(|rung| rung.closed == 0)
         };
         self.races.iter().filter(apart).collect()
@@ -77,7 +79,7 @@ impl Drawn {
             self.seed,
             classes.join(", "),
             self.left_out,
-            LEVELS[0]
+            ENOUGH
         )
     }
 }

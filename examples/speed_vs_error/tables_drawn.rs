@@ -78,7 +78,7 @@ pub(crate) fn solvers(drawn: &Drawn, level: f64) -> String {
 pub(crate) fn parts(drawn: &Drawn, level: f64) -> String {
     let rivals = [Kind::GaussSeidel, Kind::AlartCurnier].map(Kind::double);
     let mut columns = columns(&["scenes", "number", "solved"]);
-    columns.extend(rivals.map(|id| format!("time of {}, slower on", id.name())));
+    columns.extend(rivals.map(|id| format!("{}: time, slower on", id.name())));
     let classes = Class::DRAWN.iter();
     let mut parts: Vec<(String, Vec<&Race>)> = classes
         .map(|&class| (format!("`{class:?}`"), drawn.of(class)))
