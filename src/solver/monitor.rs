@@ -231,6 +231,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
 
     /// Writes down the best that was found. Of a search that may go on, what it has at present counts
     /// as well, and what the last call wrote down, but neither leaves a trace in it.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish(&mut self, present: impl Iterator<Item = SVector<T, D>>) {
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,
@@ -264,6 +265,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
     }
 
     /// Looks for a proof that there is nothing to be found, where what was found gives cause.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn doubt(&mut self) {
         let convincing = match self.record.status {
             Status::Solved => !self.impulse_is_excessive(),

@@ -58,6 +58,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     }
 
     /// Begins a solve at the last solution, or without impulses.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn begin<const N: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C>,

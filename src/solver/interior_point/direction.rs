@@ -39,7 +39,7 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
             scalings.iter_mut().zip(&mut velocities).zip(contacts)
         {
             rolled();
-            if pair.part.is_cone() {
+            if pair.part.is_cone::<D>() {
                 *scaling = Scaling::of(pair);
             }
             *velocity = widen(law, &(*u).into());
@@ -115,7 +115,7 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
             if matches!(pair.part, Part::Normal | Part::Coulomb) {
                 step.normal = *normal - pair.normal / first(&pair.x) * first(&step.x);
             }
-            if pair.part.is_cone() {
+            if pair.part.is_cone::<D>() {
                 step.w = goal - scaling.compliance(&step.x);
             }
         }
@@ -146,7 +146,7 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
                 let normal = first(&pair.x);
                 goal.1 = (tau - normal * pair.normal - first(&step.x) * step.normal) / normal;
             }
-            if pair.part.is_cone() {
+            if pair.part.is_cone::<D>() {
                 goal.0 = scaling.corrected(pair, step, tau * beta);
             }
         }

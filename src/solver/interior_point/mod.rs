@@ -122,6 +122,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     }
 
     /// Moves the point to the impulses of the pairs.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn back_to_path<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C>) {
         let pairs = self.interior.pairs.iter().zip(monitor.problem.laws());
         for (r, (pair, law)) in self.point.r.iter_mut().zip(pairs) {

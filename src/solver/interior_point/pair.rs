@@ -37,8 +37,8 @@ impl Part {
     }
 
     /// Are its rows bound to each other?
-    pub(crate) fn is_cone(self) -> bool {
-        matches!(self, Self::Coulomb | Self::Cone)
+    pub(crate) fn is_cone<const D: usize>(self) -> bool {
+        D > 1 && matches!(self, Self::Coulomb | Self::Cone)
     }
 
     /// Number of unknowns.
@@ -223,7 +223,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
 
     /// The greatest length up to a limit with which it may move.
     pub(crate) fn reach(&self, step: &Self, mut limit: T) -> T {
-        if self.part.is_cone() {
+        if self.part.is_cone::<D>() {
             limit = reach(&self.x, &step.x, limit);
             limit = reach(&self.w, &step.w, limit);
         } else if first(&step.x) < T::ZERO {
@@ -240,7 +240,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
         self.x += step.x * length;
         self.w += step.w * length;
         self.normal += step.normal * length;
-        if self.part.is_cone() {
+        if self.part.is_cone::<D>() {
             keep_inside(&mut self.x);
             keep_inside(&mut self.w);
         }

@@ -50,7 +50,7 @@ fn a_pair_is_entered_on_the_path() {
             for product in pair.products(3.0).into_iter().flatten() {
                 assert!((product - 1e-4).abs() < 1e-12, "{product}");
             }
-            if pair.part.is_cone() {
+            if pair.part.is_cone::<3>() {
                 assert!(pair.x[0] > 0.0 && det(&pair.x) > 0.0);
                 let across = pair.w * pair.x[0] + pair.x * pair.w[0];
                 assert!(across.fixed_rows::<2>(1).norm() < 1e-12);
@@ -114,7 +114,7 @@ fn a_pair_stays_inside() {
                 if part != Part::Cone {
                     assert!(there.normal > T::ZERO);
                 }
-                if part.is_cone() {
+                if part.is_cone::<3>() {
                     assert!(det(&there.x) > T::ZERO && det(&there.w) > T::ZERO);
                 }
                 pair = there;
