@@ -16,9 +16,8 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// Corrections of `q`, see [`super::monitor::Monitor::consider`], and what it was at the last pause.
     pub(super) corrections: u8,
     pub(super) q: ContactVector<T, D, C>,
-    /// The best natural map when it last halved, and the failures since.
-    pub(super) milestone: Option<T>,
-    pub(super) failures: u8,
+    /// The best natural map when it last halved, and the work until then.
+    pub(super) milestone: Option<(T, usize)>,
 }
 
 impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
@@ -32,7 +31,6 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
             corrections: 0,
             q: [[T::ZERO; D]; C],
             milestone: None,
-            failures: 0,
         }
     }
 
@@ -43,7 +41,6 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
         self.natural_map = None;
         self.corrections = 0;
         self.milestone = None;
-        self.failures = 0;
     }
 
     /// Of a solve that begins now.
