@@ -90,7 +90,7 @@ numbers! {
     /// Interior point: it has jammed if three steps leave more than this share of `tau`.
     stalled: 0.7;
     /// Interior point: out of a jam `tau` is raised so many times, in the next round of [`WEIGHTS`] twice as high, and so on.
-    lift: 30.0;
+    lift: 9.0;
 }
 
 counts! {
@@ -107,7 +107,7 @@ counts! {
     /// Interior point: sweeps that lead out of a jam.
     sweeps_at_jam: 5;
     /// Interior point: one jam in so many is left from the best impulses so far.
-    jams_to_best: 4;
+    jams_to_best: 3;
 
     /// Work without a halved error after which a solve is given up, for each bit that the error is above `64 eps`.
     patience: 200;
