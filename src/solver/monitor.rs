@@ -8,6 +8,7 @@ use crate::problem::Problem;
 use crate::problem::infeasibility;
 use crate::problem::residual::quotient;
 use crate::solver::record::Record;
+use crate::solver::tuning;
 use crate::{Real, Settings, Solution, Status, Work};
 use nalgebra::SVector;
 
@@ -191,23 +192,36 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         }
     }
 
-    /// A Newton step was rejected, or the interior point has jammed: near the limit of the number type, eleven without a halved error
-    /// are enough.
+    /// The impulses with the least natural map so far.
+    pub(crate) fn best(&self) -> Option<ContactVector<T, D, C>> {
+        self.record.natural_map.map(|_| self.record.best)
+    }
+
+    /// Patience: a Newton step was rejected, or the interior point has jammed. How much work without a halved error is
+    /// enough depends on how many bits of the number type are left below it.
     pub(crate) fn fail(&mut self) {
-        let Some(best) = self.record.natural_map else {
-            return;
-        };
+        let best = self
+            .record
+            .natural_map
+            .map_or(T::ONE, |best| best.min(T::ONE));
+        let work = self.solution.work.total();
         let two = T::ONE + T::ONE;
-        if self
+        let milestone = self
             .record
             .milestone
-            .is_none_or(|milestone| two * best < milestone)
-        {
-            self.record.milestone = Some(best);
-            self.record.failures = 0;
-        }
-        self.record.failures = self.record.failures.saturating_add(1);
-        if self.record.failures > 10 && best < T::literal(256.0) * T::EPSILON {
+            .filter(|&(then, _)| two * best >= then);
+        let (_, since) = *self
+            .record
+            .milestone
+            .insert(milestone.unwrap_or((best, work)));
+        let limit = T::EPSILON * T::literal(64.0);
+        let bits = if best > limit {
+            best.exponent() - limit.exponent()
+        } else {
+            0
+        };
+        let bits = usize::try_from(bits).unwrap_or(0);
+        if work - since > bits * tuning::patience() {
             self.stop(Status::PrecisionLimit);
         }
     }

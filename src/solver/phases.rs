@@ -121,10 +121,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             Phase::InteriorPoint => match self.step_inside(monitor, workspace) {
                 Progress::Far => Phase::InteriorPoint,
                 Progress::Near => Phase::Newton(Newton::finish()),
-                Progress::Jammed => {
-                    self.leave_jam(monitor);
-                    Phase::InteriorPoint
-                }
+                Progress::Jammed => self.leave_jam(monitor),
             },
         };
     }

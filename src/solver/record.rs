@@ -18,9 +18,8 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     pub(super) q: ContactVector<T, D, C>,
     /// Does the problem count `|speed|`?
     pub(super) counts_speed: bool,
-    /// The best natural map when it last halved, and the failures since.
-    pub(super) milestone: Option<T>,
-    pub(super) failures: u8,
+    /// The best natural map when it last halved, and the work until then.
+    pub(super) milestone: Option<(T, usize)>,
 }
 
 impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
@@ -35,7 +34,6 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
             corrections: 0,
             q: [[T::ZERO; D]; C],
             milestone: None,
-            failures: 0,
         }
     }
 
@@ -47,7 +45,6 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
         self.counts_speed = false;
         self.corrections = 0;
         self.milestone = None;
-        self.failures = 0;
     }
 
     /// Of a solve that begins now.

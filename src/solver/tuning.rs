@@ -106,6 +106,11 @@ counts! {
 
     /// Interior point: sweeps that lead out of a jam.
     sweeps_at_jam: 5;
+    /// Interior point: one jam in so many is left from the best impulses so far.
+    jams_to_best: 3;
+
+    /// Work without a halved error after which a solve is given up, for each bit that the error is above `64 eps`.
+    patience: 200;
 }
 
 /// Lengths of a Newton step.

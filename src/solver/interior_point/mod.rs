@@ -15,6 +15,7 @@
 use crate::Real;
 use crate::linalg::hints::rolled;
 use crate::solver::monitor::Monitor;
+use crate::solver::newton::Newton;
 use crate::solver::phases::{Phase, Solve};
 use crate::solver::sweeps::Sweeps;
 use crate::solver::tuning;
@@ -147,8 +148,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         if monitor.is_over() {
             return Progress::Far;
         }
-        let near = tuning::near::<T>().max(T::literal(10.0) * monitor.tolerance());
-        if self.point.natural_map < near {
+        if self.is_near(monitor) {
             self.point.rebuild_from_velocity(monitor.problem);
             let (merit, tried) = (self.point.merit, self.interior.tried);
             // Each time at half the residual at most.
@@ -201,11 +201,31 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         Some(length)
     }
 
-    /// Leaves a jam by way of some sweeps, and enters another central path there.
+    /// May Newton's method finish from the point?
+    fn is_near<const N: usize>(&self, monitor: &Monitor<'_, '_, T, N, D, C>) -> bool {
+        let near = tuning::near::<T>().max(T::literal(10.0) * monitor.tolerance());
+        self.point.natural_map < near
+    }
+
+    /// Leaves a jam by way of some sweeps, from which Newton's method finishes or another central path is entered.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn leave_jam<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
+    pub(super) fn leave_jam<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+    ) -> Phase {
         monitor.fail();
-        let tau = self.interior.tau();
+        let taus = self.interior.taus.into_iter().flatten();
+        let tau = taus.filter(T::is_finite).next().unwrap_or(T::ONE);
+        let jams = self.interior.jams;
+        self.interior.jams = jams.wrapping_add(1);
+        if let Some(best) = monitor
+            .best()
+            .filter(|_| jams % tuning::jams_to_best() == 0)
+        {
+            self.point.r = best;
+        }
+        let (r, u) = (&self.point.r, &mut self.point.u);
+        self.point.natural_map = monitor.problem.natural_map(r, u);
         if !self.point.natural_map.is_finite() {
             self.point.set_zero_impulse(monitor.problem);
         }
@@ -215,8 +235,6 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                 self.sweep_once(monitor);
             }
         }
-        let jams = self.interior.jams;
-        self.interior.jams = jams.wrapping_add(1);
         let value = |values: &[f64]| {
             let value = values.get(jams % values.len().max(1));
             value.map_or(T::ONE, |&value| T::literal(value))
@@ -225,6 +243,17 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         // Higher with each round of weights, so that none repeats another.
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         self.enter_path(monitor, tau * tuning::lift() * round, gain, beta);
+        let (r, u) = (&self.point.r, &mut self.point.u);
+        self.point.natural_map = monitor.problem.natural_map(r, u);
+        self.consider(monitor);
+        if monitor.is_over() {
+            return Phase::InteriorPoint;
+        }
+        if self.is_near(monitor) {
+            self.point.rebuild_from_velocity(monitor.problem);
+            return Phase::Newton(Newton::finish());
+        }
         self.back_to_path(monitor);
+        Phase::InteriorPoint
     }
 }

@@ -62,21 +62,21 @@ fn a_budget_ends_a_call() -> Result<(), Error> {
     })
 }
 
-/// A tenth failure near the limit of the number type changes nothing, the eleventh ends the solve.
+/// Patience, in work, is 200 for each bit above `64 eps`, and begins anew with an error that is halved.
 #[test]
-fn failures_near_the_limit_of_the_number_type_end_a_solve() -> Result<(), Error> {
+fn work_without_a_halved_error_ends_a_solve() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
-        let r = carried(0.25);
-        for (natural_map, ends) in [(1e-3, false), (1e-14, true)] {
+        let bits = |bits: i32| 64.0 * f64::EPSILON * 2.0_f64.powi(bits);
+        for (natural_map, patience) in [(bits(10), 2000), (bits(8), 1600), (bits(0), 0)] {
             monitor.record.natural_map = Some(natural_map);
-            monitor.record.best = r;
-            for _ in 0..10 {
-                monitor.fail();
-                assert!(!monitor.is_over());
-            }
             monitor.fail();
-            assert_eq!(monitor.is_over(), ends, "{natural_map:e}");
+            monitor.solution.work.iterations += patience;
+            monitor.fail();
+            assert!(!monitor.is_over());
         }
+        monitor.solution.work.iterations += 1;
+        monitor.fail();
+        assert_eq!(monitor.record.status, Status::PrecisionLimit);
     })
 }
 
