@@ -204,7 +204,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
             .record
             .natural_map
             .map_or(T::ONE, |best| best.min(T::ONE));
-        let work = self.solution.work.total();
+        // Searches for a proof depend on the number of calls.
+        let searches = 10 * self.solution.work.proof_searches;
+        let work = self.solution.work.total() - searches;
         let two = T::ONE + T::ONE;
         let milestone = self
             .record

@@ -108,9 +108,11 @@ counts! {
     sweeps_at_jam: 5;
     /// Interior point: one jam in so many is left from the best impulses so far.
     jams_to_best: 3;
+    /// Interior point: jams after which one in four is left from impulses drawn at random.
+    jams_to_anywhere: 12;
 
     /// Work without a halved error after which a solve is given up, for each bit that the error is above `64 eps`.
-    patience: 200;
+    patience: 1000;
 }
 
 /// Lengths of a Newton step.

@@ -21,6 +21,7 @@ use crate::solver::sweeps::Sweeps;
 use crate::solver::tuning;
 use crate::solver::workspace::Workspace;
 use direction::System;
+use nalgebra::SVector;
 use pair::{Pair, Part, widen};
 
 mod direction;
@@ -207,6 +208,22 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         self.point.natural_map < near
     }
 
+    /// Moves to impulses on no account, of the size to be expected: the same for the same number of jams.
+    fn go_anywhere<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C>, jams: usize) {
+        let mut state = u32::try_from(jams).unwrap_or(0);
+        for (r, law) in self.point.r.iter_mut().zip(monitor.problem.laws()) {
+            rolled();
+            let mut impulse = SVector::from(*r);
+            for entry in &mut impulse {
+                // Numerical Recipes' generator, of which the upper half is random enough
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let share = T::count(usize::from((state >> 16) as u16)) / T::literal(32768.0);
+                *entry = monitor.problem.size * (share - T::ONE);
+            }
+            *r = law.cone.project(&impulse).into();
+        }
+    }
+
     /// Leaves a jam by way of some sweeps, from which Newton's method finishes or another central path is entered.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn leave_jam<const N: usize>(
@@ -214,13 +231,14 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         monitor: &mut Monitor<'_, '_, T, N, D, C>,
     ) -> Phase {
         monitor.fail();
-        let taus = self.interior.taus.into_iter().flatten();
-        let tau = taus.filter(T::is_finite).next().unwrap_or(T::ONE);
+        let mut taus = self.interior.taus.into_iter().flatten();
+        let tau = taus.find(T::is_finite).unwrap_or(T::ONE);
         let jams = self.interior.jams;
         self.interior.jams = jams.wrapping_add(1);
-        if let Some(best) = monitor
-            .best()
-            .filter(|_| jams % tuning::jams_to_best() == 0)
+        if jams > tuning::jams_to_anywhere() && jams % 4 == 1 {
+            self.go_anywhere(monitor, jams);
+        } else if jams.is_multiple_of(tuning::jams_to_best())
+            && let Some(best) = monitor.best()
         {
             self.point.r = best;
         }
