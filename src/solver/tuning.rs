@@ -106,7 +106,7 @@ counts! {
 
     /// Interior point: sweeps that lead out of a jam.
     sweeps_at_jam: 5;
-    /// Interior point: one jam in so many is left from the best impulses so far.
+    /// Interior point: one jam in so many is left from the best impulses so far, but not the first.
     jams_to_best: 3;
     /// Interior point: jams after which one in four is left from impulses drawn at random.
     jams_to_anywhere: 12;

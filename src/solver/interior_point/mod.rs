@@ -237,7 +237,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         self.interior.jams = jams.wrapping_add(1);
         if jams > tuning::jams_to_anywhere() && jams % 4 == 1 {
             self.go_anywhere(monitor, jams);
-        } else if jams.is_multiple_of(tuning::jams_to_best())
+        } else if (jams + 1).is_multiple_of(tuning::jams_to_best())
             && let Some(best) = monitor.best()
         {
             self.point.r = best;
