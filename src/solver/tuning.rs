@@ -87,8 +87,6 @@ numbers! {
     near: 1e-3;
     /// Interior point: it has jammed if a step goes less far than this.
     jammed: 0.1;
-    /// Interior point: it has jammed if three steps leave more than this share of `tau`.
-    stalled: 0.7;
     /// Interior point: out of a jam `tau` is raised so many times, in the next round of [`WEIGHTS`] twice as high, and so on.
     lift: 9.0;
 }
@@ -104,6 +102,8 @@ counts! {
     /// Newton: steps with one Jacobian, which cost somewhat less than a new one.
     chord_steps: 4;
 
+    /// Interior point: it has jammed, too, after so many steps on one path.
+    longest_path: 30;
     /// Interior point: sweeps that lead out of a jam.
     sweeps_at_jam: 5;
     /// Interior point: one jam in so many is left from the best impulses so far, but not the first.

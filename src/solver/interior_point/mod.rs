@@ -35,8 +35,10 @@ pub(crate) struct InteriorPoint<T, const D: usize, const C: usize> {
     pairs: [Pair<T, D>; C],
     /// Weight of friction on the central path.
     beta: T,
-    /// `tau` of the last three points, the last one first.
-    taus: [Option<T>; 3],
+    /// `tau` of the last point that had one.
+    tau: T,
+    /// Steps on this path.
+    steps: usize,
     /// The merit at which Newton's method has taken over from this path.
     tried: Option<T>,
     jams: usize,
@@ -58,7 +60,8 @@ impl<T: Real, const D: usize, const C: usize> InteriorPoint<T, D, C> {
         Self {
             pairs: [const { Pair::none() }; C],
             beta: T::ZERO,
-            taus: [None; 3],
+            tau: T::ZERO,
+            steps: 0,
             tried: None,
             jams: 0,
         }
@@ -111,7 +114,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         beta: T,
     ) {
         self.interior.beta = beta;
-        self.interior.taus = [Some(tau), None, None];
+        self.interior.tau = tau;
+        self.interior.steps = 0;
         self.interior.tried = None;
         self.interior.pairs = [Pair::none(); C];
         let contacts = self.point.r.iter().zip(&self.point.u);
@@ -160,10 +164,12 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             self.back_to_path(monitor);
         }
         let tau = self.interior.tau();
-        let [last, second, third] = self.interior.taus;
-        self.interior.taus = [Some(tau), last, second];
-        let stalls = third.is_some_and(|third| tau > third * tuning::stalled());
-        if stalls || length.is_none_or(|length| length < tuning::jammed()) {
+        if tau.is_finite() {
+            self.interior.tau = tau;
+        }
+        self.interior.steps += 1;
+        let too_long = self.interior.steps >= tuning::longest_path();
+        if too_long || length.is_none_or(|length| length < tuning::jammed()) {
             Progress::Jammed
         } else {
             Progress::Far
@@ -231,8 +237,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         monitor: &mut Monitor<'_, '_, T, N, D, C>,
     ) -> Phase {
         monitor.fail();
-        let mut taus = self.interior.taus.into_iter().flatten();
-        let tau = taus.find(T::is_finite).unwrap_or(T::ONE);
+        let tau = self.interior.tau;
         let jams = self.interior.jams;
         self.interior.jams = jams.wrapping_add(1);
         if jams > tuning::jams_to_anywhere() && jams % 4 == 1 {
