@@ -76,6 +76,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
     }
 
     /// Moves to `z_i = û_i - r_i / rho_i` of its own `r` and `u`.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rebuild_from_velocity<const N: usize>(
         &mut self,
         problem: &Problem<'_, T, N, D, C>,

@@ -59,6 +59,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     }
 
     /// One sweep and its cost.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep_once<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
         monitor.solution.work.sweeps += 1;
         let (r, u) = (&mut self.point.r, &mut self.point.u);

@@ -13,7 +13,7 @@
 //! another weight `beta`. All of them end at solutions.
 
 use crate::Real;
-use crate::linalg::hints::rolled;
+use crate::linalg::hints::{opaque, rolled};
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
 use crate::solver::phases::{Phase, Solve};
@@ -106,6 +106,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     }
 
     /// Pairs of a central path near the impulses and `u` of the point.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn enter_path<const N: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C>,
@@ -215,9 +216,10 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     }
 
     /// Moves to impulses on no account, of the size to be expected: the same for the same number of jams.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn go_anywhere<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C>, jams: usize) {
         let mut state = u32::try_from(jams).unwrap_or(0);
-        for (r, law) in self.point.r.iter_mut().zip(monitor.problem.laws()) {
+        for (law, r) in opaque(monitor.problem.laws()).iter().zip(&mut self.point.r) {
             rolled();
             let mut impulse = SVector::from(*r);
             for entry in &mut impulse {
