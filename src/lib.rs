@@ -46,7 +46,7 @@
 //! | `scene`, `solution`, `error` | what goes in, what comes out, what can be wrong | |
 //! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |
 //! | `problem` | one time step in contact space; the error that "solved" promises, and Farkas' proof that there is nothing to solve | |
-//! | `solver` | [`Solver`]: **`phases` is the method**, `tuning` its constants; sweeps, Newton, fallback, warm start | |
+//! | `solver` | [`Solver`]: **`phases` is the method**, `tuning` its constants; sweeps, Newton, interior point, warm start | |
 //! | `linalg` | small dense linear algebra, and what a compiler is told of its loops | |
 //! | [`time_stepping`] | free impulse, gaps, restitution, moving surfaces | |
 //!
@@ -98,6 +98,9 @@ pub use real::Real;
 pub use scene::{Contact, Scene};
 pub use solution::{ContactMode, ContactSolution, Model, Settings, Solution, Status, Work};
 pub use solver::{Acceleration, AdmmSolver, SlipUpdate, Solver};
+
+pub use heapless;
+pub use nalgebra;
 
 /// The README's code compiles.
 #[cfg(doctest)]

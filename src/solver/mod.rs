@@ -11,6 +11,7 @@ use nalgebra::SVector;
 
 mod admm_solver;
 mod calls;
+mod doubt;
 #[cfg(test)]
 mod fixtures;
 mod frame;

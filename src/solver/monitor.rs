@@ -5,18 +5,20 @@ use crate::factor::resolvent::Resolvent;
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
-use crate::problem::infeasibility;
 use crate::problem::residual::quotient;
 use crate::solver::record::Record;
 use crate::solver::tuning;
 use crate::{Real, Settings, Solution, Status, Work};
 use nalgebra::SVector;
 
+/// How often `q` is corrected (iterative refinement) before the number type is to blame.
+const CORRECTIONS: u8 = 4;
+
 /// One call that works on a solve.
 pub(crate) struct Monitor<'s, 'a, T, const N: usize, const D: usize, const C: usize> {
     pub(crate) problem: &'s mut Problem<'a, T, N, D, C>,
     pub(crate) solution: &'s mut Solution<T, N, D, C>,
-    record: &'s mut Record<T, D, C>,
+    pub(super) record: &'s mut Record<T, D, C>,
     settings: &'s Settings<T>,
     /// The work at which the call ends.
     limit: usize,
@@ -66,31 +68,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
     /// Has it ended?
     pub(crate) fn is_over(&self) -> bool {
         self.record.is_over()
-    }
-
-    /// Size of the impulses, in units of what the velocities to be changed explain.
-    fn impulse(&self) -> T {
-        let contacts = self.solution.contacts.iter();
-        let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());
-        quotient(square.square_root(), self.problem.size)
-    }
-
-    /// Are the impulses much larger than the velocities to be changed explain? Where walls close
-    /// on a body they grow without bound, and an error relative to them says nothing.
-    fn impulse_is_excessive(&self) -> bool {
-        self.impulse() > T::literal(20.0)
-    }
-
-    /// Is the error small only because the impulses run away? Then it is not small beside the
-    /// velocities to be changed.
-    fn runs_away(&mut self, r: &ContactVector<T, D, C>) -> bool {
-        let impulse = self.impulse();
-        if impulse > T::literal(1e8) {
-            // With as fine a bound on rounding as there is.
-            self.problem.evaluate(r, T::ZERO, self.solution);
-            return impulse * self.solution.error > T::literal(0.1);
-        }
-        false
     }
 
     /// Ends it.
@@ -179,7 +156,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
             self.record.natural_map = None;
         } else if self.solution.error <= tolerance {
             self.stop(Status::Solved);
-        } else if self.record.corrections < 4 {
+        } else if self.record.corrections < CORRECTIONS {
             self.record.corrections += 1;
             self.record.natural_map = Some(self.solution.error);
             for (i, (contact, u)) in self.solution.contacts.iter().zip(u).enumerate() {
@@ -228,23 +205,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         }
     }
 
-    /// Stops the monitor if the scene is infeasible, and writes down the certificate.
-    pub(crate) fn look_for_proof(&mut self) {
-        if !infeasibility::is_conceivable(self.problem.scene.contacts()) {
-            return;
-        }
-        self.solution.work.proof_searches += 1;
-        let Some(proof) = infeasibility::certificate(self.problem) else {
-            return;
-        };
-        self.solution.certificate.clear();
-        for &d in proof.iter().take(self.problem.laws().len()) {
-            // There is room: a solution holds as many contacts as a scene.
-            let _ = self.solution.certificate.push(d);
-        }
-        self.stop(Status::Infeasible);
-    }
-
     /// Writes down the best that was found. Of a search that may go on, what it has at present counts
     /// as well, and what the last call wrote down, but neither leaves a trace in it.
     #[cfg_attr(target_os = "none", inline(never))]
@@ -278,21 +238,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
     /// The impulses that are written down.
     fn shown(&self) -> ContactVector<T, D, C> {
         gathered(self.solution.contacts.iter().map(|contact| contact.impulse))
-    }
-
-    /// Looks for a proof that there is nothing to be found, where what was found gives cause.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn doubt(&mut self) {
-        let convincing = match self.record.status {
-            Status::Solved => !self.impulse_is_excessive(),
-            status => status == Status::Infeasible,
-        };
-        if !convincing {
-            self.look_for_proof();
-            if self.record.status == Status::Infeasible {
-                self.solution.status = Status::Infeasible;
-            }
-        }
     }
 }
 

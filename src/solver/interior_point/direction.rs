@@ -6,7 +6,8 @@ use crate::linalg::elimination::Elimination;
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
 use crate::solution::zeros;
-use crate::solver::interior_point::pair::{Pair, Part, Scaling, first, joined, widen};
+use crate::solver::interior_point::lorentz::{first, joined};
+use crate::solver::interior_point::pair::{Pair, Part, Scaling, widen};
 use core::array::from_fn;
 use nalgebra::SVector;
 

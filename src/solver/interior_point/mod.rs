@@ -25,6 +25,7 @@ use nalgebra::SVector;
 use pair::{Pair, Part, widen};
 
 mod direction;
+mod lorentz;
 mod pair;
 #[cfg(test)]
 mod tests;
