@@ -32,19 +32,6 @@ pub struct FrictionCone<T> {
     shrink: T,
 }
 
-/// Spectral factorisation `x = values[0] vectors[0] + values[1] vectors[1]`, Eqs. (3)-(5).
-///
-/// The spectral values are the note's `lambda_1` and `lambda_2` multiplied by `mu` and 1 (for
-/// `K*`: by 1 and `mu`), the spectral vectors divided by the same, so that signs, products and
-/// Eq. (7) are the note's and `mu = 0` needs no case of its own. The two vectors are orthogonal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spectral<T, const D: usize> {
-    /// Spectral values, Eq. (4).
-    pub values: [T; 2],
-    /// Spectral vectors, Eq. (5).
-    pub vectors: [SVector<T, D>; 2],
-}
-
 impl<T: Real> FrictionCone<T> {
     /// The cone `K_mu = {(x1, x2): |x2| <= mu x1}`.
     ///
@@ -118,7 +105,9 @@ impl<T: Real> FrictionCone<T> {
         normal > T::ZERO && (size < bound * bound || D == 1)
     }
 
-    /// Euclidean projection (6) in the case form: Eq. (1) = (8) for `K`, (2) = (10) for `K*`.
+    /// Euclidean projection (6) onto the cone: Eq. (8) for `K`, and (10) for `K*`, the [`Self::dual`].
+    ///
+    /// These are (1) and (2) of the note again. `tests/cone.rs` has the spectral form (3)-(5), (7), which gives the same.
     #[inline]
     #[must_use]
     pub fn project<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
@@ -161,52 +150,6 @@ impl<T: Real> FrictionCone<T> {
             let along = self.axial * normal + self.radial * norm(tangent);
             along * along * self.shrink
         }
-    }
-
-    /// Spectral factorisation of `x` with respect to the cone, Eqs. (3)-(5).
-    ///
-    /// Where `x2 = 0` the direction is free; this takes the first tangent.
-    #[must_use]
-    pub fn spectral<const D: usize>(&self, x: &SVector<T, D>) -> Spectral<T, D> {
-        let (normal, tangent) = split(x);
-        let length = norm(tangent);
-        let mut direction = SVector::<T, D>::zeros();
-        if let Some((_, unit)) = direction.as_mut_slice().split_first_mut() {
-            for (unit, &x) in unit.iter_mut().zip(tangent) {
-                *unit = x / length;
-            }
-            if length == T::ZERO {
-                for (k, unit) in unit.iter_mut().enumerate() {
-                    *unit = if k == 0 { T::ONE } else { T::ZERO };
-                }
-            }
-        }
-        let vector = |axial: T, radial: T| {
-            let mut vector = direction * (radial * self.shrink);
-            if let Some(first) = vector.as_mut_slice().first_mut() {
-                *first = axial * self.shrink;
-            }
-            vector
-        };
-        Spectral {
-            values: [
-                self.radial * normal - self.axial * length,
-                self.axial * normal + self.radial * length,
-            ],
-            vectors: [
-                vector(self.radial, -self.axial),
-                vector(self.axial, self.radial),
-            ],
-        }
-    }
-
-    /// Projection through the spectral factorisation, Eq. (7); equal to [`Self::project`].
-    #[must_use]
-    pub fn project_spectral<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
-        let Spectral { values, vectors } = self.spectral(x);
-        let [first, second] = values.map(|value| value.max(T::ZERO));
-        let [u1, u2] = vectors;
-        u1 * first + u2 * second
     }
 }
 

@@ -1,6 +1,6 @@
 //! `defmt::Format` for what a derive does not reach: nalgebra's vectors have none.
 
-use crate::{ContactSolution, Solution, Spectral};
+use crate::{ContactSolution, Solution};
 use defmt::{Format, Formatter, write};
 
 impl<T: Format, const D: usize> Format for ContactSolution<T, D> {
@@ -22,13 +22,5 @@ impl<T: Format, const N: usize, const D: usize, const C: usize> Format for Solut
             self.contacts.as_slice(),
             self.certificate.as_slice()
         );
-    }
-}
-
-impl<T: Format, const D: usize> Format for Spectral<T, D> {
-    fn format(&self, fmt: Formatter<'_>) {
-        let [first, second] = &self.vectors;
-        let (first, second) = (first.data.as_slice(), second.data.as_slice());
-        write!(fmt, "values {}, vectors {}, {}", self.values, first, second);
     }
 }

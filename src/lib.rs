@@ -41,7 +41,7 @@
 //!
 //! | folder or file | idea | in the note |
 //! |---|---|---|
-//! | `cone` | `K`, `K*`, projections, spectral form | Eqs. (1)-(10) |
+//! | `cone` | `K`, `K*`, projections | Eqs. (1), (2), (6), (8)-(10) |
 //! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2 | steps 2-15 |
 //! | `scene`, `solution`, `error` | what goes in, what comes out, what can be wrong | |
 //! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |
@@ -90,7 +90,7 @@ mod solution;
 mod solver;
 pub mod time_stepping;
 
-pub use cone::{FrictionCone, Spectral};
+pub use cone::FrictionCone;
 pub use error::{Error, Input};
 pub use factor::{AdmmFactor, AdmmFactorParts, Factor, FactorParts};
 pub use kernel::Kernel;

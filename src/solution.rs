@@ -25,20 +25,20 @@ pub struct Settings<T> {
     /// Error below which a solution counts as solved (dimensionless, not negative); see
     /// [`Solution::error`].
     pub tolerance: T,
-    /// [`Work`] that a call may do, [`Work::total`]. A control loop sets what its time allows. A call ends with the piece
-    /// of work in which the budget ends, of which the largest counts 28; if it ends unsolved
-    /// it looks for a proof that there is nothing to be found, which counts 10.
+    /// How much work one call may do, in units of [`Work::total`]. A call may exceed it by 27. [`crate::guide::error`] says
+    /// how to choose it by the time of a tick, and how to go on in the next one.
     pub budget: usize,
     /// The contact law that is solved.
     pub model: Model,
 }
 
 impl<T> Settings<T> {
-    /// Settings for Coulomb's law with a budget of 100,000, so that hardly any scene is given up.
+    /// Settings for Coulomb's law with a budget of 1,000: more than 999 of 1,000 random scenes need, see
+    /// [`crate::guide::numbers`].
     pub const fn new(tolerance: T) -> Self {
         Self {
             tolerance,
-            budget: 100_000,
+            budget: 1_000,
             model: Model::Coulomb,
         }
     }
@@ -61,10 +61,10 @@ pub enum Status {
     Unsolved = 0, // so that a new solver is all zeros, and takes no flash
     /// The error is at most the tolerance.
     Solved = 1,
-    /// The budget has ended; the solution is the best that was found, and its error may or may not be
-    /// below the tolerance.
+    /// The budget of the call was used up. The solution is the best that was found: compare its error with what you can
+    /// live with.
     OutOfBudget = 4,
-    /// The error is above the tolerance, and rounding in this number type does not allow much better.
+    /// The error is above the tolerance but near what rounding in this number type allows, and has stopped to fall.
     PrecisionLimit = 2,
     /// No velocity satisfies all contacts; [`Solution::certificate`] is the proof.
     Infeasible = 3,
@@ -93,9 +93,9 @@ pub struct Work {
     pub sweeps: usize,
     /// Newton steps with a Jacobian that was kept.
     pub chord_steps: usize,
-    /// Newton steps with a Jacobian of their own.
+    /// Newton steps with a new Jacobian, and steps of the interior point.
     pub newton_steps: usize,
-    /// Searches for a proof that a scene is infeasible, one at most at the end of a call that ends unsolved.
+    /// Searches for a proof that a scene is infeasible, at most one in a solve.
     pub proof_searches: usize,
 }
 

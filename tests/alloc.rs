@@ -144,7 +144,7 @@ fn projecting_does_not_allocate() {
             .flat_map(|cone| [cone, cone.dual()])
         {
             let x = vector![0.1, 2.0, -1.0];
-            sum += cone.project(&x) - cone.project_spectral(&x) + cone.spectral(&x).vectors[0];
+            sum += cone.project(&x);
         }
     });
     assert_eq!(count, 0);

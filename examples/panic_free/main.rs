@@ -97,7 +97,6 @@ mod proof {
                 black_box(cone.contains(&contact.offset));
                 black_box(cone.project(&contact.offset));
                 black_box(cone.dual().project(&contact.offset));
-                black_box(cone.project_spectral(&contact.offset));
             }
             #[cfg(violate)]
             black_box(push[index]);

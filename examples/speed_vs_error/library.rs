@@ -1,10 +1,11 @@
 //! The methods of this crate.
 
 use crate::contestant::{Contestant, Effort, Kind};
-use stiction::{Error, Settings, Status};
+use stiction::{Error, Status};
 use testbed::kernel::Kernel;
 use testbed::method::Method;
 use testbed::scene_file::SceneFile;
+use testbed::solve::patient;
 
 pub(crate) struct Library {
     method: Method,
@@ -39,7 +40,7 @@ impl Contestant for Library {
 
     fn solve(&mut self, tolerance: f64) -> Effort {
         self.kernel.reset();
-        let solved = self.kernel.solve(self.method, &Settings::new(tolerance));
+        let solved = self.kernel.solve(self.method, &patient(tolerance));
         solved.expect("f is finite");
         let (status, work) = self.kernel.outcome();
         Effort {

@@ -16,18 +16,16 @@ use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile};
 
 /// A constant, its value, and one without what it belongs to.
-const CONSTANTS: [(&str, f64, f64); 27] = [
+const CONSTANTS: [(&str, f64, f64); 25] = [
     ("parting", 0.03, 1e30),
     ("grazing", 1e-4, 0.0),
-    ("sliding", 4.0, 1e30),
     ("sticking", 1.0, -1.0),
     ("sweep_rate", 0.5, 0.0),
+    ("diverging", 2.0, 1e30),
     ("fast_sweeps", 3.0, 0.0),
     ("newton_steps", 30.0, 255.0),
-    ("finish_steps", 6.0, 255.0),
     ("rise", 1e5, 1.0),
     ("chord_fall", 0.1, 0.0),
-    ("chords_fall", 0.04, 1.0),
     ("chord_steps", 4.0, 0.0),
     ("damping", 1e-6, 0.0),
     ("hyperstatic_damping", 1e-3, 0.0),

@@ -1,9 +1,12 @@
 //! The monitor's doubts: impulses that run away, and scenes that have no solution.
 
+use crate::cone::square;
 use crate::linalg::blocks::ContactVector;
+use crate::linalg::hints::rolled;
 use crate::problem::infeasibility;
 use crate::problem::residual::quotient;
 use crate::solver::monitor::Monitor;
+use crate::solver::tuning;
 use crate::{Real, Status};
 
 /// Impulses so many times those that contacts would take alone make a solution doubtful. (A tenth of it searches solved
@@ -39,11 +42,29 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T,
         false
     }
 
-    /// Stops the monitor if the scene is infeasible, and writes down the certificate.
+    /// Looks for a proof if sweeps have led to impulses that are larger than to be expected: where walls close on a body,
+    /// each sweep adds to them.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn suspect(&mut self, r: &ContactVector<T, D, C>) {
+        let sum = r.iter().fold(T::ZERO, |sum, r| {
+            rolled();
+            sum + square(r)
+        });
+        let bound = self.problem.size * tuning::diverging();
+        if sum > bound * bound {
+            self.look_for_proof();
+        }
+    }
+
+    /// Stops the monitor if the scene is infeasible, and writes down the certificate. Once in a solve, for it depends on
+    /// the scene alone.
     pub(crate) fn look_for_proof(&mut self) {
-        if !infeasibility::is_conceivable(self.problem.scene.contacts()) {
+        if self.record.has_sought_proof
+            || !infeasibility::is_conceivable(self.problem.scene.contacts())
+        {
             return;
         }
+        self.record.has_sought_proof = true;
         self.solution.work.proof_searches += 1;
         let Some(proof) = infeasibility::certificate(self.problem) else {
             return;

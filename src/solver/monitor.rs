@@ -174,34 +174,23 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         self.record.natural_map.map(|_| self.record.best)
     }
 
-    /// Patience: a Newton step was rejected, or the interior point has jammed. How much work without a halved error is
-    /// enough depends on how many bits of the number type are left below it.
-    pub(crate) fn fail(&mut self) {
-        let best = self
-            .record
-            .natural_map
-            .map_or(T::ONE, |best| best.min(T::ONE));
-        // Searches for a proof depend on the number of calls.
-        let searches = 10 * self.solution.work.proof_searches;
-        let work = self.solution.work.total() - searches;
-        let two = T::ONE + T::ONE;
-        let milestone = self
-            .record
-            .milestone
-            .filter(|&(then, _)| two * best >= then);
-        let (_, since) = *self
-            .record
-            .milestone
-            .insert(milestone.unwrap_or((best, work)));
-        let limit = T::EPSILON * T::literal(64.0);
-        let bits = if best > limit {
-            best.exponent() - limit.exponent()
-        } else {
-            0
+    /// Notes that a Newton step was rejected, or that the interior point has jammed. Rounding is to blame once the error is
+    /// near it and has not halved for long; whatever else there is to blame, a solve goes on until its budget ends.
+    pub(crate) fn note_failure(&mut self) {
+        let Some(best) = self.record.natural_map else {
+            return;
         };
-        let bits = usize::try_from(bits).unwrap_or(0);
-        if work - since > bits * tuning::patience() {
-            self.stop(Status::PrecisionLimit);
+        // A search for a proof at the end of a call is no work on the solution.
+        let work = self.solution.work.total() - 10 * self.solution.work.proof_searches;
+        let two = T::ONE + T::ONE;
+        match self.record.milestone {
+            Some((then, since)) if two * best >= then => {
+                let is_near = best < T::EPSILON * T::literal(1024.0);
+                if is_near && work - since > tuning::patience() {
+                    self.stop(Status::PrecisionLimit);
+                }
+            }
+            _ => self.record.milestone = Some((best, work)),
         }
     }
 

@@ -61,7 +61,6 @@ impl Newton {
     /// From the central path.
     pub(crate) fn finish() -> Self {
         Self {
-            left: u8::try_from(tuning::finish_steps()).unwrap_or(u8::MAX),
             start: Start::Interior,
             ..Self::new()
         }
@@ -82,6 +81,15 @@ impl Newton {
             reuse: true,
             sweeps_first,
             start: Start::Last,
+            ..Self::new()
+        }
+    }
+
+    /// With one step left.
+    #[cfg(test)]
+    fn last() -> Self {
+        Self {
+            left: 1,
             ..Self::new()
         }
     }
@@ -119,7 +127,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         }
         let accepted = reused || self.step_anew(monitor, workspace, &mut newton);
         newton.left = newton.left.saturating_sub(1);
-        if accepted && newton.left > 0 {
+        if monitor.is_over() || accepted && newton.left > 0 {
             Outcome::Accepted(newton)
         } else {
             Outcome::Rejected
@@ -163,7 +171,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                 break;
             }
         }
-        if self.point.merit < before * tuning::chords_fall() {
+        if self.point.merit < before {
             return true;
         }
         *again = false;
@@ -201,7 +209,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             newton.reuse = self.point.merit < before * tuning::chord_fall();
         }
         if length.is_none() {
-            monitor.fail();
+            monitor.note_failure();
         }
         length.is_some()
     }

@@ -31,10 +31,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         self.size * tuning::parting::<T>()
     }
 
-    /// Are impulses far from unique, and does nothing at rest speak against contacts that stick?
-    ///
-    /// One that slides much faster than friction can hold goes on sliding. A normal velocity that is nothing beside the
-    /// tangential one does not tell how hard a contact will be pressed.
+    /// Are impulses far from unique, and would all contacts together, each stopped alone, have enough friction to stick?
     pub(crate) fn is_likely_to_stick(&self) -> bool {
         if !self.is_redundant(self.laws().iter().map(ContactLaw::rows).sum()) {
             return false;
@@ -48,12 +45,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
                 continue;
             }
             let (slip, held) = (norm(tangent), -law.cone.friction() * normal);
+            rows += law.rows();
             let approaches = normal < -tuning::grazing::<T>() * slip;
-            if approaches && slip >= tuning::sliding::<T>() * held {
-                rows += 1;
-            } else {
-                rows += law.rows();
-            }
             if approaches && law.rows() > 1 {
                 demand += law.alpha * slip;
                 grip += law.alpha * held;

@@ -97,7 +97,10 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             Phase::Idle => Phase::Idle,
             Phase::Sweeps => match self.sweep(monitor) {
                 Pace::Continue => Phase::Sweeps,
-                Pace::Enough => self.begin_newton(monitor, self.sweeps.then()),
+                Pace::Enough => {
+                    monitor.suspect(&self.point.r);
+                    self.begin_newton(monitor, self.sweeps.then())
+                }
             },
             Phase::Newton(newton) => match self.step(monitor, workspace, newton) {
                 Outcome::Accepted(newton) => Phase::Newton(newton),
@@ -121,7 +124,14 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
             Phase::InteriorPoint => match self.step_inside(monitor, workspace) {
                 Progress::Far => Phase::InteriorPoint,
                 Progress::Near => Phase::Newton(Newton::finish()),
-                Progress::Jammed => self.leave_jam(monitor),
+                Progress::Jammed => {
+                    if self.leave_jam(monitor) {
+                        Phase::Newton(Newton::finish())
+                    } else {
+                        self.back_to_path(monitor);
+                        Phase::InteriorPoint
+                    }
+                }
             },
         };
     }

@@ -18,6 +18,8 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     pub(super) q: ContactVector<T, D, C>,
     /// Does the problem count `|speed|`?
     pub(super) counts_speed: bool,
+    /// Was a proof of infeasibility looked for?
+    pub(super) has_sought_proof: bool,
     /// The best natural map when it last halved, and the work until then.
     pub(super) milestone: Option<(T, usize)>,
 }
@@ -33,6 +35,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
             counts_speed: false,
             corrections: 0,
             q: [[T::ZERO; D]; C],
+            has_sought_proof: false,
             milestone: None,
         }
     }
@@ -44,6 +47,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
         self.natural_map = None;
         self.counts_speed = false;
         self.corrections = 0;
+        self.has_sought_proof = false;
         self.milestone = None;
     }
 

@@ -50,23 +50,21 @@ macro_rules! counts {
 numbers! {
     /// Cold start: `alpha_i q_N` over the size of the impulses to expect above which a contact clearly parts.
     parting: 0.03;
-    /// Cold start: share of the tangential velocity below which the normal one does not tell how hard a contact is
-    /// pressed.
+    /// Cold start: share of the tangential velocity below which an approach does not tell how hard a contact will be
+    /// pressed, and is left out of account.
     grazing: 1e-4;
-    /// Cold start: a contact goes on sliding if it slides so many times as fast as friction could stop.
-    sliding: 4.0;
     /// Cold start: all contacts are taken to stick if that needs no more than this share of their friction.
     sticking: 1.0;
 
     /// Sweeps are fast if one leaves at most this share of the natural map.
     sweep_rate: 0.5;
+    /// Sweeps: a proof of infeasibility is looked for if they leave impulses so many times as large as to be expected.
+    diverging: 2.0;
 
     /// Newton: the step from the guess that all contacts stick may raise the merit so many times.
     rise: 1e5;
     /// Newton: a Jacobian is used again as long as each of its steps leaves at most this share of the merit.
     chord_fall: 0.1;
-    /// Newton: steps with one Jacobian are taken back if together they leave more than this share.
-    chords_fall: 0.04;
 
     /// Damping: `λ` over the natural map.
     damping: 1e-6;
@@ -97,8 +95,6 @@ counts! {
 
     /// Newton: steps of one phase.
     newton_steps: 30;
-    /// Newton: steps of a phase that finishes what the interior point began.
-    finish_steps: 6;
     /// Newton: steps with one Jacobian, which cost somewhat less than a new one.
     chord_steps: 4;
 
@@ -111,7 +107,7 @@ counts! {
     /// Interior point: jams after which one in four is left from impulses drawn at random.
     jams_to_anywhere: 12;
 
-    /// Work without a halved error after which a solve is given up, for each bit that the error is above `64 eps`.
+    /// Work without a halved error after which rounding is to blame, if the error is below `1024 eps`.
     patience: 1000;
 }
 

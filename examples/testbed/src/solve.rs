@@ -29,7 +29,15 @@ pub struct Outcome {
     pub work: usize,
 }
 
-/// Solves with all settings but the tolerance at their defaults; the smallest compiled size has to hold the scene.
+/// Settings with a budget that hardly any scene uses up, for those who want to know whether it can be solved at all.
+#[must_use]
+pub const fn patient(tolerance: f64) -> Settings<f64> {
+    let mut settings = Settings::new(tolerance);
+    settings.budget = 100_000;
+    settings
+}
+
+/// Solves with [`patient`] settings; the smallest compiled size has to hold the scene.
 pub fn solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Outcome {
     try_solve(kernel, file, tolerance).unwrap_or_else(|error| Outcome {
         answer: Answer::Refused(error),
@@ -40,7 +48,7 @@ pub fn solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Outcome {
 
 fn try_solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Result<Outcome, Error> {
     let mut kernel = kernel::prepared(kernel, file, Method::Default)?;
-    kernel.solve(Method::Default, &Settings::new(tolerance))?;
+    kernel.solve(Method::Default, &patient(tolerance))?;
     let answer = kernel.answer();
     Ok(Outcome {
         answer: match answer.status {

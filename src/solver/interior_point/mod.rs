@@ -15,7 +15,6 @@
 use crate::Real;
 use crate::linalg::hints::{opaque, rolled};
 use crate::solver::monitor::Monitor;
-use crate::solver::newton::Newton;
 use crate::solver::phases::{Phase, Solve};
 use crate::solver::sweeps::Sweeps;
 use crate::solver::tuning;
@@ -233,13 +232,14 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         }
     }
 
-    /// Leaves a jam by way of some sweeps, from which Newton's method finishes or another central path is entered.
+    /// Leaves a jam by way of some sweeps, and enters another central path. Says whether Newton's method may finish
+    /// from where the sweeps have led.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn leave_jam<const N: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C>,
-    ) -> Phase {
-        monitor.fail();
+    ) -> bool {
+        monitor.note_failure();
         let tau = self.interior.tau;
         let jams = self.interior.jams;
         self.interior.jams = jams.wrapping_add(1);
@@ -272,14 +272,10 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         let (r, u) = (&self.point.r, &mut self.point.u);
         self.point.natural_map = monitor.problem.natural_map(r, u);
         self.consider(monitor);
-        if monitor.is_over() {
-            return Phase::InteriorPoint;
-        }
-        if self.is_near(monitor) {
+        let is_near = self.is_near(monitor);
+        if is_near {
             self.point.rebuild_from_velocity(monitor.problem);
-            return Phase::Newton(Newton::finish());
         }
-        self.back_to_path(monitor);
-        Phase::InteriorPoint
+        is_near
     }
 }

@@ -4,6 +4,7 @@
 use crate::linalg::blocks::ContactVector;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::monitor::Monitor;
+use crate::solver::tuning;
 use crate::{Error, Status};
 use nalgebra::{SVector, vector};
 
@@ -62,20 +63,24 @@ fn a_budget_ends_a_call() -> Result<(), Error> {
     })
 }
 
-/// Patience, in work, is 200 for each bit above `64 eps`, and begins anew with an error that is halved.
+/// Near rounding, patience begins anew with an error that is halved; far from it, it does not end.
 #[test]
-fn work_without_a_halved_error_ends_a_solve() -> Result<(), Error> {
+fn work_without_a_halved_error_near_rounding_ends_a_solve() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
-        let bits = |bits: i32| 64.0 * f64::EPSILON * 2.0_f64.powi(bits);
-        for (natural_map, patience) in [(bits(10), 2000), (bits(8), 1600), (bits(0), 0)] {
+        let patience = tuning::patience();
+        for (natural_map, work) in [
+            (1e-9, 100 * patience),
+            (1000.0 * f64::EPSILON, patience),
+            (400.0 * f64::EPSILON, patience),
+        ] {
             monitor.record.natural_map = Some(natural_map);
-            monitor.fail();
-            monitor.solution.work.iterations += patience;
-            monitor.fail();
+            monitor.note_failure();
+            monitor.solution.work.iterations += work;
+            monitor.note_failure();
             assert!(!monitor.is_over());
         }
         monitor.solution.work.iterations += 1;
-        monitor.fail();
+        monitor.note_failure();
         assert_eq!(monitor.record.status, Status::PrecisionLimit);
     })
 }
@@ -96,6 +101,21 @@ fn walls_that_close_are_proved() -> Result<(), Error> {
         assert_eq!(monitor.solution.work.proof_searches, 1);
         let d = &monitor.solution.certificate;
         assert!(d.len() == 2 && d[0] > 0.0 && (d[0] - d[1]).abs() < 1e-12);
+    })
+}
+
+/// What sweeps leave is suspicious where it is larger than to be expected, and once is enough.
+#[test]
+fn large_impulses_are_suspicious_once() -> Result<(), Error> {
+    let mut scene = cube(2, 0.5)?;
+    scene.set_offset(0, &vector![-0.1, 0.0, 0.0])?; // a floor that rises
+    with_monitor(&scene, &pressed(0.0), |monitor| {
+        let size = monitor.problem.size;
+        for (share, searches) in [(1.9, 0), (2.1, 1), (3.0, 1)] {
+            monitor.suspect(&[[share * size, 0.0, 0.0], [0.0; D], [0.0; D], [0.0; D]]);
+            assert_eq!(monitor.solution.work.proof_searches, searches);
+            assert!(!monitor.is_over());
+        }
     })
 }
 

@@ -31,6 +31,17 @@ fn one_step_all_but_solves_what_sticks() -> Result<(), Error> {
     })
 }
 
+/// A step that solves is none that was rejected, not even the last one.
+#[test]
+fn the_last_step_may_solve() -> Result<(), Error> {
+    with_monitor(&cube(4, 0.5)?, &pressed(0.2), |monitor| {
+        let (mut solve, mut workspace) = (guess(monitor), Workspace::none());
+        solve.step(monitor, &mut workspace, Newton::guessed());
+        let outcome = solve.step(monitor, &mut workspace, Newton::last());
+        assert!(monitor.is_over() && matches!(outcome, Outcome::Accepted(_)));
+    })
+}
+
 /// From anywhere else than a guess no step may raise the merit function.
 #[test]
 fn every_accepted_step_lowers_the_merit() -> Result<(), Error> {
