@@ -79,7 +79,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C>
         solver.solve(&self.scene, &self.factor, free_impulse, settings)
     }
 
-    /// Goes on with the last solve where its budget ended, as [`Solver::resume`].
+    /// Goes on with a solve whose budget has ended, as [`Solver::resume`].
     ///
     /// # Errors
     /// As for [`Self::solve`].

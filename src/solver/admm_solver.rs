@@ -74,7 +74,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         self.calls.solve(&mut method, data)
     }
 
-    /// Goes on with the last solve where its budget ended, as [`crate::Solver::resume`].
+    /// Goes on with a solve whose budget has ended, as [`crate::Solver::resume`].
     ///
     /// # Errors
     /// As for [`Self::solve`].

@@ -74,20 +74,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Calls<T, N, D, C> 
         self.run(method, data, false)
     }
 
-    /// Goes on with the last solve, or begins one if there is none to go on with.
+    /// Goes on with the last solve if it was paused, or begins one.
     pub(crate) fn resume<M: Method<T, D, C>>(
         &mut self,
         method: &mut M,
         data: Data<'_, T, N, D, C>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        let (scene, factor, free_impulse, settings) = data;
+        let (_, factor, _, _) = data;
         let same = self.solution.contacts.len() == factor.contacts();
-        if self.record.is_over() && same {
-            Problem::check(scene, factor, free_impulse, settings)?;
-            return Ok(&self.solution);
-        }
-        let resumed = same && self.record.is_begun();
-        self.run(method, data, resumed)
+        self.run(method, data, same && self.record.is_paused())
     }
 
     fn run<M: Method<T, D, C>>(

@@ -125,13 +125,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         self.calls.solve(&mut self.method, data)
     }
 
-    /// Goes on with the last solve where its budget ended, for [`Settings::budget`] more.
+    /// Goes on with a solve that ended as [`crate::Status::OutOfBudget`], for [`Settings::budget`] more.
     ///
-    /// Scene, factor, free impulse and tolerance are those of that solve. In how many calls it is done makes
-    /// no difference to a bit of the solution, and the counts of the solution are those of all
-    /// calls; only that a scene is infeasible may be noticed sooner, at the end of a call. After a
-    /// solve that has ended the last solution is returned; without one, after [`Self::reset`] or
-    /// with another number of contacts, this is [`Self::solve`].
+    /// Scene, factor, free impulse and tolerance have to be those of that solve. Splitting a solve into several calls
+    /// gives the same bits as one call, and the work of the solution is that of all calls; only that a scene is
+    /// infeasible may be noticed sooner, at the end of a call. Where no solve was paused (the last one has ended, after
+    /// [`Self::reset`], with another number of contacts) this is [`Self::solve`].
     ///
     /// # Errors
     /// As [`Self::solve`].

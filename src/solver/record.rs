@@ -58,8 +58,8 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
     }
 
     /// Is there a solve to go on with?
-    pub(crate) fn is_begun(&self) -> bool {
-        self.is_begun
+    pub(crate) fn is_paused(&self) -> bool {
+        self.is_begun && !self.is_over()
     }
 
     /// Has the solve ended, not just its budget?
