@@ -14,6 +14,8 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 class Ours:
     """The default method, timed by the example itself: best of its repeats."""
 
+    ours = True
+
     def __init__(self, solve, precision):
         self.solve, self.precision = solve, precision
         self.name = f"stiction, {precision}"
@@ -46,6 +48,7 @@ class Ours:
             "prepare": answer["prepare_ns"] * 1e-9,
             "converged": answer["status"] == "solved",
             "iterations": answer["iterations"] + 10 * answer["newton_steps"],
+            "error": answer["error"],
             "v": np.array(answer["v"]),
             "r": np.array(answer["r"]),
         }
@@ -74,6 +77,8 @@ class Server:
 
 class Peer:
     """One solver of a library, timed without the cost of a call from Python."""
+
+    ours = False
 
     def __init__(self, server, library, solver):
         self.server, self.solver = server, solver

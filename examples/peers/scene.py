@@ -1,4 +1,4 @@
-"""A scene file, its Delassus operator, and the error of a solution as the README defines it."""
+"""A scene file, its Delassus operator, and the error of a solution as `src/guide/error.md` defines it."""
 import json
 import time
 
@@ -31,20 +31,25 @@ class Scene:
         return np.linalg.solve(self.M, self.H.T @ r - self.f)
 
     def error(self, v, r):
-        """The larger of the natural map's and the dynamics' relative residual."""
-        u = self.H @ v + self.w
-        residual, expected = 0.0, 0.0
+        """The larger of the contacts' and the momentum's relative residual."""
+        u, free = self.H @ v + self.w, -np.linalg.solve(self.M, self.f)
+        offset = np.abs(self.w)
+        offset[:: self.dim][self.w[:: self.dim] > 0.0] = 0.0  # gaps
+        speed = np.abs(self.H) @ np.abs(free) + offset
+        residual, alone = np.zeros_like(r), np.zeros_like(r)
         for i, mu in enumerate(self.mu):
             rows = slice(self.dim * i, self.dim * (i + 1))
-            alpha = self.dim / np.trace(self.W[rows, rows])
-            lifted = u[rows].copy()
-            lifted[0] += mu * np.linalg.norm(u[rows][1:])
-            residual += np.sum((r[rows] - project(r[rows] - alpha * lifted, mu)) ** 2)
-            expected += np.sum((alpha * self.q[rows]) ** 2)
-        natural_map = ratio(np.sqrt(residual), max(np.linalg.norm(r), np.sqrt(expected)))
-        inertia, contact = self.M @ v, self.H.T @ r
-        size = max(map(np.linalg.norm, (self.f, inertia, contact)))
-        return max(natural_map, ratio(np.linalg.norm(inertia + self.f - contact), size))
+            trace = np.trace(self.W[rows, rows])
+            alpha = self.dim / trace if trace > 0.0 else 0.0
+            residual[rows] = r[rows] - project(r[rows] - alpha * lifted(u[rows], mu), mu)
+            alone[rows] = project(-alpha * lifted(self.q[rows], mu), mu)
+            speed[rows] *= 1e-2 * alpha
+        size = max(map(np.linalg.norm, (r, alone, speed)))
+        contacts = ratio(np.linalg.norm(residual), size)
+        inertia, push = self.M @ v, self.H.T @ r
+        size = max(map(np.linalg.norm, (self.f, inertia, push)))
+        momentum = ratio(np.linalg.norm(inertia + self.f - push), size)
+        return max(contacts, momentum)
 
 
 def seconds_for_delassus(M, H):
@@ -60,6 +65,11 @@ def seconds_for_delassus(M, H):
 
 def ratio(a, b):
     return 0.0 if a == 0.0 else a / b
+
+
+def lifted(u, mu):
+    """`û`, with the De Saxcé shift."""
+    return np.concatenate([[u[0] + mu * np.linalg.norm(u[1:])], u[1:]])
 
 
 def project(x, mu):

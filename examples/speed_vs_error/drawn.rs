@@ -5,13 +5,32 @@ use crate::measure::Patience;
 use crate::progress::Progress;
 use crate::race::{LEVELS, Race};
 use crate::tables::DOUBLE;
+use std::path::Path;
 use testbed::generate::{self, Class, Existence};
+use testbed::scene_file::SceneFile;
 
 /// The error that shows that a scene has a solution. In one that has none impulses may grow for ever, and the error falls as they
 /// do, to 1e-8 before they are out of bounds.
 const ENOUGH: f64 = LEVELS[2];
 
 /// Scenes of the campaign's drawn classes, in turns.
+fn scenes(seed: u64, count: usize) -> impl Iterator<Item = (SceneFile, Existence)> {
+    let classes = Class::DRAWN.iter().cycle().take(count);
+    let numbered = (0..).zip(classes);
+    numbered.map(move |(index, &class)| generate::draw(class, seed, index))
+}
+
+/// Writes them as scene files.
+pub(crate) fn write(folder: &Path, seed: u64, count: usize) -> std::io::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    for (scene, _) in scenes(seed, count) {
+        let file = folder.join(format!("{}.json", scene.name));
+        std::fs::write(file, scene.json())?;
+    }
+    Ok(())
+}
+
+/// The races on them.
 pub(crate) struct Drawn {
     pub(crate) races: Vec<Race>,
     seed: u64,
@@ -27,9 +46,7 @@ impl Drawn {
             seed,
             left_out: 0,
         };
-        let classes = Class::DRAWN.iter().cycle().take(count);
-        for (index, &class) in (0..).zip(classes) {
-            let (scene, existence) = generate::draw(class, seed, index);
+        for (scene, existence) in scenes(seed, count) {
             progress.step(&scene.name);
             let race = Race::new(scene, patience);
             let solved = |id: &Id| race.time(*id, ENOUGH, false).is_some();

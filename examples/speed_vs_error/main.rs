@@ -68,6 +68,9 @@ struct Options {
     /// Seed of the drawn scenes; odd ones are for looking only
     #[arg(long, default_value_t = 2)]
     seed: u64,
+    /// Only write the drawn scenes to this folder, as scene files
+    #[arg(long, value_name = "FOLDER")]
+    scenes: Option<PathBuf>,
     /// Folder to write to
     #[arg(long)]
     output: Option<PathBuf>,
@@ -82,6 +85,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let repository = repository();
     let folder = options.output.unwrap_or_else(|| repository.join(folder));
+    let count = options.drawn.unwrap_or(drawn);
+    if let Some(folder) = options.scenes {
+        return Ok(drawn::write(&folder, options.seed, count)?);
+    }
 
     let mut scenes = bundled_scenes();
     scenes.retain(|scene| !scene.name.starts_with("infeasible"));
@@ -94,7 +101,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         progress.step(&scene.name);
         races.push(Race::new(scene, &patience));
     }
-    let count = options.drawn.unwrap_or(drawn);
     let drawn = Drawn::new(options.seed, count, &brief);
     let scalings = scaling::run(samples, &patience);
     report::write(&folder, &races, &drawn, &scalings)?;

@@ -220,6 +220,26 @@ impl SceneFile {
         }
     }
 
+    /// The text of a scene file.
+    pub fn json(&self) -> String {
+        let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
+            let rows = matrix.row_iter();
+            rows.map(|row| row.iter().copied().collect()).collect()
+        };
+        serde_json::json!({
+            "name": self.name,
+            "n_dof": self.n_dof,
+            "n_contacts": self.n_contacts,
+            "dim": self.dim,
+            "M": rows(&self.mass),
+            "H": rows(&self.h),
+            "f": self.f.as_slice(),
+            "w": self.w.as_slice(),
+            "mu": self.mu,
+        })
+        .to_string()
+    }
+
     /// The free impulse `-f` in the kernel's type, padded with zeros.
     pub fn free_impulse<T: Real, const N: usize>(&self) -> SVector<T, N> {
         SVector::from_fn(|i, _| T::literal(-self.f.get(i).copied().unwrap_or(0.0)))
