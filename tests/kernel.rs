@@ -2,7 +2,9 @@
 
 use crate::support::boxes::BRICK;
 use nalgebra::vector;
-use stiction::{Error, Factor, Kernel, Scene, Settings, Solver, Status};
+use stiction::{
+    AdmmFactor, AdmmSolver, Error, Factor, Kernel, Scene, Settings, Solution, Solver, Status,
+};
 
 /// It stands in a `static`.
 static EMPTY: Kernel<f64, 6, 3, 4> = Kernel::new();
@@ -81,4 +83,17 @@ fn the_contact_that_is_farthest_off_is_named() -> Result<(), Error> {
     }
     assert_eq!(EMPTY.worst_contact(&settings), None);
     Ok(())
+}
+
+/// Scenes are independent of each other, and may be solved on as many threads as there are.
+#[test]
+fn everything_may_go_to_another_thread() {
+    fn may<T: Send + Sync + Clone>() {}
+    may::<Scene<f64, 6, 3, 4>>();
+    may::<Factor<f64, 6, 3, 4>>();
+    may::<AdmmFactor<f64, 6, 3, 4>>();
+    may::<Solver<f64, 6, 3, 4>>();
+    may::<AdmmSolver<f64, 6, 3, 4>>();
+    may::<Kernel<f64, 6, 3, 4>>();
+    may::<Solution<f64, 6, 3, 4>>();
 }

@@ -6,12 +6,16 @@
 //!
 //! `cargo run --release -p campaign -- --count 100000 --seed 1`; a scene of the list at
 //! the end is solved again, alone, with `--only INDEX` and the same seed.
+//!
+//! Scenes are drawn and solved on all cores. A scene depends on the seed and its index alone, and they are counted in the
+//! order of their indices: the output is the same on any number of threads (`RAYON_NUM_THREADS`).
 
 mod tally;
 
 use clap::{Parser, ValueEnum};
+use indicatif::ParallelProgressIterator;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::process::ExitCode;
-
 use tally::{Tally, Verdict};
 use testbed::generate::{self, Class};
 use testbed::kernel::Constructor;
@@ -43,6 +47,42 @@ enum Precision {
     F32,
 }
 
+/// What became of one scene.
+struct Finding {
+    /// Which of the classes it is of.
+    turn: usize,
+    verdict: Verdict,
+    work: usize,
+    /// A line for somebody who should look at it.
+    note: Option<String>,
+}
+
+impl Finding {
+    fn new(kernel: Constructor, options: &Options, index: u64) -> Self {
+        let turn = usize::try_from(index).unwrap_or(0) % Class::ALL.len();
+        let (scene, existence) = generate::draw(Class::ALL[turn], options.seed, index);
+        let outcome = solve::solve(kernel, &scene, options.tolerance);
+        let verdict = Verdict::new(&outcome, existence, options.tolerance);
+        let note = format!(
+            "{} of seed {}: {} dofs, {} x {} rows, {verdict:?}, error {:.2e}, work {}",
+            scene.name,
+            options.seed,
+            scene.n_dof,
+            scene.n_contacts,
+            scene.dim,
+            outcome.error,
+            outcome.work
+        );
+        let is_noted = verdict.is_noted() || options.only.is_some();
+        Self {
+            turn,
+            verdict,
+            work: outcome.work,
+            note: is_noted.then_some(note),
+        }
+    }
+}
+
 fn main() -> ExitCode {
     let options = Options::parse();
     let indices = match options.only {
@@ -53,31 +93,16 @@ fn main() -> ExitCode {
         Precision::F64 => kernels_f64::kernel,
         Precision::F32 => kernels_f32::kernel,
     };
+    let count = indices.end - indices.start;
+    let findings: Vec<Finding> = indices
+        .into_par_iter()
+        .progress_count(count)
+        .map(|index| Finding::new(kernel, &options, index))
+        .collect();
     let mut tallies = Class::ALL.map(|class| Tally::new(format!("{class:?}")));
-    let mut noted = Vec::new();
-    for index in indices {
-        let turn = usize::try_from(index).unwrap_or(0) % Class::ALL.len();
-        let (scene, existence) = generate::draw(Class::ALL[turn], options.seed, index);
-        let outcome = solve::solve(kernel, &scene, options.tolerance);
-        let verdict = Verdict::new(&outcome, existence, options.tolerance);
-        tallies[turn].add(verdict, outcome.work);
-        if verdict.is_noted() || options.only.is_some() {
-            noted.push(format!(
-                "{} of seed {}: {} dofs, {} x {} rows, {verdict:?}, error {:.2e}, work {}",
-                scene.name,
-                options.seed,
-                scene.n_dof,
-                scene.n_contacts,
-                scene.dim,
-                outcome.error,
-                outcome.work
-            ));
-        }
-        if index % 1000 == 999 {
-            eprint!("\r{}", index + 1);
-        }
+    for finding in &findings {
+        tallies[finding.turn].add(finding.verdict, finding.work);
     }
-    eprintln!();
     println!("{}", Tally::header());
     for tally in &tallies {
         println!("{tally}");
@@ -87,8 +112,8 @@ fn main() -> ExitCode {
         println!("{}", Tally::sum(name, part));
     }
     println!();
-    for scene in &noted {
-        println!("{scene}");
+    for note in findings.iter().filter_map(|finding| finding.note.as_ref()) {
+        println!("{note}");
     }
     let count = |wanted: fn(Verdict) -> bool| tallies.iter().map(|tally| tally.count(wanted)).sum();
     let (noted, falsehoods): (usize, usize) = (count(Verdict::is_noted), count(Verdict::is_false));
