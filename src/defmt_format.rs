@@ -6,7 +6,8 @@ use defmt::{Format, Formatter, write};
 impl<T: Format, const D: usize> Format for ContactSolution<T, D> {
     fn format(&self, fmt: Formatter<'_>) {
         let (impulse, velocity) = (self.impulse.data.as_slice(), self.velocity.data.as_slice());
-        write!(fmt, "{} r = {}, u = {}", self.mode, impulse, velocity);
+        let (key, mode) = (self.key, self.mode);
+        write!(fmt, "{}: {} r = {}, u = {}", key, mode, impulse, velocity);
     }
 }
 

@@ -76,13 +76,6 @@ pub enum Error {
     InvalidPenalty,
     /// The tolerance asked for is NaN, infinite or negative.
     InvalidTolerance,
-    /// The factor was computed for another number of contacts than the scene has.
-    FactorMismatch {
-        /// Contacts of the scene.
-        scene: usize,
-        /// Contacts of the factor.
-        factor: usize,
-    },
     /// The factor is not that of `M` and `H` as they are in the scene.
     StaleFactor,
     /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact is too large for the number type.
@@ -126,10 +119,6 @@ impl fmt::Display for Error {
             Self::NoSuchContact { contact } => write!(f, "there is no contact {contact}"),
             Self::InvalidPenalty => write!(f, "penalty rho is not a usable positive number"),
             Self::InvalidTolerance => write!(f, "tolerance is negative or not finite"),
-            Self::FactorMismatch { scene, factor } => write!(
-                f,
-                "factor was computed for {factor} contacts, the scene has {scene}"
-            ),
             Self::StaleFactor => write!(
                 f,
                 "factor is not that of the scene's M and H as they are now"

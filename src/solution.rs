@@ -144,6 +144,8 @@ pub enum ContactMode {
     ))
 )]
 pub struct ContactSolution<T, const D: usize> {
+    /// Which contact it is: the [`crate::Contact::key`] that it had in the scene.
+    pub key: u32,
     /// Contact impulse `r_i` (N·s), normal first.
     pub impulse: SVector<T, D>,
     /// Relative velocity `u_i = H_i v + w_i` (m/s), normal first.
@@ -187,6 +189,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, 
     #[must_use]
     pub fn is_solved(&self) -> bool {
         self.status == Status::Solved
+    }
+
+    /// Is it good enough to be used, solved or not?
+    ///
+    /// True if it is solved, or if the budget or the number type ended the solve at an error of at most `error`
+    /// (dimensionless). Never true for [`Status::Infeasible`], whatever the error: contradictory walls make impulses grow,
+    /// and an error relative to them small. [`crate::guide::error`] says what to do otherwise.
+    #[must_use]
+    pub fn is_usable(&self, error: T) -> bool {
+        match self.status {
+            Status::Solved => true,
+            Status::OutOfBudget | Status::PrecisionLimit => self.error <= error,
+            Status::Infeasible | Status::Unsolved => false,
+        }
     }
 
     /// The solution of nothing.

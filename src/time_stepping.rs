@@ -59,16 +59,17 @@ pub fn free_impulse<T: Real, const N: usize>(
     impulse
 }
 
-/// Normal offset of a contact `gap` metres from touching, `w_N = gap/h` (m/s): it may close within
-/// the step, and no further.
+/// Normal offset `w_N = gap / step` (m/s) of a contact: it may close within the step, and no further.
 ///
-/// A contact that is open stays in the scene this way and costs no new factor. One that penetrates
-/// (`gap < 0`) is pushed out by `-w_N`, at `recovery >= 0` (m/s) at most.
+/// - `gap` (m): distance of the contact, negative in penetration.
+/// - `step` (s): length `h` of the time step. At 0 the offset is `reach` or `-recovery` by the sign of the gap, and NaN
+///   for a gap of 0, which the scene refuses.
+/// - `recovery >= 0` (m/s): the fastest at which a penetration is pushed out.
+/// - `reach >= 0` (m/s): the largest offset. Set it to the fastest closing speed to expect.
 ///
-/// `w_N` is at most `reach` (m/s), a speed at which no contact of the system closes. It is not to be
-/// much larger than that: the error of a solution is relative to the free velocities, and beside a
-/// contact 10 cm open at `h` = 1 ms, which would count as 100 m/s, the others would be solved less
-/// exactly.
+/// A contact that is open stays in the scene this way and costs no new factor. A `reach` that is much too large does not
+/// loosen the error, but the interior point and the search for a proof of infeasibility take their scale from the largest
+/// offsets. If `recovery < -reach` the two bounds exclude each other, and one of them is returned.
 ///
 /// ```
 /// # use stiction::time_stepping::gap;
@@ -84,12 +85,16 @@ pub fn gap<T: Real>(gap: T, step: T, recovery: T, reach: T) -> T {
     (gap / step).clamp(-recovery, reach)
 }
 
-/// Normal offset of a contact that bounces, Newton's `w_N = e u_N⁻` (m/s), where it closes in this
-/// step (`w_gap + u_N⁻ <= 0`) faster than `threshold >= 0` (m/s); elsewhere what [`gap`] gave,
-/// `w_gap`.
+/// Normal offset of a contact that bounces (m/s): Newton's `w_N = e u_N⁻`, or `gap_offset` if it does not bounce now.
 ///
-/// `u_N⁻` is the normal velocity before the step, negative in approach. The threshold lets a
-/// contact come to rest: it should exceed `h` times the acceleration that presses it.
+/// Returns `e approach` if the contact closes within this step (`gap_offset + approach <= 0`) and approaches faster than
+/// `threshold`; else `gap_offset`. Where both ask for a separation the faster one is returned. An `e approach` that is NaN
+/// or infinite is returned as it is, for the scene to refuse.
+///
+/// - `e`: coefficient of restitution, 0 to 1.
+/// - `approach` (m/s): normal velocity `u_N⁻` before the step, negative in approach.
+/// - `threshold >= 0` (m/s): lets a contact come to rest; it should exceed `h` times the acceleration that presses it.
+/// - `gap_offset` (m/s): what [`gap`] gave.
 ///
 /// ```
 /// # use stiction::time_stepping::{gap, restitution};
@@ -98,15 +103,15 @@ pub fn gap<T: Real>(gap: T, step: T, recovery: T, reach: T) -> T {
 /// assert_eq!(restitution(0.5, -3.0, 0.25, gap(1.0, 0.25, 0.0, 9.0)), 4.0); // not there yet
 /// ```
 #[must_use]
-pub fn restitution<T: Real>(e: T, approach: T, threshold: T, gap: T) -> T {
+pub fn restitution<T: Real>(e: T, approach: T, threshold: T, gap_offset: T) -> T {
     let bounce = e * approach;
-    let closes = approach < -threshold && gap + approach <= T::ZERO;
+    let closes = approach < -threshold && gap_offset + approach <= T::ZERO;
     if !bounce.is_finite() {
         bounce // for the scene to refuse
     } else if closes && bounce < T::ZERO {
-        bounce.min(gap)
+        bounce.min(gap_offset)
     } else {
-        gap
+        gap_offset
     }
 }
 

@@ -54,12 +54,8 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
             key: contact.key,
         })?;
     }
-    let count = scene.contacts().len();
     let parts = AdmmFactor::new(&scene)?.parts();
-    let parts: AdmmFactorParts<f32, N, D, C> = parts.ok_or(Error::FactorMismatch {
-        scene: count,
-        factor: C,
-    })?;
+    let parts: AdmmFactorParts<f32, N, D, C> = parts.ok_or(Error::StaleFactor)?;
     let free_impulse = SVector::<f32, N>::from_fn(|i, _| -source.f[i] as f32);
 
     let contacts = scene.contacts().iter().map(|contact| {

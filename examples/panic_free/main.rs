@@ -11,13 +11,15 @@ fn main() {
 
 #[cfg(target_os = "none")]
 mod proof {
+    use core::fmt::{self, Write};
     use core::hint::black_box;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::debug;
     use nalgebra::{SMatrix, SVector};
     use stiction::time_stepping as law;
     use stiction::{
-        AdmmFactor, AdmmSolver, Contact, Factor, FrictionCone, Real, Scene, Settings, Solver,
+        Acceleration, AdmmFactor, AdmmSolver, Contact, Factor, FrictionCone, Kernel, Real, Scene,
+        Settings, SlipUpdate, Solver,
     };
 
     mod undefined {
@@ -32,22 +34,34 @@ mod proof {
         undefined::a_panic_is_reachable()
     }
 
-    struct Kernel<T, const N: usize, const D: usize, const C: usize> {
+    /// Takes text, as a log does.
+    struct Sink;
+
+    impl Write for Sink {
+        fn write_str(&mut self, text: &str) -> fmt::Result {
+            black_box(text);
+            Ok(())
+        }
+    }
+
+    struct Bench<T, const N: usize, const D: usize, const C: usize> {
         scene: Scene<T, N, D, C>,
         factor: Factor<T, N, D, C>,
         admm_factor: AdmmFactor<T, N, D, C>,
         solver: Solver<T, N, D, C>,
         admm: AdmmSolver<T, N, D, C>,
+        kernel: Kernel<T, N, D, C>,
     }
 
-    impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C> {
+    impl<T: Real, const N: usize, const D: usize, const C: usize> Bench<T, N, D, C> {
         const fn new() -> Self {
             Self {
                 scene: Scene::new(),
                 factor: Factor::empty(),
                 admm_factor: AdmmFactor::empty(),
                 solver: Solver::new(),
-                admm: AdmmSolver::new(),
+                admm: AdmmSolver::with(Acceleration::Nesterov, SlipUpdate::OuterLoop),
+                kernel: Kernel::new(),
             }
         }
 
@@ -68,8 +82,12 @@ mod proof {
                 admm_factor,
                 solver,
                 admm,
+                ..
             } = self;
-            let _ = black_box(scene.set_mass(&mass));
+            // An error, so that it is written out as well.
+            if let Err(error) = black_box(scene.set_mass(&mass)) {
+                let _ = write!(Sink, "{error}");
+            }
             let _ = black_box(scene.push(&contact));
             let _ = black_box(scene.set_offset(index, &contact.offset));
             let _ = black_box(scene.set_friction(index, contact.mu));
@@ -79,7 +97,9 @@ mod proof {
             let _ = black_box(factor.prepare(scene));
             let _ = black_box(admm_factor.prepare(scene));
             let _ = black_box(admm_factor.set_penalty(black_box(T::ONE)));
-            black_box(factor.step(index));
+            let number = black_box(T::ONE);
+            black_box(law::gap(number, number, number, number));
+            black_box(law::restitution(number, -number, number, number));
 
             let settings: Settings<T> = black_box(Settings::default());
             let _ = black_box(solver.solve(scene, factor, &push, &settings).is_ok());
@@ -90,8 +110,18 @@ mod proof {
             let _ = black_box(solver.set_impulses(&impulses));
             let _ = black_box(solver.resume(scene, factor, &push, &settings).is_ok());
             black_box(solver.solution().worst_contact(scene, factor, &settings));
+            black_box(solver.solution().is_usable(number));
+            let _ = write!(Sink, "{}", solver.solution().status);
             admm.reset();
+            let _ = black_box(admm.set_impulses(&impulses));
+            if let Some(parts) = black_box(&*factor).parts() {
+                *factor = Factor::from_parts(black_box(&parts));
+            }
+            if let Some(parts) = black_box(&*admm_factor).parts() {
+                *admm_factor = AdmmFactor::from_parts(black_box(&parts));
+            }
             scene.clear_contacts();
+            self.call_kernel(&mass, &contact, &push, &settings);
 
             if let Some(cone) = black_box(FrictionCone::new(black_box(contact.mu))) {
                 black_box(cone.contains(&contact.offset));
@@ -101,14 +131,35 @@ mod proof {
             #[cfg(violate)]
             black_box(push[index]);
         }
+
+        /// The same by way of `Kernel`, with a scene of constants.
+        fn call_kernel(
+            &mut self,
+            mass: &SMatrix<T, N, N>,
+            contact: &Contact<T, N, D>,
+            push: &SVector<T, N>,
+            settings: &Settings<T>,
+        ) {
+            let kernel = &mut self.kernel;
+            let contacts = core::array::from_fn(|_| contact.clone());
+            *kernel.scene_mut() = black_box(Scene::from_parts(*mass, contacts));
+            let _ = black_box(kernel.solve(push, settings).is_ok());
+            if let Err(error) = black_box(kernel.resume(push, settings)) {
+                let _ = write!(Sink, "{error}");
+            }
+            black_box(kernel.worst_contact(settings));
+            black_box(kernel.solution().error);
+            kernel.solver_mut().reset();
+            kernel.scene_mut().clear_contacts();
+        }
     }
 
     #[entry]
     fn main() -> ! {
-        static mut QUADRUPED: Kernel<f32, 18, 3, 4> = Kernel::new();
-        static mut STACK: Kernel<f32, 18, 3, 12> = Kernel::new();
-        static mut WALKER: Kernel<f32, 9, 2, 4> = Kernel::new();
-        static mut FRICTIONLESS: Kernel<f64, 6, 1, 4> = Kernel::new();
+        static mut QUADRUPED: Bench<f32, 18, 3, 4> = Bench::new();
+        static mut STACK: Bench<f32, 18, 3, 12> = Bench::new();
+        static mut WALKER: Bench<f32, 9, 2, 4> = Bench::new();
+        static mut FRICTIONLESS: Bench<f64, 6, 1, 4> = Bench::new();
         QUADRUPED.call();
         STACK.call();
         WALKER.call();

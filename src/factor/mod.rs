@@ -131,9 +131,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         })
     }
 
-    /// Step `alpha_i = D / trace(W_ii)` (kg) of the natural map; 0 for a contact that nothing moves.
-    #[must_use]
-    pub fn step(&self, contact: usize) -> T {
+    /// Mean effective mass `alpha_i = D / trace(W_ii)` (kg) of a contact, the step of the natural map; 0 for a contact
+    /// that nothing moves.
+    pub(crate) fn natural_map_step(&self, contact: usize) -> T {
         let trace = self.trace(contact);
         if trace > T::ZERO {
             T::count(D) / trace

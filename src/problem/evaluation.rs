@@ -67,9 +67,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
             solution.error = self.finer_error(&momentum, &u, r, v);
         }
         solution.contacts.clear();
-        for ((law, &r), &u) in self.laws().iter().zip(r).zip(opaque(&u)) {
+        let sources = self.laws().iter().zip(contacts);
+        for (((law, source), &r), &u) in sources.zip(r).zip(opaque(&u)) {
             let (impulse, velocity) = (r.into(), u.into());
             let contact = ContactSolution {
+                key: source.key,
                 impulse,
                 velocity,
                 mode: residual::mode(law, &velocity, &impulse),
@@ -94,7 +96,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, 
     ) -> Option<usize> {
         let (mut largest, mut worst) = (T::ZERO, None);
         for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
-            let law = ContactLaw::new(contact, settings.model, factor.step(i), zeros());
+            let alpha = factor.natural_map_step(i);
+            let law = ContactLaw::new(contact, settings.model, alpha, zeros());
             let residual = residual::natural_map_of(&law, &found.velocity, &found.impulse);
             let size = residual::larger(largest, residual.as_slice(), T::ONE);
             if size > largest {

@@ -21,7 +21,7 @@ pub(crate) struct ContactLaw<T, const D: usize> {
     pub(crate) shift_factor: T,
     /// The cone `K` the impulse lies in.
     pub(crate) cone: FrictionCone<T>,
-    /// Step `alpha_i` (kg) of the natural map, see [`Factor::step`].
+    /// Step `alpha_i` (kg) of the natural map, see [`Factor::natural_map_step`].
     pub(crate) alpha: T,
     /// `q_i = H_i v_free + w_i`.
     pub(crate) q: SVector<T, D>,
@@ -112,18 +112,11 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             return Err(Error::InvalidTolerance);
         }
         check_finite(free_impulse, Input::FreeImpulse)?;
-        let contacts = scene.contacts();
-        if contacts.len() != factor.contacts() {
-            return Err(Error::FactorMismatch {
-                scene: contacts.len(),
-                factor: factor.contacts(),
-            });
-        }
         if !factor.is_current(scene) {
             return Err(Error::StaleFactor);
         }
         let invalid = |contact: &Contact<T, N, D>| !FrictionCone::is_valid(contact.mu);
-        match opaque(contacts).iter().position(invalid) {
+        match opaque(scene.contacts()).iter().position(invalid) {
             Some(contact) => Err(Error::InvalidFriction { contact }),
             None => Ok(()),
         }
@@ -165,7 +158,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         let pairs = opaque_mut(&mut self.laws).iter_mut().zip(sources);
         for (i, (law, (contact, &moved))) in pairs.enumerate() {
             rolled();
-            *law = ContactLaw::new(contact, self.model, factor.step(i), moved.into());
+            *law = ContactLaw::new(
+                contact,
+                self.model,
+                factor.natural_map_step(i),
+                moved.into(),
+            );
             let offset = residual::without_gap(&contact.offset);
             let moves = T::count(D) * energy + law.alpha * square(offset.as_slice());
             self.fastest += law.alpha * moves;
