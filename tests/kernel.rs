@@ -1,9 +1,10 @@
 //! Scene, factor and solver in one value.
 
 use crate::support::boxes::BRICK;
-use nalgebra::vector;
+use nalgebra::{Matrix2, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Error, Factor, Kernel, Scene, Settings, Solution, Solver, Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, Kernel, Scene, Settings, Solution, Solver,
+    Status,
 };
 
 /// It stands in a `static`.
@@ -96,4 +97,51 @@ fn everything_may_go_to_another_thread() {
     may::<AdmmSolver<f64, 6, 3, 4>>();
     may::<Kernel<f64, 6, 3, 4>>();
     may::<Solution<f64, 6, 3, 4>>();
+}
+
+#[test]
+fn a_solution_names_its_contacts_by_their_keys() -> Result<(), Error> {
+    let (mut kernel, source) = (EMPTY.clone(), BRICK.on_plane::<f64>(0.3)?);
+    kernel.scene_mut().set_mass(source.mass())?;
+    for (contact, key) in source.contacts().iter().zip([40, 10, 30, 20]) {
+        kernel.scene_mut().push(&Contact {
+            key,
+            ..contact.clone()
+        })?;
+    }
+    let solution = kernel.solve(&BRICK.free_impulse(0.5, 0.01), &Settings::default())?;
+    let keys: Vec<u32> = solution.contacts.iter().map(|found| found.key).collect();
+    assert_eq!(keys, [40, 10, 30, 20]);
+    Ok(())
+}
+
+#[test]
+fn a_solution_is_usable_by_its_status_and_its_error() -> Result<(), Error> {
+    let mut kernel = EMPTY.clone();
+    assert!(!kernel.solution().is_usable(f64::INFINITY));
+    fill(kernel.scene_mut(), 0.3)?;
+    let push = BRICK.free_impulse(0.5, 0.01);
+    let none = Settings {
+        budget: 0,
+        ..Settings::new(1e-9)
+    };
+    let solution = kernel.solve(&push, &none)?;
+    assert_eq!(solution.status, Status::OutOfBudget);
+    assert!(solution.is_usable(solution.error) && !solution.is_usable(solution.error * 0.5));
+    assert!(kernel.solve(&push, &Settings::new(1e-9))?.is_usable(0.0));
+
+    let mut walls = Kernel::<f64, 2, 2, 2>::new();
+    walls.scene_mut().set_mass(&Matrix2::identity())?;
+    for normal in [1.0, -1.0] {
+        walls.scene_mut().push(&Contact {
+            jacobian: matrix![normal, 0.0; 0.0, normal],
+            offset: vector![-1.0, 0.0],
+            mu: 0.5,
+            key: 0,
+        })?;
+    }
+    let solution = walls.solve(&vector![0.0, 0.0], &Settings::default())?;
+    assert_eq!(solution.status, Status::Infeasible);
+    assert!(!solution.is_usable(f64::INFINITY));
+    Ok(())
 }

@@ -176,9 +176,19 @@ unsafe fn run(
 /// # Safety
 /// As for [`stiction_set_mass`].
 #[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_is_usable(kernel: *const Kernel, error: f32) -> i32 {
+    // SAFETY: the caller's promise.
+    let kernel = unsafe { kernel.as_ref() };
+    kernel.map_or(NULL, |kernel| kernel.solution().is_usable(error).into())
+}
+
+/// # Safety
+/// As for [`stiction_set_mass`].
+#[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_read(
     kernel: *const Kernel,
     velocity: *mut [f32; N],
+    keys: *mut [u32; C],
     impulses: *mut [[f32; D]; C],
     error: *mut f32,
 ) -> i32 {
@@ -188,10 +198,16 @@ pub unsafe extern "C" fn stiction_read(
     };
     let solution = kernel.solution();
     // SAFETY: the caller's promise.
-    let (velocity, impulses, error) =
-        unsafe { (velocity.as_mut(), impulses.as_mut(), error.as_mut()) };
+    let (velocity, keys) = unsafe { (velocity.as_mut(), keys.as_mut()) };
+    // SAFETY: the caller's promise.
+    let (impulses, error) = unsafe { (impulses.as_mut(), error.as_mut()) };
     if let Some(velocity) = velocity {
         *velocity = solution.velocity.into();
+    }
+    if let Some(keys) = keys {
+        for (key, contact) in keys.iter_mut().zip(&solution.contacts) {
+            *key = contact.key;
+        }
     }
     if let Some(impulses) = impulses {
         for (impulse, contact) in impulses.iter_mut().zip(&solution.contacts) {
@@ -201,5 +217,5 @@ pub unsafe extern "C" fn stiction_read(
     if let Some(error) = error {
         *error = solution.error;
     }
-    0
+    i32::try_from(solution.contacts.len()).unwrap_or(i32::MAX)
 }

@@ -21,11 +21,13 @@ int main(void)
 {
     static stiction solver;
     static float mass[STICTION_N][STICTION_N], jacobian[STICTION_D][STICTION_N];
-    uint32_t keys[STICTION_C], count;
-    int32_t status = stiction_init(&solver);
+    static uint32_t keys[STICTION_C];                 /* of the last good impulses */
+    static float impulses[STICTION_C][STICTION_D];
+    int32_t held = 0, status = stiction_init(&solver);
 
     for (int step = 1; next < steps_end && status == STICTION_SOLVED; step++) {
-        float push[STICTION_N], offset[STICTION_D], mu, impulses[STICTION_C][STICTION_D];
+        float push[STICTION_N], offset[STICTION_D], mu;
+        uint32_t key, count;
 
         take(&count, sizeof count);
         for (int i = 0; i < STICTION_N; i++) {
@@ -39,21 +41,23 @@ int main(void)
         if ((status = stiction_set_mass(&solver, mass)) != 0) break;
         stiction_clear_contacts(&solver);
         for (uint32_t i = 0; i < count && status == 0; i++) {
-            take(&keys[i], sizeof keys[i]);
+            take(&key, sizeof key);
             take(&mu, sizeof mu);
             take(offset, sizeof offset);
             take(jacobian, sizeof jacobian);
-            status = stiction_add_contact(&solver, jacobian, offset, mu, keys[i]);
+            status = stiction_add_contact(&solver, jacobian, offset, mu, key);
         }
         if (status != 0) break;
 
         status = stiction_solve(&solver, push, 1e-4f, BUDGET);
-        while (status == STICTION_MAX_ITERATIONS) /* in firmware: in the next tick */
+        while (status == STICTION_OUT_OF_BUDGET) /* in firmware: in the next tick */
             status = stiction_resume(&solver, push, 1e-4f, BUDGET);
-        stiction_read(&solver, NULL, impulses, NULL);
+        /* Unless they are good enough, the last good impulses stay: by their keys, for contacts come and go. */
+        if (stiction_is_usable(&solver, 1e-2f) == 1)
+            held = stiction_read(&solver, NULL, keys, impulses, NULL);
 
         printf("%2d", step);
-        for (uint32_t i = 0; i < count; i++) {
+        for (int32_t i = 0; i < held; i++) {
             printf("  %" PRIu32 ":", keys[i]);
             for (int k = 0; k < STICTION_D; k++) {
                 uint32_t bits;

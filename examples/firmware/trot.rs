@@ -2,7 +2,8 @@
 
 use crate::records::{Records, Step};
 use core::fmt::{self, Display, Write};
-use stiction::{ContactMode, Factor, Real, Settings, Solution, Solver, Status};
+use nalgebra::SVector;
+use stiction::{ContactMode, Factor, Real, Settings, Solution, Solver, heapless};
 
 const N: usize = 18;
 const D: usize = 3;
@@ -12,12 +13,20 @@ const C: usize = 5;
 /// calves touch down and lift off, two to five contacts at a time.
 static STEPS: &[u8] = include_bytes!("trot.bin");
 
+/// Work that a step has time for.
+const BUDGET: usize = 100;
+
+/// Error of a solution that is good enough, if the budget ends before it is solved.
+const ENOUGH: f64 = 1e-2;
+
 /// All that lives from step to step.
 pub(crate) struct Trot<T> {
     records: Records<'static>,
     step: Step<T, N, D, C>,
     factor: Factor<T, N, D, C>,
     solver: Solver<T, N, D, C>,
+    /// The last good impulses (N·s), each with the key of its contact: a foot keeps its own when others come and go.
+    impulses: heapless::Vec<(u32, SVector<T, D>), C>,
     count: usize,
 }
 
@@ -28,6 +37,7 @@ impl<T: Real> Trot<T> {
             step: Step::new(),
             factor: Factor::empty(),
             solver: Solver::new(),
+            impulses: heapless::Vec::new(),
             count: 0,
         }
     }
@@ -41,24 +51,35 @@ impl<T: Real> Trot<T> {
         true
     }
 
-    /// Prepares and solves; `false` if that does not succeed.
+    /// Prepares and solves. Returns `false` if nothing good came of it: the impulses of an earlier step stay.
     pub(crate) fn solve(&mut self) -> bool {
         let Step { scene, push, .. } = &self.step;
-        self.factor.prepare(scene).is_ok()
-            && self
-                .solver
-                .solve(scene, &self.factor, push, &Settings::default())
-                .is_ok_and(|solution| solution.status == Status::Solved)
+        let settings = Settings {
+            budget: BUDGET,
+            ..Settings::default()
+        };
+        let prepared = self.factor.prepare(scene);
+        let solver = &mut self.solver;
+        match prepared.and_then(|()| solver.solve(scene, &self.factor, push, &settings)) {
+            Ok(solution) if solution.is_usable(T::literal(ENOUGH)) => {
+                self.impulses.clear();
+                for contact in &solution.contacts {
+                    // There is room: both hold `C`.
+                    let _ = self.impulses.push((contact.key, contact.impulse));
+                }
+                true
+            }
+            _ => false,
+        }
     }
 
-    /// A line on the last solution, every impulse by its bits.
+    /// A line on the last solution, and every impulse that the robot would use by its bits.
     pub(crate) fn report(&self, out: &mut impl Write) -> fmt::Result {
         let solution = self.solver.solution();
         write!(out, "{:2} {}", self.count, Summary(solution))?;
-        let contacts = self.step.scene.contacts().iter();
-        for (contact, found) in contacts.zip(&solution.contacts) {
-            write!(out, "  {}:", contact.key)?;
-            for impulse in &found.impulse {
+        for (key, impulses) in &self.impulses {
+            write!(out, "  {key}:")?;
+            for impulse in impulses {
                 // An f32 as it is, an f64 rounded towards it and what is left.
                 let high: f32 = impulse.to_subset_unchecked();
                 let low = *impulse - T::literal(f64::from(high));

@@ -179,7 +179,32 @@ mod measure {
             self.print("ram_solver", bytes(size_of_val(&self.solver)));
             self.print("ram_restart", bytes(size_of_val(&self.admm)));
             self.measure_peer(counter, &push)?;
+            let all = stack_bytes(|| ok &= self.solve_by_all_phases(&push));
+            self.print("stack_all_phases", bytes(all));
             ok.then_some(())
+        }
+
+        /// A solve that goes through sweeps, Newton's method, a search for a proof and the interior point: its tolerance is out
+        /// of reach, and a contact penetrates a little. `false` if it has left one out.
+        #[inline(never)]
+        fn solve_by_all_phases(&mut self, push: &SVector<T, N>) -> bool {
+            let Some(contact) = self.step.scene.contacts().first() else {
+                return false;
+            };
+            let mut offset = contact.offset;
+            if let Some(normal) = offset.iter_mut().next() {
+                *normal = T::literal(-1e-3);
+            }
+            let settings = Settings {
+                budget: 2000,
+                ..Settings::new(T::literal(1e-30))
+            };
+            self.solver.reset();
+            let set = self.step.scene.set_offset(0, &offset);
+            let solved = self.solve(push, &settings);
+            let work = self.solver.solution().work;
+            // Newton's method takes 30 steps in a row at most.
+            set.is_ok() && !solved && work.newton_steps > 60 && work.proof_searches == 1
         }
 
         fn measure_peer(&mut self, counter: &mut Counter, push: &SVector<T, N>) -> Option<()> {
