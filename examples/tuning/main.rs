@@ -158,9 +158,10 @@ fn table(options: &Options) -> Result<(), String> {
          measures {} random scenes of seed {}, the bundled ones and the bundled sequences with warm starts, each in f64 to \
          1e-6 and in f32 to 1e-4, with a budget of {BUDGET}. Work of all: {drawn}, {bundled} and {sequences}, {unsolved} \
          unsolved.\n\n\
-         A cell has the change of these three sums in percent, and how many solves more or less end unsolved. \"Without\" is \
-         the value in brackets, which switches off what the constant belongs to.\n\n\
-         | constant | value | half | twice | without |\n|---|---:|---|---|---|",
+         A cell has the change of these three sums in percent (random / bundled / sequences), and how many solves more or \
+         less end unsolved. Half of a count is rounded up. \"Without\" is the value in brackets, which switches off what the \
+         constant belongs to.\n\n\
+         | constant | value | half: work in % | twice: work in % | without: work in % |\n|---|---:|---|---|---|",
         options.count, options.seed
     );
     for (name, value, off) in CONSTANTS {
