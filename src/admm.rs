@@ -79,7 +79,8 @@ pub(crate) struct Change<T> {
     pub(crate) impulse: T,
 }
 
-/// How ADMM extrapolates from one iterate to the next, `û = ũ + c (ũ - ũ_previous)` and `ζ` likewise.
+/// How ADMM extrapolates from one iterate to the next, `û = ũ + c (ũ - ũ_previous)` and `ζ` likewise, see
+/// [`crate::guide::note`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -92,7 +93,7 @@ pub enum Acceleration {
     Plain = 2,
 }
 
-/// When ADMM updates the tangential speed `s` in `b(s) = w + mu s e_N`.
+/// When ADMM updates the tangential speed `s` in `b(s) = w + mu s e_N`. [`crate::guide::note`] measures both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -5,16 +5,6 @@
 //! `{(x1, x2): axial |x2| <= radial x1, x1 >= 0}`: `K_mu` is `(1, mu)` and its dual (9) is
 //! `(mu, 1)`. All formulas of the note multiplied out by `mu` then serve both cones, `mu = 0`
 //! included (`K` a ray, `K*` a half-space), exactly and without a division by `mu`.
-//!
-//! ```
-//! use nalgebra::vector;
-//! use stiction::FrictionCone;
-//!
-//! let cone = FrictionCone::new(1.0).unwrap();
-//! let slipping = vector![2.0, 4.0, 0.0]; // normal first
-//! assert_eq!(cone.project(&slipping), vector![3.0, 3.0, 0.0]);
-//! assert!(cone.dual().contains(&vector![2.0, 1.0, 0.0]));
-//! ```
 
 use crate::Real;
 use crate::solution::zeros;
@@ -23,6 +13,16 @@ use nalgebra::SVector;
 /// A friction cone in any dimension `D >= 1`, normal component first.
 ///
 /// `D` = 1 is a frictionless contact (the half-line), 2 planar, 3 spatial, 4 with a torsional row.
+///
+/// ```
+/// use nalgebra::vector;
+/// use stiction::FrictionCone;
+///
+/// let cone = FrictionCone::new(1.0).unwrap();
+/// let slipping = vector![2.0, 4.0, 0.0]; // normal first
+/// assert_eq!(cone.project(&slipping), vector![3.0, 3.0, 0.0]);
+/// assert!(cone.dual().contains(&vector![2.0, 1.0, 0.0]));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrictionCone<T> {
@@ -45,7 +45,7 @@ impl<T: Real> FrictionCone<T> {
         })
     }
 
-    /// Is there a cone of this `mu`?
+    /// Is there a cone with this `mu`?
     #[inline]
     pub(crate) fn is_valid(mu: T) -> bool {
         mu >= T::ZERO && (mu * mu).is_finite()
@@ -76,8 +76,7 @@ impl<T: Real> FrictionCone<T> {
         self.radial
     }
 
-    /// How far along the boundary ray `(axial, radial)` the projection lies, if on the boundary, of a
-    /// vector with this normal part and this tangential length.
+    /// Coordinate of the projection along the boundary ray `(axial, radial)`, for a vector that projects onto it.
     #[inline]
     pub(crate) fn along(&self, normal: T, length: T) -> T {
         (self.axial * normal + self.radial * length) * self.shrink

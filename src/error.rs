@@ -29,8 +29,10 @@ pub enum Input {
     },
 }
 
-/// A scene that cannot be solved as it was given. The call that returns it changes nothing, but for
-/// [`crate::Factor::prepare`], whose factor is then none.
+/// What is wrong with the data of a call; it names the culprit. [`crate::guide::error`] says what a control loop does then.
+///
+/// The call that returns it changes nothing, and the last solution stays. Only after [`crate::Factor::prepare`] (and so
+/// [`crate::Kernel::solve`]) the factor is empty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -52,9 +54,9 @@ pub enum Error {
         /// Column of the entry.
         column: usize,
     },
-    /// The mass matrix has no Cholesky factor: the velocity `dof` carries no inertia of its own.
+    /// `M` is not positive definite: it has no Cholesky factor.
     MassNotPositiveDefinite {
-        /// Generalised velocity at which the factorisation stopped.
+        /// Generalised velocity at which factorisation failed; it runs from the last to the first.
         dof: usize,
     },
     /// A friction coefficient is negative, NaN, infinite, or so large that its square overflows.
@@ -76,7 +78,7 @@ pub enum Error {
     InvalidPenalty,
     /// The tolerance asked for is NaN, infinite or negative.
     InvalidTolerance,
-    /// The factor is not that of `M` and `H` as they are in the scene.
+    /// The factor is not that of the scene's current `M`, `H` and number of contacts; prepare it.
     StaleFactor,
     /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact is too large for the number type.
     DelassusOverflow {

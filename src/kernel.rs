@@ -3,9 +3,9 @@
 use crate::{Error, Factor, Real, Scene, Settings, Solution, Solver};
 use nalgebra::SVector;
 
-/// A scene with its factor and its solver, to stand in one `static`: the factor is prepared when it has to be.
+/// A scene, its factor and its solver in one value, for a `static`.
 ///
-/// For programs with one scene and [`Solver`]. It costs what its three parts cost.
+/// It recomputes the factor when `M` or a Jacobian has changed. Its size is that of its three parts.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -23,6 +23,21 @@ use nalgebra::SVector;
 /// let solution = kernel.solve(&vector![0.0, -0.2], &Settings::default())?;
 /// assert!(solution.is_solved() && solution.velocity.norm() < 1e-5);
 /// # Ok::<(), stiction::Error>(())
+/// ```
+///
+/// In a `static`, behind the mutex of the platform (`critical_section::Mutex` with a `RefCell` in firmware); a `static mut`
+/// inside the `main` of `cortex_m_rt::entry` does as well (`examples/firmware`):
+///
+/// ```
+/// use nalgebra::SVector;
+/// use std::sync::Mutex;
+/// use stiction::{Kernel, Settings};
+///
+/// static QUADRUPED: Mutex<Kernel<f32, 18, 3, 4>> = Mutex::new(Kernel::new()); // all zeros: no flash
+///
+/// let mut kernel = QUADRUPED.lock().unwrap();
+/// let refused = kernel.solve(&SVector::zeros(), &Settings::default()); // it has no mass yet
+/// assert!(refused.is_err());
 /// ```
 #[derive(Clone, Debug)]
 pub struct Kernel<T, const N: usize, const D: usize, const C: usize> {
@@ -53,19 +68,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C>
         &mut self.scene
     }
 
-    /// The solver, for its warm start.
+    /// The solver, to [`Solver::reset`] it or to [`Solver::set_impulses`].
     pub const fn solver_mut(&mut self) -> &mut Solver<T, N, D, C> {
         &mut self.solver
     }
 
-    /// The last solution.
+    /// The last solution. After an `Err` it is still that of an earlier solve.
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C> {
         self.solver.solution()
     }
 
-    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]; where `M` or `H` have changed the scene
-    /// is prepared first.
+    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]. Recomputes the factor first if `M` or `H`
+    /// has changed (`N³/6 + m N²/2 + m² N/2` multiplications for `m` contact rows).
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::solve`].

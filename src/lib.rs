@@ -34,9 +34,9 @@
 //! # Ok::<(), stiction::Error>(())
 //! ```
 //!
-//! # The way of the data
+//! # Data flow
 //!
-//! [`Kernel`] has all of it in one value: [`Scene`] (checked as it is filled) → [`Factor`] (all that depends on `M` and `H`; read-only)
+//! [`Kernel`] holds all of it in one value: [`Scene`] (checked as it is filled) → [`Factor`] (all that depends on `M` and `H`; read-only)
 //! → [`Solver`] (the one mutable thing) → [`Solution`] with its [`Status`] and its error.
 //!
 //! | folder or file | idea | in the note |
@@ -47,18 +47,19 @@
 //! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |
 //! | `problem` | one time step in contact space; the error that "solved" promises, and Farkas' proof that there is nothing to solve | |
 //! | `solver` | [`Solver`]: **`phases` is the method**, `tuning` its constants; sweeps, Newton, interior point, warm start | |
-//! | `linalg` | small dense linear algebra, and what a compiler is told of its loops | |
+//! | `linalg` | small dense linear algebra, and hints for its loops on microcontrollers | |
 //! | [`time_stepping`] | free impulse, gaps, restitution, moving surfaces | |
 //!
 //! [`guide`] explains the method, the error and the measurements.
 //!
 //! "The note" is Y. Kanno, *Accelerated Alternating Direction Method of Multipliers for Frictional
-//! Contact*; [`guide::note`] says how to cite it and what in it is put right here.
+//! Contact*; [`guide::note`] says how to cite it and which misprints are corrected here.
 //!
 //! # Panics
 //!
-//! None. Data is checked where it enters and refused with an [`Error`] that names the culprit; the
-//! code has no indexing, no `unwrap` and no integer division that could fail.
+//! None. Data is checked where it enters and refused with an [`Error`] that names the culprit. The
+//! code has no indexing, no `unwrap` and no integer division that could fail. `examples/panic_free`
+//! proves it by linking, see "On a microcontroller" in [`guide::numbers`].
 #![no_std]
 #![cfg_attr(stiction_core_sqrt, feature(core_float_math))]
 #![forbid(unsafe_code)]

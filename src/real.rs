@@ -25,20 +25,24 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     #[must_use]
     fn square_root(self) -> Self;
 
-    /// The binary exponent `e` of a positive normal number, `2^e <= x < 2^(e+1)`; that of the least
-    /// of them less one for a smaller number.
+    /// Binary exponent `e` of a positive normal number, `2^e <= x < 2^(e+1)`; for a smaller number one less than that of
+    /// the least normal number.
+    #[doc(hidden)]
     #[must_use]
     fn exponent(self) -> i32;
 
     /// `2^exponent`, or the nearest power of two that is a normal number.
+    #[doc(hidden)]
     #[must_use]
     fn power_of_two(exponent: i32) -> Self;
 
-    /// A hash of a sequence of numbers by their bits, one number on.
+    /// Continues the hash of a sequence of numbers with the bits of this one.
+    #[doc(hidden)]
     #[must_use]
     fn hash(self, hash: u32) -> u32;
 
     /// A small count.
+    #[doc(hidden)]
     #[must_use]
     fn count(number: usize) -> Self;
 

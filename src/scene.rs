@@ -18,10 +18,9 @@ pub struct Contact<T, const N: usize, const D: usize> {
     pub mu: T,
     /// Which contact it is, in numbers of your own: a foot, a pair of features.
     ///
-    /// A warm start follows it: a contact starts from the one that had its key in the last solve,
-    /// wherever in the list that stood, and from rest if there was none. Of several contacts with
-    /// one key the first follows the first, the second the second, so that all keys may be 0 where
-    /// contacts neither come nor go nor change their order.
+    /// A contact starts from the impulse that the contact with the same key had in the last solve, at any index, and
+    /// from zero if there was none. If several contacts share a key, the first follows the first, the second the second:
+    /// all keys may be 0 if contacts never come, go or change their order. [`crate::ContactSolution::key`] gives it back.
     pub key: u32,
 }
 
@@ -40,9 +39,10 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 /// A generalised mass matrix and up to `C` contacts of `D` rows each over `N` velocities.
 ///
 /// The number of contacts is chosen at run time, the sizes at compile time. A scene can stand in
-/// a `static`; whatever is in it has been checked.
+/// a `static`. What is in it has been checked; but after an `Err` halfway through filling it is half a scene, which a
+/// solve would solve: call [`Self::clear_contacts`] then.
 ///
-/// All of it is replaced in place; what a change costs before the next solve, with `m` contact rows:
+/// Everything is replaced in place. What a change costs before the next solve, with `m` contact rows:
 ///
 /// | change | to be done | multiplications |
 /// |---|---|---|
@@ -51,9 +51,8 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 /// | the same, for [`crate::AdmmSolver`] | [`crate::AdmmFactor::prepare`], in place | `m³/2` more |
 /// | the penalty of ADMM | [`crate::AdmmFactor::set_penalty`] | `m³/2` |
 ///
-/// Contacts that come and go are pushed anew, with the keys they had ([`Contact::key`]). One that is
-/// open for a while is cheaper kept, with its gap as an offset ([`crate::time_stepping::gap`]), than
-/// removed and pushed again.
+/// Contacts that come and go are pushed again, with the keys they had ([`Contact::key`]). A contact that opens for a while
+/// is cheaper kept, with its gap as an offset ([`crate::time_stepping::gap`]).
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -76,7 +75,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 pub struct Scene<T, const N: usize, const D: usize, const C: usize> {
     mass: SMatrix<T, N, N>,
     contacts: [Contact<T, N, D>; C],
-    /// Of their Jacobians.
+    /// Nonzero columns of their Jacobians.
     supports: [Support; C],
     /// Contacts in use.
     count: usize,
@@ -103,9 +102,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
 
     /// A scene with all its `C` contacts from constants, to stand in a `static`.
     ///
-    /// Nothing is checked: for numbers that an [`Self::set_mass`] and [`Self::push`] on the host
-    /// have seen (`examples/bake`). A solve of anything else ends with an error or a status other
-    /// than [`crate::Status::Solved`], never with a panic.
+    /// Unchecked: use numbers that [`Self::set_mass`] and [`Self::push`] accepted on the host (`examples/bake`, and the
+    /// example of [`crate::Factor::from_parts`]). Other numbers end in an error or a status other than
+    /// [`crate::Status::Solved`], never in a panic.
     #[must_use]
     pub const fn from_parts(mass: SMatrix<T, N, N>, contacts: [Contact<T, N, D>; C]) -> Self {
         Self {
@@ -122,8 +121,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     /// stale then, see [`Self::set_jacobian`].
     ///
     /// # Errors
-    /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] beyond `sqrt(eps)` of the diagonal.
-    /// Positive definiteness shows when the scene is prepared.
+    /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if `M_ij` and `M_ji` differ by more than `sqrt(eps |M_ii M_jj|)`.
+    /// Whether `M` is positive definite is checked by [`crate::Factor::prepare`].
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
         check_finite(mass, Input::Mass)?;
         let columns = || mass.as_slice().chunks_exact(N).enumerate();
@@ -169,8 +168,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         self.contacts_print = 0;
     }
 
-    /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor is stale then: a solve
-    /// refuses it ([`Error::StaleFactor`]) until it is prepared anew, unless it is one of [`crate::Factor::from_parts`].
+    /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor is stale then: a solve refuses it
+    /// ([`Error::StaleFactor`]) until it is prepared again. A factor from [`crate::Factor::from_parts`] is never refused: do
+    /// not change Jacobians with it.
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].
@@ -212,8 +212,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         Ok(())
     }
 
-    /// Fingerprint of `M` and `H`: scenes of other numbers have another one, but for one pair in four thousand million.
-    /// Neither 0 nor the largest.
+    /// 32-bit hash of `M` and `H`. Neither 0 nor the largest number.
     pub(crate) fn fingerprint(&self) -> u32 {
         let sum = self.mass_print.wrapping_add(self.contacts_print);
         sum.clamp(1, u32::MAX - 1)

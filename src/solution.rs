@@ -12,12 +12,21 @@ use nalgebra::{ArrayStorage, SVector};
 pub enum Model {
     /// Coulomb's law, with the De Saxcé shift `mu |u_T|` (default).
     Coulomb,
-    /// Its convex relaxation, without the shift: a sliding contact lifts off at `mu |u_T|`. The error is then that of the
-    /// relaxation.
+    /// Its convex relaxation, without the shift: a sliding contact separates with normal speed `mu |u_T|`. `error` then
+    /// measures the relaxed law. An example stands at [`Settings`].
     ConvexRelaxation,
 }
 
-/// How exactly and how long to solve.
+/// How exactly and how long to solve, and which law.
+///
+/// ```
+/// use stiction::{Model, Settings};
+///
+/// let tick = Settings { budget: 100, ..Settings::new(1e-4) }; // Coulomb's law
+/// let relaxed = Settings { model: Model::ConvexRelaxation, ..tick };
+/// assert_eq!(Settings::<f32>::default().budget, 1_000);
+/// # assert_eq!(relaxed.tolerance, 1e-4);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -25,8 +34,8 @@ pub struct Settings<T> {
     /// Error below which a solution counts as solved (dimensionless, not negative); see
     /// [`Solution::error`].
     pub tolerance: T,
-    /// How much work one call may do, in units of [`Work::total`]. A call may exceed it by 27. [`crate::guide::error`] says
-    /// how to choose it by the time of a tick, and how to go on in the next one.
+    /// Work that one call may do, in units of [`Work::total`]. A call may exceed it by 27. [`crate::guide::error`] says
+    /// how to choose it from the time of a tick, and how to continue in the next one.
     pub budget: usize,
     /// The contact law that is solved.
     pub model: Model,
@@ -51,7 +60,15 @@ impl<T: Real> Default for Settings<T> {
     }
 }
 
-/// How a solve ended.
+/// How a solve ended. [`crate::guide::error`] says what a control loop does with each.
+///
+/// ```
+/// use stiction::{Solver, Status};
+///
+/// let solver = Solver::<f32, 3, 3, 1>::new();
+/// assert_eq!(solver.solution().status, Status::Unsolved);
+/// assert_eq!(solver.solution().status.to_string(), "nothing was solved yet");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -61,10 +78,10 @@ pub enum Status {
     Unsolved = 0, // so that a new solver is all zeros, and takes no flash
     /// The error is at most the tolerance.
     Solved = 1,
-    /// The budget of the call was used up. The solution is the best that was found: compare its error with what you can
-    /// live with.
+    /// The budget of the call was used up. The solution is the best so far: [`Solution::is_usable`] compares its error with
+    /// one that you accept, and [`crate::Solver::resume`] continues.
     OutOfBudget = 4,
-    /// The error is above the tolerance but near what rounding in this number type allows, and has stopped to fall.
+    /// The error is above the tolerance but near what rounding in this number type allows, and no longer falls.
     PrecisionLimit = 2,
     /// No velocity satisfies all contacts; [`Solution::certificate`] is the proof.
     Infeasible = 3,
@@ -82,7 +99,14 @@ impl fmt::Display for Status {
     }
 }
 
-/// What a solve has done, by kind.
+/// The work of a solve, by kind.
+///
+/// ```
+/// use stiction::Work;
+///
+/// let work = Work { sweeps: 3, newton_steps: 1, ..Work::default() };
+/// assert_eq!(work.total(), 16); // of `Settings::budget`
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -111,8 +135,8 @@ impl Work {
         }
     }
 
-    /// All of it in iterations of ADMM, by what each kind costs: a sweep and a chord step count 2, a Newton step
-    /// or one of the interior point 10, and so does a search for a proof.
+    /// Its sum, in iterations of ADMM: a sweep and a chord step count 2; a Newton step, a step of the interior point and a
+    /// search for a proof count 10.
     #[must_use]
     pub const fn total(&self) -> usize {
         let factorisations = self.newton_steps + self.proof_searches;
@@ -121,15 +145,18 @@ impl Work {
 }
 
 /// What a contact does.
+///
+/// No tolerance decides it: a contact without impulse is open. One whose `r_i - alpha_i û_i` lies strictly inside the friction cone
+/// sticks, also if a velocity of the size of the error is left. Every other one slips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ContactMode {
-    /// No impulse.
+    /// No impulse, exactly zero.
     Open,
-    /// An impulse inside the friction cone, no relative velocity.
+    /// An impulse inside the friction cone, no relative velocity up to the error.
     Stick,
-    /// An impulse on the boundary of the friction cone.
+    /// An impulse on the boundary of the friction cone, up to the error.
     Slip,
 }
 
@@ -174,28 +201,26 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     /// Proof of [`Status::Infeasible`], otherwise empty: one `d_i >= 0` a contact with
     /// `Σ d_i H_Niᵀ = 0` and `Σ d_i w_Ni < 0` (Farkas' lemma).
     pub certificate: Vec<T, C>,
-    /// What the solve has cost.
+    /// Work of the solve, over all its calls.
     pub work: Work,
-    /// Error of `v` and `r` in Coulomb's law and in the dynamics, the larger of
-    /// `|r - Π_K(r - alpha û)| / max(|r|, |r0|, |speed|)` and
-    /// `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`, with a bound on the rounding in its own
-    /// evaluation and in the factor added, a coarse one if that is enough to be below the tolerance.
-    /// Independent of units. It means nothing as long as the status is [`Status::Unsolved`].
+    /// How far the solution is from Coulomb's law and the dynamics, relative to the impulses (dimensionless): 1e-3 is a
+    /// thousandth. Includes a bound on rounding. Definition: [`crate::guide::error`]. Without meaning as long as the
+    /// status is [`Status::Unsolved`].
     pub error: T,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, C> {
-    /// Is the error at most the tolerance that was asked for?
+    /// True if the error is at most the tolerance of the solve ([`Status::Solved`]).
     #[must_use]
     pub fn is_solved(&self) -> bool {
         self.status == Status::Solved
     }
 
-    /// Is it good enough to be used, solved or not?
+    /// True if the solution is solved, or if the budget or the number type ended the solve at an error of at most `error`
+    /// (dimensionless).
     ///
-    /// True if it is solved, or if the budget or the number type ended the solve at an error of at most `error`
-    /// (dimensionless). Never true for [`Status::Infeasible`], whatever the error: contradictory walls make impulses grow,
-    /// and an error relative to them small. [`crate::guide::error`] says what to do otherwise.
+    /// Never true for [`Status::Infeasible`], whatever the error: contradictory walls make impulses grow, and an error relative
+    /// to them small. [`crate::guide::error`] says what to do otherwise.
     #[must_use]
     pub fn is_usable(&self, error: T) -> bool {
         match self.status {

@@ -5,7 +5,7 @@ use crate::factor::penalty::default_penalty;
 use crate::factor::resolvent::Resolvent;
 use crate::{Error, Real, Scene};
 
-/// A [`Factor`] with its resolvent `(I + rho W)⁻¹`, for [`crate::AdmmSolver`].
+/// A [`Factor`] with its resolvent `(I + rho W)⁻¹`, for [`crate::AdmmSolver`], where an example stands.
 #[derive(Clone, Debug)]
 pub struct AdmmFactor<T, const N: usize, const D: usize, const C: usize> {
     factor: Factor<T, N, D, C>,
@@ -36,7 +36,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
     ///
     /// # Errors
     /// As [`Factor::prepare`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows, or `W` is spread so wide that `I + rho W` is
-    /// singular in this number type. The factor is then none.
+    /// singular in this number type. The factor is then empty.
     pub fn prepare(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         self.factor.prepare(scene)?;
         let result = self.resolvent.compute(&self.factor, default_penalty(scene));
@@ -89,7 +89,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
         }
     }
 
-    /// The numbers of this factor; `None` unless it is of `C` contacts.
+    /// The numbers of this factor; `None` unless it has `C` contacts.
     #[must_use]
     pub fn parts(&self) -> Option<AdmmFactorParts<T, N, D, C>> {
         Some(AdmmFactorParts {

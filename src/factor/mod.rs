@@ -25,27 +25,47 @@ pub(crate) mod resolvent;
 pub use admm_factor::{AdmmFactor, AdmmFactorParts};
 pub use parts::FactorParts;
 
-/// The fingerprint of a factor that is taken on trust.
+/// The fingerprint of a factor from [`Factor::from_parts`], which is not checked.
 const BAKED: u32 = u32::MAX;
 
-/// Cholesky factor of the mass matrix and Delassus operator of a scene.
+/// Cholesky factor of the mass matrix and Delassus operator `W = H M⁻¹ Hᵀ` of a scene.
 ///
-/// Read-only once computed; it may outlive any number of solves and stand in a `static`. Friction
-/// coefficients, offsets and the free impulse are no part of it.
+/// A solve reads it and does not change it. It may serve any number of solves and stand in a `static`. Friction
+/// coefficients, offsets and the free impulse are no part of it. [`crate::Kernel`] keeps one up to date by itself.
+///
+/// ```
+/// use nalgebra::{Matrix2, matrix, vector};
+/// use stiction::{Contact, Error, Factor, Scene, Settings, Solver};
+///
+/// let mut scene = Scene::<f64, 2, 2, 1>::new();
+/// scene.set_mass(&(Matrix2::identity() * 2.0))?;
+/// scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
+/// let mut factor = Factor::new(&scene)?;
+/// scene.set_friction(0, 0.8)?;
+/// assert!(factor.is_current(&scene));
+///
+/// scene.set_mass(&(Matrix2::identity() * 3.0))?;
+/// let (mut solver, push) = (Solver::new(), vector![0.1, -0.3]);
+/// let refused = solver.solve(&scene, &factor, &push, &Settings::default());
+/// assert_eq!(refused.err(), Some(Error::StaleFactor));
+/// factor.prepare(&scene)?;
+/// assert!(solver.solve(&scene, &factor, &push, &Settings::default())?.is_solved());
+/// # Ok::<(), Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     contacts: usize,
-    /// That of the scene's `M` and `H`; 0 of none, [`BAKED`] of numbers that were computed elsewhere.
+    /// Fingerprint of the scene's `M` and `H`; 0 if empty, [`BAKED`] if it comes from [`Self::from_parts`].
     fingerprint: u32,
-    /// How many dofs contacts move.
+    /// Number of dofs that contacts move.
     moved: usize,
-    /// How far rounding may have moved `W`, relative to it.
+    /// Bound on the rounding of `W`, relative to it.
     uncertainty: T,
     /// `M = Uᵀ D⁻¹ U`.
     mass: [[T; N]; N],
     /// `X_i`, `Uᵀ D⁻¹ X_i = H_iᵀ`
     whitened: [[[T; D]; N]; C],
-    /// Of the `X_iᵀ`.
+    /// Nonzero columns of the `X_iᵀ`.
     supports: [Support; C],
     /// `W = H M⁻¹ Hᵀ`.
     delassus: ContactMatrix<T, D, C>,
@@ -84,7 +104,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// Factorises a scene in place.
     ///
     /// # Errors
-    /// [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOverflow`]. The factor is then none.
+    /// [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOverflow`]. The factor is then empty.
     pub fn prepare(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
         let mut result = self.compute_delassus(scene);
         let mut contacts = 0..self.contacts;
@@ -98,18 +118,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         result
     }
 
-    /// Makes it the factor of no scene.
+    /// Empties it.
     fn clear(&mut self) {
         (self.contacts, self.fingerprint) = (0, 0);
     }
 
-    /// How many dofs contacts move.
+    /// Number of dofs that contacts move.
     pub(crate) const fn moved(&self) -> usize {
         self.moved
     }
 
-    /// Was it computed for `M` and `H` as they are in a scene? Told by a fingerprint of their bits; numbers that were
-    /// computed elsewhere ([`Self::from_parts`]) are taken on trust.
+    /// True if it belongs to the scene's current `M` and `H`. Compared by a 32-bit hash. A factor from
+    /// [`Self::from_parts`] only needs the same number of contacts.
     #[must_use]
     pub fn is_current(&self, scene: &Scene<T, N, D, C>) -> bool {
         self.contacts == scene.contacts().len()
@@ -152,7 +172,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         &self.effective_mass
     }
 
-    /// How far rounding may have moved `W`, relative to it.
+    /// Bound on the rounding of `W`, relative to it.
     pub(crate) const fn uncertainty(&self) -> T {
         self.uncertainty
     }

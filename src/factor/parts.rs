@@ -4,12 +4,12 @@ use super::{BAKED, Factor};
 use crate::Real;
 use crate::linalg::sparsity::Support;
 
-/// The numbers of a [`Factor`] of `C` contacts, to be written down on the host and read by firmware.
+/// The numbers of a [`Factor`] with `C` contacts, to be written by the host and read by firmware.
 ///
 /// Blocks of `D` rows a contact; matrices row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
-    /// How many dofs contacts move.
+    /// Number of dofs that contacts move.
     pub moved: usize,
     /// A bound on the rounding of `W`, relative to it.
     pub uncertainty: T,
@@ -27,8 +27,27 @@ pub struct FactorParts<T, const N: usize, const D: usize, const C: usize> {
 impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
     /// A factor from numbers that [`Self::parts`] gave, to stand in a `static`.
     ///
-    /// Nothing is checked. With the numbers of another scene nothing that a solve says holds: the
-    /// steps `alpha_i` that its error is measured in, and bounds on rounding, are those of `W`.
+    /// Unchecked. With numbers of another scene all results are meaningless, [`crate::Status::Solved`] included: the error is
+    /// measured with the steps `alpha_i` and the rounding bounds of this `W`. `examples/bake` writes such constants.
+    ///
+    /// ```
+    /// use nalgebra::{Matrix2, matrix, vector};
+    /// use stiction::{Contact, Factor, FactorParts, Scene, Settings, Solver};
+    ///
+    /// // On the host: from a checked scene to numbers.
+    /// let contact = Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 };
+    /// let mass = Matrix2::identity() * 2.0;
+    /// let mut scene = Scene::<f32, 2, 2, 1>::new();
+    /// scene.set_mass(&mass)?;
+    /// scene.push(&contact)?;
+    /// let parts: FactorParts<f32, 2, 2, 1> = Factor::new(&scene)?.parts().expect("as many contacts as there is room for");
+    ///
+    /// // In firmware: nothing is factorised.
+    /// let (scene, factor) = (Scene::from_parts(mass, [contact]), Factor::from_parts(&parts));
+    /// let mut solver = Solver::new();
+    /// assert!(solver.solve(&scene, &factor, &vector![0.0, -0.2], &Settings::default())?.is_solved());
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
     #[must_use]
     pub const fn from_parts(parts: &FactorParts<T, N, D, C>) -> Self {
         Self {
@@ -44,7 +63,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         }
     }
 
-    /// The numbers of this factor; `None` unless it is of `C` contacts.
+    /// The numbers of this factor; `None` unless it has `C` contacts.
     #[must_use]
     pub fn parts(&self) -> Option<FactorParts<T, N, D, C>> {
         (self.contacts == C).then_some(FactorParts {

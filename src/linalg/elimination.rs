@@ -12,13 +12,13 @@ use crate::linalg::hints::rolled;
 use core::array::from_fn;
 use core::ops::Range;
 
-/// Blocks `A_ij` of an eliminated matrix are its rows `matrix[i]` in `columns(j)`. Rows that a
-/// contact has but does not use are zero there, if it uses any, but for blocks that are not read.
+/// Blocks `A_ij` of an eliminated matrix are its rows `matrix[i]` in `columns(j)`. Unused rows of a contact that has
+/// unknowns are zero, except in blocks that are not read.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination<T, const D: usize, const C: usize> {
     /// Where the columns of each contact end.
     ends: [usize; C],
-    /// Reciprocals of the pivots; zero where a contact that has some has none.
+    /// Reciprocals of the pivots; 0 for a missing pivot of a contact that has others.
     reciprocals: ContactVector<T, D, C>,
     /// Which row of the contact was taken for each pivot.
     order: [[usize; D]; C],

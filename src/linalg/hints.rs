@@ -1,9 +1,9 @@
-//! What a compiler is told of loops on a microcontroller, where flash counts; on a desktop nothing.
+//! Hints that stop the compiler from unrolling on microcontrollers; no effect on desktops.
 
 use core::hint::black_box;
 
-/// A slice of whose length the compiler knows nothing where flash counts: loops over dofs or contacts
-/// that it unrolls are several times as large and hardly faster.
+/// A slice of a length that the compiler does not know on microcontrollers: unrolled loops over dofs or contacts are
+/// several times as large there and hardly faster.
 #[inline]
 pub(crate) fn opaque<T>(slice: &[T]) -> &[T] {
     if cfg!(target_os = "none") {
@@ -23,8 +23,8 @@ pub(crate) fn opaque_mut<T>(slice: &mut [T]) -> &mut [T] {
     }
 }
 
-/// Keeps the loop around it from being unrolled where flash counts, at no instruction: a compiler
-/// unrolls loops over dofs or contacts fourfold, which makes them larger and hardly faster.
+/// Stops the loop around it from being unrolled on microcontrollers, at no instruction: unrolled fourfold, it would be larger
+/// and hardly faster.
 ///
 /// (For the same target functions stay one copy each with a stack frame of its own: `inline(never)`.)
 #[inline]

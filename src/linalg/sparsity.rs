@@ -87,7 +87,7 @@ pub(crate) fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D
     }
 }
 
-/// Whether one of two groups is zero is not worth asking.
+/// With fewer than three groups a zero test does not pay.
 const fn is_dense(columns: usize) -> bool {
     columns < 3 * GROUP
 }

@@ -10,8 +10,8 @@ use crate::solution::zeros;
 use crate::{ContactSolution, Factor, Real, Scene, Settings, Solution};
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
-    /// The error of a velocity and an impulse, and what rounding may hide of it: in `W`, which measures
-    /// steps and sizes, in the sums, and here.
+    /// Error of a velocity and an impulse, with bounds on rounding added: of `W`, which gives the steps `alpha_i` and the
+    /// sizes, of the sums, and of this evaluation.
     #[cfg_attr(target_os = "none", inline(never))]
     fn error(
         &self,
@@ -83,10 +83,24 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, C> {
-    /// The contact that obeys its law least: the one with the largest entry of `r_i - Π_K(r_i - alpha_i û_i)` (N·s), the
-    /// first part of [`Self::error`]. `None` if there is no contact, or none that is off.
+    /// Index of the contact with the largest error, or `None` if all are exact. Pass the scene, factor and settings of the
+    /// solve.
     ///
-    /// Scene, factor and settings are those of the solve.
+    /// The error of a contact is the largest entry of `r_i - Π_K(r_i - alpha_i û_i)` (N·s), see [`crate::guide::error`].
+    /// [`crate::Kernel::worst_contact`] needs the settings alone.
+    ///
+    /// ```
+    /// # use nalgebra::{Matrix2, matrix, vector};
+    /// # use stiction::{Contact, Kernel, Settings};
+    /// # let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    /// # let scene = kernel.scene_mut();
+    /// # scene.set_mass(&(Matrix2::identity() * 2.0))?;
+    /// # scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
+    /// let settings = Settings { budget: 0, ..Settings::new(1e-9) };
+    /// kernel.solve(&vector![0.0, -0.2], &settings)?;
+    /// assert_eq!(kernel.worst_contact(&settings), Some(0)); // nothing has pushed it yet
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
     #[must_use]
     pub fn worst_contact(
         &self,

@@ -1,12 +1,13 @@
 //! Proof that a scene has no solution: Farkas' lemma on the normal velocities.
 //!
 //! Coulomb's law asks for `H_N v + w_N >= 0`. No velocity does that if and only if some `d >= 0`
-//! has `H_Nᵀ d = 0` and `w_N · d < 0` (two walls that close on a body). The search minimises
-//! `dᵀ W_NN d + (g·d + 1)²` over `d >= 0` with the active-set method of Lawson and Hanson (1974),
-//! brings the minimiser to the null space of `W_NN` by inverse iteration, and then checks it: by
-//! `|w_N · d| <= |v|_M |H_Nᵀ d|_{M⁻¹}` a feasible velocity would have to be larger than the
-//! offsets by a factor that no feasible scene has (a billion, in f32 17,000), and `H_Nᵀ d`
-//! is zero but for rounding in each entry, so that it is not a heavy body that makes it small.
+//! has `H_Nᵀ d = 0` and `w_N · d < 0` (two walls that close on a body).
+//!
+//! The search minimises `dᵀ W_NN d + (g·d + 1)²` over `d >= 0` with the active-set method of Lawson and
+//! Hanson (1974). Inverse iteration then brings the minimiser to the null space of `W_NN`. Two checks
+//! follow. By `|w_N · d| <= |v|_M |H_Nᵀ d|_{M⁻¹}` feasible velocities would have to exceed the offsets
+//! 1e9-fold (f32: 17,000). And `H_Nᵀ d` is zero in each entry up to rounding, so that it is not a heavy
+//! body that makes it small.
 
 use crate::cone::split;
 use crate::linalg::cholesky::{dot, factorise};
@@ -16,7 +17,7 @@ use crate::problem::Problem;
 use crate::{Contact, Real};
 use heapless::Vec;
 
-/// Is there anything to be proved? Not if standing still satisfies all contacts.
+/// Is a proof conceivable? Not if standing still satisfies all contacts.
 pub(crate) fn is_conceivable<T: Real, const N: usize, const D: usize>(
     contacts: &[Contact<T, N, D>],
 ) -> bool {
@@ -74,7 +75,7 @@ pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usiz
     (is_strong && cancels(contacts, &d)).then_some(d)
 }
 
-/// Is `H_Nᵀ d` zero, but for a billionth of what `d` in one contact would be, or for rounding?
+/// Is `H_Nᵀ d` zero in each entry, up to rounding or a billionth of the sum of `d` times the largest entry?
 #[inline(never)]
 fn cancels<T: Real, const N: usize, const D: usize, const C: usize>(
     contacts: &[Contact<T, N, D>],

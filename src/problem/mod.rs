@@ -88,18 +88,18 @@ pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize>
     /// The free impulse, whitened.
     pub(crate) whitened: [T; N],
     laws: [ContactLaw<T, D>; C],
-    /// `|r0|`: the impulses that contacts would take if each were alone.
+    /// `|r0|` (N·s): the impulses that contacts would take if each were alone.
     pub(crate) alone: T,
-    /// Bounds the square of `|speed|`, but for a factor.
+    /// An upper bound on `|stop|²`, up to a constant factor.
     fastest: T,
-    /// Does `|speed|` count in the size?
+    /// Does `|stop|` count in the size?
     pub(crate) counts_speed: bool,
-    /// `|r0|` or `|speed|`, the larger: the size of the impulses to expect, see [`residual`].
+    /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses, see [`residual`].
     pub(crate) size: T,
 }
 
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T, N, D, C> {
-    /// What can be wrong with the data of a solve.
+    /// Checks the data of a solve.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check(
         scene: &Scene<T, N, D, C>,
@@ -172,10 +172,10 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         self.size = self.alone;
     }
 
-    /// May this natural map be within the tolerance once `|speed|` counts? By the free motion's `v·M v`, since
-    /// `|H_i v|² <= trace(W_ii) v·M v`, and four times as much for what is more where sizes of entries are taken.
+    /// Cheap upper bound: could counting `|stop|` bring this natural map within tolerance? Computing `|stop|` costs a sweep,
+    /// so it is postponed; until it counts, the error is at most too large.
     ///
-    /// To compute `|speed|` costs as much as a sweep, and few solves need it: until it counts the error is too large at most.
+    /// `|H_i v|² <= trace(W_ii) v·M v` for the free motion, four times as much because `abs` is taken entry by entry.
     pub(crate) fn may_be_within(&self, natural_map: T, tolerance: T) -> bool {
         let four = T::literal(4.0 * residual::SHARE);
         let residual = natural_map * self.size;
@@ -183,7 +183,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             && residual * residual <= self.fastest * (four * tolerance) * (four * tolerance)
     }
 
-    /// Counts `|speed|` in the size of the impulses to expect.
+    /// Counts `|stop|` in the expected size of the impulses.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn count_speed(&mut self) {
         let mut free = [T::ZERO; N];

@@ -1,12 +1,13 @@
 //! The error a solution is judged by; [`crate::problem::rounding`] bounds what rounding may hide of it.
 //!
-//! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |speed|), |M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|))`
-//! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w`, `alpha_i = D / trace(W_ii)`,
-//! `r0_i = Π_K(-alpha_i q̂_i)`, what contact `i` would take if it were alone, and
-//! `speed_i = alpha_i (|H_i| |v_free| + |w_i|) / 100` by sizes of entries, without positive normal offsets (gaps). It is the
-//! natural-map residual of FCLIB and Siconos made independent of units and relative to impulses: a fast slide or a far gap
-//! loosens nothing, and where bodies that touch fall together, so that `q` is rounding alone, a hundredth of what would
-//! stop them is what impulses are compared with. 0/0 counts as 0. Sums are of squares, with one root at the end.
+//! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |stop|), |M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|))`
+//! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w`, `alpha_i = D / trace(W_ii)` and two impulses
+//! (N·s): `r0_i = Π_K(-alpha_i q̂_i)`, that of contact `i` if it were alone, and
+//! `stop_i = alpha_i (abs(H_i) abs(v_free) + abs(w_i)) / 100`, entry by entry, in which a positive `w_N` (gap) counts as 0.
+//!
+//! It is the natural-map residual of FCLIB and Siconos made independent of units and relative to impulses: a fast slide or
+//! a far gap does not loosen it. If bodies that touch fall together, `q` is rounding alone, and the reference is 1 % of the
+//! impulse that would stop them. 0/0 counts as 0. Sums are of squares, with one root at the end.
 
 use crate::cone::{norm, split, square};
 use crate::linalg::hints::{opaque, rolled};
@@ -85,7 +86,7 @@ pub(crate) fn mode<T: Real, const D: usize>(
     }
 }
 
-/// The share of an impulse that would stop the motion at a contact below which impulses are not compared with less.
+/// Impulses are never compared with less than this share of the impulse that would stop the motion.
 pub(crate) const SHARE: f64 = 1e-2;
 
 /// `|r0|`
@@ -107,7 +108,7 @@ pub(crate) fn alone<T: Real, const D: usize>(laws: &[ContactLaw<T, D>]) -> T {
     squares.square_root() / unit
 }
 
-/// `|speed|`
+/// `|stop|` (N·s)
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn speed<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
@@ -141,7 +142,7 @@ pub(crate) fn speed<T: Real, const N: usize, const D: usize, const C: usize>(
     squares.square_root() * (T::literal(SHARE) / unit)
 }
 
-/// An offset, if it is a gap without its normal entry.
+/// An offset with a positive normal entry (a gap) replaced by 0.
 pub(crate) fn without_gap<T: Real, const D: usize>(offset: &SVector<T, D>) -> SVector<T, D> {
     let mut offset = *offset;
     if let Some(normal) = offset.as_mut_slice().first_mut() {
@@ -162,8 +163,8 @@ fn add_sizes<T: Real, const D: usize>(columns: &[[T; D]], v: &[T], sums: &mut [T
 
 /// First part of the error, from `u = W r + q` or `u = H v + w`.
 ///
-/// `size` is `|r0|` or `|speed|`, the larger. What `noise` has bounds what rounding did to each `u_i`, (m/s)²; it is
-/// counted as part of the error, unless the contact is open and parts faster than that.
+/// `size` is the larger of `|r0|` and `|stop|` (N·s). `noise[i]`: bound on the squared rounding error of `u_i`, (m/s)²; added
+/// unless the contact is open and separates faster.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn natural_map<T: Real, const D: usize>(
     laws: &[ContactLaw<T, D>],
@@ -201,14 +202,13 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     }
     let size = impulse.max(size * size);
     if residual == T::ZERO && size == T::ZERO {
-        // Nothing moves and nothing pushes: what noise there is has cancelled.
+        // Nothing moves and nothing pushes: the noise has cancelled.
         return T::ZERO;
     }
     quotient(residual + noises, size).square_root()
 }
 
-/// Does a contact part whatever of these squares was added to its velocity? `u` lies so far inside the cone at which its
-/// impulse is zero.
+/// Is the contact open for every velocity within the rounding bound `noise`, (m/s)²?
 fn parts<T: Real, const D: usize>(law: &ContactLaw<T, D>, u: &[T; D], noise: T) -> bool {
     let u = SVector::from(*u);
     let (normal, tangent) = split(&u);

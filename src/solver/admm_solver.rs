@@ -10,9 +10,23 @@ use nalgebra::SVector;
 
 /// ADMM with the penalty of the factor: Algorithm 2 of the note, Algorithm 1, or without acceleration.
 ///
-/// For firmware that does without the Newton finish of [`crate::Solver`]: less code and no
-/// workspace, but five times the work to an error of 1e-6, and no proof of infeasibility. It keeps the
-/// last solution for a warm start, as [`crate::Solver`] does, and never allocates.
+/// For firmware that does without Newton's method: less code and RAM than [`crate::Solver`], but five times the work to
+/// an error of 1e-6, and no proof of infeasibility. It keeps the last solution for a warm start, as [`crate::Solver`]
+/// does, and never allocates.
+///
+/// ```
+/// use nalgebra::{Matrix2, matrix, vector};
+/// use stiction::{AdmmFactor, AdmmSolver, Contact, Scene, Settings};
+///
+/// let mut scene = Scene::<f32, 2, 2, 1>::new();
+/// scene.set_mass(&(Matrix2::identity() * 2.0))?;
+/// scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
+/// let factor = AdmmFactor::new(&scene)?; // with the resolvent (I + rho W)⁻¹
+/// let mut solver = AdmmSolver::new();
+/// let solution = solver.solve(&scene, &factor, &vector![0.3, -0.2], &Settings::new(1e-4))?;
+/// assert!(solution.is_solved() && solution.work.iterations == solution.work.total());
+/// # Ok::<(), stiction::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct AdmmSolver<T, const N: usize, const D: usize, const C: usize> {
     calls: Calls<T, N, D, C>,
@@ -26,7 +40,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         Self::with(Acceleration::Restart, SlipUpdate::EveryIteration)
     }
 
-    /// A solver with these options.
+    /// A solver with these options, see [`Acceleration`] and [`SlipUpdate`].
     #[must_use]
     pub const fn with(acceleration: Acceleration, slip_update: SlipUpdate) -> Self {
         Self {
@@ -44,10 +58,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         self.calls.reset();
     }
 
-    /// Starts the next solve at impulses that are given, as [`crate::Solver::set_impulses`].
+    /// Starts the next solve at these impulses, as [`crate::Solver::set_impulses`].
     ///
     /// # Errors
-    /// As there.
+    /// Same errors as [`crate::Solver::set_impulses`].
     pub fn set_impulses(&mut self, impulses: &[(u32, SVector<T, D>)]) -> Result<(), Error> {
         self.calls.set_impulses(impulses)
     }
@@ -61,7 +75,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Solves a scene for a free impulse `M v_free` (N·s), as [`crate::Solver::solve`].
     ///
     /// # Errors
-    /// As there.
+    /// Same errors as [`crate::Solver::solve`].
     pub fn solve(
         &mut self,
         scene: &Scene<T, N, D, C>,

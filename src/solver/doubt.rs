@@ -9,41 +9,40 @@ use crate::solver::monitor::Monitor;
 use crate::solver::tuning;
 use crate::{Real, Status};
 
-/// Impulses so many times those that contacts would take alone make a solution doubtful. (A tenth of it searches solved
-/// impacts for a proof, five times as much calls slow walls solved.)
+/// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
+/// a proof; five times as much would call slow walls solved.)
 const EXCESSIVE: f64 = 20.0;
 
-/// Impulses so many times as large are no solution, unless their error is small beside the others, too.
+/// Impulses this many times as large as expected are rejected, unless error times impulse is small, too.
 const LOST: f64 = 1e8;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T, N, D, C> {
-    /// Size of the impulses, in units of what the velocities to be changed explain.
+    /// Size of the impulses, in units of the expected size (`r0` or `stop`).
     fn impulse(&self) -> T {
         let contacts = self.solution.contacts.iter();
         let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());
         quotient(square.square_root(), self.problem.size)
     }
 
-    /// Are the impulses much larger than the velocities to be changed explain? Where walls close
-    /// on a body they grow without bound, and an error relative to them says nothing.
+    /// Are the impulses much larger than expected? If walls close on a body they grow without bound, and an error relative to
+    /// them says nothing.
     fn impulse_is_excessive(&self) -> bool {
         self.impulse() > T::literal(EXCESSIVE)
     }
 
-    /// Is the error small only because the impulses run away? Then it is not small beside the
-    /// velocities to be changed.
+    /// Is the error small only because the impulses diverge? Then it is not small relative to the expected size.
     pub(super) fn runs_away(&mut self, r: &ContactVector<T, D, C>) -> bool {
         let impulse = self.impulse();
         if impulse > T::literal(LOST) {
-            // With as fine a bound on rounding as there is.
+            // With the finest bound on rounding.
             self.problem.evaluate(r, T::ZERO, self.solution);
             return impulse * self.solution.error > T::literal(0.1);
         }
         false
     }
 
-    /// Looks for a proof if sweeps have led to impulses that are larger than to be expected: where walls close on a body,
-    /// each sweep adds to them.
+    /// Looks for a proof if sweeps have led to impulses that are larger than expected: if walls close on a body, each sweep
+    /// adds to them.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn suspect(&mut self, r: &ContactVector<T, D, C>) {
         let sum = r.iter().fold(T::ZERO, |sum, r| {
@@ -77,7 +76,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T,
         self.stop(Status::Infeasible);
     }
 
-    /// Looks for a proof that there is nothing to be found, where what was found gives cause.
+    /// Looks for a proof that the scene is infeasible, unless the solution is convincing.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn doubt(&mut self) {
         let convincing = match self.record.status {

@@ -1,4 +1,4 @@
-//! What a contact does at a point, and how it answers to first order.
+//! What a contact does at a point, and its linearisation.
 
 use crate::Real;
 use crate::cone::{add_to_normal, norm, split};
@@ -36,33 +36,42 @@ impl Kind {
     }
 }
 
-/// How a contact answers to first order.
+/// Linearisation of a contact, in a frame in which most of it decouples.
 ///
-/// Its step is `d = a p + b k + Σ c_j τ_j` with the boundary ray `p = (mu, e)` of `K*`, the ray
-/// `k = (-1, mu e)` of `-K`, and the tangents `τ_j` across the sliding direction `e`. `DP` keeps
-/// `p`, drops `k` and shrinks the `τ_j` to `turn = |P_T| / |z_T|`. So `a` moves no impulse but by
-/// `λ`, which is neglected, and follows from the equation along `e`, in which `DS` has no part,
-/// `(1 + λ) a + λ mu b + e·W x = e·E`. The normal one has `(mu - mu_i) a + λ (mu a - b)` with the
-/// `mu_i` of `DS`, which is 0 in the convex relaxation.
+/// The step of a slipping contact is
+///
+/// `d = a p + b k + Σ_j c_j τ_j`
+///
+/// with the boundary ray `p = (mu, e)` of `K*`, the ray `k = (-1, mu e)` of `-K`, and the tangents `τ_j` across the sliding
+/// direction `e`. The derivative of the projection acts on them as
+///
+/// - `DP p = p`: `a` changes no impulse, except by `λ`, which is neglected;
+/// - `DP k = 0`: `b` is an unknown;
+/// - `DP τ_j = turn τ_j` with `turn = |P_T| / |z_T|`: each `c_j` is an unknown.
+///
+/// With `x` the impulses that the unknowns of all contacts add, two scalar equations remain, one along `e` and one along
+/// the normal:
+///
+/// - `(1 + λ) a + λ mu b + e·W x = e·E`, which gives `a`;
+/// - `(mu - mu_i) a + λ (mu a - b) + (W x)_N = E_N`, with the `mu_i` of `DS`, which is 0 in the convex relaxation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame<T, const D: usize> {
     pub(crate) kind: Kind,
-    /// `e`, without a normal component, of a contact that slips or is open; zero if nothing slides.
+    /// `e` of a contact that slips or is open, with normal component 0; all zero if nothing slides.
     direction: [T; D],
-    /// Of a contact that slips, as the next two.
+    /// `|P_T| / |z_T|`. Used by slipping contacts only, as the next two.
     pub(crate) turn: T,
-    /// What of the equation along `e` is taken from the normal one, so that `a` leaves it.
+    /// Multiple of the tangential equation (along `e`) subtracted from the normal one to eliminate `a`.
     pub(crate) skew: T,
     /// `λ mu`
     pub(crate) tilt: T,
-    /// `λ` across the normal, of a contact that sticks.
+    /// `λ` of the tangential rows of a contact that sticks.
     pub(crate) hold: T,
-    /// `1 / (rho (1 + λ))`, of a contact that sticks or is smooth: its unknowns are what its rows push, and `d` this times
-    /// as much.
+    /// `1 / (rho (1 + λ))`, of a contact that sticks or is smooth: its unknowns are impulses, and `d = compliance × unknown`.
     pub(crate) compliance: T,
-    /// Of a contact that slips: what each unknown adds to `rho (I - DP + λI) d`.
+    /// Maps the unknowns of a slipping contact to impulses: column `j` is what unknown `j` adds to `rho (I - DP + λI) d`.
     pushes: [[T; D]; D],
-    /// Of a contact that slips: which combination of its rows each equation is.
+    /// The combination of rows that makes each equation of a slipping contact.
     tests: [[T; D]; D],
 }
 
@@ -152,7 +161,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// Which combination of rows an equation is, if it is not one of them.
+    /// The combination of rows that makes an equation; `None` if it is a single row.
     pub(crate) fn combination(&self, equation: usize) -> Option<&[T; D]> {
         match self.kind {
             Kind::Slip => self.tests.get(equation),
@@ -168,7 +177,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// What the unknowns push.
+    /// Maps unknowns to impulses.
     pub(crate) fn push(&self, unknowns: &[T]) -> [T; D] {
         let mut push = [T::ZERO; D];
         if self.kind == Kind::Slip {
@@ -185,7 +194,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         push
     }
 
-    /// `source` times what the unknowns push.
+    /// `source` times the map from unknowns to impulses.
     #[inline]
     pub(crate) fn columns(&self, source: &[T; D]) -> [T; D] {
         if self.kind == Kind::Slip {
@@ -200,7 +209,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         entries
     }
 
-    /// The step of this contact, from its unknowns and what they leave of its equations.
+    /// The step `d` of this contact, from its unknowns and the rest `E - W x` of its equations.
     pub(crate) fn step(
         &self,
         law: &ContactLaw<T, D>,

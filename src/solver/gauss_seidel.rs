@@ -1,4 +1,4 @@
-//! Gauss-Seidel over the contacts: where a solve starts, if its impulses are unique.
+//! Gauss-Seidel over the contacts: how a solve starts, unless it guesses that all of them stick.
 //!
 //! A contact is solved exactly while the others are held. With `u` the velocity that they leave,
 //! it is open if `u_N >= 0`; else `u_N` becomes 0, and `u_T = -λ r_T` with `λ = 0` if that keeps
@@ -10,8 +10,8 @@
 //! A contact without a `λ` from an earlier sweep is first tried with less work: it sticks if `r - W_ii⁻¹ u`, where `u` is
 //! the velocity that it has now, lies in the cone.
 //!
-//! Where more contacts push than the scene has dofs for, sweeps crawl; such scenes start with [`crate::admm`] or with
-//! a guess.
+//! Sweeps converge slowly if contacts have more rows than dofs. A cold solve then guesses first
+//! ([`crate::solver::outlook`]), if sticking is likely.
 
 use crate::Real;
 use crate::cone::square;
@@ -73,7 +73,8 @@ fn take_back<T: Real, const D: usize, const C: usize>(
     subtract_rows(relative, back, rows, range.start, range.end);
 }
 
-/// A contact that wedges itself would push without bound: an impulse so many times the frictionless one is not taken.
+/// A contact that wedges itself would push without bound. An impulse above this many times the frictionless one is
+/// rejected.
 const WEDGED: f64 = 1e3;
 
 /// The impulse with which a contact of velocity `u` sticks; `None` if that is not inside the cone, or wedged, or `W_ii`
@@ -101,8 +102,8 @@ fn hold<T: Real, const D: usize>(
     holds.then_some(impulse)
 }
 
-/// The impulse of one contact, from `W_ii` and the velocity `u` that the others leave; `None` if they
-/// part. Where friction wedges a contact, so that no impulse obeys the law, it has none.
+/// Impulse of one contact, from `W_ii` and the velocity `u` that the others leave; `None` if it separates. If friction
+/// wedges the contact, so that no impulse obeys the law, the impulse is that without friction.
 #[inline(always)]
 #[allow(clippy::inline_always)] // its small arrays would go through memory, and be waited for
 fn push<T: Real, const D: usize>(
@@ -132,12 +133,12 @@ fn push<T: Real, const D: usize>(
     Some(impulse)
 }
 
-/// Relative to what it is of, the least that rounding leaves of a difference to be trusted.
+/// Smallest trusted difference, relative to its terms.
 fn floor<T: Real>() -> T {
     T::EPSILON * T::literal(64.0)
 }
 
-/// `S_kk`. What rounding or nature leaves of a row that nothing moves has a pivot, too.
+/// `S_kk`, at least a trusted share of `W_kk`, so that a row that nothing moves has a pivot, too.
 #[inline]
 fn pivot<T: Real>(own: T, through: T, inertia: T) -> T {
     let size = if own > T::ZERO { own } else { inertia };
@@ -165,12 +166,12 @@ fn one_tangent<T: Real, const D: usize>(
     Some((normal, [slope * normal, T::ZERO]))
 }
 
-/// Relative to `|r_T|²`, how near the square of `mu r_N` has to come to it, and how near it may stay where it took a
-/// step from the last sweep's `λ`: the other contacts are then farther from their end.
+/// Accuracies of the equation for `λ`: the gap between `(mu r_N)²` and `|r_T|²`, relative to `|r_T|²`. 2e-5 from a fresh
+/// guess, 2e-3 when started from the last sweep's `λ`, since the other contacts are then farther from their end.
 const NEAR: [f64; 2] = [2e-5, 2e-3];
 
-/// `r_N` and `r_T`; where the contact slips by way of its `λ`, from the last guess on (or, where there is
-/// none, a first one), which is replaced by the next.
+/// `r_N` and `r_T`. If the contact slips, they follow from its `λ`, which starts at the last guess, or at a fresh one if
+/// there is none, and is replaced by the next guess.
 ///
 /// With `δ = det(S + λI)` and `c = adj(S) b` it is `δ r_T = c + λ b`, and `δ mu r_N` a quadratic function
 /// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: few steps of Newton's method find

@@ -22,11 +22,11 @@ use nalgebra::SVector;
 #[derive(Clone, Debug)]
 pub(crate) struct Jacobian<T, const D: usize, const C: usize> {
     frames: [Frame<T, D>; C],
-    /// Which frame is of each contact: they may have changed places since.
+    /// `order[i]`: index of the frame that belongs to contact `i`. Contacts may have changed places.
     order: [usize; C],
     pub(super) elimination: Elimination<T, D, C>,
     damping: T,
-    /// Of how many contacts it is.
+    /// Number of contacts.
     contacts: usize,
 }
 
@@ -105,7 +105,7 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
                             };
                         }
                     }
-                    // What is too much is overwritten by the next contact, or zero.
+                    // Excess entries are overwritten by the next contact, or zero.
                     let target = row.as_flattened_mut().get_mut(start..)?;
                     *target.first_chunk_mut()? = entries;
                 }
@@ -116,8 +116,8 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
         Some(())
     }
 
-    /// Regularises contacts that stick by how loosely they are held, so that of all tangential
-    /// impulses with the same effect those are preferred that use the same share of each cone.
+    /// Damps sticking contacts more the smaller their grip `mu r_N` is. Of all tangential impulses with the same effect those
+    /// are preferred that use the same share of each cone.
     fn hold(&mut self, laws: &[ContactLaw<T, D>], point: &Point<T, D, C>) {
         let grip =
             |(law, z): (&ContactLaw<T, D>, &SVector<T, D>)| law.cone.friction() * split(z).0.abs();
@@ -156,12 +156,10 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
             })
     }
 
-    /// The residual that a step has to answer to, from the point where this was computed, if it is also
-    /// to take off what tangential impulses hold against each other (by the measure of [`Self::hold`]).
+    /// Residual plus a term that reduces internal tangential impulses (by the weights of [`Self::hold`]).
     ///
-    /// Impulses of a hyperstatic scene that were carried from step to step have come to the edges of
-    /// their cones where they could well be within, and what a contact at the edge does next is hard
-    /// to foresee.
+    /// Impulses of a hyperstatic scene that were carried from step to step end on the boundaries of their cones, although
+    /// others inside have the same effect. What a contact on the boundary does next is hard to foresee.
     pub(crate) fn centred(&self, point: &Point<T, D, C>) -> ContactVector<T, D, C> {
         let mut residual = point.residual;
         for (residual, (frame, z)) in residual.iter_mut().zip(self.frames.iter().zip(&point.z)) {
@@ -175,7 +173,7 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
         residual
     }
 
-    /// The step `d` that answers to a residual; `None` if it is no number.
+    /// The step `d` for a residual; `None` if it is not finite.
     #[inline(never)]
     pub(crate) fn step<const N: usize>(
         &self,

@@ -1,5 +1,5 @@
 //! The default method: Gauss-Seidel or a guess for a start, semismooth Newton to the end, and an interior-point method
-//! where that fails.
+//! if that fails.
 
 use crate::solver::calls::{Calls, Method};
 use crate::solver::monitor::Monitor;
@@ -83,9 +83,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         self.method.workspace.forget();
     }
 
-    /// Starts the next solve at impulses that are given (N·s), each with the [`crate::Contact::key`] of its contact, in
-    /// place of the last solution. Contacts without one start without impulse. Impulses outside their cones are
-    /// projected, and those that are worse than none are not taken.
+    /// Starts the next solve at these impulses (N·s), each with the [`crate::Contact::key`] of its contact, in place of
+    /// the last solution. Contacts whose key is missing start at zero. Impulses outside their cones are projected.
+    /// Impulses whose error exceeds that of zero impulses are ignored.
+    ///
+    /// ```
+    /// # use nalgebra::{Matrix2, matrix, vector};
+    /// # use stiction::{Contact, Factor, Scene, Settings, Solver};
+    /// # let mut scene = Scene::<f64, 2, 2, 1>::new();
+    /// # scene.set_mass(&(Matrix2::identity() * 2.0))?;
+    /// # scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 7 })?;
+    /// # let factor = Factor::new(&scene)?;
+    /// # let mut solver = Solver::new();
+    /// solver.set_impulses(&[(7, vector![0.2, 0.0])])?; // N·s, normal first
+    /// let solution = solver.solve(&scene, &factor, &vector![0.0, -0.2], &Settings::default())?;
+    /// assert_eq!(solution.work.total(), 0); // they were the solution
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
     ///
     /// # Errors
     /// [`Error::ContactListFull`] if there are more than `C`, [`Error::NotFinite`].
@@ -95,7 +109,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
         Ok(())
     }
 
-    /// The last solution.
+    /// The last solution. After an `Err` it is still that of an earlier solve.
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C> {
         &self.calls.solution
@@ -103,17 +117,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
 
     /// Solves a scene for a free impulse `M v_free` (N·s), see [`crate::time_stepping::free_impulse`].
     ///
-    /// It ends when the scene is solved, when it is known not to be, or when it has cost
-    /// [`Settings::budget`]. In the last case the answer is the best impulse
-    /// whose error was computed (to compute it costs as much as an iteration, so not every iterate's
-    /// is), with that error, and [`Self::resume`] goes on. (Another `solve` begins anew, with a warm start
-    /// where that is any good; a budget that is always too small for it never gets there.)
-    ///
-    /// The factor has to be that of the scene's `M` and `H` as they are now: one of other numbers is refused.
+    /// It ends when the scene is solved, when it is proved infeasible, when rounding allows no better, or when
+    /// [`Settings::budget`] is used up. Unless it is solved, the answer is the best impulse whose error was computed, with that
+    /// error. After a budget, [`Self::resume`] continues; another `solve` begins again, with a warm start if that is better than rest.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for the free impulse, [`Error::FactorMismatch`], [`Error::StaleFactor`],
-    /// [`Error::InvalidTolerance`].
+    /// [`Error::NotFinite`] for the free impulse; [`Error::StaleFactor`] unless the factor belongs to the scene's current `M`,
+    /// `H` and number of contacts; [`Error::InvalidTolerance`]; [`Error::InvalidFriction`], only in a scene from
+    /// [`Scene::from_parts`].
     pub fn solve(
         &mut self,
         scene: &Scene<T, N, D, C>,

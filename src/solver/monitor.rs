@@ -111,7 +111,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         self.consider(&r, &u, natural_map);
     }
 
-    /// Counts `|speed|` from now on; what was the best is measured anew.
+    /// Counts `|stop|` from now on; the best impulse has to be measured again.
     pub(crate) fn count_speed(&mut self) {
         self.problem.count_speed();
         self.record.counts_speed = true;
@@ -120,9 +120,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
 
     /// Keeps an impulse if it is the best so far, and stops if it solves the problem.
     ///
-    /// `u = W r + q`. Only an impulse that contact space finds good enough is worth its velocity
-    /// and its error. Where rounding makes `H v + w` another velocity than `W r + q`, `q` takes
-    /// the difference, and the search goes on with what counts (iterative refinement).
+    /// `u = W r + q`. Velocity and error are computed only if the impulse is good enough in contact space. If `H v + w`
+    /// and `W r + q` differ by rounding, the difference is added to `q` and the search continues (iterative refinement).
     pub(crate) fn consider(
         &mut self,
         r: &ContactVector<T, D, C>,
@@ -174,8 +173,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         self.record.natural_map.map(|_| self.record.best)
     }
 
-    /// Notes that a Newton step was rejected, or that the interior point has jammed. Rounding is to blame once the error is
-    /// near it and has not halved for long; whatever else there is to blame, a solve goes on until its budget ends.
+    /// Notes that a Newton step was rejected, or that the interior point has jammed. If the error is near rounding and has not
+    /// halved for long, rounding is to blame, and the solve ends. Otherwise it continues until its budget ends.
     pub(crate) fn note_failure(&mut self) {
         let Some(best) = self.record.natural_map else {
             return;
@@ -194,8 +193,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
         }
     }
 
-    /// Writes down the best that was found. Of a search that may go on, what it has at present counts
-    /// as well, and what the last call wrote down, but neither leaves a trace in it.
+    /// Writes the best impulses so far; a paused search itself is not changed.
+    ///
+    /// If it may go on, its present impulses and those that the last call wrote are candidates, too.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish(&mut self, present: impl Iterator<Item = SVector<T, D>>) {
         self.solution.status = match self.record.status {

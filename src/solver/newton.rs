@@ -40,7 +40,7 @@ pub(crate) enum Start {
 pub(crate) enum Outcome {
     /// There is another to come.
     Accepted(Newton),
-    /// The Jacobian that was kept is no good, and sweeps find out for less than a new one costs what a contact does now.
+    /// The kept Jacobian failed; a sweep finds the active set more cheaply than a new Jacobian.
     NoJacobian,
     /// No length of it was accepted, or there were too many.
     Rejected,
@@ -94,12 +94,12 @@ impl Newton {
         }
     }
 
-    /// Levenberg and Marquardt's `λ`: vanishes with the error, down to what rounding makes of `W`, so that the last steps
-    /// are Newton's.
+    /// Levenberg and Marquardt's `λ`: falls with the error, down to a floor set by the rounding of `W`, so that the last
+    /// steps are Newton's.
     fn damping<T: Real>(self, natural_map: T, hyperstatic: bool) -> T {
         let share: T = match self.start {
             Start::Interior => tuning::finish_damping(),
-            // Of a singular scene other directions are without effect now than were in the last solve.
+            // In singular scenes the null space changes from solve to solve, so damp more.
             _ if hyperstatic => tuning::hyperstatic_damping(),
             _ => tuning::damping(),
         };
@@ -113,7 +113,7 @@ impl Newton {
 }
 
 impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
-    /// Steps with the Jacobian that was kept, or where that is no good a step with a new one.
+    /// Steps with the kept Jacobian, or if they fail a step with a new one.
     #[inline(never)]
     pub(super) fn step<const N: usize>(
         &mut self,
@@ -134,8 +134,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         }
     }
 
-    /// Up to [`tuning::chord_steps`] steps with the Jacobian of an earlier point, as long as each contact does what it
-    /// did there and the merit falls tenfold. Goes back, and is false, if together they are no good.
+    /// Up to [`tuning::chord_steps`] steps with the Jacobian of an earlier point, while the active set stays the same and the
+    /// merit falls tenfold. Goes back and returns false if together they do not lower the merit.
     #[inline(never)]
     fn reuse_jacobian<const N: usize>(
         &mut self,
@@ -214,8 +214,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         length.is_some()
     }
 
-    /// Goes along a step by the first of some lengths at which the merit falls, unless a full step may
-    /// raise it; if by none, stays.
+    /// Takes the first of [`tuning::LENGTHS`] of a step that lowers the merit (a full one may raise it by a `rise`); if none
+    /// does, stays.
     #[inline(never)]
     fn search_line<const N: usize>(
         &mut self,

@@ -11,8 +11,8 @@ use crate::solver::tuning;
 use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
-    /// Do contacts with these impulses have more rows than they move dofs, by a contact at least? Then
-    /// impulses are far from unique: what moves them may not move the bodies.
+    /// Is it hyperstatic: do contacts with these impulses have rows >= moved dofs + D? Then impulses are far from unique:
+    /// they can change without moving a body.
     pub(crate) fn is_hyperstatic(&self, r: &ContactVector<T, D, C>) -> bool {
         let rows = self.laws().iter().zip(r).map(|(law, r)| {
             rolled();
@@ -21,17 +21,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         self.is_redundant(rows.sum())
     }
 
-    /// Are so many rows more than the dofs they move, by a contact at least?
+    /// Is rows >= moved dofs + D?
     fn is_redundant(&self, rows: usize) -> bool {
         rows >= self.factor.moved() + D
     }
 
-    /// `alpha_i q_N` above which a contact clearly parts.
+    /// `alpha_i q_N` above which a contact clearly separates.
     fn parting(&self) -> T {
         self.size * tuning::parting::<T>()
     }
 
-    /// Are impulses far from unique, and would all contacts together, each stopped alone, have enough friction to stick?
+    /// Is the scene hyperstatic, and is the total friction that sticking needs available, if each contact is stopped alone?
     pub(crate) fn is_likely_to_stick(&self) -> bool {
         if !self.is_redundant(self.laws().iter().map(ContactLaw::rows).sum()) {
             return false;
@@ -55,7 +55,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         self.is_redundant(rows) && demand <= tuning::sticking::<T>() * grip
     }
 
-    /// A `z` with which each contact that does not clearly part sticks, pushed by what would stop it alone.
+    /// A `z` at which every contact sticks that does not clearly separate, pushed by the impulse that would stop it alone.
     pub(crate) fn all_sticking(&self, z: &mut [SVector<T, D>; C]) {
         let parting = self.parting();
         for (z, law) in z.iter_mut().zip(self.laws()) {

@@ -1,17 +1,18 @@
-//! The method: sweep or guess; then Newton's method; where that fails, the interior point.
+//! The method: sweep or guess; then Newton's method; if that fails, the interior point.
+//!
+//! The whole diagram and a table of the transitions stand in [`crate::guide::method`]; in short:
 //!
 //! ```text
-//! begin ─┬─ last solution, or all contacts sticking ──────────► Newton ◄────────────────┐
-//!        ├─ contacts that can be swept ──► Sweeps ── enough ──►    │                    │ near the end
-//!        └─ otherwise, without impulses ─────────────────────► Newton ── rejected ──► InteriorPoint
-//!                                                                  │ rejected, and it began at the last solution
-//!        cold start, without a guess ◄─────────────────────────────┘ or at a guess
+//! Sweeps ── enough ──► Newton ── rejected ──► InteriorPoint ── jam ──► InteriorPoint (another path)
+//! Newton ── rejected, began at the last solution or at a guess ──► cold start, without a guess
+//! InteriorPoint ── near the end, also after a jam ──► Newton
+//! Sweeps or Newton ── impulses too large, or rejected ──► search for a proof, once in a solve
 //! ```
 //!
-//! A phase does one piece of work at a time and says what came of it; what is next is decided in [`Solve::advance`], and
-//! nowhere else. A last solution whose impulses are nearly unique is swept too, if no Jacobian was kept. Nothing but
-//! [`Solve`], the [`Workspace`] and the monitor's record is carried from one piece to the next: a solve can stop after any
-//! of them and go on later with the same bits.
+//! A phase does one piece of work at a time and says what came of it. [`Solve::advance`] alone decides what is next. A last
+//! solution whose impulses are nearly unique is swept too, if no Jacobian was kept. Only [`Solve`], the [`Workspace`] and
+//! the monitor's record are carried from one piece to the next: a solve can pause after any of them and continue later with
+//! the same bits.
 
 use crate::Real;
 use crate::solver::interior_point::{InteriorPoint, Progress};

@@ -16,7 +16,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// Corrections of `q`, see [`super::monitor::Monitor::consider`], and what it was at the last pause.
     pub(super) corrections: u8,
     pub(super) q: ContactVector<T, D, C>,
-    /// Does the problem count `|speed|`?
+    /// Does the problem count `|stop|`?
     pub(super) counts_speed: bool,
     /// Was a proof of infeasibility looked for?
     pub(super) has_sought_proof: bool,

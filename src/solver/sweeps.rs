@@ -1,4 +1,7 @@
-//! Gauss-Seidel's part of the method: how many sweeps.
+//! Gauss-Seidel's part of the method: the number of sweeps.
+//!
+//! A Newton step costs as much as five sweeps. Sweeps go on while they are fast, or while five more at the present rate
+//! reach the tolerance (`after_five`).
 
 use crate::Real;
 use crate::solver::gauss_seidel;
@@ -58,7 +61,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         Phase::Sweeps
     }
 
-    /// One sweep and its cost.
+    /// One sweep, and its work.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep_once<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
         monitor.solution.work.sweeps += 1;
@@ -66,8 +69,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         gauss_seidel::sweep(monitor.problem, r, u, &mut self.sweeps.lambdas);
     }
 
-    /// One sweep, and how they get on. A Newton step costs as much as five: they go on while they are fast, or while
-    /// five more at this rate reach the end.
+    /// One sweep, and how they get on.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep<const N: usize>(
         &mut self,

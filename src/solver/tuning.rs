@@ -75,7 +75,7 @@ numbers! {
 
     /// Interior point: the first `tau` over the mean of `alpha |q|²`.
     first_tau: 10.0;
-    /// Interior point: weight of velocities against impulses where the central path is entered first.
+    /// Interior point: gain, the scale of velocities relative to impulses when the first path is entered.
     first_gain: 10.0;
     /// Interior point: share of the way to the boundary of the cones that a step leaves.
     margin: 0.01;

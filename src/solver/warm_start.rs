@@ -40,7 +40,7 @@ struct ContactState<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> ContactState<T, D> {
-    /// `r` if it goes on to change as it did; an open contact stays open.
+    /// `r`, extrapolated from the last two solves; an open contact stays open.
     fn ahead(&self) -> SVector<T, D> {
         if self.solves > 1 && self.r != zeros::<T, D>() {
             self.r + (self.r - self.before)
@@ -79,10 +79,10 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         Ok(())
     }
 
-    /// Goes over to the contacts of the next solve: the first of a key takes what the first of that
+    /// Reorders the state for the contacts of the next solve: the first contact of a key takes what the first of that
     /// key left, the second what the second left. What nobody takes is forgotten.
     ///
-    /// Tells where each contact was, if it is not where it was; `C` for one that is new.
+    /// Returns the old place of each contact if any has changed its place; `C` for a new contact.
     pub(crate) fn follow<const N: usize>(
         &mut self,
         contacts: &[Contact<T, N, D>],
@@ -112,8 +112,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         places
     }
 
-    /// Remembers `ũ` and `r` of the contacts of a solve, instead of what an earlier part of the same
-    /// solve left if it was `resumed`.
+    /// Keeps `ũ` and `r` of the contacts of a solve. If it was `resumed`, they replace those of its earlier part.
     pub(crate) fn keep<const N: usize>(
         &mut self,
         contacts: &[Contact<T, N, D>],
@@ -155,10 +154,11 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         iterates
     }
 
-    /// Where a solve starts, for the contacts that were followed: at the last solution, if its error now is less than that of rest.
+    /// Where a solve starts, for the contacts that were followed: at the last solution, if its error now is less than that
+    /// of zero impulses.
     ///
-    /// Where impulses are unique they go on to change as they did. (Hyperstatic ones may change without
-    /// effect, and would be carried to the edges of the cones: they stay as they were.)
+    /// Unique impulses are extrapolated. Hyperstatic ones can change without effect, and would be carried to the boundaries of
+    /// the cones: they stay as they were.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn start<const N: usize>(
         &self,
@@ -188,8 +188,8 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         Known::Nothing
     }
 
-    /// Moves a point from the last impulses to where they go on to, or where it makes no difference to where they
-    /// were: a body at rest shall stay there, and not follow the errors of its impulses.
+    /// Extrapolates the impulses of a point; but if both the extrapolated and the last impulses are within tolerance, keeps the
+    /// last: a body at rest must not drift with the errors of its impulses.
     #[cfg_attr(target_os = "none", inline(never))]
     fn go_on<const N: usize>(
         &self,
@@ -208,7 +208,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         }
     }
 
-    /// The last impulses, or what they are if they go `onwards` as they did.
+    /// The last impulses, or the extrapolated ones if `onwards`.
     #[cfg_attr(target_os = "none", inline(never))]
     fn impulses<const N: usize>(
         &self,
@@ -228,9 +228,9 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
 
     /// Moves a point from the last impulses to the last solution.
     ///
-    /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it has now, and `z` as
-    /// it was. The one with the least error is taken. (The energy is a poor judge: where a heavy body
-    /// stands on a light one it sees only the light one.)
+    /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it causes now, and the last `z`. The one
+    /// with the least error is taken. (The energy is a poor judge: if a heavy body stands on a light one, it sees only the
+    /// light one.)
     #[cfg_attr(target_os = "none", inline(never))]
     fn stay<const N: usize>(
         &self,

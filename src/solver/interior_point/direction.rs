@@ -15,15 +15,15 @@ use nalgebra::SVector;
 pub(super) struct System<'a, T, const D: usize, const C: usize> {
     scalings: [Scaling<T, D>; C],
     pairs: &'a [Pair<T, D>; C],
-    /// `y = D u`
+    /// `y = Λ u`
     velocities: [SVector<T, D>; C],
     matrix: &'a ContactMatrix<T, D, C>,
     elimination: &'a Elimination<T, D, C>,
 }
 
 impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
-    /// Linearises at pairs with `u = W r + q`, and factorises `D W D + V⁻²`, of which the normal row of Coulomb's law is
-    /// `w_N / x_N` alone. `None` if that is singular.
+    /// Linearises at pairs with `u = W r + q`, and factorises `Λ W Λ + V⁻²`; the normal row of Coulomb's law has `y_N / x_N`
+    /// in place of `V⁻²`. `None` if that is singular.
     #[inline(never)]
     pub(super) fn new<const N: usize>(
         problem: &Problem<'_, T, N, D, C>,
@@ -69,7 +69,7 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
                             *entry = wide;
                         }
                     }
-                    // What is too much is overwritten by the next contact, or zero.
+                    // Excess entries are overwritten by the next contact, or zero.
                     let target = row.as_flattened_mut().get_mut(start..)?;
                     *target.first_chunk_mut()? = entries;
                 }
@@ -85,7 +85,8 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
         })
     }
 
-    /// The step with which `dw + V⁻² dx` and `dw_N + w_N dx_N / x_N` become what is asked for; `None` if it is no number.
+    /// Solves for the step that makes `dw + V⁻² dx = goal`, and the normal row `dy_N + y_N dx_N / x_N` its goal; `None` if it
+    /// is not finite.
     #[inline(never)]
     fn solve(&self, goals: &[(SVector<T, D>, T); C]) -> Option<[Pair<T, D>; C]> {
         let mut unknowns = [[T::ZERO; D]; C];
@@ -124,7 +125,7 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
         steps.iter().all(finite).then_some(steps)
     }
 
-    /// The step that would end the path at once.
+    /// The predictor: the step to `tau = 0`.
     pub(super) fn predict(&self) -> Option<[Pair<T, D>; C]> {
         self.solve(&from_fn(|i| {
             let pair = self.pairs.get(i).copied().unwrap_or(Pair::none());
@@ -132,7 +133,7 @@ impl<'a, T: Real, const D: usize, const C: usize> System<'a, T, D, C> {
         }))
     }
 
-    /// The step to the pairs of a smaller `tau`, with the products of another step taken into account.
+    /// The corrector: the step to the pairs of a smaller `tau`, with the products of another step taken into account.
     pub(super) fn correct(
         &self,
         step: &[Pair<T, D>; C],

@@ -1,16 +1,16 @@
 //! The interior-point method on a smoothed Coulomb law: what follows a rejected Newton step.
 //!
-//! With `r = D x`, `w = D u`, `D = diag(1, mu, ..., mu)` the central path is
+//! With `r = Λ x`, `y = Λ u`, `Λ = diag(1, mu, ..., mu)` and `e = (1, 0, ..., 0)` the central path is
 //!
-//! `w_N x_N = tau`, `(x_N, x_T) ∘ (s, w_T) = beta tau e`, `w = D W D x + D q`, `tau -> 0`
+//! `y_N x_N = tau`, `(x_N, x_T) ∘ (s, y_T) = beta tau e`, `y = Λ W Λ x + Λ q`, `tau -> 0`
 //!
-//! where the bound `s` on slip is free. That is `u_N = tau / r_N` and `w_T = -beta tau x_T / det x`: Coulomb's law,
-//! smoothed, without the De Saxcé shift. What is linear stays linear, the rest is bilinear, so that Mehrotra's corrector is
-//! exact to second order, and hyperstatic impulses stay in the interior of their cones. (In the convex relaxation `s` is
-//! `w_N`.)
+//! where `s` is an extra unknown with `s >= |y_T|`. That is `u_N = tau / r_N` and `y_T = -beta tau x_T / det x`: Coulomb's
+//! law, smoothed, without the De Saxcé shift. The equations are linear but for the two bilinear products, so that
+//! Mehrotra's corrector is exact to second order. Hyperstatic impulses stay in the interior of their cones. (In the convex
+//! relaxation `s` is `y_N`.) The field `w` of a pair is `(s, y_T)`.
 //!
-//! Coulomb's law is not monotone: the path can have folds. Where it jams, sweeps lead away, and another path is entered, of
-//! another weight `beta`. All of them end at solutions.
+//! Coulomb's law is not monotone: the path can have folds. If it jams, sweeps lead away, and another path is entered, with
+//! another weight `beta`. Every path that reaches `tau = 0` ends at a solution.
 
 use crate::Real;
 use crate::linalg::hints::{opaque, rolled};
@@ -39,7 +39,7 @@ pub(crate) struct InteriorPoint<T, const D: usize, const C: usize> {
     tau: T,
     /// Steps on this path.
     steps: usize,
-    /// The merit at which Newton's method has taken over from this path.
+    /// The merit at Newton's last trial on this path.
     tried: Option<T>,
     jams: usize,
 }
@@ -82,9 +82,9 @@ impl<T: Real, const D: usize, const C: usize> InteriorPoint<T, D, C> {
 }
 
 impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
-    /// The interior-point method from the impulses of the point, where it is time to doubt that there is a solution.
+    /// Begins the interior-point method at the impulses of the point, after a search for a proof of infeasibility.
     ///
-    /// It begins with products larger than `alpha |q|²`, the mean over the contacts.
+    /// `tau` starts at 10 times the mean of `alpha |q|²`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_interior<const N: usize>(
         &mut self,
@@ -177,7 +177,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         }
     }
 
-    /// Moves the pairs by a step of Mehrotra's predictor-corrector method, and says how far; `None` if there is none.
+    /// Moves the pairs by a step of Mehrotra's predictor-corrector method. Returns its length; `None` if there is no step.
     fn move_pairs<const N: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C>,
@@ -215,7 +215,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         self.point.natural_map < near
     }
 
-    /// Moves to impulses on no account, of the size to be expected: the same for the same number of jams.
+    /// Moves to pseudo-random impulses of the expected size, seeded by the number of jams.
     #[cfg_attr(target_os = "none", inline(never))]
     fn go_anywhere<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C>, jams: usize) {
         let mut state = u32::try_from(jams).unwrap_or(0);
@@ -232,8 +232,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         }
     }
 
-    /// Leaves a jam by way of some sweeps, and enters another central path. Says whether Newton's method may finish
-    /// from where the sweeps have led.
+    /// Leaves a jam by some sweeps, and enters another central path. Returns whether Newton's method may finish from where the
+    /// sweeps have led.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn leave_jam<const N: usize>(
         &mut self,

@@ -1,6 +1,6 @@
 //! One contact on the central path: its impulse, its velocity and the algebra of its cone.
 //!
-//! With `D = diag(1, mu, ..., mu)` and `r = D x`, `w = D u` the friction cone is that of Lorentz, `x_N >= |x_T|`. `∘` is
+//! With `Λ = diag(1, mu, ..., mu)` and `r = Λ x`, `y = Λ u` the friction cone is that of Lorentz, `x_N >= |x_T|`. `∘` is
 //! the Jordan product of that cone, `a ∘ b = (a·b, a_N b_T + b_N a_T)`, `J = diag(1, -1, ..., -1)`,
 //! `det a = a_N² - |a_T|²` and `Q(a) b = 2 a (a·b) - det(a) J b`.
 
@@ -13,7 +13,7 @@ use crate::solver::interior_point::lorentz::{
 };
 use nalgebra::SVector;
 
-/// What of a contact is on the path.
+/// The part of a contact that is on the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     /// Nothing: nothing moves it.
@@ -58,15 +58,15 @@ impl Part {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pair<T, const D: usize> {
     pub(crate) part: Part,
-    /// `x = D⁻¹ r`
+    /// `x = Λ⁻¹ r`
     pub(crate) x: SVector<T, D>,
-    /// `(s, w_T)`: a bound on slip that is free, and the tangential velocity. In the convex relaxation `s` is `w_N`.
+    /// `(s, y_T)`: an extra unknown `s >= |y_T|`, and the tangential velocity. In the convex relaxation `s` is `y_N`.
     pub(crate) w: SVector<T, D>,
-    /// `w_N`, but in the convex relaxation
+    /// `y_N`; unused in the convex relaxation, where `w[0]` is `y_N`.
     pub(crate) normal: T,
 }
 
-/// `D v`
+/// `Λ v`
 pub(crate) fn widen<T: Real, const D: usize>(
     law: &ContactLaw<T, D>,
     v: &SVector<T, D>,
@@ -78,7 +78,7 @@ pub(crate) fn widen<T: Real, const D: usize>(
     wide
 }
 
-/// `D⁻¹ v`
+/// `Λ⁻¹ v`
 fn narrow<T: Real, const D: usize>(law: &ContactLaw<T, D>, v: &SVector<T, D>) -> SVector<T, D> {
     joined(first(v), v / law.cone.friction())
 }
@@ -94,8 +94,8 @@ impl<T: Real, const D: usize> Pair<T, D> {
         }
     }
 
-    /// The pair of a central path that is nearest to an impulse and a velocity: that of the same
-    /// `gain w - x / (gain alpha)`, with the smoothing of Chen, Harker, Kanzow and Smale.
+    /// The CHKS-smoothed pair (Chen, Harker, Kanzow, Smale) with the same `gain w - x / (gain alpha)` as an impulse and a
+    /// velocity.
     pub(crate) fn centred(
         law: &ContactLaw<T, D>,
         r: &SVector<T, D>,
@@ -136,7 +136,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
         }
     }
 
-    /// What is to become `tau`.
+    /// The products that are to become `tau`.
     pub(crate) fn products(&self, beta: T) -> [Option<T>; 2] {
         let normal = first(&self.x) * self.normal;
         let cone = self.x.dot(&self.w) / beta;
@@ -209,7 +209,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         joined(normal * first(a) + sign * shared, a + self.omega * tilt)
     }
 
-    /// `V⁻² a = stretch Q(Jω) a`: how a velocity answers to an impulse while the product of both stays.
+    /// `V⁻² a = stretch Q(Jω) a`
     pub(crate) fn compliance(&self, a: &SVector<T, D>) -> SVector<T, D> {
         let (normal, shared) = (first(&self.omega), across(&self.omega, a));
         let twice = (normal * first(a) - shared) * T::literal(2.0);
@@ -217,7 +217,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         rest * self.stretch
     }
 
-    /// Row `k` of what answers to an impulse: of `V⁻²`, or in a normal row of its own `w_N / x_N`.
+    /// Row `k` of `V⁻²`; in a separate normal row `y_N / x_N`.
     pub(crate) fn row(&self, pair: &Pair<T, D>, k: usize) -> SVector<T, D> {
         let mut unit: SVector<T, D> = zeros();
         if k == 0 && pair.part != Part::Cone {
@@ -229,7 +229,9 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         self.compliance(&unit) // symmetric
     }
 
-    /// `V⁻¹ (λ \ (goal e - λ ∘ λ - V⁻¹ dx ∘ V dw))`, `λ = V w = V⁻¹ x`: what is to come of `dw + V⁻² dx`.
+    /// Right-hand side of the linearised equation
+    /// `λ ∘ (V dw + V⁻¹ dx) = goal e - λ ∘ λ - V⁻¹ dx ∘ V dw` with `λ = V w = V⁻¹ x`, solved for `dw + V⁻² dx`:
+    /// `V⁻¹ (λ \ (goal e - λ ∘ λ - V⁻¹ dx ∘ V dw))`.
     pub(crate) fn corrected(&self, pair: &Pair<T, D>, step: &Pair<T, D>, goal: T) -> SVector<T, D> {
         let inverse = |a: &SVector<T, D>| self.turn(a, -T::ONE);
         let (of_x, of_w) = (inverse(&pair.x), self.turn(&pair.w, T::ONE));
