@@ -1,7 +1,7 @@
 //! One iteration of the alternating direction method of multipliers, and how it is accelerated.
 //!
 //! Names follow the note: `u` is `ũ`, `zeta` is `ζ`, a `_hat` is the extrapolated value. What the
-//! note misprints is put right (Goldstein, O'Donoghue, Setzer, Baraniuk 2014, Alg. 8): step 2
+//! note misprints is corrected (Goldstein, O'Donoghue, Setzer, Baraniuk 2014, Alg. 8): step 2
 //! starts from `û` where it prints `ũ`, and steps 6-8 extrapolate from the new iterate,
 //! `ûᵏ⁺¹ = ũᵏ⁺¹ + c (ũᵏ⁺¹ - ũᵏ)` where they print `ûᵏ + …`.
 
@@ -28,7 +28,7 @@ pub(crate) struct Iterate<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Iterate<T, D> {
-    /// What stands in a place that is not used.
+    /// A place that is not used.
     pub(crate) const fn none() -> Self {
         Self {
             u: zeros(),
@@ -73,7 +73,7 @@ pub(crate) struct Change<T> {
     pub(crate) primal: T,
     /// `rho |ũᵏ⁺¹ - ûᵏ|²`
     pub(crate) dual: T,
-    /// Square of an estimate of what is left of the natural map, N²s².
+    /// Estimate of the natural map, squared, N²s².
     pub(crate) error: T,
     /// `|rᵏ⁺¹|²`
     pub(crate) impulse: T,
@@ -115,7 +115,7 @@ pub(crate) struct Momentum<T> {
 }
 
 impl<T: Real> Momentum<T> {
-    /// Of no solve yet.
+    /// No solve yet.
     pub(crate) const fn none(acceleration: Acceleration) -> Self {
         Self {
             acceleration,

@@ -1,4 +1,4 @@
-//! The scene: generalised mass matrix and contacts, checked as they come in.
+//! The scene: generalised mass matrix and contacts, checked where they enter.
 
 use crate::linalg::hints::{opaque, rolled};
 use crate::linalg::sparsity::Support;
@@ -25,7 +25,7 @@ pub struct Contact<T, const N: usize, const D: usize> {
 }
 
 impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
-    /// What stands in a place that is not used.
+    /// A place that is not used.
     const fn none() -> Self {
         Self {
             jacobian: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; D]; N])),

@@ -1,4 +1,4 @@
-//! What is asked of a solve, and what it answers.
+//! Settings of a solve, and its solution.
 
 use crate::Real;
 use core::fmt;

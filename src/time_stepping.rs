@@ -1,4 +1,4 @@
-//! From one time step to the next: what the free impulse and `w` of a scene are made of.
+//! From one time step to the next: the free impulse and the offsets `w` of a scene.
 //!
 //! Semi-implicit stepping after Moreau and Jean: masses, Jacobians and gaps are taken at the
 //! beginning of a step of length `h`, contact impulses and friction act on the velocity at its end,
@@ -35,8 +35,8 @@ use nalgebra::{SMatrix, SVector};
 
 /// Free impulse of a step, `M v + h F` (N·s): `M v_free`, and `-f` in the note.
 ///
-/// `v` is the velocity before the step, `F` (N) the sum of all forces but those of the contacts:
-/// weight, motors, and `-C(q, v) v` where `M` depends on the position.
+/// `v` is the velocity before the step, `F` (N) the sum of all forces except those of the contacts: weight, motors, and
+/// `-C(q, v) v` if `M` depends on the position.
 ///
 /// ```
 /// # use nalgebra::{Matrix2, vector};
@@ -115,7 +115,7 @@ pub fn restitution<T: Real>(e: T, approach: T, threshold: T, gap_offset: T) -> T
     }
 }
 
-/// Offset of a contact with a surface that moves, `w = -R v_s` (m/s), to be added to the others.
+/// Offset of a contact with a moving surface, `w = -R v_s` (m/s); add it to the other offsets.
 ///
 /// The rows of `R` are the contact's normal and tangents in the coordinates of the surface's
 /// velocity `v_s` at the contact. With `R = H_i`, `v_s` is a velocity of the whole system.

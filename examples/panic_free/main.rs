@@ -97,6 +97,9 @@ mod proof {
             let _ = black_box(factor.prepare(scene));
             let _ = black_box(admm_factor.prepare(scene));
             let _ = black_box(admm_factor.set_penalty(black_box(T::ONE)));
+            let _ = black_box(Factor::new(scene).is_ok());
+            let _ = black_box(AdmmFactor::new(scene).is_ok());
+            black_box(factor.is_current(scene));
             let number = black_box(T::ONE);
             black_box(law::gap(number, number, number, number));
             black_box(law::restitution(number, -number, number, number));
@@ -111,6 +114,7 @@ mod proof {
             let _ = black_box(solver.resume(scene, factor, &push, &settings).is_ok());
             black_box(solver.solution().worst_contact(scene, factor, &settings));
             black_box(solver.solution().is_usable(number));
+            black_box(solver.solution().work.total());
             let _ = write!(Sink, "{}", solver.solution().status);
             admm.reset();
             let _ = black_box(admm.set_impulses(&impulses));

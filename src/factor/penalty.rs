@@ -28,7 +28,7 @@ pub(crate) fn default_penalty<T: Real, const N: usize, const D: usize, const C: 
     mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean))
 }
 
-/// How many dofs contacts move.
+/// Number of dofs that contacts move.
 pub(crate) fn moved_dofs<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,
 ) -> usize {
@@ -36,7 +36,7 @@ pub(crate) fn moved_dofs<T: Real, const N: usize, const D: usize, const C: usize
     reach.iter().filter(|&&reach| reach > T::ZERO).count()
 }
 
-/// `(HᵀH)_jj / M_jj`; 0 where that is rounding beside the largest.
+/// `(HᵀH)_jj / M_jj`; 0 if that is rounding relative to the largest.
 #[cfg_attr(target_os = "none", inline(never))]
 fn reach<T: Real, const N: usize, const D: usize, const C: usize>(
     scene: &Scene<T, N, D, C>,

@@ -14,15 +14,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         multiply_transposed(&self.delassus, x, y);
     }
 
-    /// `X_i` and where it is not zero, of the contacts in use.
+    /// `X_i` and its nonzero columns, for the contacts in use.
     #[inline]
     fn whitened(&self) -> impl Iterator<Item = (&[[T; D]; N], Support)> {
         let whitened = self.whitened.get(..self.contacts).unwrap_or_default();
         opaque(whitened).iter().zip(self.supports.iter().copied())
     }
 
-    /// From `g` to the `x` of `Uᵀ D⁻¹ x = g`, from which [`Self::contact_velocity`] and
-    /// [`Self::velocity`] start.
+    /// Whitens `g`: replaces it by the `x` of `Uᵀ D⁻¹ x = g`, from which [`Self::contact_velocity`] and [`Self::velocity`]
+    /// start.
     pub(crate) fn whiten(&self, g: &mut [T; N]) {
         solve_upper(&self.mass, g);
     }

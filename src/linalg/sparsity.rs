@@ -1,8 +1,8 @@
-//! Which columns of a contact Jacobian have entries.
+//! The nonzero columns of a contact Jacobian.
 //!
-//! A contact moves the base of a robot and one of its limbs, or two bodies of a pile; the rest of its columns is zero, half of
-//! them on a quadruped. Products with the Jacobian take three columns at a time, as joints and bodies come, and leave
-//! out those that are all zero.
+//! A contact moves the base of a robot and one of its limbs, or two bodies of a pile. The other columns are zero, half of
+//! them on a quadruped. Products with the Jacobian take groups of three columns, as joints and bodies come, and leave out
+//! groups that are all zero.
 
 use crate::Real;
 use crate::linalg::hints::rolled;
@@ -11,7 +11,7 @@ use core::iter::from_fn;
 /// Columns at a time.
 pub(crate) const GROUP: usize = 3;
 
-/// Groups of columns that are told apart, one bit each; of those behind nothing is known.
+/// Number of groups with a bit of their own; later groups count as nonzero.
 const KNOWN: usize = 16;
 
 /// Which groups of columns are not all zero.
@@ -21,17 +21,17 @@ pub(crate) struct Support {
 }
 
 impl Support {
-    /// Of no column.
+    /// No column.
     pub(crate) const fn none() -> Self {
         Self { bits: 0 }
     }
 
-    /// Of all columns.
+    /// All columns.
     pub(crate) const fn all() -> Self {
         Self { bits: u16::MAX }
     }
 
-    /// Of some of `N` columns.
+    /// Some of `N` columns.
     #[inline]
     pub(crate) fn of<const N: usize>(columns: impl Iterator<Item = usize>) -> Self {
         if is_dense(N) {

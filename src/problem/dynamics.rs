@@ -7,8 +7,8 @@ use crate::problem::residual::{larger, quotient, unit};
 use crate::{Real, Scene};
 use core::hint::black_box;
 
-/// Bytes of sums for which there are registers, a quarter of them left for what is added: 32 words on a
-/// Cortex-M4F, 32 doubles in 16 vectors on a desktop.
+/// Bytes of sums that fit into registers, with a quarter left for the terms: 32 words on a Cortex-M4F, 32 doubles in 16
+/// vectors on a desktop.
 const SUMS: usize = if cfg!(target_os = "none") { 96 } else { 192 };
 
 /// `|M v - M v_free - Hᵀ r|` and the largest of `|M v_free|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
@@ -43,8 +43,8 @@ impl<T: Real> Dynamics<T> {
         }
     }
 
-    /// Second part of the error, `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`, with the square of
-    /// what rounding may hide of it, in the same unit.
+    /// Second part of the error, `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`. `noise` is the square of a bound on
+    /// its rounding, in the same unit.
     pub(crate) fn error(&self, noise: T) -> T {
         quotient(self.residual + noise, self.size).square_root()
     }
@@ -60,13 +60,13 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
     u: &mut [[T; D]],
 ) -> Dynamics<T> {
     let mass = &scene.mass().data.0;
-    // M v and Hᵀ r, dof by dof.
+    // M v and Hᵀ r, by dofs.
     let mut inertia = [T::ONE; N]; // all of it is overwritten, and zeros would call memset
     let mut pushed = [T::ZERO; N];
     if N * size_of::<T>() <= SUMS {
         multiply::<T, N, N>(mass, 0, v, &mut inertia);
     } else {
-        // The last rows with some that are known already.
+        // The last block repeats some rows, so that all blocks have the same size.
         let (mut first, last) = (0, black_box(N - BLOCK));
         while first < last + BLOCK {
             multiply::<T, N, BLOCK>(mass, first.min(last), v, &mut inertia);

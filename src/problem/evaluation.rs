@@ -30,7 +30,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         error
     }
 
-    /// [`Self::error`] with as fine a bound on rounding as there is.
+    /// [`Self::error`] with the finest bound on rounding.
     #[cfg_attr(target_os = "none", inline(never))]
     fn finer_error(
         &self,
@@ -45,8 +45,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         self.error(momentum, u, r, &rounding)
     }
 
-    /// Writes velocity, contacts and error of an impulse into a solution. The error has a bound on
-    /// rounding in it, as fine as is needed to find that it is below a tolerance.
+    /// Writes velocity, contacts and error of an impulse into a solution. The error includes a bound on rounding: a cheap
+    /// one, or the finest if the cheap one exceeds the tolerance.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn evaluate(
         &self,

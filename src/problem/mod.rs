@@ -14,7 +14,7 @@ pub(crate) mod infeasibility;
 pub(crate) mod residual;
 pub(crate) mod rounding;
 
-/// What a solve needs to know of one contact, besides the factor.
+/// The data of one contact in a solve, besides the factor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactLaw<T, const D: usize> {
     /// Factor of the De Saxcé shift: `mu_i`, or 0 in the convex relaxation.
@@ -28,7 +28,7 @@ pub(crate) struct ContactLaw<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> ContactLaw<T, D> {
-    /// What stands in a place that is not used.
+    /// A place that is not used.
     const fn none() -> Self {
         Self {
             shift_factor: T::ZERO,
@@ -38,7 +38,7 @@ impl<T: Real, const D: usize> ContactLaw<T, D> {
         }
     }
 
-    /// That of a contact, with the step `alpha_i` and the velocity that the free motion gives it.
+    /// The law of a contact, with the step `alpha_i` and the velocity `H_i v_free`.
     #[inline]
     fn new<const N: usize>(
         contact: &Contact<T, N, D>,
@@ -63,7 +63,7 @@ impl<T: Real, const D: usize> ContactLaw<T, D> {
         if self.cone.friction() > T::ZERO { D } else { 1 }
     }
 
-    /// De Saxcé shift `mu_i |u_Ti|`, what `û` adds to the normal velocity.
+    /// De Saxcé shift `mu_i |u_Ti|` (m/s), which `û` adds to the normal velocity.
     pub(crate) fn shift(&self, u: &SVector<T, D>) -> T {
         let (_, tangent) = split(u);
         self.shift_factor * norm(tangent)
@@ -122,8 +122,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         }
     }
 
-    /// The problem of data that [`Self::check`] has seen, to be filled. (In two steps, for it would
-    /// stand on the stack twice if it were filled and then moved.)
+    /// An empty problem of data that [`Self::check`] has accepted; [`Self::fill`] fills it. (Filled here and then moved, it
+    /// would stand on the stack twice.)
     #[inline]
     pub(crate) fn new(
         scene: &'a Scene<T, N, D, C>,
@@ -243,7 +243,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         }
     }
 
-    /// `q`, as it has been corrected.
+    /// `q`, with its corrections.
     pub(crate) fn q(&self) -> ContactVector<T, D, C> {
         self.laws.map(|law| law.q.into())
     }

@@ -1,10 +1,9 @@
-//! What rounding may hide of the error of a solution.
+//! Bounds on the rounding of the error of a solution.
 //!
 //! A sum of products is trusted to `eps` times the sum of their magnitudes, which also covers a scene
-//! that was rounded to this number type. By Cauchy's inequality, in the norms of `M` and `W`,
-//! `|M_ij|² <= M_ii M_jj` and `|H_aj|² <= W_aa M_jj`, if `M` is positive definite and `W` of the same
-//! scene: that bounds the sums at next to no cost. Where the bound is too coarse for the tolerance, they
-//! are added up.
+//! that was rounded to this number type. By Cauchy-Schwarz in the norms of `M` and `W`,
+//! `|M_ij|² <= M_ii M_jj` and `|H_aj|² <= W_aa M_jj`, if `M` is positive definite and `W` belongs to the same
+//! scene. First this cheap upper bound; only if it exceeds the tolerance, the sums themselves.
 
 use crate::cone::square;
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
@@ -12,11 +11,11 @@ use crate::problem::ContactLaw;
 use crate::problem::dynamics::Dynamics;
 use crate::{Contact, Real};
 
-/// Squares of bounds.
+/// Squares of bounds on rounding.
 pub(crate) struct Rounding<T, const C: usize> {
-    /// Of `M v - M v_free - Hᵀ r`, in the unit asked for.
+    /// That of `M v - M v_free - Hᵀ r`, in the given unit.
     pub(crate) momentum: T,
-    /// Of each `u_i = H_i v + w_i`, (m/s)².
+    /// That of each `u_i = H_i v + w_i`, (m/s)².
     pub(crate) velocities: [T; C],
 }
 

@@ -1,4 +1,4 @@
-//! What all solvers have in common: the last solution, the warm start, and solves in several calls.
+//! The common part of all solvers: the last solution, the warm start, and solves in several calls.
 
 use crate::problem::Problem;
 use crate::solver::monitor::Monitor;
@@ -17,10 +17,10 @@ pub(crate) type Data<'a, T, const N: usize, const D: usize, const C: usize> = (
 
 /// A method of solution, one piece of work after the other.
 pub(crate) trait Method<T: Real, const D: usize, const C: usize> {
-    /// Does a solve that ends unsolved look for a proof that there is nothing to be found?
+    /// Does a solve that ends unsolved look for a proof of infeasibility?
     const SEEKS_PROOF: bool;
 
-    /// Begins a solve, at the last solution if that is any good.
+    /// Begins a solve, at the last solution if its error is less than that of zero impulses.
     fn begin<const N: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C>,
@@ -52,7 +52,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Calls<T, N, D, C> 
         }
     }
 
-    /// Forgets the last solve, but for its solution.
+    /// Forgets the last solve, except its solution.
     pub(crate) fn reset(&mut self) {
         self.warm_start = WarmStart::cold();
         self.record.forget();

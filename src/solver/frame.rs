@@ -76,7 +76,7 @@ pub(crate) struct Frame<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Frame<T, D> {
-    /// What stands in a place that is not used.
+    /// A place that is not used.
     pub(crate) const fn none() -> Self {
         Self {
             kind: Kind::Open,
@@ -135,8 +135,8 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// Unknowns along `k` and the `τ_j`: the columns, but for the first, of the reflection that
-    /// takes the first tangent to `±e`.
+    /// Sets the unknowns along `k` and the `τ_j`. The `τ_j` are all columns except the first of the reflection that takes
+    /// the first tangent to `±e`.
     fn set_slip(&mut self, law: &ContactLaw<T, D>, along: T, across: T) {
         let mu = law.cone.friction();
         let e = self.direction;

@@ -32,7 +32,7 @@ pub(crate) enum Start {
     Interior,
     /// At the last solution.
     Last,
-    /// Where all contacts stick; the merit function says nothing there.
+    /// At a point where all contacts stick; the merit function says nothing there.
     Guess,
 }
 
@@ -42,7 +42,7 @@ pub(crate) enum Outcome {
     Accepted(Newton),
     /// The kept Jacobian failed; a sweep finds the active set more cheaply than a new Jacobian.
     NoJacobian,
-    /// No length of it was accepted, or there were too many.
+    /// No length was accepted, or there were too many steps.
     Rejected,
 }
 
@@ -106,7 +106,7 @@ impl Newton {
         share * natural_map.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
     }
 
-    /// Where it began.
+    /// The kind of point at which it began.
     pub(crate) const fn start(self) -> Start {
         self.start
     }

@@ -1,5 +1,5 @@
-//! Are impulses unique, and do contacts stick? A cold solve starts by that: with Newton's method at a guess, or with
-//! sweeps.
+//! Are impulses unique, and do contacts stick? The answers decide how a cold solve starts: with Newton's method at a guess, or
+//! with sweeps.
 
 use crate::Real;
 use crate::cone::{add_to_normal, norm, split};

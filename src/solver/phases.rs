@@ -137,7 +137,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
         };
     }
 
-    /// A cold start, by what is to be expected of the impulses.
+    /// A cold start: a guess, sweeps, or Newton's method from rest.
     fn begin_cold<const N: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C>,

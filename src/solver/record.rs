@@ -1,9 +1,9 @@
-//! What a solve has found so far.
+//! The record of a solve that is under way.
 
 use crate::linalg::blocks::ContactVector;
 use crate::{Real, Status};
 
-/// What is known of a solve that is under way.
+/// What a solve has found so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// Was one begun?
@@ -13,7 +13,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// The best impulse so far, and the first part of its error as contact space sees it.
     pub(super) best: ContactVector<T, D, C>,
     pub(super) natural_map: Option<T>,
-    /// Corrections of `q`, see [`super::monitor::Monitor::consider`], and what it was at the last pause.
+    /// Number of corrections of `q`, see [`super::monitor::Monitor::consider`], and `q` at the last pause.
     pub(super) corrections: u8,
     pub(super) q: ContactVector<T, D, C>,
     /// Does the problem count `|stop|`?
@@ -25,7 +25,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
 }
 
 impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
-    /// Of no solve yet.
+    /// No solve yet.
     pub(crate) const fn none() -> Self {
         Self {
             is_begun: false,
@@ -51,7 +51,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
         self.milestone = None;
     }
 
-    /// Of a solve that begins now.
+    /// Begins a solve.
     pub(crate) fn begin(&mut self) {
         self.forget();
         self.is_begun = true;

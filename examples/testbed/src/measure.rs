@@ -45,7 +45,7 @@ fn norm<'a>(x: impl Iterator<Item = &'a f64> + Clone) -> f64 {
     }
 }
 
-/// `max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |speed|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`; infinite where f64
+/// `max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |stop|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`; infinite where f64
 /// cannot tell.
 pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
     let (v, r) = (DVector::from_row_slice(v), DVector::from_row_slice(r));

@@ -29,7 +29,7 @@ mod pair;
 #[cfg(test)]
 mod tests;
 
-/// The interior point, and how it gets on.
+/// The state of the interior point.
 #[derive(Clone, Debug)]
 pub(crate) struct InteriorPoint<T, const D: usize, const C: usize> {
     pairs: [Pair<T, D>; C],
