@@ -146,8 +146,8 @@ impl Work {
 
 /// What a contact does.
 ///
-/// No tolerance decides it: a contact without impulse is open. One whose `r_i - alpha_i û_i` lies strictly inside the friction cone
-/// sticks, also if a velocity of the size of the error is left. Every other one slips.
+/// No tolerance decides it. A contact without impulse is open. One whose `r_i - alpha_i û_i` lies strictly inside the
+/// friction cone sticks, also if a velocity of the size of the error is left. Every other one slips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
