@@ -1,5 +1,6 @@
 //! `defmt::Format` for what a derive does not reach: nalgebra's vectors have none.
 
+use crate::laws::Laws;
 use crate::{ContactSolution, Solution};
 use defmt::{Format, Formatter, write};
 
@@ -10,7 +11,9 @@ impl<T: Format, const D: usize> Format for ContactSolution<T, D> {
     }
 }
 
-impl<T: Format, const N: usize, const D: usize, const C: usize> Format for Solution<T, N, D, C> {
+impl<T: Format, const N: usize, const D: usize, const C: usize, L: Laws> Format
+    for Solution<T, N, D, C, L>
+{
     fn format(&self, fmt: Formatter<'_>) {
         write!(
             fmt,

@@ -5,6 +5,8 @@ use std::time::Instant;
 use stiction::Settings;
 use testbed::kernel::{Answer, Kernel, Shape};
 use testbed::measure::{self, Law};
+use testbed::method::Method;
+use testbed::mixed::MixedFile;
 use testbed::scene_file::SceneFile;
 
 /// One solved scene.
@@ -13,11 +15,36 @@ pub(crate) struct Run {
     pub(crate) n_dof: usize,
     pub(crate) n_contacts: usize,
     pub(crate) dim: usize,
-    /// Recomputed in f64.
+    /// Recomputed in f64, of a scene of contacts alone.
     pub(crate) error: f64,
     pub(crate) prepare_ns: f64,
     pub(crate) solve_ns: f64,
     pub(crate) answer: Answer,
+}
+
+/// Solves a scene of contacts and joint rows from nothing. Its error is the kernel's own.
+pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run>, String> {
+    if options.method != Method::Default {
+        return Err(format!("{} solves contacts alone", options.method.name()));
+    }
+    let settings = Settings {
+        budget: options.max_iterations,
+        ..Settings::new(options.tolerance())
+    };
+    let (answer, times) = match options.precision {
+        Precision::F64 => kernels_f64::solve_mixed(file, &settings, options.repeat)?,
+        Precision::F32 => kernels_f32::solve_mixed(file, &settings, options.repeat)?,
+    };
+    Ok(vec![Run {
+        name: file.name.clone(),
+        n_dof: file.n_dof,
+        n_contacts: file.n_contacts,
+        dim: file.dim,
+        error: answer.error,
+        prepare_ns: times.prepare_ns,
+        solve_ns: times.solve_ns,
+        answer,
+    }])
 }
 
 /// Solves scenes one after the other, each cold or each from the one before, or says why one cannot

@@ -2,12 +2,13 @@
 
 use super::Factor;
 use crate::Real;
+use crate::laws::Laws;
 use crate::linalg::blocks::{ContactVector, multiply_transposed};
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::linalg::sparsity::{GROUP, Support, add_columns, add_products};
 use crate::linalg::substitution::{solve_lower, solve_upper};
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T, N, D, C, L> {
     /// `y = W x`
     #[inline]
     pub(crate) fn delassus_times(&self, x: &[[T; D]], y: &mut [[T; D]]) {

@@ -1,22 +1,28 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
 use crate::cone::{add_to_normal, norm, split, square};
-use crate::linalg::blocks::ContactVector;
+use crate::laws::{Coulomb, Laws, Room};
+use crate::linalg::blocks::{ContactVector, block};
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::scene::check_finite;
 use crate::solution::zeros;
 use crate::{Contact, Error, Factor, FrictionCone, Input, Model, Real, Scene, Settings};
+use energies::Energies;
 use nalgebra::SVector;
+use row_laws::RowLaws;
 
 mod dynamics;
+mod energies;
 mod evaluation;
 pub(crate) mod infeasibility;
 pub(crate) mod residual;
 pub(crate) mod rounding;
+pub(crate) mod row_laws;
+mod slots;
 
 /// What a solve needs to know of one contact, besides the factor.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ContactLaw<T, const D: usize> {
+pub(crate) struct ContactLaw<T: Real, const D: usize, L: Laws = Coulomb> {
     /// Factor of the De Saxcé shift: `mu_i`, or 0 in the convex relaxation.
     pub(crate) shift_factor: T,
     /// The cone `K` the impulse lies in.
@@ -25,9 +31,11 @@ pub(crate) struct ContactLaw<T, const D: usize> {
     pub(crate) alpha: T,
     /// `q_i = H_i v_free + w_i`.
     pub(crate) q: SVector<T, D>,
+    /// Of a slot of joint rows: their laws, in place of the cone.
+    pub(crate) rows: L::Room<RowLaws<T, D>>,
 }
 
-impl<T: Real, const D: usize> ContactLaw<T, D> {
+impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
     /// What stands in a place that is not used.
     const fn none() -> Self {
         Self {
@@ -35,6 +43,7 @@ impl<T: Real, const D: usize> ContactLaw<T, D> {
             cone: FrictionCone::frictionless(),
             alpha: T::ZERO,
             q: zeros(),
+            rows: L::Room::EMPTY,
         }
     }
 
@@ -55,12 +64,25 @@ impl<T: Real, const D: usize> ContactLaw<T, D> {
             cone: FrictionCone::new(mu).unwrap_or(FrictionCone::frictionless()),
             alpha,
             q: contact.offset + moved,
+            rows: L::Room::EMPTY,
         }
     }
 
     /// Rows along which it may push.
     pub(crate) fn rows(&self) -> usize {
+        if let Some(rows) = self.rows.get() {
+            return rows.count();
+        }
         if self.cone.friction() > T::ZERO { D } else { 1 }
+    }
+
+    /// The nearest impulse that the law allows.
+    #[inline]
+    pub(crate) fn project(&self, r: &SVector<T, D>) -> SVector<T, D> {
+        match self.rows.get() {
+            Some(rows) => rows.project(r),
+            None => self.cone.project(r),
+        }
     }
 
     /// De Saxcé shift `mu_i |u_Ti|`, what `û` adds to the normal velocity.
@@ -79,15 +101,22 @@ impl<T: Real, const D: usize> ContactLaw<T, D> {
 }
 
 /// The data of one solve.
-pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize> {
-    pub(crate) scene: &'a Scene<T, N, D, C>,
-    pub(crate) factor: &'a Factor<T, N, D, C>,
+pub(crate) struct Problem<
+    'a,
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    L: Laws = Coulomb,
+> {
+    pub(crate) scene: &'a Scene<T, N, D, C, L>,
+    pub(crate) factor: &'a Factor<T, N, D, C, L>,
     /// `p = M v_free`, minus the `f` of the note.
     pub(crate) free_impulse: &'a SVector<T, N>,
     pub(crate) model: Model,
     /// The free impulse, whitened.
     pub(crate) whitened: [T; N],
-    laws: [ContactLaw<T, D>; C],
+    laws: [ContactLaw<T, D, L>; C],
     /// `|r0|`: the impulses that contacts would take if each were alone.
     pub(crate) alone: T,
     /// Bounds the square of `|speed|`, but for a factor.
@@ -96,14 +125,18 @@ pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize>
     pub(crate) counts_speed: bool,
     /// `|r0|` or `|speed|`, the larger: the size of the impulses to expect, see [`residual`].
     pub(crate) size: T,
+    /// What the error of joint rows is relative to.
+    pub(crate) energies: L::Room<Energies<T>>,
 }
 
-impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T, N, D, C> {
+impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
+    Problem<'a, T, N, D, C, L>
+{
     /// What can be wrong with the data of a solve.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check(
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
+        scene: &Scene<T, N, D, C, L>,
+        factor: &Factor<T, N, D, C, L>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<(), Error> {
@@ -133,8 +166,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     /// stand on the stack twice if it were filled and then moved.)
     #[inline]
     pub(crate) fn new(
-        scene: &'a Scene<T, N, D, C>,
-        factor: &'a Factor<T, N, D, C>,
+        scene: &'a Scene<T, N, D, C, L>,
+        factor: &'a Factor<T, N, D, C, L>,
         free_impulse: &'a SVector<T, N>,
         model: Model,
     ) -> Self {
@@ -149,6 +182,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             fastest: T::ZERO,
             counts_speed: false,
             size: T::ZERO,
+            energies: L::Room::EMPTY,
         }
     }
 
@@ -166,12 +200,23 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
         for (i, (law, (contact, &moved))) in pairs.enumerate() {
             rolled();
             *law = ContactLaw::new(contact, self.model, factor.step(i), moved.into());
+            if let (Some(slot), Some(scales)) = (self.scene.slot(i), factor.scales(i)) {
+                let own = block(factor.delassus(), i, i).unwrap_or([[T::ZERO; D]; D]);
+                law.take(slot, scales, &own, contact.offset, moved.into());
+                if slot.rows.is_some() {
+                    continue;
+                }
+            }
             let offset = residual::without_gap(&contact.offset);
             let moves = T::count(D) * energy + law.alpha * square(offset.as_slice());
             self.fastest += law.alpha * moves;
         }
         self.alone = residual::alone(self.laws());
         self.size = self.alone;
+        if L::MIXED {
+            let energies = Energies::new(self.laws(), energy);
+            self.energies = L::Room::with(energies);
+        }
     }
 
     /// May this natural map be within the tolerance once `|speed|` counts? By the free motion's `v·M v`, since
@@ -197,7 +242,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
 
     /// The contacts in use.
     #[inline]
-    pub(crate) fn laws(&self) -> &[ContactLaw<T, D>] {
+    pub(crate) fn laws(&self) -> &[ContactLaw<T, D, L>] {
         let laws = self.laws.get(..self.factor.contacts());
         laws.unwrap_or_default()
     }
@@ -225,12 +270,16 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     /// First part of the error, from `u = W r + q`.
     #[inline]
     pub(crate) fn natural_map_at(&self, r: &[[T; D]], u: &[[T; D]]) -> T {
-        residual::natural_map(self.laws(), self.size, u, r, &[])
+        let contacts = residual::natural_map(self.laws(), self.size, u, r, &[]);
+        match self.energies.get() {
+            Some(energies) => contacts.max(energies.natural_map(self.laws(), u, r, &[])),
+            None => contacts,
+        }
     }
 
-    /// Gauss-Seidel solves Coulomb's law for contacts of up to two tangents.
+    /// Gauss-Seidel solves Coulomb's law, not its relaxation.
     pub(crate) fn can_be_swept(&self) -> bool {
-        D <= 3 && self.model == Model::Coulomb
+        self.model == Model::Coulomb
     }
 
     /// Fills the augmented velocity `û` of all contacts.

@@ -14,7 +14,7 @@ use nalgebra::SVector;
 /// workspace, but five times the work to an error of 1e-6, and no proof of infeasibility. It keeps the
 /// last solution for a warm start, as [`crate::Solver`] does, and never allocates.
 #[derive(Clone, Debug)]
-pub struct AdmmSolver<T, const N: usize, const D: usize, const C: usize> {
+pub struct AdmmSolver<T: Real, const N: usize, const D: usize, const C: usize> {
     calls: Calls<T, N, D, C>,
     method: Admm<T, D, C>,
 }

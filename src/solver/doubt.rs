@@ -1,6 +1,7 @@
 //! The monitor's doubts: impulses that run away, and scenes that have no solution.
 
 use crate::cone::square;
+use crate::laws::Laws;
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
 use crate::problem::infeasibility;
@@ -16,7 +17,9 @@ const EXCESSIVE: f64 = 20.0;
 /// Impulses so many times as large are no solution, unless their error is small beside the others, too.
 const LOST: f64 = 1e8;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
+    Monitor<'_, '_, T, N, D, C, L>
+{
     /// Size of the impulses, in units of what the velocities to be changed explain.
     fn impulse(&self) -> T {
         let contacts = self.solution.contacts.iter();

@@ -2,6 +2,7 @@
 
 use crate::Real;
 use crate::cone::{add_to_normal, norm, split};
+use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::blocks::product;
 use crate::problem::ContactLaw;
 use nalgebra::SVector;
@@ -19,8 +20,8 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    pub(crate) fn of<T: Real, const D: usize>(
-        law: &ContactLaw<T, D>,
+    pub(crate) fn of<T: Real, const D: usize, L: Laws>(
+        law: &ContactLaw<T, D, L>,
         velocity: &SVector<T, D>,
         r: &[T; D],
     ) -> Self {
@@ -45,7 +46,7 @@ impl Kind {
 /// `(1 + λ) a + λ mu b + e·W x = e·E`. The normal one has `(mu - mu_i) a + λ (mu a - b)` with the
 /// `mu_i` of `DS`, which is 0 in the convex relaxation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame<T, const D: usize> {
+pub(crate) struct Frame<T: Real, const D: usize, L: Laws = Coulomb> {
     pub(crate) kind: Kind,
     /// `e`, without a normal component, of a contact that slips or is open; zero if nothing slides.
     direction: [T; D],
@@ -64,9 +65,11 @@ pub(crate) struct Frame<T, const D: usize> {
     pushes: [[T; D]; D],
     /// Of a contact that slips: which combination of its rows each equation is.
     tests: [[T; D]; D],
+    /// Of joint rows: which of them hold. Each of those is an unknown; kind `Stick` if there is one.
+    rows: L::Room<[bool; D]>,
 }
 
-impl<T: Real, const D: usize> Frame<T, D> {
+impl<T: Real, const D: usize, L: Laws> Frame<T, D, L> {
     /// What stands in a place that is not used.
     pub(crate) const fn none() -> Self {
         Self {
@@ -79,11 +82,15 @@ impl<T: Real, const D: usize> Frame<T, D> {
             compliance: T::ZERO,
             pushes: [[T::ZERO; D]; D],
             tests: [[T::ZERO; D]; D],
+            rows: L::Room::EMPTY,
         }
     }
 
     /// Number of unknowns.
     pub(crate) fn count(&self) -> usize {
+        if let Some(holding) = self.rows.get() {
+            return holding.iter().filter(|&&holds| holds).count();
+        }
         match self.kind {
             Kind::Open => 0,
             Kind::Smooth => 1,
@@ -95,14 +102,19 @@ impl<T: Real, const D: usize> Frame<T, D> {
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set(
         &mut self,
-        law: &ContactLaw<T, D>,
+        law: &ContactLaw<T, D, L>,
         kind: Kind,
         z: &SVector<T, D>,
         rho: T,
         regularisation: T,
     ) {
         self.kind = kind;
+        self.rows = L::Room::EMPTY;
         let along = rho * (T::ONE + regularisation);
+        if let Some(rows) = law.rows.get() {
+            self.set_rows(rows.holding(&(-z).into()), T::ONE / along, regularisation);
+            return;
+        }
         if matches!(kind, Kind::Stick | Kind::Smooth) {
             self.compliance = T::ONE / along;
             return;
@@ -128,7 +140,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
 
     /// Unknowns along `k` and the `τ_j`: the columns, but for the first, of the reflection that
     /// takes the first tangent to `±e`.
-    fn set_slip(&mut self, law: &ContactLaw<T, D>, along: T, across: T) {
+    fn set_slip(&mut self, law: &ContactLaw<T, D, L>, along: T, across: T) {
         let mu = law.cone.friction();
         let e = self.direction;
         let first = e.get(1).copied().unwrap_or(T::ZERO);
@@ -152,26 +164,74 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
+    /// Unknowns and equations are the joint rows that hold.
+    fn set_rows(&mut self, holding: [bool; D], compliance: T, regularisation: T) {
+        self.rows = L::Room::with(holding);
+        self.kind = if holding.contains(&true) {
+            Kind::Stick
+        } else {
+            Kind::Open
+        };
+        (self.compliance, self.hold) = (compliance, regularisation);
+        self.direction = [T::ZERO; D];
+        let units = self.pushes.iter_mut().zip(&mut self.tests);
+        let places = holding.iter().enumerate().filter(|&(_, &holds)| holds);
+        for ((push, test), (place, _)) in units.zip(places) {
+            *push = [T::ZERO; D];
+            if let Some(entry) = push.get_mut(place) {
+                *entry = T::ONE;
+            }
+            *test = *push;
+        }
+    }
+
+    /// Are unknowns and equations combinations of rows?
+    #[inline]
+    fn is_combined(&self) -> bool {
+        self.kind == Kind::Slip || self.rows.get().is_some()
+    }
+
+    /// Is it a contact that sticks?
+    #[inline]
+    pub(crate) fn sticks(&self) -> bool {
+        self.kind == Kind::Stick && self.rows.get().is_none()
+    }
+
+    /// Does its slot do what it did where this was set?
+    #[inline]
+    pub(crate) fn is_of(
+        &self,
+        law: &ContactLaw<T, D, L>,
+        velocity: &SVector<T, D>,
+        r: &[T; D],
+    ) -> bool {
+        match (self.rows.get(), law.rows.get()) {
+            (Some(holding), Some(rows)) => *holding == rows.holding(r),
+            (None, None) => self.kind == Kind::of(law, velocity, r),
+            _ => false,
+        }
+    }
+
     /// Which combination of rows an equation is, if it is not one of them.
     pub(crate) fn combination(&self, equation: usize) -> Option<&[T; D]> {
-        match self.kind {
-            Kind::Slip => self.tests.get(equation),
-            _ => None,
-        }
+        self.is_combined()
+            .then(|| self.tests.get(equation))
+            .flatten()
     }
 
     /// The right-hand sides of its equations.
     pub(crate) fn test(&self, residual: &[T; D]) -> [T; D] {
-        match self.kind {
-            Kind::Slip => self.tests.each_ref().map(|test| product(test, residual)),
-            _ => *residual,
+        if self.is_combined() {
+            self.tests.each_ref().map(|test| product(test, residual))
+        } else {
+            *residual
         }
     }
 
     /// What the unknowns push.
     pub(crate) fn push(&self, unknowns: &[T]) -> [T; D] {
         let mut push = [T::ZERO; D];
-        if self.kind == Kind::Slip {
+        if self.is_combined() {
             for (&unknown, column) in unknowns.iter().zip(&self.pushes) {
                 for (push, &column) in push.iter_mut().zip(column) {
                     *push += unknown * column;
@@ -188,7 +248,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
     /// `source` times what the unknowns push.
     #[inline]
     pub(crate) fn columns(&self, source: &[T; D]) -> [T; D] {
-        if self.kind == Kind::Slip {
+        if self.is_combined() {
             return self.pushes.each_ref().map(|push| product(source, push));
         }
         let mut entries = *source;
@@ -203,13 +263,20 @@ impl<T: Real, const D: usize> Frame<T, D> {
     /// The step of this contact, from its unknowns and what they leave of its equations.
     pub(crate) fn step(
         &self,
-        law: &ContactLaw<T, D>,
+        law: &ContactLaw<T, D, L>,
         unknowns: &[T],
         left: SVector<T, D>,
         damping: T,
     ) -> SVector<T, D> {
         let direction = SVector::from(self.direction);
         let mut step = left * damping;
+        if let Some(holding) = self.rows.get() {
+            let places = step.iter_mut().zip(holding).filter(|(_, holds)| **holds);
+            for ((step, _), &unknown) in places.zip(unknowns) {
+                *step = unknown * self.compliance;
+            }
+            return step;
+        }
         match self.kind {
             Kind::Stick | Kind::Smooth => {
                 for (step, &unknown) in step.iter_mut().zip(unknowns) {

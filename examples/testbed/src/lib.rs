@@ -13,6 +13,7 @@ pub mod generate;
 pub mod kernel;
 pub mod measure;
 pub mod method;
+pub mod mixed;
 pub mod scene_file;
 pub mod solve;
 
