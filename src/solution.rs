@@ -236,6 +236,17 @@ pub struct SlotSolution<T, const D: usize> {
     pub(crate) certificate: [T; D],
 }
 
+impl<T: Real, const D: usize> SlotSolution<T, D> {
+    /// Nothing yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            count: 0,
+            modes: [RowMode::Open; D],
+            certificate: [T::ZERO; D],
+        }
+    }
+}
+
 /// A vector of zeros in a constant.
 pub(crate) const fn zeros<T: Real, const K: usize>() -> SVector<T, K> {
     SVector::from_array_storage(ArrayStorage([[T::ZERO; K]; 1]))

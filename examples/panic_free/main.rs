@@ -32,7 +32,7 @@ mod proof {
         undefined::a_panic_is_reachable()
     }
 
-    struct Kernel<T, const N: usize, const D: usize, const C: usize> {
+    struct Kernel<T: Real, const N: usize, const D: usize, const C: usize> {
         scene: Scene<T, N, D, C>,
         factor: Factor<T, N, D, C>,
         admm_factor: AdmmFactor<T, N, D, C>,

@@ -79,6 +79,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         (product, energy.max(T::ZERO).square_root())
     }
 
+    /// `W d` without compliance, and `|Hᵀ d|` in the norm of `M⁻¹`, likewise.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn row_products(&self, d: &ContactVector<T, D, C>) -> (ContactVector<T, D, C>, T) {
+        let mut momentum = [T::ZERO; N];
+        self.add_whitened(d, &mut momentum);
+        let mut product = [[T::ZERO; D]; C];
+        let energy = self.contact_velocity(&momentum, &mut product);
+        (product, energy.max(T::ZERO).square_root())
+    }
+
     /// Adds `Hᵀ r`, whitened, to `g`.
     #[cfg_attr(target_os = "none", inline(never))]
     fn add_whitened(&self, r: &[[T; D]], g: &mut [T; N]) {

@@ -7,6 +7,7 @@
 //! A stop that is far from being reached, or a redundant loop that holds against itself, loosens nothing.
 
 use crate::Real;
+use crate::cone::square;
 use crate::laws::{Laws, Room};
 use crate::linalg::hints::rolled;
 use crate::problem::ContactLaw;
@@ -59,6 +60,23 @@ impl<T: Real> Energies<T> {
             least: alone.max(free),
             is_hopeless,
         }
+    }
+
+    /// The size of impulses, in units of what the velocities to be changed explain.
+    pub(crate) fn share<const D: usize, L: Laws>(
+        &self,
+        laws: &[ContactLaw<T, D, L>],
+        impulses: impl Iterator<Item = [T; D]>,
+    ) -> T {
+        let mut squares = T::ZERO;
+        for (law, impulse) in laws.iter().zip(impulses) {
+            rolled();
+            if law.alpha > T::ZERO {
+                let scale = self.unit / law.alpha.square_root();
+                squares += square(&impulse.map(|r| r * scale));
+            }
+        }
+        quotient(squares, self.least).square_root()
     }
 
     /// The error of joint rows, from `u = W r + q`, with bounds on what rounding did to each.

@@ -12,12 +12,14 @@ use nalgebra::SVector;
 use row_laws::RowLaws;
 
 mod dynamics;
-mod energies;
+pub(crate) mod energies;
 mod evaluation;
 pub(crate) mod infeasibility;
 pub(crate) mod residual;
 pub(crate) mod rounding;
 pub(crate) mod row_laws;
+pub(crate) mod row_proof;
+mod row_search;
 mod slots;
 
 /// What a solve needs to know of one contact, besides the factor.

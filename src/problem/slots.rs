@@ -138,7 +138,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
                 mode: residual::mode(law, &scaled.0, &scaled.1),
             });
             if let Some(place) = solution.rows.get_mut(i) {
-                *place = rows_of(law, &scaled);
+                *place = rows_of(law, &scaled, place.get());
             }
         }
         let [free] = &self.free_impulse.data.0;
@@ -181,6 +181,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
 fn rows_of<T: Real, const D: usize, L: Laws>(
     law: &ContactLaw<T, D, L>,
     (u, r): &(SVector<T, D>, SVector<T, D>),
+    before: Option<&SlotSolution<T, D>>,
 ) -> L::Room<SlotSolution<T, D>> {
     let Some(rows) = law.rows.get() else {
         return L::Room::EMPTY;
@@ -196,6 +197,7 @@ fn rows_of<T: Real, const D: usize, L: Laws>(
     L::Room::with(SlotSolution {
         count: rows.count(),
         modes,
-        certificate: [T::ZERO; D],
+        // A proof that was found on the way.
+        certificate: before.map_or([T::ZERO; D], |before| before.certificate),
     })
 }

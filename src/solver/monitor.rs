@@ -2,7 +2,7 @@
 
 use crate::admm::{Change, Iterate, Momentum, SlipUpdate, iterate};
 use crate::factor::resolvent::Resolvent;
-use crate::laws::{Coulomb, Laws};
+use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
@@ -85,6 +85,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         resumed: bool,
     ) -> Self {
         solution.certificate.clear();
+        if L::MIXED {
+            solution.rows = [const { L::Room::EMPTY }; C];
+        }
         if resumed {
             problem.set_q(&record.q);
             if record.counts_speed {
