@@ -33,6 +33,10 @@ use crate::linalg::cholesky::axpy;
 use crate::solution::zeros;
 use nalgebra::{SMatrix, SVector};
 
+mod rows;
+
+pub use rows::{Motor, closed_loop, compliance, compliant_gap, dry_friction, joint_limit, motor};
+
 /// Free impulse of a step, `M v + h F` (N·s): `M v_free`, and `-f` in the note.
 ///
 /// `v` is the velocity before the step, `F` (N) the sum of all forces but those of the contacts:

@@ -12,6 +12,8 @@ mod hard;
 mod kernel;
 mod long_runs;
 mod physics;
+mod rows;
+mod rows_physics;
 mod scenes;
 mod sequences;
 mod start;

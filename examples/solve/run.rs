@@ -7,6 +7,7 @@ use testbed::kernel::{Answer, Kernel, Shape};
 use testbed::measure::{self, Law};
 use testbed::method::Method;
 use testbed::mixed::MixedFile;
+use testbed::mixed_measure;
 use testbed::scene_file::SceneFile;
 
 /// One solved scene.
@@ -15,14 +16,14 @@ pub(crate) struct Run {
     pub(crate) n_dof: usize,
     pub(crate) n_contacts: usize,
     pub(crate) dim: usize,
-    /// Recomputed in f64, of a scene of contacts alone.
+    /// Recomputed in f64.
     pub(crate) error: f64,
     pub(crate) prepare_ns: f64,
     pub(crate) solve_ns: f64,
     pub(crate) answer: Answer,
 }
 
-/// Solves a scene of contacts and joint rows from nothing. Its error is the kernel's own.
+/// Solves a scene of contacts and joint rows from nothing.
 pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run>, String> {
     if options.method != Method::Default {
         return Err(format!("{} solves contacts alone", options.method.name()));
@@ -40,7 +41,7 @@ pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run
         n_dof: file.n_dof,
         n_contacts: file.n_contacts,
         dim: file.dim,
-        error: answer.error,
+        error: mixed_measure::error(file, &answer.v, &answer.r, &answer.lambda),
         prepare_ns: times.prepare_ns,
         solve_ns: times.solve_ns,
         answer,

@@ -14,6 +14,7 @@ pub mod kernel;
 pub mod measure;
 pub mod method;
 pub mod mixed;
+pub mod mixed_measure;
 pub mod scene_file;
 pub mod solve;
 

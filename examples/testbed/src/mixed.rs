@@ -141,14 +141,19 @@ impl MixedFile {
         }))?;
         for (i, mu) in self.mu.iter().enumerate() {
             let row = |k: usize| &self.h[i * D + k];
-            let contact = Contact {
+            let mut contact = Contact {
                 jacobian: SMatrix::from_fn(|k, j| T::literal(*row(k).get(j).unwrap_or(&0.0))),
                 offset: SVector::from_fn(|k, _| T::literal(self.w[i * D + k])),
                 mu: T::ZERO,
                 key: u32::try_from(i).unwrap_or(u32::MAX),
             };
-            let compliance = self.compliance.get(i).unwrap_or(&[0.0; 2]);
-            scene.push_on(&contact, &surface(mu, compliance.map(T::literal)))?;
+            let compliance = self.compliance.get(i).copied().unwrap_or_default();
+            if let (Friction::Isotropic(mu), [0.0, 0.0]) = (mu, compliance) {
+                contact.mu = T::literal(*mu);
+                scene.push(&contact)?;
+            } else {
+                scene.push_on(&contact, &surface(mu, compliance.map(T::literal)))?;
+            }
         }
         let mut places = Vec::new();
         for (joint, key) in self.joints.iter().zip(0..) {
