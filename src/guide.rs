@@ -3,6 +3,9 @@
 #[doc = include_str!("guide/method.md")]
 pub mod method {}
 
+#[doc = include_str!("guide/rows.md")]
+pub mod rows {}
+
 #[doc = include_str!("guide/error.md")]
 pub mod error {}
 
