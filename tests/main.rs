@@ -17,6 +17,7 @@ mod rows_physics;
 mod scenes;
 mod sequences;
 mod start;
+mod surfaces;
 mod sweeps;
 mod time_stepping;
 mod warm_start;

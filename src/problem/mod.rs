@@ -1,16 +1,16 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
-use crate::cone::{add_to_normal, norm, split, square};
+use crate::cone::square;
 use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::blocks::{ContactVector, block};
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::scene::check_finite;
-use crate::solution::zeros;
 use crate::{Contact, Error, Factor, FrictionCone, Input, Model, Real, Scene, Settings};
+pub(crate) use contact_law::ContactLaw;
 use energies::Energies;
 use nalgebra::SVector;
-use row_laws::RowLaws;
 
+mod contact_law;
 mod dynamics;
 pub(crate) mod energies;
 mod evaluation;
@@ -21,86 +21,6 @@ pub(crate) mod row_laws;
 pub(crate) mod row_proof;
 mod row_search;
 mod slots;
-
-/// What a solve needs to know of one contact, besides the factor.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ContactLaw<T: Real, const D: usize, L: Laws = Coulomb> {
-    /// Factor of the De Saxcé shift: `mu_i`, or 0 in the convex relaxation.
-    pub(crate) shift_factor: T,
-    /// The cone `K` the impulse lies in.
-    pub(crate) cone: FrictionCone<T>,
-    /// Step `alpha_i` (kg) of the natural map, see [`Factor::step`].
-    pub(crate) alpha: T,
-    /// `q_i = H_i v_free + w_i`.
-    pub(crate) q: SVector<T, D>,
-    /// Of a slot of joint rows: their laws, in place of the cone.
-    pub(crate) rows: L::Room<RowLaws<T, D>>,
-}
-
-impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
-    /// What stands in a place that is not used.
-    const fn none() -> Self {
-        Self {
-            shift_factor: T::ZERO,
-            cone: FrictionCone::frictionless(),
-            alpha: T::ZERO,
-            q: zeros(),
-            rows: L::Room::EMPTY,
-        }
-    }
-
-    /// That of a contact, with the step `alpha_i` and the velocity that the free motion gives it.
-    #[inline]
-    fn new<const N: usize>(
-        contact: &Contact<T, N, D>,
-        model: Model,
-        alpha: T,
-        moved: SVector<T, D>,
-    ) -> Self {
-        let mu = contact.mu;
-        Self {
-            shift_factor: match model {
-                Model::Coulomb => mu,
-                Model::ConvexRelaxation => T::ZERO,
-            },
-            cone: FrictionCone::new(mu).unwrap_or(FrictionCone::frictionless()),
-            alpha,
-            q: contact.offset + moved,
-            rows: L::Room::EMPTY,
-        }
-    }
-
-    /// Rows along which it may push.
-    pub(crate) fn rows(&self) -> usize {
-        if let Some(rows) = self.rows.get() {
-            return rows.count();
-        }
-        if self.cone.friction() > T::ZERO { D } else { 1 }
-    }
-
-    /// The nearest impulse that the law allows.
-    #[inline]
-    pub(crate) fn project(&self, r: &SVector<T, D>) -> SVector<T, D> {
-        match self.rows.get() {
-            Some(rows) => rows.project(r),
-            None => self.cone.project(r),
-        }
-    }
-
-    /// De Saxcé shift `mu_i |u_Ti|`, what `û` adds to the normal velocity.
-    pub(crate) fn shift(&self, u: &SVector<T, D>) -> T {
-        let (_, tangent) = split(u);
-        self.shift_factor * norm(tangent)
-    }
-
-    /// Augmented velocity `û_i = u_i + mu_i |u_Ti| e_N`.
-    #[inline]
-    pub(crate) fn augmented(&self, u: &SVector<T, D>) -> SVector<T, D> {
-        let mut augmented = *u;
-        add_to_normal(&mut augmented, self.shift(u));
-        augmented
-    }
-}
 
 /// The data of one solve.
 pub(crate) struct Problem<

@@ -41,6 +41,16 @@ impl<T: Real, const D: usize> RowLaws<T, D> {
         laws
     }
 
+    /// Rows with these bounds, all of which something moves.
+    #[cfg(test)]
+    pub(crate) const fn of(bounds: [[T; 2]; D]) -> Self {
+        Self {
+            bounds,
+            count: D,
+            is_hopeless: false,
+        }
+    }
+
     /// How many there are.
     pub(crate) const fn count(&self) -> usize {
         self.count

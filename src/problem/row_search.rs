@@ -52,7 +52,7 @@ impl<T: Real, const D: usize, const C: usize> Search<T, D, C> {
             }
             let Some(index) = entering.1 else { break };
             *support.as_flattened_mut().get_mut(index)? = true;
-            self.descend(&mut d, &mut support, &g, rounding)?;
+            self.descend(&mut d, &mut support, &g, rounding);
         }
         (T::ONE + dot(g.as_flattened(), d.as_flattened()) <= T::literal(0.999)).then_some(d)
     }
@@ -64,7 +64,7 @@ impl<T: Real, const D: usize, const C: usize> Search<T, D, C> {
         support: &mut Support<D, C>,
         g: &ContactVector<T, D, C>,
         rounding: T,
-    ) -> Option<()> {
+    ) {
         while let Some(minimiser) = self.solve(support, T::ONE, g, g) {
             rolled();
             let mut length = T::ONE;
@@ -97,7 +97,6 @@ impl<T: Real, const D: usize, const C: usize> Search<T, D, C> {
                 break;
             }
         }
-        Some(())
     }
 
     /// Inverse iteration on the support of `d`: what is not in the null space dies out.

@@ -45,7 +45,7 @@ impl<T: Real, const N: usize> Momentum<T, N> {
         r: &[T; D],
     ) -> ([T; D], [T; D]) {
         let mut u: [T; D] = contact.offset.into();
-        let mut sizes = u.map(|w| w.abs());
+        let mut sizes: [T; D] = contact.offset.abs().into();
         let columns = contact.jacobian.data.0.iter().zip(v);
         let sums = self.pushed.iter_mut().zip(&mut self.sizes);
         for ((column, &v), (pushed, pushes)) in columns.zip(sums) {

@@ -156,3 +156,6 @@ fn joined<T: Real, const D: usize>(normal: T, tangents: &[T; D], stretch: T) -> 
     }
     impulse
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,6 +12,10 @@ use crate::{Contact, Error, Factor, Input, Real, Scene};
 use core::mem;
 use nalgebra::SVector;
 
+mod state;
+
+pub(super) use state::ContactState;
+
 /// What is known where a solve starts.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Known {
@@ -30,28 +34,6 @@ pub(crate) struct WarmStart<T: Real, const D: usize, const C: usize, L: Laws = C
     pub(super) contacts: [Option<ContactState<T, D>>; C],
     /// Of slots of joint rows: the keys of the rows.
     pub(super) rows: [L::Room<Option<RowKeys<D>>>; C],
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ContactState<T, const D: usize> {
-    pub(super) key: u32,
-    pub(super) u: SVector<T, D>,
-    pub(super) r: SVector<T, D>,
-    /// `r` of the solve before, if `solves > 1`. (An option in an option would not be all zeros.)
-    pub(super) before: SVector<T, D>,
-    /// How many solves have had the contact; 0 if its impulse was given, and `u` is not known.
-    pub(super) solves: u32,
-}
-
-impl<T: Real, const D: usize> ContactState<T, D> {
-    /// `r` if it goes on to change as it did; an open contact stays open.
-    fn ahead(&self) -> SVector<T, D> {
-        if self.solves > 1 && self.r != zeros::<T, D>() {
-            self.r + (self.r - self.before)
-        } else {
-            self.r
-        }
-    }
 }
 
 impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {

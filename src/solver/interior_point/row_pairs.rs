@@ -184,3 +184,6 @@ impl<T: Real, const D: usize> RowPairs<T, D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
