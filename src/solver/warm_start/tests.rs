@@ -8,6 +8,7 @@ use crate::{Contact, Error, Factor, Scene};
 use nalgebra::{Matrix1, Vector1};
 use proptest::collection::vec;
 use proptest::prelude::*;
+use std::string::ToString;
 use std::vec::Vec;
 
 const C: usize = 5;
@@ -41,8 +42,9 @@ proptest! {
         let mut state = WarmStart::<f64, 1, C>::cold();
         let mut last: Vec<((u32, usize), f64)> = Vec::new();
         for (step, keys) in lists.iter().enumerate() {
-            let scene = scene(keys).expect("there is room");
-            let factor = Factor::new(&scene).expect("it has a mass");
+            let scene = scene(keys).map_err(|error| TestCaseError::fail(error.to_string()))?;
+            let factor = Factor::new(&scene);
+            let factor = factor.map_err(|error| TestCaseError::fail(error.to_string()))?;
             state.follow(&scene);
             let names: Vec<_> = (0..keys.len()).map(|i| name(keys, i)).collect();
             for (i, contact) in state.contacts.iter().enumerate() {
