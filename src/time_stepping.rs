@@ -84,8 +84,15 @@ pub fn free_impulse<T: Real, const N: usize>(
 /// ```
 #[must_use]
 pub fn gap<T: Real>(gap: T, step: T, recovery: T, reach: T) -> T {
-    // `min` and `max` would take a NaN for a number.
-    (gap / step).clamp(-recovery, reach)
+    // `min` and `max` would take a NaN for a number, and `clamp` panics at bounds that are none.
+    let offset = gap / step;
+    if offset < -recovery {
+        -recovery
+    } else if offset > reach {
+        reach
+    } else {
+        offset
+    }
 }
 
 /// Normal offset of a contact that bounces, Newton's `w_N = e u_N⁻` (m/s), where it closes in this

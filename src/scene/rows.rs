@@ -87,8 +87,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C, 
             self.fill(slot, Some(Slot::rows()));
         }
         self.refill(slot, |contact, place| {
-            contact.jacobian.set_row(index.row, &row.row.transpose());
-            if let Some(offset) = contact.offset.get_mut(index.row) {
+            let columns = contact.jacobian.data.0.iter_mut().zip(row.row.iter());
+            for (column, &entry) in columns {
+                if let Some(place) = column.get_mut(index.row) {
+                    *place = entry;
+                }
+            }
+            if let Some(offset) = contact.offset.as_mut_slice().get_mut(index.row) {
                 *offset = row.offset;
             }
             if let Some(slot) = place {
@@ -109,7 +114,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C, 
         }
         self.law_mut(row)?;
         let entries = self.contacts.get_mut(row.slot);
-        let entry = entries.and_then(|contact| contact.offset.get_mut(row.row));
+        let entry = entries.and_then(|contact| contact.offset.as_mut_slice().get_mut(row.row));
         *entry.ok_or(Error::NoSuchRow { row })? = offset;
         Ok(())
     }
