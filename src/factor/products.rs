@@ -11,7 +11,15 @@ use crate::linalg::substitution::{solve_lower, solve_upper};
 impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T, N, D, C, L> {
     /// `y = W x`
     #[inline]
-    pub(crate) fn delassus_times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
+    pub(crate) fn delassus_times(&self, mut x: &[[T; D]], y: &mut [[T; D]]) {
+        if L::MIXED {
+            // Stops that are not reached stand behind the contacts.
+            while let Some((last, others)) = x.split_last()
+                && *last == [T::ZERO; D]
+            {
+                x = others;
+            }
+        }
         multiply_transposed(&self.delassus, x, y);
     }
 

@@ -94,8 +94,10 @@ impl<T: Real> Energies<T> {
         let mut noise = noise.iter();
         for ((law, u), r) in laws.iter().zip(u).zip(r) {
             rolled();
-            for ((&u, &q), &r) in u.iter().zip(law.q.iter()).zip(r) {
-                work += (r * self.unit) * ((u - q) * self.unit);
+            if *r != [T::ZERO; D] {
+                for ((&u, &q), &r) in u.iter().zip(law.q.iter()).zip(r) {
+                    work += (r * self.unit) * ((u - q) * self.unit);
+                }
             }
             let noise = noise.next().copied().unwrap_or([T::ZERO; D]);
             let Some(rows) = law.rows.get() else { continue };

@@ -5,6 +5,7 @@ use crate::Real;
 use crate::laws::{Laws, Room};
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
+use crate::linalg::sparsity::{GROUP, Support};
 use crate::problem::residual::{self, larger, quotient, unit};
 use crate::problem::{ContactLaw, Problem};
 use crate::solution::SlotSolution;
@@ -41,23 +42,29 @@ impl<T: Real, const N: usize> Momentum<T, N> {
     fn push<const D: usize>(
         &mut self,
         contact: &Contact<T, N, D>,
+        support: Support,
         v: &[T; N],
         r: &[T; D],
     ) -> ([T; D], [T; D]) {
         let mut u: [T; D] = contact.offset.into();
         let mut sizes: [T; D] = contact.offset.abs().into();
-        let columns = contact.jacobian.data.0.iter().zip(v);
-        let sums = self.pushed.iter_mut().zip(&mut self.sizes);
-        for ((column, &v), (pushed, pushes)) in columns.zip(sums) {
+        let (groups, last) = v.as_chunks::<GROUP>();
+        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+        let (pushed, pushed_last) = self.pushed.as_chunks_mut::<GROUP>();
+        let (terms, terms_last) = self.sizes.as_chunks_mut::<GROUP>();
+        for group in support.groups::<N>() {
             rolled();
-            let rows = u.iter_mut().zip(&mut sizes).zip(column.iter().zip(r));
-            for ((u, size), (&h, &r)) in rows {
-                *u += h * v;
-                *size += (h * v).abs();
-                *pushed += h * r;
-                *pushes += (h * r).abs();
+            let sums = pushed.get_mut(group).zip(terms.get_mut(group));
+            let given = columns.get(group).zip(groups.get(group));
+            if let (Some((columns, v)), Some((pushed, terms))) = (given, sums) {
+                add((columns, v, r), (&mut u, &mut sizes), (pushed, terms));
             }
         }
+        add(
+            (rest, last, r),
+            (&mut u, &mut sizes),
+            (pushed_last, terms_last),
+        );
         (u, sizes)
     }
 
@@ -106,8 +113,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         let mut squares = [T::ZERO; C];
         solution.contacts.clear();
         let places = u.iter_mut().zip(&mut noise).zip(&mut squares);
-        let slots = self.scene.contacts().iter().zip(self.laws()).zip(r);
-        for (i, (((contact, law), r), ((u, noise), square))) in slots.zip(places).enumerate() {
+        let slots = self.scene.supported().zip(self.laws()).zip(r);
+        for (i, ((((contact, support), law), r), ((u, noise), square))) in
+            slots.zip(places).enumerate()
+        {
             rolled();
             let scales = self.factor.scales(i).copied().unwrap_or([T::ONE; D]);
             let impulse = from_fn(|k| {
@@ -115,7 +124,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
                     .zip(scales.get(k))
                     .map_or(T::ZERO, |(&r, &t)| r * t)
             });
-            let (mut velocity, mut sizes) = momentum.push(contact, v, &impulse);
+            let (mut velocity, mut sizes) = momentum.push(contact, support, v, &impulse);
             let given = self.given_way(i, r, &scales);
             for (k, (velocity, size)) in velocity.iter_mut().zip(&mut sizes).enumerate() {
                 let given = given.get(k).copied().unwrap_or(T::ZERO);
@@ -174,6 +183,28 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
             };
         }
         given
+    }
+}
+
+/// Adds what some columns of a Jacobian, with velocities and impulses, make of `u` and of `Hᵀ r`, and its magnitudes.
+#[inline]
+fn add<T: Real, const D: usize>(
+    (columns, v, r): (&[[T; D]], &[T], &[T; D]),
+    (u, sizes): (&mut [T; D], &mut [T; D]),
+    (pushed, terms): (&mut [T], &mut [T]),
+) {
+    let pushes = *r != [T::ZERO; D];
+    for ((column, &v), (pushed, term)) in columns.iter().zip(v).zip(pushed.iter_mut().zip(terms)) {
+        for ((u, size), &h) in u.iter_mut().zip(sizes.iter_mut()).zip(column) {
+            *u += h * v;
+            *size += (h * v).abs();
+        }
+        if pushes {
+            for (&h, &r) in column.iter().zip(r) {
+                *pushed += h * r;
+                *term += (h * r).abs();
+            }
+        }
     }
 }
 
