@@ -68,11 +68,11 @@ impl<T: Real, const N: usize> Momentum<T, N> {
         (u, sizes)
     }
 
-    /// `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)` with weights of the dofs, and with what rounding may
-    /// hide of it.
-    fn error(&self, free: &[T; N], weights: &[T; N]) -> T {
+    /// `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|, least)` with weights of the dofs, and with what rounding
+    /// may hide of it.
+    fn error(&self, free: &[T; N], weights: &[T; N], least: T) -> T {
         let sums = [free, &self.inertia, &self.pushed];
-        let largest = sums.iter().fold(T::ZERO, |largest, sums| {
+        let largest = sums.iter().fold(least, |largest, sums| {
             let pairs = sums.iter().zip(weights);
             pairs.fold(largest, |largest, (&x, &weight)| {
                 larger(largest, &[x], weight)
@@ -92,7 +92,8 @@ impl<T: Real, const N: usize> Momentum<T, N> {
             }
         }
         let [a, b, c] = squares;
-        quotient(gap, a.max(b).max(c)).square_root()
+        let least = least * unit;
+        quotient(gap, a.max(b).max(c).max(least * least)).square_root()
     }
 }
 
@@ -157,12 +158,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         });
         let laws = self.laws();
         let mut error = residual::natural_map(laws, self.size, &u, r, &squares);
+        let mut least = T::ZERO;
         if let Some(energies) = self.energies.get() {
             error = error.max(energies.natural_map(laws, &u, r, &noise));
+            least = energies.momentum();
         }
-        for weights in [[T::ONE; N], masses] {
-            error = error.max(momentum.error(free, &weights));
-        }
+        error = error.max(momentum.error(free, &masses, least));
+        // The heaviest dof has the least weight.
+        let heaviest = masses.iter().fold(T::ONE / T::ZERO, |a, &b| a.min(b));
+        error = error.max(momentum.error(free, &[T::ONE; N], least / heaviest));
         if error > T::ZERO {
             error = error * (T::ONE + self.factor.uncertainty()) + T::literal(4.0) * T::EPSILON;
         }
