@@ -23,7 +23,6 @@ use crate::solver::workspace::Workspace;
 use direction::System;
 use nalgebra::SVector;
 use pair::{Pair, Part, widen};
-use row_pairs::RowPairs;
 
 mod direction;
 mod lorentz;
@@ -75,10 +74,15 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> InteriorPoint<T, D, C, L>
         let (mut sum, mut count) = (T::ZERO, T::ZERO);
         for pair in &self.pairs {
             rolled();
-            let rows = pair.rows.get().into_iter().flat_map(RowPairs::products);
-            for product in pair.products(self.beta).into_iter().flatten().chain(rows) {
+            for product in pair.products(self.beta).into_iter().flatten() {
                 sum += product;
                 count += T::ONE;
+            }
+            if let Some(rows) = pair.rows.get() {
+                for product in rows.products() {
+                    sum += product;
+                    count += T::ONE;
+                }
             }
         }
         sum / count.max(T::ONE)
