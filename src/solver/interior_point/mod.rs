@@ -72,17 +72,18 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> InteriorPoint<T, D, C, L>
     /// `tau`: the mean of the products that are to vanish.
     fn tau(&self) -> T {
         let (mut sum, mut count) = (T::ZERO, T::ZERO);
+        let mut add = |product| {
+            sum += product;
+            count += T::ONE;
+        };
         for pair in &self.pairs {
             rolled();
-            for product in pair.products(self.beta).into_iter().flatten() {
-                sum += product;
-                count += T::ONE;
-            }
+            pair.products(self.beta)
+                .into_iter()
+                .flatten()
+                .for_each(&mut add);
             if let Some(rows) = pair.rows.get() {
-                for product in rows.products() {
-                    sum += product;
-                    count += T::ONE;
-                }
+                rows.products().for_each(&mut add);
             }
         }
         sum / count.max(T::ONE)
