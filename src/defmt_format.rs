@@ -1,6 +1,7 @@
 //! `defmt::Format` for what a derive does not reach: nalgebra's vectors have none.
 
-use crate::{ContactSolution, Solution};
+use crate::laws::Laws;
+use crate::{ContactSolution, Real, Solution};
 use defmt::{Format, Formatter, write};
 
 impl<T: Format, const D: usize> Format for ContactSolution<T, D> {
@@ -11,7 +12,9 @@ impl<T: Format, const D: usize> Format for ContactSolution<T, D> {
     }
 }
 
-impl<T: Format, const N: usize, const D: usize, const C: usize> Format for Solution<T, N, D, C> {
+impl<T: Real + Format, const N: usize, const D: usize, const C: usize, L: Laws> Format
+    for Solution<T, N, D, C, L>
+{
     fn format(&self, fmt: Formatter<'_>) {
         write!(
             fmt,

@@ -1,5 +1,6 @@
 //! What can be wrong with the data of a solve.
 
+use crate::RowIndex;
 use core::fmt;
 
 /// Which input of a scene an [`Error`] speaks of.
@@ -26,6 +27,11 @@ pub enum Input {
     Offset {
         /// Index `i` of the contact.
         contact: usize,
+    },
+    /// A joint row or its offset.
+    JointRow {
+        /// Where it stands, or would have.
+        row: RowIndex,
     },
 }
 
@@ -85,6 +91,21 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
+    /// The bounds of a joint row are not finite, or the lower one is above the upper one.
+    InvalidBounds {
+        /// Where it stands, or would have.
+        row: RowIndex,
+    },
+    /// A compliance is negative or not finite.
+    InvalidCompliance {
+        /// The slot of the contact or joint row.
+        slot: usize,
+    },
+    /// There is no joint row there.
+    NoSuchRow {
+        /// Where it was looked for.
+        row: RowIndex,
+    },
 }
 
 impl fmt::Display for Input {
@@ -95,6 +116,7 @@ impl fmt::Display for Input {
             Self::InitialImpulse { contact } => write!(f, "initial impulse {contact}"),
             Self::Jacobian { contact } => write!(f, "Jacobian H of contact {contact}"),
             Self::Offset { contact } => write!(f, "offset w of contact {contact}"),
+            Self::JointRow { row } => write!(f, "{row}"),
         }
     }
 }
@@ -128,6 +150,13 @@ impl fmt::Display for Error {
             Self::DelassusOverflow { contact } => {
                 write!(f, "H M⁻¹ Hᵀ of contact {contact} overflows")
             }
+            Self::InvalidBounds { row } => {
+                write!(f, "bounds of {row} are not finite or not in order")
+            }
+            Self::InvalidCompliance { slot } => {
+                write!(f, "compliance in slot {slot} is negative or not finite")
+            }
+            Self::NoSuchRow { row } => write!(f, "there is no {row}"),
         }
     }
 }

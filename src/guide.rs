@@ -8,6 +8,7 @@ macro_rules! links {
 [firmware page]: crate::guide::firmware
 [How it solves]: crate::guide::method
 [Kanno's note]: crate::guide::note
+[Joint rows]: crate::guide::rows
 [Numbers]: crate::guide::numbers
 [The error]: crate::guide::error
 "
@@ -17,6 +18,10 @@ macro_rules! links {
 #[doc = links!()]
 #[doc = include_str!("guide/method.md")]
 pub mod method {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/rows.md")]
+pub mod rows {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/error.md")]

@@ -1,6 +1,7 @@
 //! Scene, factor and solver in one value.
 
-use crate::{Error, Factor, Real, Scene, Settings, Solution, Solver};
+use crate::laws::{Coulomb, Laws};
+use crate::{Error, Factor, Mixed, Real, Scene, Settings, Solution, Solver};
 use nalgebra::SVector;
 
 /// A scene, its factor and its solver in one value, for a `static`.
@@ -40,18 +41,40 @@ use nalgebra::SVector;
 /// assert!(refused.is_err());
 /// ```
 #[derive(Clone, Debug)]
-pub struct Kernel<T, const N: usize, const D: usize, const C: usize> {
-    scene: Scene<T, N, D, C>,
-    factor: Factor<T, N, D, C>,
-    solver: Solver<T, N, D, C>,
+pub struct Kernel<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb> {
+    scene: Scene<T, N, D, C, L>,
+    factor: Factor<T, N, D, C, L>,
+    solver: Solver<T, N, D, C, L>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C> {
     /// An empty scene, and nothing solved yet.
     #[must_use]
     pub const fn new() -> Self {
+        Self::of(Scene::new())
+    }
+
+    /// The contact with the largest residual in the last solution, see [`Solution::worst_contact`].
+    #[must_use]
+    pub fn worst_contact(&self, settings: &Settings<T>) -> Option<usize> {
+        let solution = self.solution();
+        solution.worst_contact(&self.scene, &self.factor, settings)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C, Mixed> {
+    /// An empty scene for contacts and joint rows, and nothing solved yet.
+    #[must_use]
+    pub const fn mixed() -> Self {
+        Self::of(Scene::mixed())
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Kernel<T, N, D, C, L> {
+    /// A scene, and nothing solved yet.
+    const fn of(scene: Scene<T, N, D, C, L>) -> Self {
         Self {
-            scene: Scene::new(),
+            scene,
             factor: Factor::empty(),
             solver: Solver::new(),
         }
@@ -59,23 +82,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C>
 
     /// The scene.
     #[must_use]
-    pub const fn scene(&self) -> &Scene<T, N, D, C> {
+    pub const fn scene(&self) -> &Scene<T, N, D, C, L> {
         &self.scene
     }
 
     /// The scene, to be filled or changed.
-    pub const fn scene_mut(&mut self) -> &mut Scene<T, N, D, C> {
+    pub const fn scene_mut(&mut self) -> &mut Scene<T, N, D, C, L> {
         &mut self.scene
     }
 
     /// The solver, to [`Solver::reset`] it or to [`Solver::set_impulses`].
-    pub const fn solver_mut(&mut self) -> &mut Solver<T, N, D, C> {
+    pub const fn solver_mut(&mut self) -> &mut Solver<T, N, D, C, L> {
         &mut self.solver
     }
 
     /// The last solution. After an `Err` it is still that of an earlier solve.
     #[must_use]
-    pub const fn solution(&self) -> &Solution<T, N, D, C> {
+    pub const fn solution(&self) -> &Solution<T, N, D, C, L> {
         self.solver.solution()
     }
 
@@ -88,7 +111,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C>
         &mut self,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
+    ) -> Result<&Solution<T, N, D, C, L>, Error> {
         self.prepare()?;
         let solver = &mut self.solver;
         solver.solve(&self.scene, &self.factor, free_impulse, settings)
@@ -102,17 +125,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C>
         &mut self,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
+    ) -> Result<&Solution<T, N, D, C, L>, Error> {
         self.prepare()?;
         let solver = &mut self.solver;
         solver.resume(&self.scene, &self.factor, free_impulse, settings)
-    }
-
-    /// The contact with the largest residual in the last solution, see [`Solution::worst_contact`].
-    #[must_use]
-    pub fn worst_contact(&self, settings: &Settings<T>) -> Option<usize> {
-        let solution = self.solution();
-        solution.worst_contact(&self.scene, &self.factor, settings)
     }
 
     fn prepare(&mut self) -> Result<(), Error> {

@@ -1,13 +1,14 @@
 //! Coulomb friction with unilateral contact, for microcontrollers.
 //!
 //! A scene has `N` generalised velocities and up to `C` contacts of `D` rows each (1 frictionless,
-//! 2 planar, 3 spatial, 4 with a torsional row). For a mass matrix `M`, a free impulse
+//! 2 planar, 3 spatial, 4 with a torsional row, 6 with rolling ones). For a mass matrix `M`, a free impulse
 //! `M v_free`, contact Jacobians `H_i`, offsets `w_i` and friction coefficients `mu_i` the
 //! kernel finds the velocity `v` and the contact impulses `r_i` with
 //!
 //! `M v = M v_free + Hᵀ r`, `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`
 //!
-//! and tells which contacts stick, which slip and which let go. All sizes are known at compile
+//! and tells which contacts stick, which slip and which let go; joint limits, dry friction, motors, loops and
+//! compliance are solved with them ([`guide::rows`]). All sizes are known at compile
 //! time; nothing allocates and nothing panics.
 //!
 //! ```
@@ -44,6 +45,7 @@
 //! | `cone` | `K`, `K*`, projections | Eqs. (1), (2), (6), (8)-(10) |
 //! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2 | steps 2-15 |
 //! | `scene`, `solution`, `error` | what goes in, what comes out, what can be wrong | |
+//! | `laws`, `joint_row`, `surface` | contacts alone, or with joint rows, compliance and shapes of friction | |
 //! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |
 //! | `problem` | one time step in contact space; the error that "solved" promises, and Farkas' proof that there is nothing to solve | |
 //! | `solver` | [`Solver`]: **`phases` is the method**, `tuning` its constants; sweeps, Newton, interior point, warm start | |
@@ -82,23 +84,29 @@ mod defmt_format;
 mod error;
 mod factor;
 pub mod guide;
+mod joint_row;
 mod kernel;
+mod laws;
 mod linalg;
 mod problem;
 mod real;
 mod scene;
 mod solution;
 mod solver;
+mod surface;
 pub mod time_stepping;
 
 pub use cone::FrictionCone;
 pub use error::{Error, Input};
 pub use factor::{AdmmFactor, AdmmFactorParts, Factor, FactorParts};
+pub use joint_row::{JointRow, RowIndex, RowLaw, RowMode, RowSolution};
 pub use kernel::Kernel;
+pub use laws::{Coulomb, Laws, Mixed};
 pub use real::Real;
 pub use scene::{Contact, Scene};
 pub use solution::{ContactMode, ContactSolution, Model, Settings, Solution, Status, Work};
 pub use solver::{Acceleration, AdmmSolver, SlipUpdate, Solver};
+pub use surface::Surface;
 
 pub use heapless;
 pub use nalgebra;

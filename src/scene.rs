@@ -1,40 +1,20 @@
 //! The scene: generalised mass matrix and contacts, checked where they enter.
 
-use crate::linalg::hints::{opaque, rolled};
+use crate::laws::{Coulomb, Laws, NoRoom, Room};
+use crate::linalg::hints::opaque;
 use crate::linalg::sparsity::Support;
 use crate::{Error, FrictionCone, Input, Real};
+use checks::fingerprint;
 use nalgebra::{ArrayStorage, SMatrix, SVector};
+use slot::Slot;
 
-/// One contact with friction: `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`.
-///
-/// `N` generalised velocities, `D` rows, the normal first, pointing out of the obstacle.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Contact<T, const N: usize, const D: usize> {
-    /// Contact Jacobian `H_i`, `D × N`.
-    pub jacobian: SMatrix<T, D, N>,
-    /// Offset `w_i` (m/s): velocity of a moving surface, gap over time step, restitution.
-    pub offset: SVector<T, D>,
-    /// Coulomb friction coefficient `mu_i >= 0`.
-    pub mu: T,
-    /// Which contact it is, in numbers of your own: a foot, a pair of features.
-    ///
-    /// A contact starts from the impulse that the contact with the same key had in the last solve, at any index, and
-    /// from zero if there was none. If several contacts share a key, the first follows the first, the second the second:
-    /// all keys may be 0 if contacts never come, go or change their order. [`crate::ContactSolution::key`] gives it back.
-    pub key: u32,
-}
+mod checks;
+mod contact;
+mod rows;
+pub(crate) mod slot;
 
-impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
-    /// A place that is not used.
-    const fn none() -> Self {
-        Self {
-            jacobian: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; D]; N])),
-            offset: SVector::from_array_storage(ArrayStorage([[T::ZERO; D]; 1])),
-            mu: T::ZERO,
-            key: 0,
-        }
-    }
-}
+pub(crate) use checks::check_finite;
+pub use contact::Contact;
 
 /// A generalised mass matrix and up to `C` contacts of `D` rows each over `N` velocities.
 ///
@@ -72,7 +52,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Scene<T, const N: usize, const D: usize, const C: usize> {
+pub struct Scene<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb> {
     mass: SMatrix<T, N, N>,
     contacts: [Contact<T, N, D>; C],
     /// Nonzero columns of their Jacobians.
@@ -83,21 +63,15 @@ pub struct Scene<T, const N: usize, const D: usize, const C: usize> {
     mass_print: u32,
     /// Sum of the fingerprints of the contacts' Jacobians.
     contacts_print: u32,
+    /// What a slot has that a contact alone has not.
+    slots: [L::Room<Slot<T, D>>; C],
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> {
     /// A scene without mass and without contacts; give it a mass matrix before it is factorised.
     #[must_use]
     pub const fn new() -> Self {
-        const { assert!(N >= 1 && D >= 1 && C >= 1, "N, D and C are at least 1") }
-        Self {
-            mass: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; N]; N])),
-            contacts: [const { Contact::none() }; C],
-            supports: [Support::none(); C],
-            count: 0,
-            mass_print: 0,
-            contacts_print: 0,
-        }
+        Self::empty()
     }
 
     /// A scene with all its `C` contacts from constants, to stand in a `static`.
@@ -114,6 +88,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             count: C,
             mass_print: 1,
             contacts_print: 0,
+            slots: [const { NoRoom::EMPTY }; C],
+        }
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, N, D, C, L> {
+    /// Without mass, and without contacts or rows.
+    const fn empty() -> Self {
+        const { assert!(N >= 1 && D >= 1 && C >= 1, "N, D and C are at least 1") }
+        Self {
+            mass: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; N]; N])),
+            contacts: [const { Contact::none() }; C],
+            supports: [Support::none(); C],
+            count: 0,
+            mass_print: 0,
+            contacts_print: 0,
+            slots: [const { L::Room::EMPTY }; C],
         }
     }
 
@@ -156,10 +147,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             return Err(Error::InvalidFriction { contact: index });
         }
         slot.clone_from(contact);
+        self.fill(index, L::Room::EMPTY);
+        Ok(index)
+    }
+
+    /// Takes the next slot into use, once its contact stands there.
+    #[inline]
+    fn fill(&mut self, index: usize, slot: L::Room<Slot<T, D>>) {
         self.count += 1;
+        if let Some(place) = self.slots.get_mut(index) {
+            *place = slot;
+        }
         self.support(index);
         self.contacts_print = self.contacts_print.wrapping_add(self.contact_print(index));
-        Ok(index)
     }
 
     /// Removes all contacts.
@@ -221,7 +221,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     /// Fingerprint of a Jacobian and its place.
     fn contact_print(&self, contact: usize) -> u32 {
         let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
-        jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact))
+        let own = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));
+        let slot = self.slots.get(contact).and_then(Room::get);
+        slot.map_or(own, |slot| own.wrapping_add(slot.fingerprint(contact)))
     }
 
     fn contact_mut(&mut self, contact: usize) -> Result<&mut Contact<T, N, D>, Error> {
@@ -254,6 +256,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
         self.contacts.get(..self.count).unwrap_or_default()
     }
 
+    /// What a slot has that a contact alone has not.
+    #[inline]
+    pub(crate) fn slot(&self, index: usize) -> Option<&Slot<T, D>> {
+        self.slots.get(index).and_then(Room::get)
+    }
+
     /// The contacts, each with where its Jacobian has entries.
     #[inline]
     pub(crate) fn supported(&self) -> impl Iterator<Item = (&Contact<T, N, D>, Support)> {
@@ -266,32 +274,4 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Scene<
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// Fingerprint of some numbers and their place among others.
-#[cfg_attr(target_os = "none", inline(never))]
-fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u32 {
-    let mut hash = u32::try_from(place).unwrap_or(0);
-    for number in numbers {
-        rolled();
-        hash = number.hash(hash);
-    }
-    // Until here the sign of the last number moves the highest bit alone, and two such bits would cancel in a sum.
-    (hash ^ (hash >> 15)).wrapping_mul(0x85eb_ca77)
-}
-
-/// Every entry of a matrix or vector is a number.
-pub(crate) fn check_finite<T: Real, const R: usize, const K: usize>(
-    matrix: &SMatrix<T, R, K>,
-    input: Input,
-) -> Result<(), Error> {
-    for (column, entries) in matrix.data.0.iter().enumerate() {
-        for (row, entry) in opaque(entries).iter().enumerate() {
-            rolled();
-            if !entry.is_finite() {
-                return Err(Error::NotFinite { input, row, column });
-            }
-        }
-    }
-    Ok(())
 }

@@ -1,6 +1,7 @@
 //! Settings of a solve, and its solution.
 
-use crate::Real;
+use crate::laws::{Coulomb, Laws, Room};
+use crate::{Mixed, Real, RowIndex, RowMode, RowSolution};
 use core::fmt;
 use heapless::Vec;
 use nalgebra::{ArrayStorage, SVector};
@@ -191,16 +192,19 @@ pub struct ContactSolution<T, const D: usize> {
         deserialize = "T: Real + serde::Deserialize<'de>"
     ))
 )]
-pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
+pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb> {
     /// Generalised velocity `v` at the end of the step.
     pub velocity: SVector<T, N>,
-    /// The contacts, in the order of the scene.
+    /// The contacts, in the order of the scene. (A slot of joint rows stands here, too: [`Self::row`] tells what they do.)
     pub contacts: Vec<ContactSolution<T, D>, C>,
     /// How the solve ended.
     pub status: Status,
     /// Proof of [`Status::Infeasible`], otherwise empty: one `d_i >= 0` a contact with
     /// `Σ d_i H_Niᵀ = 0` and `Σ d_i w_Ni < 0` (Farkas' lemma).
     pub certificate: Vec<T, C>,
+    /// What joint rows do, and their part of the proof.
+    #[cfg_attr(feature = "serde", serde(skip, default = "no_rows::<T, D, C, L>"))]
+    pub(crate) rows: [L::Room<SlotSolution<T, D>>; C],
     /// Work of the solve, over all its calls.
     pub work: Work,
     /// How far the solution is from Coulomb's law and the dynamics, relative to the impulses (dimensionless): 1e-3 is a
@@ -209,7 +213,7 @@ pub struct Solution<T, const N: usize, const D: usize, const C: usize> {
     pub error: T,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solution<T, N, D, C, L> {
     /// True if the error is at most the tolerance of the solve ([`Status::Solved`]).
     #[must_use]
     pub fn is_solved(&self) -> bool {
@@ -237,8 +241,49 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, 
             contacts: Vec::new(),
             status: Status::Unsolved,
             certificate: Vec::new(),
+            rows: [const { L::Room::EMPTY }; C],
             work: Work::none(),
             error: T::ZERO,
+        }
+    }
+}
+
+/// No joint rows.
+#[cfg(feature = "serde")]
+fn no_rows<T: Real, const D: usize, const C: usize, L: Laws>() -> [L::Room<SlotSolution<T, D>>; C] {
+    [const { L::Room::EMPTY }; C]
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, C, Mixed> {
+    /// What a joint row does; `None` if there is none.
+    #[must_use]
+    pub fn row(&self, row: RowIndex) -> Option<RowSolution<T>> {
+        let slot = self.rows.get(row.slot)?.as_ref()?;
+        let contact = self.contacts.get(row.slot)?;
+        (row.row < slot.count).then_some(RowSolution {
+            impulse: *contact.impulse.get(row.row)?,
+            velocity: *contact.velocity.get(row.row)?,
+            mode: *slot.modes.get(row.row)?,
+            certificate: *slot.certificate.get(row.row)?,
+        })
+    }
+}
+
+/// What a slot of joint rows does.
+#[derive(Clone, Copy, Debug)]
+pub struct SlotSolution<T, const D: usize> {
+    pub(crate) count: usize,
+    pub(crate) modes: [RowMode; D],
+    pub(crate) certificate: [T; D],
+}
+
+impl<T: Real, const D: usize> SlotSolution<T, D> {
+    /// Nothing yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            count: 0,
+            modes: [RowMode::Open; D],
+            certificate: [T::ZERO; D],
         }
     }
 }

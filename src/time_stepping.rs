@@ -33,6 +33,10 @@ use crate::linalg::cholesky::axpy;
 use crate::solution::zeros;
 use nalgebra::{SMatrix, SVector};
 
+mod rows;
+
+pub use rows::{Motor, closed_loop, compliance, compliant_gap, dry_friction, joint_limit, motor};
+
 /// Free impulse of a step, `M v + h F` (N·s): `M v_free`, and `-f` in the note.
 ///
 /// `v` is the velocity before the step, `F` (N) the sum of all forces except those of the contacts: weight, motors, and
@@ -81,8 +85,15 @@ pub fn free_impulse<T: Real, const N: usize>(
 /// ```
 #[must_use]
 pub fn gap<T: Real>(gap: T, step: T, recovery: T, reach: T) -> T {
-    // `min` and `max` would take a NaN for a number.
-    (gap / step).clamp(-recovery, reach)
+    // `min` and `max` would take a NaN for a number, and `clamp` panics at bounds that are none.
+    let offset = gap / step;
+    if offset < -recovery {
+        -recovery
+    } else if offset > reach {
+        reach
+    } else {
+        offset
+    }
 }
 
 /// Normal offset of a contact that bounces (m/s): Newton's `w_N = e u_N⁻`, or `gap_offset` if it does not bounce now.

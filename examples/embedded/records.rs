@@ -10,7 +10,7 @@ use stiction::{Contact, Real, Scene};
 pub(crate) struct Records<'a>(&'a [u8]);
 
 /// One time step.
-pub(crate) struct Step<T, const N: usize, const D: usize, const C: usize> {
+pub(crate) struct Step<T: Real, const N: usize, const D: usize, const C: usize> {
     pub(crate) scene: Scene<T, N, D, C>,
     pub(crate) push: SVector<T, N>,
 }

@@ -20,7 +20,7 @@ const BUDGET: usize = 100;
 const ENOUGH: f64 = 1e-2;
 
 /// All that lives from step to step.
-pub(crate) struct Trot<T> {
+pub(crate) struct Trot<T: Real> {
     records: Records<'static>,
     step: Step<T, N, D, C>,
     factor: Factor<T, N, D, C>,
@@ -95,7 +95,7 @@ impl<T: Real> Trot<T> {
 }
 
 /// What the contacts do, and how that was found.
-struct Summary<'a, T>(&'a Solution<T, N, D, C>);
+struct Summary<'a, T: Real>(&'a Solution<T, N, D, C>);
 
 impl<T: Real> Display for Summary<'_, T> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {

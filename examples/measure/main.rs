@@ -44,7 +44,7 @@ mod measure {
         exit(false)
     }
 
-    struct Bench<T, const N: usize, const D: usize, const C: usize> {
+    struct Bench<T: Real, const N: usize, const D: usize, const C: usize> {
         name: &'static str,
         records: &'static [u8],
         step: Step<T, N, D, C>,

@@ -44,7 +44,7 @@ mod proof {
         }
     }
 
-    struct Bench<T, const N: usize, const D: usize, const C: usize> {
+    struct Bench<T: Real, const N: usize, const D: usize, const C: usize> {
         scene: Scene<T, N, D, C>,
         factor: Factor<T, N, D, C>,
         admm_factor: AdmmFactor<T, N, D, C>,
@@ -158,8 +158,56 @@ mod proof {
         }
     }
 
+    /// A scene of contacts and joint rows.
+    type Mixed = stiction::Kernel<f32, 12, 6, 4, stiction::Mixed>;
+
+    fn call_mixed(kernel: &mut Mixed) {
+        let row: SVector<f32, 12> = black_box(SVector::zeros());
+        let numbers = black_box([0.1_f32; 4]);
+        let [a, b, c, d] = numbers;
+        let gains: law::Motor<f32> = black_box(law::Motor {
+            stiffness: a,
+            damping: b,
+            feedforward: c,
+            limit: d,
+        });
+        let contact: Contact<f32, 12, 6> = black_box(Contact {
+            jacobian: SMatrix::zeros(),
+            offset: SVector::zeros(),
+            mu: a,
+            key: 7,
+        });
+        let surface = black_box(stiction::Surface {
+            friction: [a, b],
+            spin: c,
+            roll: [a, d],
+            compliance: [law::compliance(a, b, c), law::compliant_gap(a, b, c, d)],
+        });
+        let scene = kernel.scene_mut();
+        let _ = black_box(scene.set_mass(&black_box(SMatrix::identity())));
+        let _ = black_box(scene.push_on(&contact, &surface));
+        for joint in [
+            law::joint_limit(row, a, b, c.abs(), d.abs(), 0),
+            law::dry_friction(row, a, b, 1),
+            law::motor(row, &gains, a, b, c, 2),
+            law::closed_loop(row, a, b, 1.0, 3),
+        ] {
+            if let Ok(index) = black_box(scene.push_row(&joint)) {
+                let _ = black_box(scene.set_row_offset(index, black_box(a)));
+                let _ = black_box(scene.set_row_law(index, joint.law));
+            }
+        }
+        let (push, settings) = (black_box(row), black_box(Settings::default()));
+        let _ = black_box(kernel.solve(&push, &settings).is_ok());
+        let _ = black_box(kernel.resume(&push, &settings).is_ok());
+        let index = black_box(stiction::RowIndex { slot: 1, row: 2 });
+        let _ = black_box(kernel.solution().row(index));
+        kernel.scene_mut().clear_contacts();
+    }
+
     #[entry]
     fn main() -> ! {
+        static mut MIXED: Mixed = Mixed::mixed();
         static mut QUADRUPED: Bench<f32, 18, 3, 4> = Bench::new();
         static mut STACK: Bench<f32, 18, 3, 12> = Bench::new();
         static mut WALKER: Bench<f32, 9, 2, 4> = Bench::new();
@@ -168,6 +216,7 @@ mod proof {
         STACK.call();
         WALKER.call();
         FRICTIONLESS.call();
+        call_mixed(MIXED);
         loop {
             debug::exit(debug::EXIT_SUCCESS);
         }

@@ -15,7 +15,7 @@ use clap::{Parser, ValueEnum, value_parser};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use testbed::method::Method;
-use testbed::scene_file;
+use testbed::{mixed, scene_file};
 
 /// Solve frictional contact scenes and measure error, iterations and time.
 #[derive(Parser)]
@@ -117,8 +117,11 @@ fn main() -> ExitCode {
     let scenes = options.files.iter().map(|path| (path, None));
     let sequences = options.sequence.iter().map(|path| (path, Some(start)));
     for (path, sequence) in scenes.chain(sequences) {
-        let results = scene_file::read(path)
-            .and_then(|scenes| run::solve(&scenes, sequence.unwrap_or(Start::Cold), &options));
+        let results = mixed::read(path).and_then(|file| match file {
+            Some(file) => run::solve_mixed(&file, &options),
+            None => scene_file::read(path)
+                .and_then(|scenes| run::solve(&scenes, sequence.unwrap_or(Start::Cold), &options)),
+        });
         match results {
             Ok(results) => {
                 for (step, result) in results.into_iter().enumerate() {

@@ -75,7 +75,9 @@ pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
         "solve_ns": run.solve_ns,
         "v": run.answer.v,
         "r": run.answer.r,
+        "lambda": run.answer.lambda,
         "certificate": certificate(run),
+        "certificate_lambda": run.answer.certificate_lambda,
     });
     if let Some(step) = step {
         line["step"] = step.into();

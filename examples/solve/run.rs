@@ -5,6 +5,9 @@ use std::time::Instant;
 use stiction::Settings;
 use testbed::kernel::{Answer, Kernel, Shape};
 use testbed::measure::{self, Law};
+use testbed::method::Method;
+use testbed::mixed::MixedFile;
+use testbed::mixed_measure;
 use testbed::scene_file::SceneFile;
 
 /// One solved scene.
@@ -18,6 +21,31 @@ pub(crate) struct Run {
     pub(crate) prepare_ns: f64,
     pub(crate) solve_ns: f64,
     pub(crate) answer: Answer,
+}
+
+/// Solves a scene of contacts and joint rows from nothing.
+pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run>, String> {
+    if options.method != Method::Default {
+        return Err(format!("{} solves contacts alone", options.method.name()));
+    }
+    let settings = Settings {
+        budget: options.max_iterations,
+        ..Settings::new(options.tolerance())
+    };
+    let (answer, times) = match options.precision {
+        Precision::F64 => kernels_f64::solve_mixed(file, &settings, options.repeat)?,
+        Precision::F32 => kernels_f32::solve_mixed(file, &settings, options.repeat)?,
+    };
+    Ok(vec![Run {
+        name: file.name.clone(),
+        n_dof: file.n_dof,
+        n_contacts: file.n_contacts,
+        dim: file.dim,
+        error: mixed_measure::error(file, &answer.v, &answer.r, &answer.lambda),
+        prepare_ns: times.prepare_ns,
+        solve_ns: times.solve_ns,
+        answer,
+    }])
 }
 
 /// Solves scenes one after the other, each cold or each from the one before, or says why one cannot

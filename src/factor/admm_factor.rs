@@ -7,7 +7,7 @@ use crate::{Error, Real, Scene};
 
 /// A [`Factor`] with its resolvent `(I + rho W)⁻¹`, for [`crate::AdmmSolver`], where an example stands.
 #[derive(Clone, Debug)]
-pub struct AdmmFactor<T, const N: usize, const D: usize, const C: usize> {
+pub struct AdmmFactor<T: Real, const N: usize, const D: usize, const C: usize> {
     factor: Factor<T, N, D, C>,
     resolvent: Resolvent<T, D, C>,
 }

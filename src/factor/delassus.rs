@@ -1,6 +1,7 @@
 //! The factor of the mass matrix and the Delassus operator.
 
-use super::Factor;
+use super::{Factor, scales};
+use crate::laws::{Laws, Room};
 use crate::linalg::blocks::{ContactMatrix, block, inverse};
 use crate::linalg::cholesky::factorise;
 use crate::linalg::hints::{opaque, rolled};
@@ -10,10 +11,10 @@ use crate::problem::residual::larger;
 use crate::{Error, Real, Scene};
 use heapless::Vec;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T, N, D, C, L> {
     /// Computes the Cholesky factor, `W` and the effective masses.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn compute_delassus(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+    pub(super) fn compute_delassus(&mut self, scene: &Scene<T, N, D, C, L>) -> Result<(), Error> {
         (self.contacts, self.fingerprint) = (0, 0);
         let mass = &scene.mass().data.0; // symmetric: columns are rows
         let floor = T::literal(32.0) * T::EPSILON;
@@ -31,12 +32,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             let transpose = &contact.jacobian.data.0; // D rows in N columns
             scaled.clear();
             solve_upper_block(&self.mass, &reach, transpose, whitened, &mut scaled);
+            let slot = scene.slot(i);
+            if let Some(slot) = slot {
+                let scales = scales::of(slot, &products(&scaled, whitened));
+                scales::apply(&scales, whitened, &mut scaled);
+                if let Some(place) = self.scales.get_mut(i) {
+                    *place = L::Room::with(scales);
+                }
+            } else if let Some(place) = self.scales.get_mut(i) {
+                *place = L::Room::EMPTY;
+            }
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
                 rolled();
                 let block = products(&scaled, y);
                 for (a, entries) in block.into_iter().enumerate() {
                     set(&mut self.delassus, [i, j], a, entries);
                 }
+            }
+            if let (Some(slot), Some(scales)) = (slot, self.scales(i).copied()) {
+                scales::comply(&mut self.delassus, i, slot, &scales);
             }
             if let Some(support) = self.supports.get_mut(i) {
                 *support = Support::of::<N>(scaled.iter().map(|row| row.place));

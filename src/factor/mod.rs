@@ -11,9 +11,11 @@
 //! `rho` never touches the `N × N` factor again.
 
 use crate::factor::penalty::moved_dofs;
+use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::blocks::ContactMatrix;
 use crate::linalg::sparsity::Support;
 use crate::{Error, Real, Scene};
+use nalgebra::SVector;
 
 mod admm_factor;
 mod delassus;
@@ -21,6 +23,7 @@ mod parts;
 mod penalty;
 mod products;
 pub(crate) mod resolvent;
+mod scales;
 
 pub use admm_factor::{AdmmFactor, AdmmFactorParts};
 pub use parts::FactorParts;
@@ -53,7 +56,7 @@ const BAKED: u32 = u32::MAX;
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
+pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb> {
     contacts: usize,
     /// Fingerprint of the scene's `M` and `H`; 0 if empty, [`BAKED`] if it comes from [`Self::from_parts`].
     fingerprint: u32,
@@ -71,9 +74,11 @@ pub struct Factor<T, const N: usize, const D: usize, const C: usize> {
     delassus: ContactMatrix<T, D, C>,
     /// `W_ii⁻¹`; zero where that is singular, or nearly so.
     effective_mass: [[[T; D]; D]; C],
+    /// By what the rows of `H` are scaled: those of joint rows to unit `W_jj`.
+    scales: [L::Room<[T; D]>; C],
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T, N, D, C, L> {
     /// An empty factor, to be filled by [`Self::prepare`]: all zeros, so that a `static` of it takes
     /// no flash.
     #[must_use]
@@ -88,6 +93,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             supports: [Support::none(); C],
             delassus: [[[[T::ZERO; D]; C]; D]; C],
             effective_mass: [[[T::ZERO; D]; D]; C],
+            scales: [const { L::Room::EMPTY }; C],
         }
     }
 
@@ -95,7 +101,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     ///
     /// # Errors
     /// As [`Self::prepare`].
-    pub fn new(scene: &Scene<T, N, D, C>) -> Result<Self, Error> {
+    pub fn new(scene: &Scene<T, N, D, C, L>) -> Result<Self, Error> {
         let mut factor = Self::empty();
         factor.prepare(scene)?;
         Ok(factor)
@@ -105,7 +111,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     ///
     /// # Errors
     /// [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOverflow`]. The factor is then empty.
-    pub fn prepare(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+    pub fn prepare(&mut self, scene: &Scene<T, N, D, C, L>) -> Result<(), Error> {
         let mut result = self.compute_delassus(scene);
         let mut contacts = 0..self.contacts;
         if let Some(contact) = contacts.find(|&contact| !self.trace(contact).is_finite()) {
@@ -131,7 +137,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// True if it belongs to the scene's current `M` and `H`. Compared by a 32-bit hash. A factor from
     /// [`Self::from_parts`] only needs the same number of contacts.
     #[must_use]
-    pub fn is_current(&self, scene: &Scene<T, N, D, C>) -> bool {
+    pub fn is_current(&self, scene: &Scene<T, N, D, C, L>) -> bool {
         self.contacts == scene.contacts().len()
             && (self.fingerprint == BAKED || self.fingerprint == scene.fingerprint())
     }
@@ -170,6 +176,33 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
     /// `W_ii⁻¹`
     pub(crate) const fn effective_mass(&self) -> &[[[T; D]; D]; C] {
         &self.effective_mass
+    }
+
+    /// By what the rows of a slot are scaled, if they are.
+    #[inline]
+    pub(crate) fn scales(&self, slot: usize) -> Option<&[T; D]> {
+        self.scales.get(slot).and_then(Room::get)
+    }
+
+    /// A velocity in the scaled rows of a slot; the physical one of an impulse there.
+    #[inline]
+    pub(crate) fn scaled(&self, slot: usize, velocity: SVector<T, D>) -> SVector<T, D> {
+        match self.scales(slot) {
+            Some(&scales) => velocity.component_mul(&scales.into()),
+            None => velocity,
+        }
+    }
+
+    /// An impulse in the scaled rows of a slot; the physical one of a velocity there. Nothing is left of a row that is
+    /// scaled by 0.
+    #[inline]
+    pub(crate) fn unscaled(&self, slot: usize, impulse: SVector<T, D>) -> SVector<T, D> {
+        let Some(scales) = self.scales(slot) else {
+            return impulse;
+        };
+        impulse.zip_map(&(*scales).into(), |r, scale| {
+            if scale > T::ZERO { r / scale } else { T::ZERO }
+        })
     }
 
     /// Bound on the rounding of `W`, relative to it.

@@ -2,6 +2,7 @@
 
 use super::{BAKED, Factor};
 use crate::Real;
+use crate::laws::{NoRoom, Room};
 use crate::linalg::sparsity::Support;
 
 /// The numbers of a [`Factor`] with `C` contacts, to be written by the host and read by firmware.
@@ -60,6 +61,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
             supports: [Support::all(); C],
             delassus: parts.delassus,
             effective_mass: parts.effective_mass,
+            scales: [const { NoRoom::EMPTY }; C],
         }
     }
 

@@ -1,5 +1,6 @@
 //! The penalty `rho` of the augmented Lagrangian, and which dofs contacts move.
 
+use crate::laws::Laws;
 use crate::linalg::hints::{opaque_mut, rolled};
 use crate::linalg::sparsity::GROUP;
 use crate::{Real, Scene};
@@ -17,8 +18,8 @@ pub(crate) fn is_usable<T: Real>(rho: T) -> bool {
 /// serves stacks of unlike bodies, where the trace of `W` sees only the lightest; taken over binary
 /// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize>(
-    scene: &Scene<T, N, D, C>,
+pub(crate) fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    scene: &Scene<T, N, D, C, L>,
 ) -> T {
     let reach = reach(scene);
     let moved = reach.iter().filter(|&&reach| reach > T::ZERO);
@@ -29,8 +30,8 @@ pub(crate) fn default_penalty<T: Real, const N: usize, const D: usize, const C: 
 }
 
 /// Number of dofs that contacts move.
-pub(crate) fn moved_dofs<T: Real, const N: usize, const D: usize, const C: usize>(
-    scene: &Scene<T, N, D, C>,
+pub(crate) fn moved_dofs<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    scene: &Scene<T, N, D, C, L>,
 ) -> usize {
     let reach = reach(scene);
     reach.iter().filter(|&&reach| reach > T::ZERO).count()
@@ -38,8 +39,8 @@ pub(crate) fn moved_dofs<T: Real, const N: usize, const D: usize, const C: usize
 
 /// `(HᵀH)_jj / M_jj`; 0 if that is rounding relative to the largest.
 #[cfg_attr(target_os = "none", inline(never))]
-fn reach<T: Real, const N: usize, const D: usize, const C: usize>(
-    scene: &Scene<T, N, D, C>,
+fn reach<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    scene: &Scene<T, N, D, C, L>,
 ) -> [T; N] {
     let mut reach = [T::ZERO; N];
     let (groups, last) = reach.as_chunks_mut::<GROUP>();

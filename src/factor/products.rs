@@ -2,15 +2,24 @@
 
 use super::Factor;
 use crate::Real;
+use crate::laws::Laws;
 use crate::linalg::blocks::{ContactVector, multiply_transposed};
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::linalg::sparsity::{GROUP, Support, add_columns, add_products};
 use crate::linalg::substitution::{solve_lower, solve_upper};
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T, N, D, C, L> {
     /// `y = W x`
     #[inline]
-    pub(crate) fn delassus_times(&self, x: &[[T; D]], y: &mut [[T; D]]) {
+    pub(crate) fn delassus_times(&self, mut x: &[[T; D]], y: &mut [[T; D]]) {
+        if L::MIXED {
+            // Stops that are not reached stand behind the contacts.
+            while let Some((last, others)) = x.split_last()
+                && *last == [T::ZERO; D]
+            {
+                x = others;
+            }
+        }
         multiply_transposed(&self.delassus, x, y);
     }
 
@@ -75,6 +84,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Factor<T, N, D, C>
         for (product, velocity) in product.iter_mut().zip(&impulse).take(self.contacts) {
             *product = velocity.first().copied().unwrap_or(T::ZERO);
         }
+        (product, energy.max(T::ZERO).square_root())
+    }
+
+    /// `W d` without compliance, and `|Hᵀ d|` in the norm of `M⁻¹`, likewise.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn row_products(&self, d: &ContactVector<T, D, C>) -> (ContactVector<T, D, C>, T) {
+        let mut momentum = [T::ZERO; N];
+        self.add_whitened(d, &mut momentum);
+        let mut product = [[T::ZERO; D]; C];
+        let energy = self.contact_velocity(&momentum, &mut product);
         (product, energy.max(T::ZERO).square_root())
     }
 

@@ -1,5 +1,6 @@
 //! The second part of the error, `|M v - M v_free - Hᵀ r|`, and `u = H v + w` on the way.
 
+use crate::laws::Laws;
 use crate::linalg::cholesky::BLOCK;
 use crate::linalg::hints::{opaque, rolled};
 use crate::linalg::sparsity::{GROUP, add_columns, add_products};
@@ -52,8 +53,8 @@ impl<T: Real> Dynamics<T> {
 
 /// Evaluates the dynamics, and fills `u = H v + w`.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize>(
-    scene: &Scene<T, N, D, C>,
+pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    scene: &Scene<T, N, D, C, L>,
     free: &[T; N],
     v: &[T; N],
     r: &[[T; D]],

@@ -1,5 +1,6 @@
 //! From an impulse to a solution: velocity, contacts and error.
 
+use crate::laws::Laws;
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::opaque;
 use crate::problem::dynamics::{self, Dynamics};
@@ -9,7 +10,7 @@ use crate::problem::{ContactLaw, Problem};
 use crate::solution::zeros;
 use crate::{ContactSolution, Factor, Real, Scene, Settings, Solution};
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'_, T, N, D, C, L> {
     /// Error of a velocity and an impulse, with bounds on rounding added: of `W`, which gives the steps `alpha_i` and the
     /// sizes, of the sums, and of this evaluation.
     #[cfg_attr(target_os = "none", inline(never))]
@@ -52,8 +53,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, 
         &self,
         r: &ContactVector<T, D, C>,
         tolerance: T,
-        solution: &mut Solution<T, N, D, C>,
+        solution: &mut Solution<T, N, D, C, L>,
     ) {
+        if L::MIXED {
+            self.evaluate_slots(r, solution);
+            return;
+        }
         let mut u = [[T::ONE; D]; C]; // all that is used is overwritten, and zeros would call memset
         let r = opaque(r.get(..self.factor.contacts()).unwrap_or_default());
         let [v] = &mut solution.velocity.data.0;
@@ -111,7 +116,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, 
         let (mut largest, mut worst) = (T::ZERO, None);
         for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
             let alpha = factor.natural_map_step(i);
-            let law = ContactLaw::new(contact, settings.model, alpha, zeros());
+            let law = ContactLaw::<T, D>::new(contact, settings.model, alpha, zeros());
             let residual = residual::natural_map_of(&law, &found.velocity, &found.impulse);
             let size = residual::larger(largest, residual.as_slice(), T::ONE);
             if size > largest {

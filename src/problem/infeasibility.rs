@@ -10,6 +10,7 @@
 //! body that makes it small.
 
 use crate::cone::split;
+use crate::laws::Laws;
 use crate::linalg::cholesky::{dot, factorise};
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::linalg::substitution::solve;
@@ -27,8 +28,8 @@ pub(crate) fn is_conceivable<T: Real, const N: usize, const D: usize>(
 
 /// Looks for a `d` that proves the scene infeasible; `None` if there is none to be found.
 #[inline(never)]
-pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usize>(
-    problem: &Problem<'_, T, N, D, C>,
+pub(crate) fn certificate<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    problem: &Problem<'_, T, N, D, C, L>,
 ) -> Option<[T; C]> {
     let contacts = problem.scene.contacts();
     let mut offset = [T::ZERO; C];

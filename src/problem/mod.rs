@@ -1,93 +1,44 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
-use crate::cone::{add_to_normal, norm, split, square};
-use crate::linalg::blocks::ContactVector;
+use crate::cone::square;
+use crate::laws::{Coulomb, Laws, Room};
+use crate::linalg::blocks::{ContactVector, block};
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::scene::check_finite;
-use crate::solution::zeros;
 use crate::{Contact, Error, Factor, FrictionCone, Input, Model, Real, Scene, Settings};
+pub(crate) use contact_law::ContactLaw;
+use energies::Energies;
 use nalgebra::SVector;
 
+mod contact_law;
 mod dynamics;
+pub(crate) mod energies;
 mod evaluation;
 pub(crate) mod infeasibility;
 pub(crate) mod residual;
 pub(crate) mod rounding;
-
-/// The data of one contact in a solve, besides the factor.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ContactLaw<T, const D: usize> {
-    /// Factor of the De Saxcé shift: `mu_i`, or 0 in the convex relaxation.
-    pub(crate) shift_factor: T,
-    /// The cone `K` the impulse lies in.
-    pub(crate) cone: FrictionCone<T>,
-    /// Step `alpha_i` (kg) of the natural map, see [`Factor::natural_map_step`].
-    pub(crate) alpha: T,
-    /// `q_i = H_i v_free + w_i`.
-    pub(crate) q: SVector<T, D>,
-}
-
-impl<T: Real, const D: usize> ContactLaw<T, D> {
-    /// A place that is not used.
-    const fn none() -> Self {
-        Self {
-            shift_factor: T::ZERO,
-            cone: FrictionCone::frictionless(),
-            alpha: T::ZERO,
-            q: zeros(),
-        }
-    }
-
-    /// The law of a contact, with the step `alpha_i` and the velocity `H_i v_free`.
-    #[inline]
-    fn new<const N: usize>(
-        contact: &Contact<T, N, D>,
-        model: Model,
-        alpha: T,
-        moved: SVector<T, D>,
-    ) -> Self {
-        let mu = contact.mu;
-        Self {
-            shift_factor: match model {
-                Model::Coulomb => mu,
-                Model::ConvexRelaxation => T::ZERO,
-            },
-            cone: FrictionCone::new(mu).unwrap_or(FrictionCone::frictionless()),
-            alpha,
-            q: contact.offset + moved,
-        }
-    }
-
-    /// Rows along which it may push.
-    pub(crate) fn rows(&self) -> usize {
-        if self.cone.friction() > T::ZERO { D } else { 1 }
-    }
-
-    /// De Saxcé shift `mu_i |u_Ti|` (m/s), which `û` adds to the normal velocity.
-    pub(crate) fn shift(&self, u: &SVector<T, D>) -> T {
-        let (_, tangent) = split(u);
-        self.shift_factor * norm(tangent)
-    }
-
-    /// Augmented velocity `û_i = u_i + mu_i |u_Ti| e_N`.
-    #[inline]
-    pub(crate) fn augmented(&self, u: &SVector<T, D>) -> SVector<T, D> {
-        let mut augmented = *u;
-        add_to_normal(&mut augmented, self.shift(u));
-        augmented
-    }
-}
+pub(crate) mod row_laws;
+pub(crate) mod row_proof;
+mod row_search;
+mod slots;
 
 /// The data of one solve.
-pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize> {
-    pub(crate) scene: &'a Scene<T, N, D, C>,
-    pub(crate) factor: &'a Factor<T, N, D, C>,
+pub(crate) struct Problem<
+    'a,
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    L: Laws = Coulomb,
+> {
+    pub(crate) scene: &'a Scene<T, N, D, C, L>,
+    pub(crate) factor: &'a Factor<T, N, D, C, L>,
     /// `p = M v_free`, minus the `f` of the note.
     pub(crate) free_impulse: &'a SVector<T, N>,
     pub(crate) model: Model,
     /// The free impulse, whitened.
     pub(crate) whitened: [T; N],
-    laws: [ContactLaw<T, D>; C],
+    laws: [ContactLaw<T, D, L>; C],
     /// `|r0|` (N·s): the impulses that contacts would take if each were alone.
     pub(crate) alone: T,
     /// An upper bound on `|stop|²`, up to a constant factor.
@@ -96,14 +47,18 @@ pub(crate) struct Problem<'a, T, const N: usize, const D: usize, const C: usize>
     pub(crate) counts_speed: bool,
     /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses, see [`residual`].
     pub(crate) size: T,
+    /// What the error of joint rows is relative to.
+    pub(crate) energies: L::Room<Energies<T>>,
 }
 
-impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T, N, D, C> {
+impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
+    Problem<'a, T, N, D, C, L>
+{
     /// Checks the data of a solve.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check(
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
+        scene: &Scene<T, N, D, C, L>,
+        factor: &Factor<T, N, D, C, L>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<(), Error> {
@@ -126,8 +81,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     /// would stand on the stack twice.)
     #[inline]
     pub(crate) fn new(
-        scene: &'a Scene<T, N, D, C>,
-        factor: &'a Factor<T, N, D, C>,
+        scene: &'a Scene<T, N, D, C, L>,
+        factor: &'a Factor<T, N, D, C, L>,
         free_impulse: &'a SVector<T, N>,
         model: Model,
     ) -> Self {
@@ -142,6 +97,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
             fastest: T::ZERO,
             counts_speed: false,
             size: T::ZERO,
+            energies: L::Room::EMPTY,
         }
     }
 
@@ -164,12 +120,23 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
                 factor.natural_map_step(i),
                 moved.into(),
             );
+            if let (Some(slot), Some(scales)) = (self.scene.slot(i), factor.scales(i)) {
+                let own = block(factor.delassus(), i, i).unwrap_or([[T::ZERO; D]; D]);
+                law.take(slot, scales, &own, contact.offset, moved.into());
+                if slot.rows.is_some() {
+                    continue;
+                }
+            }
             let offset = residual::without_gap(&contact.offset);
             let moves = T::count(D) * energy + law.alpha * square(offset.as_slice());
             self.fastest += law.alpha * moves;
         }
         self.alone = residual::alone(self.laws());
         self.size = self.alone;
+        if L::MIXED {
+            let energies = Energies::new(self.laws(), energy);
+            self.energies = L::Room::with(energies);
+        }
     }
 
     /// Cheap upper bound: could counting `|stop|` bring this natural map within tolerance? Computing `|stop|` costs a sweep,
@@ -195,7 +162,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
 
     /// The contacts in use.
     #[inline]
-    pub(crate) fn laws(&self) -> &[ContactLaw<T, D>] {
+    pub(crate) fn laws(&self) -> &[ContactLaw<T, D, L>] {
         let laws = self.laws.get(..self.factor.contacts());
         laws.unwrap_or_default()
     }
@@ -223,12 +190,16 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize> Problem<'a, T,
     /// First part of the error, from `u = W r + q`.
     #[inline]
     pub(crate) fn natural_map_at(&self, r: &[[T; D]], u: &[[T; D]]) -> T {
-        residual::natural_map(self.laws(), self.size, u, r, &[])
+        let contacts = residual::natural_map(self.laws(), self.size, u, r, &[]);
+        match self.energies.get() {
+            Some(energies) => contacts.max(energies.natural_map(self.laws(), u, r, &[])),
+            None => contacts,
+        }
     }
 
-    /// Gauss-Seidel solves Coulomb's law for contacts of up to two tangents.
+    /// Gauss-Seidel solves Coulomb's law, not its relaxation.
     pub(crate) fn can_be_swept(&self) -> bool {
-        D <= 3 && self.model == Model::Coulomb
+        self.model == Model::Coulomb
     }
 
     /// Fills the augmented velocity `û` of all contacts.

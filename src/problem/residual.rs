@@ -10,6 +10,7 @@
 //! impulse that would stop them. 0/0 counts as 0. Sums are of squares, with one root at the end.
 
 use crate::cone::{norm, split, square};
+use crate::laws::{Laws, Room};
 use crate::linalg::hints::{opaque, rolled};
 use crate::linalg::sparsity::GROUP;
 use crate::problem::ContactLaw;
@@ -53,8 +54,8 @@ pub(crate) fn larger<T: Real>(mut largest: T, values: &[T], scale: T) -> T {
 
 /// Argument `r - alpha û` of the natural map of one contact.
 #[inline]
-fn argument<T: Real, const D: usize>(
-    law: &ContactLaw<T, D>,
+fn argument<T: Real, const D: usize, L: Laws>(
+    law: &ContactLaw<T, D, L>,
     u: &SVector<T, D>,
     r: &SVector<T, D>,
 ) -> SVector<T, D> {
@@ -62,18 +63,18 @@ fn argument<T: Real, const D: usize>(
 }
 
 /// Natural map of one contact, `r - Π_K(r - alpha û)` (N·s).
-pub(crate) fn natural_map_of<T: Real, const D: usize>(
-    law: &ContactLaw<T, D>,
+pub(crate) fn natural_map_of<T: Real, const D: usize, L: Laws>(
+    law: &ContactLaw<T, D, L>,
     u: &SVector<T, D>,
     r: &SVector<T, D>,
 ) -> SVector<T, D> {
-    r - law.cone.project(&argument(law, u, r))
+    r - law.project(&argument(law, u, r))
 }
 
 /// What a contact does, read off the argument of the natural map.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn mode<T: Real, const D: usize>(
-    law: &ContactLaw<T, D>,
+pub(crate) fn mode<T: Real, const D: usize, L: Laws>(
+    law: &ContactLaw<T, D, L>,
     u: &SVector<T, D>,
     r: &SVector<T, D>,
 ) -> ContactMode {
@@ -91,17 +92,22 @@ pub(crate) const SHARE: f64 = 1e-2;
 
 /// `|r0|`
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn alone<T: Real, const D: usize>(laws: &[ContactLaw<T, D>]) -> T {
+pub(crate) fn alone<T: Real, const D: usize, L: Laws>(laws: &[ContactLaw<T, D, L>]) -> T {
     let laws = opaque(laws);
     let mut largest = T::ZERO;
     for law in laws {
         rolled();
-        largest = larger(largest, law.q.as_slice(), law.alpha);
+        if law.rows.get().is_none() {
+            largest = larger(largest, law.q.as_slice(), law.alpha);
+        }
     }
     let unit = unit(largest);
     let mut squares = T::ZERO;
     for law in laws {
         rolled();
+        if law.rows.get().is_some() {
+            continue;
+        }
         let push = -law.augmented(&(law.q * (law.alpha * unit)));
         squares += law.cone.projected_square(&push);
     }
@@ -110,17 +116,20 @@ pub(crate) fn alone<T: Real, const D: usize>(laws: &[ContactLaw<T, D>]) -> T {
 
 /// `|stop|` (N·s)
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn speed<T: Real, const N: usize, const D: usize, const C: usize>(
-    scene: &Scene<T, N, D, C>,
-    laws: &[ContactLaw<T, D>],
+pub(crate) fn speed<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    scene: &Scene<T, N, D, C, L>,
+    laws: &[ContactLaw<T, D, L>],
     free: &[T; N],
 ) -> T {
     let (groups, last) = free.as_chunks::<GROUP>();
     let mut speeds = [[T::ZERO; D]; C];
     let mut largest = T::ZERO;
     let contacts = scene.supported().zip(laws).zip(&mut speeds);
-    for (((contact, support), law), speeds) in contacts {
+    for (i, (((contact, support), law), speeds)) in contacts.enumerate() {
         rolled();
+        if law.rows.get().is_some() {
+            continue;
+        }
         *speeds = without_gap(&contact.offset).abs().into();
         let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
         for group in support.groups::<N>() {
@@ -130,6 +139,11 @@ pub(crate) fn speed<T: Real, const N: usize, const D: usize, const C: usize>(
             }
         }
         add_sizes(rest, last, speeds);
+        if let Some(slot) = scene.slot(i) {
+            for (speed, &scale) in speeds.iter_mut().zip(&slot.scales) {
+                *speed *= scale;
+            }
+        }
         *speeds = speeds.map(|speed| speed * law.alpha);
         largest = larger(largest, speeds, T::ONE);
     }
@@ -166,8 +180,8 @@ fn add_sizes<T: Real, const D: usize>(columns: &[[T; D]], v: &[T], sums: &mut [T
 /// `size` is the larger of `|r0|` and `|stop|` (N·s). `noise[i]`: bound on the squared rounding error of `u_i`, (m/s)²; added
 /// unless the contact is open and separates faster.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn natural_map<T: Real, const D: usize>(
-    laws: &[ContactLaw<T, D>],
+pub(crate) fn natural_map<T: Real, const D: usize, L: Laws>(
+    laws: &[ContactLaw<T, D, L>],
     size: T,
     u: &[[T; D]],
     r: &[[T; D]],
@@ -178,9 +192,11 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     // Beside a size that is not zero small impulses do not count, and the squares of such large
     // ones as overflow are an infinite error.
     if size == T::ZERO {
-        for r in r {
+        for (r, law) in r.iter().zip(laws) {
             rolled();
-            largest = larger(largest, r, T::ONE);
+            if law.rows.get().is_none() {
+                largest = larger(largest, r, T::ONE);
+            }
         }
     }
     let unit = unit(largest);
@@ -189,6 +205,10 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     let mut noise = noise.iter();
     for ((law, u), r) in laws.iter().zip(u).zip(r) {
         rolled();
+        if law.rows.get().is_some() {
+            let _ = noise.next();
+            continue;
+        }
         let r = SVector::from(*r) * unit;
         let push = law.augmented(&(SVector::from(*u) * (law.alpha * unit)));
         residual += square((r - law.cone.project(&(r - push))).as_slice());
@@ -209,7 +229,11 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
 }
 
 /// Is the contact open for every velocity within the rounding bound `noise`, (m/s)²?
-fn parts<T: Real, const D: usize>(law: &ContactLaw<T, D>, u: &[T; D], noise: T) -> bool {
+fn parts<T: Real, const D: usize, L: Laws>(
+    law: &ContactLaw<T, D, L>,
+    u: &[T; D],
+    noise: T,
+) -> bool {
     let u = SVector::from(*u);
     let (normal, tangent) = split(&u);
     let mu = law.cone.friction();

@@ -6,6 +6,7 @@
 //! scene. First this cheap upper bound; only if it exceeds the tolerance, the sums themselves.
 
 use crate::cone::square;
+use crate::laws::Laws;
 use crate::linalg::hints::{opaque, opaque_mut, rolled};
 use crate::problem::ContactLaw;
 use crate::problem::dynamics::Dynamics;
@@ -21,8 +22,8 @@ pub(crate) struct Rounding<T, const C: usize> {
 
 /// Bounds on the sums of magnitudes.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize>(
-    laws: &[ContactLaw<T, D>],
+pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    laws: &[ContactLaw<T, D, L>],
     mass: &[[T; N]; N],
     contacts: &[Contact<T, N, D>],
     v: &[T; N],

@@ -28,7 +28,7 @@ use nalgebra::SVector;
 /// # Ok::<(), stiction::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct AdmmSolver<T, const N: usize, const D: usize, const C: usize> {
+pub struct AdmmSolver<T: Real, const N: usize, const D: usize, const C: usize> {
     calls: Calls<T, N, D, C>,
     method: Admm<T, D, C>,
 }

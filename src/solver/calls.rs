@@ -1,5 +1,6 @@
 //! The common part of all solvers: the last solution, the warm start, and solves in several calls.
 
+use crate::laws::{Coulomb, Laws};
 use crate::problem::Problem;
 use crate::solver::monitor::Monitor;
 use crate::solver::record::Record;
@@ -8,27 +9,27 @@ use crate::{Error, Factor, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
 
 /// The data of a call: scene, factor, free impulse and settings.
-pub(crate) type Data<'a, T, const N: usize, const D: usize, const C: usize> = (
-    &'a Scene<T, N, D, C>,
-    &'a Factor<T, N, D, C>,
+pub(crate) type Data<'a, T, const N: usize, const D: usize, const C: usize, L> = (
+    &'a Scene<T, N, D, C, L>,
+    &'a Factor<T, N, D, C, L>,
     &'a SVector<T, N>,
     &'a Settings<T>,
 );
 
 /// A method of solution, one piece of work after the other.
-pub(crate) trait Method<T: Real, const D: usize, const C: usize> {
+pub(crate) trait Method<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
     /// Does a solve that ends unsolved look for a proof of infeasibility?
     const SEEKS_PROOF: bool;
 
     /// Begins a solve, at the last solution if its error is less than that of zero impulses.
     fn begin<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        warm_start: &mut WarmStart<T, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        warm_start: &mut WarmStart<T, D, C, L>,
     );
 
     /// Does one piece of work.
-    fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>);
+    fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C, L>);
 
     /// `ũ` and `r` of each contact as they stand.
     fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>;
@@ -36,13 +37,14 @@ pub(crate) trait Method<T: Real, const D: usize, const C: usize> {
 
 /// What a solver keeps from call to call, whatever its method.
 #[derive(Clone, Debug)]
-pub(crate) struct Calls<T, const N: usize, const D: usize, const C: usize> {
-    warm_start: WarmStart<T, D, C>,
-    pub(crate) solution: Solution<T, N, D, C>,
+pub(crate) struct Calls<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb>
+{
+    warm_start: WarmStart<T, D, C, L>,
+    pub(crate) solution: Solution<T, N, D, C, L>,
     record: Record<T, D, C>,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Calls<T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, N, D, C, L> {
     /// Nothing solved yet.
     pub(crate) const fn none() -> Self {
         Self {
@@ -66,31 +68,31 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Calls<T, N, D, C> 
     }
 
     /// Begins a solve.
-    pub(crate) fn solve<M: Method<T, D, C>>(
+    pub(crate) fn solve<M: Method<T, D, C, L>>(
         &mut self,
         method: &mut M,
-        data: Data<'_, T, N, D, C>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
+        data: Data<'_, T, N, D, C, L>,
+    ) -> Result<&Solution<T, N, D, C, L>, Error> {
         self.run(method, data, false)
     }
 
     /// Goes on with the last solve if it was paused, or begins one.
-    pub(crate) fn resume<M: Method<T, D, C>>(
+    pub(crate) fn resume<M: Method<T, D, C, L>>(
         &mut self,
         method: &mut M,
-        data: Data<'_, T, N, D, C>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
+        data: Data<'_, T, N, D, C, L>,
+    ) -> Result<&Solution<T, N, D, C, L>, Error> {
         let (_, factor, _, _) = data;
         let same = self.solution.contacts.len() == factor.contacts();
         self.run(method, data, same && self.record.is_paused())
     }
 
-    fn run<M: Method<T, D, C>>(
+    fn run<M: Method<T, D, C, L>>(
         &mut self,
         method: &mut M,
-        (scene, factor, free_impulse, settings): Data<'_, T, N, D, C>,
+        (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, L>,
         resumed: bool,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
+    ) -> Result<&Solution<T, N, D, C, L>, Error> {
         Problem::check(scene, factor, free_impulse, settings)?;
         if !resumed {
             self.record.begin();
@@ -110,7 +112,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Calls<T, N, D, C> 
             monitor.doubt();
         }
         let contacts = method.contacts();
-        self.warm_start.keep(scene.contacts(), contacts, resumed);
+        self.warm_start.keep((scene, factor), contacts, resumed);
         Ok(&self.solution)
     }
 }

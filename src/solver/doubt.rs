@@ -1,6 +1,7 @@
 //! The monitor's doubts: impulses that run away, and scenes that have no solution.
 
 use crate::cone::square;
+use crate::laws::{Laws, Room};
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
 use crate::problem::infeasibility;
@@ -16,9 +17,16 @@ const EXCESSIVE: f64 = 20.0;
 /// Impulses this many times as large as expected are rejected, unless error times impulse is small, too.
 const LOST: f64 = 1e8;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
+    Monitor<'_, '_, T, N, D, C, L>
+{
     /// Size of the impulses, in units of the expected size (`r0` or `stop`).
     fn impulse(&self) -> T {
+        if let Some(energies) = self.problem.energies.get() {
+            let slots = self.solution.contacts.iter().enumerate();
+            let unscaled = |(i, contact)| self.unscaled(i, contact);
+            return energies.share(self.problem.laws(), slots.map(unscaled));
+        }
         let contacts = self.solution.contacts.iter();
         let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());
         quotient(square.square_root(), self.problem.size)
@@ -45,6 +53,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T,
     /// adds to them.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn suspect(&mut self, r: &ContactVector<T, D, C>) {
+        if let Some(energies) = self.problem.energies.get() {
+            let share = energies.share(self.problem.laws(), r.iter().copied());
+            if share > tuning::diverging() {
+                self.look_for_proof();
+            }
+            return;
+        }
         let sum = r.iter().fold(T::ZERO, |sum, r| {
             rolled();
             sum + square(r)
@@ -58,6 +73,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T,
     /// Stops the monitor if the scene is infeasible, and writes down the certificate. Once in a solve, for it depends on
     /// the scene alone.
     pub(crate) fn look_for_proof(&mut self) {
+        if L::MIXED {
+            self.look_for_proof_of_rows();
+            return;
+        }
         if self.record.has_sought_proof
             || !infeasibility::is_conceivable(self.problem.scene.contacts())
         {

@@ -2,9 +2,12 @@
 
 use crate::Real;
 use crate::cone::{add_to_normal, norm, split};
+use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::blocks::product;
 use crate::problem::ContactLaw;
 use nalgebra::SVector;
+
+mod rows;
 
 /// What a contact does at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,8 +22,8 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    pub(crate) fn of<T: Real, const D: usize>(
-        law: &ContactLaw<T, D>,
+    pub(crate) fn of<T: Real, const D: usize, L: Laws>(
+        law: &ContactLaw<T, D, L>,
         velocity: &SVector<T, D>,
         r: &[T; D],
     ) -> Self {
@@ -55,7 +58,7 @@ impl Kind {
 /// - `(1 + λ) a + λ mu b + e·W x = e·E`, which gives `a`;
 /// - `(mu - mu_i) a + λ (mu a - b) + (W x)_N = E_N`, with the `mu_i` of `DS`, which is 0 in the convex relaxation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame<T, const D: usize> {
+pub(crate) struct Frame<T: Real, const D: usize, L: Laws = Coulomb> {
     pub(crate) kind: Kind,
     /// `e` of a contact that slips or is open, with normal component 0; all zero if nothing slides.
     direction: [T; D],
@@ -73,9 +76,11 @@ pub(crate) struct Frame<T, const D: usize> {
     pushes: [[T; D]; D],
     /// The combination of rows that makes each equation of a slipping contact.
     tests: [[T; D]; D],
+    /// Of joint rows: which of them hold. Each of those is an unknown; kind `Stick` if there is one.
+    rows: L::Room<[bool; D]>,
 }
 
-impl<T: Real, const D: usize> Frame<T, D> {
+impl<T: Real, const D: usize, L: Laws> Frame<T, D, L> {
     /// A place that is not used.
     pub(crate) const fn none() -> Self {
         Self {
@@ -88,11 +93,15 @@ impl<T: Real, const D: usize> Frame<T, D> {
             compliance: T::ZERO,
             pushes: [[T::ZERO; D]; D],
             tests: [[T::ZERO; D]; D],
+            rows: L::Room::EMPTY,
         }
     }
 
     /// Number of unknowns.
     pub(crate) fn count(&self) -> usize {
+        if let Some(holding) = self.rows.get() {
+            return holding.iter().filter(|&&holds| holds).count();
+        }
         match self.kind {
             Kind::Open => 0,
             Kind::Smooth => 1,
@@ -104,14 +113,19 @@ impl<T: Real, const D: usize> Frame<T, D> {
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set(
         &mut self,
-        law: &ContactLaw<T, D>,
+        law: &ContactLaw<T, D, L>,
         kind: Kind,
         z: &SVector<T, D>,
         rho: T,
         regularisation: T,
     ) {
         self.kind = kind;
+        self.rows = L::Room::EMPTY;
         let along = rho * (T::ONE + regularisation);
+        if let Some(rows) = law.rows.get() {
+            self.set_rows(rows.holding(&(-z).into()), T::ONE / along, regularisation);
+            return;
+        }
         if matches!(kind, Kind::Stick | Kind::Smooth) {
             self.compliance = T::ONE / along;
             return;
@@ -137,7 +151,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
 
     /// Sets the unknowns along `k` and the `τ_j`. The `τ_j` are all columns except the first of the reflection that takes
     /// the first tangent to `±e`.
-    fn set_slip(&mut self, law: &ContactLaw<T, D>, along: T, across: T) {
+    fn set_slip(&mut self, law: &ContactLaw<T, D, L>, along: T, across: T) {
         let mu = law.cone.friction();
         let e = self.direction;
         let first = e.get(1).copied().unwrap_or(T::ZERO);
@@ -163,24 +177,24 @@ impl<T: Real, const D: usize> Frame<T, D> {
 
     /// The combination of rows that makes an equation; `None` if it is a single row.
     pub(crate) fn combination(&self, equation: usize) -> Option<&[T; D]> {
-        match self.kind {
-            Kind::Slip => self.tests.get(equation),
-            _ => None,
-        }
+        self.is_combined()
+            .then(|| self.tests.get(equation))
+            .flatten()
     }
 
     /// The right-hand sides of its equations.
     pub(crate) fn test(&self, residual: &[T; D]) -> [T; D] {
-        match self.kind {
-            Kind::Slip => self.tests.each_ref().map(|test| product(test, residual)),
-            _ => *residual,
+        if self.is_combined() {
+            self.tests.each_ref().map(|test| product(test, residual))
+        } else {
+            *residual
         }
     }
 
     /// Maps unknowns to impulses.
     pub(crate) fn push(&self, unknowns: &[T]) -> [T; D] {
         let mut push = [T::ZERO; D];
-        if self.kind == Kind::Slip {
+        if self.is_combined() {
             for (&unknown, column) in unknowns.iter().zip(&self.pushes) {
                 for (push, &column) in push.iter_mut().zip(column) {
                     *push += unknown * column;
@@ -197,7 +211,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
     /// `source` times the map from unknowns to impulses.
     #[inline]
     pub(crate) fn columns(&self, source: &[T; D]) -> [T; D] {
-        if self.kind == Kind::Slip {
+        if self.is_combined() {
             return self.pushes.each_ref().map(|push| product(source, push));
         }
         let mut entries = *source;
@@ -212,13 +226,20 @@ impl<T: Real, const D: usize> Frame<T, D> {
     /// The step `d` of this contact, from its unknowns and the rest `E - W x` of its equations.
     pub(crate) fn step(
         &self,
-        law: &ContactLaw<T, D>,
+        law: &ContactLaw<T, D, L>,
         unknowns: &[T],
         left: SVector<T, D>,
         damping: T,
     ) -> SVector<T, D> {
         let direction = SVector::from(self.direction);
         let mut step = left * damping;
+        if let Some(holding) = self.rows.get() {
+            let places = step.iter_mut().zip(holding).filter(|(_, holds)| **holds);
+            for ((step, _), &unknown) in places.zip(unknowns) {
+                *step = unknown * self.compliance;
+            }
+            return step;
+        }
         match self.kind {
             Kind::Stick | Kind::Smooth => {
                 for (step, &unknown) in step.iter_mut().zip(unknowns) {

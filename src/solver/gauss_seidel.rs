@@ -15,17 +15,19 @@
 
 use crate::Real;
 use crate::cone::square;
+use crate::laws::{Laws, Room};
 use crate::linalg::blocks::{ContactVector, block, product, subtract_rows};
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
+use crate::solver::{row_sweep, several_tangents};
 use core::hint::black_box;
 use core::ops::Range;
 
 /// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
 /// `u = W r + q`. The `λ` of each contact is sought near where the last one was.
 #[inline(never)]
-pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
-    problem: &Problem<'_, T, N, D, C>,
+pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    problem: &Problem<'_, T, N, D, C, L>,
     impulse: &mut ContactVector<T, D, C>,
     relative: &mut ContactVector<T, D, C>,
     lambdas: &mut [T; C],
@@ -42,16 +44,20 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize>(
             return;
         };
         let (old, mu) = (*impulse, law.cone.friction());
-        // One row alone is as simple to push, and what slips goes on slipping.
-        let may_hold = D > 1 && *lambda == T::ZERO;
-        let held = may_hold.then(|| hold(&own, mass, &u, &old, mu)).flatten();
-        *impulse = held.unwrap_or_else(|| {
-            let mut left = u;
-            for (left, own) in left.iter_mut().zip(&own) {
-                *left -= product(own, &old);
-            }
-            push(&own, &left, mu, lambda).unwrap_or([T::ZERO; D])
-        });
+        if let Some(rows) = law.rows.get() {
+            *impulse = row_sweep::push(rows, &own, mass, &u, &old);
+        } else {
+            // One row alone is as simple to push, and what slips goes on slipping.
+            let may_hold = D > 1 && *lambda == T::ZERO;
+            let held = may_hold.then(|| hold(&own, mass, &u, &old, mu)).flatten();
+            *impulse = held.unwrap_or_else(|| {
+                let mut left = u;
+                for (left, own) in left.iter_mut().zip(&own) {
+                    *left -= product(own, &old);
+                }
+                push(&own, &left, mu, lambda).unwrap_or([T::ZERO; D])
+            });
+        }
         let mut back = old;
         for (back, &new) in back.iter_mut().zip(&*impulse) {
             *back -= new;
@@ -119,6 +125,18 @@ fn push<T: Real, const D: usize>(
     }
     let compliance = T::ONE / inertia;
     let smooth = -approach * compliance;
+    if D > 3 && mu > T::ZERO {
+        let bounded = |impulse: &[T; D]| {
+            let normal = impulse.first().copied().unwrap_or(T::ZERO);
+            normal > T::ZERO && normal < smooth * T::literal(WEDGED)
+        };
+        let rubbing = several_tangents::push(own, u, mu, multiplier).filter(bounded);
+        return rubbing.or_else(|| {
+            let mut impulse = [T::ZERO; D];
+            *impulse.first_mut()? = smooth;
+            Some(impulse)
+        });
+    }
     let rubbing = match D {
         2 if mu > T::ZERO => one_tangent(own, u, mu),
         3 if mu > T::ZERO => two_tangents(own, u, mu, compliance, multiplier),

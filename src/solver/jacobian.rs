@@ -8,6 +8,7 @@
 
 use crate::Real;
 use crate::cone::split;
+use crate::laws::{Coulomb, Laws};
 use crate::linalg::blocks::{ContactMatrix, ContactVector, row_times};
 use crate::linalg::elimination::Elimination;
 use crate::linalg::hints::rolled;
@@ -20,8 +21,8 @@ use nalgebra::SVector;
 
 /// The linearised equation at some point, factorised.
 #[derive(Clone, Debug)]
-pub(crate) struct Jacobian<T, const D: usize, const C: usize> {
-    frames: [Frame<T, D>; C],
+pub(crate) struct Jacobian<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
+    frames: [Frame<T, D, L>; C],
     /// `order[i]`: index of the frame that belongs to contact `i`. Contacts may have changed places.
     order: [usize; C],
     pub(super) elimination: Elimination<T, D, C>,
@@ -30,7 +31,7 @@ pub(crate) struct Jacobian<T, const D: usize, const C: usize> {
     contacts: usize,
 }
 
-impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, L: Laws> Jacobian<T, D, C, L> {
     pub(crate) const fn none() -> Self {
         Self {
             frames: [const { Frame::none() }; C],
@@ -53,7 +54,7 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
     #[inline(never)]
     pub(crate) fn compute<const N: usize>(
         &mut self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         point: &Point<T, D, C>,
         damping: T,
         matrix: &mut ContactMatrix<T, D, C>,
@@ -118,20 +119,21 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
 
     /// Damps sticking contacts more the smaller their grip `mu r_N` is. Of all tangential impulses with the same effect those
     /// are preferred that use the same share of each cone.
-    fn hold(&mut self, laws: &[ContactLaw<T, D>], point: &Point<T, D, C>) {
-        let grip =
-            |(law, z): (&ContactLaw<T, D>, &SVector<T, D>)| law.cone.friction() * split(z).0.abs();
+    fn hold(&mut self, laws: &[ContactLaw<T, D, L>], point: &Point<T, D, C>) {
+        let grip = |(law, z): (&ContactLaw<T, D, L>, &SVector<T, D>)| {
+            law.cone.friction() * split(z).0.abs()
+        };
         let (mut sum, mut sticking) = (T::ZERO, T::ZERO);
         for (frame, contact) in self.frames.iter().zip(laws.iter().zip(&point.z)) {
             rolled();
-            if frame.kind == Kind::Stick {
+            if frame.sticks() {
                 sum += grip(contact);
                 sticking += T::ONE;
             }
         }
         for (frame, contact) in self.frames.iter_mut().zip(laws.iter().zip(&point.z)) {
             rolled();
-            if frame.kind == Kind::Stick {
+            if frame.sticks() {
                 let weight = sum / (sticking * grip(contact));
                 frame.hold = self.damping * weight.min(T::literal(100.0));
             }
@@ -142,7 +144,7 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
     #[inline(never)]
     pub(crate) fn has_same_active_set<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         point: &Point<T, D, C>,
     ) -> bool {
         let laws = problem.laws();
@@ -152,7 +154,7 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
             && contacts.all(|((law, (velocity, r)), &frame)| {
                 rolled();
                 let frame = self.frames.get(frame);
-                frame.is_some_and(|frame| frame.kind == Kind::of(law, velocity, r))
+                frame.is_some_and(|frame| frame.is_of(law, velocity, r))
             })
     }
 
@@ -164,7 +166,7 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
         let mut residual = point.residual;
         for (residual, (frame, z)) in residual.iter_mut().zip(self.frames.iter().zip(&point.z)) {
             rolled();
-            if frame.kind == Kind::Stick {
+            if frame.sticks() {
                 for (residual, &z) in residual.iter_mut().zip(z).skip(1) {
                     *residual -= frame.hold * z;
                 }
@@ -177,7 +179,7 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
     #[inline(never)]
     pub(crate) fn step<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         residual: &ContactVector<T, D, C>,
         matrix: &ContactMatrix<T, D, C>,
     ) -> Option<[SVector<T, D>; C]> {
@@ -196,7 +198,7 @@ impl<T: Real, const D: usize, const C: usize> Jacobian<T, D, C> {
         self.elimination.solve(matrix, unknowns)?;
         let mut moved = [[T::ZERO; D]; C];
         let frames = self.frames.get(..laws.len())?;
-        if frames.iter().any(|frame| frame.kind != Kind::Stick) {
+        if frames.iter().any(|frame| !frame.sticks()) {
             let mut push = [[T::ZERO; D]; C];
             for (&place, push) in order.iter().zip(&mut push) {
                 rolled();

@@ -1,6 +1,7 @@
 //! The default method: Gauss-Seidel or a guess for a start, semismooth Newton to the end, and an interior-point method
 //! if that fails.
 
+use crate::laws::{Coulomb, Laws};
 use crate::solver::calls::{Calls, Method};
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Solve;
@@ -24,6 +25,10 @@ mod outlook;
 mod phases;
 mod point;
 mod record;
+mod row_doubt;
+mod row_keys;
+mod row_sweep;
+mod several_tangents;
 mod sweeps;
 mod tuning;
 mod warm_start;
@@ -59,12 +64,12 @@ pub use admm_solver::AdmmSolver;
 /// # Ok::<(), stiction::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Solver<T, const N: usize, const D: usize, const C: usize> {
-    calls: Calls<T, N, D, C>,
-    method: Hybrid<T, D, C>,
+pub struct Solver<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb> {
+    calls: Calls<T, N, D, C, L>,
+    method: Hybrid<T, D, C, L>,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T, N, D, C, L> {
     /// A solver that has solved nothing yet.
     #[must_use]
     pub const fn new() -> Self {
@@ -111,7 +116,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
 
     /// The last solution. After an `Err` it is still that of an earlier solve.
     #[must_use]
-    pub const fn solution(&self) -> &Solution<T, N, D, C> {
+    pub const fn solution(&self) -> &Solution<T, N, D, C, L> {
         &self.calls.solution
     }
 
@@ -127,11 +132,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     /// [`Scene::from_parts`].
     pub fn solve(
         &mut self,
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
+        scene: &Scene<T, N, D, C, L>,
+        factor: &Factor<T, N, D, C, L>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
+    ) -> Result<&Solution<T, N, D, C, L>, Error> {
         let data = (scene, factor, free_impulse, settings);
         self.calls.solve(&mut self.method, data)
     }
@@ -147,17 +152,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solver<T, N, D, C>
     /// As [`Self::solve`].
     pub fn resume(
         &mut self,
-        scene: &Scene<T, N, D, C>,
-        factor: &Factor<T, N, D, C>,
+        scene: &Scene<T, N, D, C, L>,
+        factor: &Factor<T, N, D, C, L>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C>, Error> {
+    ) -> Result<&Solution<T, N, D, C, L>, Error> {
         let data = (scene, factor, free_impulse, settings);
         self.calls.resume(&mut self.method, data)
     }
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solver<T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Default
+    for Solver<T, N, D, C, L>
+{
     fn default() -> Self {
         Self::new()
     }
@@ -165,23 +172,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solver
 
 /// The default method, see `phases`.
 #[derive(Clone, Debug)]
-struct Hybrid<T, const D: usize, const C: usize> {
-    solve: Solve<T, D, C>,
-    workspace: Workspace<T, D, C>,
+struct Hybrid<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
+    solve: Solve<T, D, C, L>,
+    workspace: Workspace<T, D, C, L>,
 }
 
-impl<T: Real, const D: usize, const C: usize> Method<T, D, C> for Hybrid<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, L: Laws> Method<T, D, C, L> for Hybrid<T, D, C, L> {
     const SEEKS_PROOF: bool = true;
 
     fn begin<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        warm_start: &mut WarmStart<T, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        warm_start: &mut WarmStart<T, D, C, L>,
     ) {
         self.solve.begin(monitor, &mut self.workspace, warm_start);
     }
 
-    fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
+    fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C, L>) {
         self.solve.advance(monitor, &mut self.workspace);
     }
 

@@ -2,6 +2,7 @@
 
 use crate::admm::{Change, Iterate, Momentum, SlipUpdate, iterate};
 use crate::factor::resolvent::Resolvent;
+use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
@@ -15,9 +16,17 @@ use nalgebra::SVector;
 const CORRECTIONS: u8 = 4;
 
 /// One call that works on a solve.
-pub(crate) struct Monitor<'s, 'a, T, const N: usize, const D: usize, const C: usize> {
-    pub(crate) problem: &'s mut Problem<'a, T, N, D, C>,
-    pub(crate) solution: &'s mut Solution<T, N, D, C>,
+pub(crate) struct Monitor<
+    's,
+    'a,
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    L: Laws = Coulomb,
+> {
+    pub(crate) problem: &'s mut Problem<'a, T, N, D, C, L>,
+    pub(crate) solution: &'s mut Solution<T, N, D, C, L>,
     pub(super) record: &'s mut Record<T, D, C>,
     settings: &'s Settings<T>,
     /// The work at which the call ends.
@@ -26,16 +35,59 @@ pub(crate) struct Monitor<'s, 'a, T, const N: usize, const D: usize, const C: us
     resumed: bool,
 }
 
-impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s, 'a, T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T, N, D, C> {
+    /// One ADMM iteration.
+    #[inline]
+    pub(crate) fn iterate(
+        &mut self,
+        resolvent: &Resolvent<T, D, C>,
+        iterates: &mut [Iterate<T, D>; C],
+        momentum: &mut Momentum<T>,
+        slip_update: SlipUpdate,
+    ) -> Change<T> {
+        self.solution.work.iterations += 1;
+        let change = iterate(self.problem, resolvent, iterates, momentum, slip_update);
+        // Squares, of which it is enough to be compared.
+        let size = self.problem.size * self.problem.size;
+        let estimate = quotient(change.error, size.max(change.impulse));
+        let tolerance = self.settings.tolerance * self.settings.tolerance;
+        if slip_update == SlipUpdate::OuterLoop && estimate <= tolerance {
+            iterates.iter_mut().for_each(Iterate::update_slip);
+            momentum.start();
+        }
+        if estimate <= tolerance * T::literal(4.0) {
+            self.consider_iterates(iterates);
+        }
+        change
+    }
+
+    /// [`Self::consider`] for `r = -rho ζ`.
+    pub(crate) fn consider_iterates(&mut self, iterates: &[Iterate<T, D>; C]) {
+        let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
+        for (r, iterate) in r.iter_mut().zip(iterates) {
+            rolled();
+            *r = iterate.impulse().into();
+        }
+        let natural_map = self.problem.natural_map(&r, &mut u);
+        self.consider(&r, &u, natural_map);
+    }
+}
+
+impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
+    Monitor<'s, 'a, T, N, D, C, L>
+{
     /// A new solve, of which there is no record yet, or another call for one that was begun.
     pub(crate) fn new(
-        problem: &'s mut Problem<'a, T, N, D, C>,
+        problem: &'s mut Problem<'a, T, N, D, C, L>,
         settings: &'s Settings<T>,
-        solution: &'s mut Solution<T, N, D, C>,
+        solution: &'s mut Solution<T, N, D, C, L>,
         record: &'s mut Record<T, D, C>,
         resumed: bool,
     ) -> Self {
         solution.certificate.clear();
+        if L::MIXED {
+            solution.rows = [const { L::Room::EMPTY }; C];
+        }
         if resumed {
             problem.set_q(&record.q);
             if record.counts_speed {
@@ -73,42 +125,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
     /// Ends it.
     pub(crate) fn stop(&mut self, status: Status) {
         self.record.status = status;
-    }
-
-    /// One ADMM iteration.
-    #[inline]
-    pub(crate) fn iterate(
-        &mut self,
-        resolvent: &Resolvent<T, D, C>,
-        iterates: &mut [Iterate<T, D>; C],
-        momentum: &mut Momentum<T>,
-        slip_update: SlipUpdate,
-    ) -> Change<T> {
-        self.solution.work.iterations += 1;
-        let change = iterate(self.problem, resolvent, iterates, momentum, slip_update);
-        // Squares, of which it is enough to be compared.
-        let size = self.problem.size * self.problem.size;
-        let estimate = quotient(change.error, size.max(change.impulse));
-        let tolerance = self.settings.tolerance * self.settings.tolerance;
-        if slip_update == SlipUpdate::OuterLoop && estimate <= tolerance {
-            iterates.iter_mut().for_each(Iterate::update_slip);
-            momentum.start();
-        }
-        if estimate <= tolerance * T::literal(4.0) {
-            self.consider_iterates(iterates);
-        }
-        change
-    }
-
-    /// [`Self::consider`] for `r = -rho ζ`.
-    pub(crate) fn consider_iterates(&mut self, iterates: &[Iterate<T, D>; C]) {
-        let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
-        for (r, iterate) in r.iter_mut().zip(iterates) {
-            rolled();
-            *r = iterate.impulse().into();
-        }
-        let natural_map = self.problem.natural_map(&r, &mut u);
-        self.consider(&r, &u, natural_map);
     }
 
     /// Counts `|stop|` from now on; the best impulse has to be measured again.
@@ -160,8 +176,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
             self.record.natural_map = Some(self.solution.error);
             for (i, (contact, u)) in self.solution.contacts.iter().zip(u).enumerate() {
                 rolled();
-                self.problem
-                    .correct(i, contact.velocity - SVector::from(*u));
+                let velocity = self.problem.factor.scaled(i, contact.velocity);
+                self.problem.correct(i, velocity - SVector::from(*u));
             }
         } else {
             self.stop(Status::PrecisionLimit);
@@ -226,7 +242,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize> Monitor<'s
 
     /// The impulses that are written down.
     fn shown(&self) -> ContactVector<T, D, C> {
-        gathered(self.solution.contacts.iter().map(|contact| contact.impulse))
+        let contacts = self.solution.contacts.iter().enumerate();
+        gathered(contacts.map(|(i, contact)| self.problem.factor.unscaled(i, contact.impulse)))
     }
 }
 

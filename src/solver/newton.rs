@@ -1,6 +1,7 @@
 //! Newton's part of the method: a step with the Jacobian that was kept or with a new one, and how far along it.
 
 use crate::Real;
+use crate::laws::Laws;
 use crate::linalg::hints::rolled;
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Solve;
@@ -112,13 +113,13 @@ impl Newton {
     }
 }
 
-impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     /// Steps with the kept Jacobian, or if they fail a step with a new one.
     #[inline(never)]
     pub(super) fn step<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        workspace: &mut Workspace<T, D, C, L>,
         mut newton: Newton,
     ) -> Outcome {
         let reused = newton.reuse && self.reuse_jacobian(monitor, workspace, &mut newton.reuse);
@@ -139,14 +140,14 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     #[inline(never)]
     fn reuse_jacobian<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        workspace: &Workspace<T, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        workspace: &Workspace<T, D, C, L>,
         again: &mut bool,
     ) -> bool {
         let Some((jacobian, matrix)) = workspace.kept() else {
             return false;
         };
-        let same = |point: &Point<T, D, C>, monitor: &Monitor<'_, '_, T, N, D, C>| {
+        let same = |point: &Point<T, D, C>, monitor: &Monitor<'_, '_, T, N, D, C, L>| {
             jacobian.has_same_active_set(monitor.problem, point)
         };
         if !same(&self.point, monitor) {
@@ -183,8 +184,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     #[inline(never)]
     fn step_anew<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        workspace: &mut Workspace<T, D, C, L>,
         newton: &mut Newton,
     ) -> bool {
         monitor.solution.work.newton_steps += 1;
@@ -219,7 +220,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     #[inline(never)]
     fn search_line<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
         step: &[SVector<T, D>; C],
         rise: Option<T>,
     ) -> Option<T> {
@@ -240,7 +241,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     /// Goes to `start + length step`, and shows what is there to the monitor.
     fn evaluate_at<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
         start: &[SVector<T, D>; C],
         step: &[SVector<T, D>; C],
         length: T,
@@ -253,7 +254,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     /// Goes back to a `z` that was shown before.
     fn go_back<const N: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C>,
+        monitor: &Monitor<'_, '_, T, N, D, C, L>,
         start: &[SVector<T, D>; C],
     ) {
         self.point.z = *start;

@@ -3,6 +3,7 @@
 
 use crate::Real;
 use crate::cone::{add_to_normal, norm, split};
+use crate::laws::Laws;
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
 use crate::problem::{ContactLaw, Problem};
@@ -10,7 +11,7 @@ use crate::solution::zeros;
 use crate::solver::tuning;
 use nalgebra::SVector;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Problem<'_, T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'_, T, N, D, C, L> {
     /// Is it hyperstatic: do contacts with these impulses have rows >= moved dofs + D? Then impulses are far from unique:
     /// they can change without moving a body.
     pub(crate) fn is_hyperstatic(&self, r: &ContactVector<T, D, C>) -> bool {

@@ -15,6 +15,7 @@
 //! the same bits.
 
 use crate::Real;
+use crate::laws::{Coulomb, Laws};
 use crate::solver::interior_point::{InteriorPoint, Progress};
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Outcome, Start};
@@ -40,14 +41,14 @@ pub(crate) enum Phase {
 
 /// The state of a solve by the default method.
 #[derive(Clone, Debug)]
-pub(crate) struct Solve<T, const D: usize, const C: usize> {
+pub(crate) struct Solve<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
     pub(super) phase: Phase,
     pub(super) point: Point<T, D, C>,
     pub(super) sweeps: Sweeps<T, C>,
-    pub(super) interior: InteriorPoint<T, D, C>,
+    pub(super) interior: InteriorPoint<T, D, C, L>,
 }
 
-impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     /// No solve yet.
     pub(crate) const fn none() -> Self {
         Self {
@@ -62,11 +63,11 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn begin<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
-        warm_start: &mut WarmStart<T, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        workspace: &mut Workspace<T, D, C, L>,
+        warm_start: &mut WarmStart<T, D, C, L>,
     ) {
-        if let Some(places) = warm_start.follow(monitor.problem.scene.contacts()) {
+        if let Some(places) = warm_start.follow(monitor.problem.scene) {
             workspace.jacobian.follow(&places);
         }
         let tolerance = monitor.tolerance();
@@ -91,8 +92,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     /// One piece of work, and what comes after it.
     pub(crate) fn advance<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        workspace: &mut Workspace<T, D, C, L>,
     ) {
         self.phase = match self.phase {
             Phase::Idle => Phase::Idle,
@@ -140,7 +141,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     /// A cold start: a guess, sweeps, or Newton's method from rest.
     fn begin_cold<const N: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C>,
+        monitor: &Monitor<'_, '_, T, N, D, C, L>,
         may_guess: bool,
     ) -> Phase {
         if may_guess && monitor.problem.is_likely_to_stick() {
@@ -158,7 +159,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     fn begin_newton<const N: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C>,
+        monitor: &Monitor<'_, '_, T, N, D, C, L>,
         newton: Newton,
     ) -> Phase {
         self.point.rebuild_from_velocity(monitor.problem);
@@ -166,7 +167,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     }
 
     /// Shows the point to the monitor.
-    pub(super) fn consider<const N: usize>(&self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
+    pub(super) fn consider<const N: usize>(&self, monitor: &mut Monitor<'_, '_, T, N, D, C, L>) {
         let Point {
             r, u, natural_map, ..
         } = &self.point;

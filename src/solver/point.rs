@@ -11,6 +11,7 @@
 
 use crate::Real;
 use crate::cone::{add_to_normal, square};
+use crate::laws::{Laws, Room};
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
@@ -53,16 +54,26 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
 
     /// Sets `r = 0` and `P = 0`, from where sweeps set off; `z`, residual and merit are stale until [`Self::rebuild`].
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn set_zero_impulse<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
+    pub(crate) fn set_zero_impulse<const N: usize, L: Laws>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C, L>,
+    ) {
         self.p = [zeros(); C];
         self.r = [[T::ZERO; D]; C];
         self.u = problem.q();
-        self.natural_map = residual::quotient(problem.alone, problem.size);
+        self.natural_map = if L::MIXED {
+            problem.natural_map_at(&self.r, &self.u)
+        } else {
+            residual::quotient(problem.alone, problem.size)
+        };
     }
 
     /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = alpha_i`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn rebuild<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
+    pub(crate) fn rebuild<const N: usize, L: Laws>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C, L>,
+    ) {
         let sources = self.p.iter().zip(&self.r);
         let contacts = self.z.iter_mut().zip(sources);
         for ((z, (velocity, &impulse)), law) in contacts.zip(problem.laws()) {
@@ -77,9 +88,9 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
 
     /// Moves to `z_i = û_i - r_i / rho_i` of its own `r` and `u`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn rebuild_from_velocity<const N: usize>(
+    pub(crate) fn rebuild_from_velocity<const N: usize, L: Laws>(
         &mut self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
     ) {
         problem.augmented_velocity(&self.u, &mut self.p);
         self.rebuild(problem);
@@ -95,7 +106,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
 
     /// Evaluates what follows from `z`, with `rho_i = alpha_i`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn update<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C>) {
+    pub(crate) fn update<const N: usize, L: Laws>(&mut self, problem: &Problem<'_, T, N, D, C, L>) {
         let laws = problem.laws();
         let targets = self.p.iter_mut();
         let targets = targets.zip(&mut self.r);
@@ -103,6 +114,13 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         let sources = laws.iter().zip(&self.z);
         for ((law, z), ((velocity, impulse), residual)) in sources.zip(targets) {
             rolled();
+            if let Some(rows) = law.rows.get() {
+                // With `alpha` = 1; whoever holds is to have no velocity to the bit, and whoever does not its bound.
+                let push = rows.project(&-z);
+                (*velocity, *impulse) = (z + push, push.into());
+                *residual = (-*velocity).into();
+                continue;
+            }
             let (projection, slip) = law.cone.dual().project_with_length(z);
             *velocity = projection;
             *impulse = ((projection - z) * law.alpha).into();

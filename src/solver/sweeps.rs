@@ -4,6 +4,7 @@
 //! reach the tolerance (`after_five`).
 
 use crate::Real;
+use crate::laws::Laws;
 use crate::solver::gauss_seidel;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
@@ -50,7 +51,7 @@ impl<T: Real, const C: usize> Sweeps<T, C> {
     }
 }
 
-impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     /// Sweeps from the impulses and `u` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_sweeps(&mut self) -> Phase {
@@ -63,7 +64,10 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
 
     /// One sweep, and its work.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn sweep_once<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C>) {
+    pub(super) fn sweep_once<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+    ) {
         monitor.solution.work.sweeps += 1;
         let (r, u) = (&mut self.point.r, &mut self.point.u);
         gauss_seidel::sweep(monitor.problem, r, u, &mut self.sweeps.lambdas);
@@ -73,7 +77,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
     ) -> Pace {
         self.sweep_once(monitor);
         let (r, u) = (&self.point.r, &self.point.u);

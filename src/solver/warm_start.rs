@@ -1,14 +1,20 @@
 //! What survives between solves: the warm start.
 
 use crate::admm::Iterate;
+use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
 use crate::scene::check_finite;
 use crate::solution::zeros;
 use crate::solver::point::Point;
-use crate::{Contact, Error, Input, Real};
+use crate::solver::row_keys::RowKeys;
+use crate::{Contact, Error, Factor, Input, Real, Scene};
 use core::mem;
 use nalgebra::SVector;
+
+mod state;
+
+pub(super) use state::ContactState;
 
 /// What is known where a solve starts.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -23,38 +29,19 @@ pub(crate) enum Known {
 
 /// `ũ` and `r` of the last solve and `r` of the one before, in the order of the last one's contacts.
 #[derive(Clone, Debug)]
-pub(crate) struct WarmStart<T, const D: usize, const C: usize> {
+pub(crate) struct WarmStart<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
     /// `None` for a contact that was not in the last solve, and behind the contacts in use.
-    contacts: [Option<ContactState<T, D>>; C],
+    pub(super) contacts: [Option<ContactState<T, D>>; C],
+    /// Of slots of joint rows: the keys of the rows.
+    pub(super) rows: [L::Room<Option<RowKeys<D>>>; C],
 }
 
-#[derive(Clone, Copy, Debug)]
-struct ContactState<T, const D: usize> {
-    key: u32,
-    u: SVector<T, D>,
-    r: SVector<T, D>,
-    /// `r` of the solve before, if `solves > 1`. (An option in an option would not be all zeros.)
-    before: SVector<T, D>,
-    /// How many solves have had the contact; 0 if its impulse was given, and `u` is not known.
-    solves: u32,
-}
-
-impl<T: Real, const D: usize> ContactState<T, D> {
-    /// `r`, extrapolated from the last two solves; an open contact stays open.
-    fn ahead(&self) -> SVector<T, D> {
-        if self.solves > 1 && self.r != zeros::<T, D>() {
-            self.r + (self.r - self.before)
-        } else {
-            self.r
-        }
-    }
-}
-
-impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
     /// Nothing solved yet.
     pub(crate) const fn cold() -> Self {
         Self {
             contacts: [None; C],
+            rows: [const { L::Room::EMPTY }; C],
         }
     }
 
@@ -66,7 +53,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
         for (contact, (_, r)) in impulses.iter().enumerate() {
             check_finite(r, Input::InitialImpulse { contact })?;
         }
-        self.contacts = [None; C];
+        *self = Self::cold();
         for (state, &(key, r)) in self.contacts.iter_mut().zip(impulses) {
             *state = Some(ContactState {
                 key,
@@ -85,12 +72,17 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     /// Returns the old place of each contact if any has changed its place; `C` for a new contact.
     pub(crate) fn follow<const N: usize>(
         &mut self,
-        contacts: &[Contact<T, N, D>],
+        scene: &Scene<T, N, D, C, L>,
     ) -> Option<[usize; C]> {
+        let contacts = scene.contacts();
         let last = self.contacts.iter().map_while(Option::as_ref);
         let mut last = last.map(|last| last.key).peekable();
         let keys = contacts.iter().map(|contact| contact.key);
-        let moved = last.peek().is_some() && !last.eq(keys);
+        let mut moved = last.peek().is_some() && !last.eq(keys);
+        if L::MIXED {
+            moved |= self.contacts.iter().any(Option::is_some) && !self.has_rows_of(scene);
+            return moved.then(|| self.reorder_slots(scene));
+        }
         moved.then(|| self.reorder(contacts))
     }
 
@@ -115,13 +107,15 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     /// Keeps `ũ` and `r` of the contacts of a solve. If it was `resumed`, they replace those of its earlier part.
     pub(crate) fn keep<const N: usize>(
         &mut self,
-        contacts: &[Contact<T, N, D>],
+        (scene, factor): (&Scene<T, N, D, C, L>, &Factor<T, N, D, C, L>),
         values: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>,
         resumed: bool,
     ) {
-        let pairs = contacts.iter().zip(values);
-        for (state, (&Contact { key, .. }, (u, r))) in self.contacts.iter_mut().zip(pairs) {
+        let pairs = scene.contacts().iter().zip(values).enumerate();
+        for (state, (i, (&Contact { key, .. }, (u, r)))) in self.contacts.iter_mut().zip(pairs) {
             rolled();
+            // Physical ones: the scales of joint rows change with `M`.
+            let (u, r) = (factor.unscaled(i, u), factor.scaled(i, r));
             let (before, solves) = match state {
                 Some(last) if resumed => (last.before, last.solves),
                 Some(last) => (last.r, last.solves.saturating_add(1)),
@@ -135,15 +129,18 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
                 solves,
             });
         }
+        if L::MIXED {
+            self.keep_keys(scene);
+        }
     }
 
     /// The first iterates of ADMM: the last ones, or at rest without impulse.
     pub(crate) fn iterates<const N: usize>(
         &mut self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         penalty: T,
     ) -> [Iterate<T, D>; C] {
-        let _ = self.follow(problem.scene.contacts());
+        let _ = self.follow(problem.scene);
         let mut iterates = [Iterate::at(zeros(), zeros(), penalty); C];
         let pairs = problem.laws().iter().zip(&self.contacts);
         for (iterate, (law, contact)) in iterates.iter_mut().zip(pairs) {
@@ -162,7 +159,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn start<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         tolerance: T,
         point: &mut Point<T, D, C>,
     ) -> Known {
@@ -193,7 +190,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     fn go_on<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         tolerance: T,
         point: &mut Point<T, D, C>,
     ) {
@@ -212,16 +209,17 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     fn impulses<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         onwards: bool,
         r: &mut [[T; D]; C],
     ) {
-        let pairs = problem.laws().iter().zip(&self.contacts);
-        for (r, (law, contact)) in r.iter_mut().zip(pairs) {
+        let pairs = problem.laws().iter().zip(&self.contacts).enumerate();
+        for (r, (i, (law, contact))) in r.iter_mut().zip(pairs) {
             rolled();
             if let Some(contact) = contact {
                 let push = if onwards { contact.ahead() } else { contact.r };
-                *r = law.cone.project(&push).into();
+                let push = problem.factor.unscaled(i, push);
+                *r = law.project(&push).into();
             }
         }
     }
@@ -234,7 +232,7 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     fn stay<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         tolerance: T,
         point: &mut Point<T, D, C>,
     ) {
@@ -267,15 +265,17 @@ impl<T: Real, const D: usize, const C: usize> WarmStart<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     fn look_back<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         point: &mut Point<T, D, C>,
     ) {
         let pairs = point.p.iter_mut().zip(&mut point.r);
-        for ((velocity, impulse), contact) in pairs.zip(&self.contacts) {
+        for (i, ((velocity, impulse), contact)) in pairs.zip(&self.contacts).enumerate() {
             rolled();
-            let known = contact
-                .as_ref()
-                .map(|contact| (contact.u, contact.r.into()));
+            let known = contact.as_ref().map(|contact| {
+                let (u, r) = (contact.u, contact.r);
+                let factor = problem.factor;
+                (factor.scaled(i, u), factor.unscaled(i, r).into())
+            });
             (*velocity, *impulse) = known.unwrap_or((zeros(), [T::ZERO; D]));
         }
         point.rebuild(problem);

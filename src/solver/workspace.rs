@@ -1,6 +1,7 @@
 //! Room for the one matrix that a solve by the default method needs beside the factor.
 
 use crate::Real;
+use crate::laws::{Coulomb, Laws};
 use crate::linalg::blocks::ContactMatrix;
 use crate::linalg::elimination::Elimination;
 use crate::problem::Problem;
@@ -9,15 +10,15 @@ use crate::solver::point::Point;
 
 /// One matrix in contact space, factorised: by turns the Jacobian of a Newton step and that of the interior point.
 #[derive(Clone, Debug)]
-pub(crate) struct Workspace<T, const D: usize, const C: usize> {
+pub(crate) struct Workspace<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
     matrix: ContactMatrix<T, D, C>,
     /// What of the Jacobian is not in the matrix.
-    pub(super) jacobian: Jacobian<T, D, C>,
+    pub(super) jacobian: Jacobian<T, D, C, L>,
     /// Is the matrix that of the Jacobian?
     holds_jacobian: bool,
 }
 
-impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, L: Laws> Workspace<T, D, C, L> {
     /// Nothing in it.
     pub(crate) const fn none() -> Self {
         Self {
@@ -38,7 +39,7 @@ impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
     }
 
     /// The Jacobian that is kept, and its matrix.
-    pub(crate) fn kept(&self) -> Option<(&Jacobian<T, D, C>, &ContactMatrix<T, D, C>)> {
+    pub(crate) fn kept(&self) -> Option<(&Jacobian<T, D, C, L>, &ContactMatrix<T, D, C>)> {
         self.holds_jacobian
             .then_some((&self.jacobian, &self.matrix))
     }
@@ -47,10 +48,10 @@ impl<T: Real, const D: usize, const C: usize> Workspace<T, D, C> {
     #[inline]
     pub(crate) fn linearise<const N: usize>(
         &mut self,
-        problem: &Problem<'_, T, N, D, C>,
+        problem: &Problem<'_, T, N, D, C, L>,
         point: &Point<T, D, C>,
         damping: T,
-    ) -> Option<(&Jacobian<T, D, C>, &ContactMatrix<T, D, C>)> {
+    ) -> Option<(&Jacobian<T, D, C, L>, &ContactMatrix<T, D, C>)> {
         self.forget();
         let matrix = &mut self.matrix;
         self.jacobian.compute(problem, point, damping, matrix)?;

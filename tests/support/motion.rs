@@ -9,7 +9,7 @@ use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
 pub(crate) const REACH: f64 = 5.0;
 
 /// A system of constant mass and contact directions under constant forces.
-pub(crate) struct Motion<T, const N: usize, const D: usize, const C: usize> {
+pub(crate) struct Motion<T: Real, const N: usize, const D: usize, const C: usize> {
     pub(crate) scene: Scene<T, N, D, C>,
     pub(crate) factor: Factor<T, N, D, C>,
     pub(crate) solver: Solver<T, N, D, C>,

@@ -83,10 +83,14 @@ pub struct Answer {
     pub modes: Vec<ContactMode>,
     /// `d`, one number a contact, if the scene is infeasible.
     pub certificate: Vec<f64>,
+    /// Impulses of joint rows.
+    pub lambda: Vec<f64>,
+    /// Their part of the proof.
+    pub certificate_lambda: Vec<f64>,
 }
 
 /// The kernel in one size.
-pub struct Compiled<T, const N: usize, const D: usize, const C: usize> {
+pub struct Compiled<T: Real, const N: usize, const D: usize, const C: usize> {
     n_dof: usize,
     scene: Scene<T, N, D, C>,
     push: SVector<T, N>,
@@ -200,6 +204,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
                 .map(|contact| contact.mode)
                 .collect(),
             certificate: solution.certificate.iter().map(measure::double).collect(),
+            lambda: Vec::new(),
+            certificate_lambda: Vec::new(),
         }
     }
 }

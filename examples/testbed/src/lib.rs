@@ -13,6 +13,8 @@ pub mod generate;
 pub mod kernel;
 pub mod measure;
 pub mod method;
+pub mod mixed;
+pub mod mixed_measure;
 pub mod scene_file;
 pub mod solve;
 

@@ -16,7 +16,7 @@ pub enum Method {
 
 /// The states between two solves, of each solver.
 #[derive(Clone)]
-pub struct Solvers<T, const N: usize, const D: usize, const C: usize> {
+pub struct Solvers<T: Real, const N: usize, const D: usize, const C: usize> {
     pub default: Solver<T, N, D, C>,
     admm: [AdmmSolver<T, N, D, C>; 3],
 }
@@ -72,7 +72,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Default for Solver
 
 /// The factors, of each solver.
 #[derive(Clone)]
-pub struct Factors<T, const N: usize, const D: usize, const C: usize> {
+pub struct Factors<T: Real, const N: usize, const D: usize, const C: usize> {
     pub default: Factor<T, N, D, C>,
     pub admm: AdmmFactor<T, N, D, C>,
 }

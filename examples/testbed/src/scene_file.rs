@@ -77,7 +77,7 @@ pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
         .collect()
 }
 
-fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     serde_json::from_str(text).map_err(|error| {
         let place = text.lines().nth(error.line().saturating_sub(1));
         let rest = place.and_then(|line| line.get(error.column().saturating_sub(1)..));
@@ -127,7 +127,12 @@ pub fn json_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-fn matrix(what: &str, rows: &[Vec<f64>], n: usize, m: usize) -> Result<DMatrix<f64>, String> {
+pub(crate) fn matrix(
+    what: &str,
+    rows: &[Vec<f64>],
+    n: usize,
+    m: usize,
+) -> Result<DMatrix<f64>, String> {
     if rows.len() != n || rows.iter().any(|row| row.len() != m) {
         let mut lengths = rows.iter().map(Vec::len);
         let wrong = lengths.clone().find(|&length| length != m);
@@ -140,7 +145,7 @@ fn matrix(what: &str, rows: &[Vec<f64>], n: usize, m: usize) -> Result<DMatrix<f
     Ok(DMatrix::from_fn(n, m, |i, j| rows[i][j]))
 }
 
-fn vector(what: &str, entries: Vec<f64>, n: usize) -> Result<DVector<f64>, String> {
+pub(crate) fn vector(what: &str, entries: Vec<f64>, n: usize) -> Result<DVector<f64>, String> {
     if entries.len() != n {
         return Err(format!("{what} has {} entries, not {n}", entries.len()));
     }

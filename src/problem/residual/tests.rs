@@ -3,6 +3,7 @@
 
 use super::{alone, natural_map};
 use crate::FrictionCone;
+use crate::laws::Room;
 use crate::problem::ContactLaw;
 use nalgebra::SVector;
 use proptest::array::{uniform2, uniform3};
@@ -15,11 +16,12 @@ proptest! {
         frictions in uniform2(prop_oneof![Just(0.0), 0.0..2.0]),
         relaxed in any::<bool>(),
     ) {
-        let law = |free: [f64; 3], mu: f64| ContactLaw {
+        let law = |free: [f64; 3], mu: f64| ContactLaw::<f64, 3> {
             shift_factor: if relaxed { 0.0 } else { mu },
             cone: FrictionCone::new(mu).expect("mu is not negative"),
             alpha: 0.5,
             q: SVector::from(free),
+            rows: Room::EMPTY,
         };
         let laws = [law(velocities[0], frictions[0]), law(velocities[1], frictions[1])];
         let (size, rest) = (3.0, [[0.0; 3]; 2]);
@@ -32,11 +34,12 @@ proptest! {
 /// A contact that parts faster than rounding can hide has no error; one that may touch has all of it.
 #[test]
 fn rounding_of_a_far_gap_counts_for_nothing() {
-    let law = ContactLaw {
+    let law = ContactLaw::<f64, 3> {
         shift_factor: 0.5,
         cone: FrictionCone::new(0.5).expect("mu is not negative"),
         alpha: 1.0,
         q: SVector::from([100.0, 1.0, 0.0]),
+        rows: Room::EMPTY,
     };
     let error = |gap: f64, noise: f64| {
         natural_map(

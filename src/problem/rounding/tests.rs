@@ -42,7 +42,7 @@ proptest! {
         let (mass, contacts) = (&scene.mass().data.0, scene.contacts());
         let mut u = [[0.0; D]; 2];
         let momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u);
-        let cheap = bound::<_, N, D, 2>(problem.laws(), mass, contacts, &v, &r, &momentum);
+        let cheap = bound::<_, N, D, 2, _>(problem.laws(), mass, contacts, &v, &r, &momentum);
         let sums = count::<_, N, D, 2>(mass, contacts, &f, &v, &r, momentum.unit);
         let more = 1.0 + 1e-9;
         prop_assert!(sums.momentum <= cheap.momentum * more);
@@ -64,7 +64,7 @@ fn velocities_of_which_squares_vanish_are_bounded() {
     problem.fill();
     let (mass, [f]) = (&scene.mass().data.0, f.data.0);
     let momentum = dynamics::momentum(&scene, &f, &v, &[], &mut []);
-    let cheap = bound::<_, 2, 1, 1>(problem.laws(), mass, &[], &v, &[], &momentum);
+    let cheap = bound::<_, 2, 1, 1, _>(problem.laws(), mass, &[], &v, &[], &momentum);
     let sums = count::<_, 2, 1, 1>(mass, &[], &f, &v, &[], momentum.unit);
     assert!(sums.momentum > 0.0 && sums.momentum <= cheap.momentum);
 }

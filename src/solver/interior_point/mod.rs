@@ -13,6 +13,7 @@
 //! another weight `beta`. Every path that reaches `tau = 0` ends at a solution.
 
 use crate::Real;
+use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::hints::{opaque, rolled};
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::{Phase, Solve};
@@ -26,13 +27,14 @@ use pair::{Pair, Part, widen};
 mod direction;
 mod lorentz;
 mod pair;
+mod row_pairs;
 #[cfg(test)]
 mod tests;
 
 /// The state of the interior point.
 #[derive(Clone, Debug)]
-pub(crate) struct InteriorPoint<T, const D: usize, const C: usize> {
-    pairs: [Pair<T, D>; C],
+pub(crate) struct InteriorPoint<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
+    pairs: [Pair<T, D, L>; C],
     /// Weight of friction on the central path.
     beta: T,
     /// `tau` of the last point that had one.
@@ -54,7 +56,7 @@ pub(super) enum Progress {
     Jammed,
 }
 
-impl<T: Real, const D: usize, const C: usize> InteriorPoint<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, L: Laws> InteriorPoint<T, D, C, L> {
     /// No solve yet.
     pub(crate) const fn none() -> Self {
         Self {
@@ -70,33 +72,44 @@ impl<T: Real, const D: usize, const C: usize> InteriorPoint<T, D, C> {
     /// `tau`: the mean of the products that are to vanish.
     fn tau(&self) -> T {
         let (mut sum, mut count) = (T::ZERO, T::ZERO);
+        let mut add = |product| {
+            sum += product;
+            count += T::ONE;
+        };
         for pair in &self.pairs {
             rolled();
-            for product in pair.products(self.beta).into_iter().flatten() {
-                sum += product;
-                count += T::ONE;
+            pair.products(self.beta)
+                .into_iter()
+                .flatten()
+                .for_each(&mut add);
+            if let Some(rows) = pair.rows.get() {
+                rows.products().for_each(&mut add);
             }
         }
         sum / count.max(T::ONE)
     }
 }
 
-impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     /// Begins the interior-point method at the impulses of the point, after a search for a proof of infeasibility.
     ///
     /// `tau` starts at 10 times the mean of `alpha |q|²`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_interior<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
     ) -> Phase {
         monitor.look_for_proof();
         let (mut energy, mut count) = (T::ZERO, T::ZERO);
         for law in monitor.problem.laws() {
             rolled();
+            count += T::ONE;
+            if let Some(rows) = law.rows.get() {
+                energy += rows.project(&-law.q).norm_squared();
+                continue;
+            }
             let rows = law.q.iter().take(Part::of(law).count::<D>());
             energy += law.alpha * rows.fold(T::ZERO, |sum, &q| sum + q * q);
-            count += T::ONE;
         }
         self.interior.jams = 0;
         let tau = energy / count * tuning::first_tau();
@@ -109,7 +122,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     fn enter_path<const N: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C>,
+        monitor: &Monitor<'_, '_, T, N, D, C, L>,
         tau: T,
         gain: T,
         beta: T,
@@ -130,11 +143,17 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
 
     /// Moves the point to the impulses of the pairs.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn back_to_path<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C>) {
+    pub(super) fn back_to_path<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, L>,
+    ) {
         let pairs = self.interior.pairs.iter().zip(monitor.problem.laws());
         for (r, (pair, law)) in self.point.r.iter_mut().zip(pairs) {
             rolled();
             *r = widen(law, &pair.x).into();
+            if let Some(rows) = law.rows.get() {
+                *r = rows.project(&pair.x).into();
+            }
         }
         let (r, u) = (&self.point.r, &mut self.point.u);
         self.point.natural_map = monitor.problem.natural_map(r, u);
@@ -144,8 +163,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     #[inline(never)]
     pub(super) fn step_inside<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        workspace: &mut Workspace<T, D, C, L>,
     ) -> Progress {
         monitor.solution.work.newton_steps += 1;
         let length = self.move_pairs(monitor, workspace);
@@ -180,8 +199,8 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     /// Moves the pairs by a step of Mehrotra's predictor-corrector method. Returns its length; `None` if there is no step.
     fn move_pairs<const N: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C>,
-        workspace: &mut Workspace<T, D, C>,
+        monitor: &Monitor<'_, '_, T, N, D, C, L>,
+        workspace: &mut Workspace<T, D, C, L>,
     ) -> Option<T> {
         let (matrix, elimination) = workspace.lend();
         let (pairs, beta) = (&self.interior.pairs, self.interior.beta);
@@ -210,14 +229,18 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     }
 
     /// May Newton's method finish from the point?
-    fn is_near<const N: usize>(&self, monitor: &Monitor<'_, '_, T, N, D, C>) -> bool {
+    fn is_near<const N: usize>(&self, monitor: &Monitor<'_, '_, T, N, D, C, L>) -> bool {
         let near = tuning::near::<T>().max(T::literal(10.0) * monitor.tolerance());
         self.point.natural_map < near
     }
 
     /// Moves to pseudo-random impulses of the expected size, seeded by the number of jams.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn go_anywhere<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C>, jams: usize) {
+    fn go_anywhere<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, L>,
+        jams: usize,
+    ) {
         let mut state = u32::try_from(jams).unwrap_or(0);
         for (law, r) in opaque(monitor.problem.laws()).iter().zip(&mut self.point.r) {
             rolled();
@@ -228,7 +251,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
                 let share = T::count(usize::from((state >> 16) as u16)) / T::literal(32768.0);
                 *entry = monitor.problem.size * (share - T::ONE);
             }
-            *r = law.cone.project(&impulse).into();
+            *r = law.project(&impulse).into();
         }
     }
 
@@ -237,7 +260,7 @@ impl<T: Real, const D: usize, const C: usize> Solve<T, D, C> {
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn leave_jam<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
     ) -> bool {
         monitor.note_failure();
         let tau = self.interior.tau;

@@ -6,11 +6,13 @@
 
 use crate::Real;
 use crate::cone::{add_to_normal, norm, split};
+use crate::laws::{Coulomb, Laws, Room};
 use crate::problem::ContactLaw;
 use crate::solution::zeros;
 use crate::solver::interior_point::lorentz::{
     across, divide, first, joined, jordan, keep_inside, reach, size,
 };
+use crate::solver::interior_point::row_pairs::RowPairs;
 use nalgebra::SVector;
 
 /// The part of a contact that is on the path.
@@ -27,7 +29,7 @@ pub(crate) enum Part {
 }
 
 impl Part {
-    pub(crate) fn of<T: Real, const D: usize>(law: &ContactLaw<T, D>) -> Self {
+    pub(crate) fn of<T: Real, const D: usize, L: Laws>(law: &ContactLaw<T, D, L>) -> Self {
         if law.alpha <= T::ZERO {
             Self::Nothing
         } else if law.rows() == 1 {
@@ -56,7 +58,7 @@ impl Part {
 
 /// A contact on the central path, or how it moves.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pair<T, const D: usize> {
+pub(crate) struct Pair<T: Real, const D: usize, L: Laws = Coulomb> {
     pub(crate) part: Part,
     /// `x = Λ⁻¹ r`
     pub(crate) x: SVector<T, D>,
@@ -64,26 +66,43 @@ pub(crate) struct Pair<T, const D: usize> {
     pub(crate) w: SVector<T, D>,
     /// `y_N`; unused in the convex relaxation, where `w[0]` is `y_N`.
     pub(crate) normal: T,
+    /// Of joint rows: in place of the three before, but for impulses.
+    pub(super) rows: L::Room<RowPairs<T, D>>,
 }
 
 /// `Λ v`
-pub(crate) fn widen<T: Real, const D: usize>(
-    law: &ContactLaw<T, D>,
+pub(crate) fn widen<T: Real, const D: usize, L: Laws>(
+    law: &ContactLaw<T, D, L>,
     v: &SVector<T, D>,
 ) -> SVector<T, D> {
     let mut wide = *v;
+    if law.rows.get().is_some() {
+        return wide;
+    }
     for wide in wide.iter_mut().skip(1) {
         *wide *= law.cone.friction();
     }
     wide
 }
 
+/// `Λ_kk`
+pub(crate) fn width<T: Real, const D: usize, L: Laws>(law: &ContactLaw<T, D, L>, k: usize) -> T {
+    if k == 0 || law.rows.get().is_some() {
+        T::ONE
+    } else {
+        law.cone.friction()
+    }
+}
+
 /// `Λ⁻¹ v`
-fn narrow<T: Real, const D: usize>(law: &ContactLaw<T, D>, v: &SVector<T, D>) -> SVector<T, D> {
+fn narrow<T: Real, const D: usize, L: Laws>(
+    law: &ContactLaw<T, D, L>,
+    v: &SVector<T, D>,
+) -> SVector<T, D> {
     joined(first(v), v / law.cone.friction())
 }
 
-impl<T: Real, const D: usize> Pair<T, D> {
+impl<T: Real, const D: usize, L: Laws> Pair<T, D, L> {
     /// No contact yet.
     pub(crate) const fn none() -> Self {
         Self {
@@ -91,19 +110,33 @@ impl<T: Real, const D: usize> Pair<T, D> {
             x: zeros(),
             w: zeros(),
             normal: T::ZERO,
+            rows: L::Room::EMPTY,
         }
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn count(&self) -> usize {
+        self.rows
+            .get()
+            .map_or(self.part.count::<D>(), |rows| rows.count)
     }
 
     /// The CHKS-smoothed pair (Chen, Harker, Kanzow, Smale) with the same `gain w - x / (gain alpha)` as an impulse and a
     /// velocity.
     pub(crate) fn centred(
-        law: &ContactLaw<T, D>,
+        law: &ContactLaw<T, D, L>,
         r: &SVector<T, D>,
         u: &SVector<T, D>,
         tau: T,
         gain: T,
         beta: T,
     ) -> Self {
+        if let Some(laws) = law.rows.get() {
+            let mut pair = Self::none();
+            pair.x = *r;
+            pair.rows = L::Room::with(RowPairs::centred(laws, &mut pair.x, u, tau, gain));
+            return pair;
+        }
         let part = Part::of(law);
         let mass = gain * law.alpha;
         let z = match part {
@@ -133,6 +166,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
             x,
             w: w * (beta / gain),
             normal: tau / first(&x),
+            rows: L::Room::EMPTY,
         }
     }
 
@@ -150,6 +184,9 @@ impl<T: Real, const D: usize> Pair<T, D> {
 
     /// The greatest length up to a limit with which it may move.
     pub(crate) fn reach(&self, step: &Self, mut limit: T) -> T {
+        if let (Some(rows), Some(step)) = (self.rows.get(), step.rows.get()) {
+            return rows.reach(step, limit);
+        }
         if self.part.is_cone::<D>() {
             limit = reach(&self.x, &step.x, limit);
             limit = reach(&self.w, &step.w, limit);
@@ -167,6 +204,9 @@ impl<T: Real, const D: usize> Pair<T, D> {
         self.x += step.x * length;
         self.w += step.w * length;
         self.normal += step.normal * length;
+        if let (Some(rows), Some(step)) = (self.rows.get_mut(), step.rows.get()) {
+            rows.go(step, length);
+        }
         if self.part.is_cone::<D>() {
             keep_inside(&mut self.x);
             keep_inside(&mut self.w);
@@ -191,7 +231,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         }
     }
 
-    pub(crate) fn of(pair: &Pair<T, D>) -> Self {
+    pub(crate) fn of<L: Laws>(pair: &Pair<T, D, L>) -> Self {
         let (of_x, of_w) = (size(&pair.x), size(&pair.w));
         let (x, w) = (pair.x / of_x, pair.w / of_w);
         let mirrored = joined(first(&w), -w);
@@ -218,8 +258,14 @@ impl<T: Real, const D: usize> Scaling<T, D> {
     }
 
     /// Row `k` of `V⁻²`; in a separate normal row `y_N / x_N`.
-    pub(crate) fn row(&self, pair: &Pair<T, D>, k: usize) -> SVector<T, D> {
+    pub(crate) fn row<L: Laws>(&self, pair: &Pair<T, D, L>, k: usize) -> SVector<T, D> {
         let mut unit: SVector<T, D> = zeros();
+        if let Some(rows) = pair.rows.get() {
+            if let Some(entry) = unit.as_mut_slice().get_mut(k) {
+                *entry = rows.answer(k);
+            }
+            return unit;
+        }
         if k == 0 && pair.part != Part::Cone {
             return joined(pair.normal / first(&pair.x), unit);
         }
@@ -232,7 +278,12 @@ impl<T: Real, const D: usize> Scaling<T, D> {
     /// Right-hand side of the linearised equation
     /// `λ ∘ (V dw + V⁻¹ dx) = goal e - λ ∘ λ - V⁻¹ dx ∘ V dw` with `λ = V w = V⁻¹ x`, solved for `dw + V⁻² dx`:
     /// `V⁻¹ (λ \ (goal e - λ ∘ λ - V⁻¹ dx ∘ V dw))`.
-    pub(crate) fn corrected(&self, pair: &Pair<T, D>, step: &Pair<T, D>, goal: T) -> SVector<T, D> {
+    pub(crate) fn corrected<L: Laws>(
+        &self,
+        pair: &Pair<T, D, L>,
+        step: &Pair<T, D, L>,
+        goal: T,
+    ) -> SVector<T, D> {
         let inverse = |a: &SVector<T, D>| self.turn(a, -T::ONE);
         let (of_x, of_w) = (inverse(&pair.x), self.turn(&pair.w, T::ONE));
         let second = jordan(&inverse(&step.x), &self.turn(&step.w, T::ONE));

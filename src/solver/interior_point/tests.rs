@@ -5,6 +5,7 @@ extern crate std;
 
 use super::direction::System;
 use super::pair::{Pair, Part, Scaling, widen};
+use crate::laws::Room;
 use crate::linalg::elimination::Elimination;
 use crate::problem::{ContactLaw, Problem};
 use crate::{Contact, Error, Factor, FrictionCone, Model, Real, Scene};
@@ -31,6 +32,7 @@ fn law<T: Real>(mu: f64, is_coulomb: bool) -> ContactLaw<T, 3> {
         cone: FrictionCone::new(mu).expect("mu"),
         alpha: T::literal(0.7),
         q: SVector::zeros(),
+        rows: Room::EMPTY,
     }
 }
 
@@ -66,11 +68,12 @@ fn a_pair_is_entered_on_the_path() {
 
 #[test]
 fn the_scaling_takes_one_of_a_pair_to_the_other() {
-    let pair = Pair {
+    let pair = Pair::<f64, 3> {
         part: Part::Coulomb,
         x: vector![2.0, -1.0, 1.5],
         w: vector![0.3, 0.1, 0.25],
         normal: 0.2,
+        rows: Room::EMPTY,
     };
     let scaling = Scaling::<f64, 3>::of(&pair);
     assert!((scaling.compliance(&pair.x) - pair.w).norm() < 1e-12);
@@ -89,11 +92,12 @@ fn a_pair_stays_inside() {
         let mut numbers = numbers();
         for part in [Part::Coulomb, Part::Cone, Part::Normal] {
             let (one, tenth) = (T::ONE, T::literal(0.1));
-            let first = Pair {
+            let first = Pair::<T, 3> {
                 part,
                 x: vector![one, T::ZERO, tenth],
                 w: vector![one, tenth, T::ZERO],
                 normal: one,
+                rows: Room::EMPTY,
             };
             let mut pair = first;
             for k in 0..400 {
@@ -106,6 +110,7 @@ fn a_pair_stays_inside() {
                     x: SVector::from_fn(|_, _| next()) * pair.x[0],
                     w: SVector::from_fn(|_, _| next()) * pair.w[0],
                     normal: next() * pair.normal,
+                    rows: Room::EMPTY,
                 };
                 let reach = pair.reach(&step, T::literal(4.0));
                 let mut there = pair;

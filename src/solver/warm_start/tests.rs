@@ -4,22 +4,28 @@
 extern crate std;
 
 use super::WarmStart;
-use crate::Contact;
+use crate::{Contact, Error, Factor, Scene};
 use nalgebra::{Matrix1, Vector1};
 use proptest::collection::vec;
 use proptest::prelude::*;
+use std::string::ToString;
 use std::vec::Vec;
 
 const C: usize = 5;
 
-fn contacts(keys: &[u32]) -> Vec<Contact<f64, 1, 1>> {
+fn scene(keys: &[u32]) -> Result<Scene<f64, 1, 1, C>, Error> {
+    let mut scene = Scene::new();
+    scene.set_mass(&Matrix1::new(1.0))?;
     let contact = |&key| Contact {
         jacobian: Matrix1::new(1.0),
         offset: Vector1::zeros(),
         mu: 0.0,
         key,
     };
-    keys.iter().map(contact).collect()
+    for contact in keys.iter().map(contact) {
+        scene.push(&contact)?;
+    }
+    Ok(scene)
 }
 
 /// Of place `i` among `keys`: its key, and how many of that key stand before it.
@@ -36,8 +42,10 @@ proptest! {
         let mut state = WarmStart::<f64, 1, C>::cold();
         let mut last: Vec<((u32, usize), f64)> = Vec::new();
         for (step, keys) in lists.iter().enumerate() {
-            let contacts = contacts(keys);
-            state.follow(&contacts);
+            let scene = scene(keys).map_err(|error| TestCaseError::fail(error.to_string()))?;
+            let factor = Factor::new(&scene);
+            let factor = factor.map_err(|error| TestCaseError::fail(error.to_string()))?;
+            state.follow(&scene);
             let names: Vec<_> = (0..keys.len()).map(|i| name(keys, i)).collect();
             for (i, contact) in state.contacts.iter().enumerate() {
                 let left = last.iter().find(|(name, _)| names.get(i) == Some(name));
@@ -50,7 +58,7 @@ proptest! {
             });
             last = values.collect();
             let left = last.iter().map(|&(_, r)| (Vector1::new(-r), Vector1::new(r)));
-            state.keep(&contacts, left, false);
+            state.keep((&scene, &factor), left, false);
         }
     }
 }

@@ -2,7 +2,9 @@
 //!
 //! A package for each number type: nothing else compiles the kernel, and two cores do it at once.
 
-use testbed::kernel::{self, Kernel, Shape};
+use stiction::Settings;
+use testbed::kernel::{self, Answer, Kernel, Shape};
+use testbed::mixed::{self, MixedFile, Times};
 
 /// The kernel in the smallest compiled size that holds scenes of this shape.
 ///
@@ -10,4 +12,16 @@ use testbed::kernel::{self, Kernel, Shape};
 /// No size does.
 pub fn kernel(shape: Shape) -> Result<Box<dyn Kernel>, String> {
     kernel::smallest::<f64>(shape)
+}
+
+/// Solves a scene of contacts and joint rows, so many times from nothing.
+///
+/// # Errors
+/// No compiled size holds it, or the kernel refuses it.
+pub fn solve_mixed(
+    file: &MixedFile,
+    settings: &Settings<f64>,
+    repeat: u32,
+) -> Result<(Answer, Times), String> {
+    mixed::solve::<f64>(file, settings, repeat)
 }

@@ -1,0 +1,288 @@
+//! Scene files with joint rows, compliance and shapes of friction, and their solve.
+
+use crate::kernel::Answer;
+use crate::measure;
+use crate::scene_file::{matrix, parse, vector};
+use nalgebra::{DMatrix, SMatrix, SVector};
+use serde::Deserialize;
+use std::path::Path;
+use std::time::Instant;
+use stiction::{
+    Contact, Error, Factor, JointRow, Mixed, Real, RowIndex, RowLaw, Scene, Settings, Solution,
+    Solver, Status, Surface,
+};
+
+/// A scene of contacts and joint rows as it stands in a file.
+#[derive(Clone, Debug, Deserialize)]
+pub struct MixedFile {
+    pub name: String,
+    pub n_dof: usize,
+    pub n_contacts: usize,
+    pub dim: usize,
+    #[serde(rename = "M")]
+    pub mass: Vec<Vec<f64>>,
+    #[serde(rename = "H")]
+    pub h: Vec<Vec<f64>>,
+    pub f: Vec<f64>,
+    pub w: Vec<f64>,
+    pub mu: Vec<Friction>,
+    #[serde(default)]
+    pub joints: Vec<Joint>,
+    /// `[R_n, R_t]` a contact.
+    #[serde(default)]
+    pub compliance: Vec<[f64; 2]>,
+}
+
+/// One coefficient, or one a row behind the normal.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub enum Friction {
+    Isotropic(f64),
+    Rows(Vec<f64>),
+}
+
+/// A joint row.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Joint {
+    pub kind: String,
+    pub row: Vec<f64>,
+    pub offset: f64,
+    pub lower: Option<f64>,
+    pub upper: Option<f64>,
+    #[serde(default)]
+    pub compliance: f64,
+}
+
+/// What a solve took.
+#[derive(Clone, Copy, Debug)]
+pub struct Times {
+    pub prepare_ns: f64,
+    pub solve_ns: f64,
+}
+
+/// What tells a mixed file from others.
+#[derive(Deserialize)]
+struct Marks {
+    #[serde(default)]
+    dim: usize,
+    joints: Option<Vec<Joint>>,
+    compliance: Option<Vec<[f64; 2]>>,
+    mu: Option<Vec<Friction>>,
+}
+
+/// The scene of a file, if it is one of contacts and joint rows; `None` for one of contacts alone.
+pub fn read(path: &Path) -> Result<Option<MixedFile>, String> {
+    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+    let Ok(marks) = serde_json::from_str::<Marks>(&text) else {
+        return Ok(None); // for others to complain of
+    };
+    let is_list = |mu: &Friction| matches!(mu, Friction::Rows(_));
+    let is_mixed = marks.joints.is_some()
+        || marks.compliance.is_some()
+        || marks.dim > 3
+        || marks.mu.is_some_and(|mu| mu.iter().any(is_list));
+    if !is_mixed {
+        return Ok(None);
+    }
+    let file: MixedFile = parse(&text)?;
+    file.check()?;
+    Ok(Some(file))
+}
+
+impl MixedFile {
+    fn check(&self) -> Result<(), String> {
+        let rows = self.dim * self.n_contacts;
+        matrix("M", &self.mass, self.n_dof, self.n_dof)?;
+        matrix("H (dim rows a contact)", &self.h, rows, self.n_dof)?;
+        vector("f", self.f.clone(), self.n_dof)?;
+        vector("w", self.w.clone(), rows)?;
+        if self.mu.len() != self.n_contacts {
+            return Err(format!(
+                "mu has {} entries, not {}",
+                self.mu.len(),
+                self.n_contacts
+            ));
+        }
+        if !self.compliance.is_empty() && self.compliance.len() != self.n_contacts {
+            let given = self.compliance.len();
+            return Err(format!(
+                "compliance has {given} entries, not {}",
+                self.n_contacts
+            ));
+        }
+        for mu in &self.mu {
+            if let Friction::Rows(mu) = mu
+                && mu.len() + 1 != self.dim
+            {
+                return Err(format!("a list of {} mu, not {}", mu.len(), self.dim - 1));
+            }
+        }
+        for joint in &self.joints {
+            vector("joint row", joint.row.clone(), self.n_dof)?;
+            joint.law::<f64>()?;
+        }
+        Ok(())
+    }
+
+    /// Slots that it needs.
+    pub fn slots(&self) -> usize {
+        self.n_contacts + self.joints.len().div_ceil(self.dim)
+    }
+
+    /// The scene in the kernel's types, padded with decoupled velocities of unit mass, and where its joint rows stand.
+    pub fn scene<T: Real, const N: usize, const D: usize, const C: usize>(
+        &self,
+    ) -> Result<(Scene<T, N, D, C, Mixed>, Vec<RowIndex>), Error> {
+        let mut scene = Scene::mixed();
+        scene.set_mass(&SMatrix::from_fn(|i, j| {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            let entry = self.mass.get(i).and_then(|row| row.get(j));
+            T::literal(*entry.unwrap_or(&unit))
+        }))?;
+        for (i, mu) in self.mu.iter().enumerate() {
+            let row = |k: usize| &self.h[i * D + k];
+            let mut contact = Contact {
+                jacobian: SMatrix::from_fn(|k, j| T::literal(*row(k).get(j).unwrap_or(&0.0))),
+                offset: SVector::from_fn(|k, _| T::literal(self.w[i * D + k])),
+                mu: T::ZERO,
+                key: u32::try_from(i).unwrap_or(u32::MAX),
+            };
+            let compliance = self.compliance.get(i).copied().unwrap_or_default();
+            if let (Friction::Isotropic(mu), [0.0, 0.0]) = (mu, compliance) {
+                contact.mu = T::literal(*mu);
+                scene.push(&contact)?;
+            } else {
+                scene.push_on(&contact, &surface(mu, compliance.map(T::literal)))?;
+            }
+        }
+        let mut places = Vec::new();
+        for (joint, key) in self.joints.iter().zip(0..) {
+            places.push(scene.push_row(&JointRow {
+                row: SVector::from_fn(|j, _| T::literal(*joint.row.get(j).unwrap_or(&0.0))),
+                offset: T::literal(joint.offset),
+                law: joint.law().unwrap_or(RowLaw::Equality),
+                compliance: T::literal(joint.compliance),
+                key,
+            })?);
+        }
+        Ok((scene, places))
+    }
+
+    /// The free impulse `-f` in the kernel's type, padded with zeros.
+    pub fn free_impulse<T: Real, const N: usize>(&self) -> SVector<T, N> {
+        SVector::from_fn(|i, _| T::literal(-self.f.get(i).copied().unwrap_or(0.0)))
+    }
+
+    /// `M` as a matrix.
+    pub fn mass(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.n_dof, self.n_dof, |i, j| self.mass[i][j])
+    }
+}
+
+impl Joint {
+    fn law<T: Real>(&self) -> Result<RowLaw<T>, String> {
+        match (self.kind.as_str(), self.lower, self.upper) {
+            ("limit", ..) => Ok(RowLaw::Limit),
+            ("equality", ..) => Ok(RowLaw::Equality),
+            ("box", Some(lower), Some(upper)) => Ok(RowLaw::Box {
+                lower: T::literal(lower),
+                upper: T::literal(upper),
+            }),
+            ("box", ..) => Err("a box without bounds".into()),
+            (kind, ..) => Err(format!("joint kind {kind:?}")),
+        }
+    }
+}
+
+/// Of one coefficient, its cone is round in all rows.
+fn surface<T: Real>(mu: &Friction, compliance: [T; 2]) -> Surface<T> {
+    let row = |k: usize| {
+        T::literal(match mu {
+            Friction::Isotropic(mu) => *mu,
+            Friction::Rows(mu) => mu.get(k).copied().unwrap_or(0.0),
+        })
+    };
+    Surface {
+        friction: [row(0), row(1)],
+        spin: row(2),
+        roll: [row(3), row(4)],
+        compliance,
+    }
+}
+
+/// The kernel's answer to a scene in the smallest compiled size that holds it, solved so many times from nothing.
+pub fn solve<T: Real>(
+    file: &MixedFile,
+    settings: &Settings<f64>,
+    repeat: u32,
+) -> Result<(Answer, Times), String> {
+    let said = |error: Error| error.to_string();
+    match (file.n_dof, file.dim, file.slots()) {
+        (..=30, 2, ..=16) => solve_in::<T, 30, 2, 16>(file, settings, repeat).map_err(said),
+        (..=30, 3, ..=16) => solve_in::<T, 30, 3, 16>(file, settings, repeat).map_err(said),
+        (..=30, 4, ..=8) => solve_in::<T, 30, 4, 8>(file, settings, repeat).map_err(said),
+        (..=30, 6, ..=8) => solve_in::<T, 30, 6, 8>(file, settings, repeat).map_err(said),
+        (dofs, dim, slots) => Err(format!(
+            "{dofs} dofs, dim {dim} and {slots} slots: too many"
+        )),
+    }
+}
+
+fn solve_in<T: Real, const N: usize, const D: usize, const C: usize>(
+    file: &MixedFile,
+    settings: &Settings<f64>,
+    repeat: u32,
+) -> Result<(Answer, Times), Error> {
+    let (scene, places) = file.scene::<T, N, D, C>()?;
+    let push = file.free_impulse();
+    let settings = Settings {
+        tolerance: T::literal(settings.tolerance),
+        budget: settings.budget,
+        model: settings.model,
+    };
+    let (mut factor, mut solver) = (Box::new(Factor::empty()), Box::new(Solver::new()));
+    let mut times = Times {
+        prepare_ns: f64::INFINITY,
+        solve_ns: f64::INFINITY,
+    };
+    for _ in 0..repeat.max(1) {
+        solver.reset();
+        let start = Instant::now();
+        factor.prepare(&scene)?;
+        times.prepare_ns = times.prepare_ns.min(start.elapsed().as_secs_f64() * 1e9);
+        let start = Instant::now();
+        solver.solve(&scene, &factor, &push, &settings)?;
+        times.solve_ns = times.solve_ns.min(start.elapsed().as_secs_f64() * 1e9);
+    }
+    Ok((answer(file, solver.solution(), &places), times))
+}
+
+/// The solution in f64, without padding.
+fn answer<T: Real, const N: usize, const D: usize, const C: usize>(
+    file: &MixedFile,
+    solution: &Solution<T, N, D, C, Mixed>,
+    places: &[RowIndex],
+) -> Answer {
+    let double = |x: &T| measure::double(x);
+    let rows = || places.iter().filter_map(|&place| solution.row(place));
+    let contacts = || solution.contacts.iter().take(file.n_contacts);
+    let v = solution.velocity.iter().take(file.n_dof);
+    let proved = solution.status == Status::Infeasible;
+    let certificate = solution.certificate.iter().take(file.n_contacts);
+    Answer {
+        status: solution.status,
+        work: solution.work,
+        error: double(&solution.error),
+        v: v.map(double).collect(),
+        r: contacts()
+            .flat_map(|contact| contact.impulse.iter().map(double))
+            .collect(),
+        modes: contacts().map(|contact| contact.mode).collect(),
+        certificate: certificate.map(double).collect(),
+        lambda: rows().map(|row| double(&row.impulse)).collect(),
+        certificate_lambda: rows()
+            .filter(|_| proved)
+            .map(|row| double(&row.certificate))
+            .collect(),
+    }
+}

@@ -1,0 +1,125 @@
+//! The error of joint rows, relative to an energy.
+//!
+//! `sqrt(Σ W_jj (λ_j - Π_j(λ_j - s_j / W_jj))²) / S` where `S²` is the largest of the work of all impulses,
+//! `|Hᵀ r + Jᵀ λ|²` in the norm of `M⁻¹` with what compliance stores, of what each contact and each row would take if it
+//! were alone, and of the ten-thousandth part of the free motion's `v·M v`. Rows are scaled to unit `W_jj`.
+//!
+//! A stop that is far from being reached, or a redundant loop that holds against itself, loosens nothing.
+
+use crate::Real;
+use crate::cone::square;
+use crate::laws::{Laws, Room};
+use crate::linalg::hints::rolled;
+use crate::problem::ContactLaw;
+use crate::problem::residual::{larger, quotient, unit};
+use crate::problem::row_laws::clamped;
+
+/// The share of the free motion's energy that impulses are not compared with less than.
+const SHARE: f64 = 1e-4;
+
+/// What the error of joint rows is relative to, before there are impulses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Energies<T> {
+    /// Brings roots of energies near 1.
+    unit: T,
+    /// In this unit.
+    least: T,
+    /// There is a row that nothing moves, and that asks for another velocity.
+    is_hopeless: bool,
+}
+
+impl<T: Real> Energies<T> {
+    /// Of slots, with the free motion's `v·M v`.
+    pub(super) fn new<const D: usize, L: Laws>(laws: &[ContactLaw<T, D, L>], free: T) -> Self {
+        let mut largest = free.square_root() * T::literal(1e-2);
+        let mut is_hopeless = false;
+        for law in laws {
+            rolled();
+            if let Some(rows) = law.rows.get() {
+                is_hopeless |= rows.is_hopeless;
+                largest = larger(largest, rows.project(&-law.q).as_slice(), T::ONE);
+            } else {
+                largest = larger(largest, law.q.as_slice(), law.alpha.square_root());
+            }
+        }
+        let unit = unit(largest);
+        let mut alone = T::ZERO;
+        for law in laws {
+            rolled();
+            if let Some(rows) = law.rows.get() {
+                alone += (rows.project(&-law.q) * unit).norm_squared();
+            } else {
+                let root = law.alpha.square_root() * unit;
+                let push = -law.augmented(&(law.q * root));
+                alone += law.cone.projected_square(&push);
+            }
+        }
+        let free = T::literal(SHARE) * (free * unit) * unit;
+        Self {
+            unit,
+            least: alone.max(free),
+            is_hopeless,
+        }
+    }
+
+    /// What momenta are compared with at least, in the norm `Σ e_k² / M_kk`: where stiction holds against a spring nothing
+    /// moves, and what is left of impulses that cancel each other is rounding.
+    pub(super) fn momentum(&self) -> T {
+        self.least.square_root() / self.unit * T::literal(1e-2)
+    }
+
+    /// The size of impulses, in units of what the velocities to be changed explain.
+    pub(crate) fn share<const D: usize, L: Laws>(
+        &self,
+        laws: &[ContactLaw<T, D, L>],
+        impulses: impl Iterator<Item = [T; D]>,
+    ) -> T {
+        let mut squares = T::ZERO;
+        for (law, impulse) in laws.iter().zip(impulses) {
+            rolled();
+            if law.alpha > T::ZERO {
+                let scale = self.unit / law.alpha.square_root();
+                squares += square(&impulse.map(|r| r * scale));
+            }
+        }
+        quotient(squares, self.least).square_root()
+    }
+
+    /// The error of joint rows, from `u = W r + q`, with bounds on what rounding did to each.
+    pub(super) fn natural_map<const D: usize, L: Laws>(
+        &self,
+        laws: &[ContactLaw<T, D, L>],
+        u: &[[T; D]],
+        r: &[[T; D]],
+        noise: &[[T; D]],
+    ) -> T {
+        if self.is_hopeless {
+            return T::ONE / T::ZERO;
+        }
+        let (mut residual, mut work) = (T::ZERO, T::ZERO);
+        let mut noise = noise.iter();
+        for ((law, u), r) in laws.iter().zip(u).zip(r) {
+            rolled();
+            if *r != [T::ZERO; D] {
+                for ((&u, &q), &r) in u.iter().zip(law.q.iter()).zip(r) {
+                    work += (r * self.unit) * ((u - q) * self.unit);
+                }
+            }
+            let noise = noise.next().copied().unwrap_or([T::ZERO; D]);
+            let Some(rows) = law.rows.get() else { continue };
+            for (((&u, &r), bounds), noise) in u.iter().zip(r).zip(&rows.bounds).zip(noise) {
+                let push = r - u;
+                let other = clamped(push, bounds);
+                let off = (r - other) * self.unit;
+                residual += off * off;
+                // At a bound it stays there whatever of this size was added to its velocity?
+                let stays = other == r && (push - other).abs() > noise;
+                if !stays {
+                    let noise = noise * self.unit;
+                    residual += noise * noise;
+                }
+            }
+        }
+        quotient(residual, work.max(self.least)).square_root()
+    }
+}

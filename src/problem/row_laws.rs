@@ -1,0 +1,109 @@
+//! What a solve needs to know of a slot of joint rows.
+
+use crate::Real;
+use crate::laws::{Laws, Room};
+use crate::problem::ContactLaw;
+use crate::scene::slot::{Slot, SlotRows};
+use nalgebra::SVector;
+
+/// The bounds of the impulses of joint rows, which are scaled to unit `W_jj`.
+///
+/// A row is a limit with the bounds `0` and infinity, an equality without bounds. One that nothing moves keeps the impulse
+/// nearest to 0, as if both bounds were there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowLaws<T, const D: usize> {
+    pub(crate) bounds: [[T; 2]; D],
+    count: usize,
+    /// Does a row that nothing moves ask for another velocity than it has?
+    pub(crate) is_hopeless: bool,
+}
+
+impl<T: Real, const D: usize> RowLaws<T, D> {
+    /// Those of rows with these scales, velocities without impulse, and own rows of `W`.
+    fn new(rows: &SlotRows<T, D>, scales: &[T; D], q: &SVector<T, D>, moves: &[bool; D]) -> Self {
+        let mut laws = Self {
+            bounds: rows.bounds,
+            count: rows.count,
+            is_hopeless: false,
+        };
+        let sources = scales.iter().zip(q.iter()).zip(moves);
+        for (bounds, ((&scale, &q), &moves)) in laws.bounds.iter_mut().zip(sources).take(rows.count)
+        {
+            let [lower, upper] = *bounds;
+            if moves {
+                *bounds = bounds.map(|bound| bound / scale);
+            } else {
+                *bounds = [clamped(T::ZERO, &[lower, upper]); 2];
+                laws.is_hopeless |=
+                    q > T::ZERO && !lower.is_finite() || q < T::ZERO && !upper.is_finite();
+            }
+        }
+        laws
+    }
+
+    /// Rows with these bounds, all of which something moves.
+    #[cfg(test)]
+    pub(crate) const fn of(bounds: [[T; 2]; D]) -> Self {
+        Self {
+            bounds,
+            count: D,
+            is_hopeless: false,
+        }
+    }
+
+    /// How many there are.
+    pub(crate) const fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The nearest impulse within the bounds.
+    pub(crate) fn project(&self, r: &SVector<T, D>) -> SVector<T, D> {
+        let mut projection = *r;
+        for (r, bounds) in projection.iter_mut().zip(&self.bounds) {
+            *r = clamped(*r, bounds);
+        }
+        projection
+    }
+
+    /// Which rows hold, with an impulse between their bounds.
+    pub(crate) fn holding(&self, r: &[T; D]) -> [bool; D] {
+        let mut holding = [false; D];
+        for (holding, (&r, &[lower, upper])) in holding.iter_mut().zip(r.iter().zip(&self.bounds)) {
+            *holding = lower < r && r < upper;
+        }
+        holding
+    }
+}
+
+/// The nearest number between bounds; what is no number stays so.
+pub(crate) fn clamped<T: Real>(r: T, &[lower, upper]: &[T; 2]) -> T {
+    if r < lower {
+        lower
+    } else if r > upper {
+        upper
+    } else {
+        r
+    }
+}
+
+impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
+    /// Takes what its slot has, whose rows are scaled.
+    pub(super) fn take(
+        &mut self,
+        slot: &Slot<T, D>,
+        scales: &[T; D],
+        own: &[[T; D]; D],
+        offset: SVector<T, D>,
+        moved: SVector<T, D>,
+    ) {
+        self.q = offset.component_mul(&SVector::from(*scales)) + moved;
+        if let Some(rows) = &slot.rows {
+            let mut moves = [false; D];
+            for ((moves, row), k) in moves.iter_mut().zip(own).zip(0..) {
+                *moves = row.get(k).is_some_and(|&inertia| inertia > T::ZERO);
+            }
+            self.alpha = T::ONE;
+            self.rows = L::Room::with(RowLaws::new(rows, scales, &self.q, &moves));
+        }
+    }
+}

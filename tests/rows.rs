@@ -1,0 +1,225 @@
+//! Scenes of contacts and joint rows: what is solved, what is proved, what is refused, and what a warm start follows.
+
+use nalgebra::{Matrix2, Matrix3, SVector, matrix, vector};
+use stiction::time_stepping as law;
+use stiction::{
+    Contact, Error, Factor, Input, JointRow, RowIndex, RowLaw, RowMode, Scene, Settings, Solver,
+    Status, Surface,
+};
+use testbed::kernel::Answer;
+use testbed::mixed::{self, MixedFile, Times};
+use testbed::{mixed_measure, scene_file};
+
+/// The bundled scenes with joint rows, compliance or shapes of friction.
+fn files() -> Vec<MixedFile> {
+    let paths = scene_file::json_files(&scene_file::repository().join("tests/mixed"));
+    let read = |path: std::path::PathBuf| mixed::read(&path).expect("it can be read");
+    let files: Vec<_> = paths.into_iter().filter_map(read).collect();
+    assert_eq!(files.len(), 13);
+    files
+}
+
+type Solve = fn(&MixedFile, &Settings<f64>, u32) -> Result<(Answer, Times), String>;
+
+/// The largest work of the bundled scenes to a tolerance, all of which are solved, or proved infeasible.
+fn work(solve: Solve, tolerance: f64) -> usize {
+    let mut most = 0;
+    for file in files() {
+        let (answer, _) = solve(&file, &Settings::new(tolerance), 1).expect("a size is compiled");
+        if file.name.starts_with("infeasible") {
+            assert_eq!(answer.status, Status::Infeasible, "{}", file.name);
+            let (normals, joints) = (&answer.certificate, &answer.certificate_lambda);
+            assert!(
+                mixed_measure::proves(&file, normals, joints),
+                "{}",
+                file.name
+            );
+            continue;
+        }
+        let error = mixed_measure::error(&file, &answer.v, &answer.r, &answer.lambda);
+        assert_eq!(answer.status, Status::Solved, "{}: {error:.1e}", file.name);
+        assert!(error <= tolerance, "{}: {error:.1e}", file.name);
+        assert!(
+            answer.error >= error * 0.99,
+            "{}: {} {error}",
+            file.name,
+            answer.error
+        );
+        most = most.max(answer.work.total());
+    }
+    most
+}
+
+#[test]
+fn bundled_scenes_are_solved_in_double_precision() {
+    assert!(work(kernels_f64::solve_mixed, 1e-9) <= 160);
+    assert!(work(kernels_f64::solve_mixed, 1e-4) <= 160);
+}
+
+#[test]
+fn bundled_scenes_are_solved_in_single_precision() {
+    assert!(work(kernels_f32::solve_mixed, 1e-4) <= 130);
+}
+
+/// Two bodies in a row, with a row of this law over the first one.
+fn row(law: RowLaw<f64>, offset: f64, key: u32) -> JointRow<f64, 2> {
+    JointRow {
+        row: vector![1.0, 0.0],
+        offset,
+        law,
+        compliance: 0.0,
+        key,
+    }
+}
+
+#[test]
+fn what_cannot_be_is_refused_by_name() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 2, 2, 1, _>::mixed();
+    scene.set_mass(&Matrix2::identity())?;
+    let first = RowIndex { slot: 0, row: 0 };
+    let bounds = |lower, upper| RowLaw::Box { lower, upper };
+    for law in [
+        bounds(1.0, -1.0),
+        bounds(f64::NAN, 1.0),
+        bounds(0.0, f64::INFINITY),
+    ] {
+        let refused = scene.push_row(&row(law, 0.0, 0));
+        assert_eq!(refused, Err(Error::InvalidBounds { row: first }));
+    }
+    for compliance in [-1.0, f64::NAN, f64::INFINITY] {
+        let soft = JointRow {
+            compliance,
+            ..row(RowLaw::Limit, 0.0, 0)
+        };
+        let refused = scene.push_row(&soft);
+        assert_eq!(refused, Err(Error::InvalidCompliance { slot: 0 }));
+    }
+    let input = Input::JointRow { row: first };
+    let not_finite = scene.push_row(&row(RowLaw::Limit, f64::NAN, 0));
+    assert!(matches!(not_finite, Err(Error::NotFinite { input: found, .. }) if found == input));
+    assert!(scene.contacts().is_empty());
+    let (one, two) = (
+        scene.push_row(&row(RowLaw::Limit, 0.0, 0))?,
+        scene.push_row(&row(RowLaw::Equality, 0.0, 1))?,
+    );
+    assert_eq!((one.slot, two.slot, two.row), (0, 0, 1)); // they share a slot
+    let full = scene.push_row(&row(RowLaw::Limit, 0.0, 2));
+    assert_eq!(full, Err(Error::ContactListFull { capacity: 1 }));
+    let none = RowIndex { slot: 0, row: 2 };
+    assert_eq!(
+        scene.set_row_offset(none, 0.0),
+        Err(Error::NoSuchRow { row: none })
+    );
+    let refused = scene.set_row_law(two, bounds(2.0, 1.0));
+    assert_eq!(refused, Err(Error::InvalidBounds { row: two }));
+    Ok(())
+}
+
+#[test]
+fn a_contact_that_gives_way_backwards_is_refused() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 3, 3, 2, _>::mixed();
+    scene.set_mass(&Matrix3::identity())?;
+    let contact = Contact {
+        jacobian: Matrix3::identity(),
+        offset: SVector::zeros(),
+        mu: 0.0,
+        key: 0,
+    };
+    let round = Surface::isotropic(0.5);
+    let soft = Surface {
+        compliance: [-1.0, 0.0],
+        ..round
+    };
+    let refused = scene.push_on(&contact, &soft);
+    assert_eq!(refused, Err(Error::InvalidCompliance { slot: 0 }));
+    let rough = Surface {
+        friction: [0.5, -0.5],
+        ..round
+    };
+    let refused = scene.push_on(&contact, &rough);
+    assert_eq!(refused, Err(Error::InvalidFriction { contact: 0 }));
+    Ok(())
+}
+
+/// Four joints with friction and stops; rows in this order, some left out.
+fn joints(order: &[u32]) -> Result<(Scene<f64, 4, 3, 4, stiction::Mixed>, Vec<RowIndex>), Error> {
+    let mut scene = Scene::mixed();
+    scene.set_mass(&matrix![
+        2.0, 0.3, 0.1, 0.0;
+        0.3, 1.5, 0.2, 0.1;
+        0.1, 0.2, 1.0, 0.3;
+        0.0, 0.1, 0.3, 0.8])?;
+    let mut places = Vec::new();
+    for &key in order {
+        let row = SVector::ith(usize::try_from(key / 2).unwrap_or(0), 1.0);
+        places.push(scene.push_row(&if key % 2 == 0 {
+            law::dry_friction(row, 100.0 * f64::from(1 + key), 1e-3, key)
+        } else {
+            law::joint_limit(row, 1e-4, 1e-3, 0.1, 10.0, key)
+        })?);
+    }
+    Ok((scene, places))
+}
+
+#[test]
+fn a_warm_start_follows_joint_rows_by_key() -> Result<(), Error> {
+    let push = vector![-2.0, 1.0, -1.5, -1.0];
+    let settings = Settings::new(1e-10);
+    let (scene, places) = joints(&[0, 1, 2, 3, 4, 5, 6, 7])?;
+    let mut solver = Solver::new();
+    let cold = solver.solve(&scene, &Factor::new(&scene)?, &push, &settings)?;
+    assert!(cold.is_solved() && cold.work.total() > 0);
+    let impulses: Vec<_> = places.iter().filter_map(|&row| cold.row(row)).collect();
+    // In another order each row finds its impulse, and there is nothing to be done.
+    let order = [7, 2, 5, 0, 3, 6, 1, 4];
+    let (scene, places) = joints(&order)?;
+    let warm = solver.solve(&scene, &Factor::new(&scene)?, &push, &settings)?;
+    assert!(warm.is_solved());
+    assert_eq!(warm.work.total(), 0);
+    for (place, key) in places.iter().zip(order) {
+        let row = warm.row(*place).expect("it is there");
+        let last = impulses[usize::try_from(key).expect("small")];
+        assert!((row.impulse - last.impulse).abs() < 1e-9);
+        assert_eq!(row.mode, last.mode);
+    }
+    // Open ones may go.
+    let open = |row: &RowIndex| warm.row(*row).is_some_and(|row| row.mode == RowMode::Open);
+    let closed = places.iter().zip(order).filter(|(row, _)| !open(row));
+    let left: Vec<u32> = closed.map(|(_, key)| key).collect();
+    assert!(left.len() < 8);
+    let (scene, _) = joints(&left)?;
+    let warm = solver.solve(&scene, &Factor::new(&scene)?, &push, &settings)?;
+    assert_eq!((warm.status, warm.work.total()), (Status::Solved, 0));
+    Ok(())
+}
+
+#[test]
+fn limits_that_close_on_each_other_are_proved_infeasible_and_rubber_ones_give_way()
+-> Result<(), Error> {
+    for compliance in [0.0, 0.5] {
+        let mut scene = Scene::<f32, 2, 3, 2, _>::mixed();
+        scene.set_mass(&Matrix2::identity())?;
+        let mut places = Vec::new();
+        for (key, sign) in [(0, 1.0), (1, -1.0)] {
+            places.push(scene.push_row(&JointRow {
+                row: vector![sign, 0.0],
+                offset: -0.2,
+                law: RowLaw::Limit,
+                compliance,
+                key,
+            })?);
+        }
+        let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+        let solution = solver.solve(&scene, &factor, &vector![0.1, 0.3], &Settings::new(1e-4))?;
+        let rows = places.iter().filter_map(|&row| solution.row(row));
+        let proof: Vec<f32> = rows.map(|row| row.certificate).collect();
+        if compliance == 0.0 {
+            assert_eq!(solution.status, Status::Infeasible);
+            assert!(proof[0] > 0.0 && (proof[0] - proof[1]).abs() < 1e-6 * proof[0]);
+        } else {
+            assert!(solution.is_solved());
+            assert_eq!(proof, [0.0, 0.0]);
+        }
+    }
+    Ok(())
+}

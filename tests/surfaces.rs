@@ -1,0 +1,169 @@
+//! Compliance and shapes of friction: what mechanics says of them.
+
+use crate::support::boxes::GRAVITY;
+use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
+use stiction::time_stepping as law;
+use stiction::{
+    Contact, ContactMode, Error, Factor, Kernel, Mixed, Scene, Settings, Solver, Surface,
+};
+
+#[test]
+fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error> {
+    let (mass, stiffness, relaxation, step) = (3.0, 5e3, 5e-3, 2e-3);
+    let mut kernel = Kernel::<f64, 2, 2, 1, _>::mixed();
+    kernel.scene_mut().set_mass(&(Matrix2::identity() * mass))?;
+    let contact = Contact {
+        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
+        offset: vector![0.0, 0.0],
+        mu: 0.5,
+        key: 0,
+    };
+    let surface = Surface {
+        compliance: [law::compliance(stiffness, relaxation, step), 0.0],
+        ..Surface::isotropic(0.5)
+    };
+    kernel.scene_mut().push_on(&contact, &surface)?;
+    let (mut height, mut velocity) = (0.0, vector![0.0, 0.0]);
+    for _ in 0..2000 {
+        let gap = law::compliant_gap(height, relaxation, step, 10.0);
+        kernel.scene_mut().set_offset(0, &vector![gap, 0.0])?;
+        let push = velocity * mass + vector![0.1, -mass * GRAVITY] * step;
+        velocity = kernel.solve(&push, &Settings::new(1e-12))?.velocity;
+        height += step * velocity.y;
+    }
+    assert!(
+        (height + mass * GRAVITY / stiffness).abs() < 1e-9,
+        "{height}"
+    );
+    assert!(velocity.x.abs() < 1e-12); // friction is as rigid as ever
+    Ok(())
+}
+
+/// A body of this mass and these moments that rolls on a point at distance `radius` below it.
+fn rolling(
+    mass: f64,
+    moment: f64,
+    radius: f64,
+    surface: &Surface<f64>,
+) -> Result<(Scene<f64, 6, 6, 1, Mixed>, SMatrix<f64, 6, 6>), Error> {
+    let matrix = SMatrix::from_diagonal(&vector![mass, mass, mass, moment, moment, moment]);
+    let mut scene = Scene::mixed();
+    scene.set_mass(&matrix)?;
+    let mut jacobian = SMatrix::zeros();
+    for (row, column, entry) in [
+        (0, 2, 1.0),
+        (1, 0, 1.0),
+        (1, 4, -radius),
+        (2, 1, 1.0),
+        (2, 3, radius),
+        (3, 5, 1.0),
+        (4, 3, 1.0),
+        (5, 4, 1.0),
+    ] {
+        jacobian[(row, column)] = entry;
+    }
+    let contact = Contact {
+        jacobian,
+        offset: SVector::zeros(),
+        mu: 0.0,
+        key: 0,
+    };
+    scene.push_on(&contact, surface)?;
+    Ok((scene, matrix))
+}
+
+#[test]
+fn rolling_resistance_stops_a_coin_at_the_distance_of_its_energy() -> Result<(), Error> {
+    let (mass, radius, length, speed, step) = (5e-3, 0.012, 1e-4, 0.3, 1e-4);
+    let moment = 0.5 * mass * radius * radius;
+    let surface = Surface {
+        roll: [length; 2],
+        spin: 1e-3,
+        ..Surface::isotropic(0.8)
+    };
+    let (scene, matrix) = rolling(mass, moment, radius, &surface)?;
+    let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+    let mut velocity = vector![speed, 0.0, 0.0, 0.0, speed / radius, 0.0];
+    let mut distance = 0.0;
+    while velocity[0] > 1e-9 {
+        let mut push = matrix * velocity;
+        push[2] -= mass * GRAVITY * step;
+        let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-10))?;
+        assert!(
+            solution.is_solved(),
+            "{:?} {}",
+            solution.status,
+            solution.error
+        );
+        velocity = solution.velocity;
+        distance += step * velocity[0];
+    }
+    // (1 + 1/2) m v² / 2 is spent at `length m g / radius` a metre.
+    let expected = 0.75 * speed * speed * radius / (length * GRAVITY);
+    assert!(
+        (distance / expected - 1.0).abs() < 2e-3,
+        "{distance} {expected}"
+    );
+    Ok(())
+}
+
+#[test]
+fn torsional_friction_stops_a_spinning_ball_at_the_time_of_its_momentum() -> Result<(), Error> {
+    let (mass, radius, length, speed, step) = (0.1, 0.02, 2e-3, 20.0, 1e-3);
+    let moment = 0.4 * mass * radius * radius;
+    let surface = Surface {
+        spin: length,
+        ..Surface::isotropic(0.5)
+    };
+    let (scene, matrix) = rolling(mass, moment, radius, &surface)?;
+    let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+    let mut velocity = SVector::ith(5, speed);
+    let mut time = 0.0;
+    while velocity[5] > 1e-9 {
+        let mut push = matrix * velocity;
+        push[2] -= mass * GRAVITY * step;
+        let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-10))?;
+        velocity = solution.velocity;
+        time += step;
+        // In physical units: a length times the normal impulse.
+        let [normal, _, _, torque, ..]: [f64; 6] = solution.contacts[0].impulse.into();
+        assert!((torque.abs() - length * normal).abs() < 1e-9 * normal || velocity[5] < 1e-9);
+    }
+    let expected = moment * speed / (length * mass * GRAVITY);
+    assert!((time - expected).abs() < 1.5 * step, "{time} {expected}");
+    Ok(())
+}
+
+#[test]
+fn elliptic_friction_slides_as_maximum_dissipation_says() -> Result<(), Error> {
+    let mass = 2.0;
+    let mut scene = Scene::<f64, 3, 3, 1, _>::mixed();
+    scene.set_mass(&(Matrix3::identity() * mass))?;
+    let contact = Contact {
+        jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
+        offset: SVector::zeros(),
+        mu: 0.0,
+        key: 0,
+    };
+    let friction = [0.8, 0.3];
+    let surface = Surface {
+        friction,
+        ..Surface::isotropic(0.0)
+    };
+    scene.push_on(&contact, &surface)?;
+    let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+    let push = vector![0.05, 0.03, -0.02];
+    let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-12))?;
+    let found = solution.contacts[0];
+    assert_eq!(found.mode, ContactMode::Slip);
+    let [normal, x, y] = found.impulse.into();
+    let power = |x: f64, y: f64| -(x * found.velocity[1] + y * found.velocity[2]);
+    // On the ellipse, and no other impulse there takes as much power.
+    assert!(((x / friction[0]).hypot(y / friction[1]) - normal).abs() < 1e-12);
+    for k in 0..360 {
+        let (sin, cos) = f64::from(k).to_radians().sin_cos();
+        let other = power(friction[0] * normal * cos, friction[1] * normal * sin);
+        assert!(other <= power(x, y) + 1e-12);
+    }
+    Ok(())
+}
