@@ -1,7 +1,9 @@
 //! Scenes of which `W` and `q` are given instead of `M` and `H`.
 
 use nalgebra::{SMatrix, SVector};
-use stiction::{Contact, Error, Factor, Scene, Settings, Solver};
+use stiction::{
+    Contact, Error, Factor, JointRow, RowLaw, RowMode, RowSolution, Scene, Settings, Solver,
+};
 use testbed::scene_file::{SceneFile, bundled_scenes};
 
 const N: usize = 18;
@@ -95,4 +97,51 @@ fn what_is_no_delassus_operator_is_refused() -> Result<(), Error> {
     let refused = small.set_delassus(&blocks);
     assert!(matches!(refused, Err(Error::DelassusNotGram { .. })));
     scene.set_delassus(&blocks)
+}
+
+/// A point mass on a floor, whose slide has a stop: `W` over the contact and the slot of the stop.
+#[test]
+fn joint_rows_may_be_given_as_w_too() -> Result<(), Error> {
+    let masses = SVector::from([2.0, 0.5]);
+    let jacobian = SMatrix::<f64, 2, 2>::new(0.0, 1.0, 1.0, 0.0);
+    let free = SVector::from([-0.3, -0.02]);
+    let solve = |given: bool| -> Result<(SVector<f64, 2>, RowSolution<f64>), Error> {
+        let mut scene = Scene::<f64, 2, 2, 2, _>::mixed();
+        scene.set_mass(&SMatrix::from_diagonal(&masses))?;
+        let q = jacobian * free;
+        let rows = if given { SMatrix::zeros() } else { jacobian };
+        scene.push(&Contact {
+            jacobian: rows,
+            offset: if given { q } else { SVector::zeros() },
+            mu: 0.5,
+            key: 0,
+        })?;
+        let unit = if given { 0.0 } else { 1.0 };
+        let stop = scene.push_row(&JointRow {
+            row: SVector::from([unit, 0.0]),
+            offset: if given { free[0] + 0.1 } else { 0.1 },
+            law: RowLaw::Limit,
+            compliance: 0.0,
+            key: 0,
+        })?;
+        let mut push = free.component_mul(&masses);
+        if given {
+            let [x, y] = masses.map(|mass| 1.0 / mass).into();
+            // Contact: normal and tangent; slot of the stop: its row, and one that is not used.
+            scene.set_delassus(&[
+                [[[y, 0.0], [0.0, 0.0]], [[0.0, x], [x, 0.0]]],
+                [[[0.0, x], [x, 0.0]], [[0.0, 0.0], [0.0, 0.0]]],
+            ])?;
+            push = SVector::zeros();
+        }
+        let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+        let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-10))?;
+        assert!(solution.is_solved(), "{}", solution.status);
+        let row = solution.row(stop).expect("it is there");
+        Ok((solution.contacts[0].impulse, row))
+    };
+    let ((r, row), (other, same)) = (solve(false)?, solve(true)?);
+    assert!((r - other).norm() < 1e-9 && (row.impulse - same.impulse).abs() < 1e-9);
+    assert_eq!((row.mode, same.mode), (RowMode::AtLimit, RowMode::AtLimit));
+    Ok(())
 }
