@@ -49,7 +49,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
                     set(&mut self.delassus, [i, j], a, entries);
                 }
             }
-            if let (Some(slot), Some(scales)) = (scene.slot(i), self.scales(i).copied()) {
+            if L::MIXED
+                && let (Some(slot), Some(scales)) = (scene.slot(i), self.scales(i).copied())
+            {
                 scales::comply(&mut self.delassus, i, slot, &scales);
             }
             if let Some(support) = self.supports.get_mut(i) {
