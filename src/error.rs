@@ -28,6 +28,8 @@ pub enum Input {
         /// Index `i` of the contact.
         contact: usize,
     },
+    /// The Delassus operator `W`.
+    Delassus,
     /// A joint row or its offset.
     JointRow {
         /// Where it stands, or would have.
@@ -91,6 +93,13 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
+    /// `W` is not symmetric, not positive semidefinite, or of a rank above the number of velocities.
+    DelassusNotGram {
+        /// Row of an entry that is not that of any `H M⁻¹ Hᵀ`, counted over all contacts.
+        row: usize,
+        /// Column of the entry.
+        column: usize,
+    },
     /// The bounds of a joint row are not finite, or the lower one is above the upper one.
     InvalidBounds {
         /// Where it stands, or would have.
@@ -116,6 +125,7 @@ impl fmt::Display for Input {
             Self::InitialImpulse { contact } => write!(f, "initial impulse {contact}"),
             Self::Jacobian { contact } => write!(f, "Jacobian H of contact {contact}"),
             Self::Offset { contact } => write!(f, "offset w of contact {contact}"),
+            Self::Delassus => write!(f, "Delassus operator W"),
             Self::JointRow { row } => write!(f, "{row}"),
         }
     }
@@ -149,6 +159,12 @@ impl fmt::Display for Error {
             ),
             Self::DelassusOverflow { contact } => {
                 write!(f, "H M⁻¹ Hᵀ of contact {contact} overflows")
+            }
+            Self::DelassusNotGram { row, column } => {
+                write!(
+                    f,
+                    "W is no H M⁻¹ Hᵀ of so many velocities at ({row}, {column})"
+                )
             }
             Self::InvalidBounds { row } => {
                 write!(f, "bounds of {row} are not finite or not in order")

@@ -10,6 +10,7 @@ use slot::Slot;
 
 mod checks;
 mod contact;
+mod delassus;
 mod rows;
 pub(crate) mod slot;
 

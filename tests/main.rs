@@ -5,6 +5,7 @@ mod support;
 mod alloc;
 mod budget;
 mod cone;
+mod delassus;
 mod equivalence;
 mod errors;
 mod factor;

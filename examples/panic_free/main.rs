@@ -91,6 +91,7 @@ mod proof {
             let _ = black_box(scene.push(&contact));
             let _ = black_box(scene.set_offset(index, &contact.offset));
             let _ = black_box(scene.set_friction(index, contact.mu));
+            let _ = black_box(scene.set_delassus(&black_box([[[[T::ONE; D]; C]; D]; C])));
             let _ = black_box(scene.set_jacobian(index, &contact.jacobian));
             black_box(law::free_impulse(&mass, &push, &push, contact.mu));
             black_box(law::moving_surface(&contact.jacobian, &push));

@@ -32,15 +32,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
             let transpose = &contact.jacobian.data.0; // D rows in N columns
             scaled.clear();
             solve_upper_block(&self.mass, &reach, transpose, whitened, &mut scaled);
-            let slot = scene.slot(i);
-            if let Some(slot) = slot {
-                let scales = scales::of(slot, &products(&scaled, whitened));
-                scales::apply(&scales, whitened, &mut scaled);
+            if L::MIXED {
+                let scales = scene.slot(i).map(|slot| {
+                    let scales = scales::of(slot, &products(&scaled, whitened));
+                    scales::apply(&scales, whitened, &mut scaled);
+                    scales
+                });
                 if let Some(place) = self.scales.get_mut(i) {
-                    *place = L::Room::with(scales);
+                    *place = scales.map_or(L::Room::EMPTY, L::Room::with);
                 }
-            } else if let Some(place) = self.scales.get_mut(i) {
-                *place = L::Room::EMPTY;
             }
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
                 rolled();
@@ -49,7 +49,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
                     set(&mut self.delassus, [i, j], a, entries);
                 }
             }
-            if let (Some(slot), Some(scales)) = (slot, self.scales(i).copied()) {
+            if L::MIXED
+                && let (Some(slot), Some(scales)) = (scene.slot(i), self.scales(i).copied())
+            {
                 scales::comply(&mut self.delassus, i, slot, &scales);
             }
             if let Some(support) = self.supports.get_mut(i) {

@@ -1,6 +1,6 @@
 //! The law of a contact in contact space.
 
-use crate::cone::{add_to_normal, norm, split};
+use crate::cone::{add_to_normal, norm, split, square};
 use crate::laws::{Coulomb, Laws, Room};
 use crate::problem::row_laws::RowLaws;
 use crate::solution::zeros;
@@ -70,6 +70,16 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
             Some(rows) => rows.project(r),
             None => self.cone.project(r),
         }
+    }
+
+    /// `alpha |q|²` over some rows; of joint rows `|Π(-q)|²`, in which open stops do not count.
+    #[inline]
+    pub(crate) fn energy(&self, rows: usize) -> T {
+        if let Some(rows) = self.rows.get() {
+            return square(rows.project(&-self.q).as_slice());
+        }
+        let rows = self.q.iter().take(rows);
+        self.alpha * rows.fold(T::ZERO, |sum, &q| sum + q * q)
     }
 
     /// De Saxcé shift `mu_i |u_Ti|` (m/s), which `û` adds to the normal velocity.

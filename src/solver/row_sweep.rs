@@ -12,6 +12,14 @@ pub(super) fn push<T: Real, const D: usize>(
     u: &[T; D],
     old: &[T; D],
 ) -> [T; D] {
+    // Open stops stay open and saturated motors saturated: most rows of a robot most of the time.
+    let rows = old.iter().zip(u).zip(&laws.bounds);
+    if rows
+        .into_iter()
+        .all(|((&r, &u), bounds)| clamped(r - u, bounds) == r)
+    {
+        return *old;
+    }
     let mut impulse = *old;
     for (impulse, mass) in impulse.iter_mut().zip(mass) {
         *impulse -= product(mass, u);

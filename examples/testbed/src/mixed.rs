@@ -218,10 +218,10 @@ pub fn solve<T: Real>(
 ) -> Result<(Answer, Times), String> {
     let said = |error: Error| error.to_string();
     match (file.n_dof, file.dim, file.slots()) {
-        (..=30, 2, ..=16) => solve_in::<T, 30, 2, 16>(file, settings, repeat).map_err(said),
-        (..=30, 3, ..=16) => solve_in::<T, 30, 3, 16>(file, settings, repeat).map_err(said),
-        (..=30, 4, ..=8) => solve_in::<T, 30, 4, 8>(file, settings, repeat).map_err(said),
-        (..=30, 6, ..=8) => solve_in::<T, 30, 6, 8>(file, settings, repeat).map_err(said),
+        (..=30, 2, ..=24) => solve_in::<T, 30, 2, 24>(file, settings, repeat).map_err(said),
+        (..=30, 3, ..=24) => solve_in::<T, 30, 3, 24>(file, settings, repeat).map_err(said),
+        (..=30, 4, ..=12) => solve_in::<T, 30, 4, 12>(file, settings, repeat).map_err(said),
+        (..=30, 6, ..=12) => solve_in::<T, 30, 6, 12>(file, settings, repeat).map_err(said),
         (dofs, dim, slots) => Err(format!(
             "{dofs} dofs, dim {dim} and {slots} slots: too many"
         )),

@@ -103,13 +103,8 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
         let (mut energy, mut count) = (T::ZERO, T::ZERO);
         for law in monitor.problem.laws() {
             rolled();
+            energy += law.energy(Part::of(law).count::<D>());
             count += T::ONE;
-            if let Some(rows) = law.rows.get() {
-                energy += rows.project(&-law.q).norm_squared();
-                continue;
-            }
-            let rows = law.q.iter().take(Part::of(law).count::<D>());
-            energy += law.alpha * rows.fold(T::ZERO, |sum, &q| sum + q * q);
         }
         self.interior.jams = 0;
         let tau = energy / count * tuning::first_tau();
