@@ -93,7 +93,7 @@ def creep(samples):
 
 
 def number(x):
-    return f"{x:,.0f}" if x >= 100 else f"{x:.1e}" if x < 0.01 else f"{x:.2g}"
+    return f"{x:,.0f}" if x >= 100 else f"{x:.1e}" if x < 0.01 else f"{x:.3g}"
 
 
 def table(runs):
