@@ -57,6 +57,15 @@
 //! "The note" is Y. Kanno, *Accelerated Alternating Direction Method of Multipliers for Frictional
 //! Contact*; [`guide::note`] says how to cite it and which misprints are corrected here.
 //!
+//! # Features
+//!
+//! All are off by default, and none needs `std`.
+//!
+//! | feature | what it adds |
+//! |---|---|
+//! | `defmt` | `defmt::Format` for settings, solutions, statuses and errors |
+//! | `serde` | `Serialize` and `Deserialize` for settings, solutions, statuses and errors; scenes and factors are checked as they come in, and are not read |
+//!
 //! # Panics
 //!
 //! None. Data is checked where it enters and refused with an [`Error`] that names the culprit. The

@@ -4,7 +4,7 @@ use crate::admm::{Change, Iterate, Momentum, SlipUpdate, iterate};
 use crate::factor::resolvent::Resolvent;
 use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::blocks::ContactVector;
-use crate::linalg::hints::rolled;
+use crate::linalg::hints::{opaque, rolled};
 use crate::problem::Problem;
 use crate::problem::residual::quotient;
 use crate::solver::record::Record;
@@ -234,6 +234,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
                 }
             }
             self.record.q = self.problem.q();
+        }
+        if !opaque(r.as_flattened()).iter().all(|r| r.is_finite()) {
+            r = [[T::ZERO; D]; C]; // squares overflow, and no impulse is known
         }
         self.problem.count_speed();
         self.problem

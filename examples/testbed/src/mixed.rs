@@ -72,8 +72,12 @@ struct Marks {
 
 /// The scene of a file, if it is one of contacts and joint rows; `None` for one of contacts alone.
 pub fn read(path: &Path) -> Result<Option<MixedFile>, String> {
-    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
-    let Ok(marks) = serde_json::from_str::<Marks>(&text) else {
+    read_text(&std::fs::read_to_string(path).map_err(|error| error.to_string())?)
+}
+
+/// The scene of the text of a file, as [`read`].
+pub fn read_text(text: &str) -> Result<Option<MixedFile>, String> {
+    let Ok(marks) = serde_json::from_str::<Marks>(text) else {
         return Ok(None); // for others to complain of
     };
     let is_list = |mu: &Friction| matches!(mu, Friction::Rows(_));
@@ -84,7 +88,7 @@ pub fn read(path: &Path) -> Result<Option<MixedFile>, String> {
     if !is_mixed {
         return Ok(None);
     }
-    let file: MixedFile = parse(&text)?;
+    let file: MixedFile = parse(text)?;
     file.check()?;
     Ok(Some(file))
 }

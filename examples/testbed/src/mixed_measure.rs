@@ -117,7 +117,7 @@ pub fn error(file: &MixedFile, v: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
             .clone()
             .map(|k| rows.xh.column(k).norm_squared() + rows.compliance[k])
             .sum();
-        let alpha = d as f64 / trace;
+        let alpha = if trace > 0.0 { d as f64 / trace } else { 0.0 };
         let slice = |x: &DVector<f64>| x.as_slice()[own.clone()].to_vec();
         let (ri, ui, qi) = (slice(&scaled), slice(&u), slice(&q));
         let nearest = projected(rows.mu[i], alpha, &ri, &ui);
@@ -179,9 +179,9 @@ pub fn error(file: &MixedFile, v: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
         let gap = &inertia + &f - &pushed;
         ratio(size(&gap), size(&f).max(size(&inertia)).max(size(&pushed)))
     });
-    let error = contacts.max(joints).max(dynamics[0]).max(dynamics[1]);
-    if error.is_finite() {
-        error
+    let errors = [contacts, joints, dynamics[0], dynamics[1]];
+    if errors.iter().all(|error| error.is_finite()) {
+        errors.into_iter().fold(0.0, f64::max)
     } else {
         f64::INFINITY
     }

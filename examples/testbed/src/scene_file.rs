@@ -58,16 +58,21 @@ struct Problem {
 /// All scenes of a file: one, or the time steps of a sequence named `name[k]`.
 pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
-    let header: Header = parse(&text)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let name = header.name.unwrap_or_else(|| stem.into_owned());
+    read_text(&text, &stem)
+}
+
+/// All scenes of the text of a file of this name.
+pub fn read_text(text: &str, stem: &str) -> Result<Vec<SceneFile>, String> {
+    let header: Header = parse(text)?;
+    let name = header.name.unwrap_or_else(|| stem.to_owned());
     let mut keys = ContactKeys::default();
     let mut check =
         |problem: Problem, name| problem.check(name, header.n_dof, header.dim, &mut keys);
     if header.problems.is_none() {
-        return Ok(vec![check(parse(&text)?, name)?]);
+        return Ok(vec![check(parse(text)?, name)?]);
     }
-    let sequence: Sequence = parse(&text)?;
+    let sequence: Sequence = parse(text)?;
     let steps = sequence.problems.into_iter().enumerate();
     steps
         .map(|(k, problem)| {

@@ -1,0 +1,278 @@
+//! Whatever is put in, in whatever order: no panic, no work beyond the budget, nothing called solved that is not, no
+//! NaN in a solution, and the same bits however a solve is split over calls.
+//!
+//! `PROPTEST_CASES=100000 cargo test --release --test all fuzz::` takes as long as you like.
+
+use kind::{Kind, double, vector};
+use nalgebra::SMatrix;
+use proptest::prelude::*;
+use steps::{Budget, Step};
+use stiction::{Coulomb, Kernel, Mixed, Model, Real, Scene, Settings, Solution, Status};
+
+mod files;
+mod found;
+mod kind;
+mod mixed;
+mod steps;
+
+type Outcome<T, const N: usize, const D: usize, const C: usize, L> = Solution<T, N, D, C, L>;
+
+/// Where a free velocity overflows there may be none, but of nothing that is solved.
+fn has_numbers<T: Real, const N: usize, const D: usize, const C: usize, L: stiction::Laws>(
+    solution: &Solution<T, N, D, C, L>,
+) -> bool {
+    let contacts = solution.contacts.iter();
+    let contacts = contacts.flat_map(|c| c.impulse.iter().chain(c.velocity.iter()));
+    let numbers = contacts
+        .chain(&solution.velocity)
+        .chain(&solution.certificate);
+    numbers.into_iter().all(|x| x.is_finite())
+}
+
+/// What a solution may always be asked for.
+fn is_true<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C>>(
+    beside: &L::Beside,
+    scene: &Scene<T, N, D, C, L>,
+    push: &nalgebra::SVector<T, N>,
+    solution: &Outcome<T, N, D, C, L>,
+    settings: &Settings<T>,
+) {
+    assert!(!double(solution.error).is_nan(), "error is NaN");
+    assert_ne!(solution.status, Status::Unsolved);
+    let tolerance = double(settings.tolerance);
+    if solution.is_solved() {
+        assert!(solution.error <= settings.tolerance);
+        assert!(has_numbers(solution), "solved, and NaN");
+    }
+    if let Some((error, proved)) = L::judge(beside, scene, push, solution, settings.model) {
+        assert!(proved, "a proof that is none");
+        assert!(has_numbers(solution), "NaN, {:?}", solution.status);
+        let allowed = tolerance * 1.001 + 1e-12;
+        assert!(
+            !solution.is_solved() || error <= allowed,
+            "solved to {error:e}, not {tolerance:e}"
+        );
+    }
+}
+
+/// All bits of a solution, and what it has cost but for the search for a proof.
+fn bits<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C>>(
+    solution: &Outcome<T, N, D, C, L>,
+) -> (Vec<u64>, Status, usize) {
+    let impulses = solution
+        .contacts
+        .iter()
+        .flat_map(|c| c.impulse.iter().chain(c.velocity.iter()));
+    let numbers = solution
+        .velocity
+        .iter()
+        .chain(impulses)
+        .chain([&solution.error]);
+    let work = solution.work.total() - 10 * solution.work.proof_searches;
+    (
+        numbers.map(|x| double(*x).to_bits()).collect(),
+        solution.status,
+        work,
+    )
+}
+
+/// A kernel, and what is remembered of its last solve.
+struct Machine<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C>> {
+    kernel: Box<Kernel<T, N, D, C, L>>,
+    beside: L::Beside,
+    /// Tolerance and model of the last solve, which a call that goes on has to keep.
+    paused: Option<(nalgebra::SVector<T, N>, f64, bool)>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C>>
+    Machine<T, N, D, C, L>
+{
+    fn run(steps: &[Step]) {
+        let mut machine = Self {
+            kernel: Box::new(L::kernel()),
+            beside: L::Beside::default(),
+            paused: None,
+        };
+        for step in steps {
+            machine.call(step);
+        }
+    }
+
+    fn call(&mut self, step: &Step) {
+        let scene = self.kernel.scene_mut();
+        L::call(&mut self.beside, scene, step);
+        // Calls that are refused are calls, too.
+        let _ = match step {
+            Step::Mass(x, raw) => {
+                let root = SMatrix::<T, N, N>::from_fn(|i, j| kind::at(x, i.min(j) * N + i.max(j)));
+                let more = SMatrix::identity() * (root.norm_squared() * T::literal(0.01));
+                scene.set_mass(&if *raw {
+                    root
+                } else {
+                    root * root.transpose() + more
+                })
+            }
+            Step::Jacobian(i, x) => scene.set_jacobian(*i, &kind::contact(x, 0.0, 0).jacobian),
+            Step::Offset(i, x) => scene.set_offset(*i, &vector(x)),
+            Step::Friction(i, mu) => scene.set_friction(*i, T::literal(*mu)),
+            Step::Impulses(impulses) => {
+                let impulses = impulses
+                    .iter()
+                    .map(|(key, x)| (*key, vector(&[*x, x / 2.0, -x / 3.0])));
+                self.kernel
+                    .solver_mut()
+                    .set_impulses(&impulses.collect::<Vec<_>>())
+            }
+            _ => Ok(()),
+        };
+        match step {
+            Step::Clear => self.kernel.scene_mut().clear_contacts(),
+            Step::Reset => self.kernel.solver_mut().reset(),
+            Step::Solve(push, budget) => self.solve(push, *budget),
+            Step::Resume(push, budget) => self.resume(push, *budget),
+            _ => {}
+        }
+        if !matches!(step, Step::Solve(..) | Step::Resume(..)) {
+            self.paused = None;
+        }
+    }
+
+    fn settings(budget: Budget) -> Settings<T> {
+        Settings {
+            tolerance: T::literal(budget.tolerance),
+            budget: budget.budget,
+            model: if budget.relaxed {
+                Model::ConvexRelaxation
+            } else {
+                Model::Coulomb
+            },
+        }
+    }
+
+    fn solve(&mut self, push: &[f64], budget: Budget) {
+        let (push, settings) = (vector(push), Self::settings(budget));
+        let before = self.kernel.clone();
+        if self.kernel.solve(&push, &settings).is_err() {
+            return;
+        }
+        let (scene, solution) = (self.kernel.scene(), self.kernel.solution());
+        assert!(
+            solution.work.total() <= settings.budget + 27,
+            "{:?}",
+            solution.work
+        );
+        is_true::<T, N, D, C, L>(&self.beside, scene, &push, solution, &settings);
+        L::check(&mut self.beside, scene, &push, &settings);
+        self.paused = Some((push, budget.tolerance, budget.relaxed));
+        for few in [1, 17] {
+            Self::is_split(
+                before.clone(),
+                solution,
+                &push,
+                &Settings {
+                    budget: few,
+                    ..settings
+                },
+            );
+        }
+    }
+
+    /// In calls of a few, a solve gives the same bits.
+    fn is_split(
+        mut kernel: Box<Kernel<T, N, D, C, L>>,
+        whole: &Outcome<T, N, D, C, L>,
+        push: &nalgebra::SVector<T, N>,
+        few: &Settings<T>,
+    ) {
+        if whole.status == Status::OutOfBudget {
+            return;
+        }
+        kernel.solve(push, few).expect("it was accepted");
+        let mut spent = kernel.solution().work.total();
+        for _ in 0..3_000 {
+            if kernel.solution().status != Status::OutOfBudget {
+                break;
+            }
+            kernel.resume(push, few).expect("it was accepted");
+            let work = kernel.solution().work.total();
+            assert!(spent < work && work <= spent + few.budget + 27);
+            spent = work;
+        }
+        let split = kernel.solution();
+        if ![split.status, whole.status].contains(&Status::Infeasible) {
+            assert_eq!(bits::<T, N, D, C, L>(split), bits::<T, N, D, C, L>(whole));
+        }
+        // Solved to a tolerance relative to huge impulses, and proved infeasible: both can be true, and either may be noticed first.
+    }
+
+    /// Goes on with the last solve, or with whatever it finds.
+    fn resume(&mut self, push: &[f64], budget: Budget) {
+        let mut settings = Self::settings(budget);
+        let mut same = vector(push);
+        if let Some((push, tolerance, relaxed)) = self.paused {
+            same = push;
+            settings = Self::settings(Budget {
+                tolerance,
+                relaxed,
+                ..budget
+            });
+        }
+        let paused = self.kernel.solution().status == Status::OutOfBudget;
+        let spent = if paused {
+            self.kernel.solution().work.total()
+        } else {
+            0
+        };
+        if self.kernel.resume(&same, &settings).is_err() {
+            return;
+        }
+        let (scene, solution) = (self.kernel.scene(), self.kernel.solution());
+        assert!(solution.work.total() <= spent + settings.budget + 27);
+        if self.paused.is_some() {
+            is_true::<T, N, D, C, L>(&self.beside, scene, &same, solution, &settings);
+        }
+    }
+}
+
+/// Found things are kept as plain tests.
+fn cases() -> ProptestConfig {
+    ProptestConfig {
+        failure_persistence: None,
+        max_shrink_iters: 20_000,
+        ..ProptestConfig::default()
+    }
+}
+
+proptest! {
+    #![proptest_config(cases())]
+
+    #[test]
+    fn contacts_in_double_precision(steps in steps::sequence()) {
+        Machine::<f64, 3, 3, 3, Coulomb>::run(&steps);
+    }
+
+    #[test]
+    fn contacts_in_single_precision(steps in steps::sequence()) {
+        Machine::<f32, 3, 3, 3, Coulomb>::run(&steps);
+    }
+
+    #[test]
+    fn planar_contacts(steps in steps::sequence()) {
+        Machine::<f64, 4, 2, 4, Coulomb>::run(&steps);
+    }
+
+    #[test]
+    fn joint_rows_in_double_precision(steps in steps::sequence()) {
+        Machine::<f64, 3, 3, 4, Mixed>::run(&steps);
+    }
+
+    #[test]
+    fn joint_rows_in_single_precision(steps in steps::sequence()) {
+        Machine::<f32, 3, 3, 4, Mixed>::run(&steps);
+    }
+
+    #[test]
+    fn rolling_contacts_and_joint_rows(steps in steps::sequence()) {
+        Machine::<f64, 3, 6, 3, Mixed>::run(&steps);
+    }
+}

@@ -1,0 +1,135 @@
+//! What scenes of contacts alone and scenes with joint rows do differently, and what a stranger says of their solutions.
+
+use super::steps::Step;
+use nalgebra::{SMatrix, SVector};
+use stiction::{
+    AdmmFactor, AdmmSolver, Contact, Coulomb, Kernel, Laws, Model, Real, Scene, Settings, Solution,
+    Status,
+};
+use testbed::measure;
+use testbed::scene_file::SceneFile;
+
+pub(super) fn double<T: Real>(x: T) -> f64 {
+    x.to_subset().unwrap_or(f64::NAN)
+}
+
+pub(super) fn at<T: Real>(numbers: &[f64], i: usize) -> T {
+    T::literal(numbers[i % numbers.len()])
+}
+
+pub(super) fn vector<T: Real, const K: usize>(numbers: &[f64]) -> SVector<T, K> {
+    SVector::from_fn(|i, _| at(numbers, i))
+}
+
+pub(super) fn contact<T: Real, const N: usize, const D: usize>(
+    numbers: &[f64],
+    mu: f64,
+    key: u32,
+) -> Contact<T, N, D> {
+    Contact {
+        jacobian: SMatrix::from_fn(|i, j| at(numbers, i * N + j)),
+        offset: SVector::from_fn(|i, _| at(numbers, D * N + i)),
+        mu: T::literal(mu),
+        key,
+    }
+}
+
+/// Numbers whose squares of squares neither overflow nor vanish in the number type of a scene, nor in f64.
+pub(super) fn is_tame<'a, T: Real>(numbers: impl IntoIterator<Item = &'a f64>) -> bool {
+    let largest = if double(T::EPSILON) < 1e-10 {
+        1e60
+    } else {
+        1e8
+    };
+    let mut numbers = numbers.into_iter();
+    numbers.all(|x| *x == 0.0 || (1.0 / largest..largest).contains(&x.abs()))
+}
+
+/// Which laws a scene has, and what comes with that.
+pub(super) trait Kind<T: Real, const N: usize, const D: usize, const C: usize>:
+    Laws
+{
+    /// What is remembered beside the kernel.
+    type Beside: Default;
+
+    fn kernel() -> Kernel<T, N, D, C, Self>;
+
+    /// Calls that only some scenes have.
+    fn call(beside: &mut Self::Beside, scene: &mut Scene<T, N, D, C, Self>, step: &Step);
+
+    /// Checks that come with a solve.
+    fn check(
+        beside: &mut Self::Beside,
+        scene: &Scene<T, N, D, C, Self>,
+        push: &SVector<T, N>,
+        settings: &Settings<T>,
+    );
+
+    /// The error of a solution, unless f64 cannot tell; and whether its proof is one.
+    fn judge(
+        beside: &Self::Beside,
+        scene: &Scene<T, N, D, C, Self>,
+        push: &SVector<T, N>,
+        solution: &Solution<T, N, D, C, Self>,
+        model: Model,
+    ) -> Option<(f64, bool)>;
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C> for Coulomb {
+    type Beside = AdmmSolver<T, N, D, C>;
+
+    fn kernel() -> Kernel<T, N, D, C> {
+        Kernel::new()
+    }
+
+    fn call(_: &mut Self::Beside, scene: &mut Scene<T, N, D, C>, step: &Step) {
+        if let Step::Push(x, mu, key) = step {
+            let _ = scene.push(&contact(x, *mu, *key));
+        }
+        if let Step::Delassus(x) = step {
+            let root = SMatrix::<T, D, N>::from_fn(|i, j| at(x, i * N + j));
+            let block = root * root.transpose();
+            let row = |i: usize| core::array::from_fn(|_| core::array::from_fn(|j| block[(i, j)]));
+            let _ = scene.set_delassus(&[core::array::from_fn(row); C]);
+        }
+    }
+
+    /// ADMM's answer to the same.
+    fn check(
+        admm: &mut Self::Beside,
+        scene: &Scene<T, N, D, C>,
+        push: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) {
+        let Ok(factor) = AdmmFactor::new(scene) else {
+            return;
+        };
+        if let Ok(solution) = admm.solve(scene, &factor, push, settings) {
+            super::is_true::<T, N, D, C, Self>(&AdmmSolver::new(), scene, push, solution, settings);
+            assert!(solution.work.total() <= settings.budget + 27);
+        }
+    }
+
+    fn judge(
+        _: &Self::Beside,
+        scene: &Scene<T, N, D, C>,
+        push: &SVector<T, N>,
+        solution: &Solution<T, N, D, C>,
+        model: Model,
+    ) -> Option<(f64, bool)> {
+        let file = SceneFile::of(scene, push);
+        let vectors = file.f.iter().chain(&file.w).chain(&file.mu);
+        if !is_tame::<T>(file.mass.iter().chain(&file.h).chain(vectors)) {
+            return None;
+        }
+        file.mass.clone().cholesky()?;
+        let law = match model {
+            Model::Coulomb => measure::Law::Coulomb,
+            Model::ConvexRelaxation => measure::Law::Relaxed,
+        };
+        let certificate: Vec<f64> = solution.certificate.iter().map(|x| double(*x)).collect();
+        let proof = solution.status != Status::Infeasible
+            || measure::proof(&file, &certificate) > 0.01 / double(T::EPSILON).sqrt();
+        Some((measure::error_of(scene, push, solution, law), proof))
+    }
+}
