@@ -235,7 +235,10 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             }
             self.record.q = self.problem.q();
         }
-        if !opaque(r.as_flattened()).iter().all(|r| r.is_finite()) {
+        if !opaque(r.as_flattened())
+            .iter()
+            .all(nalgebra::ComplexField::is_finite)
+        {
             r = [[T::ZERO; D]; C]; // squares overflow, and no impulse is known
         }
         self.problem.count_speed();

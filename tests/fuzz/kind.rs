@@ -37,7 +37,7 @@ pub(super) fn contact<T: Real, const N: usize, const D: usize>(
 /// Numbers whose squares of squares neither overflow nor vanish in the number type of a scene, nor in f64.
 pub(super) fn is_tame<'a, T: Real>(numbers: impl IntoIterator<Item = &'a f64>) -> bool {
     let largest = if double(T::EPSILON) < 1e-10 {
-        1e60
+        1e12
     } else {
         1e8
     };
