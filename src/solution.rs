@@ -234,6 +234,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solution<
         }
     }
 
+    /// Is all of it finite?
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn has_numbers(&self) -> bool {
+        let contacts = self.contacts.iter();
+        let sums = contacts.map(|contact| contact.impulse.sum() + contact.velocity.sum());
+        sums.fold(self.velocity.sum(), T::add).is_finite()
+    }
+
     /// The solution of nothing.
     pub(crate) const fn none() -> Self {
         Self {

@@ -26,7 +26,7 @@ fn has_numbers<T: Real, const N: usize, const D: usize, const C: usize, L: stict
     let numbers = contacts
         .chain(&solution.velocity)
         .chain(&solution.certificate);
-    numbers.into_iter().all(|x| x.is_finite())
+    numbers.into_iter().all(nalgebra::ComplexField::is_finite)
 }
 
 /// What a solution may always be asked for.
@@ -47,8 +47,8 @@ fn is_true<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N
     if let Some((error, proved)) = L::judge(beside, scene, push, solution, settings.model) {
         assert!(proved, "a proof that is none");
         assert!(has_numbers(solution), "NaN, {:?}", solution.status);
-        // 1.2 times the tolerance was seen with joint rows in f32: not mended yet.
-        let allowed = tolerance * 1.5 + 1e-12;
+        // The stranger computes in f64, too: what is below 1e-10 may be its own rounding.
+        let allowed = tolerance * 1.001 + 1e-10;
         assert!(
             !solution.is_solved() || error <= allowed,
             "solved to {error:e}, not {tolerance:e}"
@@ -115,6 +115,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C
             }
             Step::Jacobian(i, x) => scene.set_jacobian(*i, &kind::contact(x, 0.0, 0).jacobian),
             Step::Offset(i, x) => scene.set_offset(*i, &vector(x)),
+            // Without friction a soft contact of `push_on` keeps its tangential compliance in the scale of its error.
+            Step::Friction(_, mu) if L::MIXED && *mu == 0.0 => Ok(()),
             Step::Friction(i, mu) => scene.set_friction(*i, T::literal(*mu)),
             Step::Impulses(impulses) => {
                 let impulses = impulses
@@ -141,7 +143,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C
     fn settings(budget: Budget) -> Settings<T> {
         Settings {
             tolerance: T::literal(budget.tolerance),
-            budget: budget.budget,
+            budget: budget.work,
             model: if budget.relaxed {
                 Model::ConvexRelaxation
             } else {
@@ -167,7 +169,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C
         self.paused = Some((push, budget.tolerance, budget.relaxed));
         for few in [1, 17] {
             Self::is_split(
-                before.clone(),
+                (*before).clone(),
                 solution,
                 &push,
                 &Settings {
@@ -180,7 +182,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C
 
     /// In calls of a few, a solve gives the same bits.
     fn is_split(
-        mut kernel: Box<Kernel<T, N, D, C, L>>,
+        mut kernel: Kernel<T, N, D, C, L>,
         whole: &Outcome<T, N, D, C, L>,
         push: &nalgebra::SVector<T, N>,
         few: &Settings<T>,
@@ -228,7 +230,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C
             return;
         }
         let (scene, solution) = (self.kernel.scene(), self.kernel.solution());
-        assert!(solution.work.total() <= spent + settings.budget + 27);
+        // A paused solve of other data is not gone on with as it was promised, but ends as soon.
+        let beyond = if self.paused.is_some() { 27 } else { 37 };
+        assert!(solution.work.total() <= spent + settings.budget + beyond);
         if self.paused.is_some() {
             is_true::<T, N, D, C, L>(&self.beside, scene, &same, solution, &settings);
         }

@@ -4,7 +4,7 @@ use crate::admm::{Change, Iterate, Momentum, SlipUpdate, iterate};
 use crate::factor::resolvent::Resolvent;
 use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::blocks::ContactVector;
-use crate::linalg::hints::{opaque, rolled};
+use crate::linalg::hints::rolled;
 use crate::problem::Problem;
 use crate::problem::residual::quotient;
 use crate::solver::record::Record;
@@ -170,7 +170,12 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         if self.runs_away(r) {
             self.record.natural_map = None;
         } else if self.solution.error <= tolerance {
-            self.stop(Status::Solved);
+            let solved = self.solution.has_numbers();
+            self.stop(if solved {
+                Status::Solved
+            } else {
+                Status::PrecisionLimit // squares overflow
+            });
         } else if self.record.corrections < CORRECTIONS {
             self.record.corrections += 1;
             self.record.natural_map = Some(self.solution.error);
@@ -235,15 +240,14 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             }
             self.record.q = self.problem.q();
         }
-        if !opaque(r.as_flattened())
-            .iter()
-            .all(nalgebra::ComplexField::is_finite)
-        {
-            r = [[T::ZERO; D]; C]; // squares overflow, and no impulse is known
-        }
         self.problem.count_speed();
-        self.problem
-            .evaluate(&r, self.settings.tolerance, self.solution);
+        let tolerance = self.settings.tolerance;
+        self.problem.evaluate(&r, tolerance, self.solution);
+        if !self.solution.has_numbers() {
+            // Squares overflow, and no impulse is known.
+            let none = [[T::ZERO; D]; C];
+            self.problem.evaluate(&none, tolerance, self.solution);
+        }
     }
 
     /// The impulses that are written down.

@@ -32,7 +32,7 @@ pub(super) type Law = (u8, f64, f64);
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Budget {
-    pub(super) budget: usize,
+    pub(super) work: usize,
     pub(super) tolerance: f64,
     pub(super) relaxed: bool,
 }
@@ -103,8 +103,8 @@ fn budget() -> impl Strategy<Value = Budget> {
         1 => any_number()
     ];
     let relaxed = prop::bool::weighted(0.2);
-    (budgets, tolerances, relaxed).prop_map(|(budget, tolerance, relaxed)| Budget {
-        budget,
+    (budgets, tolerances, relaxed).prop_map(|(work, tolerance, relaxed)| Budget {
+        work,
         tolerance,
         relaxed,
     })
