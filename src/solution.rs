@@ -220,8 +220,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solution<
         self.status == Status::Solved
     }
 
-    /// True if the solution is solved, or if the budget or the number type ended the solve at an error of at most `error`
-    /// (dimensionless).
+    /// True if solved, or ended by the budget or the number type at an error of at most `error` (dimensionless).
     ///
     /// Never true for [`Status::Infeasible`], whatever the error: contradictory walls make impulses grow, and an error relative
     /// to them small. [`crate::guide::error`] says what to do otherwise.
@@ -237,9 +236,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solution<
     /// Is all of it finite?
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn has_numbers(&self) -> bool {
-        let contacts = self.contacts.iter();
-        let sums = contacts.map(|contact| contact.impulse.sum() + contact.velocity.sum());
-        sums.fold(self.velocity.sum(), T::add).is_finite()
+        let contacts = self
+            .contacts
+            .iter()
+            .map(|c| c.impulse.sum() + c.velocity.sum());
+        contacts.fold(self.velocity.sum(), T::add).is_finite()
     }
 
     /// The solution of nothing.
