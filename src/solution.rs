@@ -32,8 +32,7 @@ pub enum Model {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings<T> {
-    /// Error below which a solution counts as solved (dimensionless, not negative); see
-    /// [`Solution::error`].
+    /// Error up to which a solution counts as solved (dimensionless, not negative), see [`Solution::error`].
     pub tolerance: T,
     /// Work that one call may do, in units of [`Work::total`]. A call may exceed it by 27. [`crate::guide::error`] says
     /// how to choose it from the time of a tick, and how to continue in the next one.
@@ -43,8 +42,8 @@ pub struct Settings<T> {
 }
 
 impl<T> Settings<T> {
-    /// Settings for Coulomb's law with a budget of 1,000: more than 999 of 1,000 random scenes need, see
-    /// [`crate::guide::numbers`].
+    /// Settings for Coulomb's law with a budget of 1,000, enough for 99.5 % of random scenes, most of which were made to be
+    /// hard (see [`crate::guide::numbers`]).
     pub const fn new(tolerance: T) -> Self {
         Self {
             tolerance,
@@ -207,9 +206,8 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, L: 
     pub(crate) rows: [L::Room<SlotSolution<T, D>>; C],
     /// Work of the solve, over all its calls.
     pub work: Work,
-    /// How far the solution is from Coulomb's law and the dynamics, relative to the impulses (dimensionless): 1e-3 is a
-    /// thousandth. Includes a bound on rounding. Definition: [`crate::guide::error`]. Without meaning as long as the
-    /// status is [`Status::Unsolved`].
+    /// How far the solution is from Coulomb's law and the dynamics, relative to the impulses (dimensionless), with a
+    /// bound on rounding: see [`crate::guide::error`]. No meaning while the status is [`Status::Unsolved`].
     pub error: T,
 }
 
@@ -222,8 +220,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solution<
 
     /// True if solved, or ended by the budget or the number type at an error of at most `error` (dimensionless).
     ///
-    /// Never true for [`Status::Infeasible`], whatever the error: contradictory walls make impulses grow, and an error relative
-    /// to them small. [`crate::guide::error`] says what to do otherwise.
+    /// Never true for [`Status::Infeasible`]: contradictory walls make impulses grow, and an error relative to them small.
     #[must_use]
     pub fn is_usable(&self, error: T) -> bool {
         match self.status {
