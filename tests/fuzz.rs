@@ -6,6 +6,7 @@
 use kind::{Kind, double, vector};
 use nalgebra::SMatrix;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use steps::{Budget, Step};
 use stiction::{Coulomb, Kernel, Mixed, Model, Real, Scene, Settings, Solution, Status};
 
@@ -239,12 +240,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C
     }
 }
 
-/// Found things are kept as plain tests.
+/// The same cases each time, or as many others as `PROPTEST_CASES` says. Found things are kept as plain tests.
 fn cases() -> ProptestConfig {
+    let random = ProptestConfig::default();
     ProptestConfig {
         failure_persistence: None,
         max_shrink_iters: 20_000,
-        ..ProptestConfig::default()
+        rng_seed: match std::env::var_os("PROPTEST_CASES") {
+            None => RngSeed::Fixed(1),
+            Some(_) => random.rng_seed,
+        },
+        ..random
     }
 }
 
