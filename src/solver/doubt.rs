@@ -4,8 +4,8 @@ use crate::cone::square;
 use crate::laws::{Laws, Room};
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
-use crate::problem::infeasibility;
 use crate::problem::residual::quotient;
+use crate::problem::{infeasibility, row_proof};
 use crate::solver::monitor::Monitor;
 use crate::solver::tuning;
 use crate::{Real, Status};
@@ -73,26 +73,40 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     /// Stops the monitor if the scene is infeasible, and writes down the certificate. Once in a solve, for it depends on
     /// the scene alone.
     pub(crate) fn look_for_proof(&mut self) {
-        if L::MIXED {
-            self.look_for_proof_of_rows();
+        if self.record.has_sought_proof {
             return;
         }
-        if self.record.has_sought_proof
-            || !infeasibility::is_conceivable(self.problem.scene.contacts())
-        {
+        let scene = self.problem.scene;
+        let conceivable = if L::MIXED {
+            row_proof::is_conceivable(scene)
+        } else {
+            infeasibility::is_conceivable(scene.contacts())
+        };
+        if !conceivable {
             return;
         }
         self.record.has_sought_proof = true;
         self.solution.work.proof_searches += 1;
-        let Some(proof) = infeasibility::certificate(self.problem) else {
-            return;
+        let proved = if L::MIXED {
+            self.prove_with_rows()
+        } else {
+            self.prove()
         };
+        if proved.is_some() {
+            self.stop(Status::Infeasible);
+        }
+    }
+
+    /// Writes down a certificate, if there is one.
+    #[inline]
+    fn prove(&mut self) -> Option<()> {
+        let proof = infeasibility::certificate(self.problem)?;
         self.solution.certificate.clear();
         for &d in proof.iter().take(self.problem.laws().len()) {
             // There is room: a solution holds as many contacts as a scene.
             let _ = self.solution.certificate.push(d);
         }
-        self.stop(Status::Infeasible);
+        Some(())
     }
 
     /// Looks for a proof that the scene is infeasible, unless the solution is convincing.

@@ -4,7 +4,7 @@ use crate::laws::{Laws, Room};
 use crate::problem::row_proof;
 use crate::solution::SlotSolution;
 use crate::solver::monitor::Monitor;
-use crate::{ContactSolution, Real, Status};
+use crate::{ContactSolution, Real};
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     Monitor<'_, '_, T, N, D, C, L>
@@ -14,16 +14,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         self.problem.factor.unscaled(slot, contact.impulse).into()
     }
 
-    /// [`Self::look_for_proof`] where there may be joint rows.
-    pub(super) fn look_for_proof_of_rows(&mut self) {
-        if self.record.has_sought_proof || !row_proof::is_conceivable(self.problem.scene) {
-            return;
-        }
-        self.record.has_sought_proof = true;
-        self.solution.work.proof_searches += 1;
-        let Some(proof) = row_proof::certificate(self.problem) else {
-            return;
-        };
+    /// [`Self::prove`] where there may be joint rows.
+    pub(super) fn prove_with_rows(&mut self) -> Option<()> {
+        let proof = row_proof::certificate(self.problem)?;
         self.solution.certificate.clear();
         let slots = self.problem.laws().len();
         for (i, (d, rows)) in proof
@@ -38,6 +31,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             slot.certificate = *d;
             *rows = L::Room::with(slot);
         }
-        self.stop(Status::Infeasible);
+        Some(())
     }
 }

@@ -24,11 +24,11 @@ pub(super) fn push<T: Real, const D: usize>(
     for (impulse, mass) in impulse.iter_mut().zip(mass) {
         *impulse -= product(mass, u);
     }
-    let bounded = impulse.iter().zip(&laws.bounds).take(laws.count());
-    let mut holding = bounded.map(|(r, [lower, upper])| lower < r && r < upper);
+    let holding = laws.holding(&impulse);
+    let mut holding = holding.iter().take(laws.count());
     // Without an inverse, `mass` is zero.
     let regular = mass.first().and_then(|row| row.first()) != Some(&T::ZERO);
-    if regular && holding.all(|holds| holds) {
+    if regular && holding.all(|&holds| holds) {
         for (impulse, _) in impulse
             .iter_mut()
             .zip(0..)
