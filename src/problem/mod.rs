@@ -42,9 +42,9 @@ pub(crate) struct Problem<
     /// `|r0|` (N·s): the impulses that contacts would take if each were alone.
     pub(crate) alone: T,
     /// An upper bound on `|stop|²`, up to a constant factor.
-    fastest: T,
+    stopping_bound: T,
     /// Does `|stop|` count in the size?
-    pub(crate) counts_speed: bool,
+    pub(crate) counts_stopping: bool,
     /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses, see [`residual`].
     pub(crate) size: T,
     /// What the error of joint rows is relative to.
@@ -94,8 +94,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             whitened: [T::ZERO; N],
             laws: [ContactLaw::none(); C],
             alone: T::ZERO,
-            fastest: T::ZERO,
-            counts_speed: false,
+            stopping_bound: T::ZERO,
+            counts_stopping: false,
             size: T::ZERO,
             energies: L::Room::EMPTY,
         }
@@ -129,7 +129,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             }
             let offset = residual::without_gap(&contact.offset);
             let moves = T::count(D) * energy + law.alpha * square(offset.as_slice());
-            self.fastest += law.alpha * moves;
+            self.stopping_bound += law.alpha * moves;
         }
         self.alone = residual::alone(self.laws());
         self.size = self.alone;
@@ -146,18 +146,18 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     pub(crate) fn may_be_within(&self, natural_map: T, tolerance: T) -> bool {
         let four = T::literal(4.0 * residual::SHARE);
         let residual = natural_map * self.size;
-        !self.counts_speed
-            && residual * residual <= self.fastest * (four * tolerance) * (four * tolerance)
+        !self.counts_stopping
+            && residual * residual <= self.stopping_bound * (four * tolerance) * (four * tolerance)
     }
 
     /// Counts `|stop|` in the expected size of the impulses.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn count_speed(&mut self) {
+    pub(crate) fn count_stopping(&mut self) {
         let mut free = [T::ZERO; N];
         self.factor.velocity(&self.whitened, &[], &mut free);
-        let speed = residual::speed(self.scene, self.laws(), &free);
-        self.size = self.alone.max(speed);
-        self.counts_speed = true;
+        let stopping = residual::stopping(self.scene, self.laws(), &free);
+        self.size = self.alone.max(stopping);
+        self.counts_stopping = true;
     }
 
     /// The contacts in use.

@@ -116,7 +116,7 @@ pub(crate) fn alone<T: Real, const D: usize, L: Laws>(laws: &[ContactLaw<T, D, L
 
 /// `|stop|` (N·s)
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn speed<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+pub(crate) fn stopping<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
     scene: &Scene<T, N, D, C, L>,
     laws: &[ContactLaw<T, D, L>],
     free: &[T; N],

@@ -136,7 +136,7 @@ impl<T: Real, const D: usize, const C: usize> Method<T, D, C> for Running<'_, T,
         let Self(admm, resolvent) = self;
         admm.iterates = warm_start.iterates(monitor.problem, resolvent.penalty);
         admm.momentum.start();
-        monitor.count_speed();
+        monitor.count_stopping();
         monitor.consider_iterates(&admm.iterates);
     }
 

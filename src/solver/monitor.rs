@@ -90,8 +90,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         }
         if resumed {
             problem.set_q(&record.q);
-            if record.counts_speed {
-                problem.count_speed();
+            if record.counts_stopping {
+                problem.count_stopping();
             }
         } else {
             solution.work = Work::none();
@@ -128,9 +128,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     }
 
     /// Counts `|stop|` from now on; the best impulse has to be measured again.
-    pub(crate) fn count_speed(&mut self) {
-        self.problem.count_speed();
-        self.record.counts_speed = true;
+    pub(crate) fn count_stopping(&mut self) {
+        self.problem.count_stopping();
+        self.record.counts_stopping = true;
         self.record.natural_map = None;
     }
 
@@ -146,7 +146,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     ) {
         let tolerance = self.settings.tolerance;
         if natural_map > tolerance && self.problem.may_be_within(natural_map, tolerance) {
-            self.count_speed();
+            self.count_stopping();
             natural_map = self.problem.natural_map_at(r, u);
         }
         if self
@@ -162,8 +162,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             return;
         }
         self.problem.evaluate(r, tolerance, self.solution);
-        if self.solution.error > tolerance && !self.problem.counts_speed {
-            self.count_speed();
+        if self.solution.error > tolerance && !self.problem.counts_stopping {
+            self.count_stopping();
             self.record.natural_map = Some(self.problem.natural_map_at(r, u));
             self.problem.evaluate(r, tolerance, self.solution);
         }
@@ -240,7 +240,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             }
             self.record.q = self.problem.q();
         }
-        self.problem.count_speed();
+        self.problem.count_stopping();
         let tolerance = self.settings.tolerance;
         self.problem.evaluate(&r, tolerance, self.solution);
         if !self.solution.has_numbers() {

@@ -17,7 +17,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     pub(super) corrections: u8,
     pub(super) q: ContactVector<T, D, C>,
     /// Does the problem count `|stop|`?
-    pub(super) counts_speed: bool,
+    pub(super) counts_stopping: bool,
     /// Was a proof of infeasibility looked for?
     pub(super) has_sought_proof: bool,
     /// The best natural map when it last halved, and the work until then.
@@ -32,7 +32,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
             status: Status::Unsolved,
             best: [[T::ZERO; D]; C],
             natural_map: None,
-            counts_speed: false,
+            counts_stopping: false,
             corrections: 0,
             q: [[T::ZERO; D]; C],
             has_sought_proof: false,
@@ -45,7 +45,7 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
         self.is_begun = false;
         self.status = Status::Unsolved;
         self.natural_map = None;
-        self.counts_speed = false;
+        self.counts_stopping = false;
         self.corrections = 0;
         self.has_sought_proof = false;
         self.milestone = None;
