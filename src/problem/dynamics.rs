@@ -1,6 +1,6 @@
 //! The second part of the error, `|M v - M v_free - Hᵀ r|`, and `u = H v + w` on the way.
 
-use crate::laws::Laws;
+use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::cholesky::BLOCK;
 use crate::linalg::hints::{opaque, rolled};
 use crate::linalg::sparsity::{GROUP, add_columns, add_products};
@@ -12,9 +12,17 @@ use core::hint::black_box;
 /// vectors on a desktop.
 const SUMS: usize = if cfg!(target_os = "none") { 96 } else { 192 };
 
+/// The dynamics in the norm of momenta, and in a scene with joint rows also in the norm `Σ e_k² / M_kk`, in which no light
+/// finger is lost beside a heavy body.
+pub(crate) struct Dynamics<T: Real, L: Laws = Coulomb> {
+    pub(crate) plain: Norms<T>,
+    pub(crate) weighted: L::Room<Norms<T>>,
+}
+
 /// `|M v - M v_free - Hᵀ r|` and the largest of `|M v_free|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
 /// neither overflows nor vanishes.
-pub(crate) struct Dynamics<T> {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Norms<T> {
     residual: T,
     size: T,
     /// `|M v_free|²`
@@ -22,10 +30,26 @@ pub(crate) struct Dynamics<T> {
     pub(crate) unit: T,
 }
 
-impl<T: Real> Dynamics<T> {
+impl<T: Real> Norms<T> {
     /// From `M v_free`, `M v` and `Hᵀ r`.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn of<const N: usize>(free: &[T; N], inertia: &[T; N], pushed: &[T; N], unit: T) -> Self {
+    fn of<const N: usize>(free: &[T; N], inertia: &[T; N], pushed: &[T; N]) -> Self {
+        let norms = Self::in_unit(free, inertia, pushed, T::ONE);
+        let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
+        let safe = norms.size > tiny && norms.size * tiny < T::ONE;
+        if safe {
+            return norms;
+        }
+        let mut largest = T::ZERO;
+        for ((&free, &inertia), &pushed) in opaque(free).iter().zip(inertia).zip(pushed) {
+            rolled();
+            largest = larger(largest, &[free, inertia, pushed], T::ONE);
+        }
+        Self::in_unit(free, inertia, pushed, unit(largest))
+    }
+
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn in_unit<const N: usize>(free: &[T; N], inertia: &[T; N], pushed: &[T; N], unit: T) -> Self {
         let [mut residual, mut size_free, mut size_v, mut size_r] = [T::ZERO; 4];
         for ((&free, &inertia), &pushed) in opaque(free).iter().zip(inertia).zip(pushed) {
             rolled();
@@ -49,6 +73,12 @@ impl<T: Real> Dynamics<T> {
     pub(crate) fn error(&self, noise: T) -> T {
         quotient(self.residual + noise, self.size).square_root()
     }
+
+    /// Momenta are compared with no less than this.
+    pub(crate) fn compare_with(&mut self, least: T) {
+        let least = least * self.unit;
+        self.size = self.size.max(least * least);
+    }
 }
 
 /// Evaluates the dynamics, and fills `u = H v + w`.
@@ -59,7 +89,7 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize, 
     v: &[T; N],
     r: &[[T; D]],
     u: &mut [[T; D]],
-) -> Dynamics<T> {
+) -> Dynamics<T, L> {
     let mass = &scene.mass().data.0;
     // M v and Hᵀ r, by dofs.
     let mut inertia = [T::ONE; N]; // all of it is overwritten, and zeros would call memset
@@ -94,18 +124,22 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize, 
         add_products(rest, *r, place);
         *u = velocity;
     }
-    let mut momentum = Dynamics::of(free, &inertia, &pushed, T::ONE);
-    let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
-    let safe = momentum.size > tiny && momentum.size * tiny < T::ONE;
-    if !safe {
-        let mut largest = T::ZERO;
-        for ((&free, &inertia), &pushed) in opaque(free).iter().zip(&inertia).zip(&pushed) {
+    let plain = Norms::of(free, &inertia, &pushed);
+    let mut weighted = L::Room::EMPTY;
+    if L::MIXED {
+        let mut sums = [*free, inertia, pushed];
+        for (k, column) in mass.iter().enumerate() {
             rolled();
-            largest = larger(largest, &[free, inertia, pushed], T::ONE);
+            let mass = column.get(k).copied().unwrap_or(T::ONE);
+            let weight = T::ONE / mass.square_root();
+            for sum in sums.iter_mut().filter_map(|sums| sums.get_mut(k)) {
+                *sum *= weight;
+            }
         }
-        momentum = Dynamics::of(free, &inertia, &pushed, unit(largest));
+        let [free, inertia, pushed] = &sums;
+        weighted = L::Room::with(Norms::of(free, inertia, pushed));
     }
-    momentum
+    Dynamics { plain, weighted }
 }
 
 /// `R` entries of `M v` from row `first` on.

@@ -85,41 +85,67 @@ impl<T: Real> Energies<T> {
         quotient(squares, self.least).square_root()
     }
 
-    /// The error of joint rows, from `u = W r + q`, with bounds on what rounding did to each.
-    pub(super) fn natural_map<const D: usize, L: Laws>(
+    /// The larger of the error of contacts and that of joint rows, from `u = W r + q`, with bounds on what rounding did to
+    /// each slot's, squared.
+    pub(super) fn larger<const D: usize, L: Laws>(
         &self,
+        contacts: T,
         laws: &[ContactLaw<T, D, L>],
         u: &[[T; D]],
         r: &[[T; D]],
-        noise: &[[T; D]],
+        noise: &[T],
     ) -> T {
         if self.is_hopeless {
             return T::ONE / T::ZERO;
         }
-        let (mut residual, mut work) = (T::ZERO, T::ZERO);
-        let mut noise = noise.iter();
-        for ((law, u), r) in laws.iter().zip(u).zip(r) {
+        let mut residual = T::ZERO;
+        for (i, ((law, u), r)) in laws.iter().zip(u).zip(r).enumerate() {
             rolled();
-            if *r != [T::ZERO; D] {
-                for ((&u, &q), &r) in u.iter().zip(law.q.iter()).zip(r) {
-                    work += (r * self.unit) * ((u - q) * self.unit);
-                }
-            }
-            let noise = noise.next().copied().unwrap_or([T::ZERO; D]);
             let Some(rows) = law.rows.get() else { continue };
-            for (((&u, &r), bounds), noise) in u.iter().zip(r).zip(&rows.bounds).zip(noise) {
+            let noise = noise.get(i).copied().unwrap_or(T::ZERO);
+            for ((&u, &r), bounds) in u.iter().zip(r).zip(&rows.bounds) {
                 let push = r - u;
                 let other = clamped(push, bounds);
                 let off = (r - other) * self.unit;
                 residual += off * off;
                 // At a bound it stays there whatever of this size was added to its velocity?
-                let stays = other == r && (push - other).abs() > noise;
+                let beyond = push - other;
+                let stays = other == r && beyond * beyond > noise;
                 if !stays {
-                    let noise = noise * self.unit;
-                    residual += noise * noise;
+                    residual += noise * self.unit * self.unit;
                 }
             }
         }
-        quotient(residual, work.max(self.least)).square_root()
+        if residual == T::ZERO || quotient(residual, self.least) <= contacts * contacts {
+            return contacts;
+        }
+        let size = self.work(laws, u, r, noise).max(self.least);
+        contacts.max(quotient(residual, size).square_root())
+    }
+
+    /// The work of all impulses, less what rounding may have added to it.
+    fn work<const D: usize, L: Laws>(
+        &self,
+        laws: &[ContactLaw<T, D, L>],
+        u: &[[T; D]],
+        r: &[[T; D]],
+        noise: &[T],
+    ) -> T {
+        let [mut work, mut squares, mut noises] = [T::ZERO; 3];
+        for (i, ((law, u), r)) in laws.iter().zip(u).zip(r).enumerate() {
+            rolled();
+            if *r == [T::ZERO; D] {
+                continue;
+            }
+            for ((&u, &q), &r) in u.iter().zip(law.q.iter()).zip(r) {
+                let r = r * self.unit;
+                work += r * ((u - q) * self.unit);
+                squares += r * r;
+            }
+            noises += noise.get(i).copied().unwrap_or(T::ZERO);
+        }
+        // `u` and `q` are off by as much.
+        let noise = (squares * (noises * self.unit * self.unit)).square_root();
+        work - (noise + noise)
     }
 }

@@ -1,49 +1,40 @@
 //! From an impulse to a solution: velocity, contacts and error.
 
-use crate::laws::Laws;
+use crate::laws::{Laws, Room};
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::opaque;
 use crate::problem::dynamics::{self, Dynamics};
 use crate::problem::residual;
 use crate::problem::rounding::{self, Rounding};
-use crate::problem::{ContactLaw, Problem};
+use crate::problem::{ContactLaw, Problem, slots};
 use crate::solution::zeros;
 use crate::{ContactSolution, Factor, Real, Scene, Settings, Solution};
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'_, T, N, D, C, L> {
-    /// Error of a velocity and an impulse, with bounds on rounding added: of `W`, which gives the steps `alpha_i` and the
-    /// sizes, of the sums, and of this evaluation.
+    /// Error of a velocity and an impulse, both in scaled rows, with bounds on rounding added: of `W`, which gives the steps
+    /// `alpha_i` and the sizes, of the sums, and of this evaluation.
     #[cfg_attr(target_os = "none", inline(never))]
     fn error(
         &self,
-        momentum: &Dynamics<T>,
-        u: &ContactVector<T, D, C>,
+        momentum: &Dynamics<T, L>,
+        u: &[[T; D]],
         r: &[[T; D]],
-        rounding: &Rounding<T, C>,
+        rounding: &Rounding<T, C, L>,
     ) -> T {
         let (u, noise) = (opaque(u), opaque(&rounding.velocities));
-        let natural_map = residual::natural_map(self.laws(), self.size, u, r, noise);
-        let error = natural_map.max(momentum.error(rounding.momentum));
+        let mut natural_map = residual::natural_map(self.laws(), self.size, u, r, noise);
+        if let Some(energies) = self.energies.get() {
+            natural_map = energies.larger(natural_map, self.laws(), u, r, noise);
+        }
+        let mut error = natural_map.max(momentum.plain.error(rounding.momentum));
+        if let (Some(weighted), Some(&noise)) = (momentum.weighted.get(), rounding.weighted.get()) {
+            error = error.max(weighted.error(noise));
+        }
         if error > T::ZERO {
             let uncertainty = self.factor.uncertainty();
             return error * (T::ONE + uncertainty) + T::literal(4.0) * T::EPSILON;
         }
         error
-    }
-
-    /// [`Self::error`] with the finest bound on rounding.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn finer_error(
-        &self,
-        momentum: &Dynamics<T>,
-        u: &ContactVector<T, D, C>,
-        r: &[[T; D]],
-        v: &[T; N],
-    ) -> T {
-        let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
-        let [free] = &self.free_impulse.data.0;
-        let rounding = rounding::count(mass, contacts, free, v, r, momentum.unit);
-        self.error(momentum, u, r, &rounding)
     }
 
     /// Writes velocity, contacts and error of an impulse into a solution. The error includes a bound on rounding: a cheap
@@ -55,34 +46,42 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         tolerance: T,
         solution: &mut Solution<T, N, D, C, L>,
     ) {
-        if L::MIXED {
-            self.evaluate_slots(r, solution);
-            return;
-        }
         let mut u = [[T::ONE; D]; C]; // all that is used is overwritten, and zeros would call memset
         let r = opaque(r.get(..self.factor.contacts()).unwrap_or_default());
         let [v] = &mut solution.velocity.data.0;
         self.factor.velocity(&self.whitened, r, v);
-        let (mass, contacts) = (&self.scene.mass().data.0, self.scene.contacts());
         let [free] = &self.free_impulse.data.0;
-        let momentum = dynamics::momentum(self.scene, free, v, r, &mut u);
-        let rounding = rounding::bound(self.laws(), mass, contacts, v, r, &momentum);
-        solution.error = self.error(&momentum, &u, r, &rounding);
+        // In rows that are not scaled; of contacts alone the same.
+        let unscaled = self.unscaled(r);
+        let impulses = unscaled.get().and_then(|all| all.get(..r.len()));
+        let impulses = impulses.unwrap_or(r);
+        let mut momentum = dynamics::momentum(self.scene, free, v, impulses, &mut u);
+        let scaled = self.give_way(impulses, &mut u, &mut momentum);
+        let scaled = scaled.get().unwrap_or(&u);
+        let rounding = rounding::bound(self, v, r, &momentum);
+        solution.error = self.error(&momentum, scaled, r, &rounding);
         if solution.error > tolerance {
-            solution.error = self.finer_error(&momentum, &u, r, v);
+            let rounding = rounding::count(self, v, impulses, &momentum);
+            solution.error = self.error(&momentum, scaled, r, &rounding);
         }
         solution.contacts.clear();
-        let sources = self.laws().iter().zip(contacts);
-        for (((law, source), &r), &u) in sources.zip(r).zip(opaque(&u)) {
-            let (impulse, velocity) = (r.into(), u.into());
+        let laws = self.laws().iter().zip(self.scene.contacts()).enumerate();
+        let places = r.iter().zip(scaled).zip(impulses.iter().zip(opaque(&u)));
+        for ((i, (law, source)), ((&r, &scaled), (&impulse, &velocity))) in laws.zip(places) {
+            let (r, scaled) = (r.into(), scaled.into());
             let contact = ContactSolution {
                 key: source.key,
-                impulse,
-                velocity,
-                mode: residual::mode(law, &velocity, &impulse),
+                impulse: impulse.into(),
+                velocity: velocity.into(),
+                mode: residual::mode(law, &scaled, &r),
             };
             // There is room: the scene has no more contacts than the solution.
             let _ = solution.contacts.push(contact);
+            if L::MIXED
+                && let Some(place) = solution.rows.get_mut(i)
+            {
+                *place = slots::rows_of(law, &(scaled, r), place.get());
+            }
         }
     }
 }

@@ -192,7 +192,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     pub(crate) fn natural_map_at(&self, r: &[[T; D]], u: &[[T; D]]) -> T {
         let contacts = residual::natural_map(self.laws(), self.size, u, r, &[]);
         match self.energies.get() {
-            Some(energies) => contacts.max(energies.natural_map(self.laws(), u, r, &[])),
+            Some(energies) => energies.larger(contacts, self.laws(), u, r, &[]),
             None => contacts,
         }
     }

@@ -42,4 +42,24 @@ impl<T: Real, const D: usize> Slot<T, D> {
         let scales = fingerprint(&self.scales, place).rotate_left(7);
         fingerprint(&self.compliance, place + (rows << 8)).wrapping_add(scales)
     }
+
+    /// Is it compliant?
+    pub(crate) fn gives_way(&self) -> bool {
+        self.compliance
+            .iter()
+            .any(|&compliance| compliance > T::ZERO)
+    }
+
+    /// By how much its rows give way to their impulses, `R r`, both not scaled.
+    pub(crate) fn given_way(&self, r: &[T; D]) -> [T; D] {
+        let mut given = self.compliance;
+        for ((given, &r), &scale) in given.iter_mut().zip(r).zip(&self.scales) {
+            *given *= match self.rows {
+                None if scale > T::ZERO => r / (scale * scale),
+                None => T::ZERO,
+                Some(_) => r,
+            };
+        }
+        given
+    }
 }

@@ -16,12 +16,10 @@
 use crate::Real;
 use crate::cone::square;
 use crate::laws::{Laws, Room};
-use crate::linalg::blocks::{ContactVector, block, product, subtract_rows};
+use crate::linalg::blocks::{ContactVector, block, product};
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
 use crate::solver::{row_sweep, several_tangents};
-use core::hint::black_box;
-use core::ops::Range;
 
 /// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
 /// `u = W r + q`. The `λ` of each contact is sought near where the last one was.
@@ -34,49 +32,58 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, L: 
 ) {
     let (laws, delassus) = (problem.laws(), problem.factor.delassus());
     let masses = problem.factor.effective_mass();
-    // From a 0 that it knows a compiler makes a loop without vectors.
-    let all = black_box(0)..D * laws.len();
     let contacts = laws.iter().zip(delassus).zip(masses).enumerate();
     for ((i, ((law, rows), mass)), (impulse, lambda)) in
         contacts.zip(impulse.iter_mut().zip(lambdas))
     {
+        if let Some(bounds) = law.rows.get() {
+            let back = row_sweep::push(bounds, i, (delassus, mass), relative, impulse);
+            if back != [T::ZERO; D] {
+                take_back(relative, &back, rows, laws.len());
+            }
+            continue;
+        }
         let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
             return;
         };
         let (old, mu) = (*impulse, law.cone.friction());
-        if let Some(rows) = law.rows.get() {
-            *impulse = row_sweep::push(rows, &own, mass, &u, &old);
-        } else {
-            // One row alone is as simple to push, and what slips goes on slipping.
-            let may_hold = D > 1 && *lambda == T::ZERO;
-            let held = may_hold.then(|| hold(&own, mass, &u, &old, mu)).flatten();
-            *impulse = held.unwrap_or_else(|| {
-                let mut left = u;
-                for (left, own) in left.iter_mut().zip(&own) {
-                    *left -= product(own, &old);
-                }
-                push(&own, &left, mu, lambda).unwrap_or([T::ZERO; D])
-            });
-        }
+        // One row alone is as simple to push, and what slips goes on slipping.
+        let may_hold = D > 1 && *lambda == T::ZERO;
+        let held = may_hold.then(|| hold(&own, mass, &u, &old, mu)).flatten();
+        *impulse = held.unwrap_or_else(|| {
+            let mut left = u;
+            for (left, own) in left.iter_mut().zip(&own) {
+                *left -= product(own, &old);
+            }
+            push(&own, &left, mu, lambda).unwrap_or([T::ZERO; D])
+        });
         let mut back = old;
         for (back, &new) in back.iter_mut().zip(&*impulse) {
             *back -= new;
         }
         if back != [T::ZERO; D] {
-            take_back(relative, &back, rows, &all);
+            take_back(relative, &back, rows, laws.len());
         }
     }
 }
 
-/// Keeps `u = W r + q` in some of its rows when a contact, of these rows of `W`, takes back an impulse.
+/// Keeps `u = W r + q` of some contacts when one contact, of these rows of `W`, takes back an impulse.
 #[inline(never)]
 fn take_back<T: Real, const D: usize, const C: usize>(
     relative: &mut ContactVector<T, D, C>,
     back: &[T; D],
     rows: &[ContactVector<T, D, C>; D],
-    range: &Range<usize>,
+    contacts: usize,
 ) {
-    subtract_rows(relative, back, rows, range.start, range.end);
+    for (j, u) in relative.iter_mut().enumerate().take(contacts) {
+        rolled();
+        for (&back, row) in back.iter().zip(rows) {
+            let Some(block) = row.get(j) else { break };
+            for (u, &entry) in u.iter_mut().zip(block) {
+                *u -= back * entry;
+            }
+        }
+    }
 }
 
 /// A contact that wedges itself would push without bound. An impulse above this many times the frictionless one is

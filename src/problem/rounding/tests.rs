@@ -39,11 +39,10 @@ proptest! {
         let push = SVector::from(f);
         let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
         problem.fill();
-        let (mass, contacts) = (&scene.mass().data.0, scene.contacts());
         let mut u = [[0.0; D]; 2];
         let momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u);
-        let cheap = bound::<_, N, D, 2, _>(problem.laws(), mass, contacts, &v, &r, &momentum);
-        let sums = count::<_, N, D, 2>(mass, contacts, &f, &v, &r, momentum.unit);
+        let cheap = bound(&problem, &v, &r, &momentum);
+        let sums = count(&problem, &v, &r, &momentum);
         let more = 1.0 + 1e-9;
         prop_assert!(sums.momentum <= cheap.momentum * more);
         for (sum, cheap) in sums.velocities.iter().zip(cheap.velocities) {
@@ -62,9 +61,9 @@ fn velocities_of_which_squares_vanish_are_bounded() {
     let f = mass * SVector::from(v);
     let mut problem = Problem::new(&scene, &factor, &f, Model::Coulomb);
     problem.fill();
-    let (mass, [f]) = (&scene.mass().data.0, f.data.0);
+    let [f] = f.data.0;
     let momentum = dynamics::momentum(&scene, &f, &v, &[], &mut []);
-    let cheap = bound::<_, 2, 1, 1, _>(problem.laws(), mass, &[], &v, &[], &momentum);
-    let sums = count::<_, 2, 1, 1>(mass, &[], &f, &v, &[], momentum.unit);
+    let cheap = bound(&problem, &v, &[], &momentum);
+    let sums = count(&problem, &v, &[], &momentum);
     assert!(sums.momentum > 0.0 && sums.momentum <= cheap.momentum);
 }
