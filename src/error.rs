@@ -35,6 +35,11 @@ pub enum Input {
         /// Where it stands, or would have.
         row: RowIndex,
     },
+    /// One of the limits of [`crate::Kernel::solve_with_limits`].
+    Limit {
+        /// Its place in the list.
+        limit: usize,
+    },
 }
 
 /// What is wrong with the data of a call; it names the culprit. [`crate::guide::error`] says what a control loop does then.
@@ -127,6 +132,7 @@ impl fmt::Display for Input {
             Self::Offset { contact } => write!(f, "offset w of contact {contact}"),
             Self::Delassus => write!(f, "Delassus operator W"),
             Self::JointRow { row } => write!(f, "{row}"),
+            Self::Limit { limit } => write!(f, "limit {limit}"),
         }
     }
 }

@@ -112,6 +112,8 @@ impl RowMode {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RowSolution<T> {
+    /// Which row it is: the [`JointRow::key`] that it had.
+    pub key: u32,
     /// Impulse `λ`: N·s along a length, N·m·s about an axis.
     pub impulse: T,
     /// `s = row · v + offset + R λ`.

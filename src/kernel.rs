@@ -4,6 +4,8 @@ use crate::laws::{Coulomb, Laws};
 use crate::{Error, Factor, Mixed, Real, Scene, Settings, Solution, Solver};
 use nalgebra::SVector;
 
+mod limits;
+
 /// A scene, its factor and its solver in one value, for a `static`.
 ///
 /// It recomputes the factor when `M` or a Jacobian has changed. Its size is that of its three parts.
@@ -131,7 +133,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Kernel<T,
         solver.resume(&self.scene, &self.factor, free_impulse, settings)
     }
 
-    fn prepare(&mut self) -> Result<(), Error> {
+    /// Computes the factor now, if `M` or a Jacobian has changed; otherwise the next solve does.
+    ///
+    /// # Errors
+    /// As [`Factor::prepare`].
+    pub fn prepare(&mut self) -> Result<(), Error> {
         if self.factor.is_current(&self.scene) {
             return Ok(());
         }

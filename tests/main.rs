@@ -12,6 +12,7 @@ mod factor;
 mod fuzz;
 mod hard;
 mod kernel;
+mod limits;
 mod long_runs;
 mod physics;
 mod rows;

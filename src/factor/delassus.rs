@@ -22,16 +22,29 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         factorise(mass, floor, &mut self.mass, &mut reach)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.measure_uncertainty(mass);
+        self.take_in(scene, 0, &reach);
+        Ok(())
+    }
+
+    /// Computes what belongs to the slots of a scene from `first` on, with the last row of `U` that has an entry in each
+    /// column.
+    #[inline]
+    pub(super) fn take_in(
+        &mut self,
+        scene: &Scene<T, N, D, C, L>,
+        first: usize,
+        reach: &[usize; N],
+    ) {
         (self.contacts, self.fingerprint) = (scene.contacts().len(), scene.fingerprint());
         let mut scaled = Vec::new();
-        for (i, contact) in opaque(scene.contacts()).iter().enumerate() {
+        for (i, contact) in opaque(scene.contacts()).iter().enumerate().skip(first) {
             rolled();
             let Some(whitened) = self.whitened.get_mut(i) else {
                 break;
             };
             let transpose = &contact.jacobian.data.0; // D rows in N columns
             scaled.clear();
-            solve_upper_block(&self.mass, &reach, transpose, whitened, &mut scaled);
+            solve_upper_block(&self.mass, reach, transpose, whitened, &mut scaled);
             if L::MIXED {
                 let scales = scene.slot(i).map(|slot| {
                     let scales = scales::of(slot, &products(&scaled, whitened));
@@ -62,7 +75,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
                 *mass = inverse(&own);
             }
         }
-        Ok(())
     }
 
     /// Bounds the rounding of `W`: it grows with the largest `M_kk` over its pivot. A factor of 64 is enough for 500,000

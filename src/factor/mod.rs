@@ -19,6 +19,7 @@ use nalgebra::SVector;
 
 mod admm_factor;
 mod delassus;
+mod extended;
 mod parts;
 mod penalty;
 mod products;
@@ -112,16 +113,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
     /// # Errors
     /// [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOverflow`]. The factor is then empty.
     pub fn prepare(&mut self, scene: &Scene<T, N, D, C, L>) -> Result<(), Error> {
-        let mut result = self.compute_delassus(scene);
-        let mut contacts = 0..self.contacts;
-        if let Some(contact) = contacts.find(|&contact| !self.trace(contact).is_finite()) {
-            result = Err(Error::DelassusOverflow { contact });
-        }
-        self.moved = moved_dofs(scene);
+        let result = self.compute_delassus(scene);
+        let result = result.and_then(|()| self.check(scene));
         if result.is_err() {
             self.clear();
         }
         result
+    }
+
+    /// Is `W` made of numbers? Counts the dofs that contacts move.
+    fn check(&mut self, scene: &Scene<T, N, D, C, L>) -> Result<(), Error> {
+        self.moved = moved_dofs(scene);
+        let mut contacts = 0..self.contacts;
+        match contacts.find(|&contact| !self.trace(contact).is_finite()) {
+            Some(contact) => Err(Error::DelassusOverflow { contact }),
+            None => Ok(()),
+        }
     }
 
     /// Empties it.

@@ -96,6 +96,16 @@ pub(crate) fn factorise<T: Real, const N: usize>(
     Ok(())
 }
 
+/// The last row with an entry in each column of a factor.
+pub(crate) fn reach<T: Real, const N: usize>(u: &[[T; N]; N]) -> [usize; N] {
+    let mut reach = [usize::MAX; N];
+    for (k, reach) in reach.iter_mut().enumerate() {
+        let below = u.get(k + 1..).unwrap_or_default();
+        *reach = k + reaching(below, k).len();
+    }
+    reach
+}
+
 /// The rows below row `k` up to the last with an entry in its column: no fill-in comes beyond.
 #[inline]
 fn reaching<T: Real, const N: usize>(mut below: &[[T; N]], k: usize) -> &[[T; N]] {

@@ -80,7 +80,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
             if L::MIXED
                 && let Some(place) = solution.rows.get_mut(i)
             {
-                *place = slots::rows_of(law, &(scaled, r), place.get());
+                let slot = self.scene.slot(i);
+                *place = slots::rows_of((law, slot), &(scaled, r), place.get());
             }
         }
     }

@@ -4,6 +4,7 @@ use crate::laws::{Laws, Room};
 use crate::linalg::hints::rolled;
 use crate::problem::dynamics::Dynamics;
 use crate::problem::{ContactLaw, Problem};
+use crate::scene::slot::Slot;
 use crate::solution::SlotSolution;
 use crate::{Real, RowMode};
 use nalgebra::SVector;
@@ -61,7 +62,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
 
 /// What the joint rows of a slot do, read off the argument of the natural map as for contacts.
 pub(super) fn rows_of<T: Real, const D: usize, L: Laws>(
-    law: &ContactLaw<T, D, L>,
+    (law, slot): (&ContactLaw<T, D, L>, Option<&Slot<T, D>>),
     (u, r): &(SVector<T, D>, SVector<T, D>),
     before: Option<&SlotSolution<T, D>>,
 ) -> L::Room<SlotSolution<T, D>> {
@@ -78,6 +79,9 @@ pub(super) fn rows_of<T: Real, const D: usize, L: Laws>(
     }
     L::Room::with(SlotSolution {
         count: rows.count(),
+        keys: slot
+            .and_then(|slot| slot.rows)
+            .map_or([0; D], |rows| rows.keys),
         modes,
         // A proof that was found on the way.
         certificate: before.map_or([T::ZERO; D], |before| before.certificate),

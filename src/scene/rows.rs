@@ -67,41 +67,66 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C, 
     /// [`Error::ContactListFull`] if there is no slot left, [`Error::NotFinite`], [`Error::InvalidBounds`],
     /// [`Error::InvalidCompliance`].
     pub fn push_row(&mut self, row: &JointRow<T, N>) -> Result<RowIndex, Error> {
-        let room = |slot: &Option<Slot<T, D>>| slot.is_some_and(|slot| slot.has_room());
-        let used = self.slots.get(..self.count).unwrap_or_default();
-        let slot = used.iter().position(room).unwrap_or(self.count);
-        let place = self.slot(slot).filter(|_| slot < self.count);
+        let (slot, before) = (self.room_behind(0), self.contacts_print);
+        if slot < self.count {
+            self.contacts_print = before.wrapping_sub(self.contact_print(slot));
+        }
+        let placed = self.place_row(slot, row);
+        self.contacts_print = match placed {
+            Ok(_) => self.contacts_print.wrapping_add(self.contact_print(slot)),
+            Err(_) => before,
+        };
+        placed
+    }
+
+    /// The first slot from `first` on that has room for a joint row.
+    pub(crate) fn room_behind(&self, first: usize) -> usize {
+        let has_room = |slot: &usize| self.slot(*slot).is_some_and(Slot::has_room);
+        (first..self.count).find(has_room).unwrap_or(self.count)
+    }
+
+    /// Adds a joint row to a slot that has room or is the next one. The fingerprint stays what it is.
+    pub(crate) fn place_row(
+        &mut self,
+        slot: usize,
+        row: &JointRow<T, N>,
+    ) -> Result<RowIndex, Error> {
+        let is_new = slot == self.count;
+        let place = self.slot(slot).filter(|_| !is_new);
         let index = RowIndex {
             slot,
             row: place.map_or(0, Slot::count),
         };
         check_finite(&row.row, Input::JointRow { row: index })?;
         check_row(row, index)?;
-        if slot == self.count {
-            let mut contact = Contact::none();
+        let entries = self.contacts.get_mut(slot).zip(self.slots.get_mut(slot));
+        let Some((contact, place)) = entries else {
+            return Err(Error::ContactListFull { capacity: C });
+        };
+        if is_new {
+            *contact = Contact::none();
             contact.key = u32::MAX;
-            let Some(place) = self.contacts.get_mut(slot) else {
-                return Err(Error::ContactListFull { capacity: C });
-            };
-            *place = contact;
-            self.fill(slot, Some(Slot::rows()));
+            *place = Some(Slot::rows());
+            self.count += 1;
         }
-        self.refill(slot, |contact, place| {
-            let columns = contact.jacobian.data.0.iter_mut().zip(row.row.iter());
-            for (column, &entry) in columns {
-                if let Some(place) = column.get_mut(index.row) {
-                    *place = entry;
-                }
+        for (column, &entry) in contact.jacobian.data.0.iter_mut().zip(row.row.iter()) {
+            if let Some(place) = column.get_mut(index.row) {
+                *place = entry;
             }
-            if let Some(offset) = contact.offset.as_mut_slice().get_mut(index.row) {
-                *offset = row.offset;
-            }
-            if let Some(slot) = place {
-                slot.add(row);
-            }
-        });
+        }
+        if let Some(offset) = contact.offset.as_mut_slice().get_mut(index.row) {
+            *offset = row.offset;
+        }
+        if let Some(slot) = place {
+            slot.add(row);
+        }
         self.support(slot);
         Ok(index)
+    }
+
+    /// Keeps the first slots alone, behind which rows were placed.
+    pub(crate) const fn truncate(&mut self, count: usize) {
+        self.count = count;
     }
 
     /// Replaces the offset of a joint row; a stored factor stays valid.

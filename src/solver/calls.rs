@@ -16,6 +16,17 @@ pub(crate) type Data<'a, T, const N: usize, const D: usize, const C: usize, L> =
     &'a Settings<T>,
 );
 
+/// What a call does with the last solve.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Call {
+    /// It begins another one.
+    Begin,
+    /// It begins again, with slots more.
+    Again,
+    /// It goes on.
+    Resume,
+}
+
 /// A method of solution, one piece of work after the other.
 pub(crate) trait Method<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
     /// Does a solve that ends unsolved look for a proof of infeasibility?
@@ -39,7 +50,7 @@ pub(crate) trait Method<T: Real, const D: usize, const C: usize, L: Laws = Coulo
 #[derive(Clone, Debug)]
 pub(crate) struct Calls<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb>
 {
-    warm_start: WarmStart<T, D, C, L>,
+    pub(super) warm_start: WarmStart<T, D, C, L>,
     pub(crate) solution: Solution<T, N, D, C, L>,
     record: Record<T, D, C>,
 }
@@ -73,7 +84,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, 
         method: &mut M,
         data: Data<'_, T, N, D, C, L>,
     ) -> Result<&Solution<T, N, D, C, L>, Error> {
-        self.run(method, data, false)
+        self.run(method, data, Call::Begin)
+    }
+
+    /// Begins a solve in place of the last one, to which there are slots more: its work counts as well.
+    pub(crate) fn solve_again<M: Method<T, D, C, L>>(
+        &mut self,
+        method: &mut M,
+        data: Data<'_, T, N, D, C, L>,
+    ) -> Result<&Solution<T, N, D, C, L>, Error> {
+        self.run(method, data, Call::Again)
     }
 
     /// Goes on with the last solve if it was paused, or begins one.
@@ -84,24 +104,31 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, 
     ) -> Result<&Solution<T, N, D, C, L>, Error> {
         let (_, factor, _, _) = data;
         let same = self.solution.contacts.len() == factor.contacts();
-        self.run(method, data, same && self.record.is_paused())
+        let call = if same && self.record.is_paused() {
+            Call::Resume
+        } else {
+            Call::Begin
+        };
+        self.run(method, data, call)
     }
 
     fn run<M: Method<T, D, C, L>>(
         &mut self,
         method: &mut M,
         (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, L>,
-        resumed: bool,
+        call: Call,
     ) -> Result<&Solution<T, N, D, C, L>, Error> {
         Problem::check(scene, factor, free_impulse, settings)?;
-        if !resumed {
+        if call != Call::Resume {
             self.record.begin();
         }
+        // There is no work left for a search.
+        self.record.has_sought_proof |= call == Call::Again && settings.budget == 0;
         let mut problem = Problem::new(scene, factor, free_impulse, settings.model);
         problem.fill();
         let (solution, record) = (&mut self.solution, &mut self.record);
-        let mut monitor = Monitor::new(&mut problem, settings, solution, record, resumed);
-        if !resumed {
+        let mut monitor = Monitor::new(&mut problem, settings, solution, record, call);
+        if call != Call::Resume {
             method.begin(&mut monitor, &mut self.warm_start);
         }
         while monitor.is_running() {
@@ -112,7 +139,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, 
             monitor.doubt();
         }
         let contacts = method.contacts();
-        self.warm_start.keep((scene, factor), contacts, resumed);
+        let replaces = call != Call::Begin;
+        self.warm_start.keep((scene, factor), contacts, replaces);
         Ok(&self.solution)
     }
 }

@@ -3,6 +3,7 @@
 extern crate std;
 
 use crate::problem::Problem;
+use crate::solver::calls::Call;
 use crate::solver::monitor::Monitor;
 use crate::solver::record::Record;
 use crate::{Contact, Error, Factor, Model, Scene, Settings, Solution};
@@ -62,7 +63,7 @@ pub(super) fn with_monitor<R>(
     let (mut solution, mut record) = (Solution::none(), Record::none());
     record.begin();
     with_problem(scene, push, |problem| {
-        let mut monitor = Monitor::new(problem, &settings, &mut solution, &mut record, false);
+        let mut monitor = Monitor::new(problem, &settings, &mut solution, &mut record, Call::Begin);
         work(&mut monitor)
     })
 }

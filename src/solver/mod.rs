@@ -160,6 +160,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T,
         let data = (scene, factor, free_impulse, settings);
         self.calls.resume(&mut self.method, data)
     }
+
+    /// Did a joint row with this key push in the last solve?
+    pub(crate) fn has_pushed(&self, key: u32) -> bool {
+        self.calls.warm_start.has_pushed(key)
+    }
+
+    /// [`Self::solve`] in place of the last one, to which there are slots more: its work counts as well.
+    pub(crate) fn solve_again(
+        &mut self,
+        scene: &Scene<T, N, D, C, L>,
+        factor: &Factor<T, N, D, C, L>,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C, L>, Error> {
+        let data = (scene, factor, free_impulse, settings);
+        self.calls.solve_again(&mut self.method, data)
+    }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Default

@@ -7,6 +7,7 @@ use crate::linalg::blocks::ContactVector;
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
 use crate::problem::residual::quotient;
+use crate::solver::calls::Call;
 use crate::solver::record::Record;
 use crate::solver::tuning;
 use crate::{Real, Settings, Solution, Status, Work};
@@ -31,8 +32,7 @@ pub(crate) struct Monitor<
     settings: &'s Settings<T>,
     /// The work at which the call ends.
     limit: usize,
-    /// Is the solution what an earlier call for the same solve has found?
-    resumed: bool,
+    call: Call,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T, N, D, C> {
@@ -76,24 +76,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T,
 impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     Monitor<'s, 'a, T, N, D, C, L>
 {
-    /// A new solve, of which there is no record yet, or another call for one that was begun.
+    /// A solve that begins, of which there is no record yet, or one that goes on.
     pub(crate) fn new(
         problem: &'s mut Problem<'a, T, N, D, C, L>,
         settings: &'s Settings<T>,
         solution: &'s mut Solution<T, N, D, C, L>,
         record: &'s mut Record<T, D, C>,
-        resumed: bool,
+        call: Call,
     ) -> Self {
         solution.certificate.clear();
         if L::MIXED {
             solution.rows = [const { L::Room::EMPTY }; C];
         }
-        if resumed {
+        if call == Call::Resume {
             problem.set_q(&record.q);
             if record.counts_stopping {
                 problem.count_stopping();
             }
-        } else {
+        }
+        if call == Call::Begin {
             solution.work = Work::none();
         }
         let limit = solution.work.total().saturating_add(settings.budget);
@@ -103,7 +104,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             record,
             settings,
             limit,
-            resumed,
+            call,
         }
     }
 
@@ -229,7 +230,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         let mut r = self.record.best;
         if self.record.status == Status::Unsolved {
             let mut least = self.record.natural_map;
-            let shown = self.resumed.then(|| self.shown());
+            // The solution is what an earlier call for the same solve has found.
+            let shown = (self.call == Call::Resume).then(|| self.shown());
             for other in [Some(gathered(present)), shown].into_iter().flatten() {
                 rolled();
                 let mut u = [[T::ZERO; D]; C];

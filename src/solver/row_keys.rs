@@ -28,6 +28,18 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
         slots.all(|(rows, slot)| rows == keys(slot))
     }
 
+    /// Did a joint row with this key push in the last solve?
+    pub(super) fn has_pushed(&self, key: u32) -> bool {
+        let mut slots = self.contacts.iter().zip(&self.rows);
+        slots.any(|(state, rows)| {
+            let (Some(state), Some(Some(keys))) = (state, rows.get()) else {
+                return false;
+            };
+            let mut rows = keys.iter().zip(state.r.iter());
+            rows.any(|(&row, &r)| row == Some(key) && r != T::ZERO)
+        })
+    }
+
     /// Remembers which joint rows stand in which slots.
     pub(super) fn keep_keys<const N: usize>(&mut self, scene: &Scene<T, N, D, C, L>) {
         self.rows = [const { L::Room::EMPTY }; C];

@@ -104,12 +104,12 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
         places
     }
 
-    /// Keeps `ũ` and `r` of the contacts of a solve. If it was `resumed`, they replace those of its earlier part.
+    /// Keeps `ũ` and `r` of the contacts of a solve, or in place of those that the last call left.
     pub(crate) fn keep<const N: usize>(
         &mut self,
         (scene, factor): (&Scene<T, N, D, C, L>, &Factor<T, N, D, C, L>),
         values: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>,
-        resumed: bool,
+        replaces: bool,
     ) {
         let pairs = scene.contacts().iter().zip(values).enumerate();
         for (state, (i, (&Contact { key, .. }, (u, r)))) in self.contacts.iter_mut().zip(pairs) {
@@ -117,7 +117,7 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
             // Physical ones: the scales of joint rows change with `M`.
             let (u, r) = (factor.unscaled(i, u), factor.scaled(i, r));
             let (before, solves) = match state {
-                Some(last) if resumed => (last.before, last.solves),
+                Some(last) if replaces => (last.before, last.solves),
                 Some(last) => (last.r, last.solves.saturating_add(1)),
                 None => (zeros(), 1),
             };

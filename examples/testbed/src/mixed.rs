@@ -8,8 +8,8 @@ use serde::Deserialize;
 use std::path::Path;
 use std::time::Instant;
 use stiction::{
-    Contact, Error, Factor, JointRow, Mixed, Real, RowIndex, RowLaw, Scene, Settings, Solution,
-    Solver, Status, Surface,
+    Contact, Error, JointRow, Kernel, Mixed, Real, RowLaw, RowSolution, Scene, Settings, Solution,
+    Status, Surface,
 };
 
 /// A scene of contacts and joint rows as it stands in a file.
@@ -133,11 +133,12 @@ impl MixedFile {
         self.n_contacts + self.joints.len().div_ceil(self.dim)
     }
 
-    /// The scene in the kernel's types, padded with decoupled velocities of unit mass, and where its joint rows stand.
-    pub fn scene<T: Real, const N: usize, const D: usize, const C: usize>(
+    /// Fills a scene in the kernel's types, padded with decoupled velocities of unit mass. Limits are left out, and returned;
+    /// the key of a joint row is its place in the file.
+    pub fn fill<T: Real, const N: usize, const D: usize, const C: usize>(
         &self,
-    ) -> Result<(Scene<T, N, D, C, Mixed>, Vec<RowIndex>), Error> {
-        let mut scene = Scene::mixed();
+        scene: &mut Scene<T, N, D, C, Mixed>,
+    ) -> Result<Vec<JointRow<T, N>>, Error> {
         scene.set_mass(&SMatrix::from_fn(|i, j| {
             let unit = if i == j { 1.0 } else { 0.0 };
             let entry = self.mass.get(i).and_then(|row| row.get(j));
@@ -159,17 +160,22 @@ impl MixedFile {
                 scene.push_on(&contact, &surface(mu, compliance.map(T::literal)))?;
             }
         }
-        let mut places = Vec::new();
+        let mut limits = Vec::new();
         for (joint, key) in self.joints.iter().zip(0..) {
-            places.push(scene.push_row(&JointRow {
+            let row = JointRow {
                 row: SVector::from_fn(|j, _| T::literal(*joint.row.get(j).unwrap_or(&0.0))),
                 offset: T::literal(joint.offset),
                 law: joint.law().unwrap_or(RowLaw::Equality),
                 compliance: T::literal(joint.compliance),
                 key,
-            })?);
+            };
+            if row.law == RowLaw::Limit {
+                limits.push(row);
+            } else {
+                scene.push_row(&row)?;
+            }
         }
-        Ok((scene, places))
+        Ok(limits)
     }
 
     /// The free impulse `-f` in the kernel's type, padded with zeros.
@@ -237,38 +243,50 @@ fn solve_in<T: Real, const N: usize, const D: usize, const C: usize>(
     settings: &Settings<f64>,
     repeat: u32,
 ) -> Result<(Answer, Times), Error> {
-    let (scene, places) = file.scene::<T, N, D, C>()?;
+    let mut kernel = Box::new(Kernel::<T, N, D, C, _>::mixed());
+    let limits = file.fill(kernel.scene_mut())?;
     let push = file.free_impulse();
     let settings = Settings {
         tolerance: T::literal(settings.tolerance),
         budget: settings.budget,
         model: settings.model,
     };
-    let (mut factor, mut solver) = (Box::new(Factor::empty()), Box::new(Solver::new()));
     let mut times = Times {
         prepare_ns: f64::INFINITY,
         solve_ns: f64::INFINITY,
     };
     for _ in 0..repeat.max(1) {
-        solver.reset();
+        // So that there is something to prepare.
+        let mass = *kernel.scene().mass();
+        kernel.scene_mut().set_mass(&(mass * T::literal(2.0)))?;
+        kernel.prepare()?;
+        kernel.scene_mut().set_mass(&mass)?;
+        kernel.solver_mut().reset();
         let start = Instant::now();
-        factor.prepare(&scene)?;
+        kernel.prepare()?;
         times.prepare_ns = times.prepare_ns.min(start.elapsed().as_secs_f64() * 1e9);
         let start = Instant::now();
-        solver.solve(&scene, &factor, &push, &settings)?;
+        kernel.solve_with_limits(&limits, &push, &settings)?;
         times.solve_ns = times.solve_ns.min(start.elapsed().as_secs_f64() * 1e9);
     }
-    Ok((answer(file, solver.solution(), &places), times))
+    Ok((answer(file, kernel.solution()), times))
 }
 
 /// The solution in f64, without padding.
 fn answer<T: Real, const N: usize, const D: usize, const C: usize>(
     file: &MixedFile,
     solution: &Solution<T, N, D, C, Mixed>,
-    places: &[RowIndex],
 ) -> Answer {
     let double = |x: &T| measure::double(x);
-    let rows = || places.iter().filter_map(|&place| solution.row(place));
+    // A limit that was left out has no impulse.
+    let rows = || {
+        (0..)
+            .take(file.joints.len())
+            .map(|key| solution.row_by_key(key))
+    };
+    let of = |row: Option<RowSolution<T>>, value: fn(&RowSolution<T>) -> T| {
+        row.map_or(0.0, |row| double(&value(&row)))
+    };
     let contacts = || solution.contacts.iter().take(file.n_contacts);
     let v = solution.velocity.iter().take(file.n_dof);
     let proved = solution.status == Status::Infeasible;
@@ -283,10 +301,10 @@ fn answer<T: Real, const N: usize, const D: usize, const C: usize>(
             .collect(),
         modes: contacts().map(|contact| contact.mode).collect(),
         certificate: certificate.map(double).collect(),
-        lambda: rows().map(|row| double(&row.impulse)).collect(),
+        lambda: rows().map(|row| of(row, |row| row.impulse)).collect(),
         certificate_lambda: rows()
             .filter(|_| proved)
-            .map(|row| double(&row.certificate))
+            .map(|row| of(row, |row| row.certificate))
             .collect(),
     }
 }

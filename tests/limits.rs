@@ -1,0 +1,256 @@
+//! Limits that stay out of `W` until they are reached.
+
+use nalgebra::{Matrix2, SVector, matrix, vector};
+use stiction::{
+    Contact, Error, Factor, Input, JointRow, Kernel, Mixed, RowLaw, RowMode, Scene, Settings,
+    Solver, Status,
+};
+use testbed::scene_file::{self, SceneFile};
+
+const N: usize = 18;
+
+/// A limit of one velocity, from below with `sign` 1.
+fn limit<const K: usize>(dof: usize, sign: f64, offset: f64, key: u32) -> JointRow<f64, K> {
+    let mut row = SVector::zeros();
+    row[dof] = sign;
+    JointRow {
+        row,
+        offset,
+        law: RowLaw::Limit,
+        compliance: 0.0,
+        key,
+    }
+}
+
+/// The steps of a trotting quadruped, each with a limit for each of its twelve joints, of which its free gait violates two.
+fn trot() -> Vec<(SceneFile, Vec<JointRow<f64, N>>)> {
+    let path = scene_file::repository().join("tests/sequences/go2_trot.json");
+    let steps = scene_file::read(&path).expect("it can be read");
+    let mut solver = Solver::<f64, N, 3, 5>::new();
+    let with_limits = steps.into_iter().map(|step| {
+        let scene = step.scene().expect("it is sound");
+        let factor = Factor::new(&scene).expect("it is sound");
+        let push = step.free_impulse();
+        let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-11));
+        let v = solution.expect("it is sound").velocity;
+        let limits = (6..18).zip(0..).map(|(dof, key)| {
+            let sign = if v[dof] > 0.0 { -1.0 } else { 1.0 };
+            let spare = if key % 6 == 2 { -0.05 } else { 1.0 };
+            limit(dof, sign, spare - sign * v[dof], key)
+        });
+        (step, limits.collect())
+    });
+    with_limits.collect()
+}
+
+fn fill<const C: usize>(
+    scene: &mut Scene<f64, N, 3, C, Mixed>,
+    step: &SceneFile,
+) -> Result<(), Error> {
+    let source = step.scene::<f64, N, 3, 5>()?;
+    scene.set_mass(source.mass())?;
+    scene.clear_contacts();
+    for contact in source.contacts() {
+        scene.push(contact)?;
+    }
+    Ok(())
+}
+
+#[test]
+fn what_is_left_out_is_kept_and_changes_nothing() -> Result<(), Error> {
+    let settings = Settings::new(1e-9);
+    let (mut lazy, mut whole) = (
+        Kernel::<_, N, 3, 7, _>::mixed(),
+        Kernel::<_, N, 3, 9, _>::mixed(),
+    );
+    let (mut reached, mut work) = (0, [0; 2]);
+    for (step, limits) in trot() {
+        fill(lazy.scene_mut(), &step)?;
+        fill(whole.scene_mut(), &step)?;
+        for row in &limits {
+            whole.scene_mut().push_row(row)?;
+        }
+        let push = step.free_impulse();
+        let (few, all) = (
+            lazy.solve_with_limits(&limits, &push, &settings)?,
+            whole.solve(&push, &settings)?,
+        );
+        assert!(few.is_solved() && all.is_solved(), "{}", step.name);
+        assert!((few.velocity - all.velocity).norm() < 1e-7 * all.velocity.norm());
+        for row in &limits {
+            let speed = row.row.dot(&few.velocity) + row.offset;
+            match few.row_by_key(row.key) {
+                Some(found) => {
+                    assert!(speed > -1e-7, "{}: {speed}", step.name);
+                    reached += usize::from(found.mode == RowMode::AtLimit);
+                }
+                None => assert!(speed >= 0.0),
+            }
+        }
+        work[0] += few.work.total();
+        work[1] += all.work.total();
+    }
+    assert_eq!(reached, 80); // two in each of 40 steps
+    assert!(work[0] <= work[1] * 11 / 10, "{work:?}");
+    Ok(())
+}
+
+/// Two bodies of 1 kg, the first one over a floor.
+fn pair() -> Result<Kernel<f64, 2, 1, 3, Mixed>, Error> {
+    let mut kernel = Kernel::mixed();
+    kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    kernel.scene_mut().push(&Contact {
+        jacobian: matrix![1.0, 0.0],
+        offset: vector![0.0],
+        mu: 0.0,
+        key: 0,
+    })?;
+    Ok(kernel)
+}
+
+#[test]
+fn a_scene_is_afterwards_what_it_was() -> Result<(), Error> {
+    let (push, settings) = (vector![-1.0, -1.0], Settings::new(1e-9));
+    let (mut kernel, mut fresh) = (pair()?, pair()?);
+    let limits = [limit(1, 1.0, 0.25, 0), limit(1, -1.0, 3.0, 1)];
+    let solution = kernel.solve_with_limits(&limits, &push, &settings)?;
+    assert!((solution.velocity - vector![0.0, -0.25]).norm() < 1e-9);
+    assert_eq!(
+        solution.row_by_key(0).map(|row| row.mode),
+        Some(RowMode::AtLimit)
+    );
+    assert_eq!(solution.row_by_key(1), None);
+    assert_eq!(kernel.scene().contacts().len(), 1);
+    kernel.solver_mut().reset();
+    let (again, alone) = (
+        kernel.solve(&push, &settings)?,
+        fresh.solve(&push, &settings)?,
+    );
+    assert_eq!((again.velocity, again.work), (alone.velocity, alone.work));
+    assert_eq!(again.velocity, vector![0.0, -1.0]);
+    Ok(())
+}
+
+#[test]
+fn a_limit_that_a_contact_pushes_onto_is_found_on_the_way() -> Result<(), Error> {
+    // The floor pushes the pair apart; the free motion violates no limit.
+    let mut kernel = Kernel::<f64, 2, 1, 2, _>::mixed();
+    kernel
+        .scene_mut()
+        .set_mass(&matrix![2.0, -1.0; -1.0, 2.0])?;
+    let (jacobian, offset) = (matrix![1.0, 0.0], vector![0.0]);
+    kernel.scene_mut().push(&Contact {
+        jacobian,
+        offset,
+        mu: 0.0,
+        key: 0,
+    })?;
+    let limits = [limit(1, -1.0, 0.25, 7)];
+    let push = vector![-3.0, 1.5];
+    for tick in 0..2 {
+        let solution = kernel.solve_with_limits(&limits, &push, &Settings::new(1e-9))?;
+        assert!(solution.is_solved());
+        assert!((solution.velocity - vector![0.0, 0.25]).norm() < 1e-8);
+        assert_eq!(
+            solution.work.total() == 0,
+            tick == 1,
+            "the second starts at the first"
+        );
+    }
+    Ok(())
+}
+
+#[test]
+fn a_budget_is_that_of_all_and_nothing_is_solved_that_violates_a_limit() -> Result<(), Error> {
+    let (mut ended, mut solved) = (0, 0);
+    for (step, limits) in trot().iter().step_by(5) {
+        for budget in [0, 1, 2, 3, 5, 8, 13, 21, 34] {
+            let mut kernel = Kernel::<_, N, 3, 7, _>::mixed();
+            fill(kernel.scene_mut(), step)?;
+            let settings = Settings {
+                budget,
+                ..Settings::new(1e-6)
+            };
+            let push = step.free_impulse();
+            let solution = kernel.solve_with_limits(limits, &push, &settings)?;
+            assert!(solution.work.total() <= budget + 27);
+            let speeds = limits
+                .iter()
+                .map(|row| row.row.dot(&solution.velocity) + row.offset);
+            let least = speeds.fold(f64::INFINITY, f64::min);
+            if solution.is_solved() {
+                assert!(least > -1e-5, "{least}");
+                solved += 1;
+            } else {
+                assert_eq!(solution.status, Status::OutOfBudget);
+                let known = |row: &JointRow<f64, N>| solution.row_by_key(row.key).is_some();
+                let left_out = limits.iter().filter(|row| !known(row));
+                let kept =
+                    |row: &JointRow<f64, N>| row.row.dot(&solution.velocity) + row.offset >= 0.0;
+                assert!(
+                    left_out.clone().all(kept),
+                    "its error knows of all that is violated"
+                );
+                ended += 1;
+            }
+        }
+    }
+    assert!(ended > 5 && solved > 5, "{ended} {solved}");
+    Ok(())
+}
+
+#[test]
+fn limits_that_close_on_each_other_are_proved_infeasible() -> Result<(), Error> {
+    let mut kernel = pair()?;
+    let limits = [
+        limit(1, 1.0, -0.5, 3),
+        limit(0, 1.0, 9.0, 4),
+        limit(1, -1.0, 0.25, 5),
+    ];
+    let solution = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &Settings::new(1e-9))?;
+    assert_eq!(solution.status, Status::Infeasible);
+    let proof = |key: u32| solution.row_by_key(key).map_or(0.0, |row| row.certificate);
+    let (lower, upper) = (proof(3), proof(5));
+    assert!(lower > 0.0 && (lower - upper).abs() < 1e-9 * lower && proof(4) == 0.0);
+    Ok(())
+}
+
+#[test]
+fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> {
+    let (mut kernel, settings) = (pair()?, Settings::new(1e-9));
+    let sound = limit(1, 1.0, 0.25, 0);
+    let mut refused = |limits: &[JointRow<f64, 2>], push: [f64; 2]| {
+        let error = kernel
+            .solve_with_limits(limits, &push.into(), &settings)
+            .err();
+        assert_eq!(kernel.scene().contacts().len(), 1);
+        error
+    };
+    let not_finite = |input, row| {
+        Some(Error::NotFinite {
+            input,
+            row,
+            column: 0,
+        })
+    };
+    let broken = limit(1, f64::NAN, 0.25, 0);
+    let limits = [sound.clone(), broken];
+    assert_eq!(
+        refused(&limits, [0.0, 0.0]),
+        not_finite(Input::Limit { limit: 1 }, 1)
+    );
+    let endless = [limit(1, 1.0, f64::INFINITY, 0)];
+    assert_eq!(
+        refused(&endless, [0.0, 0.0]),
+        not_finite(Input::Limit { limit: 0 }, 0)
+    );
+    assert_eq!(
+        refused(&[], [0.0, f64::NAN]),
+        not_finite(Input::FreeImpulse, 1)
+    );
+    let many = vec![sound; 3];
+    let full = Some(Error::ContactListFull { capacity: 3 });
+    assert_eq!(refused(&many, [0.0, -1.0]), full); // one row a slot, and two are left
+    assert_eq!(refused(&many, [0.0, 0.0]), None);
+    Ok(())
+}
