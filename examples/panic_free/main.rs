@@ -201,6 +201,12 @@ mod proof {
         let (push, settings) = (black_box(row), black_box(Settings::default()));
         let _ = black_box(kernel.solve(&push, &settings).is_ok());
         let _ = black_box(kernel.resume(&push, &settings).is_ok());
+        let limits = black_box([
+            law::joint_limit(row, a, b, c, d, 4),
+            law::joint_limit(-row, b, a, c, d, 5),
+        ]);
+        let _ = black_box(kernel.solve_with_limits(&limits, &push, &settings).is_ok());
+        let _ = black_box(kernel.solution().row_by_key(black_box(4)));
         let index = black_box(stiction::RowIndex { slot: 1, row: 2 });
         let _ = black_box(kernel.solution().row(index));
         kernel.scene_mut().clear_contacts();
