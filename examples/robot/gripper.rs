@@ -1,0 +1,187 @@
+//! A gripper from a URDF file closes on a bottle, lifts it, is pushed and shaken, and sets the bottle down.
+//!
+//! The motor of one finger does 20 N, and a joint row makes the other finger do the same, so that the pads share these 20 N.
+//! They hold `mu F` = 12 N by friction: a bottle of 4.9 N, shaken at `0.7 g`. The program draws what happened, and fails if the
+//! bottle has slipped.
+//!
+//! `cargo run --release -p robot --bin gripper [FOLDER]`
+
+use nalgebra::{Vector3, vector};
+use robot::{Base, Curve, Failure, Film, STEP, Tick, World};
+use std::f64::consts::TAU;
+use std::ops::Range;
+use std::path::Path;
+
+/// Velocities: the lift and two fingers, and six of the bottle.
+type Cell = World<9>;
+
+const MU: f64 = 0.6;
+/// Largest force of the finger's motor (N).
+const GRIP: f64 = 20.0;
+/// How high it is lifted (m).
+const LIFT: f64 = 0.1;
+/// When the bottle is pushed, when the lift shakes, and when the motor yields (s).
+const PUSH: Range<f64> = 3.2..3.7;
+const SHAKE: Range<f64> = 4.2..5.2;
+const YIELD: Range<f64> = 7.4..8.4;
+const TOUCHED: [&str; 3] = ["left_pad", "right_pad", "table"];
+
+/// The film.
+const MOMENTS: [(f64, &str); 10] = [
+    (0.0, "open"),
+    (0.9, "grips"),
+    (1.7, "lifts"),
+    (2.8, "holds"),
+    (3.5, "is pushed"),
+    (4.42, "is shaken"),
+    (6.5, "lowers"),
+    (7.9, "yields"),
+    (8.08, "too weak: slips"),
+    (9.8, "stands"),
+];
+
+/// From 0 to 1 while `time` goes through a span (s), smoothly.
+fn rise(time: f64, from: f64, to: f64) -> f64 {
+    let x = ((time - from) / (to - from)).clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}
+
+/// Lets a gripper whose finger has this force (N) live for some time (s).
+fn run(grip: f64, seconds: f64) -> Result<(Cell, Vec<Tick>), Failure> {
+    let mut world = Cell::new(MU, [5e3, 100.0]);
+    world.stiffness = 1e5;
+    world.ground("table", [-1.0, -1.0, -0.5], [1.0, 1.0, 0.0]);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    world.load(&folder.join("gripper.urdf"), Base::Bolted, [0.0, 0.0, 0.6])?;
+    world.load(&folder.join("bottle.urdf"), Base::Free, [0.0, 0.0, 0.08])?;
+    world.mimics.push(["left", "right"]);
+    let bottle = world.body("bottle")?;
+    let ticks = world.run(seconds, |world, time| {
+        let shaken = f64::from(u8::from(SHAKE.contains(&time)))
+            * (1.0 - (TAU * 3.0 * (time - SHAKE.start)).cos());
+        let lifted = LIFT * rise(time, 1.2, 2.4) - (LIFT - 0.01) * rise(time, 5.8, 7.2)
+            + 0.06 * rise(time, 9.1, 9.7);
+        world.aim("lift", lifted + 0.015 * shaken)?;
+        world.aim("left", 0.04 * (rise(time, 0.2, 0.8) - rise(time, 8.6, 9.0)))?; // beyond the bottle
+        world.joint("left")?.effort = if YIELD.contains(&time) {
+            grip * left(time)
+        } else {
+            grip
+        };
+        world.push = (
+            bottle,
+            vector![5.0, 3.0, 0.0] * f64::from(u8::from(PUSH.contains(&time))),
+        );
+        Ok(())
+    })?;
+    Ok((world, ticks))
+}
+
+/// Share of its force that the motor has left while it yields.
+fn left(time: f64) -> f64 {
+    (YIELD.end - time) / (YIELD.end - YIELD.start)
+}
+
+/// Ticks in a span of time (s).
+fn during(ticks: &[Tick], span: Range<f64>) -> &[Tick] {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let [from, to] = [span.start, span.end].map(|time| (time / STEP).round() as usize);
+    &ticks[from..to]
+}
+
+/// How fast the bottle slips on a pad (m/s).
+fn slip(world: &Cell, tick: &Tick) -> f64 {
+    let pads = ["left_pad", "right_pad"]
+        .into_iter()
+        .flat_map(|pad| tick.touches_of(&world.bodies, pad));
+    pads.map(|touch| touch.slip).fold(0.0, f64::max)
+}
+
+/// How far it slips (m).
+fn slipped(world: &Cell, ticks: &[Tick], span: Range<f64>) -> f64 {
+    during(ticks, span)
+        .iter()
+        .map(|tick| slip(world, tick) * STEP)
+        .sum()
+}
+
+/// With which force of the motor it begins to slip (N).
+fn weakest(world: &Cell, ticks: &[Tick]) -> f64 {
+    let yields = during(ticks, YIELD).iter().zip((0..).map(f64::from));
+    let held = yields.take_while(|(tick, _)| slip(world, tick) < 1e-5);
+    held.map(|(_, step)| GRIP * left(YIELD.start + step * STEP))
+        .fold(GRIP, f64::min)
+}
+
+/// What cannot be if the gripper has lost the bottle, or physics is wrong.
+fn check(world: &Cell, ticks: &[Tick]) -> Result<(), Failure> {
+    let weight = world.trees[1].weight()?;
+    let holds = &ticks[2800];
+    let carried: Vector3<f64> = holds.touches.iter().map(|touch| touch.force).sum();
+    if (carried - Vector3::z() * weight).norm() > 0.01 * weight {
+        return Err(format!("pads carry {carried:?}, not {weight:.2} N").into());
+    }
+    let lifted = holds.push[0].z - ticks[0].push[0].z;
+    if lifted < LIFT - 0.01 {
+        return Err(format!("the bottle is lifted by {lifted:.3} m").into());
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Failure> {
+    let (world, ticks) = run(GRIP, 10.0)?;
+    robot::report(&ticks);
+    check(&world, &ticks)?;
+    let slipped = 1e3 * slipped(&world, &ticks, 1.0..YIELD.start);
+    let (force, paper) = (weakest(&world, &ticks), world.trees[1].weight()? / MU);
+    println!(
+        "the bottle slips by {slipped:.1e} mm, until the motor yields, and then at {force:.2} N; on paper {paper:.2} N"
+    );
+    let film = Film {
+        moments: &MOMENTS,
+        middle: |_| 0.0,
+        size: [0.3, 0.45],
+        bottom: -0.03,
+        arrow: 5e-3,
+    };
+    robot::film(&robot::save("gripper.svg")?, &world.bodies, &ticks, &film)?;
+    let slip = |tick: &Tick| slip(&world, tick);
+    let slip = Curve {
+        name: "slip on pads (m/s)",
+        high: 0.2,
+        value: &slip,
+    };
+    let bands = [(PUSH, "pushed"), (SHAKE, "shaken"), (YIELD, "yields")];
+    robot::plots(
+        &robot::save("gripper_forces.svg")?,
+        &world.bodies,
+        &ticks,
+        &TOUCHED,
+        15.0,
+        &slip,
+        &bands,
+    )
+}
+
+#[test]
+fn the_bottle_is_held_until_the_motor_yields_and_then_stands() {
+    let (world, ticks) = run(GRIP, 10.0).unwrap();
+    check(&world, &ticks).unwrap();
+    assert!(slipped(&world, &ticks, 1.0..YIELD.start) < 1e-6);
+    let paper = world.trees[1].weight().unwrap() / MU;
+    assert!((weakest(&world, &ticks) / paper - 1.0).abs() < 0.01);
+    let (bottle, end) = (&world.trees[1], &ticks[ticks.len() - 1]);
+    assert!((end.push[0] - ticks[0].push[0]).norm() < 2e-3); // back where it stood
+    assert!((bottle.turn * Vector3::z()).z > 0.9999);
+}
+
+#[test]
+fn a_little_more_than_the_force_on_paper_lifts_the_bottle_and_half_of_it_does_not() {
+    let paper = 0.5 * 9.81 / MU;
+    let (world, ticks) = run(1.2 * paper, 3.0).unwrap();
+    check(&world, &ticks).unwrap();
+    let (world, ticks) = run(0.5 * paper, 3.0).unwrap();
+    let lost = check(&world, &ticks).unwrap_err().to_string();
+    assert!(lost.contains("is lifted by"), "{lost}");
+    assert!(slipped(&world, &ticks, 1.0..2.9) > 0.05);
+}
