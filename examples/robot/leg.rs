@@ -20,10 +20,9 @@ fn main() -> Result<(), Failure> {
     robot::report(&ticks);
     let film = Film {
         moments: &[
-            (0.0, "dropped"),
             (0.2, "lands"),
             (0.5, "is down"),
-            (0.8, "rises"),
+            (0.75, "rises"),
             (1.0, "is up"),
         ],
         middle: |_| 0.0,
@@ -31,25 +30,7 @@ fn main() -> Result<(), Failure> {
         bottom: -0.05,
         arrow: 5e-3,
     };
-    robot::film(&robot::save("leg.svg")?, &world.bodies, &ticks, &film)?;
-    let slip = |tick: &Tick| {
-        tick.touches
-            .iter()
-            .map(|touch| touch.slip)
-            .fold(0.0, f64::max)
-    };
-    let slip = Curve {
-        name: "fastest slip (m/s)",
-        high: 0.1,
-        value: &slip,
-    };
-    robot::plots(
-        &robot::save("leg_forces.svg")?,
-        &world.bodies,
-        &ticks,
-        &["foot"],
-        60.0,
-        &slip,
-        &[],
-    )
+    world.film("leg.svg", &ticks, &film)?;
+    let slip: Curve = ("fastest slip (m/s)", 0.1, &Tick::slip);
+    world.plots("leg_forces.svg", &ticks, (&["foot"], 60.0), slip, &[])
 }

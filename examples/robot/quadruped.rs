@@ -103,28 +103,10 @@ fn main() -> Result<(), Failure> {
         bottom: -0.05,
         arrow: 3e-3,
     };
-    robot::film(&robot::save("robot.svg")?, &world.bodies, &ticks, &film)?;
-    let fastest = |tick: &Tick| {
-        tick.touches
-            .iter()
-            .map(|touch| touch.slip)
-            .fold(0.0, f64::max)
-    };
-    let slip = Curve {
-        name: "fastest slip (m/s)",
-        high: 0.8,
-        value: &fastest,
-    };
+    world.film("robot.svg", &ticks, &film)?;
+    let slip: Curve = ("fastest slip (m/s)", 0.8, &Tick::slip);
     let bands = [(PUSH, "push"), (TROT, "trot")];
-    robot::plots(
-        &robot::save("robot_forces.svg")?,
-        &world.bodies,
-        &ticks,
-        &FEET,
-        130.0,
-        &slip,
-        &bands,
-    )
+    world.plots("robot_forces.svg", &ticks, (&FEET, 130.0), slip, &bands)
 }
 
 #[test]

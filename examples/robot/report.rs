@@ -2,7 +2,7 @@
 
 use crate::{Failure, Tick};
 use std::path::PathBuf;
-use stiction::{ContactMode, RowMode, Status};
+use stiction::{ContactMode, RowMode};
 
 /// Prints what the steps cost, split into their parts, and how they were solved.
 pub fn report(ticks: &[Tick]) {
@@ -14,7 +14,7 @@ pub fn report(ticks: &[Tick]) {
         println!("{name:18} {:9.1} {:7.1} {:7.1}", at(50), at(99), at(100));
     }
     let count = |kind: &dyn Fn(&Tick) -> bool| ticks.iter().filter(|tick| kind(tick)).count();
-    let solved = count(&|tick| tick.status == Status::Solved);
+    let solved = count(&|tick| tick.error <= 1e-8);
     let worst = ticks.iter().map(|tick| tick.error).fold(0.0, f64::max);
     println!(
         "{solved} of {} steps are solved to 1e-8; the largest error is {worst:.1e}",
@@ -33,7 +33,7 @@ pub fn report(ticks: &[Tick]) {
 }
 
 /// The file of a name in the folder that is the program's first argument, or else in `target`; says that it is drawn there.
-pub fn save(name: &str) -> Result<PathBuf, Failure> {
+pub(crate) fn save(name: &str) -> Result<PathBuf, Failure> {
     let repository = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let target = || {
         PathBuf::from(repository)

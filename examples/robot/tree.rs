@@ -101,12 +101,11 @@ impl Tree {
         for dof in 0..model.joint_count() {
             let name = model.joint_name(dof)?;
             let joint = urdf.joints.iter().find(|joint| joint.name == name);
-            let limit = &joint.ok_or("a joint is missing")?.limit;
             joints.push(Joint {
                 name: name.to_owned(),
                 angle: 0.0,
-                range: [limit.lower, limit.upper],
-                effort: limit.effort,
+                range: [model.joint_lower_limit(dof)?, model.joint_upper_limit(dof)?],
+                effort: joint.map_or(0.0, |joint| joint.limit.effort),
                 target: [0.0; 2],
             });
         }

@@ -4,24 +4,15 @@ use crate::collide::{Point, collide};
 use crate::tree::Tree;
 use crate::{Base, Body, Failure, Joint};
 use indicatif::{ProgressBar, ProgressStyle};
-use nalgebra::{SVector, Vector3, vector};
+use nalgebra::{SVector, Vector3};
 use parry3d_f64::math::Pose;
 use std::path::Path;
 use std::time::Instant;
-use stiction::Surface;
-use stiction::time_stepping::{self as law, Motor};
-use stiction::{
-    Contact, ContactMode, ContactSolution, Kernel, Mixed, RowIndex, RowMode, Settings, Status,
-};
+use stiction::time_stepping::free_impulse;
+use stiction::{ContactMode, ContactSolution, Kernel, Mixed, RowMode, Settings};
 
 /// Length of a step (s).
 pub const STEP: f64 = 1e-3;
-/// Penetration is undone at this speed (m/s, rad/s) at most.
-const RECOVERY: f64 = 0.1;
-/// Relaxation time of rubber (s).
-const RELAXATION: f64 = 5e-3;
-/// Speed (m/s, rad/s) at which nothing here closes.
-const REACH: f64 = 20.0;
 /// Slots: one for each contact, and one for three joint rows.
 const SLOTS: usize = 24;
 
@@ -43,7 +34,7 @@ pub struct World<const N: usize> {
     pub trees: Vec<Tree>,
     /// Velocities of all trees, one after the other.
     pub velocity: SVector<f64, N>,
-    kernel: Box<Kernel<f64, N, 3, SLOTS, Mixed>>,
+    pub(crate) kernel: Box<Kernel<f64, N, 3, SLOTS, Mixed>>,
 }
 
 /// A contact that pushes.
@@ -76,10 +67,7 @@ pub struct Tick {
     pub(crate) rows: Vec<RowMode>,
     /// Of dynamics, collision, contact (µs).
     pub(crate) cost: [f64; 3],
-    /// How the solve ended.
-    pub status: Status,
-    /// And its error.
-    pub error: f64,
+    pub(crate) error: f64,
 }
 
 impl<const N: usize> World<N> {
@@ -172,39 +160,14 @@ impl<const N: usize> World<N> {
         let points = collide(&self.bodies, &dynamics.poses)?;
         let collision_cost = lap();
 
-        let scene = self.kernel.scene_mut();
-        scene.set_mass(&dynamics.mass)?;
-        scene.clear_contacts();
-        let normal = law::compliance(self.stiffness, RELAXATION, STEP);
-        let surface = Surface {
-            compliance: [normal, 0.0],
-            ..Surface::isotropic(self.mu)
-        };
-        for point in &points {
-            let [a, b] = point.pair.map(|body| dynamics.jacobian(body, &point.place));
-            let rigid = law::gap(point.gap, STEP, RECOVERY, REACH);
-            let soft = law::compliant_gap(point.gap, RELAXATION, STEP, REACH);
-            let contact = Contact {
-                jacobian: point.axes * (b - a),
-                offset: vector![
-                    if surface.compliance[0] > 0.0 {
-                        soft
-                    } else {
-                        rigid
-                    },
-                    0.0,
-                    0.0
-                ],
-                mu: self.mu,
-                key: point.key,
-            };
-            scene.push_on(&contact, &surface)?;
-        }
+        self.kernel.scene_mut().set_mass(&dynamics.mass)?;
+        self.kernel.scene_mut().clear_contacts();
+        self.push_contacts(&points, &dynamics)?;
         let rows = self.push_rows()?;
         let (pushed, push) = self.push;
-        let force =
-            dynamics.force + dynamics.jacobians[pushed].fixed_rows::<3>(3).transpose() * push;
-        let impulse = law::free_impulse(&dynamics.mass, &self.velocity, &force, STEP);
+        let linear = dynamics.jacobians[pushed].fixed_rows::<3>(3);
+        let force = dynamics.force + linear.transpose() * push;
+        let impulse = free_impulse(&dynamics.mass, &self.velocity, &force, STEP);
         let solution = self.kernel.solve(&impulse, &Settings::new(1e-8))?;
         if !solution.is_usable(1e-3) {
             return Err(format!("{}, error {:.1e}", solution.status, solution.error).into());
@@ -214,15 +177,10 @@ impl<const N: usize> World<N> {
         let pushing = points.iter().zip(&solution.contacts); // rows stand behind contacts
         let tick = Tick {
             rows: modes.map(|row| row.mode).collect(),
-            touches: pushing
-                .filter_map(|(point, contact)| {
-                    (contact.mode != ContactMode::Open).then(|| Touch::new(point, contact))
-                })
-                .collect(),
+            touches: pushing.filter_map(Touch::new).collect(),
             push: [dynamics.origins[pushed], push],
             poses: dynamics.poses,
             bones: dynamics.bones,
-            status: solution.status,
             error: solution.error,
             cost: [dynamics_cost, collision_cost, lap()],
         };
@@ -235,61 +193,12 @@ impl<const N: usize> World<N> {
         }
         Ok(tick)
     }
-
-    /// The motors, the stops that a joint may reach within the step, and joints that mimic each other.
-    fn push_rows(&mut self) -> Result<Vec<RowIndex>, Failure> {
-        let (mut rows, mut key, mut dof) = (Vec::new(), 0, 0);
-        let (scene, [stiffness, damping]) = (self.kernel.scene_mut(), self.gains);
-        let mut joints = Vec::new();
-        for tree in &self.trees {
-            dof += tree.size() - tree.joints.len();
-            for joint in &tree.joints {
-                let mut row = SVector::<f64, N>::zeros();
-                row[dof] = 1.0;
-                joints.push((&*joint.name, row, joint.angle));
-                let motor = Motor {
-                    stiffness,
-                    damping,
-                    feedforward: 0.0,
-                    limit: joint.effort,
-                };
-                if joint.effort > 0.0 {
-                    let ahead = joint.angle - joint.target[0];
-                    let row = law::motor(row, &motor, ahead, joint.target[1], STEP, key);
-                    rows.push(scene.push_row(&row)?);
-                }
-                let [lower, upper] = joint.range;
-                for (row, distance) in [(row, joint.angle - lower), (-row, upper - joint.angle)] {
-                    key += 1;
-                    if distance < REACH * STEP {
-                        let stop = law::joint_limit(row, distance, STEP, 1.0, REACH, key);
-                        rows.push(scene.push_row(&stop)?);
-                    }
-                }
-                (key, dof) = (key + 1, dof + 1);
-            }
-        }
-        for names in &self.mimics {
-            let find = |name: &str| {
-                joints
-                    .iter()
-                    .position(|joint: &(&str, _, _)| joint.0 == name)
-            };
-            let [Some(one), Some(other)] = names.map(find) else {
-                return Err(format!("there are no joints {names:?}").into());
-            };
-            let ((_, one, at), (_, other, there)) = (joints[one], joints[other]);
-            let gear = law::closed_loop(one - other, at - there, STEP, RECOVERY, key);
-            rows.push(scene.push_row(&gear)?);
-            key += 1;
-        }
-        Ok(rows)
-    }
 }
 
 impl Touch {
-    fn new(point: &Point, contact: &ContactSolution<f64, 3>) -> Self {
-        Self {
+    /// That of a contact, unless it is open.
+    fn new((point, contact): (&Point, &ContactSolution<f64, 3>)) -> Option<Self> {
+        (contact.mode != ContactMode::Open).then(|| Self {
             pair: point.pair,
             place: point.place,
             force: point.axes.transpose() * contact.impulse / STEP,
@@ -297,19 +206,26 @@ impl Touch {
             gap: point.gap,
             slip: contact.velocity.yz().norm(),
             mode: contact.mode,
-        }
+        })
     }
 }
 
 impl Tick {
-    /// Contacts of a body: all that are shapes of the same link.
-    pub fn touches_of<'a>(
-        &'a self,
-        bodies: &'a [Body],
-        name: &'a str,
-    ) -> impl Iterator<Item = &'a Touch> {
+    /// The fastest slip of all contacts (m/s).
+    #[must_use]
+    pub fn slip(&self) -> f64 {
         self.touches
             .iter()
-            .filter(move |touch| touch.pair.iter().any(|&body| bodies[body].name == name))
+            .map(|touch| touch.slip)
+            .fold(0.0, f64::max)
     }
+}
+
+#[test]
+fn a_world_of_another_size_is_refused_with_the_right_one() {
+    let mut world = World::<3>::new(0.8, [60.0, 1.0]);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("leg.urdf");
+    world.load(&file, Base::Bolted, [0.0; 3]).unwrap();
+    let refused = world.step().err().unwrap().to_string();
+    assert!(refused.contains("World::<4>"), "{refused}");
 }
