@@ -89,7 +89,7 @@ fn slipped(world: &Cell, ticks: &[Tick]) -> f64 {
     ticks.iter().map(|tick| slip(world, tick) * STEP).sum()
 }
 
-/// With which force of the motor it begins to slip (N).
+/// The last force of the yielding motor at which it does not slip (N).
 fn weakest(world: &Cell, ticks: &[Tick]) -> f64 {
     let yields = (0..).map(f64::from).zip(&ticks[7400..8400]);
     let held = yields.take_while(|(_, tick)| slip(world, tick) < 1e-5);
@@ -102,7 +102,7 @@ fn check(world: &Cell, ticks: &[Tick]) -> Result<(), Failure> {
     let weight = world.trees[1].weight()?;
     let holds = &ticks[2800];
     let carried: Vector3<f64> = holds.touches.iter().map(|touch| touch.force).sum();
-    if (carried - Vector3::z() * weight).norm() > 0.01 * weight {
+    if (carried - Vector3::z() * weight).norm() > 1e-3 * weight {
         return Err(format!("pads carry {carried:?}, not {weight:.2} N").into());
     }
     let lifted = holds.push[0].z - ticks[0].push[0].z;
@@ -122,9 +122,8 @@ fn main() -> Result<(), Failure> {
     check(&world, &ticks)?;
     let slipped = 1e3 * slipped(&world, &ticks[1000..7400]);
     let (force, paper) = (weakest(&world, &ticks), world.trees[1].weight()? / MU);
-    println!(
-        "the bottle slips by {slipped:.1e} mm, until the motor yields, and then at {force:.2} N; on paper {paper:.2} N"
-    );
+    println!("the bottle slips by {slipped:.1e} mm until the motor yields");
+    println!("it is held down to {force:.2} N; on paper {paper:.2} N");
     let film = Film {
         moments: &MOMENTS,
         middle: |_| 0.0,
@@ -145,7 +144,7 @@ fn the_bottle_is_held_until_the_motor_yields_and_then_stands() {
     check(&world, &ticks).unwrap();
     assert!(slipped(&world, &ticks[1000..7400]) < 1e-6);
     let paper = world.trees[1].weight().unwrap() / MU;
-    assert!((weakest(&world, &ticks) / paper - 1.0).abs() < 0.01);
+    assert!((weakest(&world, &ticks) / paper - 1.0).abs() < 3e-3); // it yields by 20 N/s, 0.02 N a step
     let (bottle, end) = (&world.trees[1], &ticks[ticks.len() - 1]);
     assert!((end.push[0] - ticks[0].push[0]).norm() < 2e-3); // back where it stood
     assert!((bottle.turn * Vector3::z()).z > 0.9999);
@@ -153,7 +152,7 @@ fn the_bottle_is_held_until_the_motor_yields_and_then_stands() {
 
 #[test]
 fn a_little_more_than_the_force_on_paper_lifts_the_bottle_and_half_of_it_does_not() {
-    let paper = 0.5 * 9.81 / MU;
+    let paper = 0.5 * robot::GRAVITY / MU;
     let (world, ticks) = run(1.2 * paper, 3.0).unwrap();
     check(&world, &ticks).unwrap();
     let (world, ticks) = run(0.5 * paper, 3.0).unwrap();

@@ -20,7 +20,7 @@ mod world;
 pub use collide::Body;
 pub use draw::{Curve, Film};
 pub use report::report;
-pub use tree::{Base, Joint, Tree};
+pub use tree::{Base, GRAVITY, Joint, Tree};
 pub use world::{STEP, Tick, Touch, World};
 
 /// What went wrong, in words.

@@ -12,6 +12,9 @@ use std::ops::Range;
 use std::path::Path;
 use urdf_rs::Geometry;
 
+/// Gravity of `dynibo` (m/s²).
+pub const GRAVITY: f64 = 9.80665;
+
 /// How the root link of a tree stands in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
@@ -140,7 +143,7 @@ impl Tree {
         for link in 0..self.model.link_count() {
             mass += self.model.link_mass(self.model.link_id_at(link)?)?;
         }
-        Ok(mass * 9.81)
+        Ok(mass * GRAVITY)
     }
 
     /// Moves it with the velocities at the end of a step.

@@ -229,3 +229,19 @@ fn a_world_of_another_size_is_refused_with_the_right_one() {
     let refused = world.step().err().unwrap().to_string();
     assert!(refused.contains("World::<4>"), "{refused}");
 }
+
+#[test]
+fn a_bottle_falls_and_spins_as_on_paper() {
+    let mut world = World::<6>::new(0.8, [0.0, 0.0]);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("bottle.urdf");
+    world.load(&file, Base::Free, [0.0, 0.0, 1.0]).unwrap();
+    world.velocity[2] = 3.0; // about the vertical (rad/s)
+    let ticks = world.run(0.1, |_, _| Ok(())).unwrap();
+    let (steps, bottle) = (
+        f64::from(u32::try_from(ticks.len()).unwrap()),
+        &world.trees[0],
+    );
+    let fallen = crate::GRAVITY * STEP * STEP * steps * (steps + 1.0) / 2.0;
+    assert!((bottle.place - Vector3::z() * (1.0 - fallen)).norm() < 1e-12);
+    assert!((bottle.turn.scaled_axis() - Vector3::z() * 0.3).norm() < 1e-12);
+}
