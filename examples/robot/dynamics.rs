@@ -9,6 +9,7 @@ use parry3d_f64::math::{Pose, Rotation, Vector};
 /// The dynamics of all trees, and of each body its pose, the origin of its link and the Jacobian of that.
 pub(crate) struct Dynamics<const N: usize> {
     pub(crate) mass: SMatrix<f64, N, N>,
+    /// Coriolis and centrifugal forces, and weight.
     pub(crate) force: SVector<f64, N>,
     pub(crate) poses: Vec<Pose>,
     pub(crate) origins: Vec<Vector3<f64>>,
@@ -21,10 +22,11 @@ impl<const N: usize> World<N> {
     pub(crate) fn dynamics(&mut self) -> Result<Dynamics<N>, Failure> {
         let size: usize = self.trees.iter().map(Tree::size).sum();
         if size != N {
-            return Err(format!(
-                "a world of {size} velocities is made with World::<{size}>, not {N}"
-            )
-            .into());
+            let right = format!("World::<{size}>, not {N}");
+            return Err(format!("a world of {size} velocities is made with {right}").into());
+        }
+        if self.bodies.is_empty() {
+            return Err("nothing has a shape that could collide".into());
         }
         let mut all = Dynamics::<N> {
             mass: SMatrix::zeros(),
@@ -36,31 +38,34 @@ impl<const N: usize> World<N> {
         };
         let mut first = 0;
         for (index, tree) in self.trees.iter_mut().enumerate() {
-            let size = tree.size();
-            let own = || {
-                self.bodies
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, body)| body.tree == index)
-            };
-            let links = own().map(|(_, body)| body.link);
-            let one = tree.dynamics(&self.velocity.as_slice()[first..first + size], links)?;
-            all.mass
-                .view_mut((first, first), (size, size))
-                .copy_from(&one.mass);
-            all.force.rows_mut(first, size).copy_from(&-one.bias);
-            for ((i, body), jacobian) in own().zip(&one.jacobians) {
-                all.poses[i] = one.frames[body.link] * body.local;
-                all.origins[i] = vector(one.frames[body.link].translation);
-                all.jacobians[i]
-                    .columns_mut(first, size)
-                    .copy_from(jacobian);
+            let (kept, size) = (tree.kept(), tree.size());
+            let (base, v) = tree.state(&self.velocity.as_slice()[first..first + size])?;
+            let angles: Vec<_> = tree.joints.iter().map(|joint| joint.angle).collect();
+            let (rates, still, model) = (&v[6..], vec![0.0; angles.len()], &mut tree.model);
+            let (mut mass, mut bias) = (DMatrix::zeros(v.len(), v.len()), DVector::zeros(v.len()));
+            model.mass_matrix(&base, &angles, mass.as_mut_slice())?;
+            model.inverse_dynamics(&base, &angles, rates, &still, &[], bias.as_mut_slice())?;
+            // A base that is bolted down neither moves nor accelerates: its rows and columns go.
+            let mut block = all.mass.view_mut((first, first), (size, size));
+            block.copy_from(&mass.view_range(kept.clone(), kept.clone()));
+            let mut force = all.force.rows_mut(first, size);
+            force.copy_from(&-bias.rows_range(kept.clone()));
+
+            let mut frames = vec![Frame::identity(); model.link_count()];
+            model.forward_kinematics_all(&base, &angles, &mut frames)?;
+            let frames: Vec<_> = frames.iter().map(pose).collect();
+            let own = |(_, body): &(usize, &crate::Body)| body.tree == index;
+            for (i, body) in self.bodies.iter().enumerate().filter(own) {
+                all.poses[i] = frames[body.link] * body.local;
+                all.origins[i] = vector(frames[body.link].translation);
+                let (mut jacobian, link) =
+                    (DMatrix::zeros(6, v.len()), model.link_id_at(body.link)?);
+                model.jacobian(&base, &angles, link, jacobian.as_mut_slice())?;
+                let mut columns = all.jacobians[i].columns_mut(first, size);
+                columns.copy_from(&jacobian.columns_range(kept.clone()));
             }
-            let bones = tree
-                .bones
-                .iter()
-                .map(|bone| bone.map(|link| vector(one.frames[link].translation)));
-            all.bones.extend(bones);
+            let ends = |bone: &[usize; 2]| bone.map(|link| vector(frames[link].translation));
+            all.bones.extend(tree.bones.iter().map(ends));
             first += size;
         }
         Ok(all)
@@ -75,63 +80,23 @@ impl<const N: usize> Dynamics<N> {
     }
 }
 
-/// Those of one tree: `M`, bias forces (Coriolis, centrifugal, weight), frames of links, and a Jacobian for each body.
-struct OfTree {
-    mass: DMatrix<f64>,
-    bias: DVector<f64>,
-    frames: Vec<Pose>,
-    jacobians: Vec<DMatrix<f64>>,
+impl Tree {
+    /// Its base, and velocities with those of the base, also if that is bolted down.
+    fn state(&self, velocity: &[f64]) -> dynibo::Result<(BaseState, Vec<f64>)> {
+        let mut v = vec![0.0; 6 + self.joints.len()];
+        v[self.kept()].copy_from_slice(velocity);
+        // `dynibo` stands on another nalgebra than stiction: numbers go across as arrays.
+        let part = |first: usize| [v[first], v[first + 1], v[first + 2]].into();
+        let [place, turn] = [self.place, self.turn.scaled_axis()].map(<[f64; 3]>::from);
+        let frame = Frame::new(place.into(), turn.into());
+        let base = BaseState::new(frame, Twist::new(part(0), part(3)), Twist::zeros())?;
+        Ok((base, v))
+    }
 }
 
-impl Tree {
-    /// Its dynamics at these velocities, with Jacobians of these links.
-    fn dynamics(
-        &mut self,
-        velocity: &[f64],
-        links: impl Iterator<Item = usize>,
-    ) -> dynibo::Result<OfTree> {
-        let (kept, all) = (self.kept(), 6 + self.joints.len());
-        let mut v = vec![0.0; all];
-        v[kept.clone()].copy_from_slice(velocity);
-        // `dynibo` stands on another nalgebra than stiction: numbers go across as arrays.
-        let vector = |first: usize| [v[first], v[first + 1], v[first + 2]].into();
-        let array = |vector: Vector3<f64>| <[f64; 3]>::from(vector);
-        let frame = Frame::new(
-            array(self.place).into(),
-            array(self.turn.scaled_axis()).into(),
-        );
-        let base = BaseState::new(frame, Twist::new(vector(0), vector(3)), Twist::zeros())?;
-        let angles: Vec<_> = self.joints.iter().map(|joint| joint.angle).collect();
-        let (mut mass, mut bias) = (DMatrix::zeros(all, all), DVector::zeros(all));
-        let (model, still) = (&mut self.model, vec![0.0; angles.len()]);
-        model.mass_matrix(&base, &angles, mass.as_mut_slice())?;
-        model.inverse_dynamics(&base, &angles, &v[6..], &still, &[], bias.as_mut_slice())?;
-        let mut frames = vec![Frame::identity(); model.link_count()];
-        model.forward_kinematics_all(&base, &angles, &mut frames)?;
-        let mut jacobians = Vec::new();
-        for link in links {
-            let mut jacobian = DMatrix::zeros(6, all);
-            model.jacobian(
-                &base,
-                &angles,
-                model.link_id_at(link)?,
-                jacobian.as_mut_slice(),
-            )?;
-            jacobians.push(jacobian.columns_range(kept.clone()).into_owned());
-        }
-        let frames = frames.iter().map(|frame| {
-            let (p, q) = (frame.translation, frame.rotation);
-            Pose::from_parts(
-                Vector::new(p.x, p.y, p.z),
-                Rotation::from_xyzw(q.i, q.j, q.k, q.w),
-            )
-        });
-        // A base that is bolted down neither moves nor accelerates: its rows and columns go.
-        Ok(OfTree {
-            mass: mass.view_range(kept.clone(), kept.clone()).into_owned(),
-            bias: bias.rows_range(kept).into_owned(),
-            frames: frames.collect(),
-            jacobians,
-        })
-    }
+/// A frame in the types of parry.
+fn pose(frame: &Frame) -> Pose {
+    let (p, q) = (frame.translation, frame.rotation);
+    let turn = Rotation::from_xyzw(q.i, q.j, q.k, q.w);
+    Pose::from_parts(Vector::new(p.x, p.y, p.z), turn)
 }
