@@ -1,7 +1,7 @@
 //! What the joints are told: to stand, or to trot with feet that land where they catch the torso.
 
-use crate::robot::{JOINTS, Robot};
 use nalgebra::{Vector2, Vector3, vector};
+use robot::{STEP, World};
 use std::f64::consts::PI;
 
 const PERIOD: f64 = 0.4;
@@ -17,12 +17,13 @@ const LENGTH: f64 = 0.16;
 const HIP: [f64; 2] = [0.17, 0.07];
 const OUT: f64 = 0.05;
 
-/// Feet's targets in the torso's frame, and the angles that go with them.
+/// Feet's targets in the torso's frame.
 pub(crate) struct Gait {
     feet: [Vector3<f64>; 4],
-    pub(crate) angles: [f64; JOINTS],
-    pub(crate) rates: [f64; JOINTS],
 }
+
+const LEGS: [&str; 4] = ["FL", "FR", "RL", "RR"];
+const PARTS: [&str; 3] = ["hip", "thigh", "calf"];
 
 /// +1 for legs ahead and at the left, -1 for the others.
 const SIGNS: [[f64; 2]; 4] = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
@@ -46,44 +47,50 @@ fn angles(leg: usize, foot: &Vector3<f64>) -> [f64; 3] {
 
 impl Gait {
     pub(crate) fn standing() -> Self {
-        let feet = [0, 1, 2, 3].map(neutral);
-        let angles = std::array::from_fn(|i| angles(i / 3, &feet[i / 3])[i % 3]);
-        let rates = [0.0; JOINTS];
         Self {
-            feet,
-            angles,
-            rates,
+            feet: [0, 1, 2, 3].map(neutral),
         }
     }
 
     /// Moves the targets on by one step: `trot` seconds into a trot at `speed` (m/s), or standing.
-    pub(crate) fn advance(&mut self, robot: &Robot, trot: Option<f64>, speed: f64, step: f64) {
+    pub(crate) fn advance<const N: usize>(
+        &mut self,
+        world: &World<N>,
+        trot: Option<f64>,
+        speed: f64,
+    ) {
         if let Some(time) = trot {
-            let yaw = robot.turn.euler_angles().2;
-            let flat = robot.turn.inverse() * Vector3::from(robot.velocity.fixed_rows::<3>(3));
-            let wish = vector![speed, (-robot.place.y - speed * yaw).clamp(-0.1, 0.1)];
+            let (torso, velocity) = (&world.trees[0], world.velocity.fixed_rows::<3>(3));
+            let yaw = torso.turn.euler_angles().2;
+            let flat = torso.turn.inverse() * Vector3::from(velocity);
+            let wish = vector![speed, (-torso.place.y - speed * yaw).clamp(-0.1, 0.1)];
             let turn = (-2.0 * yaw).clamp(-0.5, 0.5);
             for (leg, foot) in self.feet.iter_mut().enumerate() {
                 let home = neutral(leg);
                 let along: Vector2<f64> = wish + turn * vector![-home.y, home.x];
                 let pair = if leg == 0 || leg == 3 { 0.0 } else { 0.5 };
                 let swung = (time / PERIOD + pair).fract() / SWING;
-                let mut to = foot.xy() - along * step; // with the ground
+                let mut to = foot.xy() - along * STEP; // with the ground
                 if swung < AHEAD {
                     let catch = (flat.xy() - wish) * 0.12;
                     let land = home.xy() + along * (PERIOD * (1.0 - SWING) / 2.0) + catch;
                     let left = (AHEAD - swung) * SWING * PERIOD;
-                    to = foot.xy() + (land - foot.xy()) * (step / left).min(1.0);
+                    to = foot.xy() + (land - foot.xy()) * (STEP / left).min(1.0);
                 }
                 let lift = LIFT * (PI * swung.min(1.0)).sin().powi(2);
                 *foot = vector![to.x, to.y, -HEIGHT + lift];
             }
         }
-        for leg in 0..4 {
-            for (i, angle) in (3 * leg..).zip(angles(leg, &self.feet[leg])) {
-                self.rates[i] = (angle - self.angles[i]) / step;
-                self.angles[i] = angle;
-            }
-        }
+    }
+
+    /// What each joint has to be for the feet to be at their targets, by name.
+    pub(crate) fn angles(&self) -> Vec<(String, f64)> {
+        let leg = |leg: usize| {
+            PARTS
+                .map(|part| format!("{}_{part}", LEGS[leg]))
+                .into_iter()
+                .zip(angles(leg, &self.feet[leg]))
+        };
+        (0..4).flat_map(leg).collect()
     }
 }

@@ -1,235 +1,247 @@
-//! One step of the robot on its terrain: contacts from `parry3d`, limits and motors as joint rows, solved by stiction.
+//! Trees among ground and each other, and their time step.
 
-use crate::gait::Gait;
-use crate::robot::{Dynamics, N, Robot};
-use nalgebra::{Matrix3, SVector, UnitQuaternion, Vector3, vector};
-use parry3d_f64::math::{Pose, Vector};
-use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
-use parry3d_f64::shape::SharedShape;
-use std::error::Error;
+use crate::collide::{Point, collide};
+use crate::tree::Tree;
+use crate::{Base, Body, Failure, Joint};
+use indicatif::{ProgressBar, ProgressStyle};
+use nalgebra::{SVector, Vector3};
+use parry3d_f64::math::Pose;
+use std::path::Path;
 use std::time::Instant;
-use stiction::time_stepping::{self as law, Motor};
-use stiction::{
-    Contact, ContactMode, ContactSolution, Kernel, Mixed, RowIndex, RowMode, Settings, Status,
-};
+use stiction::time_stepping::free_impulse;
+use stiction::{ContactMode, ContactSolution, Kernel, Mixed, RowMode, Settings};
 
 /// Length of a step (s).
-pub(crate) const STEP: f64 = 1e-3;
-/// Where the floor steps up, and by how much (m).
-pub(crate) const EDGE: f64 = 0.6;
-pub(crate) const RISE: f64 = 0.03;
-const MU: f64 = 0.6;
-/// Points within this distance (m) become contacts; penetration is undone at 0.1 m/s at most.
-const NEAR: f64 = 0.02;
-const RECOVERY: f64 = 0.1;
-/// Speed (m/s, rad/s) at which nothing here closes.
-const REACH: f64 = 20.0;
-/// Gains of each motor (N m/rad, N m s/rad).
-const MOTOR: Motor<f64> = Motor {
-    stiffness: 80.0,
-    damping: 3.0,
-    feedforward: 0.0,
-    limit: 0.0,
-};
-/// Slots: four of motors, up to four of stops, and 16 contacts.
+pub const STEP: f64 = 1e-3;
+/// Slots: one for each contact, and one for three joint rows.
 const SLOTS: usize = 24;
 
-/// What a foot does: its force (N, world), its speed along the ground (m/s), and its gap to it (m).
-#[derive(Clone, Copy)]
-pub(crate) struct Foot {
-    pub(crate) force: Vector3<f64>,
-    pub(crate) slip: f64,
-    pub(crate) mode: ContactMode,
-    pub(crate) gap: f64,
+/// A world of `N` velocities in all.
+pub struct World<const N: usize> {
+    /// Friction coefficient of all that touches.
+    pub mu: f64,
+    /// How stiff rubber between all that touches is (N/m); infinite is rigid.
+    pub stiffness: f64,
+    /// Gains of each motor: of the position (N·m/rad, N/m), and of the velocity (N·m·s/rad, N·s/m).
+    pub gains: [f64; 2],
+    /// A body that is pushed at the origin of its link, and with which force (N).
+    pub push: (usize, Vector3<f64>),
+    /// Joints that mimic each other: both of a pair are at the same angle.
+    pub mimics: Vec<[&'static str; 2]>,
+    /// What may touch: ground, and the shapes of all trees.
+    pub bodies: Vec<Body>,
+    /// Robots and things.
+    pub trees: Vec<Tree>,
+    /// Velocities of all trees, one after the other.
+    pub velocity: SVector<f64, N>,
+    pub(crate) kernel: Box<Kernel<f64, N, 3, SLOTS, Mixed>>,
 }
 
-impl Foot {
-    const OPEN: Self = Self {
-        force: Vector3::new(0.0, 0.0, 0.0),
-        slip: 0.0,
-        mode: ContactMode::Open,
-        gap: NEAR,
-    };
-
-    /// Adds one of its contacts; it slips if one of them does.
-    fn add(&mut self, gap: f64, force: Vector3<f64>, contact: &ContactSolution<f64, 3>) {
-        self.gap = self.gap.min(gap);
-        if contact.mode != ContactMode::Open {
-            self.force += force;
-            self.slip = self.slip.max(contact.velocity.yz().norm());
-        }
-        if contact.mode == ContactMode::Slip || self.mode == ContactMode::Open {
-            self.mode = contact.mode;
-        }
-    }
+/// A contact that pushes.
+pub struct Touch {
+    /// The bodies.
+    pub pair: [usize; 2],
+    /// Where (m).
+    pub place: Vector3<f64>,
+    /// Force on the second body (N).
+    pub force: Vector3<f64>,
+    /// Its part along the normal (N).
+    pub normal: f64,
+    /// Its gap (m), negative in penetration.
+    pub gap: f64,
+    /// Speed along the surface (m/s).
+    pub slip: f64,
+    /// Whether it sticks or slips.
+    pub mode: ContactMode,
 }
 
 /// What happened in a step.
-pub(crate) struct Tick {
-    pub(crate) place: Vector3<f64>,
-    pub(crate) turn: UnitQuaternion<f64>,
-    pub(crate) legs: [[Vector3<f64>; 4]; 4],
-    pub(crate) feet: [Foot; 4],
+pub struct Tick {
+    /// Where the shapes of bodies were, and which line each joint makes from link to link.
+    pub(crate) poses: Vec<Pose>,
+    pub(crate) bones: Vec<[Vector3<f64>; 2]>,
+    /// Where the world was pushed (m), and how (N).
+    pub push: [Vector3<f64>; 2],
+    /// Contacts that pushed.
+    pub touches: Vec<Touch>,
     pub(crate) rows: Vec<RowMode>,
     /// Of dynamics, collision, contact (µs).
     pub(crate) cost: [f64; 3],
-    /// Further budgets that the solve was given, how it ended, and its error.
-    pub(crate) resumed: usize,
-    pub(crate) status: Status,
     pub(crate) error: f64,
 }
 
-pub(crate) struct World {
-    pub(crate) robot: Robot,
-    terrain: [(Pose, SharedShape); 2],
-    kernel: Box<Kernel<f64, N, 3, SLOTS, Mixed>>,
-}
-
-/// A point of a body near the ground: its normal and tangents as rows, where it is from the body's frame.
-struct Point {
-    body: usize,
-    axes: Matrix3<f64>,
-    arm: Vector3<f64>,
-    gap: f64,
-    key: u32,
-}
-
-impl World {
-    pub(crate) fn new(robot: Robot) -> Self {
-        let slab = |from: f64, to: f64, top: f64| {
-            let pose = Pose::from_translation(Vector::new(f64::midpoint(from, to), 0.0, top - 0.5));
-            (pose, SharedShape::cuboid((to - from) / 2.0, 4.0, 0.5))
-        };
-        let terrain = [slab(-4.0, 8.0, 0.0), slab(EDGE, 8.0, RISE)];
+impl<const N: usize> World<N> {
+    /// An empty world with a friction coefficient and the gains of all motors.
+    #[must_use]
+    pub fn new(mu: f64, gains: [f64; 2]) -> Self {
         Self {
-            robot,
-            terrain,
+            mu,
+            stiffness: f64::INFINITY,
+            gains,
+            push: (0, Vector3::zeros()),
+            mimics: Vec::new(),
+            bodies: Vec::new(),
+            trees: Vec::new(),
+            velocity: SVector::zeros(),
             kernel: Box::new(Kernel::mixed()),
         }
     }
 
-    /// One step towards the targets of a gait, while a force (N) pushes the torso.
-    pub(crate) fn step(&mut self, gait: &Gait, push: Vector3<f64>) -> Result<Tick, Box<dyn Error>> {
-        let since = |begin: Instant| begin.elapsed().as_secs_f64() * 1e6;
-        let begin = Instant::now();
-        let dynamics = self.robot.dynamics()?;
-        let dynamics_cost = since(begin);
-        let begin = Instant::now();
-        let points = self.find_contacts(&dynamics)?;
-        let collision_cost = since(begin);
-        let begin = Instant::now();
-        let scene = self.kernel.scene_mut();
-        scene.set_mass(&dynamics.mass)?;
-        scene.clear_contacts();
-        for point in &points {
-            let jacobian = &dynamics.jacobians[point.body];
-            let (angular, linear) = (jacobian.fixed_rows::<3>(0), jacobian.fixed_rows::<3>(3));
-            scene.push(&Contact {
-                jacobian: point.axes * (linear - point.arm.cross_matrix() * angular),
-                offset: vector![law::gap(point.gap, STEP, RECOVERY, REACH), 0.0, 0.0],
-                mu: MU,
-                key: point.key,
-            })?;
+    /// Adds a block of ground between two corners (m).
+    pub fn ground(&mut self, name: &str, from: [f64; 3], to: [f64; 3]) {
+        self.bodies.push(Body::ground(name, from.into(), to.into()));
+    }
+
+    /// Adds a robot or a thing from a URDF file, with its root at a place (m).
+    pub fn load(&mut self, file: &Path, base: Base, place: [f64; 3]) -> Result<(), Failure> {
+        let (mut tree, bodies) = Tree::load(file, base)?;
+        tree.place = place.into();
+        let index = self.trees.len();
+        let owned = bodies.into_iter().map(|body| Body {
+            tree: index,
+            ..body
+        });
+        self.bodies.extend(owned);
+        self.trees.push(tree);
+        Ok(())
+    }
+
+    /// The joint of a name.
+    pub fn joint(&mut self, name: &str) -> Result<&mut Joint, Failure> {
+        let mut joints = self.trees.iter_mut().flat_map(|tree| &mut tree.joints);
+        let found = joints.find(|joint| joint.name == name);
+        found.ok_or_else(|| format!("there is no joint {name}").into())
+    }
+
+    /// The first body of a link of this name.
+    pub fn body(&self, name: &str) -> Result<usize, Failure> {
+        let found = self.bodies.iter().position(|body| body.name == name);
+        found.ok_or_else(|| format!("there is no body {name}").into())
+    }
+
+    /// Tells the motor of a joint where to be after the next step (rad, m).
+    pub fn aim(&mut self, name: &str, angle: f64) -> Result<(), Failure> {
+        let joint = self.joint(name)?;
+        joint.target = [angle, (angle - joint.target[0]) / STEP];
+        Ok(())
+    }
+
+    /// Lets `seconds` pass, with a progress bar; `control` aims and pushes before each step, which it is told the time of (s).
+    pub fn run(
+        &mut self,
+        seconds: f64,
+        mut control: impl FnMut(&mut Self, f64) -> Result<(), Failure>,
+    ) -> Result<Vec<Tick>, Failure> {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let steps = (seconds / STEP).round() as u32;
+        let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} steps, {eta} left")?;
+        let progress = ProgressBar::new(steps.into()).with_style(style);
+        let mut ticks = Vec::new();
+        for step in 0..steps {
+            let time = f64::from(step) * STEP;
+            control(self, time)?;
+            let tick = self.step();
+            ticks.push(tick.map_err(|error| format!("at {time:.3} s: {error}"))?);
+            progress.inc(1);
         }
-        let rows = self.push_rows(gait)?;
-        let mut force = -dynamics.bias;
-        let mut pushed = force.fixed_rows_mut::<3>(3);
-        pushed += push;
-        let impulse = law::free_impulse(&dynamics.mass, &self.robot.velocity, &force, STEP);
-        let settings = Settings::new(1e-8);
-        let mut solution = self.kernel.solve(&impulse, &settings)?;
-        let mut resumed = 0;
-        while solution.status == Status::OutOfBudget && resumed < 3 {
-            resumed += 1;
-            solution = self.kernel.resume(&impulse, &settings)?;
-        }
-        let cost = [dynamics_cost, collision_cost, since(begin)];
+        progress.finish_and_clear();
+        Ok(ticks)
+    }
+
+    /// One time step: dynamics, collisions, contacts and rows, their solution, new places.
+    pub fn step(&mut self) -> Result<Tick, Failure> {
+        let mut begin = Instant::now();
+        let mut lap = || {
+            let before = std::mem::replace(&mut begin, Instant::now());
+            (begin - before).as_secs_f64() * 1e6
+        };
+        let dynamics = self.dynamics()?;
+        let dynamics_cost = lap();
+        let points = collide(&self.bodies, &dynamics.poses)?;
+        let collision_cost = lap();
+
+        self.kernel.scene_mut().set_mass(&dynamics.mass)?;
+        self.kernel.scene_mut().clear_contacts();
+        self.push_contacts(&points, &dynamics)?;
+        let rows = self.push_rows()?;
+        let (pushed, push) = self.push;
+        let linear = dynamics.jacobians[pushed].fixed_rows::<3>(3);
+        let force = dynamics.force + linear.transpose() * push;
+        let impulse = free_impulse(&dynamics.mass, &self.velocity, &force, STEP);
+        let solution = self.kernel.solve(&impulse, &Settings::new(1e-8))?;
         if !solution.is_usable(1e-3) {
             return Err(format!("{}, error {:.1e}", solution.status, solution.error).into());
         }
 
-        let mut tick = Tick {
-            place: self.robot.place,
-            turn: self.robot.turn,
-            legs: dynamics.legs,
-            feet: [Foot::OPEN; 4],
-            rows: rows
-                .iter()
-                .filter_map(|&row| solution.row(row))
-                .map(|row| row.mode)
-                .collect(),
-            cost,
-            resumed,
-            status: solution.status,
+        let modes = rows.iter().filter_map(|&row| solution.row(row));
+        let pushing = points.iter().zip(&solution.contacts); // rows stand behind contacts
+        let tick = Tick {
+            rows: modes.map(|row| row.mode).collect(),
+            touches: pushing.filter_map(Touch::new).collect(),
+            push: [dynamics.origins[pushed], push],
+            poses: dynamics.poses,
+            bones: dynamics.bones,
             error: solution.error,
+            cost: [dynamics_cost, collision_cost, lap()],
         };
-        for (point, contact) in points.iter().zip(&solution.contacts) {
-            if let Some(foot) = self.robot.bodies[point.body].foot {
-                let force = point.axes.transpose() * contact.impulse / STEP;
-                tick.feet[foot].add(point.gap, force, contact);
-            }
+        self.velocity = solution.velocity;
+        let mut rest = self.velocity.as_slice();
+        for tree in &mut self.trees {
+            let (own, others) = rest.split_at(tree.size());
+            tree.advance(own, STEP);
+            rest = others;
         }
-        self.robot.advance(solution.velocity, STEP);
         Ok(tick)
     }
+}
 
-    /// All points of the robot that are near the terrain.
-    fn find_contacts(&self, dynamics: &Dynamics) -> Result<Vec<Point>, Box<dyn Error>> {
-        let (mut points, mut key) = (Vec::new(), 0);
-        let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
-        for (body, pose) in dynamics.poses.iter().enumerate() {
-            for (ground, shape) in &self.terrain {
-                let (relative, below) = (ground.inv_mul(pose), &*self.robot.bodies[body].shape);
-                manifolds.clear();
-                DefaultQueryDispatcher
-                    .contact_manifolds(&relative, &**shape, below, NEAR, &mut manifolds, &mut None)
-                    .map_err(|error| error.to_string())?;
-                key += 1; // the points of a pair follow one another
-                for manifold in &manifolds {
-                    let normal = ground.rotation * manifold.local_n1;
-                    let normal: Vector3<f64> = <[f64; 3]>::from(normal).into();
-                    let ahead = Vector3::y().cross(&normal).normalize(); // no wall faces sideways
-                    let rows = [normal, ahead, normal.cross(&ahead)].map(|axis| axis.transpose());
-                    for point in manifold.points.iter().filter(|point| point.dist < NEAR) {
-                        let arm = <[f64; 3]>::from(pose.rotation * point.local_p2).into();
-                        let (axes, gap) = (Matrix3::from_rows(&rows), point.dist);
-                        points.push(Point {
-                            body,
-                            axes,
-                            arm,
-                            gap,
-                            key,
-                        });
-                    }
-                }
-            }
-        }
-        Ok(points)
+impl Touch {
+    /// That of a contact, unless it is open.
+    fn new((point, contact): (&Point, &ContactSolution<f64, 3>)) -> Option<Self> {
+        (contact.mode != ContactMode::Open).then(|| Self {
+            pair: point.pair,
+            place: point.place,
+            force: point.axes.transpose() * contact.impulse / STEP,
+            normal: contact.impulse[0] / STEP,
+            gap: point.gap,
+            slip: contact.velocity.yz().norm(),
+            mode: contact.mode,
+        })
     }
+}
 
-    /// The motors, and the stops that a joint may reach within the step.
-    fn push_rows(&mut self, gait: &Gait) -> Result<Vec<RowIndex>, stiction::Error> {
-        let (mut rows, mut key) = (Vec::new(), 0);
-        let scene = self.kernel.scene_mut();
-        for (dof, joint) in self.robot.joints.iter().enumerate() {
-            let (angle, mut row) = (self.robot.angles[dof], SVector::<f64, N>::zeros());
-            row[6 + dof] = 1.0;
-            let motor = Motor {
-                limit: joint.effort,
-                ..MOTOR
-            };
-            let (ahead, rate) = (angle - gait.angles[joint.index], gait.rates[joint.index]);
-            rows.push(scene.push_row(&law::motor(row, &motor, ahead, rate, STEP, key))?);
-            let [lower, upper] = joint.range;
-            for (row, distance) in [(row, angle - lower), (-row, upper - angle)] {
-                key += 1;
-                if distance < REACH * STEP {
-                    let stop = law::joint_limit(row, distance, STEP, 1.0, REACH, key);
-                    rows.push(scene.push_row(&stop)?);
-                }
-            }
-            key += 1;
-        }
-        Ok(rows)
+impl Tick {
+    /// The fastest slip of all contacts (m/s).
+    #[must_use]
+    pub fn slip(&self) -> f64 {
+        self.touches
+            .iter()
+            .map(|touch| touch.slip)
+            .fold(0.0, f64::max)
     }
+}
+
+#[test]
+fn a_world_of_another_size_is_refused_with_the_right_one() {
+    let mut world = World::<3>::new(0.8, [60.0, 1.0]);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("leg.urdf");
+    world.load(&file, Base::Bolted, [0.0; 3]).unwrap();
+    let refused = world.step().err().unwrap().to_string();
+    assert!(refused.contains("World::<4>"), "{refused}");
+}
+
+#[test]
+fn a_bottle_falls_and_spins_as_on_paper() {
+    let mut world = World::<6>::new(0.8, [0.0, 0.0]);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("bottle.urdf");
+    world.load(&file, Base::Free, [0.0, 0.0, 1.0]).unwrap();
+    world.velocity[2] = 3.0; // about the vertical (rad/s)
+    let ticks = world.run(0.1, |_, _| Ok(())).unwrap();
+    let (steps, bottle) = (
+        f64::from(u32::try_from(ticks.len()).unwrap()),
+        &world.trees[0],
+    );
+    let fallen = crate::GRAVITY * STEP * STEP * steps * (steps + 1.0) / 2.0;
+    assert!((bottle.place - Vector3::z() * (1.0 - fallen)).norm() < 1e-12);
+    assert!((bottle.turn.scaled_axis() - Vector3::z() * 0.3).norm() < 1e-12);
 }

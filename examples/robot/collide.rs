@@ -1,0 +1,105 @@
+//! Where bodies are near each other: contact manifolds of `parry3d`.
+
+use crate::Failure;
+use nalgebra::{Matrix3, Vector3};
+use parry3d_f64::math::{Pose, Vector};
+use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
+use parry3d_f64::shape::SharedShape;
+
+/// Points within this distance (m) become contacts: as far as 5 m/s go in a step.
+const NEAR: f64 = 5e-3;
+
+/// Points of a pair that are nearer each other (m) are one.
+const MERGED: f64 = 5e-3;
+
+/// A convex shape of a link, or of the ground.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Name of the link.
+    pub name: String,
+    /// Which tree it belongs to: bodies of one tree do not collide. [`Self::GROUND`] does not move.
+    pub tree: usize,
+    pub(crate) link: usize,
+    /// Where the shape is in its link.
+    pub(crate) local: Pose,
+    pub(crate) shape: SharedShape,
+}
+
+impl Body {
+    /// The tree of what does not move.
+    pub const GROUND: usize = usize::MAX;
+
+    /// A block of ground between two corners (m).
+    pub(crate) fn ground(name: &str, from: Vector3<f64>, to: Vector3<f64>) -> Self {
+        let (centre, half) = ((from + to) / 2.0, (to - from) / 2.0);
+        Self {
+            name: name.into(),
+            tree: Self::GROUND,
+            link: 0,
+            local: Pose::from_translation(Vector::new(centre.x, centre.y, centre.z)),
+            shape: SharedShape::cuboid(half.x, half.y, half.z),
+        }
+    }
+}
+
+/// A point at which two bodies are near each other.
+pub(crate) struct Point {
+    pub(crate) pair: [usize; 2],
+    /// Where it is in the world.
+    pub(crate) place: Vector3<f64>,
+    /// The normal, from the first body to the second, and two tangents as rows.
+    pub(crate) axes: Matrix3<f64>,
+    pub(crate) gap: f64,
+    pub(crate) key: u32,
+}
+
+/// A vector in the types of nalgebra.
+pub(crate) fn vector(vector: Vector) -> Vector3<f64> {
+    <[f64; 3]>::from(vector).into()
+}
+
+/// All points of bodies of different trees, for shapes at these poses.
+pub(crate) fn collide(bodies: &[Body], poses: &[Pose]) -> Result<Vec<Point>, Failure> {
+    let (mut points, mut key) = (Vec::new(), 0);
+    let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
+    for (a, first) in bodies.iter().enumerate() {
+        for (b, second) in bodies.iter().enumerate().skip(a + 1) {
+            if first.tree == second.tree {
+                continue;
+            }
+            key += 1; // the points of a pair follow one another
+            let (relative, dispatcher) = (poses[a].inv_mul(&poses[b]), DefaultQueryDispatcher);
+            manifolds.clear();
+            let (one, other) = (&*first.shape, &*second.shape);
+            dispatcher
+                .contact_manifolds(&relative, one, other, NEAR, &mut manifolds, &mut None)
+                .map_err(|error| error.to_string())?;
+            for manifold in &manifolds {
+                let normal = vector(poses[a].rotation * manifold.local_n1);
+                let across = if normal.y.abs() < 0.9 {
+                    Vector3::y()
+                } else {
+                    Vector3::x()
+                };
+                let tangent = across.cross(&normal).normalize();
+                let axes = [normal, tangent, normal.cross(&tangent)].map(|axis| axis.transpose());
+                for point in manifold.points.iter().filter(|point| point.dist < NEAR) {
+                    let place = vector(poses[b] * point.local_p2);
+                    let same =
+                        |other: &Point| other.key == key && (other.place - place).norm() < MERGED;
+                    if points.iter().any(same) {
+                        continue; // cylinders have some twice
+                    }
+                    points.push(Point {
+                        pair: [a, b],
+                        place,
+                        axes: Matrix3::from_rows(&axes),
+                        gap: point.dist,
+                        key,
+                    });
+                }
+            }
+        }
+    }
+    Ok(points)
+}

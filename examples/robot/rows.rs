@@ -1,0 +1,92 @@
+//! What stands in the scene of a step: contacts, motors, stops, joints that mimic each other.
+
+use crate::collide::Point;
+use crate::dynamics::Dynamics;
+use crate::{Failure, STEP, World};
+use nalgebra::{SVector, vector};
+use stiction::time_stepping::{self as law, Motor};
+use stiction::{Contact, Error, RowIndex, Surface};
+
+/// Speed (m/s, rad/s) at which nothing here closes.
+const REACH: f64 = 20.0;
+/// Penetration, and what has drifted apart, is undone at this speed (m/s, rad/s) at most; a joint beyond its stop faster.
+const RECOVERY: f64 = 0.1;
+const STOP_RECOVERY: f64 = 1.0;
+/// Relaxation time of rubber (s).
+const RELAXATION: f64 = 5e-3;
+
+impl<const N: usize> World<N> {
+    /// The contacts at these points.
+    pub(crate) fn push_contacts(
+        &mut self,
+        points: &[Point],
+        dynamics: &Dynamics<N>,
+    ) -> Result<(), Error> {
+        let rubber = law::compliance(self.stiffness, RELAXATION, STEP); // 0 is rigid
+        let surface = Surface {
+            compliance: [rubber, 0.0],
+            ..Surface::isotropic(self.mu)
+        };
+        for point in points {
+            let [a, b] = point.pair.map(|body| dynamics.jacobian(body, &point.place));
+            let gap = if rubber > 0.0 {
+                law::compliant_gap(point.gap, RELAXATION, STEP, REACH)
+            } else {
+                law::gap(point.gap, STEP, RECOVERY, REACH)
+            };
+            let contact = Contact {
+                jacobian: point.axes * (b - a),
+                offset: vector![gap, 0.0, 0.0],
+                mu: self.mu,
+                key: point.key,
+            };
+            self.kernel.scene_mut().push_on(&contact, &surface)?;
+        }
+        Ok(())
+    }
+
+    /// The motors, the stops that a joint may reach within the step, and joints that mimic each other.
+    pub(crate) fn push_rows(&mut self) -> Result<Vec<RowIndex>, Failure> {
+        let (mut rows, mut key, mut dof) = (Vec::new(), 0, 0);
+        let (scene, [stiffness, damping]) = (self.kernel.scene_mut(), self.gains);
+        let mut joints = Vec::new();
+        for tree in &self.trees {
+            dof += tree.size() - tree.joints.len();
+            for joint in &tree.joints {
+                let mut row = SVector::<f64, N>::zeros();
+                row[dof] = 1.0;
+                joints.push((&*joint.name, row, joint.angle));
+                let motor = Motor {
+                    stiffness,
+                    damping,
+                    feedforward: 0.0,
+                    limit: joint.effort,
+                };
+                if joint.effort > 0.0 {
+                    let ahead = joint.angle - joint.target[0];
+                    let row = law::motor(row, &motor, ahead, joint.target[1], STEP, key);
+                    rows.push(scene.push_row(&row)?);
+                }
+                let [lower, upper] = joint.range;
+                for (row, distance) in [(row, joint.angle - lower), (-row, upper - joint.angle)] {
+                    key += 1;
+                    if distance < REACH * STEP {
+                        let stop = law::joint_limit(row, distance, STEP, STOP_RECOVERY, REACH, key);
+                        rows.push(scene.push_row(&stop)?);
+                    }
+                }
+                (key, dof) = (key + 1, dof + 1);
+            }
+        }
+        for names in &self.mimics {
+            let find = |name| joints.iter().find(|(joint, ..)| *joint == name);
+            let [Some((_, one, at)), Some((_, other, there))] = names.map(find) else {
+                return Err(format!("there are no joints {names:?}").into());
+            };
+            let gear = law::closed_loop(one - other, at - there, STEP, RECOVERY, key);
+            rows.push(scene.push_row(&gear)?);
+            key += 1;
+        }
+        Ok(rows)
+    }
+}
