@@ -5,7 +5,7 @@ use crate::dynamics::Dynamics;
 use crate::{Failure, STEP, World};
 use nalgebra::{SVector, vector};
 use stiction::time_stepping::{self as law, Motor};
-use stiction::{Contact, Error, RowIndex, Surface};
+use stiction::{Contact, Error, JointRow, Surface};
 
 /// Speed (m/s, rad/s) at which nothing here closes.
 const REACH: f64 = 20.0;
@@ -45,9 +45,10 @@ impl<const N: usize> World<N> {
         Ok(())
     }
 
-    /// The motors, the stops that a joint may reach within the step, and joints that mimic each other.
-    pub(crate) fn push_rows(&mut self) -> Result<Vec<RowIndex>, Failure> {
-        let (mut rows, mut key, mut dof) = (Vec::new(), 0, 0);
+    /// The motors, and joints that mimic each other. Returns the stops, which the solve takes in as they are reached, and how
+    /// many keys all of them have.
+    pub(crate) fn push_rows(&mut self) -> Result<(Vec<JointRow<f64, N>>, u32), Failure> {
+        let (mut stops, mut key, mut dof) = (Vec::new(), 0, 0);
         let (scene, [stiffness, damping]) = (self.kernel.scene_mut(), self.gains);
         let mut joints = Vec::new();
         for tree in &self.trees {
@@ -65,15 +66,13 @@ impl<const N: usize> World<N> {
                 if joint.effort > 0.0 {
                     let ahead = joint.angle - joint.target[0];
                     let row = law::motor(row, &motor, ahead, joint.target[1], STEP, key);
-                    rows.push(scene.push_row(&row)?);
+                    scene.push_row(&row)?;
                 }
                 let [lower, upper] = joint.range;
                 for (row, distance) in [(row, joint.angle - lower), (-row, upper - joint.angle)] {
                     key += 1;
-                    if distance < REACH * STEP {
-                        let stop = law::joint_limit(row, distance, STEP, STOP_RECOVERY, REACH, key);
-                        rows.push(scene.push_row(&stop)?);
-                    }
+                    let stop = law::joint_limit(row, distance, STEP, STOP_RECOVERY, REACH, key);
+                    stops.push(stop);
                 }
                 (key, dof) = (key + 1, dof + 1);
             }
@@ -84,9 +83,9 @@ impl<const N: usize> World<N> {
                 return Err(format!("there are no joints {names:?}").into());
             };
             let gear = law::closed_loop(one - other, at - there, STEP, RECOVERY, key);
-            rows.push(scene.push_row(&gear)?);
+            scene.push_row(&gear)?;
             key += 1;
         }
-        Ok(rows)
+        Ok((stops, key))
     }
 }

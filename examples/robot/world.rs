@@ -163,17 +163,18 @@ impl<const N: usize> World<N> {
         self.kernel.scene_mut().set_mass(&dynamics.mass)?;
         self.kernel.scene_mut().clear_contacts();
         self.push_contacts(&points, &dynamics)?;
-        let rows = self.push_rows()?;
+        let (stops, keys) = self.push_rows()?;
         let (pushed, push) = self.push;
         let linear = dynamics.jacobians[pushed].fixed_rows::<3>(3);
         let force = dynamics.force + linear.transpose() * push;
         let impulse = free_impulse(&dynamics.mass, &self.velocity, &force, STEP);
-        let solution = self.kernel.solve(&impulse, &Settings::new(1e-8))?;
+        let settings = Settings::new(1e-8);
+        let solution = self.kernel.solve_with_limits(&stops, &impulse, &settings)?;
         if !solution.is_usable(1e-3) {
             return Err(format!("{}, error {:.1e}", solution.status, solution.error).into());
         }
 
-        let modes = rows.iter().filter_map(|&row| solution.row(row));
+        let modes = (0..keys).filter_map(|key| solution.row_by_key(key));
         let pushing = points.iter().zip(&solution.contacts); // rows stand behind contacts
         let tick = Tick {
             rows: modes.map(|row| row.mode).collect(),
