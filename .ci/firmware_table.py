@@ -86,6 +86,7 @@ def report(values):
         rows = [[text, *(cell(values, machine, scene, column) for column in BYTES)]
                 for scene, text in SCENES.items()]
         table(f"{title}, bytes", ["bytes", *quoted(BYTES)], rows)
+        limits(values, machine, title)
     flash = [name for name in ("quadruped", "quadruped_restart", "quadruped_planar",
                                "quadruped_frictionless")]
     rows = [[f"`{name}`", cell(values, "m4f32", name, "flash_firmware"),
@@ -93,6 +94,19 @@ def report(values):
     targets(values)
     table("bytes of flash for prepare and solve, f32 on a Cortex-M4F",
           ["", "opt-level 3", 'opt-level "s"'], rows)
+
+
+def limits(values, machine, title):
+    """A tick of the quadruped with joint limits: the scene filled, prepared and solved to 1e-4."""
+    ticks = [("contacts", "contacts alone"), ("none", "the same, `Mixed`"), ("far", "12 limits, none reached"),
+             ("two_cold", "12 limits, 2 reached, cold"), ("two_warm", "the same, warm")]
+    alone = values.get((machine, "limits", "contacts"))
+    if alone is None:
+        return
+    rows = [[text, f"{values[machine, 'limits', name]:,}", f"{values[machine, 'limits', name] / alone:.2f}"]
+            for name, text in ticks]
+    table(f"A tick of the quadruped with joint limits, {title}: filled, prepared, solved to 1e-4",
+          ["", "instructions", "of contacts alone"], rows)
 
 
 def targets(values):

@@ -19,6 +19,8 @@ mod counter;
 #[cfg(target_os = "none")]
 mod gauss_seidel;
 #[cfg(target_os = "none")]
+mod limits;
+#[cfg(target_os = "none")]
 #[path = "../embedded/records.rs"]
 mod records;
 #[cfg(target_os = "none")]
@@ -30,6 +32,7 @@ mod measure {
     use crate::board::exit;
     use crate::counter::Counter;
     use crate::gauss_seidel::GaussSeidel;
+    use crate::limits::Limits;
     use crate::records::{Records, Step};
     use crate::stack::stack_bytes;
     use core::hint::black_box;
@@ -258,6 +261,7 @@ mod measure {
             Bench::new("walker", include_bytes!("walker.bin"));
         static mut STACK: Bench<Number, 18, 3, 12> =
             Bench::new("stack", include_bytes!("stack.bin"));
+        static mut LIMITS: Limits<Number> = Limits::new();
         let Some(peripherals) = cortex_m::Peripherals::take() else {
             exit(false)
         };
@@ -269,6 +273,7 @@ mod measure {
             FRICTIONLESS.measure(&mut counter),
             WALKER.measure(&mut counter),
             STACK.measure(&mut counter),
+            LIMITS.measure(include_bytes!("quadruped.bin"), &mut counter),
         ];
         exit(done.iter().all(Option::is_some))
     }

@@ -32,7 +32,7 @@ pub(crate) struct Norms<T> {
 
 impl<T: Real> Norms<T> {
     /// From `M v_free`, `M v` and `Hᵀ r`.
-    #[cfg_attr(target_os = "none", inline(never))]
+    #[inline]
     fn of<const N: usize>(free: &[T; N], inertia: &[T; N], pushed: &[T; N]) -> Self {
         let norms = Self::in_unit(free, inertia, pushed, T::ONE);
         let tiny = T::EPSILON * T::EPSILON * T::EPSILON;

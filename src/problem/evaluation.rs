@@ -37,6 +37,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         error
     }
 
+    /// [`Self::error`] with the finest bound on rounding, of impulses in scaled rows and in rows that are not.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn finer_error(
+        &self,
+        momentum: &Dynamics<T, L>,
+        u: &[[T; D]],
+        [r, impulses]: [&[[T; D]]; 2],
+        v: &[T; N],
+    ) -> T {
+        let rounding = rounding::count(self, v, impulses, momentum);
+        self.error(momentum, u, r, &rounding)
+    }
+
     /// Writes velocity, contacts and error of an impulse into a solution. The error includes a bound on rounding: a cheap
     /// one, or the finest if the cheap one exceeds the tolerance.
     #[cfg_attr(target_os = "none", inline(never))]
@@ -61,8 +74,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         let rounding = rounding::bound(self, v, r, &momentum);
         solution.error = self.error(&momentum, scaled, r, &rounding);
         if solution.error > tolerance {
-            let rounding = rounding::count(self, v, impulses, &momentum);
-            solution.error = self.error(&momentum, scaled, r, &rounding);
+            solution.error = self.finer_error(&momentum, scaled, [r, impulses], v);
         }
         solution.contacts.clear();
         let laws = self.laws().iter().zip(self.scene.contacts()).enumerate();
