@@ -1,0 +1,71 @@
+/* The control loop of examples/firmware in C: forty steps of a quadruped, the same impulses to the bit. For N = 18, D = 3, C = 5
+   and float. */
+#include "stiction.h"
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { BUDGET = 12 }; /* so small that most steps take several calls */
+
+/* Records as examples/embedded/records.rs describes them; the Makefile says where they are. */
+__asm__(".section .rodata\n.balign 4\nsteps: .incbin \"" RECORDS "\"\nsteps_end:\n.text");
+extern const unsigned char steps[], steps_end[];
+static const unsigned char *next = steps;
+
+static void take(void *to, size_t bytes)
+{
+    memcpy(to, next, bytes);
+    next += bytes;
+}
+
+int main(void)
+{
+    static stiction solver;
+    static float mass[STICTION_N][STICTION_N], jacobian[STICTION_D][STICTION_N];
+    static stiction_solution good;
+    enum stiction_status status = stiction_init(&solver);
+
+    for (int step = 1; next < steps_end && status == STICTION_SOLVED; step++) {
+        float push[STICTION_N], offset[STICTION_D], mu;
+        uint32_t key, count;
+
+        take(&count, sizeof count);
+        for (int i = 0; i < STICTION_N; i++) {
+            for (int j = 0; j <= i; j++) {
+                take(&mass[i][j], sizeof(float));
+                mass[j][i] = mass[i][j];
+            }
+        }
+        take(push, sizeof push);
+        for (int i = 0; i < STICTION_N; i++) push[i] = -push[i]; /* the records have -M v_free */
+        if ((status = stiction_set_mass(&solver, mass)) != STICTION_OK) break;
+        stiction_clear_contacts(&solver);
+        for (uint32_t i = 0; i < count && status == STICTION_OK; i++) {
+            take(&key, sizeof key);
+            take(&mu, sizeof mu);
+            take(offset, sizeof offset);
+            take(jacobian, sizeof jacobian);
+            status = stiction_add_contact(&solver, jacobian, offset, mu, key);
+        }
+        if (status != STICTION_OK) break;
+
+        status = stiction_solve(&solver, push, 1e-4f, BUDGET);
+        while (status == STICTION_OUT_OF_BUDGET) /* in firmware: in the next tick */
+            status = stiction_resume(&solver, push, 1e-4f, BUDGET);
+        /* Unless they are good enough, the last good impulses stay: by their keys, for contacts come and go. */
+        if (stiction_is_usable(&solver, 1e-2f)) stiction_read(&solver, &good);
+
+        printf("%2d", step);
+        for (uint32_t i = 0; i < good.count; i++) {
+            printf("  %" PRIu32 ":", good.contacts[i].key);
+            for (int k = 0; k < STICTION_D; k++) {
+                uint32_t bits;
+                memcpy(&bits, &good.contacts[i].impulse[k], sizeof bits);
+                printf(" %08" PRIx32, bits);
+            }
+        }
+        printf("\n");
+    }
+    if (status != STICTION_SOLVED) printf("%s\n", stiction_name(status));
+    return status != STICTION_SOLVED;
+}
