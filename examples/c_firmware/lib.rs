@@ -14,8 +14,8 @@ mod status;
 
 use core::ffi::{CStr, c_char};
 use header::{SIZES, is, number, size};
-pub use solver::{Kernel, Solution, Solver};
-pub use status::{Culprit, Mode, Source, Status};
+pub use solver::{BYTES, ContactOutcome, Kernel, Solution, Solver};
+pub use status::{Culprit, Mode, Source, Status, turned};
 use stiction::Contact;
 use stiction::nalgebra::{SMatrix, SVector};
 
@@ -105,10 +105,11 @@ pub unsafe extern "C" fn stiction_reset(memory: *mut Solver) -> Status {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_set_mass(
     memory: *mut Solver,
-    mass: *const [[Real; N]; N],
+    mass: *const SMatrix<Real, N, N>,
 ) -> Status {
     let (solver, mass) = (solver!(memory), given!(mass));
-    solver.change(|scene| scene.set_mass(&matrix(mass)))
+    // Its rows for its columns: it is symmetric, and so nothing of this size is copied over the stack.
+    solver.change(|scene| scene.set_mass(mass).map_err(turned))
 }
 
 /// `stiction_clear_contacts`.

@@ -24,7 +24,8 @@ pub struct Solver {
     pub(crate) kernel: Kernel,
 }
 
-const BYTES: usize = size("STICTION_BYTES");
+/// Bytes of one `stiction`.
+pub const BYTES: usize = size("STICTION_BYTES");
 const _: () = assert!(align_of::<Solver>() <= align_of::<u64>());
 const _: () = assert!(size_of::<Solver>() <= BYTES.next_multiple_of(8), "{}", {
     const WRITE: [u8; 60] = ending(

@@ -190,6 +190,19 @@ impl From<Error> for Culprit {
     }
 }
 
+/// An error about a matrix whose rows were given for its columns.
+#[must_use]
+pub const fn turned(error: Error) -> Error {
+    match error {
+        Error::NotFinite { input, row, column } => Error::NotFinite {
+            input,
+            row: column,
+            column: row,
+        },
+        error => error,
+    }
+}
+
 /// An index as C has it.
 fn index(index: usize) -> i32 {
     i32::try_from(index).unwrap_or(i32::MAX)
