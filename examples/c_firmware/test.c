@@ -106,7 +106,9 @@ static void endings(void)
     }
     jacobian[0][1] = 0;
     enum stiction_status status = solve(-2, -3, 0);
-    CHECK(status == STICTION_OUT_OF_BUDGET || status == STICTION_SOLVED);
+    CHECK(status == STICTION_OUT_OF_BUDGET);
+    CHECK(stiction_read(s, &solution) == STICTION_OK && solution.status == status);
+    CHECK(stiction_is_usable(s, solution.error) && !stiction_is_usable(s, solution.error / 2));
     for (int i = 0; i < 1000 && status == STICTION_OUT_OF_BUDGET; i++)
         status = stiction_resume(s, free_impulse, (stiction_real)1e-5, 1);
     CHECK(status == STICTION_SOLVED || status == STICTION_PRECISION_LIMIT);
