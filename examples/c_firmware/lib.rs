@@ -61,11 +61,11 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     abort() // never: stiction does not panic, but the language wants a handler
 }
 
-/// A reference, or the status that says why there is none.
+/// A reference to what stands behind a pointer, all its rows, or the status that says why there is none.
 macro_rules! given {
-    ($pointer:expr) => {
+    ($pointer:expr, $Type:ty) => {
         // SAFETY: the caller's promise.
-        match unsafe { $pointer.as_ref() } {
+        match unsafe { $pointer.cast::<$Type>().as_ref() } {
             Some(reference) => reference,
             None => return Status::Null,
         }
@@ -103,11 +103,8 @@ pub unsafe extern "C" fn stiction_reset(memory: *mut Solver) -> Status {
 
 /// `stiction_set_mass`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_set_mass(
-    memory: *mut Solver,
-    mass: *const SMatrix<Real, N, N>,
-) -> Status {
-    let (solver, mass) = (solver!(memory), given!(mass));
+pub unsafe extern "C" fn stiction_set_mass(memory: *mut Solver, mass: *const [Real; N]) -> Status {
+    let (solver, mass) = (solver!(memory), given!(mass, SMatrix<Real, N, N>));
     // Its rows for its columns: it is symmetric, and so nothing of this size is copied over the stack.
     solver.change(|scene| scene.set_mass(mass).map_err(turned))
 }
@@ -123,12 +120,16 @@ pub unsafe extern "C" fn stiction_clear_contacts(memory: *mut Solver) -> Status 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_add_contact(
     memory: *mut Solver,
-    jacobian: *const [[Real; N]; D],
-    offset: *const [Real; D],
+    jacobian: *const [Real; N],
+    offset: *const Real,
     mu: Real,
     key: u32,
 ) -> Status {
-    let (solver, jacobian, offset) = (solver!(memory), given!(jacobian), given!(offset));
+    let (solver, jacobian, offset) = (
+        solver!(memory),
+        given!(jacobian, [[Real; N]; D]),
+        given!(offset, [Real; D]),
+    );
     let contact = Contact {
         jacobian: matrix(jacobian),
         offset: SVector::from(*offset),
@@ -143,9 +144,9 @@ pub unsafe extern "C" fn stiction_add_contact(
 pub unsafe extern "C" fn stiction_set_jacobian(
     memory: *mut Solver,
     contact: u32,
-    jacobian: *const [[Real; N]; D],
+    jacobian: *const [Real; N],
 ) -> Status {
-    let (solver, jacobian) = (solver!(memory), given!(jacobian));
+    let (solver, jacobian) = (solver!(memory), given!(jacobian, [[Real; N]; D]));
     solver.change(|scene| scene.set_jacobian(index(contact), &matrix(jacobian)))
 }
 
@@ -154,9 +155,9 @@ pub unsafe extern "C" fn stiction_set_jacobian(
 pub unsafe extern "C" fn stiction_set_offset(
     memory: *mut Solver,
     contact: u32,
-    offset: *const [Real; D],
+    offset: *const Real,
 ) -> Status {
-    let (solver, offset) = (solver!(memory), given!(offset));
+    let (solver, offset) = (solver!(memory), given!(offset, [Real; D]));
     solver.change(|scene| scene.set_offset(index(contact), &SVector::from(*offset)))
 }
 
@@ -174,11 +175,11 @@ pub unsafe extern "C" fn stiction_set_friction(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_solve(
     memory: *mut Solver,
-    free_impulse: *const [Real; N],
+    free_impulse: *const Real,
     tolerance: Real,
     budget: u32,
 ) -> Status {
-    let (solver, free_impulse) = (solver!(memory), given!(free_impulse));
+    let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
     solver.solve(Kernel::solve, free_impulse, tolerance, index(budget))
 }
 
@@ -186,11 +187,11 @@ pub unsafe extern "C" fn stiction_solve(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_resume(
     memory: *mut Solver,
-    free_impulse: *const [Real; N],
+    free_impulse: *const Real,
     tolerance: Real,
     budget: u32,
 ) -> Status {
-    let (solver, free_impulse) = (solver!(memory), given!(free_impulse));
+    let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
     solver.solve(Kernel::resume, free_impulse, tolerance, index(budget))
 }
 

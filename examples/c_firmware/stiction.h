@@ -20,7 +20,7 @@ typedef STICTION_REAL stiction_real;
 
 /* A scene, its factor and its solver: all memory there is, owned by the caller, in a `static` or wherever it likes. Two of
    them know nothing of each other. One is not to be used by two threads at a time, nor copied. */
-typedef struct {
+typedef struct stiction {
     uint64_t memory[(STICTION_BYTES + 7) / 8];
 } stiction;
 
@@ -77,13 +77,13 @@ enum stiction_input {
 };
 
 /* Which entry of which contact; -1 where that has no meaning. */
-typedef struct {
+typedef struct stiction_culprit {
     enum stiction_input input;
     int32_t contact, row, column;
 } stiction_culprit;
 
 /* One contact of a solution. */
-typedef struct {
+typedef struct stiction_contact {
     uint32_t key; /* as it was given */
     enum stiction_mode mode;
     stiction_real impulse[STICTION_D];  /* r_i, N s */
@@ -92,7 +92,7 @@ typedef struct {
 } stiction_contact;
 
 /* What a solve has found: plain numbers, to be copied and kept at will. */
-typedef struct {
+typedef struct stiction_solution {
     enum stiction_status status;
     uint32_t work;  /* of all calls of the solve, in units of the budget */
     uint32_t count; /* contacts below, in the order they were added */

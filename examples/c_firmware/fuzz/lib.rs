@@ -1,4 +1,4 @@
-//! Random calls of the C interface, beside a kernel that gets the same in Rust.
+//! Random calls of the C interface, beside a kernel that gets the same in Rust; and its header beside `cbindgen`'s.
 //!
 //! Whatever is put in, in whatever order, with null pointers and memory that was never initialised: no panic, the status
 //! and the bits of the kernel in Rust, a text for each error, nothing called solved that is not, no NaN in what may be
@@ -12,6 +12,7 @@
 
 #[path = "../../../tests/fuzz/cases.rs"]
 mod cases;
+mod header;
 mod machine;
 mod pointers;
 #[allow(dead_code)] // scenes have calls that C has not

@@ -119,7 +119,8 @@ impl Machine {
                 } else {
                     root * root.transpose() + more
                 };
-                let given = fault.pointer(1, &mass);
+                let given = rows(&mass);
+                let given = fault.pointer(1, &given);
                 let call = |s| unsafe { c::stiction_set_mass(s, given) };
                 self.both(fault, 1, call, |k| {
                     done(k.scene_mut().set_mass(&mass).map_err(c::turned))

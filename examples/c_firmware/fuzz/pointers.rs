@@ -30,11 +30,11 @@ pub(crate) fn fault() -> impl Strategy<Value = Fault> {
 
 impl Fault {
     /// A pointer, unless this one is to be null.
-    pub(crate) fn pointer<T>(self, which: u8, to: &T) -> *const T {
+    pub(crate) fn pointer<T>(self, which: u8, to: &[T]) -> *const T {
         if self == Self::Null(which) {
             null()
         } else {
-            to
+            to.as_ptr()
         }
     }
 }
