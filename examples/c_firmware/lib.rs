@@ -75,9 +75,20 @@ macro_rules! given {
 /// The solver behind a pointer, or the status that says why there is none.
 macro_rules! solver {
     ($pointer:expr) => {
-        // SAFETY: the caller's promise; all bits of `ready` are a number.
-        match unsafe { Solver::at($pointer) } {
-            Ok(solver) => solver,
+        // SAFETY: the caller's promise, and `stiction_init` was called.
+        match unsafe { Solver::check($pointer) } {
+            Ok(()) => unsafe { &mut *$pointer },
+            Err(status) => return status,
+        }
+    };
+}
+
+/// The same of a `const stiction *`.
+macro_rules! shared {
+    ($pointer:expr) => {
+        // SAFETY: the caller's promise, and `stiction_init` was called.
+        match unsafe { Solver::check($pointer) } {
+            Ok(()) => unsafe { &*$pointer },
             Err(status) => return status,
         }
     };
@@ -198,15 +209,14 @@ pub unsafe extern "C" fn stiction_resume(
 /// `stiction_is_usable`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_is_usable(memory: *const Solver, error: Real) -> bool {
-    // SAFETY: the caller's promise; nothing is written.
-    let solver = unsafe { Solver::at(memory.cast_mut()) };
-    solver.is_ok_and(|solver| solver.kernel.solution().is_usable(error))
+    // SAFETY: the caller's promise, and `stiction_init` was called.
+    unsafe { Solver::check(memory).is_ok() && (*memory).kernel.solution().is_usable(error) }
 }
 
 /// `stiction_read`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_read(memory: *const Solver, solution: *mut Solution) -> Status {
-    let solver = solver!(memory.cast_mut());
+    let solver = shared!(memory);
     if solution.is_null() {
         return Status::Null;
     }
@@ -221,7 +231,7 @@ pub unsafe extern "C" fn stiction_last_culprit(
     memory: *const Solver,
     culprit: *mut Culprit,
 ) -> Status {
-    let solver = solver!(memory.cast_mut());
+    let solver = shared!(memory);
     if culprit.is_null() {
         return Status::Null;
     }
@@ -237,7 +247,7 @@ pub unsafe extern "C" fn stiction_describe(
     text: *mut c_char,
     bytes: usize,
 ) -> Status {
-    let solver = solver!(memory.cast_mut());
+    let solver = shared!(memory);
     if text.is_null() {
         return Status::Null;
     }

@@ -55,20 +55,20 @@ impl Solver {
         }
     }
 
-    /// The solver at a pointer, if there is one.
+    /// Says what is wrong with a pointer, if something is.
     ///
     /// # Safety
-    /// The pointer is null, or points to a `stiction` that nothing else uses.
-    pub(crate) unsafe fn at<'a>(memory: *mut Self) -> Result<&'a mut Self, Status> {
+    /// The pointer is null, or points to a `stiction`.
+    pub(crate) unsafe fn check(memory: *const Self) -> Result<(), Status> {
         if memory.is_null() {
             return Err(Status::Null);
         }
-        // SAFETY: the caller's promise; only after `stiction_init` the memory is more than bytes.
-        unsafe {
-            if (&raw const (*memory).ready).read() != Self::READY {
-                return Err(Status::NotInitialised);
-            }
-            Ok(&mut *memory)
+        // SAFETY: the caller's promise; before `stiction_init` the memory is some number as well.
+        let ready = unsafe { (&raw const (*memory).ready).read() };
+        if ready == Self::READY {
+            Ok(())
+        } else {
+            Err(Status::NotInitialised)
         }
     }
 

@@ -83,6 +83,20 @@ static void answers(void)
     CHECK(stiction_reset(s) == STICTION_OK && stiction_is_usable(s, 0)); /* the solution stays */
 }
 
+/* A joint that turns with 3 rad/s and 2 kg m^2 into its stop: a contact without friction, of one row. */
+static void stop(void)
+{
+    point(0.5);
+    stiction_real row[STICTION_D][STICTION_N] = {{0}};
+    row[0][STICTION_N - 1] = -1;
+    if (STICTION_C > 1) CHECK(stiction_add_contact(s, row, offset, 0, 7) == STICTION_OK);
+    free_impulse[STICTION_N - 1] = 6;
+    CHECK(solve(-2, 0, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK);
+    if (STICTION_C > 1 && STICTION_N > STICTION_D)
+        CHECK(near(solution.contacts[1].impulse[0], 6) && near(solution.velocity[STICTION_N - 1], 0));
+    free_impulse[STICTION_N - 1] = 0;
+}
+
 /* Statuses other than solved. */
 static void endings(void)
 {
@@ -105,6 +119,7 @@ static void endings(void)
         CHECK(stiction_add_contact(s, jacobian, offset, (stiction_real)0.3, (uint32_t)i) == STICTION_OK);
     }
     jacobian[0][1] = 0;
+    CHECK(stiction_reset(s) == STICTION_OK);
     enum stiction_status status = solve(-2, -3, 0);
     CHECK(status == STICTION_OUT_OF_BUDGET);
     CHECK(stiction_read(s, &solution) == STICTION_OK && solution.status == status);
@@ -184,6 +199,7 @@ int main(void)
     nothing(s, STICTION_NOT_INITIALISED);
     CHECK(stiction_init(s) == STICTION_OK && culprit().input == STICTION_INPUT_NONE && culprit().contact == -1);
     answers();
+    stop();
     endings();
     refusals();
     nulls();
