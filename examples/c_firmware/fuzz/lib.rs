@@ -10,6 +10,7 @@
 #![allow(unsafe_code)]
 #![allow(clippy::cast_possible_truncation)] // budgets and places are small
 
+mod answers;
 #[path = "../../../tests/fuzz/cases.rs"]
 mod cases;
 mod header;
