@@ -132,7 +132,7 @@ enum stiction_status stiction_resume(stiction *s, const stiction_real free_impul
                                      uint32_t budget);
 
 /* May the last solution be used? It is solved, or the budget or the number type ended it at an error of at most `error`. If
-   not, use the impulses of an earlier tick. */
+   not, use the impulses of an earlier tick. After a solve with an error the last solution is that of an earlier tick. */
 bool stiction_is_usable(const stiction *s, stiction_real error);
 
 /* Copies the last solution. Contacts from `count` on are zero. */
