@@ -38,6 +38,7 @@ was measured. `.ci/firmware` fails where a number differs by more than 2 %; with
 - Bytes of stack are what a call takes beyond what its caller holds. `stack_solve` is that of the cold solve to 1e-5, which
   need not reach the interior point. `stack_all_phases` is that of a solve that goes through sweeps, Newton's method, a
   search for a proof and the interior point.
+- `c_quadruped` is the library of `examples/c_firmware` for (18, 5, 3), with all that a control loop in C calls.
 - A scene has N dofs, up to C contacts and D rows for each contact: the labels are (N, C, D).
 """
 
@@ -88,7 +89,7 @@ def report(values):
         table(f"{title}, bytes", ["bytes", *quoted(BYTES)], rows)
         limits(values, machine, title)
     flash = [name for name in ("quadruped", "quadruped_restart", "quadruped_planar",
-                               "quadruped_frictionless")]
+                               "quadruped_frictionless", "c_quadruped")]
     rows = [[f"`{name}`", cell(values, "m4f32", name, "flash_firmware"),
              cell(values, "m4f32", name, "flash_size")] for name in flash]
     targets(values)

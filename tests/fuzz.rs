@@ -3,13 +3,14 @@
 //!
 //! `PROPTEST_CASES=100000 cargo test --release --test all fuzz::` takes as long as you like.
 
+use cases::cases;
 use kind::{Kind, double, vector};
 use nalgebra::SMatrix;
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use steps::{Budget, Step};
 use stiction::{Coulomb, Kernel, Mixed, Model, Real, Scene, Settings, Solution, Status};
 
+mod cases;
 mod files;
 mod found;
 mod kind;
@@ -237,20 +238,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C
         if self.paused.is_some() {
             is_true::<T, N, D, C, L>(&self.beside, scene, &same, solution, &settings);
         }
-    }
-}
-
-/// The same cases each time, or as many others as `PROPTEST_CASES` says. Found things are kept as plain tests.
-fn cases() -> ProptestConfig {
-    let random = ProptestConfig::default();
-    ProptestConfig {
-        failure_persistence: None,
-        max_shrink_iters: 20_000,
-        rng_seed: match std::env::var_os("PROPTEST_CASES") {
-            None => RngSeed::Fixed(1),
-            Some(_) => random.rng_seed,
-        },
-        ..random
     }
 }
 

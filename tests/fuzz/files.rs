@@ -1,6 +1,6 @@
 //! Scene files that are cut, and of wrong sizes and types: read or refused, and solved without a panic.
 
-use super::cases;
+use super::cases::cases;
 use proptest::prelude::*;
 use std::sync::LazyLock;
 use stiction::Settings;

@@ -1,5 +1,6 @@
 //! What scenes of contacts alone and scenes with joint rows do differently, and what a stranger says of their solutions.
 
+use super::cases::is_tame;
 use super::steps::Step;
 use nalgebra::{SMatrix, SVector};
 use stiction::{
@@ -32,17 +33,6 @@ pub(super) fn contact<T: Real, const N: usize, const D: usize>(
         mu: T::literal(mu),
         key,
     }
-}
-
-/// Numbers whose squares of squares neither overflow nor vanish in the number type of a scene, nor in f64.
-pub(super) fn is_tame<'a, T: Real>(numbers: impl IntoIterator<Item = &'a f64>) -> bool {
-    let largest = if double(T::EPSILON) < 1e-10 {
-        1e12
-    } else {
-        1e8
-    };
-    let mut numbers = numbers.into_iter();
-    numbers.all(|x| *x == 0.0 || (1.0 / largest..largest).contains(&x.abs()))
 }
 
 /// Which laws a scene has, and what comes with that.

@@ -1,6 +1,7 @@
 //! Scenes with joint rows: what goes in, and what a stranger says of their solutions.
 
-use super::kind::{Kind, at, contact, double, is_tame, vector};
+use super::cases::is_tame;
+use super::kind::{Kind, at, contact, double, vector};
 use super::steps::{Law, Step};
 use nalgebra::SVector;
 use stiction::{

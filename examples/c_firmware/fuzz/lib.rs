@@ -1,0 +1,39 @@
+//! Random calls of the C interface, beside a kernel that gets the same in Rust; and its header beside `cbindgen`'s.
+//!
+//! Whatever is put in, in whatever order, with null pointers and memory that was never initialised: no panic, the status
+//! and the bits of the kernel in Rust, a text for each error, nothing called solved that is not, no NaN in what may be
+//! used, and nothing written beside the `stiction`.
+//!
+//! `PROPTEST_CASES=100000 cargo test --release -p c_calls` takes as long as you like. A copy of the folder above needs
+//! none of this.
+#![cfg(test)]
+#![allow(unsafe_code)]
+#![allow(clippy::cast_possible_truncation)] // budgets and places are small
+
+mod answers;
+#[path = "../../../tests/fuzz/cases.rs"]
+mod cases;
+mod header;
+mod machine;
+mod pointers;
+#[allow(dead_code)] // scenes have calls that C has not
+#[path = "../../../tests/fuzz/steps.rs"]
+mod steps;
+
+use machine::Machine;
+use pointers::fault;
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+proptest! {
+    #![proptest_config(cases::cases())]
+
+    #[test]
+    fn calls_of_c(steps in steps::sequence(), faults in vec(fault(), 18)) {
+        let mut machine = Machine::new();
+        for (step, fault) in steps.iter().zip(faults) {
+            machine.call(step, fault);
+        }
+        machine.end();
+    }
+}

@@ -1,0 +1,75 @@
+//! Reads numbers out of the C headers as this library is compiled: what they say twice cannot differ, and a name that is
+//! missing there is an error here.
+
+/// The sizes, in the text of `stiction_sizes.h`.
+pub(crate) const SIZES: &str = include_str!("stiction_sizes.h");
+/// The calls and enums, in the text of `stiction.h`.
+pub(crate) const CALLS: &str = include_str!("stiction.h");
+
+/// The number behind `#define NAME` or `NAME =`.
+pub(crate) const fn number(text: &str, name: &str) -> i32 {
+    let word = word(text, name).as_bytes();
+    let negative = word[0] == b'-';
+    let mut at = if negative { 1 } else { 0 };
+    let mut number = 0;
+    assert!(
+        word[at].is_ascii_digit(),
+        "a header has no number behind a name, in digits and after one space"
+    );
+    while at < word.len() && word[at].is_ascii_digit() {
+        number = number * 10 + (word[at] - b'0') as i32;
+        at += 1;
+    }
+    if negative { -number } else { number }
+}
+
+/// A size, which is not negative.
+pub(crate) const fn size(name: &str) -> usize {
+    let number = number(SIZES, name);
+    assert!(number >= 0, "a size in stiction_sizes.h is negative");
+    number as usize
+}
+
+/// Is the word behind a name this one?
+pub(crate) const fn is(text: &str, name: &str, expected: &str) -> bool {
+    starts(word(text, name).as_bytes(), 0, expected.as_bytes())
+}
+
+/// A header from the word on that stands behind `#define NAME` or `NAME =`.
+const fn word<'a>(text: &'a str, name: &str) -> &'a str {
+    let bytes = text.as_bytes();
+    let mut at = 8;
+    while at + name.len() < bytes.len() {
+        if starts(bytes, at, name.as_bytes()) {
+            let end = at + name.len();
+            if starts(bytes, end, b" = ") {
+                return text.split_at(end + 3).1;
+            }
+            if starts(bytes, at - 8, b"#define ") && bytes[end] == b' ' {
+                return text.split_at(end + 1).1;
+            }
+        }
+        at += 1;
+    }
+    panic!("a header lacks a name that lib.rs or status.rs asks for")
+}
+
+/// Does a text go on with a word?
+const fn starts(text: &[u8], at: usize, word: &[u8]) -> bool {
+    let mut i = 0;
+    while i < word.len() && at + i < text.len() && text[at + i] == word[i] {
+        i += 1;
+    }
+    i == word.len()
+}
+
+/// A text that ends with a number, for the message of a failed build. It has spaces where digits go.
+pub(crate) const fn ending<const L: usize>(mut text: [u8; L], mut number: usize) -> [u8; L] {
+    let mut at = L;
+    while number > 0 {
+        at -= 1;
+        text[at] = b'0' + (number % 10) as u8;
+        number /= 10;
+    }
+    text
+}

@@ -1,0 +1,15 @@
+/* The sizes of a scene: the one place where they are chosen. C includes this file, and lib.rs reads it as it is compiled.
+   One line for each number. */
+#ifndef STICTION_SIZES_H
+#define STICTION_SIZES_H
+
+#define STICTION_REAL float /* the number type: float or double */
+#define STICTION_N 18       /* generalised velocities */
+#define STICTION_D 3        /* rows of a contact: 1 frictionless, 2 planar, 3 spatial */
+#define STICTION_C 5        /* most contacts */
+
+/* Bytes of one `stiction`. If they are too few, the build of the library ends with the number to write here; a 64-bit
+   machine, where `make test` runs, needs a few more than a microcontroller. */
+#define STICTION_BYTES 9088
+
+#endif
