@@ -14,6 +14,7 @@ mod cases;
 mod files;
 mod found;
 mod kind;
+mod limits;
 mod mixed;
 mod steps;
 

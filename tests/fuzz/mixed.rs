@@ -15,9 +15,9 @@ use testbed::mixed_measure;
 #[derive(Default)]
 pub(super) struct Record {
     /// Slot, shares of the friction coefficient, compliance.
-    contacts: Vec<(usize, Option<Vec<f64>>, [f64; 2])>,
+    pub(super) contacts: Vec<(usize, Option<Vec<f64>>, [f64; 2])>,
     /// Place, law, compliance.
-    rows: Vec<(RowIndex, Law, f64)>,
+    pub(super) rows: Vec<(RowIndex, Law, f64)>,
 }
 
 fn law<T: Real>((law, lower, upper): Law) -> RowLaw<T> {
@@ -68,7 +68,7 @@ impl Record {
     }
 
     /// All of a scene, contacts first.
-    fn file<T: Real, const N: usize, const D: usize, const C: usize>(
+    pub(super) fn file<T: Real, const N: usize, const D: usize, const C: usize>(
         &self,
         scene: &Scene<T, N, D, C, Mixed>,
         push: &SVector<T, N>,
@@ -119,7 +119,7 @@ impl Record {
     }
 }
 
-fn is_measurable<T: Real>(file: &MixedFile) -> bool {
+pub(super) fn is_measurable<T: Real>(file: &MixedFile) -> bool {
     let joints = file.joints.iter();
     let own = joints
         .clone()

@@ -1,0 +1,136 @@
+//! Limits that are given to a solve: the same promises, about all of them.
+
+use super::cases::cases;
+use super::kind::{Kind, at, double, vector};
+use super::mixed::{Record, is_measurable};
+use super::steps::{self, Budget, Step};
+use proptest::prelude::*;
+use stiction::{JointRow, Kernel, Mixed, Model, Real, RowLaw, Settings, Status};
+use testbed::mixed::Joint;
+use testbed::mixed_measure;
+
+/// Their keys begin here, beyond those of other rows.
+const FIRST: u32 = 100;
+
+/// Takes a sequence of calls, of which rows that are limits are given to the solves.
+fn run<T: Real, const N: usize, const D: usize, const C: usize>(steps: &[Step])
+where
+    Mixed: Kind<T, N, D, C, Beside = Record>,
+{
+    let mut kernel = Box::new(Kernel::<T, N, D, C, Mixed>::mixed());
+    let (mut record, mut limits) = (Record::default(), Vec::new());
+    for step in steps {
+        match step {
+            Step::PushRow(x, (0, ..), soft, _) => limits.push(JointRow {
+                row: vector(x),
+                offset: at(x, N),
+                law: RowLaw::Limit,
+                compliance: T::literal(*soft),
+                key: FIRST + u32::try_from(limits.len()).expect("few"),
+            }),
+            Step::Mass(x, false) => {
+                let root =
+                    nalgebra::SMatrix::<T, N, N>::from_fn(|i, j| at(x, i.min(j) * N + i.max(j)));
+                let more = nalgebra::SMatrix::identity() * (root.norm_squared() * T::literal(0.01));
+                let _ = kernel
+                    .scene_mut()
+                    .set_mass(&(root * root.transpose() + more));
+            }
+            Step::Clear => {
+                kernel.scene_mut().clear_contacts();
+                limits.clear();
+                Mixed::call(&mut record, kernel.scene_mut(), step);
+            }
+            Step::Push(..) | Step::PushOn(..) | Step::PushRow(..) => {
+                Mixed::call(&mut record, kernel.scene_mut(), step);
+            }
+            Step::Solve(push, budget) => solve(&mut kernel, &record, &limits, (push, *budget)),
+            _ => {}
+        }
+    }
+}
+
+fn solve<T: Real, const N: usize, const D: usize, const C: usize>(
+    kernel: &mut Kernel<T, N, D, C, Mixed>,
+    record: &Record,
+    limits: &[JointRow<T, N>],
+    (push, budget): (&[f64], Budget),
+) {
+    let (push, tolerance) = (vector(push), T::literal(budget.tolerance));
+    let settings = Settings {
+        tolerance,
+        budget: budget.work,
+        model: Model::Coulomb,
+    };
+    let slots = kernel.scene().contacts().len();
+    let done = kernel.solve_with_limits(limits, &push, &settings).is_ok();
+    assert_eq!(kernel.scene().contacts().len(), slots);
+    if !done {
+        return;
+    }
+    let solution = kernel.solution();
+    assert!(solution.work.total() <= settings.budget + 27);
+    assert_ne!(solution.status, Status::Unsolved);
+    let of = |key| solution.row_by_key(key);
+    if solution.is_solved() {
+        let left_out = limits.iter().filter(|row| of(row.key).is_none());
+        for row in left_out {
+            assert!(row.row.dot(&solution.velocity) + row.offset >= T::ZERO);
+        }
+    }
+    let mut file = record.file(kernel.scene(), &push);
+    file.joints.extend(limits.iter().map(|row| Joint {
+        kind: "limit".to_owned(),
+        row: row.row.iter().map(|x| double(*x)).collect(),
+        offset: double(row.offset),
+        lower: None,
+        upper: None,
+        compliance: double(row.compliance),
+    }));
+    if !is_measurable::<T>(&file) {
+        return;
+    }
+    let v: Vec<f64> = solution.velocity.iter().map(|x| double(*x)).collect();
+    let contacts = || record.contacts.iter().map(|(slot, ..)| *slot);
+    let r = contacts().flat_map(|slot| solution.contacts[slot].impulse.iter());
+    let r: Vec<f64> = r.map(|x| double(*x)).collect();
+    let own = record.rows.iter().map(|(index, ..)| solution.row(*index));
+    let rows: Vec<_> = own.chain(limits.iter().map(|row| of(row.key))).collect();
+    let lambda =
+        |row: &Option<_>| row.map_or(0.0, |row: stiction::RowSolution<T>| double(row.impulse));
+    if solution.is_solved() {
+        let lambda: Vec<f64> = rows.iter().map(lambda).collect();
+        let error = mixed_measure::error(&file, &v, &r, &lambda);
+        assert!(
+            error <= double(tolerance) * 1.001 + 1e-10,
+            "solved to {error:e}"
+        );
+    }
+    if solution.status == Status::Infeasible && double(T::EPSILON) < 1e-10 {
+        let normals: Vec<f64> = contacts()
+            .map(|slot| double(solution.certificate[slot]))
+            .collect();
+        let joints = rows
+            .iter()
+            .map(|row| row.map_or(0.0, |row| double(row.certificate)));
+        let joints: Vec<f64> = joints.collect();
+        assert!(
+            mixed_measure::proves(&file, &normals, &joints),
+            "a proof that is none"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(cases())]
+
+    #[test]
+    fn limits_in_double_precision(steps in steps::sequence()) {
+        run::<f64, 3, 3, 4>(&steps);
+    }
+
+    #[test]
+    fn limits_in_single_precision(steps in steps::sequence()) {
+        run::<f32, 3, 3, 4>(&steps);
+    }
+}
