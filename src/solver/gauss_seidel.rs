@@ -13,13 +13,13 @@
 //! Sweeps converge slowly if contacts have more rows than dofs. A cold solve then guesses first
 //! ([`crate::solver::outlook`]), if sticking is likely.
 
-use crate::Real;
 use crate::cone::square;
 use crate::laws::{Laws, Room};
 use crate::linalg::blocks::{ContactVector, block, product, subtract_rows};
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
-use crate::solver::{row_sweep, several_tangents};
+use crate::solver::{relaxed_sweep, row_sweep, several_tangents};
+use crate::{FrictionCone, Real};
 use core::hint::black_box;
 use core::ops::Range;
 
@@ -32,6 +32,53 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, L: 
     relative: &mut ContactVector<T, D, C>,
     lambdas: &mut [T; C],
 ) {
+    each(
+        problem,
+        impulse,
+        relative,
+        lambdas,
+        |cone, own, mass, u, old, lambda| {
+            // One row alone is as simple to push, and what slips goes on slipping.
+            let (mu, may_hold) = (cone.friction(), D > 1 && *lambda == T::ZERO);
+            let held = may_hold.then(|| hold(own, mass, u, old, mu)).flatten();
+            held.unwrap_or_else(|| {
+                let mut left = *u;
+                for (left, own) in left.iter_mut().zip(own) {
+                    *left -= product(own, old);
+                }
+                push(own, &left, mu, lambda).unwrap_or([T::ZERO; D])
+            })
+        },
+    );
+}
+
+/// As [`sweep`], by the convex relaxation.
+#[inline(never)]
+pub(crate) fn relaxed<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    problem: &Problem<'_, T, N, D, C, L>,
+    impulse: &mut ContactVector<T, D, C>,
+    relative: &mut ContactVector<T, D, C>,
+    lambdas: &mut [T; C],
+) {
+    each(
+        problem,
+        impulse,
+        relative,
+        lambdas,
+        |cone, own, mass, u, old, _| relaxed_sweep::push(cone, own, mass, u, old),
+    );
+}
+
+/// Goes from contact to contact, and pushes each: given are its cone, `W_ii`, `W_ii⁻¹`, velocity, impulse and `λ`.
+#[inline(always)]
+#[allow(clippy::inline_always)] // one loop for each law
+fn each<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    problem: &Problem<'_, T, N, D, C, L>,
+    impulse: &mut ContactVector<T, D, C>,
+    relative: &mut ContactVector<T, D, C>,
+    lambdas: &mut [T; C],
+    push: impl Fn(&FrictionCone<T>, &[[T; D]; D], &[[T; D]; D], &[T; D], &[T; D], &mut T) -> [T; D],
+) {
     let (laws, delassus) = (problem.laws(), problem.factor.delassus());
     let masses = problem.factor.effective_mass();
     // From a 0 that it knows a compiler makes a loop without vectors.
@@ -43,21 +90,11 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, L: 
         let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
             return;
         };
-        let (old, mu) = (*impulse, law.cone.friction());
-        if let Some(rows) = law.rows.get() {
-            *impulse = row_sweep::push(rows, &own, mass, &u, &old);
-        } else {
-            // One row alone is as simple to push, and what slips goes on slipping.
-            let may_hold = D > 1 && *lambda == T::ZERO;
-            let held = may_hold.then(|| hold(&own, mass, &u, &old, mu)).flatten();
-            *impulse = held.unwrap_or_else(|| {
-                let mut left = u;
-                for (left, own) in left.iter_mut().zip(&own) {
-                    *left -= product(own, &old);
-                }
-                push(&own, &left, mu, lambda).unwrap_or([T::ZERO; D])
-            });
-        }
+        let old = *impulse;
+        *impulse = match law.rows.get() {
+            Some(rows) => row_sweep::push(rows, &own, mass, &u, &old),
+            None => push(&law.cone, &own, mass, &u, &old, lambda),
+        };
         let mut back = old;
         for (back, &new) in back.iter_mut().zip(&*impulse) {
             *back -= new;

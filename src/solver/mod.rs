@@ -25,6 +25,7 @@ mod outlook;
 mod phases;
 mod point;
 mod record;
+mod relaxed_sweep;
 mod row_doubt;
 mod row_keys;
 mod row_sweep;
