@@ -17,6 +17,8 @@ SCENES = {
     "quadruped_frictionless": "the same, normal rows (18, 4, 1)",
     "walker": "planar walker (9, 4, 2)",
     "stack": "stack of boxes (18, 12, 3)",
+    "sharing": "sharing out forces (6, 4, 3)",
+    "sharing_slip": "the same, near slipping",
 }
 COLUMNS = ["prepare", "prepare_restart", "iteration", "newton_step", "cold_1e-3", "cold_1e-4", "cold_1e-5",
            "warm_1e-3", "warm_1e-4", "warm_1e-5", "gs_prepare", "gs_sweep"]
@@ -38,6 +40,8 @@ was measured. `.ci/firmware` fails where a number differs by more than 2 %; with
 - Bytes of stack are what a call takes beyond what its caller holds. `stack_solve` is that of the cold solve to 1e-5, which
   need not reach the interior point. `stack_all_phases` is that of a solve that goes through sweeps, Newton's method, a
   search for a proof and the interior point.
+- `sharing` is the convex relaxation with compliance, see "Sharing out forces": a push of 0.3 of the friction that there
+  is, and of 0.9. A warm solve comes after the push has turned by 0.01 rad.
 - A scene has N dofs, up to C contacts and D rows for each contact: the labels are (N, C, D).
 """
 
@@ -71,6 +75,8 @@ def cell(values, *name):
 
 def sweeps(values, machine, scene, tolerance):
     count = values.get((machine, scene, f"gs_sweeps_{tolerance}"))
+    if (machine, scene, "gs_sweep") not in values:
+        return "–"
     if count is None:
         return "> 400 sweeps"
     return f"{count * values[machine, scene, 'gs_sweep']:,} ({count})"

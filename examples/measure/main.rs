@@ -22,6 +22,8 @@ mod gauss_seidel;
 #[path = "../embedded/records.rs"]
 mod records;
 #[cfg(target_os = "none")]
+mod sharing;
+#[cfg(target_os = "none")]
 #[path = "../embedded/stack.rs"]
 mod stack;
 
@@ -31,6 +33,7 @@ mod measure {
     use crate::counter::Counter;
     use crate::gauss_seidel::GaussSeidel;
     use crate::records::{Records, Step};
+    use crate::sharing::Sharing;
     use crate::stack::stack_bytes;
     use core::hint::black_box;
     use cortex_m_rt::entry;
@@ -258,6 +261,7 @@ mod measure {
             Bench::new("walker", include_bytes!("walker.bin"));
         static mut STACK: Bench<Number, 18, 3, 12> =
             Bench::new("stack", include_bytes!("stack.bin"));
+        static mut SHARING: Sharing<Number> = Sharing::new();
         let Some(peripherals) = cortex_m::Peripherals::take() else {
             exit(false)
         };
@@ -269,6 +273,7 @@ mod measure {
             FRICTIONLESS.measure(&mut counter),
             WALKER.measure(&mut counter),
             STACK.measure(&mut counter),
+            SHARING.measure(&mut counter),
         ];
         exit(done.iter().all(Option::is_some))
     }

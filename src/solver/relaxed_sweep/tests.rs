@@ -1,4 +1,4 @@
-//! One contact: the convex relaxation whether it opens, sticks or slides.
+//! One contact: it obeys the convex relaxation whether it opens, sticks or slides.
 
 extern crate std;
 
@@ -63,12 +63,12 @@ fn modes<const D: usize>(count: usize) -> Result<[usize; 3], Reason> {
             error <= 1e-9,
             "{error:e}: mu {mu}, {own:?}, {free:?}, {r:?}"
         );
-        let mode = match r[0] {
-            0.0 => 0,
-            _ if product(&u, &u) < 1e-18 => 1,
-            _ => 2,
-        };
-        modes[mode] += 1;
+        let [open, sticks, slides] = &mut modes;
+        *match r[0] {
+            0.0 => open,
+            _ if product(&u, &u) < 1e-18 => sticks,
+            _ => slides,
+        } += 1;
     }
     Ok(modes)
 }
@@ -76,7 +76,6 @@ fn modes<const D: usize>(count: usize) -> Result<[usize; 3], Reason> {
 #[test]
 fn a_contact_obeys_the_convex_relaxation() -> Result<(), Reason> {
     for modes in [modes::<2>(4000)?, modes::<3>(4000)?] {
-        std::println!("{modes:?}");
         assert!(modes.iter().all(|&count| count > 20), "{modes:?}");
     }
     Ok(())
