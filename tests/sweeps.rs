@@ -1,6 +1,6 @@
 //! Where impulses are unique a solve starts with Gauss-Seidel sweeps: on one contact they are all of it.
 
-use crate::support::check;
+use crate::support::{check, random};
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use stiction::{Contact, Factor, Model, Scene, Settings, Solution, Solver, Status};
@@ -63,20 +63,30 @@ proptest! {
         prop_assert_eq!((normal.status, normal.work.newton_steps), (Status::Solved, 0));
         prop_assert!(normal.work.total() <= 2, "{}", normal.work.total());
     }
-    #[test]
-    fn one_contact_of_the_convex_relaxation_is_solved_without_newton(
-        masses in prop::array::uniform3(0.5_f64..2.0),
-        askew in prop::array::uniform9(-0.15_f64..0.15),
-        push in prop::array::uniform3(-1.0_f64..1.0),
-        mu in 0.0_f64..0.6,
-    ) {
-        // Each sweep is a step of Newton's method along the cone.
+}
+
+/// Each sweep is a step of Newton's method along the cone. Of a planar contact it is the end.
+#[test]
+fn one_contact_of_the_convex_relaxation_is_solved_without_newton() {
+    let contacts = (
+        prop::array::uniform3(0.5_f64..2.0),
+        prop::array::uniform9(-0.15_f64..0.15),
+        prop::array::uniform3(-1.0_f64..1.0),
+        0.0_f64..0.6,
+    );
+    for (masses, askew, push, mu) in random::draws(contacts, 5000) {
         let spatial = solve::<3>(&masses, &askew, &push, mu, Model::ConvexRelaxation);
-        prop_assert_eq!((spatial.status, spatial.work.newton_steps), (Status::Solved, 0));
-        prop_assert!(spatial.work.total() <= 2 * 4, "{}", spatial.work.total());
+        assert_eq!(
+            (spatial.status, spatial.work.newton_steps),
+            (Status::Solved, 0)
+        );
+        assert!(spatial.work.total() <= 2 * 5, "{}", spatial.work.total());
         let planar = solve::<2>(&masses, &askew, &push, mu, Model::ConvexRelaxation);
-        prop_assert_eq!((planar.status, planar.work.newton_steps), (Status::Solved, 0));
-        prop_assert!(planar.work.total() <= 2 * 2, "{}", planar.work.total());
+        assert_eq!(
+            (planar.status, planar.work.newton_steps),
+            (Status::Solved, 0)
+        );
+        assert!(planar.work.total() <= 2, "{}", planar.work.total());
     }
 }
 
