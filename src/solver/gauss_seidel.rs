@@ -10,18 +10,18 @@
 //! A contact without a `λ` from an earlier sweep is first tried with less work: it sticks if `r - W_ii⁻¹ u`, where `u` is
 //! the velocity that it has now, lies in the cone.
 //!
+//! The convex relaxation has a [sweep](crate::solver::relaxed_sweep) of its own.
+//!
 //! Sweeps converge slowly if contacts have more rows than dofs. A cold solve then guesses first
 //! ([`crate::solver::outlook`]), if sticking is likely.
 
+use crate::Real;
 use crate::cone::square;
-use crate::laws::{Laws, Room};
-use crate::linalg::blocks::{ContactVector, block, product, subtract_rows};
+use crate::laws::Laws;
+use crate::linalg::blocks::{ContactVector, product};
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
-use crate::solver::{relaxed_sweep, row_sweep, several_tangents};
-use crate::{FrictionCone, Real};
-use core::hint::black_box;
-use core::ops::Range;
+use crate::solver::{contact_by_contact, several_tangents};
 
 /// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
 /// `u = W r + q`. The `λ` of each contact is sought near where the last one was.
@@ -32,7 +32,7 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, L: 
     relative: &mut ContactVector<T, D, C>,
     lambdas: &mut [T; C],
 ) {
-    each(
+    contact_by_contact::each(
         problem,
         impulse,
         relative,
@@ -50,70 +50,6 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, L: 
             })
         },
     );
-}
-
-/// As [`sweep`], by the convex relaxation.
-#[inline(never)]
-pub(crate) fn relaxed<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
-    problem: &Problem<'_, T, N, D, C, L>,
-    impulse: &mut ContactVector<T, D, C>,
-    relative: &mut ContactVector<T, D, C>,
-    lambdas: &mut [T; C],
-) {
-    each(
-        problem,
-        impulse,
-        relative,
-        lambdas,
-        |cone, own, mass, u, old, _| relaxed_sweep::push(cone, own, mass, u, old),
-    );
-}
-
-/// Goes from contact to contact, and pushes each: given are its cone, `W_ii`, `W_ii⁻¹`, velocity, impulse and `λ`.
-#[inline(always)]
-#[allow(clippy::inline_always)] // one loop for each law
-fn each<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
-    problem: &Problem<'_, T, N, D, C, L>,
-    impulse: &mut ContactVector<T, D, C>,
-    relative: &mut ContactVector<T, D, C>,
-    lambdas: &mut [T; C],
-    push: impl Fn(&FrictionCone<T>, &[[T; D]; D], &[[T; D]; D], &[T; D], &[T; D], &mut T) -> [T; D],
-) {
-    let (laws, delassus) = (problem.laws(), problem.factor.delassus());
-    let masses = problem.factor.effective_mass();
-    // From a 0 that it knows a compiler makes a loop without vectors.
-    let all = black_box(0)..D * laws.len();
-    let contacts = laws.iter().zip(delassus).zip(masses).enumerate();
-    for ((i, ((law, rows), mass)), (impulse, lambda)) in
-        contacts.zip(impulse.iter_mut().zip(lambdas))
-    {
-        let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
-            return;
-        };
-        let old = *impulse;
-        *impulse = match law.rows.get() {
-            Some(rows) => row_sweep::push(rows, &own, mass, &u, &old),
-            None => push(&law.cone, &own, mass, &u, &old, lambda),
-        };
-        let mut back = old;
-        for (back, &new) in back.iter_mut().zip(&*impulse) {
-            *back -= new;
-        }
-        if back != [T::ZERO; D] {
-            take_back(relative, &back, rows, &all);
-        }
-    }
-}
-
-/// Keeps `u = W r + q` in some of its rows when a contact, of these rows of `W`, takes back an impulse.
-#[inline(never)]
-fn take_back<T: Real, const D: usize, const C: usize>(
-    relative: &mut ContactVector<T, D, C>,
-    back: &[T; D],
-    rows: &[ContactVector<T, D, C>; D],
-    range: &Range<usize>,
-) {
-    subtract_rows(relative, back, rows, range.start, range.end);
 }
 
 /// A contact that wedges itself would push without bound. An impulse above this many times the frictionless one is

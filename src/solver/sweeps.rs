@@ -4,11 +4,10 @@
 //! reach the tolerance (`after_five`).
 
 use crate::laws::Laws;
-use crate::solver::gauss_seidel;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
 use crate::solver::phases::{Phase, Solve};
-use crate::solver::tuning;
+use crate::solver::{gauss_seidel, relaxed_sweep, tuning};
 use crate::{Model, Real};
 use core::mem;
 
@@ -73,7 +72,7 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
         let lambdas = &mut self.sweeps.lambdas;
         match monitor.problem.model {
             Model::Coulomb => gauss_seidel::sweep(monitor.problem, r, u, lambdas),
-            Model::ConvexRelaxation => gauss_seidel::relaxed(monitor.problem, r, u, lambdas),
+            Model::ConvexRelaxation => relaxed_sweep::sweep(monitor.problem, r, u, lambdas),
         }
     }
 
