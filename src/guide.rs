@@ -10,6 +10,7 @@ macro_rules! links {
 [Kanno's note]: crate::guide::note
 [Joint rows]: crate::guide::rows
 [Numbers]: crate::guide::numbers
+[Sharing out forces]: crate::guide::forces
 [The error]: crate::guide::error
 "
     };
@@ -22,6 +23,10 @@ pub mod method {}
 #[doc = links!()]
 #[doc = include_str!("guide/rows.md")]
 pub mod rows {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/forces.md")]
+pub mod forces {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/error.md")]

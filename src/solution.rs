@@ -14,7 +14,7 @@ pub enum Model {
     /// Coulomb's law, with the De Saxcé shift `mu |u_T|` (default).
     Coulomb,
     /// Its convex relaxation, without the shift: a sliding contact separates with normal speed `mu |u_T|`. `error` then
-    /// measures the relaxed law. An example stands at [`Settings`].
+    /// measures the relaxed law. [`crate::guide::forces`] shares out forces with it; an example stands at [`Settings`].
     ConvexRelaxation,
 }
 

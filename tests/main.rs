@@ -9,6 +9,7 @@ mod delassus;
 mod equivalence;
 mod errors;
 mod factor;
+mod forces;
 mod fuzz;
 mod hard;
 mod kernel;

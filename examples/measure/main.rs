@@ -24,6 +24,8 @@ mod limits;
 #[path = "../embedded/records.rs"]
 mod records;
 #[cfg(target_os = "none")]
+mod sharing;
+#[cfg(target_os = "none")]
 #[path = "../embedded/stack.rs"]
 mod stack;
 
@@ -34,6 +36,7 @@ mod measure {
     use crate::gauss_seidel::GaussSeidel;
     use crate::limits::Limits;
     use crate::records::{Records, Step};
+    use crate::sharing::Sharing;
     use crate::stack::stack_bytes;
     use core::hint::black_box;
     use cortex_m_rt::entry;
@@ -262,6 +265,7 @@ mod measure {
         static mut STACK: Bench<Number, 18, 3, 12> =
             Bench::new("stack", include_bytes!("stack.bin"));
         static mut LIMITS: Limits<Number> = Limits::new();
+        static mut SHARING: Sharing<Number> = Sharing::new();
         let Some(peripherals) = cortex_m::Peripherals::take() else {
             exit(false)
         };
@@ -274,6 +278,7 @@ mod measure {
             WALKER.measure(&mut counter),
             STACK.measure(&mut counter),
             LIMITS.measure(include_bytes!("quadruped.bin"), &mut counter),
+            SHARING.measure(&mut counter),
         ];
         exit(done.iter().all(Option::is_some))
     }

@@ -197,9 +197,9 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         }
     }
 
-    /// Gauss-Seidel solves Coulomb's law, not its relaxation.
+    /// Gauss-Seidel solves Coulomb's law, and its relaxation with up to two tangents.
     pub(crate) fn can_be_swept(&self) -> bool {
-        self.model == Model::Coulomb
+        self.model == Model::Coulomb || D <= 3
     }
 
     /// Fills the augmented velocity `û` of all contacts.

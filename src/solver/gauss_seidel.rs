@@ -10,16 +10,18 @@
 //! A contact without a `λ` from an earlier sweep is first tried with less work: it sticks if `r - W_ii⁻¹ u`, where `u` is
 //! the velocity that it has now, lies in the cone.
 //!
+//! The convex relaxation has a [sweep](crate::solver::relaxed_sweep) of its own.
+//!
 //! Sweeps converge slowly if contacts have more rows than dofs. A cold solve then guesses first
 //! ([`crate::solver::outlook`]), if sticking is likely.
 
 use crate::Real;
 use crate::cone::square;
-use crate::laws::{Laws, Room};
-use crate::linalg::blocks::{ContactVector, block, product};
+use crate::laws::Laws;
+use crate::linalg::blocks::{ContactVector, product};
 use crate::linalg::hints::rolled;
 use crate::problem::Problem;
-use crate::solver::{row_sweep, several_tangents};
+use crate::solver::{contact_by_contact, several_tangents};
 
 /// One sweep: contact by contact, each with the impulses of the others as they are by then, and keeps
 /// `u = W r + q`. The `λ` of each contact is sought near where the last one was.
@@ -30,60 +32,24 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, L: 
     relative: &mut ContactVector<T, D, C>,
     lambdas: &mut [T; C],
 ) {
-    let (laws, delassus) = (problem.laws(), problem.factor.delassus());
-    let masses = problem.factor.effective_mass();
-    let contacts = laws.iter().zip(delassus).zip(masses).enumerate();
-    for ((i, ((law, rows), mass)), (impulse, lambda)) in
-        contacts.zip(impulse.iter_mut().zip(lambdas))
-    {
-        if let Some(bounds) = law.rows.get() {
-            let back = row_sweep::push(bounds, i, (delassus, mass), relative, impulse);
-            if back != [T::ZERO; D] {
-                take_back(relative, &back, rows, laws.len());
-            }
-            continue;
-        }
-        let (Some(own), Some(&u)) = (block(delassus, i, i), relative.get(i)) else {
-            return;
-        };
-        let (old, mu) = (*impulse, law.cone.friction());
-        // One row alone is as simple to push, and what slips goes on slipping.
-        let may_hold = D > 1 && *lambda == T::ZERO;
-        let held = may_hold.then(|| hold(&own, mass, &u, &old, mu)).flatten();
-        *impulse = held.unwrap_or_else(|| {
-            let mut left = u;
-            for (left, own) in left.iter_mut().zip(&own) {
-                *left -= product(own, &old);
-            }
-            push(&own, &left, mu, lambda).unwrap_or([T::ZERO; D])
-        });
-        let mut back = old;
-        for (back, &new) in back.iter_mut().zip(&*impulse) {
-            *back -= new;
-        }
-        if back != [T::ZERO; D] {
-            take_back(relative, &back, rows, laws.len());
-        }
-    }
-}
-
-/// Keeps `u = W r + q` of some contacts when one contact, of these rows of `W`, takes back an impulse.
-#[inline(never)]
-fn take_back<T: Real, const D: usize, const C: usize>(
-    relative: &mut ContactVector<T, D, C>,
-    back: &[T; D],
-    rows: &[ContactVector<T, D, C>; D],
-    contacts: usize,
-) {
-    for (j, u) in relative.iter_mut().enumerate().take(contacts) {
-        rolled();
-        for (&back, row) in back.iter().zip(rows) {
-            let Some(block) = row.get(j) else { break };
-            for (u, &entry) in u.iter_mut().zip(block) {
-                *u -= back * entry;
-            }
-        }
-    }
+    contact_by_contact::each(
+        problem,
+        impulse,
+        relative,
+        lambdas,
+        |cone, own, mass, u, old, lambda| {
+            // One row alone is as simple to push, and what slips goes on slipping.
+            let (mu, may_hold) = (cone.friction(), D > 1 && *lambda == T::ZERO);
+            let held = may_hold.then(|| hold(own, mass, u, old, mu)).flatten();
+            held.unwrap_or_else(|| {
+                let mut left = *u;
+                for (left, own) in left.iter_mut().zip(own) {
+                    *left -= product(own, old);
+                }
+                push(own, &left, mu, lambda).unwrap_or([T::ZERO; D])
+            })
+        },
+    );
 }
 
 /// A contact that wedges itself would push without bound. An impulse above this many times the frictionless one is

@@ -12,6 +12,7 @@ use nalgebra::SVector;
 
 mod admm_solver;
 mod calls;
+mod contact_by_contact;
 mod doubt;
 #[cfg(test)]
 mod fixtures;
@@ -25,6 +26,7 @@ mod outlook;
 mod phases;
 mod point;
 mod record;
+mod relaxed_sweep;
 mod row_doubt;
 mod row_keys;
 mod row_sweep;

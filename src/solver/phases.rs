@@ -148,7 +148,7 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
             monitor.problem.all_sticking(&mut self.point.z);
             self.point.update(monitor.problem);
             Phase::Newton(Newton::guessed())
-        } else if monitor.problem.can_be_swept() {
+        } else if monitor.problem.begins_with_sweeps() {
             self.begin_sweeps()
         } else {
             self.begin_newton(monitor, Newton::new())

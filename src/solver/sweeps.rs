@@ -3,13 +3,12 @@
 //! A Newton step costs as much as five sweeps. Sweeps go on while they are fast, or while five more at the present rate
 //! reach the tolerance (`after_five`).
 
-use crate::Real;
 use crate::laws::Laws;
-use crate::solver::gauss_seidel;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
 use crate::solver::phases::{Phase, Solve};
-use crate::solver::tuning;
+use crate::solver::{gauss_seidel, relaxed_sweep, tuning};
+use crate::{Model, Real};
 use core::mem;
 
 /// Sweeps, from one to the next.
@@ -70,7 +69,11 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     ) {
         monitor.solution.work.sweeps += 1;
         let (r, u) = (&mut self.point.r, &mut self.point.u);
-        gauss_seidel::sweep(monitor.problem, r, u, &mut self.sweeps.lambdas);
+        let lambdas = &mut self.sweeps.lambdas;
+        match monitor.problem.model {
+            Model::Coulomb => gauss_seidel::sweep(monitor.problem, r, u, lambdas),
+            Model::ConvexRelaxation => relaxed_sweep::sweep(monitor.problem, r, u, lambdas),
+        }
     }
 
     /// One sweep, and how they get on.

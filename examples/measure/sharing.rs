@@ -1,0 +1,71 @@
+//! Sharing out forces over four feet: the scene of `examples/forces`, pushed with 0.3 and 0.9 of its friction at 30°.
+
+#[path = "../forces/scene.rs"]
+mod scene;
+
+use crate::counter::Counter;
+use cortex_m_semihosting::hprintln;
+use nalgebra::SVector;
+use stiction::{Factor, Mixed, Real, Scene, Solver};
+
+pub(crate) struct Sharing<T: Real> {
+    scene: Scene<T, 6, 3, 4, Mixed>,
+    factor: Factor<T, 6, 3, 4, Mixed>,
+    solver: Solver<T, 6, 3, 4, Mixed>,
+}
+
+/// `-b` for a push in units of the friction that there is, turned by a hundredth of a radian or not.
+fn free_impulse<T: Real>(push: f64, turned: f64) -> SVector<T, 6> {
+    let push = push * scene::MU;
+    let wrench = [
+        push * (0.866 - 0.5 * turned),
+        push * (0.5 + 0.866 * turned),
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+    ];
+    wrench
+        .map(|share: f64| T::literal(-share * scene::WEIGHT))
+        .into()
+}
+
+impl<T: Real> Sharing<T> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            scene: Scene::mixed(),
+            factor: Factor::empty(),
+            solver: Solver::new(),
+        }
+    }
+
+    /// Instructions of a factor, and of solves to 1e-4, cold and a tick later; bytes. `None` if something does not succeed.
+    #[inline(never)]
+    pub(crate) fn measure(&mut self, counter: &mut Counter) -> Option<()> {
+        scene::fill(&mut self.scene).ok()?;
+        let mut ok = true;
+        let count = counter.instructions(|| ok &= self.factor.prepare(&self.scene).is_ok())?;
+        hprintln!("sharing prepare {}", count);
+        for (name, push) in [("sharing", 0.3), ("sharing_slip", 0.9)] {
+            self.solver.reset();
+            for (kind, turned) in [("cold", 0.0), ("warm", 0.01)] {
+                let free_impulse = free_impulse(push, turned);
+                let count = counter.instructions(|| ok &= self.solve(&free_impulse))?;
+                hprintln!("{} {}_1e-4 {}", name, kind, count);
+            }
+        }
+        hprintln!("sharing ram_scene {}", size_of_val(&self.scene));
+        hprintln!("sharing ram_factor {}", size_of_val(&self.factor));
+        hprintln!("sharing ram_solver {}", size_of_val(&self.solver));
+        ok.then_some(())
+    }
+
+    #[inline(never)]
+    fn solve(&mut self, free_impulse: &SVector<T, 6>) -> bool {
+        let settings = scene::settings(1e-4);
+        let solution = self
+            .solver
+            .solve(&self.scene, &self.factor, free_impulse, &settings);
+        solution.is_ok_and(|solution| solution.is_solved())
+    }
+}
