@@ -95,7 +95,7 @@ pub fn read_text(text: &str) -> Result<Option<MixedFile>, String> {
 
 impl MixedFile {
     fn check(&self) -> Result<(), String> {
-        let rows = self.dim * self.n_contacts;
+        let rows = self.dim.saturating_mul(self.n_contacts);
         matrix("M", &self.mass, self.n_dof, self.n_dof)?;
         matrix("H (dim rows a contact)", &self.h, rows, self.n_dof)?;
         vector("f", self.f.clone(), self.n_dof)?;

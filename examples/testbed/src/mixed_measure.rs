@@ -129,7 +129,7 @@ pub fn error(file: &MixedFile, v: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
         let first = projected(rows.mu[i], alpha, &vec![0.0; d], &qi);
         let square: f64 = first.iter().map(|x| x * x).sum();
         alone += square;
-        energy += square / alpha;
+        energy += ratio(square, alpha);
         for k in own.clone() {
             let w = if k % d == 0 {
                 rows.w[k].min(0.0)

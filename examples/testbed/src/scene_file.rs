@@ -168,7 +168,7 @@ impl Problem {
         if !(1..=4).contains(&dim) {
             return Err(format!("dim {dim} is not 1, 2, 3 or 4"));
         }
-        let rows = dim * self.n_contacts;
+        let rows = dim.saturating_mul(self.n_contacts);
         let h = matrix("H (dim rows a contact)", &self.h, rows, n_dof)?;
         Ok(SceneFile {
             name,
