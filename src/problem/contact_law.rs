@@ -18,6 +18,8 @@ pub(crate) struct ContactLaw<T: Real, const D: usize, L: Laws = Coulomb> {
     pub(crate) alpha: T,
     /// `q_i = H_i v_free + w_i`.
     pub(crate) q: SVector<T, D>,
+    /// Where there may be joint rows: `q` as it was before any correction.
+    pub(crate) free: L::Room<SVector<T, D>>,
     /// Of a slot of joint rows: their laws, in place of the cone.
     pub(crate) rows: L::Room<RowLaws<T, D>>,
 }
@@ -30,6 +32,7 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
             cone: FrictionCone::frictionless(),
             alpha: T::ZERO,
             q: zeros(),
+            free: L::Room::EMPTY,
             rows: L::Room::EMPTY,
         }
     }
@@ -42,7 +45,7 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
         alpha: T,
         moved: SVector<T, D>,
     ) -> Self {
-        let mu = contact.mu;
+        let (mu, q) = (contact.mu, contact.offset + moved);
         Self {
             shift_factor: match model {
                 Model::Coulomb => mu,
@@ -50,7 +53,8 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
             },
             cone: FrictionCone::new(mu).unwrap_or(FrictionCone::frictionless()),
             alpha,
-            q: contact.offset + moved,
+            q,
+            free: L::Room::with(q),
             rows: L::Room::EMPTY,
         }
     }

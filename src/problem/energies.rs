@@ -11,8 +11,9 @@ use crate::cone::square;
 use crate::laws::{Laws, Room};
 use crate::linalg::hints::rolled;
 use crate::problem::ContactLaw;
-use crate::problem::residual::{larger, quotient, unit};
+use crate::problem::residual::{larger, quotient, root_sum, unit};
 use crate::problem::row_laws::clamped;
+use nalgebra::SVector;
 
 /// The share of the free motion's energy that impulses are not compared with less than.
 const SHARE: f64 = 1e-4;
@@ -85,20 +86,20 @@ impl<T: Real> Energies<T> {
         quotient(squares, self.least).square_root()
     }
 
-    /// The larger of the error of contacts and that of joint rows, from `u = W r + q`, with bounds on what rounding did to
-    /// each slot's, squared.
+    /// The larger of the error of contacts and that of joint rows, from velocities `u` (`W r + q`, or `H v + w` and the squares
+    /// of bounds on its rounding, one a slot) and what of them is not of impulses.
     pub(super) fn larger<const D: usize, L: Laws>(
         &self,
         contacts: T,
         laws: &[ContactLaw<T, D, L>],
-        u: &[[T; D]],
-        r: &[[T; D]],
+        (u, r): (&[[T; D]], &[[T; D]]),
         noise: &[T],
+        q: impl Fn(&ContactLaw<T, D, L>) -> SVector<T, D>,
     ) -> T {
         if self.is_hopeless {
             return T::ONE / T::ZERO;
         }
-        let mut residual = T::ZERO;
+        let (mut residual, mut noises) = (T::ZERO, T::ZERO);
         for (i, ((law, u), r)) in laws.iter().zip(u).zip(r).enumerate() {
             rolled();
             let Some(rows) = law.rows.get() else { continue };
@@ -112,24 +113,27 @@ impl<T: Real> Energies<T> {
                 let beyond = push - other;
                 let stays = other == r && beyond * beyond > noise;
                 if !stays {
-                    residual += noise * self.unit * self.unit;
+                    noises += noise * self.unit * self.unit;
                 }
             }
         }
-        if residual == T::ZERO || quotient(residual, self.least) <= contacts * contacts {
+        if residual + noises == T::ZERO {
             return contacts;
         }
-        let size = self.work(laws, u, r, noise).max(self.least);
-        contacts.max(quotient(residual, size).square_root())
+        let of = |size| root_sum(residual, noises, size);
+        if of(self.least) <= contacts {
+            return contacts;
+        }
+        contacts.max(of(self.work(laws, (u, r), noise, q).max(self.least)))
     }
 
     /// The work of all impulses, less what rounding may have added to it.
     fn work<const D: usize, L: Laws>(
         &self,
         laws: &[ContactLaw<T, D, L>],
-        u: &[[T; D]],
-        r: &[[T; D]],
+        (u, r): (&[[T; D]], &[[T; D]]),
         noise: &[T],
+        q: impl Fn(&ContactLaw<T, D, L>) -> SVector<T, D>,
     ) -> T {
         let [mut work, mut squares, mut noises] = [T::ZERO; 3];
         for (i, ((law, u), r)) in laws.iter().zip(u).zip(r).enumerate() {
@@ -137,7 +141,7 @@ impl<T: Real> Energies<T> {
             if *r == [T::ZERO; D] {
                 continue;
             }
-            for ((&u, &q), &r) in u.iter().zip(law.q.iter()).zip(r) {
+            for ((&u, &q), &r) in u.iter().zip(q(law).iter()).zip(r) {
                 let r = r * self.unit;
                 work += r * ((u - q) * self.unit);
                 squares += r * r;

@@ -24,7 +24,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         let (u, noise) = (opaque(u), opaque(&rounding.velocities));
         let mut natural_map = residual::natural_map(self.laws(), self.size, u, r, noise);
         if let Some(energies) = self.energies.get() {
-            natural_map = energies.larger(natural_map, self.laws(), u, r, noise);
+            let free = |law: &ContactLaw<T, D, L>| law.free.get().copied().unwrap_or(law.q);
+            natural_map = energies.larger(natural_map, self.laws(), (u, r), noise, free);
         }
         let mut error = natural_map.max(momentum.plain.error(rounding.momentum));
         if let (Some(weighted), Some(&noise)) = (momentum.weighted.get(), rounding.weighted.get()) {

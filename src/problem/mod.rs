@@ -192,9 +192,23 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     pub(crate) fn natural_map_at(&self, r: &[[T; D]], u: &[[T; D]]) -> T {
         let contacts = residual::natural_map(self.laws(), self.size, u, r, &[]);
         match self.energies.get() {
-            Some(energies) => energies.larger(contacts, self.laws(), u, r, &[]),
+            Some(energies) => energies.larger(contacts, self.laws(), (u, r), &[], |law| law.q),
             None => contacts,
         }
+    }
+
+    /// Are impulses more than so many times as large as expected?
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn exceeds(&self, r: &ContactVector<T, D, C>, times: T) -> bool {
+        if let Some(energies) = self.energies.get() {
+            return energies.share(self.laws(), r.iter().copied()) > times;
+        }
+        let sum = r.iter().fold(T::ZERO, |sum, r| {
+            rolled();
+            sum + square(r)
+        });
+        let bound = self.size * times;
+        sum > bound * bound
     }
 
     /// Gauss-Seidel solves Coulomb's law, and its relaxation with up to two tangents.

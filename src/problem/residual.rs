@@ -29,6 +29,16 @@ pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
     }
 }
 
+/// `(sqrt(residual) + sqrt(noise)) / sqrt(size)`, of squares: what rounding may hide of an error adds to it.
+#[inline]
+pub(crate) fn root_sum<T: Real>(residual: T, noise: T, size: T) -> T {
+    let error = quotient(residual, size).square_root();
+    if noise == T::ZERO {
+        return error;
+    }
+    error + quotient(noise, size).square_root()
+}
+
 /// A power of two that brings the largest of some numbers near 1, so that their squares neither
 /// overflow nor vanish.
 #[cfg_attr(target_os = "none", inline(never))]
@@ -225,7 +235,7 @@ pub(crate) fn natural_map<T: Real, const D: usize, L: Laws>(
         // Nothing moves and nothing pushes: the noise has cancelled.
         return T::ZERO;
     }
-    quotient(residual + noises, size).square_root()
+    root_sum(residual, noises, size)
 }
 
 /// Is the contact open for every velocity within the rounding bound `noise`, (m/s)²?

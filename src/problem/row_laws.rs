@@ -97,6 +97,7 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
         moved: SVector<T, D>,
     ) {
         self.q = offset.component_mul(&SVector::from(*scales)) + moved;
+        self.free = L::Room::with(self.q);
         if let Some(rows) = &slot.rows {
             let mut moves = [false; D];
             for ((moves, row), k) in moves.iter_mut().zip(own).zip(0..) {

@@ -1,9 +1,7 @@
 //! The monitor's doubts: impulses that run away, and scenes that have no solution.
 
-use crate::cone::square;
 use crate::laws::{Laws, Room};
 use crate::linalg::blocks::ContactVector;
-use crate::linalg::hints::rolled;
 use crate::problem::residual::quotient;
 use crate::problem::{infeasibility, row_proof};
 use crate::solver::monitor::Monitor;
@@ -15,7 +13,7 @@ use crate::{Real, Status};
 const EXCESSIVE: f64 = 20.0;
 
 /// Impulses this many times as large as expected are rejected, unless error times impulse is small, too.
-const LOST: f64 = 1e8;
+pub(super) const LOST: f64 = 1e8;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     Monitor<'_, '_, T, N, D, C, L>
@@ -53,19 +51,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     /// adds to them.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn suspect(&mut self, r: &ContactVector<T, D, C>) {
-        if let Some(energies) = self.problem.energies.get() {
-            let share = energies.share(self.problem.laws(), r.iter().copied());
-            if share > tuning::diverging() {
-                self.look_for_proof();
-            }
-            return;
-        }
-        let sum = r.iter().fold(T::ZERO, |sum, r| {
-            rolled();
-            sum + square(r)
-        });
-        let bound = self.problem.size * tuning::diverging();
-        if sum > bound * bound {
+        if self.problem.exceeds(r, tuning::diverging()) {
             self.look_for_proof();
         }
     }

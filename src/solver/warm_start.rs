@@ -6,6 +6,7 @@ use crate::linalg::hints::rolled;
 use crate::problem::Problem;
 use crate::scene::check_finite;
 use crate::solution::zeros;
+use crate::solver::doubt::LOST;
 use crate::solver::point::Point;
 use crate::solver::row_keys::RowKeys;
 use crate::{Contact, Error, Factor, Input, Real, Scene};
@@ -152,7 +153,7 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
     }
 
     /// Where a solve starts, for the contacts that were followed: at the last solution, if its error now is less than that
-    /// of zero impulses.
+    /// of zero impulses. (The error is relative: impulses of a glitch, far beyond what is expected, do not count.)
     ///
     /// Unique impulses are extrapolated. Hyperstatic ones can change without effect, and would be carried to the boundaries of
     /// the cones: they stay as they were.
@@ -173,7 +174,7 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
             } else {
                 self.stay(problem, tolerance, point);
             }
-            if point.natural_map < rest {
+            if point.natural_map < rest && !problem.exceeds(&point.r, T::literal(LOST)) {
                 return if unique {
                     Known::Isostatic
                 } else {

@@ -1,7 +1,11 @@
 //! What was found, as plain tests.
+#![allow(clippy::unreadable_literal)] // as they were found
 
+use super::steps::Budget;
+use super::steps::Step::{Jacobian, Mass, Push, PushRow, Reset, Resume, Solve};
+use super::{Machine, limits};
 use nalgebra::{SVector, matrix, vector};
-use stiction::{Contact, Error, Kernel, Settings};
+use stiction::{Contact, Coulomb, Error, Kernel, Mixed, Settings};
 
 /// Squares of the impulses to expect overflow: nothing is solved, but what is said is made of numbers.
 #[test]
@@ -27,4 +31,58 @@ fn a_push_beyond_all_squares_gives_numbers() -> Result<(), Error> {
         .flat_map(|contact| contact.impulse.iter());
     assert!(impulses.chain(&solution.velocity).all(|x| x.is_finite()));
     Ok(())
+}
+
+/// As many numbers as a step has, the last ones 0.
+fn x(first: &[f64]) -> Vec<f64> {
+    let mut numbers = first.to_vec();
+    numbers.resize(25, 0.0);
+    numbers
+}
+
+/// `mu` of 740 makes much of the rounding of a tangential velocity.
+#[rustfmt::skip]
+#[test]
+fn what_rounding_hides_adds_to_the_error() {
+    Machine::<f32, 3, 3, 3, Coulomb>::run(&[
+        Mass(x(&[-1.583591737080326, -0.9658260387186285, -1.0, 0.0, 0.026399904748452843, 1.0948133543024854, 0.0, 0.0, 0.5189435549053397]), false),
+        Push(x(&[1.9803086853282255, -0.7308775310744455, -1.2011677980238635, -0.8993885420561415, -1.0, 1.8608866295700728, 1.0, -0.523096918656791, -1.3826930521908989, 0.16943150611832838, -1.5632038357968274, 1.4243721437745809]), 740.1684912092335, 0),
+        Solve(x(&[-1.351156082075636, 0.6552778988707735, 1.5465688286515078]), Budget { work: 2000, tolerance: 0.0001, relaxed: false, }),
+        Solve(x(&[]), Budget { work: 2000, tolerance: 1e-9, relaxed: false, })
+    ]);
+}
+
+/// Velocities were corrected by the rounding of 1e45, and the work of later impulses was taken from them.
+#[rustfmt::skip]
+#[test]
+fn a_glitch_of_1e45_misleads_no_later_solve() {
+    Machine::<f64, 3, 3, 4, Mixed>::run(&[
+        Mass(x(&[0.8194268272254307, -0.3879757745454079, -0.11700068388422108, 0.0, -0.9713051196393891, 0.24349204887415887, 0.0, 0.0, -0.893741945225507]), false),
+        Push(x(&[-0.5909313180068164, 1.424425254319236, 0.0, 0.942578421829609, 0.0, 1.0741892490153588, 0.20736050564541342, -0.9282081893341084, 0.053567215374140366]), 1.1711575055487398, 0),
+        PushRow(x(&[0.0, -0.8756862956906004]), ( 2, 0.0, 0.6086845438722791), 0.21725030376635424, 0),
+        Reset,
+        Push(x(&[0.6401591011552774, 1.81631259111544, -0.8284831258010659, -1.969415615867161, 0.7741594546575962, -1.0, 0.8319116538041096, 0.0, 1.5170043153986739]), 1.4985398788665227, 0),
+        Reset,
+        PushRow(x(&[-1.0, 1.0310051721375668, 1.1813984094153112]), ( 2, -0.7497105728511586, 0.0), 0.0, 0),
+        Reset,
+        Reset,
+        Jacobian( 3, x(&[])),
+        Resume(x(&[9.982167284416664e44, -1.0000000000000001e45, 1.6771802824616396e43]), Budget { work: 1, tolerance: 1e-9, relaxed: false, }),
+        Solve(x(&[0.0, 1.8377820974445767]), Budget { work: 2000, tolerance: 1e-9, relaxed: false, }),
+        Solve(x(&[]), Budget { work: 2000, tolerance: 1e-9, relaxed: false, })
+    ]);
+}
+
+/// The same, with the limits of a solve.
+#[rustfmt::skip]
+#[test]
+fn a_glitch_of_1e52_misleads_no_solve_with_limits() {
+    limits::run::<f64, 3, 3, 4>(&[
+        Mass(x(&[-1.5397036824005719, 0.47718675648405273, 0.0, 0.0, 1.3198239845641573, 0.18259509349568348, 0.0, 0.0, 1.0]), false),
+        Push(x(&[-1.7689587335859693, -1.8060277616507139, 0.0, 0.3332659131062118, -0.3090766016375348, 1.0, 1.0806221258432176, 1.7837124972733447, -1.7485801588304537]), 0.7861837522274986, 0),
+        PushRow(x(&[-0.3609059671877662, 0.060438414127263584, 1.0]), ( 2, -0.9660590451043438, 0.0), 0.3081963210799245, 0),
+        Solve(x(&[0.0, 7.279736045488814e51, 1.460723838645764e52]), Budget { work: 2000, tolerance: 0.5, relaxed: false, }),
+        PushRow(x(&[0.0, 0.0, 1.6286179318162404]), ( 1, 0.0, 0.0), 0.0, 0),
+        Solve(x(&[0.0, -1.809076000592131]), Budget { work: 2000, tolerance: 1e-9, relaxed: false, })
+    ]);
 }

@@ -13,7 +13,7 @@ use testbed::mixed_measure;
 const FIRST: u32 = 100;
 
 /// Takes a sequence of calls, of which rows that are limits are given to the solves.
-fn run<T: Real, const N: usize, const D: usize, const C: usize>(steps: &[Step])
+pub(super) fn run<T: Real, const N: usize, const D: usize, const C: usize>(steps: &[Step])
 where
     Mixed: Kind<T, N, D, C, Beside = Record>,
 {

@@ -95,6 +95,9 @@ pub fn read_text(text: &str) -> Result<Option<MixedFile>, String> {
 
 impl MixedFile {
     fn check(&self) -> Result<(), String> {
+        if self.dim == 0 {
+            return Err("dim is 0".into());
+        }
         let rows = self.dim.saturating_mul(self.n_contacts);
         matrix("M", &self.mass, self.n_dof, self.n_dof)?;
         matrix("H (dim rows a contact)", &self.h, rows, self.n_dof)?;

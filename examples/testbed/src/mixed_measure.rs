@@ -93,6 +93,36 @@ fn projected(mu: f64, alpha: f64, r: &[f64], u: &[f64]) -> Vec<f64> {
     project(&push, mu)
 }
 
+/// The error of the dynamics in both norms; `least` are the last two terms of `S²`.
+fn dynamics(
+    file: &MixedFile,
+    rows: &Rows,
+    (v, r, lambda): (&DVector<f64>, &DVector<f64>, &DVector<f64>),
+    least: f64,
+) -> [f64; 2] {
+    let mass = file.mass();
+    let (inertia, f) = (&mass * v, DVector::from_column_slice(&file.f));
+    let h = DMatrix::from_fn(r.len(), file.n_dof, |i, j| file.h[i][j]);
+    let pushed = h.transpose() * r + rows.j.transpose() * lambda;
+    let weights = mass.diagonal().map(|m| 1.0 / m.sqrt());
+    let heaviest = mass.diagonal().max().sqrt();
+    let norms = [
+        (DVector::from_element(file.n_dof, 1.0), heaviest),
+        (weights, 1.0),
+    ];
+    norms.map(|(g, unit)| {
+        let size = |x: &DVector<f64>| g.component_mul(x).norm();
+        let gap = &inertia + &f - &pushed;
+        let sizes = [
+            size(&f),
+            size(&inertia),
+            size(&pushed),
+            1e-2 * least.sqrt() * unit,
+        ];
+        ratio(size(&gap), sizes.into_iter().fold(0.0, f64::max))
+    })
+}
+
 /// The largest of the errors of contacts, joint rows and dynamics. ("Joint rows" in `src/guide/rows.md` defines them.)
 pub fn error(file: &MixedFile, v: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
     let Some(rows) = rows(file) else {
@@ -169,16 +199,7 @@ pub fn error(file: &MixedFile, v: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
         .sum::<f64>();
     let least = f64::max(energy, 1e-4 * rows.y.norm_squared());
     let joints = ratio(off.sqrt(), work.max(least).sqrt());
-    let mass = file.mass();
-    let (inertia, f) = (&mass * &v, DVector::from_column_slice(&file.f));
-    let h = DMatrix::from_fn(r.len(), file.n_dof, |i, j| file.h[i][j]);
-    let pushed = h.transpose() * &r + rows.j.transpose() * &lambda;
-    let weights = mass.diagonal().map(|m| 1.0 / m.sqrt());
-    let dynamics = [DVector::from_element(file.n_dof, 1.0), weights].map(|g| {
-        let size = |x: &DVector<f64>| g.component_mul(x).norm();
-        let gap = &inertia + &f - &pushed;
-        ratio(size(&gap), size(&f).max(size(&inertia)).max(size(&pushed)))
-    });
+    let dynamics = dynamics(file, &rows, (&v, &r, &lambda), least);
     let errors = [contacts, joints, dynamics[0], dynamics[1]];
     if errors.iter().all(|error| error.is_finite()) {
         errors.into_iter().fold(0.0, f64::max)

@@ -21,6 +21,7 @@ proptest! {
             cone: FrictionCone::new(mu).expect("mu is not negative"),
             alpha: 0.5,
             q: SVector::from(free),
+            free: Room::EMPTY,
             rows: Room::EMPTY,
         };
         let laws = [law(velocities[0], frictions[0]), law(velocities[1], frictions[1])];
@@ -39,6 +40,7 @@ fn rounding_of_a_far_gap_counts_for_nothing() {
         cone: FrictionCone::new(0.5).expect("mu is not negative"),
         alpha: 1.0,
         q: SVector::from([100.0, 1.0, 0.0]),
+        free: Room::EMPTY,
         rows: Room::EMPTY,
     };
     let error = |gap: f64, noise: f64| {

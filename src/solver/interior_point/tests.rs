@@ -32,6 +32,7 @@ fn law<T: Real>(mu: f64, is_coulomb: bool) -> ContactLaw<T, 3> {
         cone: FrictionCone::new(mu).expect("mu"),
         alpha: T::literal(0.7),
         q: SVector::zeros(),
+        free: Room::EMPTY,
         rows: Room::EMPTY,
     }
 }
