@@ -3,8 +3,8 @@
 use nalgebra::{Matrix2, Matrix3, SVector, matrix, vector};
 use stiction::time_stepping as law;
 use stiction::{
-    Contact, Error, Factor, Input, JointRow, RowIndex, RowLaw, RowMode, Scene, Settings, Solver,
-    Status, Surface,
+    Contact, Error, Factor, Input, JointRow, Kernel, RowIndex, RowLaw, RowMode, Scene, Settings,
+    Solver, Status, Surface,
 };
 use testbed::kernel::Answer;
 use testbed::mixed::{self, MixedFile, Times};
@@ -221,5 +221,53 @@ fn limits_that_close_on_each_other_are_proved_infeasible_and_rubber_ones_give_wa
             assert_eq!(proof, [0.0, 0.0]);
         }
     }
+    Ok(())
+}
+
+/// Of impulses of 1e45 even a bad error is less than that of none, relative to them.
+#[test]
+fn impulses_of_a_glitch_are_no_start() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 3, 3, 4, _>::mixed();
+    let scene = kernel.scene_mut();
+    let root: Matrix3<f64> = matrix![
+        0.819_426_827_225_430_7, -0.387_975_774_545_407_9, -0.117_006_683_884_221_08;
+        0.0, -0.971_305_119_639_388_9, 0.243_492_048_874_153_9;
+        0.0, 0.0, -0.893_741_945_225_507];
+    let root = root + root.transpose() - Matrix3::from_diagonal(&root.diagonal());
+    scene.set_mass(
+        &(root * root.transpose() + Matrix3::identity() * (root.norm_squared() * 0.01)),
+    )?;
+    let contact = |jacobian, mu| Contact {
+        jacobian,
+        offset: vector![0.0, 0.0, 0.0],
+        mu,
+        key: 0,
+    };
+    let stands = matrix![-0.591, 1.424, 0.0; 0.943, 0.0, 1.074; 0.207, -0.928, 0.054];
+    scene.push(&contact(stands, 1.17))?;
+    let row = |row, bounds: [f64; 2], compliance| JointRow {
+        row,
+        offset: 0.0,
+        law: RowLaw::Box {
+            lower: bounds[0],
+            upper: bounds[1],
+        },
+        compliance,
+        key: 0,
+    };
+    scene.push_row(&row(vector![0.0, -0.876, 0.0], [0.0, 0.609], 0.217))?;
+    let other = matrix![0.640, 1.816, -0.828; -1.969, 0.774, -1.0; 0.832, 0.0, 1.517];
+    scene.push(&contact(other, 1.5))?;
+    scene.push_row(&row(vector![-1.0, 1.031, 1.181], [-0.75, 0.0], 0.0))?;
+    let tick = Settings::new(1e-9);
+    let short = Settings { budget: 1, ..tick };
+    let glitch = vector![1e45, -1e45, 1.7e43];
+    assert_eq!(kernel.solve(&glitch, &short)?.status, Status::OutOfBudget);
+    let solution = kernel.solve(&vector![0.0, 1.84, 0.0], &tick)?;
+    assert!(
+        solution.is_solved() && solution.work.total() < 20,
+        "{:?}",
+        solution.work
+    );
     Ok(())
 }

@@ -107,7 +107,9 @@ impl<T: Real> Energies<T> {
             for ((&u, &r), bounds) in u.iter().zip(r).zip(&rows.bounds) {
                 let push = r - u;
                 let other = clamped(push, bounds);
-                let off = (r - other) * self.unit;
+                // Not `r - push`: a large impulse would round it.
+                let off = if other == push { u } else { r - other };
+                let off = off * self.unit;
                 residual += off * off;
                 // At a bound it stays there whatever of this size was added to its velocity?
                 let beyond = push - other;
