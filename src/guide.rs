@@ -8,6 +8,7 @@ macro_rules! links {
 [firmware page]: crate::guide::firmware
 [How it solves]: crate::guide::method
 [Kanno's note]: crate::guide::note
+[Many scenes]: crate::guide::many
 [Joint rows]: crate::guide::rows
 [Numbers]: crate::guide::numbers
 [Sharing out forces]: crate::guide::forces
@@ -39,6 +40,10 @@ pub mod numbers {}
 #[doc = links!()]
 #[doc = include_str!("guide/firmware.md")]
 pub mod firmware {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/many.md")]
+pub mod many {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/tuning.md")]
