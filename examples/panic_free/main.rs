@@ -160,7 +160,7 @@ mod proof {
     }
 
     /// A scene of contacts and joint rows.
-    type Mixed = stiction::Kernel<f32, 12, 6, 4, stiction::Mixed>;
+    type Mixed = Kernel<f32, 12, 6, 4, stiction::Mixed>;
 
     fn call_mixed(kernel: &mut Mixed) {
         let row: SVector<f32, 12> = black_box(SVector::zeros());
