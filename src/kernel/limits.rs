@@ -14,8 +14,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
     /// A robot has a dozen joint limits and reaches two. Those that the free motion violates, and those that pushed in the last
     /// solve (by [`JointRow::key`]), stand behind the scene's own slots from the start, those that a solution violates from then on;
     /// the others cost one product `row · v` each. A slot takes up to `D` of them. The solution is that of a scene with all of
-    /// them, and so are its error and its promise: `row · v + offset >= 0` holds exactly for what was left out. [`Solution::row_by_key`]
-    /// tells what those do that were not. Rows of other laws than [`RowLaw::Limit`] are never left out.
+    /// them, and so are its error and its promise: `row · v + offset >= 0` holds exactly for what was left out.
+    /// [`Solution::row_by_key`] tells what those do that were not (give them keys that no row of the scene has). Rows of other
+    /// laws than [`RowLaw::Limit`] are never left out.
     ///
     /// Afterwards the scene is what it was. [`Self::resume`] solves it without limits: after a budget, call this again, which
     /// starts where the last call ended.
