@@ -2,6 +2,7 @@
 
 use super::Kernel;
 use crate::scene::check_finite;
+use crate::solver::Call;
 use crate::{Error, Input, JointRow, Mixed, Real, RowLaw, Settings, Solution, Status};
 use nalgebra::SVector;
 
@@ -79,13 +80,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
             } else if pass > 0 {
                 break;
             }
-            let (scene, factor) = (&self.scene, &self.factor);
-            let solution = if pass == 0 {
-                self.solver.solve(scene, factor, free_impulse, &left)?
-            } else {
-                self.solver
-                    .solve_again(scene, factor, free_impulse, &left)?
-            };
+            let call = if pass == 0 { Call::Begin } else { Call::Again };
+            let data = (&self.scene, &self.factor, free_impulse, &left);
+            let solution = self.solver.run(data, call)?;
             if solution.status == Status::Infeasible {
                 break;
             }

@@ -2,7 +2,7 @@
 
 use crate::admm::{Acceleration, Iterate, Momentum, SlipUpdate};
 use crate::factor::resolvent::Resolvent;
-use crate::solver::calls::{Calls, Method};
+use crate::solver::calls::{Call, Calls, Method};
 use crate::solver::monitor::Monitor;
 use crate::solver::warm_start::WarmStart;
 use crate::{AdmmFactor, Error, Real, Scene, Settings, Solution};
@@ -85,7 +85,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     ) -> Result<&Solution<T, N, D, C>, Error> {
         let data = (scene, factor.factor(), free_impulse, settings);
         let mut method = Running(&mut self.method, factor.resolvent());
-        self.calls.solve(&mut method, data)
+        self.calls.run(&mut method, data, Call::Begin)
     }
 
     /// Goes on with a solve whose budget has ended, as [`crate::Solver::resume`].

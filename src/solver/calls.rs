@@ -78,24 +78,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, 
         Ok(())
     }
 
-    /// Begins a solve.
-    pub(crate) fn solve<M: Method<T, D, C, L>>(
-        &mut self,
-        method: &mut M,
-        data: Data<'_, T, N, D, C, L>,
-    ) -> Result<&Solution<T, N, D, C, L>, Error> {
-        self.run(method, data, Call::Begin)
-    }
-
-    /// Begins a solve in place of the last one, to which there are slots more: its work counts as well.
-    pub(crate) fn solve_again<M: Method<T, D, C, L>>(
-        &mut self,
-        method: &mut M,
-        data: Data<'_, T, N, D, C, L>,
-    ) -> Result<&Solution<T, N, D, C, L>, Error> {
-        self.run(method, data, Call::Again)
-    }
-
     /// Goes on with the last solve if it was paused, or begins one.
     pub(crate) fn resume<M: Method<T, D, C, L>>(
         &mut self,
@@ -112,7 +94,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, 
         self.run(method, data, call)
     }
 
-    fn run<M: Method<T, D, C, L>>(
+    /// Begins a solve, begins again, or goes on.
+    pub(crate) fn run<M: Method<T, D, C, L>>(
         &mut self,
         method: &mut M,
         (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, L>,

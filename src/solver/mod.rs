@@ -2,7 +2,7 @@
 //! if that fails.
 
 use crate::laws::{Coulomb, Laws};
-use crate::solver::calls::{Calls, Method};
+use crate::solver::calls::{Calls, Data, Method};
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Solve;
 use crate::solver::warm_start::WarmStart;
@@ -38,6 +38,7 @@ mod workspace;
 
 pub use crate::admm::{Acceleration, SlipUpdate};
 pub use admm_solver::AdmmSolver;
+pub(crate) use calls::Call;
 
 /// A solver for scenes of `N` velocities and up to `C` contacts of `D` rows.
 ///
@@ -139,8 +140,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, L>, Error> {
-        let data = (scene, factor, free_impulse, settings);
-        self.calls.solve(&mut self.method, data)
+        self.run((scene, factor, free_impulse, settings), Call::Begin)
     }
 
     /// Goes on with a solve that ended as [`crate::Status::OutOfBudget`], for [`Settings::budget`] more.
@@ -168,16 +168,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T,
         self.calls.warm_start.has_pushed(key)
     }
 
-    /// [`Self::solve`] in place of the last one, to which there are slots more: its work counts as well.
-    pub(crate) fn solve_again(
+    /// [`Self::solve`], or the same in place of the last one, to which there are slots more: its work counts as well.
+    pub(crate) fn run(
         &mut self,
-        scene: &Scene<T, N, D, C, L>,
-        factor: &Factor<T, N, D, C, L>,
-        free_impulse: &SVector<T, N>,
-        settings: &Settings<T>,
+        data: Data<'_, T, N, D, C, L>,
+        call: Call,
     ) -> Result<&Solution<T, N, D, C, L>, Error> {
-        let data = (scene, factor, free_impulse, settings);
-        self.calls.solve_again(&mut self.method, data)
+        self.calls.run(&mut self.method, data, call)
     }
 }
 
