@@ -67,34 +67,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         energy
     }
 
-    /// `W_NN d` for one `d_i` a contact, and `|H_Nᵀ d|` in the norm of `M⁻¹`; by way of `H_Nᵀ d`,
-    /// so that both are small where that is.
+    /// `W d` without compliance in the first `K` rows of each slot, and `|Hᵀ d|` in the norm of `M⁻¹`; by way of `Hᵀ d`, so
+    /// that both are small where that is.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn normal_products(&self, d: &[T; C]) -> ([T; C], T) {
+    pub(crate) fn row_products<const K: usize>(
+        &self,
+        d: &ContactVector<T, K, C>,
+    ) -> (ContactVector<T, K, C>, T) {
         let mut momentum = [T::ZERO; N];
-        let mut impulse = [[T::ZERO; D]; C];
-        for (impulse, &d) in impulse.iter_mut().zip(d) {
-            if let Some(normal) = impulse.first_mut() {
-                *normal = d;
-            }
-        }
-        self.add_whitened(&impulse, &mut momentum);
-        let energy = self.contact_velocity(&momentum, &mut impulse);
-        let mut product = [T::ZERO; C];
-        for (product, velocity) in product.iter_mut().zip(&impulse).take(self.contacts) {
-            *product = velocity.first().copied().unwrap_or(T::ZERO);
-        }
-        (product, energy.max(T::ZERO).square_root())
-    }
-
-    /// `W d` without compliance, and `|Hᵀ d|` in the norm of `M⁻¹`, likewise.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn row_products(&self, d: &ContactVector<T, D, C>) -> (ContactVector<T, D, C>, T) {
-        let mut momentum = [T::ZERO; N];
-        self.add_whitened(d, &mut momentum);
-        let mut product = [[T::ZERO; D]; C];
-        let energy = self.contact_velocity(&momentum, &mut product);
-        (product, energy.max(T::ZERO).square_root())
+        let mut rows = d.map(first_rows);
+        self.add_whitened(&rows, &mut momentum);
+        let energy = self.contact_velocity(&momentum, &mut rows);
+        (rows.map(first_rows), energy.max(T::ZERO).square_root())
     }
 
     /// Adds `Hᵀ r`, whitened, to `g`.
@@ -122,4 +106,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         self.add_whitened(r, v);
         solve_lower(&self.mass, v);
     }
+}
+
+/// The first rows of a slot, as many as both have; zeros behind them.
+fn first_rows<T: Real, const FROM: usize, const TO: usize>(rows: [T; FROM]) -> [T; TO] {
+    let mut first = [T::ZERO; TO];
+    for (first, row) in first.iter_mut().zip(rows) {
+        *first = row;
+    }
+    first
 }

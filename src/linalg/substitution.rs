@@ -158,9 +158,3 @@ fn lower_block<T: Real, const N: usize, const K: usize>(
     }
     Some(())
 }
-
-/// Solves `A x = b` in place.
-pub(crate) fn solve<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
-    solve_upper(u, x);
-    solve_lower(u, x);
-}

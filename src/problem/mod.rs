@@ -15,11 +15,10 @@ mod dynamics;
 pub(crate) mod energies;
 mod evaluation;
 pub(crate) mod infeasibility;
+mod proof_search;
 pub(crate) mod residual;
 pub(crate) mod rounding;
 pub(crate) mod row_laws;
-pub(crate) mod row_proof;
-mod row_search;
 mod slots;
 
 /// The data of one solve.

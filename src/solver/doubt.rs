@@ -2,11 +2,12 @@
 
 use crate::laws::{Laws, Room};
 use crate::linalg::blocks::ContactVector;
+use crate::problem::infeasibility;
 use crate::problem::residual::quotient;
-use crate::problem::{infeasibility, row_proof};
+use crate::solution::SlotSolution;
 use crate::solver::monitor::Monitor;
 use crate::solver::tuning;
-use crate::{Real, Status};
+use crate::{ContactSolution, Real, Status};
 
 /// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
 /// a proof; five times as much would call slow walls solved.)
@@ -22,7 +23,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     fn impulse(&self) -> T {
         if let Some(energies) = self.problem.energies.get() {
             let slots = self.solution.contacts.iter().enumerate();
-            let unscaled = |(i, contact)| self.unscaled(i, contact);
+            let unscaled = |(i, contact): (usize, &ContactSolution<T, D>)| {
+                self.problem.factor.unscaled(i, contact.impulse).into()
+            };
             return energies.share(self.problem.laws(), slots.map(unscaled));
         }
         let contacts = self.solution.contacts.iter();
@@ -62,35 +65,45 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         if self.record.has_sought_proof {
             return;
         }
-        let scene = self.problem.scene;
-        let conceivable = if L::MIXED {
-            row_proof::is_conceivable(scene)
-        } else {
-            infeasibility::is_conceivable(scene.contacts())
-        };
-        if !conceivable {
+        if !infeasibility::is_conceivable(self.problem.scene) {
             return;
         }
         self.record.has_sought_proof = true;
         self.solution.work.proof_searches += 1;
         let proved = if L::MIXED {
-            self.prove_with_rows()
+            self.prove::<D>()
         } else {
-            self.prove()
+            self.prove::<1>()
         };
         if proved.is_some() {
             self.stop(Status::Infeasible);
         }
     }
 
-    /// Writes down a certificate, if there is one.
+    /// Writes down a certificate, if there is one with `K` rows a slot.
     #[inline]
-    fn prove(&mut self) -> Option<()> {
-        let proof = infeasibility::certificate(self.problem)?;
+    fn prove<const K: usize>(&mut self) -> Option<()> {
+        let proof = infeasibility::certificate::<T, N, D, C, L, K>(self.problem)?;
         self.solution.certificate.clear();
-        for &d in proof.iter().take(self.problem.laws().len()) {
-            // There is room: a solution holds as many contacts as a scene.
-            let _ = self.solution.certificate.push(d);
+        let slots = proof.iter().zip(&mut self.solution.rows);
+        for (law, (d, rows)) in self.problem.laws().iter().zip(slots) {
+            let normal = if law.rows.get().is_some() {
+                None
+            } else {
+                d.first()
+            };
+            // There is room: a solution holds as many slots as a scene.
+            let _ = self
+                .solution
+                .certificate
+                .push(normal.copied().unwrap_or(T::ZERO));
+            if L::MIXED {
+                let mut slot = rows.get().copied().unwrap_or(SlotSolution::none());
+                for (entry, &d) in slot.certificate.iter_mut().zip(d) {
+                    *entry = d;
+                }
+                *rows = L::Room::with(slot);
+            }
         }
         Some(())
     }

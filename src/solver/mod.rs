@@ -27,7 +27,6 @@ mod phases;
 mod point;
 mod record;
 mod relaxed_sweep;
-mod row_doubt;
 mod row_keys;
 mod row_sweep;
 mod several_tangents;

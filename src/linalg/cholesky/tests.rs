@@ -4,7 +4,7 @@
 extern crate std;
 
 use super::factorise;
-use crate::linalg::substitution::solve;
+use crate::linalg::substitution::{solve_lower, solve_upper};
 use nalgebra::{DMatrix, DVector};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -38,7 +38,8 @@ fn factor_and_solve(
                     let rows = core::array::from_fn(|i| core::array::from_fn(|j| a[(i, j)]));
                     let u = factor::<$n>(&rows, 0.0)?;
                     let mut x = core::array::from_fn(|i| b[i]);
-                    solve(&u, &mut x);
+                    solve_upper(&u, &mut x);
+                    solve_lower(&u, &mut x);
                     Ok((DMatrix::from_fn($n, $n, |i, j| u[i][j]), DVector::from_column_slice(&x)))
                 })*
                 n => unreachable!("{n} rows"),

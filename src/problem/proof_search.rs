@@ -1,38 +1,41 @@
-//! The search for a proof over the rows of contacts and joints: [`super::infeasibility`]'s, with equalities.
+//! The search for a proof that a scene has no solution, see [`super::infeasibility`].
+//!
+//! It minimises `dᵀ W d + (g·d + 1)²` over the `d` that demands allow with the active-set method of Lawson and Hanson (1974).
+//! Inverse iteration then brings the minimiser to the null space of `W`.
 
 use crate::Real;
 use crate::linalg::blocks::{ContactMatrix, ContactVector};
 use crate::linalg::cholesky::dot;
 use crate::linalg::hints::rolled;
-use crate::problem::row_proof::Demand;
+use crate::problem::infeasibility::Demand;
 
-/// The quadratic form of the search, over rows scaled to unit effective mass.
-pub(super) struct Search<T, const D: usize, const C: usize> {
-    pub(super) demands: [[Demand; D]; C],
+/// The quadratic form of the search, over the first `K` rows of each slot, scaled to unit effective mass.
+pub(super) struct Search<T, const K: usize, const C: usize> {
+    pub(super) demands: [[Demand; K]; C],
     /// `W` with a unit diagonal, of the rows that ask for anything.
-    pub(super) gram: ContactMatrix<T, D, C>,
+    pub(super) gram: ContactMatrix<T, K, C>,
     /// `g`: offsets scaled likewise.
-    pub(super) offset: ContactVector<T, D, C>,
+    pub(super) offset: ContactVector<T, K, C>,
 }
 
 /// Rows that are not zero in `d`.
-type Support<const D: usize, const C: usize> = [[bool; D]; C];
+type Support<const K: usize, const C: usize> = [[bool; K]; C];
 
-impl<T: Real, const D: usize, const C: usize> Search<T, D, C> {
+impl<T: Real, const K: usize, const C: usize> Search<T, K, C> {
     fn row(&self, i: usize) -> Option<&[T]> {
         Some(self.gram.as_flattened().get(i)?.as_flattened())
     }
 
     /// Minimises `dᵀ W d + (g·d / size + 1)²` over the `d` that demands allow; `None` if that stays near 1.
     #[inline(never)]
-    pub(super) fn minimise(&self, size: T) -> Option<ContactVector<T, D, C>> {
-        let mut d = [[T::ZERO; D]; C];
-        let mut support = [[false; D]; C];
+    pub(super) fn minimise(&self, size: T) -> Option<ContactVector<T, K, C>> {
+        let mut d = [[T::ZERO; K]; C];
+        let mut support = [[false; K]; C];
         let mut g = self.offset;
         for g in g.as_flattened_mut() {
             *g /= size;
         }
-        for _ in 0..4 * C * D {
+        for _ in 0..4 * C * K {
             rolled();
             let entries = d.as_flattened();
             let rounding = entries.iter().fold(T::ONE, |sum, d| sum + d.abs()) * T::EPSILON;
@@ -60,9 +63,9 @@ impl<T: Real, const D: usize, const C: usize> Search<T, D, C> {
     /// Goes to the minimiser on the support, and out of it what becomes negative and may not.
     fn descend(
         &self,
-        d: &mut ContactVector<T, D, C>,
-        support: &mut Support<D, C>,
-        g: &ContactVector<T, D, C>,
+        d: &mut ContactVector<T, K, C>,
+        support: &mut Support<K, C>,
+        g: &ContactVector<T, K, C>,
         rounding: T,
     ) {
         while let Some(minimiser) = self.solve(support, T::ONE, g, g) {
@@ -101,7 +104,7 @@ impl<T: Real, const D: usize, const C: usize> Search<T, D, C> {
 
     /// Inverse iteration on the support of `d`: what is not in the null space dies out.
     #[inline(never)]
-    pub(super) fn purify(&self, d: &mut ContactVector<T, D, C>) -> Option<()> {
+    pub(super) fn purify(&self, d: &mut ContactVector<T, K, C>) -> Option<()> {
         let support = support(d);
         for _ in 0..3 {
             normalise(d);
@@ -121,8 +124,8 @@ impl<T: Real, const D: usize, const C: usize> Search<T, D, C> {
     /// Takes away what gives this product with `W`.
     pub(super) fn correct(
         &self,
-        d: &mut ContactVector<T, D, C>,
-        left: &ContactVector<T, D, C>,
+        d: &mut ContactVector<T, K, C>,
+        left: &ContactVector<T, K, C>,
     ) -> Option<()> {
         let correction = self.solve(&support(d), T::ZERO, &self.offset, left)?;
         let rows = self.demands.as_flattened().iter();
@@ -140,15 +143,15 @@ impl<T: Real, const D: usize, const C: usize> Search<T, D, C> {
     #[inline(never)]
     fn solve(
         &self,
-        support: &Support<D, C>,
+        support: &Support<K, C>,
         weight: T,
-        g: &ContactVector<T, D, C>,
-        b: &ContactVector<T, D, C>,
-    ) -> Option<ContactVector<T, D, C>> {
+        g: &ContactVector<T, K, C>,
+        b: &ContactVector<T, K, C>,
+    ) -> Option<ContactVector<T, K, C>> {
         let (support, g) = (support.as_flattened(), g.as_flattened());
         let count = support.iter().filter(|&&used| used).count();
         let ridge = T::EPSILON * T::count(4 * count);
-        let mut factor = [[[[T::ZERO; D]; C]; D]; C];
+        let mut factor = [[[[T::ZERO; K]; C]; K]; C];
         let rows = factor.as_flattened_mut();
         let mut solution = *b;
         let x = solution.as_flattened_mut();
@@ -206,12 +209,12 @@ impl<T: Real, const D: usize, const C: usize> Search<T, D, C> {
 }
 
 /// Rows that are not zero.
-fn support<T: Real, const D: usize, const C: usize>(d: &ContactVector<T, D, C>) -> Support<D, C> {
+fn support<T: Real, const K: usize, const C: usize>(d: &ContactVector<T, K, C>) -> Support<K, C> {
     d.map(|d| d.map(|d| d != T::ZERO))
 }
 
 /// Scales to a largest entry of 1.
-fn normalise<T: Real, const D: usize, const C: usize>(d: &mut ContactVector<T, D, C>) {
+fn normalise<T: Real, const K: usize, const C: usize>(d: &mut ContactVector<T, K, C>) {
     let entries = d.as_flattened().iter();
     let largest = entries.fold(T::ZERO, |largest, d| largest.max(d.abs()));
     for d in d.as_flattened_mut() {
