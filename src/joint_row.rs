@@ -94,7 +94,7 @@ pub enum RowMode {
 
 impl RowMode {
     /// That of an impulse between these bounds.
-    pub(crate) fn of<T: Real>(impulse: T, lower: T, upper: T) -> Self {
+    pub(crate) fn of<T: Real>(impulse: T, [lower, upper]: [T; 2]) -> Self {
         let limit = !upper.is_finite() && lower.is_finite();
         if impulse <= lower {
             if limit { Self::Open } else { Self::AtLower }

@@ -231,12 +231,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
         slot.map_or(own, |slot| own.wrapping_add(slot.fingerprint(contact)))
     }
 
+    /// A contact in use; a slot of joint rows is none.
     fn contact_mut(&mut self, contact: usize) -> Result<&mut Contact<T, N, D>, Error> {
-        let count = self.count;
-        let contacts = self.contacts.get_mut(..count).unwrap_or_default();
-        contacts
-            .get_mut(contact)
-            .ok_or(Error::NoSuchContact { contact })
+        let holds_rows = self.slot(contact).is_some_and(|slot| slot.rows.is_some());
+        let contacts = self.contacts.get_mut(..self.count).unwrap_or_default();
+        let found = contacts.get_mut(contact).filter(|_| !holds_rows);
+        found.ok_or(Error::NoSuchContact { contact })
     }
 
     /// Finds out what a Jacobian moves.

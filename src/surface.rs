@@ -63,20 +63,33 @@ impl<T: Real> Surface<T> {
         Ok(())
     }
 
-    /// The larger coefficient of the tangents, or 1: that of the round cone once rows are scaled. (Any number would do;
-    /// with this one a round cone stays what it is.)
+    /// The larger coefficient of the tangents: that of the round cone once rows are scaled. Where both are 0 any number
+    /// does if it spins or rolls, and without friction it is 0.
     pub(crate) fn reference<const D: usize>(&self) -> T {
         let tangents = self.friction.into_iter().take(D - 1);
         let largest = tangents.fold(T::ZERO, T::max);
-        if largest > T::ZERO { largest } else { T::ONE }
+        let mut others = self.coefficients().into_iter().take(D - 1);
+        if largest == T::ZERO && others.any(|mu| mu > T::ZERO) {
+            return T::ONE;
+        }
+        largest
     }
 
     /// By what each row is scaled, so that the cone is round.
     pub(crate) fn scales<const D: usize>(&self) -> [T; D] {
         let reference = self.reference::<D>();
         let mut scales = [T::ONE; D];
-        for (scale, mu) in scales.iter_mut().skip(1).zip(self.coefficients()) {
-            *scale = mu / reference;
+        for ((k, scale), mu) in scales
+            .iter_mut()
+            .enumerate()
+            .skip(1)
+            .zip(self.coefficients())
+        {
+            *scale = if reference > T::ZERO {
+                mu / reference
+            } else {
+                T::count(usize::from(k <= 2)) // it may get friction later
+            };
         }
         scales
     }

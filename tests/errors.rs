@@ -3,8 +3,9 @@
 use crate::support::check;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, Scene, Settings, Solver, Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, Model, Scene, Settings, Solver, Status,
 };
+use testbed::measure::{Law, error_of};
 
 type Planar = Scene<f64, 2, 2, 2>;
 
@@ -470,4 +471,59 @@ fn every_error_says_which_datum_is_wrong() {
     for (error, text) in texts {
         assert!(error.to_string().contains(text), "{error}");
     }
+}
+
+/// A contact between two things that stand still: whether it is met is known, and no impulse changes it.
+#[test]
+fn a_contact_that_nothing_moves_is_met_or_infeasible() -> Result<(), Error> {
+    let mut scene = scene();
+    scene.push(&Contact {
+        jacobian: SMatrix::zeros(),
+        ..floor()
+    })?;
+    let factor = Factor::new(&scene)?;
+    let push = vector![0.3, -0.2];
+    let settings = Settings::new(1e-9);
+    for (offset, is_met) in [
+        (vector![0.1, 3.0], true),
+        (vector![0.0, 3.0], true),
+        (vector![0.0, 0.0], true),
+        (vector![-1e-3, 0.0], false),
+    ] {
+        scene.set_offset(1, &offset)?;
+        let mut solver = Solver::new();
+        let solution = solver.solve(&scene, &factor, &push, &settings)?;
+        let worst = solution.worst_contact(&scene, &factor, &settings);
+        let error = error_of(&scene, &push, solution, Law::Coulomb);
+        if is_met {
+            assert!(solution.is_solved() && error <= 1e-9);
+        } else {
+            assert_eq!(solution.status, Status::Infeasible);
+            assert!(solution.work.total() <= 30); // not the budget
+            assert!(solution.error == f64::INFINITY && error == f64::INFINITY);
+            assert!(solution.certificate[0] == 0.0 && solution.certificate[1] > 0.0);
+            assert_eq!(worst, Some(1));
+        }
+        let relaxed = Settings {
+            model: Model::ConvexRelaxation,
+            ..settings
+        };
+        let solution = solver.solve(&scene, &factor, &push, &relaxed)?;
+        // It would have to separate as it slides.
+        assert_eq!(solution.is_solved(), offset[0] >= 0.5 * offset[1]);
+        // And without Newton's method.
+        let factor = AdmmFactor::new(&scene)?;
+        let mut solver = AdmmSolver::new();
+        let solution = solver.solve(
+            &scene,
+            &factor,
+            &push,
+            &Settings {
+                budget: 2_000,
+                ..settings
+            },
+        )?;
+        assert_eq!(solution.is_solved(), is_met);
+    }
+    Ok(())
 }

@@ -254,3 +254,44 @@ fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> 
     assert_eq!(refused(&many, [0.0, 0.0]), None);
     Ok(())
 }
+
+/// Two stops and room for one row: that of the last tick must not keep out the one that is reached now.
+#[test]
+fn a_stop_that_is_left_makes_room_for_another() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 2, 1, 1, _>::mixed();
+    kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    let limits = [limit(0, 1.0, 0.0, 0), limit(1, 1.0, 0.0, 1)];
+    let settings = Settings::new(1e-9);
+    for tick in 0..6 {
+        let free = if tick % 2 == 0 {
+            vector![-1.0, 0.5]
+        } else {
+            vector![0.5, -1.0]
+        };
+        let solution = kernel.solve_with_limits(&limits, &free, &settings)?;
+        assert!(solution.is_solved());
+        assert!((solution.velocity - free.sup(&SVector::zeros())).norm() < 1e-9);
+    }
+    // Both: there is no room, and what was found with one of them is no solution.
+    let full = kernel.solve_with_limits(&limits, &vector![-1.0, -1.0], &settings);
+    assert_eq!(full.err(), Some(Error::ContactListFull { capacity: 1 }));
+    let solution = kernel.solve_with_limits(&limits, &vector![-1.0, 0.5], &settings)?;
+    assert!(solution.is_solved());
+    Ok(())
+}
+
+/// A lever: the first stop throws it onto the second, for which there is no room.
+#[test]
+fn a_solution_without_some_of_the_limits_is_disowned() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 2, 1, 1, _>::mixed();
+    kernel.scene_mut().set_mass(&matrix![2.0, 1.0; 1.0, 2.0])?;
+    let limits = [limit(0, 1.0, 0.0, 0), limit(1, 1.0, 0.0, 1)];
+    let settings = Settings::new(1e-9);
+    let solution = kernel.solve_with_limits(&limits, &vector![2.0, 2.0], &settings)?;
+    assert!(solution.is_solved());
+    let full = kernel.solve_with_limits(&limits, &vector![-1.0, -0.25], &settings);
+    assert_eq!(full.err(), Some(Error::ContactListFull { capacity: 1 }));
+    let solution = kernel.solution();
+    assert!(!solution.is_usable(1.0) && solution.status == Status::Unsolved);
+    Ok(())
+}

@@ -271,3 +271,44 @@ fn impulses_of_a_glitch_are_no_start() -> Result<(), Error> {
     );
     Ok(())
 }
+
+/// Rows that nothing moves say what they are all the same.
+#[test]
+fn a_row_that_nothing_moves_has_the_mode_of_its_law() -> Result<(), Error> {
+    let still = |law, offset| JointRow {
+        row: SVector::zeros(),
+        ..row(law, offset, 0)
+    };
+    let motor = RowLaw::Box {
+        lower: -1.0,
+        upper: 2.0,
+    };
+    for (law, offset, mode) in [
+        (RowLaw::Limit, 0.5, RowMode::Open),
+        (RowLaw::Equality, 0.0, RowMode::Holding),
+        (motor, 0.3, RowMode::Holding),
+    ] {
+        let mut kernel = Kernel::<f64, 2, 2, 1, _>::mixed();
+        kernel.scene_mut().set_mass(&Matrix2::identity())?;
+        let index = kernel.scene_mut().push_row(&still(law, offset))?;
+        let solution = kernel.solve(&vector![1.0, 1.0], &Settings::new(1e-9))?;
+        let found = solution.row(index).expect("it is there");
+        assert!(solution.is_solved());
+        assert_eq!((found.impulse, found.mode), (0.0, mode));
+    }
+    Ok(())
+}
+
+#[test]
+fn a_slot_of_joint_rows_is_no_contact_to_be_changed() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 2, 2, 1, _>::mixed();
+    scene.set_mass(&Matrix2::identity())?;
+    scene.push_row(&row(RowLaw::Limit, 0.0, 0))?;
+    let before = scene.contacts().to_vec();
+    let refused = Err(Error::NoSuchContact { contact: 0 });
+    assert_eq!(scene.set_friction(0, 0.5), refused);
+    assert_eq!(scene.set_offset(0, &vector![1.0, 1.0]), refused);
+    assert_eq!(scene.set_jacobian(0, &Matrix2::identity()), refused);
+    assert_eq!(scene.contacts(), before);
+    Ok(())
+}

@@ -4,6 +4,7 @@ use super::Kernel;
 use crate::scene::check_finite;
 use crate::solver::Call;
 use crate::{Error, Input, JointRow, Mixed, Real, RowLaw, Settings, Solution, Status};
+use core::mem;
 use nalgebra::SVector;
 
 /// Which limit stands at each place of the slots behind the scene's own.
@@ -16,8 +17,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
     /// solve (by [`JointRow::key`]), stand behind the scene's own slots from the start, those that a solution violates from then on;
     /// the others cost one product `row · v` each. A slot takes up to `D` of them. The solution is that of a scene with all of
     /// them, and so are its error and its promise: `row · v + offset >= 0` holds exactly for what was left out.
-    /// [`Solution::row_by_key`] tells what those do that were not (give them keys that no row of the scene has). Rows of other
-    /// laws than [`RowLaw::Limit`] are never left out.
+    /// [`Solution::row_by_key`] tells what those do that were not (give each a key that no other limit and no row of the scene
+    /// has). Rows of other laws than [`RowLaw::Limit`] are never left out.
     ///
     /// Afterwards the scene is what it was. [`Self::resume`] solves it without limits: after a budget, call this again, which
     /// starts where the last call ended.
@@ -44,8 +45,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
     /// ```
     ///
     /// # Errors
-    /// As [`Self::solve`], and as [`crate::Scene::push_row`] for a limit: [`Error::ContactListFull`] if more are reached than there is
-    /// room for, [`Error::NotFinite`] with [`Input::Limit`].
+    /// As [`Self::solve`], and as [`crate::Scene::push_row`] for a limit: [`Error::ContactListFull`] if more are reached on the way
+    /// than there is room for, [`Error::NotFinite`] with [`Input::Limit`]. [`Self::solution`] is then that of an earlier solve,
+    /// or without some of the limits: that one is [`Status::Unsolved`], with an infinite error.
     pub fn solve_with_limits(
         &mut self,
         limits: &[JointRow<T, N>],
@@ -55,9 +57,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
         check_finite(free_impulse, Input::FreeImpulse)?;
         self.prepare()?;
         let (own, extent) = (self.scene.contacts().len(), self.factor.extent());
-        let result = self.solve_reached(own, limits, free_impulse, settings);
-        self.scene.truncate(own);
-        self.factor.shrink(&extent);
+        let (mut call, mut remembers) = (Call::Begin, true);
+        let result = loop {
+            let data = (limits, free_impulse, settings);
+            let result = self.solve_reached(own, data, &mut call, remembers);
+            self.scene.truncate(own);
+            self.factor.shrink(&extent);
+            // Perhaps those of the last solve alone take the room.
+            let is_full = matches!(result, Err(Error::ContactListFull { .. }));
+            if !(is_full && mem::take(&mut remembers)) {
+                break result;
+            }
+        };
+        if result.is_err() && call == Call::Again {
+            self.solver.disown();
+        }
         result?;
         Ok(self.solver.solution())
     }
@@ -66,40 +80,43 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
     fn solve_reached(
         &mut self,
         own: usize,
-        limits: &[JointRow<T, N>],
-        free_impulse: &SVector<T, N>,
-        settings: &Settings<T>,
+        (limits, free_impulse, settings): (&[JointRow<T, N>], &SVector<T, N>, &Settings<T>),
+        call: &mut Call,
+        mut remembers: bool,
     ) -> Result<(), Error> {
         let mut places = [[None; D]; C];
         let mut velocity = self.factor.free_velocity(free_impulse);
-        let mut left = *settings;
-        for pass in 0.. {
-            let first = self.take_in((own, &mut places), limits, &velocity, pass == 0)?;
+        let mut is_new = true;
+        loop {
+            let first = self.take_in((own, &mut places), limits, &velocity, remembers)?;
             if let Some(first) = first {
                 self.factor.extend(&self.scene, first)?;
-            } else if pass > 0 {
-                break;
+            } else if !is_new {
+                return Ok(());
             }
-            let call = if pass == 0 { Call::Begin } else { Call::Again };
+            let mut left = *settings;
+            if *call == Call::Again {
+                let spent = self.solver.solution().work.total();
+                left.budget = settings.budget.saturating_sub(spent);
+            }
             let data = (&self.scene, &self.factor, free_impulse, &left);
-            let solution = self.solver.run(data, call)?;
+            let solution = self.solver.run(data, *call)?;
             if solution.status == Status::Infeasible {
-                break;
+                return Ok(());
             }
             velocity = solution.velocity;
-            left.budget = settings.budget.saturating_sub(solution.work.total());
+            (*call, remembers, is_new) = (Call::Again, false, false);
         }
-        Ok(())
     }
 
-    /// Pushes the limits that a velocity violates, at first also those that pushed in the last solve. Returns the first slot
-    /// that has changed.
+    /// Pushes the limits that a velocity violates, and those that pushed in the last solve if it remembers them. Returns the
+    /// first slot that has changed.
     fn take_in(
         &mut self,
         (own, places): (usize, &mut Places<D, C>),
         limits: &[JointRow<T, N>],
         velocity: &SVector<T, N>,
-        at_first: bool,
+        remembers: bool,
     ) -> Result<Option<usize>, Error> {
         let mut first = None;
         for (limit, row) in limits.iter().enumerate() {
@@ -107,7 +124,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
             let is_open = speed >= T::ZERO
                 && speed.is_finite()
                 && row.law == RowLaw::Limit
-                && !(at_first && self.solver.has_pushed(row.key));
+                && !(remembers && self.solver.has_pushed(row.key));
             if is_open || places.as_flattened().contains(&Some(limit)) {
                 continue;
             }

@@ -86,6 +86,14 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
         self.alpha * rows.fold(T::ZERO, |sum, &q| sum + q * q)
     }
 
+    /// Does nothing move it, although it asks for another velocity than this one?
+    pub(crate) fn is_hopeless_at(&self, u: &SVector<T, D>) -> bool {
+        let (normal, tangent) = split(u);
+        let slip = norm(tangent);
+        self.alpha == T::ZERO
+            && normal + (self.shift_factor - self.cone.friction()) * slip < T::ZERO
+    }
+
     /// De Saxcé shift `mu_i |u_Ti|` (m/s), which `û` adds to the normal velocity.
     pub(crate) fn shift(&self, u: &SVector<T, D>) -> T {
         let (_, tangent) = split(u);

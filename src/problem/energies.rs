@@ -25,19 +25,15 @@ pub(crate) struct Energies<T> {
     unit: T,
     /// In this unit.
     least: T,
-    /// There is a row that nothing moves, and that asks for another velocity.
-    is_hopeless: bool,
 }
 
 impl<T: Real> Energies<T> {
     /// Of slots, with the free motion's `v·M v`.
     pub(super) fn new<const D: usize, L: Laws>(laws: &[ContactLaw<T, D, L>], free: T) -> Self {
         let mut largest = free.square_root() * T::literal(1e-2);
-        let mut is_hopeless = false;
         for law in laws {
             rolled();
             if let Some(rows) = law.rows.get() {
-                is_hopeless |= rows.is_hopeless;
                 largest = larger(largest, rows.project(&-law.q).as_slice(), T::ONE);
             } else {
                 largest = larger(largest, law.q.as_slice(), law.alpha.square_root());
@@ -59,7 +55,6 @@ impl<T: Real> Energies<T> {
         Self {
             unit,
             least: alone.max(free),
-            is_hopeless,
         }
     }
 
@@ -96,9 +91,6 @@ impl<T: Real> Energies<T> {
         noise: &[T],
         q: impl Fn(&ContactLaw<T, D, L>) -> SVector<T, D>,
     ) -> T {
-        if self.is_hopeless {
-            return T::ONE / T::ZERO;
-        }
         let (mut residual, mut noises) = (T::ZERO, T::ZERO);
         for (i, ((law, u), r)) in laws.iter().zip(u).zip(r).enumerate() {
             rolled();

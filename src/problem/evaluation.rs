@@ -27,6 +27,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
             let free = |law: &ContactLaw<T, D, L>| law.free.get().copied().unwrap_or(law.q);
             natural_map = energies.larger(natural_map, self.laws(), (u, r), noise, free);
         }
+        if self.is_hopeless {
+            return T::ONE / T::ZERO;
+        }
         let mut error = natural_map.max(momentum.plain.error(rounding.momentum));
         if let (Some(weighted), Some(&noise)) = (momentum.weighted.get(), rounding.weighted.get()) {
             error = error.max(weighted.error(noise));
@@ -130,6 +133,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, 
         for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
             let alpha = factor.natural_map_step(i);
             let law = ContactLaw::<T, D>::new(contact, settings.model, alpha, zeros());
+            if law.is_hopeless_at(&found.velocity) {
+                return Some(i);
+            }
             let residual = residual::natural_map_of(&law, &found.velocity, &found.impulse);
             let size = residual::larger(largest, residual.as_slice(), T::ONE);
             if size > largest {

@@ -46,6 +46,8 @@ pub(crate) struct Problem<
     pub(crate) counts_stopping: bool,
     /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses, see [`residual`].
     pub(crate) size: T,
+    /// Does nothing move a contact or a row, although it asks for another velocity?
+    is_hopeless: bool,
     /// What the error of joint rows is relative to.
     pub(crate) energies: L::Room<Energies<T>>,
 }
@@ -96,6 +98,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             stopping_bound: T::ZERO,
             counts_stopping: false,
             size: T::ZERO,
+            is_hopeless: false,
             energies: L::Room::EMPTY,
         }
     }
@@ -122,10 +125,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             if let (Some(slot), Some(scales)) = (self.scene.slot(i), factor.scales(i)) {
                 let own = block(factor.delassus(), i, i).unwrap_or([[T::ZERO; D]; D]);
                 law.take(slot, scales, &own, contact.offset, moved.into());
-                if slot.rows.is_some() {
+                if let Some(rows) = law.rows.get() {
+                    self.is_hopeless |= rows.is_hopeless;
                     continue;
                 }
             }
+            self.is_hopeless |= law.is_hopeless_at(&law.q);
             let offset = residual::without_gap(&contact.offset);
             let moves = T::count(D) * energy + law.alpha * square(offset.as_slice());
             self.stopping_bound += law.alpha * moves;
@@ -189,6 +194,9 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     /// First part of the error, from `u = W r + q`.
     #[inline]
     pub(crate) fn natural_map_at(&self, r: &[[T; D]], u: &[[T; D]]) -> T {
+        if self.is_hopeless {
+            return T::ONE / T::ZERO;
+        }
         let contacts = residual::natural_map(self.laws(), self.size, u, r, &[]);
         match self.energies.get() {
             Some(energies) => energies.larger(contacts, self.laws(), (u, r), &[], |law| law.q),

@@ -71,11 +71,17 @@ pub(super) fn rows_of<T: Real, const D: usize, L: Laws>(
     };
     let mut modes = [RowMode::Open; D];
     let pushes = (r - u).data.0;
-    for (mode, (&push, &[lower, upper])) in modes
-        .iter_mut()
-        .zip(pushes.as_flattened().iter().zip(&rows.bounds))
+    let pushes = pushes.as_flattened().iter().zip(r.iter());
+    for (k, (mode, ((&push, &r), bounds))) in
+        modes.iter_mut().zip(pushes.zip(&rows.bounds)).enumerate()
     {
-        *mode = RowMode::of(push, lower, upper);
+        let given = slot.and_then(|slot| slot.rows?.bounds.get(k).copied());
+        let is_fixed = |&[lower, upper]: &[T; 2]| lower == upper;
+        // Nothing moves a row that is fixed but not given so.
+        *mode = match given.filter(|given| is_fixed(bounds) && !is_fixed(given)) {
+            Some(given) => RowMode::of(r, given),
+            None => RowMode::of(push, *bounds),
+        };
     }
     L::Room::with(SlotSolution {
         count: rows.count(),

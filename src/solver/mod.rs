@@ -7,7 +7,7 @@ use crate::solver::monitor::Monitor;
 use crate::solver::phases::Solve;
 use crate::solver::warm_start::WarmStart;
 use crate::solver::workspace::Workspace;
-use crate::{Error, Factor, Real, Scene, Settings, Solution};
+use crate::{Error, Factor, Real, Scene, Settings, Solution, Status};
 use nalgebra::SVector;
 
 mod admm_solver;
@@ -160,6 +160,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T,
     ) -> Result<&Solution<T, N, D, C, L>, Error> {
         let data = (scene, factor, free_impulse, settings);
         self.calls.resume(&mut self.method, data)
+    }
+
+    /// Takes back what the last solution claims.
+    pub(crate) fn disown(&mut self) {
+        let solution = &mut self.calls.solution;
+        (solution.status, solution.error) = (Status::Unsolved, T::ONE / T::ZERO);
     }
 
     /// Did a joint row with this key push in the last solve?

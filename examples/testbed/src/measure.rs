@@ -102,6 +102,11 @@ fn contacts(scene: &SceneFile, v: &DVector<f64>, r: &DVector<f64>, law: Law) -> 
         let r = &r.as_slice()[rows.clone()];
         let projection = projected(r, &u);
         residual.extend(r.iter().zip(projection).map(|(r, p)| r - p));
+        // Nothing moves it: no impulse changes what it misses.
+        let shift = if law == Law::Coulomb { 0.0 } else { mu };
+        if alpha == 0.0 && u[i * d] < shift * norm(u.rows(i * d + 1, d - 1).iter()) {
+            residual[i * d] = f64::INFINITY;
+        }
         alone.extend(projected(&vec![0.0; d], &q));
         speed.extend(rows.map(|row| {
             let gap = row == i * d && scene.w[row] > 0.0;
