@@ -44,6 +44,7 @@
 //! |---|---|---|
 //! | `cone` | `K`, `K*`, projections | Eqs. (1), (2), (6), (8)-(10) |
 //! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2 | steps 2-15 |
+//! | `kernel` | scene, factor and solver in one value; limits that stay out until they are reached | |
 //! | `scene`, `solution`, `error` | what goes in, what comes out, what can be wrong | |
 //! | `laws`, `joint_row`, `surface` | contacts alone, or with joint rows, compliance and shapes of friction | |
 //! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |

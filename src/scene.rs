@@ -79,7 +79,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
     ///
     /// Unchecked: use numbers that [`Self::set_mass`] and [`Self::push`] accepted on the host (`examples/bake`, and the
     /// example of [`crate::Factor::from_parts`]). Other numbers end in an error or a status other than
-    /// [`crate::Status::Solved`], never in a panic.
+    /// [`crate::Status::Solved`], never in a panic. A factor that is computed for such a scene is not told from that of another
+    /// one with as many contacts.
     #[must_use]
     pub const fn from_parts(mass: SMatrix<T, N, N>, contacts: [Contact<T, N, D>; C]) -> Self {
         Self {

@@ -87,7 +87,7 @@ pub enum Status {
     OutOfBudget = 4,
     /// The error is above the tolerance but near what rounding in this number type allows, and no longer falls.
     PrecisionLimit = 2,
-    /// No velocity satisfies all contacts; [`Solution::certificate`] is the proof.
+    /// No velocity satisfies all contacts and joint rows; [`Solution::certificate`] is the proof.
     Infeasible = 3,
 }
 
@@ -198,12 +198,14 @@ pub struct ContactSolution<T, const D: usize> {
 pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb> {
     /// Generalised velocity `v` at the end of the step.
     pub velocity: SVector<T, N>,
-    /// The contacts, in the order of the scene. (A slot of joint rows stands here, too: [`Self::row`] tells what they do.)
+    /// The contacts, in the order of the scene. (A slot of joint rows stands among them with the key [`u32::MAX`]:
+    /// [`Self::row`] tells what they do.)
     pub contacts: Vec<ContactSolution<T, D>, C>,
     /// How the solve ended.
     pub status: Status,
     /// Proof of [`Status::Infeasible`], otherwise empty: one `d_i >= 0` a contact with
-    /// `Σ d_i H_Niᵀ = 0` and `Σ d_i w_Ni < 0` (Farkas' lemma).
+    /// `Σ d_i H_Niᵀ = 0` and `Σ d_i w_Ni < 0` (Farkas' lemma). Joint rows count in both sums, with
+    /// [`crate::RowSolution::certificate`].
     pub certificate: Vec<T, C>,
     /// What joint rows do, and their part of the proof.
     #[cfg_attr(feature = "serde", serde(skip, default = "no_rows::<T, D, C, L>"))]

@@ -5,7 +5,7 @@
 
 #define STICTION_REAL float /* the number type: float or double */
 #define STICTION_N 18       /* generalised velocities */
-#define STICTION_D 3        /* rows of a contact: 1 frictionless, 2 planar, 3 spatial */
+#define STICTION_D 3        /* rows of a contact: 1 frictionless, 2 planar, 3 spatial, 4 and spin, 6 and roll */
 #define STICTION_C 5        /* most contacts */
 
 /* Bytes of one `stiction`. If they are too few, the build of the library ends with the number to write here; a 64-bit

@@ -30,6 +30,9 @@ pub fn report(ticks: &[Tick]) {
             .any(|touch| touch.mode == ContactMode::Slip)
     };
     println!("a contact slipped in {}", count(&slips));
+    if ticks.iter().all(|tick| tick.touches.is_empty()) {
+        println!("nothing has touched anything: has the foot a <collision>?");
+    }
 }
 
 /// The file of a name in the folder that is the program's first argument, or else in `target`; says that it is drawn there.

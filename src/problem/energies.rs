@@ -58,10 +58,15 @@ impl<T: Real> Energies<T> {
         }
     }
 
+    /// The root of the energy that impulses are compared with at least.
+    pub(super) fn root(&self) -> T {
+        self.least.square_root() / self.unit
+    }
+
     /// What momenta are compared with at least, in the norm `Σ e_k² / M_kk`: where stiction holds against a spring nothing
     /// moves, and what is left of impulses that cancel each other is rounding.
     pub(super) fn momentum(&self) -> T {
-        self.least.square_root() / self.unit * T::literal(1e-2)
+        self.root() * T::literal(1e-2)
     }
 
     /// The size of impulses, in units of what the velocities to be changed explain.

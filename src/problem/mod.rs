@@ -204,6 +204,14 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         }
     }
 
+    /// The expected size of the impulses of a slot, in its scaled rows.
+    pub(crate) fn expected(&self, law: &ContactLaw<T, D, L>) -> T {
+        let energies = self.energies.get();
+        energies.map_or(self.size, |energies| {
+            energies.root() * law.alpha.square_root()
+        })
+    }
+
     /// Are impulses more than so many times as large as expected?
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn exceeds(&self, r: &ContactVector<T, D, C>, times: T) -> bool {

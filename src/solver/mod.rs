@@ -144,7 +144,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T,
 
     /// Goes on with a solve that ended as [`crate::Status::OutOfBudget`], for [`Settings::budget`] more.
     ///
-    /// Scene, factor, free impulse and tolerance have to be those of that solve. Splitting a solve into several calls
+    /// Scene, factor, free impulse, tolerance and model have to be those of that solve. Splitting a solve into several calls
     /// gives the same bits as one call, and the work of the solution is that of all calls; only that a scene is
     /// infeasible may be noticed sooner, at the end of a call. Where no solve was paused (the last one has ended, after
     /// [`Self::reset`], with another number of contacts) this is [`Self::solve`].

@@ -118,34 +118,23 @@ impl<'a, T: Real, const D: usize, const C: usize, L: Laws> System<'a, T, D, C, L
         })
     }
 
-    /// Solves for the step that makes `dw + V⁻² dx = goal`, and the normal row `dy_N + y_N dx_N / x_N` its goal; `None` if it
-    /// is not finite.
+    /// Solves for the step that makes `dw + V⁻² dx = goal`, and the normal row `dy_N + y_N dx_N / x_N` its goal; `None` if
+    /// `dx` or `dw` is not finite.
     #[inline(never)]
     fn solve(&self, goals: &[Goal<T, D, L>; C]) -> Option<[Pair<T, D, L>; C]> {
         let mut unknowns = [[T::ZERO; D]; C];
         let unknowns = unknowns.as_flattened_mut();
-        let contacts = self.pairs.iter().zip(&self.velocities).zip(goals);
-        for (
-            i,
-            (
-                (pair, velocity),
-                Goal {
-                    cone: goal,
-                    normal,
-                    rows,
-                },
-            ),
-        ) in contacts.enumerate()
-        {
+        for (i, (pair, goal)) in self.pairs.iter().zip(goals).enumerate() {
             rolled();
-            let mut right = pair.w + goal - velocity;
-            if let (Some(pairs), Some(goals)) = (pair.rows.get(), rows.get()) {
+            let velocity = self.velocities.get(i)?;
+            let mut right = pair.w + goal.cone - velocity;
+            if let (Some(pairs), Some(goals)) = (pair.rows.get(), goal.rows.get()) {
                 right = pairs.velocity() - velocity;
                 for (right, &[p, n]) in right.iter_mut().zip(goals) {
                     *right += p - n;
                 }
             } else if pair.part != Part::Cone {
-                right = joined(pair.normal + *normal - first(velocity), right);
+                right = joined(pair.normal + goal.normal - first(velocity), right);
             }
             let own = unknowns.get_mut(self.elimination.columns(i))?;
             for (unknown, right) in own.iter_mut().zip(right.iter()) {
@@ -155,37 +144,20 @@ impl<'a, T: Real, const D: usize, const C: usize, L: Laws> System<'a, T, D, C, L
         self.elimination.solve(self.matrix, unknowns)?;
         let mut steps = [Pair::<T, D, L>::none(); C];
         let contacts = self.pairs.iter().zip(goals).zip(&self.scalings);
-        for (
-            i,
-            (
-                step,
-                (
-                    (
-                        pair,
-                        Goal {
-                            cone: goal,
-                            normal,
-                            rows,
-                        },
-                    ),
-                    scaling,
-                ),
-            ),
-        ) in steps.iter_mut().zip(contacts).enumerate()
-        {
+        for (i, (step, ((pair, goal), scaling))) in steps.iter_mut().zip(contacts).enumerate() {
             rolled();
             let own = unknowns.get(self.elimination.columns(i))?;
             for (x, unknown) in step.x.iter_mut().zip(own) {
                 *x = *unknown;
             }
-            if let (Some(pairs), Some(goals)) = (pair.rows.get(), rows.get()) {
+            if let (Some(pairs), Some(goals)) = (pair.rows.get(), goal.rows.get()) {
                 step.rows = L::Room::with(pairs.step(&step.x, goals));
             }
             if matches!(pair.part, Part::Normal | Part::Coulomb) {
-                step.normal = *normal - pair.normal / first(&pair.x) * first(&step.x);
+                step.normal = goal.normal - pair.normal / first(&pair.x) * first(&step.x);
             }
             if pair.part.is_cone::<D>() {
-                step.w = goal - scaling.compliance(&step.x);
+                step.w = goal.cone - scaling.compliance(&step.x);
             }
         }
         let finite = |step: &Pair<T, D, L>| step.x.iter().chain(step.w.iter()).all(T::is_finite);

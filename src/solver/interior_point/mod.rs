@@ -239,12 +239,13 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
         let mut state = u32::try_from(jams).unwrap_or(0);
         for (law, r) in opaque(monitor.problem.laws()).iter().zip(&mut self.point.r) {
             rolled();
+            let size = monitor.problem.expected(law);
             let mut impulse = SVector::from(*r);
             for entry in &mut impulse {
                 // Numerical Recipes' generator, of which the upper half is random enough
                 state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 let share = T::count(usize::from((state >> 16) as u16)) / T::literal(32768.0);
-                *entry = monitor.problem.size * (share - T::ONE);
+                *entry = size * (share - T::ONE);
             }
             *r = law.project(&impulse).into();
         }

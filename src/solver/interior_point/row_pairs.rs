@@ -18,7 +18,7 @@ pub(super) struct RowPairs<T, const D: usize> {
     holds: [[T; 2]; D],
 }
 
-/// Products of a row that are to vanish: there is none at a bound that is not there, or where both are one.
+/// Products of a row that are to vanish: there is none at a bound that is not there, or where the bounds coincide.
 fn exists<T: Real>(gaps: &[T; 2], side: usize) -> bool {
     let is_fixed = gaps.iter().all(|&gap| gap == T::ZERO);
     !is_fixed && gaps.get(side).is_some_and(T::is_finite)
