@@ -80,13 +80,13 @@ macro_rules! real {
 
             #[inline]
             #[allow(clippy::cast_possible_truncation)]
-            fn hash(self, mut hash: u32) -> u32 {
-                let bits = self.to_bits();
-                for word in 0..$bits::BITS.div_ceil(u32::BITS) {
-                    let word = (bits >> (word * u32::BITS)) as u32;
-                    hash = (hash.rotate_left(5) ^ word).wrapping_mul(0x9e37_79b1);
+            fn hash(self, hash: u32) -> u32 {
+                let (bits, mut word) = (self.to_bits(), 0_u32);
+                // The halves of a number first, for which the next number does not wait.
+                for part in 0..$bits::BITS.div_ceil(u32::BITS) {
+                    word = word.wrapping_mul(0x85eb_ca77) ^ (bits >> (part * u32::BITS)) as u32;
                 }
-                hash
+                (hash.rotate_left(5) ^ word).wrapping_mul(0x9e37_79b1)
             }
 
             #[inline]

@@ -2,9 +2,9 @@
 
 use crate::laws::{Coulomb, Laws, NoRoom, Room};
 use crate::linalg::hints::opaque;
-use crate::linalg::sparsity::Support;
+use crate::linalg::sparsity::{GROUP, Support};
 use crate::{Error, FrictionCone, Input, Real};
-use checks::fingerprint;
+use checks::{check_symmetric, fingerprint, take};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 use slot::Slot;
 
@@ -118,22 +118,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
     /// Whether `M` is positive definite is checked by [`crate::Factor::prepare`].
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
         check_finite(mass, Input::Mass)?;
-        let columns = || mass.as_slice().chunks_exact(N).enumerate();
-        let diagonal = |i: usize| mass.get((i, i)).copied().unwrap_or(T::ZERO);
-        for (j, column) in columns() {
-            for (i, &lower) in column.iter().enumerate().skip(j + 1) {
-                let upper = mass.get((j, i)).copied().unwrap_or(lower);
-                if lower == upper {
-                    continue; // as a rule, and without a root
-                }
-                let size = (diagonal(i).abs() * diagonal(j).abs()).square_root();
-                if (lower - upper).abs() > T::EPSILON.square_root() * size {
-                    return Err(Error::MassNotSymmetric { row: i, column: j });
-                }
-            }
-        }
-        self.mass.copy_from(mass);
-        self.mass_print = fingerprint(mass.as_slice(), C);
+        check_symmetric(mass)?;
+        self.mass_print = take(self.mass.as_mut_slice(), mass.as_slice(), C);
         Ok(())
     }
 
@@ -151,20 +137,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
         if FrictionCone::new(contact.mu).is_none() {
             return Err(Error::InvalidFriction { contact: index });
         }
-        slot.clone_from(contact);
-        self.fill(index, L::Room::EMPTY);
-        Ok(index)
-    }
-
-    /// Takes the next slot into use, once its contact stands there.
-    #[inline]
-    fn fill(&mut self, index: usize, slot: L::Room<Slot<T, D>>) {
-        self.count += 1;
+        (slot.offset, slot.mu, slot.key) = (contact.offset, contact.mu, contact.key);
+        let (target, numbers) = (slot.jacobian.as_mut_slice(), contact.jacobian.as_slice());
+        let print = take(target, numbers, index);
+        self.contacts_print = self.contacts_print.wrapping_add(print);
         if let Some(place) = self.slots.get_mut(index) {
-            *place = slot;
+            *place = L::Room::EMPTY;
         }
+        self.count += 1;
         self.support(index);
-        self.contacts_print = self.contacts_print.wrapping_add(self.contact_print(index));
+        Ok(index)
     }
 
     /// Removes all contacts.
@@ -244,9 +226,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
     fn support(&mut self, contact: usize) {
         let supports = self.supports.get_mut(contact);
         if let (Some(support), Some(contact)) = (supports, self.contacts.get(contact)) {
-            let columns = opaque(&contact.jacobian.data.0).iter().enumerate();
-            let moved = columns.filter(|(_, column)| **column != [T::ZERO; D]);
-            *support = Support::of::<N>(moved.map(|(dof, _)| dof));
+            let groups = contact
+                .jacobian
+                .as_slice()
+                .chunks_exact(GROUP * D)
+                .enumerate();
+            let moved = groups.filter(|(_, group)| group.iter().any(|&entry| entry != T::ZERO));
+            *support = Support::of::<N>(moved.map(|(group, _)| group * GROUP));
         }
     }
 

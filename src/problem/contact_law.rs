@@ -88,10 +88,11 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
 
     /// Does nothing move it, although it asks for another velocity than this one?
     pub(crate) fn is_hopeless_at(&self, u: &SVector<T, D>) -> bool {
+        if self.alpha > T::ZERO {
+            return false;
+        }
         let (normal, tangent) = split(u);
-        let slip = norm(tangent);
-        self.alpha == T::ZERO
-            && normal + (self.shift_factor - self.cone.friction()) * slip < T::ZERO
+        normal + (self.shift_factor - self.cone.friction()) * norm(tangent) < T::ZERO
     }
 
     /// De Saxcé shift `mu_i |u_Ti|` (m/s), which `û` adds to the normal velocity.

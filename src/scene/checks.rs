@@ -4,23 +4,51 @@ use crate::linalg::hints::{opaque, rolled};
 use crate::{Error, Input, Real};
 use nalgebra::SMatrix;
 
-/// Fingerprint of some numbers and their place among others, in four running hashes: one alone would be waited for at each
-/// number.
+/// Fingerprint of some numbers and their place among others.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u32 {
-    let seed = u32::try_from(place).unwrap_or(0);
-    let mut hashes = [seed; 4];
+    let mut hashes = seeds(place);
     let (chunks, rest) = numbers.as_chunks::<4>();
     for numbers in chunks {
         rolled();
-        for (hash, number) in hashes.iter_mut().zip(numbers) {
-            *hash = number.hash(*hash);
-        }
+        add(&mut hashes, numbers);
     }
-    for (hash, number) in hashes.iter_mut().zip(rest) {
+    add(&mut hashes, rest);
+    joined(hashes)
+}
+
+/// Copies numbers and returns their fingerprint: a loop for each would take half as many instructions more.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(super) fn take<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u32 {
+    let mut hashes = seeds(place);
+    let (chunks, rest) = numbers.as_chunks::<4>();
+    let (targets, last) = target.as_chunks_mut::<4>();
+    for (target, numbers) in targets.iter_mut().zip(chunks) {
+        rolled();
+        *target = *numbers;
+        add(&mut hashes, numbers);
+    }
+    for (target, &number) in last.iter_mut().zip(rest) {
+        *target = number;
+    }
+    add(&mut hashes, rest);
+    joined(hashes)
+}
+
+/// Four running hashes: one alone would be waited for at each number.
+fn seeds(place: usize) -> [u32; 4] {
+    [u32::try_from(place).unwrap_or(0); 4]
+}
+
+/// Goes on with the hashes by up to four numbers.
+#[inline]
+fn add<T: Real>(hashes: &mut [u32; 4], numbers: &[T]) {
+    for (hash, number) in hashes.iter_mut().zip(numbers) {
         *hash = number.hash(*hash);
     }
-    let [first, others @ ..] = hashes;
+}
+
+fn joined([first, others @ ..]: [u32; 4]) -> u32 {
     others
         .into_iter()
         .fold(mixed(first), |sum, hash| mixed(sum.rotate_left(5) ^ hash))
@@ -32,15 +60,62 @@ const fn mixed(hash: u32) -> u32 {
 }
 
 /// Every entry of a matrix or vector is a number.
+#[inline]
 pub(crate) fn check_finite<T: Real, const R: usize, const K: usize>(
     matrix: &SMatrix<T, R, K>,
     input: Input,
 ) -> Result<(), Error> {
-    for (column, entries) in matrix.data.0.iter().enumerate() {
-        for (row, entry) in opaque(entries).iter().enumerate() {
+    match not_finite(matrix.as_slice()) {
+        None => Ok(()),
+        Some(index) => Err(Error::NotFinite {
+            input,
+            row: index % R.max(1),
+            column: index.checked_div(R).unwrap_or(0),
+        }),
+    }
+}
+
+/// Which of them is the first that is not a number? `0 x` is 0 for a number, and for no other: four sums say sooner than a
+/// comparison for each whether there is one.
+#[cfg_attr(target_os = "none", inline(never))]
+fn not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
+    let mut sums = [T::ZERO; 4];
+    let (chunks, rest) = numbers.as_chunks::<4>();
+    for numbers in chunks {
+        rolled();
+        for (sum, &number) in sums.iter_mut().zip(numbers) {
+            *sum += number * T::ZERO;
+        }
+    }
+    for (sum, &number) in sums.iter_mut().zip(rest) {
+        *sum += number * T::ZERO;
+    }
+    if sums == [T::ZERO; 4] {
+        return None;
+    }
+    numbers.iter().position(|number| !number.is_finite())
+}
+
+/// `M_ij` and `M_ji` differ by rounding at most.
+pub(super) fn check_symmetric<T: Real, const N: usize>(
+    mass: &SMatrix<T, N, N>,
+) -> Result<(), Error> {
+    let columns = &mass.data.0;
+    let diagonal = |i: usize| mass.get((i, i)).copied().unwrap_or(T::ZERO);
+    for (j, column) in columns.iter().enumerate() {
+        let (Some(lower), Some(others)) = (column.get(j..), columns.get(j..)) else {
+            continue;
+        };
+        for (k, (&lower, other)) in opaque(lower).iter().zip(others).enumerate() {
             rolled();
-            if !entry.is_finite() {
-                return Err(Error::NotFinite { input, row, column });
+            let upper = other.get(j).copied().unwrap_or(lower);
+            if lower == upper {
+                continue; // as a rule, and without a root
+            }
+            let row = j + k;
+            let size = (diagonal(row).abs() * diagonal(j).abs()).square_root();
+            if (lower - upper).abs() > T::EPSILON.square_root() * size {
+                return Err(Error::MassNotSymmetric { row, column: j });
             }
         }
     }
