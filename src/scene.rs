@@ -187,8 +187,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
         Ok(())
     }
 
-    /// Replaces the friction coefficient `mu_i` of a contact; a stored factor stays valid. (To take all friction from a soft
-    /// contact of `push_on`, push it anew: its tangential compliance would go on to scale its error.)
+    /// Replaces the friction coefficient `mu_i` of a contact; a stored factor stays valid. (A surface of `push_on` without
+    /// friction stays without; and to take all friction from a soft one, push it anew: its tangential compliance would go on to
+    /// scale its error.)
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::InvalidFriction`].

@@ -79,16 +79,11 @@ impl<T: Real> Surface<T> {
     pub(crate) fn scales<const D: usize>(&self) -> [T; D] {
         let reference = self.reference::<D>();
         let mut scales = [T::ONE; D];
-        for ((k, scale), mu) in scales
-            .iter_mut()
-            .enumerate()
-            .skip(1)
-            .zip(self.coefficients())
-        {
+        for (scale, mu) in scales.iter_mut().skip(1).zip(self.coefficients()) {
             *scale = if reference > T::ZERO {
                 mu / reference
             } else {
-                T::count(usize::from(k <= 2)) // it may get friction later
+                T::ZERO
             };
         }
         scales

@@ -13,7 +13,7 @@
 use crate::laws::Laws;
 use crate::linalg::blocks::{ContactMatrix, ContactVector};
 use crate::linalg::cholesky::dot;
-use crate::linalg::hints::rolled;
+use crate::linalg::hints::{opaque, rolled};
 use crate::problem::Problem;
 use crate::problem::proof_search::Search;
 use crate::{Real, Scene};
@@ -119,7 +119,10 @@ pub(crate) fn certificate<
     }
     normalised(factor.delassus(), &scales, &mut search.gram);
     let fastest = search.offset.as_flattened().iter();
-    let fastest = fastest.fold(T::ZERO, |fastest, g| fastest.max(g.abs()));
+    let fastest = fastest.fold(T::ZERO, |fastest, g| {
+        rolled();
+        fastest.max(g.abs())
+    });
     let mut d = search.minimise(fastest)?;
     search.purify(&mut d)?;
     // What rounding left of W d, taken away twice.
@@ -131,11 +134,13 @@ pub(crate) fn certificate<
     let mut proof = product(&d, &scales);
     let (_, mut leak) = factor.row_products(&proof);
     for d in d.as_flattened() {
+        rolled();
         leak += d.abs() * T::literal(0.25) * T::EPSILON; // what rounding may hide
     }
     let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);
     let is_strong = approach > T::ZERO && leak * proportion * fastest <= approach;
     for (i, d) in proof.iter_mut().enumerate() {
+        rolled();
         for (d, &scale) in d.iter_mut().zip(factor.scales(i).into_iter().flatten()) {
             *d *= scale;
         }
@@ -154,6 +159,7 @@ fn normalised<T: Real, const D: usize, const C: usize, const K: usize>(
     for ((source, &factor), row) in rows {
         rolled();
         for ((entries, scales), source) in row.iter_mut().zip(scales).zip(source) {
+            rolled();
             for ((entry, &scale), &source) in entries.iter_mut().zip(scales).zip(source) {
                 // Beyond the slots in use the factor has what an earlier scene left.
                 if factor > T::ZERO && scale > T::ZERO {
@@ -179,13 +185,9 @@ fn cancels<T: Real, const N: usize, const D: usize, const C: usize, L: Laws, con
         total += weights
             .iter()
             .fold(T::ZERO, |sum, weight| sum + weight.abs());
-        for (column, (sum, size)) in contact
-            .jacobian
-            .data
-            .0
-            .iter()
-            .zip(sums.iter_mut().zip(&mut sizes))
-        {
+        let columns = opaque(&contact.jacobian.data.0).iter();
+        for (column, (sum, size)) in columns.zip(sums.iter_mut().zip(&mut sizes)) {
+            rolled();
             for ((&entry, &d), &weight) in column.iter().zip(d).zip(weights) {
                 *sum += entry * d;
                 if weight != T::ZERO {
@@ -196,8 +198,9 @@ fn cancels<T: Real, const N: usize, const D: usize, const C: usize, L: Laws, con
     }
     let share = T::literal(1e-9).max(T::literal(8.0) * T::EPSILON) * total;
     let masses = scene.mass().data.0.iter().enumerate();
-    let mut entries = sums.iter().zip(&sizes).zip(masses);
+    let mut entries = opaque(&sums).iter().zip(&sizes).zip(masses);
     entries.all(|((sum, &size), (j, column))| {
+        rolled();
         // An entry that is rounding beside the mass is none.
         let mass = column.get(j).copied().unwrap_or(T::ZERO);
         sum.abs() <= share * (size + mass.square_root() * T::literal(1e-6))
@@ -205,6 +208,7 @@ fn cancels<T: Real, const N: usize, const D: usize, const C: usize, L: Laws, con
 }
 
 /// Entry by entry.
+#[inline(never)]
 fn product<T: Real, const K: usize, const C: usize>(
     x: &ContactVector<T, K, C>,
     y: &ContactVector<T, K, C>,
@@ -212,6 +216,7 @@ fn product<T: Real, const K: usize, const C: usize>(
     let mut product = *x;
     let entries = product.as_flattened_mut().iter_mut();
     for (entry, &y) in entries.zip(y.as_flattened()) {
+        rolled();
         *entry *= y;
     }
     product

@@ -33,6 +33,7 @@ impl<T: Real, const K: usize, const C: usize> Search<T, K, C> {
         let mut support = [[false; K]; C];
         let mut g = self.offset;
         for g in g.as_flattened_mut() {
+            rolled();
             *g /= size;
         }
         for _ in 0..4 * C * K {
@@ -43,6 +44,7 @@ impl<T: Real, const K: usize, const C: usize> Search<T, K, C> {
             let mut entering = (rounding * T::literal(64.0), None);
             let rows = self.demands.as_flattened().iter().zip(g.as_flattened());
             for (i, (&demand, &g)) in rows.enumerate() {
+                rolled();
                 let slope = -(dot(self.row(i)?, entries) + g * approach);
                 let descent = match demand {
                     Demand::Nothing => T::ZERO,
@@ -74,6 +76,7 @@ impl<T: Real, const K: usize, const C: usize> Search<T, K, C> {
             let rows = self.demands.as_flattened().iter();
             let pairs = d.as_flattened().iter().zip(minimiser.as_flattened());
             for (demand, (&d, &target)) in rows.zip(pairs) {
+                rolled();
                 // `minimiser` is that of `-g`.
                 let leaves = *demand == Demand::NotNegative && -target <= T::ZERO && d > T::ZERO;
                 if leaves {
@@ -88,6 +91,7 @@ impl<T: Real, const K: usize, const C: usize> Search<T, K, C> {
                 .iter_mut()
                 .zip(minimiser.as_flattened());
             for ((demand, used), (d, &target)) in rows.zip(pairs) {
+                rolled();
                 *d += (-target - *d) * length;
                 if *used && *demand == Demand::NotNegative && *d <= rounding {
                     (*used, left) = (false, true);
@@ -112,6 +116,7 @@ impl<T: Real, const K: usize, const C: usize> Search<T, K, C> {
         }
         normalise(d);
         for d in d.as_flattened_mut() {
+            rolled();
             if d.abs() < T::EPSILON * T::literal(64.0) {
                 *d = T::ZERO;
             }
@@ -131,6 +136,7 @@ impl<T: Real, const K: usize, const C: usize> Search<T, K, C> {
         let rows = self.demands.as_flattened().iter();
         let entries = d.as_flattened_mut().iter_mut().zip(rows);
         for ((d, demand), &correction) in entries.zip(correction.as_flattened()) {
+            rolled();
             *d -= correction;
             if *demand != Demand::Zero {
                 *d = (*d).max(T::ZERO);
@@ -209,15 +215,18 @@ impl<T: Real, const K: usize, const C: usize> Search<T, K, C> {
 }
 
 /// Rows that are not zero.
+#[inline(never)]
 fn support<T: Real, const K: usize, const C: usize>(d: &ContactVector<T, K, C>) -> Support<K, C> {
     d.map(|d| d.map(|d| d != T::ZERO))
 }
 
 /// Scales to a largest entry of 1.
+#[inline(never)]
 fn normalise<T: Real, const K: usize, const C: usize>(d: &mut ContactVector<T, K, C>) {
     let entries = d.as_flattened().iter();
     let largest = entries.fold(T::ZERO, |largest, d| largest.max(d.abs()));
     for d in d.as_flattened_mut() {
+        rolled();
         *d /= largest;
     }
 }

@@ -80,7 +80,7 @@ pub(crate) fn check_finite<T: Real, const R: usize, const K: usize>(
 #[cfg_attr(target_os = "none", inline(never))]
 fn not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
     let mut sums = [T::ZERO; 4];
-    let (chunks, rest) = numbers.as_chunks::<4>();
+    let (chunks, rest) = opaque(numbers).as_chunks::<4>();
     for numbers in chunks {
         rolled();
         for (sum, &number) in sums.iter_mut().zip(numbers) {
@@ -93,7 +93,8 @@ fn not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
     if sums == [T::ZERO; 4] {
         return None;
     }
-    numbers.iter().position(|number| !number.is_finite())
+    let mut numbers = opaque(numbers).iter();
+    numbers.position(|number| !number.is_finite())
 }
 
 /// `M_ij` and `M_ji` differ by rounding at most.
