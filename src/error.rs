@@ -72,7 +72,8 @@ pub enum Error {
         /// Generalised velocity at which factorisation failed; it runs from the last to the first.
         dof: usize,
     },
-    /// A friction coefficient is negative, NaN, infinite, or so large that its square overflows.
+    /// A friction coefficient is negative, NaN, infinite, or so large that its square overflows; or that of a surface is to
+    /// become 0 or cease to be.
     InvalidFriction {
         /// Index of the contact.
         contact: usize,
@@ -151,7 +152,7 @@ impl fmt::Display for Error {
             }
             Self::InvalidFriction { contact } => write!(
                 f,
-                "friction coefficient mu of contact {contact} is negative, not finite or too large"
+                "friction coefficient mu of contact {contact} is negative, not finite or too large, or its surface cannot take it"
             ),
             Self::ContactListFull { capacity } => {
                 write!(f, "contact list is full ({capacity} contacts)")

@@ -187,17 +187,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
         Ok(())
     }
 
-    /// Replaces the friction coefficient `mu_i` of a contact; a stored factor stays valid. (A surface of `push_on` without
-    /// friction stays without; and to take all friction from a soft one, push it anew: its tangential compliance would go on to
-    /// scale its error.)
+    /// Replaces the friction coefficient `mu_i` of a contact; a stored factor stays valid. That of a surface of `push_on` scales
+    /// the others with it, and cannot become 0 or cease to be: push the contact anew.
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::InvalidFriction`].
     pub fn set_friction(&mut self, contact: usize, mu: T) -> Result<(), Error> {
-        if FrictionCone::new(mu).is_none() {
+        let has_surface = self
+            .slots
+            .get(contact)
+            .is_some_and(|slot| slot.get().is_some());
+        let place = &mut self.contact_mut(contact)?.mu;
+        let is_kept = (mu == T::ZERO) == (*place == T::ZERO);
+        if FrictionCone::new(mu).is_none() || has_surface && !is_kept {
             return Err(Error::InvalidFriction { contact });
         }
-        self.contact_mut(contact)?.mu = mu;
+        *place = mu;
         Ok(())
     }
 
@@ -253,6 +258,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
     #[inline]
     pub(crate) fn slot(&self, index: usize) -> Option<&Slot<T, D>> {
         self.slots.get(index).and_then(Room::get)
+    }
+
+    /// Is there anything but rigid contacts of one friction coefficient? If not, it is a scene of [`Coulomb`] laws.
+    #[inline]
+    pub(crate) fn is_mixed(&self) -> bool {
+        L::MIXED && (0..self.count).any(|slot| self.slot(slot).is_some())
     }
 
     /// The contacts, each with where its Jacobian has entries.

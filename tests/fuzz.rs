@@ -118,8 +118,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Kind<T, N, D, C
             }
             Step::Jacobian(i, x) => scene.set_jacobian(*i, &kind::contact(x, 0.0, 0).jacobian),
             Step::Offset(i, x) => scene.set_offset(*i, &vector(x)),
-            // Without friction a soft contact of `push_on` keeps its tangential compliance in the scale of its error.
-            Step::Friction(_, mu) if L::MIXED && *mu == 0.0 => Ok(()),
             Step::Friction(i, mu) => scene.set_friction(*i, T::literal(*mu)),
             Step::Impulses(impulses) => {
                 let impulses = impulses

@@ -186,5 +186,13 @@ fn what_slides_on_a_surface_without_friction_slips() -> Result<(), Error> {
     assert_eq!(found.mode, ContactMode::Slip);
     assert!((found.impulse - vector![1.0, 0.0, 0.0]).norm() < 1e-9);
     assert!((found.velocity - vector![0.0, 5.0, 0.0]).norm() < 1e-9);
+    // How its rows are scaled depends on it.
+    let refused = Err(Error::InvalidFriction { contact: 0 });
+    let scene = kernel.scene_mut();
+    assert_eq!(scene.set_friction(0, 0.5), refused);
+    scene.clear_contacts();
+    scene.push_on(&contact, &Surface::isotropic(0.5))?;
+    assert_eq!(scene.set_friction(0, 0.0), refused);
+    assert_eq!(scene.set_friction(0, 0.1), Ok(()));
     Ok(())
 }

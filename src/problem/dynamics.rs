@@ -126,7 +126,7 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize, 
     }
     let plain = Norms::of(free, &inertia, &pushed);
     let mut weighted = L::Room::EMPTY;
-    if L::MIXED {
+    if scene.is_mixed() {
         let mut sums = [*free, inertia, pushed];
         for (k, column) in mass.iter().enumerate() {
             rolled();

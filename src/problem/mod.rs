@@ -137,7 +137,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         }
         self.alone = residual::alone(self.laws());
         self.size = self.alone;
-        if L::MIXED {
+        if self.scene.is_mixed() {
             let energies = Energies::new(self.laws(), energy);
             self.energies = L::Room::with(energies);
         }

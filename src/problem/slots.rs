@@ -13,7 +13,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
     /// Impulses in rows that are not scaled.
     #[inline]
     pub(super) fn unscaled(&self, r: &[[T; D]]) -> L::Room<[[T; D]; C]> {
-        if !L::MIXED {
+        if !self.scene.is_mixed() {
             return L::Room::EMPTY;
         }
         let mut impulses = [[T::ZERO; D]; C];
@@ -33,7 +33,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         u: &mut [[T; D]; C],
         momentum: &mut Dynamics<T, L>,
     ) -> L::Room<[[T; D]; C]> {
-        if !L::MIXED {
+        if !self.scene.is_mixed() {
             return L::Room::EMPTY;
         }
         let mut scaled = *u;

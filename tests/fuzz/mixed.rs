@@ -44,7 +44,14 @@ impl Record {
         };
         if let Ok(slot) = scene.push_on(&contact(x, 0.0, key), &surface) {
             let reference = scene.contacts()[slot].mu;
-            let shares = s[..D - 1].iter().map(|mu| double(*mu / reference));
+            let share = |mu: &T| {
+                if reference > T::ZERO {
+                    double(*mu / reference)
+                } else {
+                    0.0
+                }
+            };
+            let shares = s[..D - 1].iter().map(share);
             let soft = surface.compliance.map(double);
             self.contacts.push((slot, Some(shares.collect()), soft));
         }
