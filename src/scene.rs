@@ -187,19 +187,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
         Ok(())
     }
 
-    /// Replaces the friction coefficient `mu_i` of a contact; a stored factor stays valid. That of a surface of `push_on` scales
-    /// the others with it, and cannot become 0 or cease to be: push the contact anew.
+    /// Replaces the friction coefficient `mu_i` of a contact; a stored factor stays valid. It is the larger one of a surface of
+    /// `push_on`, which scales the others with it, and there it cannot become 0 or cease to be: push the contact anew.
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::InvalidFriction`].
     pub fn set_friction(&mut self, contact: usize, mu: T) -> Result<(), Error> {
-        let has_surface = self
-            .slots
-            .get(contact)
-            .is_some_and(|slot| slot.get().is_some());
+        let slot = self.slots.get(contact).and_then(Room::get);
+        let fits = slot.is_none_or(|slot| slot.has_tangents() && mu > T::ZERO);
         let place = &mut self.contact_mut(contact)?.mu;
-        let is_kept = (mu == T::ZERO) == (*place == T::ZERO);
-        if FrictionCone::new(mu).is_none() || has_surface && !is_kept {
+        if FrictionCone::new(mu).is_none() || !fits {
             return Err(Error::InvalidFriction { contact });
         }
         *place = mu;

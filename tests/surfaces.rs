@@ -194,5 +194,12 @@ fn what_slides_on_a_surface_without_friction_slips() -> Result<(), Error> {
     scene.push_on(&contact, &Surface::isotropic(0.5))?;
     assert_eq!(scene.set_friction(0, 0.0), refused);
     assert_eq!(scene.set_friction(0, 0.1), Ok(()));
+    scene.clear_contacts();
+    let spins = Surface {
+        spin: 0.1,
+        ..Surface::isotropic(0.0)
+    };
+    scene.push_on(&contact, &spins)?;
+    assert_eq!(scene.set_friction(0, 0.1), refused);
     Ok(())
 }

@@ -43,6 +43,12 @@ impl<T: Real, const D: usize> Slot<T, D> {
         fingerprint(&self.compliance, place + (rows << 8)).wrapping_add(scales)
     }
 
+    /// Does a contact rub along a tangent?
+    pub(super) fn has_tangents(&self) -> bool {
+        let mut tangents = self.scales.iter().skip(1).take(2);
+        tangents.any(|&scale| scale > T::ZERO)
+    }
+
     /// Is it compliant?
     pub(crate) fn gives_way(&self) -> bool {
         self.compliance

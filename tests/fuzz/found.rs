@@ -2,7 +2,7 @@
 #![allow(clippy::unreadable_literal)] // as they were found
 
 use super::steps::Budget;
-use super::steps::Step::{Jacobian, Mass, Push, PushRow, Reset, Resume, Solve};
+use super::steps::Step::{Friction, Jacobian, Mass, Push, PushOn, PushRow, Reset, Resume, Solve};
 use super::{Machine, limits};
 use nalgebra::{SVector, matrix, vector};
 use stiction::{Contact, Coulomb, Error, Kernel, Mixed, Settings};
@@ -84,5 +84,20 @@ fn a_glitch_of_1e52_misleads_no_solve_with_limits() {
         Solve(x(&[0.0, 7.279736045488814e51, 1.460723838645764e52]), Budget { work: 2000, tolerance: 0.5, relaxed: false, }),
         PushRow(x(&[0.0, 0.0, 1.6286179318162404]), ( 1, 0.0, 0.0), 0.0, 0),
         Solve(x(&[0.0, -1.809076000592131]), Budget { work: 2000, tolerance: 1e-9, relaxed: false, })
+    ]);
+}
+
+/// A surface that rolls and does not rub had a compliance that depended on `set_friction`.
+#[rustfmt::skip]
+#[test]
+fn the_friction_of_a_surface_that_has_none_is_not_replaced() {
+    let mut rolls = x(&[0.0, 0.0, 0.13702746339388588]);
+    rolls[23] = 0.29690081515778716;
+    Machine::<f64, 3, 6, 3, Mixed>::run(&[
+        Mass(x(&[0.0, 1.71236889031691]), false),
+        PushOn(rolls, vec![0.0, 0.0, 0.0, 0.0, 1.1497405646132748, 0.0, 0.8091341715208179], 0),
+        Friction(0, 1.1180643297792927),
+        Solve(x(&[0.0, 0.0, -0.8357488011050795]), Budget { work: 1, tolerance: 1e-9, relaxed: false, }),
+        Solve(x(&[]), Budget { work: 2000, tolerance: 1e-9, relaxed: false, })
     ]);
 }
