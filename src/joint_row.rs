@@ -80,7 +80,7 @@ impl fmt::Display for RowIndex {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RowMode {
-    /// A limit that is not reached; no impulse.
+    /// A limit that is not reached; no impulse, exactly zero.
     Open,
     /// A limit that is reached, and pushes.
     AtLimit,

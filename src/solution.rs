@@ -158,7 +158,8 @@ impl Work {
 pub enum ContactMode {
     /// No impulse, exactly zero.
     Open,
-    /// An impulse inside the friction cone, no relative velocity up to the error.
+    /// An impulse inside the friction cone, no relative velocity up to the error (on a [`crate::Surface`] along the rows that
+    /// have friction).
     Stick,
     /// An impulse on the boundary of the friction cone, up to the error.
     Slip,

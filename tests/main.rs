@@ -16,6 +16,7 @@ mod kernel;
 mod limits;
 mod long_runs;
 mod physics;
+mod promise;
 mod rows;
 mod rows_physics;
 mod scenes;

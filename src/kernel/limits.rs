@@ -1,6 +1,7 @@
 //! Limits that stay out of `W` until they are reached.
 
 use super::Kernel;
+use crate::linalg::hints::rolled;
 use crate::scene::check_finite;
 use crate::solver::Call;
 use crate::{Error, Input, JointRow, Mixed, Real, RowLaw, Settings, Solution, Status};
@@ -120,10 +121,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
     ) -> Result<Option<usize>, Error> {
         let mut first = None;
         for (limit, row) in limits.iter().enumerate() {
-            let speed = row.row.dot(velocity) + row.offset;
-            let is_open = speed >= T::ZERO
+            let (mut speed, mut size) = (row.offset, row.offset.abs());
+            for (&entry, &v) in row.row.as_slice().iter().zip(velocity.as_slice()) {
+                rolled();
+                let product = entry * v;
+                speed += product;
+                size += product.abs();
+            }
+            // Rounding may hide as much.
+            let is_open = speed >= size * T::EPSILON
                 && speed.is_finite()
                 && row.law == RowLaw::Limit
+                && row.compliance >= T::ZERO
                 && !(remembers && self.solver.has_pushed(row.key));
             if is_open || places.as_flattened().contains(&Some(limit)) {
                 continue;

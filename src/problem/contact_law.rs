@@ -67,6 +67,15 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
         if self.cone.friction() > T::ZERO { D } else { 1 }
     }
 
+    /// Its impulses that do work.
+    #[inline]
+    pub(crate) fn working(&self, r: [T; D]) -> [T; D] {
+        match self.rows.get() {
+            Some(rows) => rows.working(r),
+            None => r,
+        }
+    }
+
     /// The nearest impulse that the law allows.
     #[inline]
     pub(crate) fn project(&self, r: &SVector<T, D>) -> SVector<T, D> {

@@ -34,10 +34,8 @@ impl<T: Real> Norms<T> {
     /// From `M v_free`, `M v` and `Hᵀ r`.
     #[inline]
     fn of<const N: usize>(free: &[T; N], inertia: &[T; N], pushed: &[T; N]) -> Self {
-        let norms = Self::in_unit(free, inertia, pushed, T::ONE);
-        let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
-        let safe = norms.size > tiny && norms.size * tiny < T::ONE;
-        if safe {
+        let norms = Self::in_unit(free, inertia, pushed, T::ONE, |_| T::ONE);
+        if norms.is_safe() {
             return norms;
         }
         let mut largest = T::ZERO;
@@ -45,20 +43,33 @@ impl<T: Real> Norms<T> {
             rolled();
             largest = larger(largest, &[free, inertia, pushed], T::ONE);
         }
-        Self::in_unit(free, inertia, pushed, unit(largest))
+        Self::in_unit(free, inertia, pushed, unit(largest), |_| T::ONE)
+    }
+
+    /// Can none of its squares have overflown or vanished?
+    fn is_safe(&self) -> bool {
+        let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
+        self.size > tiny && self.size * tiny < T::ONE
     }
 
     #[cfg_attr(target_os = "none", inline(never))]
-    fn in_unit<const N: usize>(free: &[T; N], inertia: &[T; N], pushed: &[T; N], unit: T) -> Self {
+    fn in_unit<const N: usize>(
+        free: &[T; N],
+        inertia: &[T; N],
+        pushed: &[T; N],
+        unit: T,
+        weight: impl Fn(usize) -> T,
+    ) -> Self {
         let [mut residual, mut size_free, mut size_v, mut size_r] = [T::ZERO; 4];
-        for ((&free, &inertia), &pushed) in opaque(free).iter().zip(inertia).zip(pushed) {
+        let sums = opaque(free).iter().zip(inertia).zip(pushed).enumerate();
+        for (k, ((&free, &inertia), &pushed)) in sums {
             rolled();
             let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed);
-            let gap = inertia - free - pushed;
-            residual += gap * gap;
-            size_free += free * free;
-            size_v += inertia * inertia;
-            size_r += pushed * pushed;
+            let (gap, weight) = (inertia - free - pushed, weight(k));
+            residual += gap * gap * weight;
+            size_free += free * free * weight;
+            size_v += inertia * inertia * weight;
+            size_r += pushed * pushed * weight;
         }
         Self {
             residual,
@@ -126,20 +137,30 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize, 
     }
     let plain = Norms::of(free, &inertia, &pushed);
     let mut weighted = L::Room::EMPTY;
-    if scene.is_mixed() {
-        let mut sums = [*free, inertia, pushed];
-        for (k, column) in mass.iter().enumerate() {
-            rolled();
-            let mass = column.get(k).copied().unwrap_or(T::ONE);
-            let weight = T::ONE / mass.square_root();
-            for sum in sums.iter_mut().filter_map(|sums| sums.get_mut(k)) {
-                *sum *= weight;
-            }
-        }
-        let [free, inertia, pushed] = &sums;
-        weighted = L::Room::with(Norms::of(free, inertia, pushed));
+    if L::MIXED {
+        weighted = L::Room::with(weighted_norms(mass, free, &inertia, &pushed));
     }
     Dynamics { plain, weighted }
+}
+
+/// In the norm `Σ e_k² / M_kk`; with roots only where squares might overflow or vanish.
+fn weighted_norms<T: Real, const N: usize>(
+    mass: &[[T; N]; N],
+    free: &[T; N],
+    inertia: &[T; N],
+    pushed: &[T; N],
+) -> Norms<T> {
+    let own = |k: usize| mass.get(k).and_then(|column| column.get(k)).copied();
+    let weight = |k: usize| T::ONE / own(k).unwrap_or(T::ONE);
+    let norms = Norms::in_unit(free, inertia, pushed, T::ONE, weight);
+    if norms.is_safe() {
+        return norms;
+    }
+    let [free, inertia, pushed] = [free, inertia, pushed].map(|sums| {
+        let mut k = 0..N;
+        sums.map(|sum| sum * k.next().map_or(T::ONE, weight).square_root())
+    });
+    Norms::of(&free, &inertia, &pushed)
 }
 
 /// `R` entries of `M v` from row `first` on.

@@ -34,7 +34,8 @@ impl<T: Real> Energies<T> {
         for law in laws {
             rolled();
             if let Some(rows) = law.rows.get() {
-                largest = larger(largest, rows.project(&-law.q).as_slice(), T::ONE);
+                let alone = rows.working(rows.project(&-law.q).into());
+                largest = larger(largest, &alone, T::ONE);
             } else {
                 largest = larger(largest, law.q.as_slice(), law.alpha.square_root());
             }
@@ -44,7 +45,8 @@ impl<T: Real> Energies<T> {
         for law in laws {
             rolled();
             if let Some(rows) = law.rows.get() {
-                alone += (rows.project(&-law.q) * unit).norm_squared();
+                let pushes = rows.working(rows.project(&-law.q).into());
+                alone += square(&pushes.map(|push| push * unit));
             } else {
                 let root = law.alpha.square_root() * unit;
                 let push = -law.augmented(&(law.q * root));
@@ -80,7 +82,7 @@ impl<T: Real> Energies<T> {
             rolled();
             if law.alpha > T::ZERO {
                 let scale = self.unit / law.alpha.square_root();
-                squares += square(&impulse.map(|r| r * scale));
+                squares += square(&law.working(impulse).map(|r| r * scale));
             }
         }
         quotient(squares, self.least).square_root()
@@ -140,7 +142,7 @@ impl<T: Real> Energies<T> {
             if *r == [T::ZERO; D] {
                 continue;
             }
-            for ((&u, &q), &r) in u.iter().zip(q(law).iter()).zip(r) {
+            for ((&u, &q), r) in u.iter().zip(q(law).iter()).zip(law.working(*r)) {
                 let r = r * self.unit;
                 work += r * ((u - q) * self.unit);
                 squares += r * r;

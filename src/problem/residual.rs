@@ -231,9 +231,8 @@ pub(crate) fn natural_map<T: Real, const D: usize, L: Laws>(
         }
     }
     let size = impulse.max(size * size);
-    if residual == T::ZERO && size == T::ZERO {
-        // Nothing moves and nothing pushes: the noise has cancelled.
-        return T::ZERO;
+    if residual == T::ZERO && noises == T::ZERO {
+        return T::ZERO; // also if nothing moves and nothing pushes
     }
     root_sum(residual, noises, size)
 }

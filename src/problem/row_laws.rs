@@ -14,6 +14,8 @@ use nalgebra::SVector;
 pub(crate) struct RowLaws<T, const D: usize> {
     pub(crate) bounds: [[T; 2]; D],
     count: usize,
+    /// Does something move a row?
+    moves: [bool; D],
     /// Does a row that nothing moves ask for another velocity than it has?
     pub(crate) is_hopeless: bool,
 }
@@ -24,6 +26,7 @@ impl<T: Real, const D: usize> RowLaws<T, D> {
         let mut laws = Self {
             bounds: rows.bounds,
             count: rows.count,
+            moves: *moves,
             is_hopeless: false,
         };
         let sources = scales.iter().zip(q.iter()).zip(moves);
@@ -47,6 +50,7 @@ impl<T: Real, const D: usize> RowLaws<T, D> {
         Self {
             bounds,
             count: D,
+            moves: [true; D],
             is_hopeless: false,
         }
     }
@@ -63,6 +67,16 @@ impl<T: Real, const D: usize> RowLaws<T, D> {
             *r = clamped(*r, bounds);
         }
         projection
+    }
+
+    /// The impulses of rows that something moves; zero of the others, which do no work.
+    pub(crate) fn working(&self, mut r: [T; D]) -> [T; D] {
+        for (r, &moves) in r.iter_mut().zip(&self.moves) {
+            if !moves {
+                *r = T::ZERO;
+            }
+        }
+        r
     }
 
     /// Which rows hold, with an impulse between their bounds.

@@ -77,10 +77,12 @@ pub(super) fn rows_of<T: Real, const D: usize, L: Laws>(
     {
         let given = slot.and_then(|slot| slot.rows?.bounds.get(k).copied());
         let is_fixed = |&[lower, upper]: &[T; 2]| lower == upper;
+        let is_limit =
+            bounds.iter().any(|bound| !bound.is_finite()) && bounds.iter().any(T::is_finite);
         // Nothing moves a row that is fixed but not given so.
         *mode = match given.filter(|given| is_fixed(bounds) && !is_fixed(given)) {
             Some(given) => RowMode::of(r, given),
-            None => RowMode::of(push, *bounds),
+            None => RowMode::of(if is_limit { r } else { push }, *bounds),
         };
     }
     L::Room::with(SlotSolution {

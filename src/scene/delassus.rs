@@ -126,13 +126,14 @@ fn root<T: Real, const N: usize, const D: usize, const C: usize>(
     root
 }
 
-/// Is it `H Hᵀ`, but for half the digits?
+/// Is it `H Hᵀ`, but for rounding of as many sums as there are?
 #[inline(never)]
 fn check<T: Real, const N: usize, const D: usize, const C: usize>(
     delassus: &[[[[T; D]; C]; D]],
     root: &[[[T; D]; N]; C],
 ) -> Result<(), Error> {
     let count = delassus.len();
+    let rounding = T::EPSILON * T::count(4 * (N + count * D));
     let rows = || {
         delassus
             .iter()
@@ -162,7 +163,7 @@ fn check<T: Real, const N: usize, const D: usize, const C: usize>(
                 sum + x * y.get(l).copied().unwrap_or(T::ZERO)
             });
             let size = (own(row).abs() * own(column).abs()).square_root();
-            let is_near = (product - entry).abs() <= T::EPSILON.square_root() * size;
+            let is_near = (product - entry).abs() <= rounding * size;
             if !is_near {
                 return Err(Error::DelassusNotGram { row, column });
             }

@@ -71,6 +71,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, 
         self.record.forget();
     }
 
+    /// Forgets how the last solve went.
+    pub(crate) fn forget(&mut self) {
+        self.record.forget();
+    }
+
     /// Forgets the last solve, and starts the next at these impulses.
     pub(crate) fn set_impulses(&mut self, impulses: &[(u32, SVector<T, D>)]) -> Result<(), Error> {
         self.warm_start.set(impulses)?;

@@ -162,8 +162,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T,
         self.calls.resume(&mut self.method, data)
     }
 
-    /// Takes back what the last solution claims.
+    /// Takes back what the last solution claims, with which no solve goes on.
     pub(crate) fn disown(&mut self) {
+        self.calls.forget();
         let solution = &mut self.calls.solution;
         (solution.status, solution.error) = (Status::Unsolved, T::ONE / T::ZERO);
     }

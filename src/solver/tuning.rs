@@ -78,7 +78,7 @@ numbers! {
     /// Interior point: gain, the scale of velocities relative to impulses when the first path is entered.
     first_gain: 10.0;
     /// Interior point: share of the way to the boundary of the cones that a step leaves.
-    margin: 0.01;
+    margin: 0.02;
     /// Interior point: a step that reaches less far than this is corrected once more.
     correct_again: 0.95;
     /// Interior point: natural map below which Newton's method is to finish, or ten times the tolerance.
