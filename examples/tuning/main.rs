@@ -32,7 +32,7 @@ const CONSTANTS: [(&str, f64, f64); 25] = [
     ("finish_damping", 0.1, 0.0),
     ("first_tau", 10.0, 1.0),
     ("first_gain", 10.0, 1.0),
-    ("margin", 0.01, 0.5),
+    ("margin", 0.02, 0.5),
     ("correct_again", 0.95, 0.0),
     ("near", 1e-3, 0.0),
     ("jammed", 0.1, 0.0),
