@@ -15,16 +15,8 @@ use crate::linalg::blocks::{ContactMatrix, ContactVector};
 use crate::linalg::cholesky::dot;
 use crate::linalg::hints::{opaque, rolled};
 use crate::problem::Problem;
-use crate::problem::proof_search::Search;
+use crate::problem::proof_search::{Demand, Search};
 use crate::{Real, Scene};
-
-/// What a row asks of its velocity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Demand {
-    Nothing,
-    NotNegative,
-    Zero,
-}
 
 /// What each row of a slot asks for.
 fn demands<T: Real, const N: usize, const D: usize, const C: usize, L: Laws, const K: usize>(

@@ -7,7 +7,14 @@ use crate::Real;
 use crate::linalg::blocks::{ContactMatrix, ContactVector};
 use crate::linalg::cholesky::dot;
 use crate::linalg::hints::rolled;
-use crate::problem::infeasibility::Demand;
+
+/// What a row asks of its velocity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Demand {
+    Nothing,
+    NotNegative,
+    Zero,
+}
 
 /// The quadratic form of the search, over the first `K` rows of each slot, scaled to unit effective mass.
 pub(super) struct Search<T, const K: usize, const C: usize> {
