@@ -93,9 +93,10 @@ pub enum RowMode {
 }
 
 impl RowMode {
-    /// That of an impulse between these bounds.
-    pub(crate) fn of<T: Real>(impulse: T, [lower, upper]: [T; 2]) -> Self {
+    /// That of an impulse between these bounds; of a box by the argument of the natural map, `push`.
+    pub(crate) fn of<T: Real>(impulse: T, push: T, [lower, upper]: [T; 2]) -> Self {
         let limit = !upper.is_finite() && lower.is_finite();
+        let impulse = if limit { impulse } else { push };
         if impulse <= lower {
             if limit { Self::Open } else { Self::AtLower }
         } else if impulse >= upper {

@@ -83,17 +83,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
         own: usize,
         (limits, free_impulse, settings): (&[JointRow<T, N>], &SVector<T, N>, &Settings<T>),
         call: &mut Call,
-        mut remembers: bool,
+        remembers: bool,
     ) -> Result<(), Error> {
         let mut places = [[None; D]; C];
-        let mut velocity = self.factor.free_velocity(free_impulse);
-        let mut is_new = true;
+        let velocity = self.factor.free_velocity(free_impulse);
+        let mut first = self.take_in((own, &mut places), limits, &velocity, remembers)?;
         loop {
-            let first = self.take_in((own, &mut places), limits, &velocity, remembers)?;
             if let Some(first) = first {
                 self.factor.extend(&self.scene, first)?;
-            } else if !is_new {
-                return Ok(());
             }
             let mut left = *settings;
             if *call == Call::Again {
@@ -102,11 +99,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
             }
             let data = (&self.scene, &self.factor, free_impulse, &left);
             let solution = self.solver.run(data, *call)?;
+            *call = Call::Again;
             if solution.status == Status::Infeasible {
                 return Ok(());
             }
-            velocity = solution.velocity;
-            (*call, remembers, is_new) = (Call::Again, false, false);
+            let velocity = solution.velocity;
+            first = self.take_in((own, &mut places), limits, &velocity, false)?;
+            if first.is_none() {
+                return Ok(());
+            }
         }
     }
 

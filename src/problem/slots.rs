@@ -13,7 +13,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
     /// Impulses in rows that are not scaled.
     #[inline]
     pub(super) fn unscaled(&self, r: &[[T; D]]) -> L::Room<[[T; D]; C]> {
-        if !self.scene.is_mixed() {
+        if self.energies.get().is_none() {
             return L::Room::EMPTY;
         }
         let mut impulses = [[T::ZERO; D]; C];
@@ -33,7 +33,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         u: &mut [[T; D]; C],
         momentum: &mut Dynamics<T, L>,
     ) -> L::Room<[[T; D]; C]> {
-        if !self.scene.is_mixed() {
+        if self.energies.get().is_none() {
             return L::Room::EMPTY;
         }
         let mut scaled = *u;
@@ -77,12 +77,10 @@ pub(super) fn rows_of<T: Real, const D: usize, L: Laws>(
     {
         let given = slot.and_then(|slot| slot.rows?.bounds.get(k).copied());
         let is_fixed = |&[lower, upper]: &[T; 2]| lower == upper;
-        let is_limit =
-            bounds.iter().any(|bound| !bound.is_finite()) && bounds.iter().any(T::is_finite);
         // Nothing moves a row that is fixed but not given so.
         *mode = match given.filter(|given| is_fixed(bounds) && !is_fixed(given)) {
-            Some(given) => RowMode::of(r, given),
-            None => RowMode::of(if is_limit { r } else { push }, *bounds),
+            Some(given) => RowMode::of(r, r, given),
+            None => RowMode::of(r, push, *bounds),
         };
     }
     L::Room::with(SlotSolution {

@@ -7,48 +7,40 @@ use nalgebra::SMatrix;
 /// Fingerprint of some numbers and their place among others.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u32 {
-    let mut hashes = seeds(place);
     let (chunks, rest) = numbers.as_chunks::<4>();
-    for numbers in chunks {
-        rolled();
-        add(&mut hashes, numbers);
-    }
-    add(&mut hashes, rest);
-    joined(hashes)
+    hashed(chunks.iter(), rest, place)
 }
 
 /// Copies numbers and returns their fingerprint: a loop for each would take half as many instructions more.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn take<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u32 {
-    let mut hashes = seeds(place);
     let (chunks, rest) = numbers.as_chunks::<4>();
     let (targets, last) = target.as_chunks_mut::<4>();
-    for (target, numbers) in targets.iter_mut().zip(chunks) {
-        rolled();
-        *target = *numbers;
-        add(&mut hashes, numbers);
-    }
     for (target, &number) in last.iter_mut().zip(rest) {
         *target = number;
     }
-    add(&mut hashes, rest);
-    joined(hashes)
+    let pairs = targets.iter_mut().zip(chunks);
+    let copied = pairs.map(|(target, numbers)| {
+        *target = *numbers;
+        numbers
+    });
+    hashed(copied, rest, place)
 }
 
-/// Four running hashes: one alone would be waited for at each number.
-fn seeds(place: usize) -> [u32; 4] {
-    [u32::try_from(place).unwrap_or(0); 4]
-}
-
-/// Goes on with the hashes by up to four numbers.
+/// Hash of numbers in chunks and what is left of them, in four running hashes: one alone would be waited for at each number.
 #[inline]
-fn add<T: Real>(hashes: &mut [u32; 4], numbers: &[T]) {
-    for (hash, number) in hashes.iter_mut().zip(numbers) {
+fn hashed<'a, T: Real>(chunks: impl Iterator<Item = &'a [T; 4]>, rest: &[T], place: usize) -> u32 {
+    let mut hashes = [u32::try_from(place).unwrap_or(0); 4];
+    for numbers in chunks {
+        rolled();
+        for (hash, number) in hashes.iter_mut().zip(numbers) {
+            *hash = number.hash(*hash);
+        }
+    }
+    for (hash, number) in hashes.iter_mut().zip(rest) {
         *hash = number.hash(*hash);
     }
-}
-
-fn joined([first, others @ ..]: [u32; 4]) -> u32 {
+    let [first, others @ ..] = hashes;
     others
         .into_iter()
         .fold(mixed(first), |sum, hash| mixed(sum.rotate_left(5) ^ hash))

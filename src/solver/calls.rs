@@ -5,7 +5,7 @@ use crate::problem::Problem;
 use crate::solver::monitor::Monitor;
 use crate::solver::record::Record;
 use crate::solver::warm_start::WarmStart;
-use crate::{Error, Factor, Real, Scene, Settings, Solution};
+use crate::{Error, Factor, Real, Scene, Settings, Solution, Status};
 use nalgebra::SVector;
 
 /// The data of a call: scene, factor, free impulse and settings.
@@ -71,9 +71,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, 
         self.record.forget();
     }
 
-    /// Forgets how the last solve went.
-    pub(crate) fn forget(&mut self) {
+    /// Takes back what the last solution claims, and forgets how its solve went.
+    pub(crate) fn disown(&mut self) {
         self.record.forget();
+        (self.solution.status, self.solution.error) = (Status::Unsolved, T::ONE / T::ZERO);
     }
 
     /// Forgets the last solve, and starts the next at these impulses.

@@ -7,7 +7,7 @@ use crate::problem::residual::quotient;
 use crate::solution::SlotSolution;
 use crate::solver::monitor::Monitor;
 use crate::solver::tuning;
-use crate::{ContactSolution, Real, Status};
+use crate::{Real, Status};
 
 /// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
 /// a proof; five times as much would call slow walls solved.)
@@ -22,11 +22,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     /// Size of the impulses, in units of the expected size (`r0` or `stop`).
     fn impulse(&self) -> T {
         if let Some(energies) = self.problem.energies.get() {
-            let slots = self.solution.contacts.iter().enumerate();
-            let unscaled = |(i, contact): (usize, &ContactSolution<T, D>)| {
-                self.problem.factor.unscaled(i, contact.impulse).into()
-            };
-            return energies.share(self.problem.laws(), slots.map(unscaled));
+            return energies.share(self.problem.laws(), self.shown().into_iter());
         }
         let contacts = self.solution.contacts.iter();
         let square = contacts.fold(T::ZERO, |sum, contact| sum + contact.impulse.norm_squared());

@@ -7,7 +7,7 @@ use crate::solver::monitor::Monitor;
 use crate::solver::phases::Solve;
 use crate::solver::warm_start::WarmStart;
 use crate::solver::workspace::Workspace;
-use crate::{Error, Factor, Real, Scene, Settings, Solution, Status};
+use crate::{Error, Factor, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
 
 mod admm_solver;
@@ -164,9 +164,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T,
 
     /// Takes back what the last solution claims, with which no solve goes on.
     pub(crate) fn disown(&mut self) {
-        self.calls.forget();
-        let solution = &mut self.calls.solution;
-        (solution.status, solution.error) = (Status::Unsolved, T::ONE / T::ZERO);
+        self.calls.disown();
     }
 
     /// Did a joint row with this key push in the last solve?

@@ -253,7 +253,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     }
 
     /// The impulses that are written down.
-    fn shown(&self) -> ContactVector<T, D, C> {
+    pub(super) fn shown(&self) -> ContactVector<T, D, C> {
         let contacts = self.solution.contacts.iter().enumerate();
         gathered(contacts.map(|(i, contact)| self.problem.factor.unscaled(i, contact.impulse)))
     }

@@ -108,7 +108,7 @@ fn the_jacobian_is_the_derivative_of_the_residual() -> Result<(), Error> {
                 .iter()
                 .zip(law.rows.iter().flat_map(|rows| rows.bounds))
             {
-                met.push(RowMode::of(*r, [lower, upper]));
+                met.push(RowMode::of(*r, *r, [lower, upper]));
             }
         }
     }
