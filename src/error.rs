@@ -1,6 +1,7 @@
 //! What can be wrong with the data of a solve.
 
 use crate::RowIndex;
+use crate::time_stepping::Parameter;
 use core::fmt;
 
 /// Which input of a scene an [`Error`] speaks of.
@@ -121,6 +122,11 @@ pub enum Error {
         /// Where it was looked for.
         row: RowIndex,
     },
+    /// An argument of a helper of [`crate::time_stepping`] has no meaning, or makes its result overflow.
+    InvalidParameter {
+        /// Which one; its text says what is asked of it.
+        parameter: Parameter,
+    },
 }
 
 impl fmt::Display for Input {
@@ -180,6 +186,7 @@ impl fmt::Display for Error {
                 write!(f, "compliance in slot {slot} is negative or not finite")
             }
             Self::NoSuchRow { row } => write!(f, "there is no {row}"),
+            Self::InvalidParameter { parameter } => write!(f, "{parameter}"),
         }
     }
 }

@@ -4,6 +4,10 @@
 //! beginning of a step of length `h`, contact impulses and friction act on the velocity at its end,
 //! and the position follows from that velocity.
 //!
+//! A helper whose arguments have no meaning (NaN, a step of 0, a negative stiffness) returns an error that names the
+//! [`Parameter`]; what it returns else is finite. [`free_impulse`] and [`moving_surface`] are sums of products, which the scene
+//! checks.
+//!
 //! ```
 //! use nalgebra::{Matrix2, matrix, vector};
 //! use stiction::{Contact, Factor, Scene, Settings, Solver, time_stepping as law};
@@ -19,7 +23,7 @@
 //!
 //! let (mut position, mut velocity) = (vector![0.0, 0.01], vector![1.0, 0.0]);
 //! for _ in 0..1000 {
-//!     scene.set_offset(0, &vector![law::gap(position.y, h, 0.1, 10.0), 0.0])?;
+//!     scene.set_offset(0, &vector![law::gap(position.y, h, 0.1, 10.0)?, 0.0])?;
 //!     let push = law::free_impulse(&mass, &velocity, &weight, h);
 //!     velocity = solver.solve(&scene, &factor, &push, &settings)?.velocity;
 //!     position += velocity * h;
@@ -28,13 +32,15 @@
 //! # Ok::<(), stiction::Error>(())
 //! ```
 
-use crate::Real;
 use crate::linalg::cholesky::axpy;
 use crate::solution::zeros;
+use crate::{Error, Real};
 use nalgebra::{SMatrix, SVector};
 
+mod parameter;
 mod rows;
 
+pub use parameter::Parameter;
 pub use rows::{Motor, closed_loop, compliance, compliant_gap, dry_friction, joint_limit, motor};
 
 /// Free impulse of a step, `M v + h F` (N·s): `M v_free`, and `-f` in the note.
@@ -66,64 +72,84 @@ pub fn free_impulse<T: Real, const N: usize>(
 /// Normal offset `w_N = gap / step` (m/s) of a contact: it may close within the step, and no further.
 ///
 /// - `gap` (m): distance of the contact, negative in penetration.
-/// - `step` (s): length `h` of the time step. At 0 the offset is `reach` or `-recovery` by the sign of the gap, and NaN
-///   for a gap of 0, which the scene refuses.
-/// - `recovery >= 0` (m/s): the fastest at which a penetration is pushed out.
-/// - `reach >= 0` (m/s): the largest offset. Set it to the fastest closing speed to expect.
+/// - `step > 0` (s): length `h` of the time step.
+/// - `recovery >= 0` (m/s): the fastest at which a penetration is pushed out. At infinity it is out after the step.
+/// - `reach >= 0` (m/s): the largest offset. Set it to the fastest closing speed to expect. Infinity does not limit it.
 ///
 /// A contact that is open stays in the scene this way and costs no new factor. A `reach` that is much too large does not
 /// loosen the error, but the interior point and the search for a proof of infeasibility take their scale from the largest
-/// offsets. If `recovery < -reach` the two bounds exclude each other, and one of them is returned.
+/// offsets.
+///
+/// # Errors
+/// [`Error::InvalidParameter`] with the argument that is not as above, or with [`Parameter::Gap`] if the quotient overflows and
+/// neither bound is finite on that side.
 ///
 /// ```
 /// # use stiction::time_stepping::gap;
 /// let (step, recovery, reach) = (0.25, 0.1, 3.0);
-/// assert_eq!(gap(0.5, step, recovery, reach), 2.0);
-/// assert_eq!(gap(-0.5, step, recovery, reach), -0.1);
-/// assert_eq!(gap(8.0, step, recovery, reach), 3.0);
-/// assert!(gap(f64::NAN, step, recovery, reach).is_nan()); // for the scene to refuse
+/// assert_eq!(gap(0.5, step, recovery, reach), Ok(2.0));
+/// assert_eq!(gap(-0.5, step, recovery, reach), Ok(-0.1));
+/// assert_eq!(gap(8.0, step, recovery, reach), Ok(3.0));
+/// assert!(gap(f64::NAN, step, recovery, reach).is_err());
 /// ```
-#[must_use]
-pub fn gap<T: Real>(gap: T, step: T, recovery: T, reach: T) -> T {
-    // `min` and `max` would take a NaN for a number, and `clamp` panics at bounds that are none.
-    let offset = gap / step;
-    if offset < -recovery {
-        -recovery
-    } else if offset > reach {
-        reach
+pub fn gap<T: Real>(gap: T, step: T, recovery: T, reach: T) -> Result<T, Error> {
+    closing_speed(Parameter::Gap, gap, step, recovery, reach)
+}
+
+/// The speed (m/s, rad/s) that closes a distance within a step, not below `-recovery` and not above `reach`.
+fn closing_speed<T: Real>(
+    name: Parameter,
+    distance: T,
+    step: T,
+    recovery: T,
+    reach: T,
+) -> Result<T, Error> {
+    let speed = name.finite(distance)? / Parameter::Step.positive(step)?;
+    let (least, most) = (
+        -Parameter::Recovery.bound(recovery)?,
+        Parameter::Reach.bound(reach)?,
+    );
+    // Not `min` and `max`, whose zero may have either sign.
+    name.finite(if speed < least {
+        least
+    } else if speed > most {
+        most
     } else {
-        offset
-    }
+        speed
+    })
 }
 
 /// Normal offset of a contact that bounces (m/s): Newton's `w_N = e u_N⁻`, or `gap_offset` if it does not bounce now.
 ///
-/// Returns `e approach` if the contact closes within this step (`gap_offset + approach <= 0`) and approaches faster than
-/// `threshold`; else `gap_offset`. Where both ask for a separation the faster one is returned. An `e approach` that is NaN
-/// or infinite is returned as it is, for the scene to refuse.
+/// It is `e approach` if the contact closes within this step (`gap_offset + approach <= 0`) and approaches faster than
+/// `threshold`; else `gap_offset`. Where both ask for a separation it is the faster one.
 ///
 /// - `e`: coefficient of restitution, 0 to 1.
 /// - `approach` (m/s): normal velocity `u_N⁻` before the step, negative in approach.
 /// - `threshold >= 0` (m/s): lets a contact come to rest; it should exceed `h` times the acceleration that presses it.
 /// - `gap_offset` (m/s): what [`gap`] gave.
 ///
+/// # Errors
+/// [`Error::InvalidParameter`] with the argument that is not as above, or not finite.
+///
 /// ```
 /// # use stiction::time_stepping::{gap, restitution};
-/// assert_eq!(restitution(0.5, -3.0, 0.25, 0.0), -1.5); // leaves at half its speed
-/// assert_eq!(restitution(0.5, -0.125, 0.25, 0.0), 0.0); // too slow to bounce
-/// assert_eq!(restitution(0.5, -3.0, 0.25, gap(1.0, 0.25, 0.0, 9.0)), 4.0); // not there yet
+/// assert_eq!(restitution(0.5, -3.0, 0.25, 0.0)?, -1.5); // leaves at half its speed
+/// assert_eq!(restitution(0.5, -0.125, 0.25, 0.0)?, 0.0); // too slow to bounce
+/// assert_eq!(restitution(0.5, -3.0, 0.25, gap(1.0, 0.25, 0.0, 9.0)?)?, 4.0); // not there yet
+/// # Ok::<(), stiction::Error>(())
 /// ```
-#[must_use]
-pub fn restitution<T: Real>(e: T, approach: T, threshold: T, gap_offset: T) -> T {
-    let bounce = e * approach;
+pub fn restitution<T: Real>(e: T, approach: T, threshold: T, gap_offset: T) -> Result<T, Error> {
+    let approach = Parameter::Approach.finite(approach)?;
+    let bounce = Parameter::Restitution.share(e)? * approach;
+    let threshold = Parameter::Threshold.not_negative(threshold)?;
+    let gap_offset = Parameter::GapOffset.finite(gap_offset)?;
     let closes = approach < -threshold && gap_offset + approach <= T::ZERO;
-    if !bounce.is_finite() {
-        bounce // for the scene to refuse
-    } else if closes && bounce < T::ZERO {
+    Ok(if closes && bounce < T::ZERO {
         bounce.min(gap_offset)
     } else {
         gap_offset
-    }
+    })
 }
 
 /// Offset of a contact with a moving surface, `w = -R v_s` (m/s); add it to the other offsets.

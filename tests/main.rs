@@ -15,6 +15,7 @@ mod hard;
 mod kernel;
 mod limits;
 mod long_runs;
+mod parameters;
 mod physics;
 mod promise;
 mod rows;

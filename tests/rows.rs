@@ -153,9 +153,9 @@ fn joints(order: &[u32]) -> Result<(Scene<f64, 4, 3, 4, stiction::Mixed>, Vec<Ro
     for &key in order {
         let row = SVector::ith(usize::try_from(key / 2).unwrap_or(0), 1.0);
         places.push(scene.push_row(&if key % 2 == 0 {
-            law::dry_friction(row, 100.0 * f64::from(1 + key), 1e-3, key)
+            law::dry_friction(row, 100.0 * f64::from(1 + key), 1e-3, key)?
         } else {
-            law::joint_limit(row, 1e-4, 1e-3, 0.1, 10.0, key)
+            law::joint_limit(row, 1e-4, 1e-3, 0.1, 10.0, key)?
         })?);
     }
     Ok((scene, places))

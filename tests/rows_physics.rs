@@ -11,7 +11,7 @@ fn a_pendulum_on_its_stop_loses_its_momentum_there() -> Result<(), Error> {
     let (inertia, speed, step) = (0.3, 1.7, 1e-3);
     let mut scene = Scene::<f64, 1, 3, 1, _>::mixed();
     scene.set_mass(&Matrix1::new(inertia))?;
-    let stop = scene.push_row(&law::joint_limit(vector![1.0], 0.0, step, 0.0, 10.0, 0))?;
+    let stop = scene.push_row(&law::joint_limit(vector![1.0], 0.0, step, 0.0, 10.0, 0)?)?;
     let weight = 0.8; // N·m, onto the stop
     let push = vector![-inertia * speed - step * weight];
     let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
@@ -28,7 +28,7 @@ fn dry_friction_stops_a_flywheel_after_its_momentum_over_the_torque() -> Result<
     let (inertia, speed, torque, step) = (0.2, 3.0, 0.5, 1e-3);
     let mut kernel = Kernel::<f64, 1, 2, 1, _>::mixed();
     kernel.scene_mut().set_mass(&Matrix1::new(inertia))?;
-    let row = law::dry_friction(vector![1.0], torque, step, 0);
+    let row = law::dry_friction(vector![1.0], torque, step, 0)?;
     let gear = kernel.scene_mut().push_row(&row)?;
     let (mut velocity, mut steps) = (speed, 0_u32);
     while velocity > 1e-12 {
@@ -63,11 +63,11 @@ fn a_saturated_motor_lifts_exactly_what_it_can() -> Result<(), Error> {
         kernel.scene_mut().set_mass(&Matrix1::new(mass))?;
         let (mut height, mut velocity) = (0.0, 0.0);
         let row = |height: f64| law::motor(vector![1.0], &motor, height - target, 0.0, step, 0);
-        let lift = kernel.scene_mut().push_row(&row(0.0))?;
+        let lift = kernel.scene_mut().push_row(&row(0.0)?)?;
         for _ in 0..300 {
             kernel
                 .scene_mut()
-                .set_row_offset(lift, row(height).offset)?;
+                .set_row_offset(lift, row(height)?.offset)?;
             let push = vector![mass * velocity - step * weight];
             let solution = kernel.solve(&push, &Settings::new(1e-12))?;
             velocity = solution.velocity[0];
@@ -137,9 +137,9 @@ fn a_four_bar_loop_does_not_drift_over_a_hundred_thousand_steps() -> Result<(), 
             speed,
             step,
             9,
-        ))?;
+        )?)?;
         for (key, (row, &gap)) in (0..).zip(rows.row_iter().zip(&gap)) {
-            scene.push_row(&law::closed_loop(row.transpose(), gap, step, 1.0, key))?;
+            scene.push_row(&law::closed_loop(row.transpose(), gap, step, 1.0, key)?)?;
         }
         let solution = kernel.solve(&(mass * velocity), &Settings::new(1e-12))?;
         assert!(solution.is_solved(), "{:?}", solution.status);
@@ -163,7 +163,7 @@ fn a_loop_of_redundant_rows_holds_like_one_without() -> Result<(), Error> {
     let solve = |copies: usize| -> Result<SVector<f64, 2>, Error> {
         let mut scene = Scene::<f64, 2, 3, 2, _>::mixed();
         scene.set_mass(&Matrix2::from_diagonal(&vector![1.0, 3.0]))?;
-        let row: JointRow<f64, 2> = law::closed_loop(vector![1.0, -2.0], 0.0, 1e-3, 1.0, 0);
+        let row: JointRow<f64, 2> = law::closed_loop(vector![1.0, -2.0], 0.0, 1e-3, 1.0, 0)?;
         for _ in 0..copies {
             scene.push_row(&row)?;
         }

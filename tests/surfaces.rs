@@ -19,13 +19,13 @@ fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error
         key: 0,
     };
     let surface = Surface {
-        compliance: [law::compliance(stiffness, relaxation, step), 0.0],
+        compliance: [law::compliance(stiffness, relaxation, step)?, 0.0],
         ..Surface::isotropic(0.5)
     };
     kernel.scene_mut().push_on(&contact, &surface)?;
     let (mut height, mut velocity) = (0.0, vector![0.0, 0.0]);
     for _ in 0..2000 {
-        let gap = law::compliant_gap(height, relaxation, step, 10.0);
+        let gap = law::compliant_gap(height, relaxation, step, 10.0)?;
         kernel.scene_mut().set_offset(0, &vector![gap, 0.0])?;
         let push = velocity * mass + vector![0.1, -mass * GRAVITY] * step;
         velocity = kernel.solve(&push, &Settings::new(1e-12))?.velocity;

@@ -100,7 +100,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         scene.clear_contacts();
         for point in manifolds.iter().flat_map(|manifold| &manifold.points) {
             let [x, y, z] = (pose * point.local_p2).into();
-            let offset = vector![law::gap(point.dist, STEP, 0.1, 10.0), 0.0, 0.0];
+            let offset = vector![law::gap(point.dist, STEP, 0.1, 10.0)?, 0.0, 0.0];
             let jacobian = jacobian(&(vector![x, y, z] - body.centre));
             scene.push(&Contact {
                 jacobian,

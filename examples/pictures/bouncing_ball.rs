@@ -49,8 +49,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     for step in 1..=30_000 {
         // It bounces where it is faster than it gets by falling for ten steps.
         let approach = velocity.y;
-        let offset = law::gap(gap, STEP, 0.1, 10.0);
-        let offset = law::restitution(RESTITUTION, approach, 10.0 * GRAVITY * STEP, offset);
+        let offset = law::gap(gap, STEP, 0.1, 10.0)?;
+        let offset = law::restitution(RESTITUTION, approach, 10.0 * GRAVITY * STEP, offset)?;
         scene.set_offset(0, &vector![offset, 0.0])?;
         let push = law::free_impulse(&mass, &velocity, &weight, STEP);
         velocity = solver.solve(&scene, &factor, &push, &settings)?.velocity;

@@ -63,7 +63,7 @@ fn throw(slope: f64) -> Result<Vec<Moment>, Box<dyn Error>> {
     let mut moments = Vec::new();
     for step in 1..=100 {
         // The gap of all four corners; an offset and f cost no new factor.
-        let offset = vector![law::gap(height - half.z, STEP, 0.1, 10.0), 0.0, 0.0];
+        let offset = vector![law::gap(height - half.z, STEP, 0.1, 10.0)?, 0.0, 0.0];
         for corner in 0..4 {
             scene.set_offset(corner, &offset)?;
         }

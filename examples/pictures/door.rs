@@ -32,12 +32,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix1::new(INERTIA))?;
     let hinge = vector![1.0];
-    let friction = scene.push_row(&law::dry_friction(hinge, FRICTION, STEP, 0))?;
+    let friction = scene.push_row(&law::dry_friction(hinge, FRICTION, STEP, 0)?)?;
     let row = |angle: f64| law::motor(hinge, &closer, angle - rest, 0.0, STEP, 1);
-    let shuts = scene.push_row(&row(0.0))?;
+    let shuts = scene.push_row(&row(0.0)?)?;
     let stop = |row, distance, key| law::joint_limit(row, distance, STEP, 0.2, 50.0, key);
-    let frame = scene.push_row(&stop(hinge, 0.0, 2))?;
-    let wall = scene.push_row(&stop(-hinge, OPEN, 3))?;
+    let frame = scene.push_row(&stop(hinge, 0.0, 2)?)?;
+    let wall = scene.push_row(&stop(-hinge, OPEN, 3)?)?;
 
     let (mut angle, mut velocity) = (0.0, 0.0);
     let settings = Settings::new(1e-9);
@@ -48,9 +48,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let time = STEP * f64::from(step);
         let hand = if time < 0.5 { 60.0 } else { 0.0 };
         let scene = kernel.scene_mut();
-        scene.set_row_offset(shuts, row(angle).offset)?;
-        scene.set_row_offset(frame, stop(hinge, angle, 2).offset)?;
-        scene.set_row_offset(wall, stop(-hinge, OPEN - angle, 3).offset)?;
+        scene.set_row_offset(shuts, row(angle)?.offset)?;
+        scene.set_row_offset(frame, stop(hinge, angle, 2)?.offset)?;
+        scene.set_row_offset(wall, stop(-hinge, OPEN - angle, 3)?.offset)?;
         let push = vector![INERTIA * velocity + STEP * hand];
         let solution = kernel.solve(&push, &settings)?;
         if !solution.is_solved() {

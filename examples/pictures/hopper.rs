@@ -82,7 +82,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for step in 1..=20_000 {
         let time = STEP * f64::from(step);
         let wish = if (1.0..6.0).contains(&time) { 1.0 } else { 0.0 };
-        scene.set_offset(0, &vector![law::gap(q[4], STEP, 0.1, 10.0), 0.0])?;
+        scene.set_offset(0, &vector![law::gap(q[4], STEP, 0.1, 10.0)?, 0.0])?;
         let push = law::free_impulse(&mass, &v, &force(&q, &v, stance, wish), STEP);
         let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {

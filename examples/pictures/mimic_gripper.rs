@@ -52,8 +52,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Asked to close beyond the block.
     let row = |x: f64| law::motor(vector![1.0, 0.0, 0.0, 0.0], &motor, x - 0.02, 0.0, STEP, 2);
     let mimics = |drift: f64| law::closed_loop(vector![1.0, -1.0, 0.0, 0.0], drift, STEP, 0.1, 3);
-    let drive = scene.push_row(&row(-0.01))?;
-    let gear = scene.push_row(&mimics(0.0))?;
+    let drive = scene.push_row(&row(-0.01)?)?;
+    let gear = scene.push_row(&mimics(0.0)?)?;
 
     // The fingers are a centimetre away from the block at first.
     let mut position = vector![-0.01, -0.01, 0.0, 0.0];
@@ -66,11 +66,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let scene = kernel.scene_mut();
         for (finger, side) in [(0, 1.0), (1, -1.0)] {
             let gap = side * position[2] - position[finger];
-            let offset = law::gap(gap, STEP, 0.1, 10.0);
+            let offset = law::gap(gap, STEP, 0.1, 10.0)?;
             scene.set_offset(finger, &vector![offset, 0.0])?;
         }
-        scene.set_row_offset(drive, row(position[0]).offset)?;
-        scene.set_row_offset(gear, mimics(position[0] - position[1]).offset)?;
+        scene.set_row_offset(drive, row(position[0])?.offset)?;
+        scene.set_row_offset(gear, mimics(position[0] - position[1])?.offset)?;
         let mut push = masses.component_mul(&velocity);
         // A table carries it until the gripper is closed.
         let carried = time < 0.3;

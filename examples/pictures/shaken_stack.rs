@@ -95,7 +95,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let time = STEP * f64::from(step);
         for (contact, &(upper, side)) in contacts.iter().enumerate() {
             let (gap, jacobian) = touch(&position, upper, side);
-            let mut offset = vector![law::gap(gap, STEP, 0.1, 10.0), 0.0];
+            let mut offset = vector![law::gap(gap, STEP, 0.1, 10.0)?, 0.0];
             if upper == 0 {
                 let frame = matrix![0.0, 1.0; 1.0, 0.0];
                 offset += law::moving_surface(&frame, &vector![table(time), 0.0]);

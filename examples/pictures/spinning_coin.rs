@@ -70,7 +70,7 @@ fn run(spin: f64) -> Result<Run, Box<dyn Error>> {
             STEP,
             1.0,
             key,
-        ))?;
+        )?)?;
     }
     let mut velocity = vector![SPEED, 0.0, 0.0, 0.0, SPEED / RADIUS, spin];
     let (mut speeds, mut spins, mut distance) = (Vec::new(), Vec::new(), 0.0);

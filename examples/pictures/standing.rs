@@ -54,7 +54,7 @@ fn stand<T: Real, const N: usize>(
             for (i, (jacobian, gap)) in jacobians.iter().zip(&gaps).enumerate() {
                 let normal = jacobian.row(0);
                 let closed: f64 = normal.iter().zip(&moved).map(|(a, b)| double(*a) * b).sum();
-                let offset = law::gap(gap + closed, step, 0.1, 10.0);
+                let offset = law::gap(gap + closed, step, 0.1, 10.0)?;
                 scene.set_offset(i, &Vector3::new(T::literal(offset), T::ZERO, T::ZERO))?;
             }
             if prepares {

@@ -22,7 +22,7 @@ impl<const N: usize> World<N> {
         points: &[Point],
         dynamics: &Dynamics<N>,
     ) -> Result<(), Error> {
-        let rubber = law::compliance(self.stiffness, RELAXATION, STEP); // 0 is rigid
+        let rubber = law::compliance(self.stiffness, RELAXATION, STEP)?; // 0 is rigid
         let surface = Surface {
             compliance: [rubber, 0.0],
             ..Surface::isotropic(self.mu)
@@ -30,9 +30,9 @@ impl<const N: usize> World<N> {
         for point in points {
             let [a, b] = point.pair.map(|body| dynamics.jacobian(body, &point.place));
             let gap = if rubber > 0.0 {
-                law::compliant_gap(point.gap, RELAXATION, STEP, REACH)
+                law::compliant_gap(point.gap, RELAXATION, STEP, REACH)?
             } else {
-                law::gap(point.gap, STEP, RECOVERY, REACH)
+                law::gap(point.gap, STEP, RECOVERY, REACH)?
             };
             let contact = Contact {
                 jacobian: point.axes * (b - a),
@@ -65,13 +65,13 @@ impl<const N: usize> World<N> {
                 };
                 if joint.effort > 0.0 {
                     let ahead = joint.angle - joint.target[0];
-                    let row = law::motor(row, &motor, ahead, joint.target[1], STEP, key);
+                    let row = law::motor(row, &motor, ahead, joint.target[1], STEP, key)?;
                     scene.push_row(&row)?;
                 }
                 let [lower, upper] = joint.range;
                 for (row, distance) in [(row, joint.angle - lower), (-row, upper - joint.angle)] {
                     key += 1;
-                    let stop = law::joint_limit(row, distance, STEP, STOP_RECOVERY, REACH, key);
+                    let stop = law::joint_limit(row, distance, STEP, STOP_RECOVERY, REACH, key)?;
                     stops.push(stop);
                 }
                 (key, dof) = (key + 1, dof + 1);
@@ -82,7 +82,7 @@ impl<const N: usize> World<N> {
             let [Some((_, one, at)), Some((_, other, there))] = names.map(find) else {
                 return Err(format!("there are no joints {names:?}").into());
             };
-            let gear = law::closed_loop(one - other, at - there, STEP, RECOVERY, key);
+            let gear = law::closed_loop(one - other, at - there, STEP, RECOVERY, key)?;
             scene.push_row(&gear)?;
             key += 1;
         }

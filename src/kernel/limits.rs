@@ -33,9 +33,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
     /// let (h, mut kernel) = (1e-3, Kernel::<f64, 2, 1, 1, _>::mixed());
     /// kernel.scene_mut().set_mass(&Matrix2::identity())?;
     /// let limits = [
-    ///     joint_limit(vector![1.0, 0.0], 2e-6, h, 0.1, 100.0, 0),
-    ///     joint_limit(vector![-1.0, 0.0], 3.0, h, 0.1, 100.0, 1),
-    ///     joint_limit(vector![0.0, 1.0], 1.5, h, 0.1, 100.0, 2),
+    ///     joint_limit(vector![1.0, 0.0], 2e-6, h, 0.1, 100.0, 0)?,
+    ///     joint_limit(vector![-1.0, 0.0], 3.0, h, 0.1, 100.0, 1)?,
+    ///     joint_limit(vector![0.0, 1.0], 1.5, h, 0.1, 100.0, 2)?,
     /// ];
     /// let solution = kernel.solve_with_limits(&limits, &vector![-0.01, 0.0], &Settings::new(1e-9))?;
     /// let reached = solution.row_by_key(0).expect("reached");

@@ -1,0 +1,143 @@
+//! The arguments of the helpers, and what is asked of each.
+
+use crate::{Error, Real};
+use core::fmt;
+
+/// Argument of a helper of [`crate::time_stepping`] that an [`Error::InvalidParameter`] speaks of.
+///
+/// Its text says what was asked of it. All have to be finite, but for `recovery` and `reach`, which are bounds, and for the
+/// stiffness of [`crate::time_stepping::compliance`].
+///
+/// ```
+/// use stiction::Error;
+/// use stiction::time_stepping::{Parameter, gap};
+///
+/// let refused = gap(0.01, 0.0, 0.1, 10.0);
+/// assert_eq!(refused, Err(Error::InvalidParameter { parameter: Parameter::Step }));
+/// assert_eq!(Parameter::Step.to_string(), "step is not a positive number that can be divided by");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Parameter {
+    /// The length of the time step (s).
+    Step,
+    /// The distance of a contact (m).
+    Gap,
+    /// The distance of a joint from its stop (rad, m).
+    Distance,
+    /// What a loop has drifted apart (rad, m).
+    Drift,
+    /// The fastest that a penetration is pushed out (m/s, rad/s).
+    Recovery,
+    /// The largest offset (m/s, rad/s).
+    Reach,
+    /// The coefficient of restitution.
+    Restitution,
+    /// The normal velocity before the step (m/s).
+    Approach,
+    /// The speed up to which nothing bounces (m/s).
+    Threshold,
+    /// The offset of the gap of a contact that may bounce (m/s).
+    GapOffset,
+    /// The torque of dry friction (N·m, N).
+    Torque,
+    /// [`super::Motor::stiffness`] (N·m/rad, N/m).
+    MotorStiffness,
+    /// [`super::Motor::damping`] (N·m·s/rad, N·s/m).
+    MotorDamping,
+    /// Both gains of a motor: 0, or too small to be divided by.
+    MotorGains,
+    /// [`super::Motor::feedforward`] (N·m, N).
+    Feedforward,
+    /// [`super::Motor::limit`] (N·m, N).
+    TorqueLimit,
+    /// How far a motor is ahead of where it is to be (rad, m).
+    Ahead,
+    /// The velocity that a motor is to have (rad/s, m/s).
+    Target,
+    /// The stiffness of a contact or a row that gives way (N/m, N·m/rad).
+    Stiffness,
+    /// The relaxation time of what gives way (s).
+    Relaxation,
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Step => "step is not a positive number that can be divided by",
+            Self::Gap => "gap is not finite, or too large for the step",
+            Self::Distance => {
+                "distance of a joint from its stop is not finite, or too large for the step"
+            }
+            Self::Drift => "drift of a loop is not finite, or too large for the step",
+            Self::Recovery => "recovery is negative or NaN",
+            Self::Reach => "reach is negative or NaN",
+            Self::Restitution => "coefficient of restitution is not a number from 0 to 1",
+            Self::Approach => "approach velocity is not finite",
+            Self::Threshold => "threshold of restitution is negative or not finite",
+            Self::GapOffset => "offset of the gap is not finite",
+            Self::Torque => "torque of dry friction is negative, not finite or too large",
+            Self::MotorStiffness => "stiffness of a motor is negative, not finite or too large",
+            Self::MotorDamping => "damping of a motor is negative, not finite or too large",
+            Self::MotorGains => "gains of a motor are both 0, or too small to be divided by",
+            Self::Feedforward => {
+                "feedforward torque of a motor is not finite, or too large for its gains"
+            }
+            Self::TorqueLimit => "torque limit of a motor is negative, not finite or too large",
+            Self::Ahead => {
+                "position of a motor ahead of its target is not finite, or too large for the step"
+            }
+            Self::Target => "target velocity of a motor is not finite or too large",
+            Self::Stiffness => "stiffness is not positive, or too small to be divided by",
+            Self::Relaxation => "relaxation time is negative, not finite or too large",
+        })
+    }
+}
+
+impl Parameter {
+    /// The error that names it.
+    pub(super) const fn error(self) -> Error {
+        Error::InvalidParameter { parameter: self }
+    }
+
+    /// The number, if it fulfils what is asked of it.
+    fn checked<T>(self, number: T, fulfils: bool) -> Result<T, Error> {
+        if fulfils {
+            Ok(number)
+        } else {
+            Err(self.error())
+        }
+    }
+
+    /// The number, if it is finite.
+    pub(super) fn finite<T: Real>(self, number: T) -> Result<T, Error> {
+        self.checked(number, number.is_finite())
+    }
+
+    /// The number, if it is finite and positive.
+    pub(super) fn positive<T: Real>(self, number: T) -> Result<T, Error> {
+        self.checked(number, number.is_finite() && number > T::ZERO)
+    }
+
+    /// The number, if it is positive; it may be infinite.
+    pub(super) fn positive_or_infinite<T: Real>(self, number: T) -> Result<T, Error> {
+        self.checked(number, number > T::ZERO)
+    }
+
+    /// The number, if it is finite and not negative.
+    pub(super) fn not_negative<T: Real>(self, number: T) -> Result<T, Error> {
+        self.checked(number, number.is_finite() && number >= T::ZERO)
+    }
+
+    /// The number, if it is not negative; it may be infinite.
+    pub(super) fn bound<T: Real>(self, number: T) -> Result<T, Error> {
+        self.checked(number, number >= T::ZERO)
+    }
+
+    /// The number, if it is one from 0 to 1.
+    pub(super) fn share<T: Real>(self, number: T) -> Result<T, Error> {
+        self.checked(number, number >= T::ZERO && number <= T::ONE)
+    }
+}
