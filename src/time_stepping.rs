@@ -71,7 +71,7 @@ pub fn free_impulse<T: Real, const N: usize>(
 
 /// Normal offset `w_N = gap / step` (m/s) of a contact: it may close within the step, and no further.
 ///
-/// - `gap` (m): distance of the contact, negative in penetration.
+/// - `gap` (m): distance of the contact, negative in penetration, infinite if there is nothing near.
 /// - `step > 0` (s): length `h` of the time step.
 /// - `recovery >= 0` (m/s): the fastest at which a penetration is pushed out. At infinity it is out after the step.
 /// - `reach >= 0` (m/s): the largest offset. Set it to the fastest closing speed to expect. Infinity does not limit it.
@@ -82,7 +82,7 @@ pub fn free_impulse<T: Real, const N: usize>(
 ///
 /// # Errors
 /// [`Error::InvalidParameter`] with the argument that is not as above, or with [`Parameter::Gap`] if the quotient overflows and
-/// neither bound is finite on that side.
+/// the bound on that side is infinite.
 ///
 /// ```
 /// # use stiction::time_stepping::gap;
@@ -104,7 +104,7 @@ fn closing_speed<T: Real>(
     recovery: T,
     reach: T,
 ) -> Result<T, Error> {
-    let speed = name.finite(distance)? / Parameter::Step.positive(step)?;
+    let speed = name.distance(distance)? / Parameter::Step.positive(step)?;
     let (least, most) = (
         -Parameter::Recovery.bound(recovery)?,
         Parameter::Reach.bound(reach)?,

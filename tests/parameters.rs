@@ -38,6 +38,8 @@ fn each_refused<const K: usize>(
 
 const NOT_FINITE: &[f64] = &[NAN, INFINITY, -INFINITY];
 const NOT_POSITIVE: &[f64] = &[NAN, INFINITY, -INFINITY, 0.0, -0.0, -1e-3];
+/// Not a distance, which may be infinite.
+const NO_DISTANCE: &[f64] = &[NAN, -INFINITY];
 const NEGATIVE: &[f64] = &[NAN, INFINITY, -INFINITY, -1e-3];
 /// Not a bound, which may be infinite.
 const NO_BOUND: &[f64] = &[NAN, -INFINITY, -1e-3];
@@ -49,7 +51,7 @@ fn a_gap_names_what_it_refuses() {
             [distance, 1e-3, 0.1, 10.0],
             |[gap, step, recovery, reach]| law::gap(gap, step, recovery, reach),
             [
-                (Parameter::Gap, NOT_FINITE),
+                (Parameter::Gap, NO_DISTANCE),
                 (Parameter::Step, NOT_POSITIVE),
                 (Parameter::Recovery, NO_BOUND),
                 (Parameter::Reach, NO_BOUND),
@@ -60,6 +62,8 @@ fn a_gap_names_what_it_refuses() {
     assert_eq!(no_bounds(-3.0), Ok(-3.0 / 1e-3));
     assert_eq!(refused(no_bounds(1e307)), Parameter::Gap);
     assert_eq!(refused(no_bounds(-1e307)), Parameter::Gap);
+    assert_eq!(refused(no_bounds(INFINITY)), Parameter::Gap);
+    assert_eq!(law::gap(INFINITY, 1e-3, 0.1, 10.0), Ok(10.0)); // nothing near
     assert_eq!(law::gap(1e307, 1e-3, 0.1, 10.0), Ok(10.0)); // far away
     assert_eq!(law::gap(-1e307, 1e-3, 0.0, 10.0), Ok(0.0));
 }
@@ -88,7 +92,7 @@ fn a_stop_names_what_it_refuses() {
             stop.map(|row| row.offset)
         },
         [
-            (Parameter::Distance, NOT_FINITE),
+            (Parameter::Distance, NO_DISTANCE),
             (Parameter::Step, NOT_POSITIVE),
             (Parameter::Recovery, NO_BOUND),
             (Parameter::Reach, NO_BOUND),
@@ -214,7 +218,7 @@ fn compliance_names_what_it_refuses() {
         [-0.01, 5e-3, 1e-3, 10.0],
         |[gap, relaxation, step, reach]| law::compliant_gap(gap, relaxation, step, reach),
         [
-            (Parameter::Gap, &[NAN, INFINITY, -INFINITY, -1e307]),
+            (Parameter::Gap, &[NAN, -INFINITY, -1e307]),
             (Parameter::Relaxation, NEGATIVE),
             (Parameter::Step, NOT_POSITIVE),
             (Parameter::Reach, NO_BOUND),

@@ -58,13 +58,18 @@ pub(crate) fn vector(vector: Vector) -> Vector3<f64> {
     <[f64; 3]>::from(vector).into()
 }
 
-/// All points of bodies of different trees, for shapes at these poses.
-pub(crate) fn collide(bodies: &[Body], poses: &[Pose]) -> Result<Vec<Point>, Failure> {
+/// All points of bodies of different trees, for shapes at these poses, of which one at least can move: what is bolted down and
+/// stands on the ground is no contact.
+pub(crate) fn collide(
+    bodies: &[Body],
+    poses: &[Pose],
+    can_move: impl Fn(usize) -> bool,
+) -> Result<Vec<Point>, Failure> {
     let (mut points, mut key) = (Vec::new(), 0);
     let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
     for (a, first) in bodies.iter().enumerate() {
         for (b, second) in bodies.iter().enumerate().skip(a + 1) {
-            if first.tree == second.tree {
+            if first.tree == second.tree || !(can_move(a) || can_move(b)) {
                 continue;
             }
             key += 1; // the points of a pair follow one another

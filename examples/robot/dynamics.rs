@@ -73,6 +73,11 @@ impl<const N: usize> World<N> {
 }
 
 impl<const N: usize> Dynamics<N> {
+    /// Whether any velocity moves a body.
+    pub(crate) fn can_move(&self, body: usize) -> bool {
+        self.jacobians[body].iter().any(|&entry| entry != 0.0)
+    }
+
     /// Jacobian of the velocity of a point of a body.
     pub(crate) fn jacobian(&self, body: usize, point: &Vector3<f64>) -> SMatrix<f64, 3, N> {
         let (jacobian, arm) = (&self.jacobians[body], point - self.origins[body]);

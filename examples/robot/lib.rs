@@ -14,6 +14,8 @@ mod draw;
 mod dynamics;
 mod report;
 mod rows;
+#[cfg(test)]
+mod tests;
 mod tree;
 mod world;
 

@@ -45,6 +45,20 @@ impl<const N: usize> World<N> {
         Ok(())
     }
 
+    /// What the row of a key of [`Self::push_rows`] is, in words.
+    pub(crate) fn row_name(&self, key: u32) -> String {
+        let joints = self.trees.iter().flat_map(|tree| &tree.joints);
+        let names: Vec<_> = joints.map(|joint| &joint.name).collect();
+        let (joint, kind) = (key as usize / 3, key as usize % 3);
+        match names.get(joint) {
+            Some(name) => format!("{} of {name}", ["motor", "lower stop", "upper stop"][kind]),
+            None => match self.mimics.get(key as usize - 3 * names.len()) {
+                Some([one, other]) => format!("{one} mimics {other}"),
+                None => format!("row {key}"),
+            },
+        }
+    }
+
     /// The motors, and joints that mimic each other. Returns the stops, which the solve takes in as they are reached, and how
     /// many keys all of them have.
     pub(crate) fn push_rows(&mut self) -> Result<(Vec<JointRow<f64, N>>, u32), Failure> {
@@ -63,9 +77,10 @@ impl<const N: usize> World<N> {
                     feedforward: 0.0,
                     limit: joint.effort,
                 };
-                if joint.effort > 0.0 {
+                if joint.effort != 0.0 {
                     let ahead = joint.angle - joint.target[0];
-                    let row = law::motor(row, &motor, ahead, joint.target[1], STEP, key)?;
+                    let row = law::motor(row, &motor, ahead, joint.target[1], STEP, key);
+                    let row = row.map_err(|error| format!("joint {}: {error}", joint.name))?;
                     scene.push_row(&row)?;
                 }
                 let [lower, upper] = joint.range;

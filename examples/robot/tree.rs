@@ -104,11 +104,24 @@ impl Tree {
         for dof in 0..model.joint_count() {
             let name = model.joint_name(dof)?;
             let joint = urdf.joints.iter().find(|joint| joint.name == name);
+            let [lower, upper] = [model.joint_lower_limit(dof)?, model.joint_upper_limit(dof)?];
+            let effort = joint.map_or(0.0, |joint| joint.limit.effort);
+            if lower >= upper {
+                let wrong = format!(
+                    "joint {name} cannot move: its <limit> is missing, or no range from lower to upper"
+                );
+                return Err(named(&wrong).into());
+            }
+            if !(effort.is_finite() && effort >= 0.0) {
+                let wrong =
+                    format!("joint {name} has an effort of {effort}, not 0 or a positive number");
+                return Err(named(&wrong).into());
+            }
             joints.push(Joint {
                 name: name.to_owned(),
                 angle: 0.0,
-                range: [model.joint_lower_limit(dof)?, model.joint_upper_limit(dof)?],
-                effort: joint.map_or(0.0, |joint| joint.limit.effort),
+                range: [lower, upper],
+                effort,
                 target: [0.0; 2],
             });
         }
@@ -124,6 +137,12 @@ impl Tree {
             },
             bodies,
         ))
+    }
+
+    /// The joints without a motor.
+    pub(crate) fn passive(&self) -> Vec<&str> {
+        let passive = self.joints.iter().filter(|joint| joint.effort == 0.0);
+        passive.map(|joint| &*joint.name).collect()
     }
 
     /// Which of six velocities of a base and those of the joints it has.

@@ -5,8 +5,8 @@ use core::fmt;
 
 /// Argument of a helper of [`crate::time_stepping`] that an [`Error::InvalidParameter`] speaks of.
 ///
-/// Its text says what was asked of it. All have to be finite, but for `recovery` and `reach`, which are bounds, and for the
-/// stiffness of [`crate::time_stepping::compliance`].
+/// Its text says what was asked of it. All have to be finite, but for a distance to what is not there, for bounds
+/// (`recovery` and `reach`), and for the stiffness of [`crate::time_stepping::compliance`].
 ///
 /// ```
 /// use stiction::Error;
@@ -67,9 +67,9 @@ impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Step => "step is not a positive number that can be divided by",
-            Self::Gap => "gap is not finite, or too large for the step",
+            Self::Gap => "gap is NaN, infinitely deep, or too large for the step",
             Self::Distance => {
-                "distance of a joint from its stop is not finite, or too large for the step"
+                "distance of a joint from its stop is NaN, infinitely deep, or too large for the step"
             }
             Self::Drift => "drift of a loop is not finite, or too large for the step",
             Self::Recovery => "recovery is negative or NaN",
@@ -129,6 +129,11 @@ impl Parameter {
     /// The number, if it is finite and not negative.
     pub(super) fn not_negative<T: Real>(self, number: T) -> Result<T, Error> {
         self.checked(number, number.is_finite() && number >= T::ZERO)
+    }
+
+    /// The number, if it is a distance: finite, or infinitely far.
+    pub(super) fn distance<T: Real>(self, number: T) -> Result<T, Error> {
+        self.checked(number, number.is_finite() || number > T::ZERO)
     }
 
     /// The number, if it is not negative; it may be infinite.

@@ -4,7 +4,7 @@ use super::{Parameter, closing_speed};
 use crate::{Error, JointRow, Real, RowLaw};
 use nalgebra::SVector;
 
-/// Stop of a joint `distance` (rad, m) away, `0 <= λ ⟂ row · v + distance / h >= 0`.
+/// Stop of a joint `distance` (rad, m) away, infinite if it has none, `0 <= λ ⟂ row · v + distance / h >= 0`.
 ///
 /// `row` points away from the stop: 1 at the joint with `distance = q - q_min` for the lower stop, -1 with `q_max - q` for
 /// the upper one. A joint beyond its stop comes back at `recovery >= 0` (rad/s, m/s) at most; `recovery`, `reach` and
@@ -159,6 +159,7 @@ pub fn closed_loop<T: Real, const N: usize>(
     recovery: T,
     key: u32,
 ) -> Result<JointRow<T, N>, Error> {
+    let drift = Parameter::Drift.finite(drift)?;
     Ok(JointRow {
         row,
         offset: closing_speed(Parameter::Drift, drift, step, recovery, recovery)?,
