@@ -10,10 +10,12 @@
 //! Scenes are drawn and solved on all cores. A scene depends on the seed and its index alone, and they are counted in the
 //! order of their indices: the output is the same on any number of threads (`RAYON_NUM_THREADS`).
 
+mod kinds;
 mod tally;
 
 use clap::{Parser, ValueEnum};
 use indicatif::ParallelProgressIterator;
+use kinds::Kind;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::process::ExitCode;
 use tally::{Tally, Verdict};
@@ -30,6 +32,9 @@ struct Options {
     /// Seed of the campaign: an odd one to look at scenes, an even one to decide
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// What is drawn
+    #[arg(long, value_enum, default_value_t = Kind::Contacts)]
+    kind: Kind,
     /// Draw the scene of this index only
     #[arg(long, value_name = "INDEX")]
     only: Option<u64>,
@@ -41,8 +46,8 @@ struct Options {
     tolerance: f64,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Precision {
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Precision {
     F64,
     F32,
 }
@@ -89,6 +94,9 @@ fn main() -> ExitCode {
         Some(index) => index..index + 1,
         None => 0..options.count,
     };
+    if options.kind != Kind::Contacts {
+        return try_out(&options, indices);
+    }
     let kernel: Constructor = match options.precision {
         Precision::F64 => kernels_f64::kernel,
         Precision::F32 => kernels_f32::kernel,
@@ -118,5 +126,37 @@ fn main() -> ExitCode {
     let count = |wanted: fn(Verdict) -> bool| tallies.iter().map(|tally| tally.count(wanted)).sum();
     let (noted, falsehoods): (usize, usize) = (count(Verdict::is_noted), count(Verdict::is_false));
     println!("{noted} unsolved or false, {falsehoods} false");
+    ExitCode::from(u8::from(falsehoods > 0))
+}
+
+/// Draws scenes of one kind; exits with 1 if the kernel claimed anything false.
+fn try_out(options: &Options, indices: std::ops::Range<u64>) -> ExitCode {
+    let (kind, count) = (options.kind, indices.end - indices.start);
+    let found: Vec<_> = indices
+        .into_par_iter()
+        .progress_count(count)
+        .map(|index| {
+            let place = (options.seed, index);
+            (
+                index,
+                kind.try_out(options.precision, place, options.tolerance),
+            )
+        })
+        .collect();
+    let mut tally = Tally::new(format!("{kind:?}"));
+    println!("{}", Tally::header());
+    for (verdict, _, work) in found.iter().flat_map(|(_, solves)| solves) {
+        tally.add(*verdict, *work);
+    }
+    println!("{tally}\n");
+    for (index, solves) in &found {
+        for (solve, (verdict, error, work)) in solves.iter().enumerate() {
+            if verdict.is_false() || options.only.is_some() {
+                println!("{index}, solve {solve}: {verdict:?}, error {error:.3e}, work {work}");
+            }
+        }
+    }
+    let falsehoods = tally.count(Verdict::is_false);
+    println!("{falsehoods} false");
     ExitCode::from(u8::from(falsehoods > 0))
 }

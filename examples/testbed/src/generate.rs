@@ -8,6 +8,7 @@
 mod bodies;
 mod drawn;
 mod generic;
+mod mixed;
 mod parts;
 mod pushed;
 mod random;
@@ -15,6 +16,8 @@ mod robot;
 mod several;
 mod single;
 mod units;
+
+pub use mixed::{Given, given, mixed, time_steps};
 
 use crate::scene_file::SceneFile;
 use nalgebra::DVector;
@@ -143,6 +146,13 @@ pub fn draw(class: Class, seed: u64, index: u64) -> (SceneFile, Existence) {
     let (mut scene, existence) = draw_from(&mut random, class);
     scene.name = format!("{class:?}[{index}]");
     (scene, existence)
+}
+
+/// Five time steps of a scene, of which nobody knows whether they have solutions: contacts come, go and change places.
+#[must_use]
+pub fn steps(class: Class, seed: u64, index: u64) -> (Vec<SceneFile>, Existence) {
+    let (scene, _) = draw(class, seed, index);
+    (mixed::steps_of(seed, index, &scene), Existence::Unknown)
 }
 
 /// The first `count` scenes of a class that surely have a solution.

@@ -37,6 +37,9 @@ pub type Constructor = fn(Shape) -> Result<Box<dyn Kernel>, String>;
 
 /// A scene, its factor and the solvers' states.
 pub trait Kernel {
+    /// A scene as its number type holds it.
+    fn rounded(&self, file: &SceneFile) -> SceneFile;
+
     /// Takes a scene of the shape; the states stay.
     fn load(&mut self, file: &SceneFile) -> Result<(), Error>;
 
@@ -130,6 +133,10 @@ fn rounded<T: Real>(settings: &Settings<f64>) -> Settings<T> {
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compiled<T, N, D, C> {
+    fn rounded(&self, file: &SceneFile) -> SceneFile {
+        file.rounded::<T>()
+    }
+
     fn load(&mut self, file: &SceneFile) -> Result<(), Error> {
         self.scene = file.scene()?;
         self.push = file.free_impulse();

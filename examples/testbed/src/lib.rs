@@ -10,6 +10,8 @@
 
 mod contact_keys;
 pub mod generate;
+pub mod given;
+mod judge;
 pub mod kernel;
 pub mod measure;
 pub mod method;

@@ -1,7 +1,8 @@
-//! The error of a solution as somebody else would measure it: in f64, from the scene as given.
+//! The error of a solution as somebody else would measure it, from the scene as given.
 
+use crate::judge::{self, NaturalMap, Wide};
 use crate::scene_file::SceneFile;
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DVector, SVector};
 use stiction::{Real, Scene, Solution};
 
 /// Coulomb's law, or its convex relaxation (no `mu |u_T|` in the normal velocity).
@@ -26,14 +27,6 @@ pub fn project(x: &[f64], mu: f64) -> Vec<f64> {
     projection
 }
 
-fn ratio(numerator: f64, denominator: f64) -> f64 {
-    if numerator == 0.0 {
-        0.0
-    } else {
-        numerator / denominator
-    }
-}
-
 /// The Euclidean norm, also where squares overflow or underflow.
 fn norm<'a>(x: impl Iterator<Item = &'a f64> + Clone) -> f64 {
     let largest = x.clone().fold(0.0_f64, |largest, x| largest.max(x.abs()));
@@ -45,76 +38,75 @@ fn norm<'a>(x: impl Iterator<Item = &'a f64> + Clone) -> f64 {
     }
 }
 
-/// `max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |stop|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`; infinite where f64
-/// cannot tell.
+/// A scene of contacts alone, to be judged.
+fn judged(scene: &SceneFile, law: Law) -> judge::Scene {
+    let (d, n) = (scene.dim, scene.n_dof);
+    let row = |matrix: &nalgebra::DMatrix<f64>, i: usize| -> judge::Vector {
+        (0..n).map(|j| Wide::from(matrix[(i, j)])).collect()
+    };
+    let contact = |(i, &mu): (usize, &f64)| judge::Contact {
+        rows: (i * d..(i + 1) * d).map(|k| row(&scene.h, k)).collect(),
+        scales: vec![Wide::from(1.0); d],
+        offset: judge::wide(&scene.w.as_slice()[i * d..(i + 1) * d]),
+        compliance: vec![judge::zero(); d],
+        mu: Wide::from(mu),
+        shift: Wide::from(if law == Law::Coulomb { mu } else { 0.0 }),
+    };
+    judge::Scene {
+        mass: (0..n).map(|i| row(&scene.mass, i)).collect(),
+        push: scene.f.iter().map(|&f| Wide::from(-f)).collect(),
+        contacts: scene.mu.iter().enumerate().map(contact).collect(),
+        rows: Vec::new(),
+        is_mixed: false,
+    }
+}
+
+/// `max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |stop|), |M v + f - Hᵀ r| / max(|f|, |M v|, |Hᵀ r|))`, computed with twice the
+/// digits of f64; infinite where that cannot tell.
 pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
-    let (v, r) = (DVector::from_row_slice(v), DVector::from_row_slice(r));
-    let (residual, size) = contacts(scene, &v, &r, law);
-    let natural_map = ratio(norm(residual.iter()), size.max(norm(r.iter())));
-    let (inertia, contact) = (&scene.mass * &v, scene.h.transpose() * &r);
-    let size = norm(scene.f.iter()).max(norm(inertia.iter()));
-    let size = size.max(norm(contact.iter()));
-    let balance = inertia + &scene.f - contact;
-    let dynamics = ratio(norm(balance.iter()), size);
-    let finite = residual.iter().chain(&balance).all(|x| x.is_finite());
-    if finite && natural_map.is_finite() && dynamics.is_finite() {
-        natural_map.max(dynamics)
-    } else {
-        f64::INFINITY
-    }
+    let r: Vec<_> = r.chunks(scene.dim).map(<[f64]>::to_vec).collect();
+    judged(scene, law).error(v, &r, &[])
 }
 
-/// The size of the impulses to expect, `max(|r0|, |speed|)`.
+/// The size of the impulses to expect, `max(|r0|, |stop|)`.
 pub fn size(scene: &SceneFile, law: Law) -> f64 {
-    let [v, r] = [scene.n_dof, scene.w.len()].map(DVector::zeros);
-    contacts(scene, &v, &r, law).1
+    let scene = judged(scene, law);
+    let rest = vec![
+        vec![judge::zero(); scene.contacts.first().map_or(1, |c| c.scales.len())];
+        scene.contacts.len()
+    ];
+    let still = vec![judge::zero(); scene.push.len()];
+    scene
+        .contacts(&still, &rest)
+        .map_or(0.0, |(map, ..)| judge::narrow(map.size()))
 }
 
-/// The natural map `r - Π_K(r - alpha û)`, and the larger of `|r0|` and `|speed|`: `r0_i = Π_K(-alpha_i q̂_i)` is what contact
-/// `i` would take if it were alone, `speed_i = alpha_i (|H_i| |v_free| + |w_i|) / 100` (without gaps `w_Ni > 0`) a hundredth
-/// of what would stop its motion.
-fn contacts(scene: &SceneFile, v: &DVector<f64>, r: &DVector<f64>, law: Law) -> (Vec<f64>, f64) {
-    let cholesky = scene
-        .mass
-        .clone()
-        .cholesky()
-        .expect("M is positive definite");
-    let delassus: DMatrix<f64> = &scene.h * cholesky.solve(&scene.h.transpose());
-    let free = -cholesky.solve(&scene.f);
-    let (q, u) = (&scene.w + &scene.h * &free, &scene.w + &scene.h * v);
-    let motion = scene.h.abs() * free.abs();
-    let d = scene.dim;
-    let (mut residual, mut alone, mut speed) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, &mu) in scene.mu.iter().enumerate() {
-        let rows = i * d..(i + 1) * d;
-        let mean = delassus.view((i * d, i * d), (d, d)).diagonal().mean();
-        let alpha = if mean > 0.0 { 1.0 / mean } else { 0.0 };
-        // Π_K(r - alpha û)
-        let projected = |r: &[f64], u: &DVector<f64>| {
-            let u = u.rows(i * d, d);
-            let slip = norm(u.rows(1, d - 1).iter());
-            let mut x: Vec<f64> = (0..d).map(|k| r[k] - alpha * u[k]).collect();
-            if law == Law::Coulomb {
-                x[0] -= alpha * mu * slip;
-            }
-            project(&x, mu)
+/// The error of impulses where `W` (row by row) and `q` (the offsets) are given: the natural map alone.
+pub fn error_given(delassus: &[Vec<f64>], q: &[f64], mu: &[f64], r: &[f64]) -> f64 {
+    let d = r.len().checked_div(mu.len()).unwrap_or(1);
+    let (wide_r, wide_q) = (judge::wide(r), judge::wide(q));
+    let mut map = NaturalMap::new();
+    for (i, &mu) in mu.iter().enumerate() {
+        let own = i * d..(i + 1) * d;
+        let contact = judge::Contact {
+            rows: Vec::new(),
+            scales: Vec::new(),
+            offset: wide_q[own.clone()].to_vec(),
+            compliance: Vec::new(),
+            mu: Wide::from(mu),
+            shift: Wide::from(mu),
         };
-        let r = &r.as_slice()[rows.clone()];
-        let projection = projected(r, &u);
-        residual.extend(r.iter().zip(projection).map(|(r, p)| r - p));
-        // Nothing moves it: no impulse changes what it misses.
-        let shift = if law == Law::Coulomb { 0.0 } else { mu };
-        if alpha == 0.0 && u[i * d] < shift * norm(u.rows(i * d + 1, d - 1).iter()) {
-            residual[i * d] = f64::INFINITY;
+        let moved = |k: usize| judge::dot(&judge::wide(&delassus[k]), &wide_r) + wide_q[k];
+        let u: judge::Vector = own.clone().map(moved).collect();
+        let trace = own
+            .clone()
+            .fold(judge::zero(), |sum, k| sum + Wide::from(delassus[k][k]));
+        let (r, q, still) = (&wide_r[own.clone()], &wide_q[own], vec![judge::zero(); d]);
+        if map.add(&contact, trace, (r, &u), (q, &still)).is_none() {
+            return f64::INFINITY;
         }
-        alone.extend(projected(&vec![0.0; d], &q));
-        speed.extend(rows.map(|row| {
-            let gap = row == i * d && scene.w[row] > 0.0;
-            let offset = if gap { 0.0 } else { scene.w[row].abs() };
-            1e-2 * alpha * (motion[row] + offset)
-        }));
     }
-    (residual, norm(alone.iter()).max(norm(speed.iter())))
+    judge::narrow(map.error())
 }
 
 /// What a certificate of infeasibility `d` (one number a contact) proves: any velocity with
@@ -147,6 +139,28 @@ pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
     } else {
         f64::INFINITY
     }
+}
+
+/// [`proof`] where `W` and `q` are given.
+pub fn proof_given(delassus: &[Vec<f64>], q: &[f64], d: &[f64]) -> f64 {
+    let dim = q.len().checked_div(d.len()).unwrap_or(1);
+    let (mut leak, mut approach, mut fastest) = (0.0, 0.0, 0.0_f64);
+    for (i, &d_i) in d.iter().enumerate() {
+        let (row, own) = (&delassus[i * dim], delassus[i * dim][i * dim]);
+        leak += d_i
+            * d.iter()
+                .enumerate()
+                .map(|(j, d)| row[j * dim] * d)
+                .sum::<f64>();
+        approach -= d_i * q[i * dim];
+        if own > 0.0 {
+            fastest = fastest.max(q[i * dim].abs() / own.sqrt());
+        }
+    }
+    if d.iter().any(|&d| d < 0.0) || approach <= 0.0 {
+        return 0.0;
+    }
+    approach / (leak.max(0.0).sqrt() * fastest)
 }
 
 /// [`error`] of a solution of the kernel.

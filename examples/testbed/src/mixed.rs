@@ -31,6 +31,12 @@ pub struct MixedFile {
     /// `[R_n, R_t]` a contact.
     #[serde(default)]
     pub compliance: Vec<[f64; 2]>,
+    /// Keys of the contacts and then of the joint rows; their places in the file if there are none.
+    #[serde(default)]
+    pub keys: Vec<u32>,
+    /// Are limits rows of the scene, or given to the solve?
+    #[serde(default)]
+    pub limits_inside: bool,
 }
 
 /// One coefficient, or one a row behind the normal.
@@ -94,6 +100,40 @@ pub fn read_text(text: &str) -> Result<Option<MixedFile>, String> {
 }
 
 impl MixedFile {
+    /// The scene as a number type holds it.
+    #[must_use]
+    pub fn rounded<T: Real>(&self) -> Self {
+        let round = |x: &f64| measure::double(&T::literal(*x));
+        let all = |x: &[f64]| x.iter().map(round).collect::<Vec<_>>();
+        let rows = |x: &[Vec<f64>]| x.iter().map(|row| all(row)).collect();
+        let friction = |mu: &Friction| match mu {
+            Friction::Isotropic(mu) => Friction::Isotropic(round(mu)),
+            Friction::Rows(mu) => Friction::Rows(all(mu)),
+        };
+        let joint = |joint: &Joint| Joint {
+            row: all(&joint.row),
+            offset: round(&joint.offset),
+            lower: joint.lower.as_ref().map(round),
+            upper: joint.upper.as_ref().map(round),
+            compliance: round(&joint.compliance),
+            ..joint.clone()
+        };
+        Self {
+            mass: rows(&self.mass),
+            h: rows(&self.h),
+            f: all(&self.f),
+            w: all(&self.w),
+            mu: self.mu.iter().map(friction).collect(),
+            joints: self.joints.iter().map(joint).collect(),
+            compliance: self
+                .compliance
+                .iter()
+                .map(|soft| [round(&soft[0]), round(&soft[1])])
+                .collect(),
+            ..self.clone()
+        }
+    }
+
     fn check(&self) -> Result<(), String> {
         if self.dim == 0 {
             return Err("dim is 0".into());
@@ -136,16 +176,24 @@ impl MixedFile {
         self.n_contacts + self.joints.len().div_ceil(self.dim)
     }
 
-    /// Fills a scene in the kernel's types, padded with decoupled velocities of unit mass. Limits are left out, and returned;
-    /// the key of a joint row is its place in the file.
+    /// The key of a contact or a joint row, counted on.
+    fn key(&self, place: usize) -> u32 {
+        let own = place.checked_sub(self.n_contacts).unwrap_or(place);
+        let default = u32::try_from(own).unwrap_or(u32::MAX);
+        self.keys.get(place).copied().unwrap_or(default)
+    }
+
+    /// Fills a scene in the kernel's types, padded with decoupled velocities of the first mass. Limits that are not to be inside are
+    /// returned.
     pub fn fill<T: Real, const N: usize, const D: usize, const C: usize>(
         &self,
         scene: &mut Scene<T, N, D, C, Mixed>,
     ) -> Result<Vec<JointRow<T, N>>, Error> {
         scene.set_mass(&SMatrix::from_fn(|i, j| {
-            let unit = if i == j { 1.0 } else { 0.0 };
+            // No heavier one than there is: momenta are compared with that of the heaviest.
+            let own = if i == j { self.mass[0][0] } else { 0.0 };
             let entry = self.mass.get(i).and_then(|row| row.get(j));
-            T::literal(*entry.unwrap_or(&unit))
+            T::literal(*entry.unwrap_or(&own))
         }))?;
         for (i, mu) in self.mu.iter().enumerate() {
             let row = |k: usize| &self.h[i * D + k];
@@ -153,7 +201,7 @@ impl MixedFile {
                 jacobian: SMatrix::from_fn(|k, j| T::literal(*row(k).get(j).unwrap_or(&0.0))),
                 offset: SVector::from_fn(|k, _| T::literal(self.w[i * D + k])),
                 mu: T::ZERO,
-                key: u32::try_from(i).unwrap_or(u32::MAX),
+                key: self.key(i),
             };
             let compliance = self.compliance.get(i).copied().unwrap_or_default();
             if let (Friction::Isotropic(mu), [0.0, 0.0]) = (mu, compliance) {
@@ -164,15 +212,15 @@ impl MixedFile {
             }
         }
         let mut limits = Vec::new();
-        for (joint, key) in self.joints.iter().zip(0..) {
+        for (joint, place) in self.joints.iter().zip(self.n_contacts..) {
             let row = JointRow {
                 row: SVector::from_fn(|j, _| T::literal(*joint.row.get(j).unwrap_or(&0.0))),
                 offset: T::literal(joint.offset),
                 law: joint.law().unwrap_or(RowLaw::Equality),
                 compliance: T::literal(joint.compliance),
-                key,
+                key: self.key(place),
             };
-            if row.law == RowLaw::Limit {
+            if row.law == RowLaw::Limit && !self.limits_inside {
                 limits.push(row);
             } else {
                 scene.push_row(&row)?;
@@ -241,6 +289,42 @@ pub fn solve<T: Real>(
     }
 }
 
+/// The kernel's answers to scenes one after the other, each with a warm start from the last.
+pub fn solve_all<T: Real>(
+    files: &[MixedFile],
+    settings: &Settings<f64>,
+) -> Vec<Result<Answer, String>> {
+    const N: usize = 24;
+    const C: usize = 24;
+    match files.first().map_or(3, |file| file.dim) {
+        2 => solve_all_in::<T, N, 2, C>(files, settings),
+        3 => solve_all_in::<T, N, 3, C>(files, settings),
+        4 => solve_all_in::<T, N, 4, C>(files, settings),
+        _ => solve_all_in::<T, N, 6, C>(files, settings),
+    }
+}
+
+fn solve_all_in<T: Real, const N: usize, const D: usize, const C: usize>(
+    files: &[MixedFile],
+    settings: &Settings<f64>,
+) -> Vec<Result<Answer, String>> {
+    let mut kernel = Box::new(Kernel::<T, N, D, C, _>::mixed());
+    let settings = Settings {
+        tolerance: T::literal(settings.tolerance),
+        budget: settings.budget,
+        model: settings.model,
+    };
+    let mut solve = |file: &MixedFile| {
+        kernel.scene_mut().clear_contacts();
+        let limits = file.fill(kernel.scene_mut())?;
+        let push = file.free_impulse();
+        kernel.solve_with_limits(&limits, &push, &settings)?;
+        Ok(answer(file, kernel.solution()))
+    };
+    let said = |error: Error| error.to_string();
+    files.iter().map(|file| solve(file).map_err(said)).collect()
+}
+
 fn solve_in<T: Real, const N: usize, const D: usize, const C: usize>(
     file: &MixedFile,
     settings: &Settings<f64>,
@@ -283,9 +367,8 @@ fn answer<T: Real, const N: usize, const D: usize, const C: usize>(
     let double = |x: &T| measure::double(x);
     // A limit that was left out has no impulse.
     let rows = || {
-        (0..)
-            .take(file.joints.len())
-            .map(|key| solution.row_by_key(key))
+        let places = (file.n_contacts..).take(file.joints.len());
+        places.map(|place| solution.row_by_key(file.key(place)))
     };
     let of = |row: Option<RowSolution<T>>, value: fn(&RowSolution<T>) -> T| {
         row.map_or(0.0, |row| double(&value(&row)))

@@ -1,6 +1,7 @@
 //! Scene files: one JSON object a file, or a sequence of time steps under `problems`.
 
 use crate::contact_keys::ContactKeys;
+use crate::measure;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
@@ -186,6 +187,20 @@ impl Problem {
 }
 
 impl SceneFile {
+    /// The scene as a number type holds it.
+    #[must_use]
+    pub fn rounded<T: Real>(&self) -> Self {
+        let round = |x: f64| measure::double(&T::literal(x));
+        Self {
+            mass: self.mass.map(round),
+            h: self.h.map(round),
+            f: self.f.map(round),
+            w: self.w.map(round),
+            mu: self.mu.iter().map(|&mu| round(mu)).collect(),
+            ..self.clone()
+        }
+    }
+
     /// The scene in the kernel's types, padded with decoupled velocities of unit mass up to `N`.
     pub fn scene<T: Real, const N: usize, const D: usize, const C: usize>(
         &self,

@@ -1,6 +1,6 @@
 //! Solves a scene by default settings, and has a stranger judge the answer.
 
-use crate::kernel::{self, Constructor};
+use crate::kernel::{Constructor, Kernel, Shape};
 use crate::measure::{self, Law};
 use crate::method::Method;
 use crate::scene_file::SceneFile;
@@ -23,7 +23,7 @@ pub enum Answer {
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
     pub answer: Answer,
-    /// Of the returned velocity and impulses, recomputed in f64 from the scene as given.
+    /// Of the returned velocity and impulses, recomputed from the scene as the kernel has it.
     pub error: f64,
     /// Iterations, and ten for each Newton step.
     pub work: usize,
@@ -39,16 +39,33 @@ pub const fn patient(tolerance: f64) -> Settings<f64> {
 
 /// Solves with [`patient`] settings; the smallest compiled size has to hold the scene.
 pub fn solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Outcome {
-    try_solve(kernel, file, tolerance).unwrap_or_else(|error| Outcome {
+    let mut kernel = kernel(Shape::of(file)).expect("a size is compiled");
+    judged(kernel.as_mut(), file, Method::Default, &patient(tolerance))
+}
+
+/// Solves with whatever the kernel keeps of its last solve.
+pub fn judged(
+    kernel: &mut dyn Kernel,
+    file: &SceneFile,
+    method: Method,
+    settings: &Settings<f64>,
+) -> Outcome {
+    try_solve(kernel, file, method, settings).unwrap_or_else(|error| Outcome {
         answer: Answer::Refused(error),
         error: f64::INFINITY,
         work: 0,
     })
 }
 
-fn try_solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Result<Outcome, Error> {
-    let mut kernel = kernel::prepared(kernel, file, Method::Default)?;
-    kernel.solve(Method::Default, &patient(tolerance))?;
+fn try_solve(
+    kernel: &mut dyn Kernel,
+    file: &SceneFile,
+    method: Method,
+    settings: &Settings<f64>,
+) -> Result<Outcome, Error> {
+    kernel.load(file)?;
+    kernel.prepare(method)?;
+    kernel.solve(method, settings)?;
     let answer = kernel.answer();
     Ok(Outcome {
         answer: match answer.status {
@@ -58,7 +75,7 @@ fn try_solve(kernel: Constructor, file: &SceneFile, tolerance: f64) -> Result<Ou
             },
             _ => Answer::Unsolved,
         },
-        error: measure::error(file, &answer.v, &answer.r, Law::Coulomb),
+        error: measure::error(&kernel.rounded(file), &answer.v, &answer.r, Law::Coulomb),
         work: answer.work.total(),
     })
 }

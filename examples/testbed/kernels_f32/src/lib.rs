@@ -2,7 +2,9 @@
 //!
 //! A package for each number type: nothing else compiles the kernel, and two cores do it at once.
 
-use stiction::Settings;
+use stiction::{Error, Settings};
+use testbed::generate::Given;
+use testbed::given;
 use testbed::kernel::{self, Answer, Kernel, Shape};
 use testbed::mixed::{self, MixedFile, Times};
 
@@ -24,4 +26,18 @@ pub fn solve_mixed(
     repeat: u32,
 ) -> Result<(Answer, Times), String> {
     mixed::solve::<f32>(file, settings, repeat)
+}
+
+/// Solves scenes of contacts and joint rows one after the other, each with a warm start from the last.
+#[must_use]
+pub fn solve_all(files: &[MixedFile], settings: &Settings<f64>) -> Vec<Result<Answer, String>> {
+    mixed::solve_all::<f32>(files, settings)
+}
+
+/// Solves a scene of which `W` is given.
+///
+/// # Errors
+/// The kernel refuses it.
+pub fn solve_given(scene: &Given, settings: &Settings<f64>) -> Result<given::Outcome, Error> {
+    given::solve::<f32>(scene, settings)
 }
