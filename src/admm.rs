@@ -189,7 +189,7 @@ fn right_hand_side<T: Real, const D: usize>(
 ) {
     for (rhs, (law, iterate)) in rhs.iter_mut().zip(laws.iter().zip(iterates)) {
         rolled();
-        let mut velocity = law.q + iterate.zeta_hat - iterate.u_hat;
+        let mut velocity = law.base + iterate.zeta_hat - iterate.u_hat;
         add_to_normal(&mut velocity, law.shift_factor * iterate.slip);
         *rhs = velocity.into();
     }

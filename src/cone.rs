@@ -76,6 +76,11 @@ impl<T: Real> FrictionCone<T> {
         self.radial
     }
 
+    /// `1 / (1 + mu²)`
+    pub(crate) const fn shrink(&self) -> T {
+        self.shrink
+    }
+
     /// Coordinate of the projection along the boundary ray `(axial, radial)`, for a vector that projects onto it.
     #[inline]
     pub(crate) fn along(&self, normal: T, length: T) -> T {
@@ -85,6 +90,12 @@ impl<T: Real> FrictionCone<T> {
     /// Is `x` in the cone?
     #[must_use]
     pub fn contains<const D: usize>(&self, x: &SVector<T, D>) -> bool {
+        self.holds(&(x * unit_of(x)))
+    }
+
+    /// [`Self::contains`], of numbers whose squares neither overflow nor vanish.
+    #[inline]
+    pub(crate) fn holds<const D: usize>(&self, x: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(x);
         normal >= T::ZERO && is_within(tangent, self.axial, self.radial * normal)
     }
@@ -107,20 +118,26 @@ impl<T: Real> FrictionCone<T> {
     /// Euclidean projection (6) onto the cone: Eq. (8) for `K`, and (10) for `K*`, the [`Self::dual`].
     ///
     /// These are (1) and (2) of the note again. `tests/cone.rs` has the spectral form (3)-(5), (7), which gives the same.
-    #[inline]
     #[must_use]
     pub fn project<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
+        let unit = unit_of(x);
+        self.nearest(&(x * unit)) / unit
+    }
+
+    /// [`Self::project`], of numbers whose squares neither overflow nor vanish.
+    #[inline]
+    pub(crate) fn nearest<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
         self.project_with_length(x).0
     }
 
-    /// [`Self::project`], with the length of the tangential part of the projection.
+    /// [`Self::nearest`], with the length of the tangential part of the projection.
     #[inline]
     pub(crate) fn project_with_length<const D: usize>(
         &self,
         x: &SVector<T, D>,
     ) -> (SVector<T, D>, T) {
         let (normal, tangent) = split(x);
-        if self.contains(x) {
+        if self.holds(x) {
             return (*x, norm(tangent));
         }
         if self.is_polar(x) {
@@ -141,7 +158,7 @@ impl<T: Real> FrictionCone<T> {
     #[inline]
     pub(crate) fn projected_square<const D: usize>(&self, x: &SVector<T, D>) -> T {
         let (normal, tangent) = split(x);
-        if self.contains(x) {
+        if self.holds(x) {
             square(x.as_slice())
         } else if self.is_polar(x) {
             T::ZERO
@@ -195,4 +212,15 @@ pub(crate) fn add_to_normal<T: Real, const D: usize>(x: &mut SVector<T, D>, valu
     if let Some(normal) = x.as_mut_slice().first_mut() {
         *normal += value;
     }
+}
+
+/// A power of two that brings the largest number near 1, so that squares of those that count neither overflow nor vanish.
+fn unit_of<T: Real, const D: usize>(numbers: &SVector<T, D>) -> T {
+    let mut largest = T::ZERO;
+    for x in numbers {
+        if x.abs() > largest {
+            largest = x.abs();
+        }
+    }
+    T::power_of_two(-largest.exponent())
 }

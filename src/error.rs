@@ -46,7 +46,8 @@ pub enum Input {
 /// What is wrong with the data of a call; it names the culprit. [`crate::guide::error`] says what a control loop does then.
 ///
 /// The call that returns it changes nothing, and the last solution stays. Only after [`crate::Factor::prepare`] (and so
-/// [`crate::Kernel::solve`]) the factor is empty.
+/// [`crate::Kernel::solve`]) the factor is empty, and [`crate::Kernel::solve_with_limits`] may leave no solution
+/// ([`crate::Status::Unsolved`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -95,10 +96,16 @@ pub enum Error {
     InvalidTolerance,
     /// The factor is not that of the scene's current `M`, `H` and number of contacts; prepare it.
     StaleFactor,
-    /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact is too large for the number type.
-    DelassusOverflow {
+    /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact is too large for the number type, or that of its normal too small, though its row
+    /// is not zero.
+    DelassusOutOfRange {
         /// Index of the contact.
         contact: usize,
+    },
+    /// `W_jj = row M⁻¹ rowᵀ + R` of a joint row is too large for the number type, or too small, though the row is not zero.
+    RowOutOfRange {
+        /// [`crate::JointRow::key`] of the row.
+        key: u32,
     },
     /// `W` is not symmetric, not positive semidefinite, or of a rank above the number of velocities.
     DelassusNotGram {
@@ -170,8 +177,14 @@ impl fmt::Display for Error {
                 f,
                 "factor is not that of the scene's M and H as they are now"
             ),
-            Self::DelassusOverflow { contact } => {
-                write!(f, "H M⁻¹ Hᵀ of contact {contact} overflows")
+            Self::DelassusOutOfRange { contact } => {
+                write!(f, "H M⁻¹ Hᵀ of contact {contact} overflows or vanishes")
+            }
+            Self::RowOutOfRange { key } => {
+                write!(
+                    f,
+                    "row M⁻¹ rowᵀ of the joint row with key {key} overflows or vanishes"
+                )
             }
             Self::DelassusNotGram { row, column } => {
                 write!(

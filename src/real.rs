@@ -36,10 +36,20 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     #[must_use]
     fn power_of_two(exponent: i32) -> Self;
 
+    /// The least number with all its digits.
+    #[doc(hidden)]
+    #[must_use]
+    fn least_normal() -> Self;
+
+    /// `2^s + 1`, with `s` half the digits: splits a number into halves.
+    #[doc(hidden)]
+    #[must_use]
+    fn splitter() -> Self;
+
     /// Continues the hash of a sequence of numbers with the bits of this one.
     #[doc(hidden)]
     #[must_use]
-    fn hash(self, hash: u32) -> u32;
+    fn hash(self, hash: u64) -> u64;
 
     /// A small count.
     #[doc(hidden)]
@@ -79,14 +89,22 @@ macro_rules! real {
             }
 
             #[inline]
+            fn least_normal() -> Self {
+                $float::MIN_POSITIVE
+            }
+
+            #[inline]
+            #[allow(clippy::cast_possible_wrap)]
+            fn splitter() -> Self {
+                Self::power_of_two($float::MANTISSA_DIGITS.div_ceil(2) as i32) + 1.0
+            }
+
+            #[inline]
             #[allow(clippy::cast_possible_truncation)]
-            fn hash(self, hash: u32) -> u32 {
-                let (bits, mut word) = (self.to_bits(), 0_u32);
-                // The halves of a number first, for which the next number does not wait.
-                for part in 0..$bits::BITS.div_ceil(u32::BITS) {
-                    word = word.wrapping_mul(0x85eb_ca77) ^ (bits >> (part * u32::BITS)) as u32;
-                }
-                (hash.rotate_left(5) ^ word).wrapping_mul(0x9e37_79b1)
+            fn hash(self, hash: u64) -> u64 {
+                // The halves change places, so that the product mixes the upper one as well: no shift where words have 32 bits.
+                (hash.rotate_left(32) ^ u64::from(self.to_bits()))
+                    .wrapping_mul(0x9e37_79b9_7f4a_7c15)
             }
 
             #[inline]

@@ -61,9 +61,11 @@ pub struct Scene<T: Real, const N: usize, const D: usize, const C: usize, L: Law
     /// Contacts in use.
     count: usize,
     /// Fingerprint of `M`.
-    mass_print: u32,
+    mass_print: u64,
     /// Sum of the fingerprints of the contacts' Jacobians.
-    contacts_print: u32,
+    contacts_print: u64,
+    /// By how much `H Hᵀ` differs from a `W` that was given, relative to its diagonal; 0 if none was.
+    delassus_gap: T,
     /// What a slot has that a contact alone has not.
     slots: [L::Room<Slot<T, D>>; C],
 }
@@ -90,6 +92,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C> 
             count: C,
             mass_print: 1,
             contacts_print: 0,
+            delassus_gap: T::ZERO,
             slots: [const { NoRoom::EMPTY }; C],
         }
     }
@@ -106,6 +109,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
             count: 0,
             mass_print: 0,
             contacts_print: 0,
+            delassus_gap: T::ZERO,
             slots: [const { L::Room::EMPTY }; C],
         }
     }
@@ -120,6 +124,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
         check_finite(mass, Input::Mass)?;
         check_symmetric(mass)?;
         self.mass_print = take(self.mass.as_mut_slice(), mass.as_slice(), C);
+        self.delassus_gap = T::ZERO;
         Ok(())
     }
 
@@ -153,6 +158,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
     pub fn clear_contacts(&mut self) {
         self.count = 0;
         self.contacts_print = 0;
+        self.delassus_gap = T::ZERO;
     }
 
     /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor is stale then: a solve refuses it
@@ -194,8 +200,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
     /// [`Error::NoSuchContact`], [`Error::InvalidFriction`].
     pub fn set_friction(&mut self, contact: usize, mu: T) -> Result<(), Error> {
         let slot = self.slots.get(contact).and_then(Room::get);
-        let fits = slot.is_none_or(|slot| slot.has_tangents() && mu > T::ZERO);
+        let is_replaceable = slot.map(|slot| slot.has_tangents() && mu > T::ZERO);
         let place = &mut self.contact_mut(contact)?.mu;
+        let fits = is_replaceable.is_none_or(|fits| fits && *place > T::ZERO);
         if FrictionCone::new(mu).is_none() || !fits {
             return Err(Error::InvalidFriction { contact });
         }
@@ -203,14 +210,27 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
         Ok(())
     }
 
-    /// 32-bit hash of `M` and `H`. Neither 0 nor the largest number.
-    pub(crate) fn fingerprint(&self) -> u32 {
+    /// A mass that changes with the unit of mass as all others do: the power of two below `M_00`. What is scaled by it does
+    /// so exactly.
+    pub(crate) fn reference_mass(&self) -> T {
+        let first = self.mass.as_slice().first();
+        first.map_or(T::ONE, |mass| T::power_of_two(mass.exponent()))
+    }
+
+    /// By how much `H Hᵀ` differs from a `W` that was given: `W_ab` by so many `sqrt(W_aa W_bb)` at most.
+    pub(crate) const fn delassus_gap(&self) -> T {
+        self.delassus_gap
+    }
+
+    /// 64-bit hash of `M` and `H`. Neither 0 nor the largest number. (Of 32 bits two scenes of a simulation have the same one
+    /// every few hours.)
+    pub(crate) fn fingerprint(&self) -> u64 {
         let sum = self.mass_print.wrapping_add(self.contacts_print);
-        sum.clamp(1, u32::MAX - 1)
+        sum.clamp(1, u64::MAX - 1)
     }
 
     /// Fingerprint of a Jacobian and its place.
-    fn contact_print(&self, contact: usize) -> u32 {
+    fn contact_print(&self, contact: usize) -> u64 {
         let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
         let own = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));
         let slot = self.slots.get(contact).and_then(Room::get);

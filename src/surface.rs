@@ -75,16 +75,22 @@ impl<T: Real> Surface<T> {
         largest
     }
 
-    /// By what each row is scaled, so that the cone is round.
+    /// By what each row is scaled, so that the cone is round. Without friction tangents are scaled by 1,
+    /// as those of [`crate::Scene::push`], and spin and roll, of another unit, by 0.
     pub(crate) fn scales<const D: usize>(&self) -> [T; D] {
         let reference = self.reference::<D>();
         let mut scales = [T::ONE; D];
-        for (scale, mu) in scales.iter_mut().skip(1).zip(self.coefficients()) {
-            *scale = if reference > T::ZERO {
-                mu / reference
-            } else {
-                T::ZERO
-            };
+        for (k, (scale, mu)) in scales
+            .iter_mut()
+            .skip(1)
+            .zip(self.coefficients())
+            .enumerate()
+        {
+            if reference > T::ZERO {
+                *scale = mu / reference;
+            } else if k >= 2 {
+                *scale = T::ZERO;
+            }
         }
         scales
     }

@@ -169,7 +169,8 @@ fn is_factorisation<T: Real, const D: usize>(mu: f64, x: [f64; 4]) -> Property {
         prop_assert!((first * values[0] + second * values[1] - x).norm() <= rounding(x.norm()));
         if D > 1 {
             prop_assert!(first.dot(&second).abs() <= rounding(T::ONE));
-            prop_assert!(outside(mu, &second)[which] <= T::EPSILON.to_subset().expect("a number"));
+            let eps: f64 = T::EPSILON.to_subset().expect("a number");
+            prop_assert!(outside(mu, &second)[which] <= eps);
         }
     }
     Ok(())
@@ -329,4 +330,20 @@ fn a_tiny_tangential_part_does_not_break_a_large_normal_one() {
     assert_eq!(ray.project(&vector![1.0, 1e-40]), vector![1.0, 0.0]);
     let ray = FrictionCone::<f64>::frictionless();
     assert_eq!(ray.project(&vector![1.0, 1e-310]), vector![1.0, 0.0]);
+}
+
+/// Squares of small numbers vanish, and those of large ones have no number.
+#[test]
+fn no_square_hides_a_tangent() {
+    let cone = FrictionCone::<f32>::new(0.5).expect("a coefficient");
+    assert!(!cone.contains(&vector![0.0, 1e-23, 0.0]));
+    assert!(!cone.contains(&vector![1e-23, 1e-23, 0.0]));
+    assert!(cone.contains(&vector![3e-23, 1e-23, 1e-23]));
+    for unit in [1e-30_f32, 1e-23, 1.0, 1e20, 1e30] {
+        let projection = cone.project(&(vector![0.0, 3.0, 4.0] * unit));
+        let wanted = vector![2.0, 0.6, 0.8] * unit;
+        assert!((projection - wanted).amax() <= 1e-6 * unit, "{unit:e}");
+        assert!(cone.contains(&(vector![2.1, 0.6, 0.8] * unit)));
+        assert!(!cone.contains(&(vector![1.9, 0.6, 0.8] * unit)));
+    }
 }

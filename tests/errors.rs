@@ -462,7 +462,7 @@ fn every_error_says_which_datum_is_wrong() {
         (Error::NoSuchContact { contact: 11 }, "no contact 11"),
         (Error::InvalidPenalty, "penalty rho"),
         (
-            Error::DelassusOverflow { contact: 14 },
+            Error::DelassusOutOfRange { contact: 14 },
             "contact 14 overflows",
         ),
         (Error::InvalidTolerance, "tolerance"),

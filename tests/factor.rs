@@ -45,7 +45,7 @@ fn an_infinite_delassus_operator_is_refused() -> Result<(), Error> {
     let mut factor = Factor::empty();
     assert_eq!(
         factor.prepare(&scene),
-        Err(Error::DelassusOverflow { contact: 1 })
+        Err(Error::DelassusOutOfRange { contact: 1 })
     );
     assert_eq!(factor.contacts(), 0);
     Ok(())

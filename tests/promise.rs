@@ -1,10 +1,14 @@
 //! What was once called solved, or Open, and was not: found by reasoning where fuzzing had not been.
+#![allow(clippy::float_cmp)] // to the last bit
 
-use nalgebra::{Matrix1, Matrix2, Matrix3, SVector, matrix, vector};
+use crate::support::random::{draws, numbers};
+use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
+use std::array::from_fn;
 use stiction::{
-    Contact, Error, JointRow, Kernel, RowIndex, RowLaw, RowMode, Scene, Settings, Status,
+    Contact, Error, Factor, JointRow, Kernel, RowIndex, RowLaw, RowMode, Scene, Settings, Solver,
+    Status,
 };
-use testbed::measure::{Law, error_of};
+use testbed::measure::{Law, error_given, error_of};
 
 fn row<T: stiction::Real, const N: usize>(
     row: SVector<T, N>,
@@ -171,5 +175,165 @@ fn what_cannot_be_met_is_not_solved() -> Result<(), Error> {
     }
     let solution = kernel.solve(&vector![0.1, 0.0, -1.0], &Settings::new(1e-4))?;
     assert_eq!(solution.status, Status::Infeasible);
+    Ok(())
+}
+
+/// Bounds are scaled for the method, and an impulse at its bound is written as it was given.
+#[test]
+fn an_impulse_lies_within_its_bounds_to_the_last_bit() -> Result<(), Error> {
+    let mut kernel = Kernel::<f32, 1, 2, 1, _>::mixed();
+    let scene = kernel.scene_mut();
+    scene.set_mass(&Matrix1::new(0.176_375_69))?;
+    let bound = 74.886_39;
+    let law = RowLaw::Box {
+        lower: -bound,
+        upper: bound,
+    };
+    let motor = scene.push_row(&row(vector![1.0], -1.0, law, 0))?;
+    scene.push_row(&row(vector![1.0], 0.0, RowLaw::Equality, 1))?;
+    for push in (0..200_u8).map(|k| 0.198_515_74 * f32::from(k) / 100.0) {
+        let solution = kernel.solve(&vector![push], &Settings::new(1e-4))?;
+        let motor = solution.row(motor).expect("a row");
+        assert!((-bound..=bound).contains(&motor.impulse));
+        assert_eq!(motor.mode, RowMode::AtUpper);
+    }
+    Ok(())
+}
+
+/// Rows that nothing moves, and rows whose `W_jj` only seems to vanish or has no number.
+#[test]
+fn a_row_out_of_range_is_refused_with_its_key() -> Result<(), Error> {
+    let refused = Err(Error::RowOutOfRange { key: 9 });
+    for (mass, entry) in [(1.0, 2e19), (1e12, 1e-17), (1.0, 1e-23), (1e30, 1e-5)] {
+        let mut kernel = Kernel::<f32, 1, 1, 1, _>::mixed();
+        kernel.scene_mut().set_mass(&Matrix1::new(mass))?;
+        let limit = row(vector![entry], -1e-3, RowLaw::Limit, 9);
+        let outside = kernel.solve_with_limits(
+            std::slice::from_ref(&limit),
+            &vector![-1.0],
+            &Settings::new(1e-4),
+        );
+        assert_eq!(outside.map(|_| ()), refused);
+        kernel.scene_mut().push_row(&limit)?;
+        let inside = kernel.solve(&vector![-1.0], &Settings::new(1e-4));
+        assert_eq!(inside.map(|_| ()), refused);
+    }
+    Ok(())
+}
+
+#[test]
+fn a_contact_whose_normal_only_seems_to_move_nothing_is_refused() -> Result<(), Error> {
+    for (mass, entry) in [(1e12, 1e-17), (1.0, 1e-23), (1.0, 2e19)] {
+        let mut scene = Scene::<f32, 1, 1, 1>::new();
+        scene.set_mass(&Matrix1::new(mass))?;
+        scene.push(&normal(vector![entry], -1e-3))?;
+        let refused = Err(Error::DelassusOutOfRange { contact: 0 });
+        assert_eq!(Factor::new(&scene).map(|_| ()), refused);
+    }
+    Ok(())
+}
+
+#[test]
+fn a_row_that_nothing_moves_stays_within_its_bounds() -> Result<(), Error> {
+    for offset in [0.158, 0.0, -0.158] {
+        let mut kernel = Kernel::<f64, 1, 1, 1, _>::mixed();
+        let scene = kernel.scene_mut();
+        scene.set_mass(&Matrix1::new(1.0))?;
+        let (lower, upper) = (0.0828, 0.0828);
+        let fixed = scene.push_row(&row(vector![0.0], offset, RowLaw::Box { lower, upper }, 0))?;
+        let solution = kernel.solve(&vector![0.3], &Settings::new(1e-9))?;
+        assert!(solution.is_solved());
+        assert_eq!(solution.row(fixed).expect("a row").impulse, lower);
+    }
+    Ok(())
+}
+
+/// A sum of thirty terms loses more than each of them: what it may lose is counted.
+#[test]
+fn a_long_sum_is_not_trusted_too_far() -> Result<(), Error> {
+    let (small, last) = (2.45e-4_f32, 1.0_f32);
+    let mut jacobian = SVector::<f32, 30>::repeat(small);
+    jacobian[29] = last;
+    let mut kernel = Kernel::<f32, 30, 1, 1>::new();
+    kernel.scene_mut().set_mass(&SMatrix::identity())?;
+    kernel.scene_mut().push(&normal(jacobian, 1.0))?;
+    let mut limited = Kernel::<f32, 30, 1, 1, _>::mixed();
+    limited.scene_mut().set_mass(&SMatrix::identity())?;
+    let limits = [row(jacobian, 1.0, RowLaw::Limit, 0)];
+    let mut solved = 0;
+    for k in 0..40_u8 {
+        let mut push = jacobian;
+        push[29] = -(1.0 + 29.0 * 6.0025e-8) - f32::from(k) * 5.96e-8;
+        for tolerance in [1e-4_f32, 1e-6] {
+            let settings = Settings::new(tolerance);
+            let solution = kernel.solve(&push, &settings)?.clone();
+            let error = error_of(kernel.scene(), &push, &solution, Law::Coulomb);
+            assert!(
+                !solution.is_solved() || error <= f64::from(tolerance),
+                "{k}: {error:e}"
+            );
+            solved += usize::from(solution.is_solved());
+            let solution = limited.solve_with_limits(&limits, &push, &settings)?;
+            let wide = |x: &SVector<f32, 30>| x.map(f64::from);
+            let speed = wide(&jacobian).dot(&wide(&solution.velocity)) + 1.0;
+            assert!(
+                solution.row_by_key(0).is_some() || speed >= 0.0,
+                "{k}: {speed:e}"
+            );
+        }
+    }
+    assert!(solved >= 40, "{solved} of 80");
+    Ok(())
+}
+
+/// The root of a `W` is not `W`, and a large coefficient magnifies the difference: the error is that of the `W` that was given.
+#[test]
+fn a_given_delassus_operator_is_the_one_that_counts() -> Result<(), Error> {
+    const N: usize = 3;
+    const D: usize = 3;
+    const C: usize = 2;
+    let mut ended = [0; 2];
+    for x in draws(numbers(40), 4_000) {
+        let root = SMatrix::<f64, 6, N>::from_column_slice(&x[..18]);
+        let w = root * root.transpose();
+        let w = (w + w.transpose()) * 0.5; // rounded: of full rank, by a hair
+        let block = |i: usize, k: usize, j: usize, l: usize| w[(D * i + k, D * j + l)];
+        let delassus = from_fn(|i| from_fn(|k| from_fn(|j| from_fn(|l| block(i, k, j, l)))));
+        let mus: Vec<f64> = x[18..20]
+            .iter()
+            .map(|x| 10_f64.powf(4.0 * x.abs()))
+            .collect();
+        let q = &x[20..26];
+        let mut scene = Scene::<f64, N, D, C>::new();
+        for (i, &mu) in mus.iter().enumerate() {
+            scene.push(&Contact {
+                jacobian: SMatrix::zeros(),
+                offset: SVector::from_column_slice(&q[D * i..D * i + D]),
+                mu,
+                key: 0,
+            })?;
+        }
+        if scene.set_delassus(&delassus).is_err() {
+            continue;
+        }
+        let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+        for tolerance in [1e-9, 1e-12] {
+            let settings = Settings {
+                budget: 300,
+                ..Settings::new(tolerance)
+            };
+            let solution = solver.solve(&scene, &factor, &SVector::zeros(), &settings)?;
+            let r: Vec<f64> = solution
+                .contacts
+                .iter()
+                .flat_map(|c| c.impulse.data.0[0])
+                .collect();
+            let rows: Vec<Vec<f64>> = (0..6).map(|i| w.row(i).iter().copied().collect()).collect();
+            let error = error_given(&rows, q, &mus, &r);
+            ended[usize::from(solution.is_solved())] += 1;
+            assert!(!solution.is_solved() || error <= tolerance, "{error:e}");
+        }
+    }
+    assert!(ended[1] > 2_000, "{ended:?}");
     Ok(())
 }

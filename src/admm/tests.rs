@@ -84,7 +84,7 @@ impl Note {
         let mut u = z.clone();
         for (i, (_, cone)) in self.cones.iter().enumerate() {
             let block = SVector::<f64, D>::from_fn(|row, _| z[i * D + row]);
-            u.rows_mut(i * D, D).copy_from(&cone.dual().project(&block));
+            u.rows_mut(i * D, D).copy_from(&cone.dual().nearest(&block));
         }
         // 4
         let zeta = &z - &u;
@@ -157,7 +157,7 @@ fn follows_for(
     let factor = AdmmFactor::new(scene).expect("M is positive definite");
     let free = -f;
     let mut problem = Problem::new(scene, factor.factor(), &free, model);
-    problem.fill();
+    problem.fill(false);
     let resolvent = factor.resolvent();
     let start = Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty());
     let mut iterates = [start; C];

@@ -8,7 +8,7 @@ use crate::linalg::hints::{opaque, rolled};
 use crate::linalg::sparsity::Support;
 use crate::linalg::substitution::{Scaled, solve_upper_block};
 use crate::problem::residual::larger;
-use crate::{Error, Real, Scene};
+use crate::{Contact, Error, Real, Scene};
 use heapless::Vec;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T, N, D, C, L> {
@@ -21,7 +21,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         let mut reach = [usize::MAX; N]; // zeros would call memset
         factorise(mass, floor, &mut self.mass, &mut reach)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
-        self.measure_uncertainty(mass);
+        self.measure_uncertainty(mass, scene.delassus_gap());
         self.take_in(scene, 0, &reach);
         Ok(())
     }
@@ -47,7 +47,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
             solve_upper_block(&self.mass, reach, transpose, whitened, &mut scaled);
             if L::MIXED {
                 let scales = scene.slot(i).map(|slot| {
-                    let scales = scales::of(slot, &products(&scaled, whitened));
+                    let own = products(&scaled, whitened);
+                    let scales = scales::of(slot, &own, scene.reference_mass(), &reaches(contact));
                     scales::apply(&scales, whitened, &mut scaled);
                     scales
                 });
@@ -65,7 +66,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
             if L::MIXED
                 && let (Some(slot), Some(scales)) = (scene.slot(i), self.scales(i).copied())
             {
-                scales::comply(&mut self.delassus, i, slot, &scales);
+                scales::comply(&mut self.delassus, i, slot, &scales, scene.reference_mass());
             }
             if let Some(support) = self.supports.get_mut(i) {
                 *support = Support::of::<N>(scaled.iter().map(|row| row.place));
@@ -79,7 +80,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
 
     /// Bounds the rounding of `W`: it grows with the largest `M_kk` over its pivot. A factor of 64 is enough for 500,000
     /// random scenes in single precision.
-    fn measure_uncertainty(&mut self, mass: &[[T; N]; N]) {
+    fn measure_uncertainty(&mut self, mass: &[[T; N]; N], delassus_gap: T) {
         let mut growth = T::ONE;
         for (k, (mass, factor)) in opaque(mass).iter().zip(&self.mass).enumerate() {
             rolled();
@@ -87,8 +88,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
                 growth = larger(growth, &[diagonal], reciprocal);
             }
         }
-        self.uncertainty = T::literal(64.0) * T::EPSILON * growth;
+        self.uncertainty = T::literal(64.0) * T::EPSILON * growth + delassus_gap;
     }
+}
+
+/// Which rows of a slot have an entry that is not zero?
+pub(super) fn reaches<T: Real, const N: usize, const D: usize>(
+    slot: &Contact<T, N, D>,
+) -> [bool; D] {
+    let mut reaches = [false; D];
+    for column in &slot.jacobian.data.0 {
+        rolled();
+        for (reaches, &entry) in reaches.iter_mut().zip(column) {
+            *reaches |= entry != T::ZERO;
+        }
+    }
+    reaches
 }
 
 /// Writes row `a` of the block of two contacts, and its mirror image: `W` stays symmetric to the bit, a

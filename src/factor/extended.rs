@@ -9,7 +9,7 @@ use nalgebra::SVector;
 /// What of a factor [`Factor::extend`] overwrites.
 pub(crate) struct Extent {
     contacts: usize,
-    fingerprint: u32,
+    fingerprint: u64,
     moved: usize,
 }
 

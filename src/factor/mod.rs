@@ -10,9 +10,11 @@
 //! That needs `(D·C)²` multiplications against `N² + 2·N·D·C` through the factor of `A`, and a new
 //! `rho` never touches the `N × N` factor again.
 
+use crate::factor::delassus::reaches;
 use crate::factor::penalty::moved_dofs;
 use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::blocks::ContactMatrix;
+use crate::linalg::hints::opaque;
 use crate::linalg::sparsity::Support;
 use crate::{Error, Real, Scene};
 use nalgebra::SVector;
@@ -30,7 +32,7 @@ pub use admm_factor::{AdmmFactor, AdmmFactorParts};
 pub use parts::FactorParts;
 
 /// The fingerprint of a factor from [`Factor::from_parts`], which is not checked.
-const BAKED: u32 = u32::MAX;
+const BAKED: u64 = u64::MAX;
 
 /// Cholesky factor of the mass matrix and Delassus operator `W = H M⁻¹ Hᵀ` of a scene.
 ///
@@ -60,7 +62,7 @@ const BAKED: u32 = u32::MAX;
 pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb> {
     contacts: usize,
     /// Fingerprint of the scene's `M` and `H`; 0 if empty, [`BAKED`] if it comes from [`Self::from_parts`].
-    fingerprint: u32,
+    fingerprint: u64,
     /// Number of dofs that contacts move.
     moved: usize,
     /// Bound on the rounding of `W`, relative to it.
@@ -111,7 +113,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
     /// Factorises a scene in place.
     ///
     /// # Errors
-    /// [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOverflow`]. The factor is then empty.
+    /// [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOutOfRange`] and [`Error::RowOutOfRange`]. The factor is then empty.
     pub fn prepare(&mut self, scene: &Scene<T, N, D, C, L>) -> Result<(), Error> {
         let result = self.compute_delassus(scene);
         let result = result.and_then(|()| self.check(scene));
@@ -121,14 +123,27 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         result
     }
 
-    /// Is `W` made of numbers? Counts the dofs that contacts move.
+    /// Is `W` in the range of the number type? Counts the dofs that contacts move.
     fn check(&mut self, scene: &Scene<T, N, D, C, L>) -> Result<(), Error> {
         self.moved = moved_dofs(scene);
-        let mut contacts = 0..self.contacts;
-        match contacts.find(|&contact| !self.trace(contact).is_finite()) {
-            Some(contact) => Err(Error::DelassusOverflow { contact }),
-            None => Ok(()),
+        for (contact, source) in opaque(scene.contacts()).iter().enumerate() {
+            if let Some(rows) = scene.slot(contact).and_then(|slot| slot.rows) {
+                let scales = self.scales(contact).into_iter().flatten();
+                let mut keys = scales
+                    .zip(rows.keys)
+                    .filter(|(scale, _)| !scale.is_finite());
+                if let Some((_, key)) = keys.next() {
+                    return Err(Error::RowOutOfRange { key });
+                }
+            }
+            // A normal that only seems to move nothing would be called immovable.
+            let normal = self.inverse_mass(contact, 0);
+            let vanishes = normal < T::least_normal() && reaches(source).first() == Some(&true);
+            if vanishes || !self.trace(contact).is_finite() {
+                return Err(Error::DelassusOutOfRange { contact });
+            }
         }
+        Ok(())
     }
 
     /// Empties it.
@@ -141,7 +156,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         self.moved
     }
 
-    /// True if it belongs to the scene's current `M` and `H`. Compared by a 32-bit hash. A factor from
+    /// True if it belongs to the scene's current `M` and `H`. Compared by a 64-bit hash. A factor from
     /// [`Self::from_parts`] only needs the same number of contacts.
     #[must_use]
     pub fn is_current(&self, scene: &Scene<T, N, D, C, L>) -> bool {
@@ -155,13 +170,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         self.contacts
     }
 
+    /// Entry `k` of the diagonal of `W_ii`.
+    fn inverse_mass(&self, contact: usize, k: usize) -> T {
+        let row = self.delassus.get(contact).and_then(|rows| rows.get(k));
+        let block = row.and_then(|row| row.get(contact));
+        block
+            .and_then(|block| block.get(k))
+            .copied()
+            .unwrap_or(T::ZERO)
+    }
+
     /// `trace(W_ii)`
     fn trace(&self, contact: usize) -> T {
-        let rows = self.delassus.get(contact).into_iter().flatten();
-        rows.enumerate().fold(T::ZERO, |trace, (row, entries)| {
-            let block = entries.get(contact).into_iter().flatten();
-            trace + block.copied().nth(row).unwrap_or(T::ZERO)
-        })
+        (0..D).fold(T::ZERO, |trace, k| trace + self.inverse_mass(contact, k))
     }
 
     /// Mean effective mass `alpha_i = D / trace(W_ii)` (kg) of a contact, the step of the natural map; 0 for a contact

@@ -38,7 +38,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
 
     /// `H M⁻¹ g` for a `g` that was whitened. Returns `gᵀ M⁻¹ g`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut ContactVector<T, D, C>) -> T {
+    pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut [[T; D]]) -> T {
         let mut scaled = *g;
         let mut energy = T::ZERO;
         for (i, (scaled, row)) in opaque_mut(&mut scaled)
@@ -67,18 +67,28 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         energy
     }
 
-    /// `W d` without compliance in the first `K` rows of each slot, and `|Hᵀ d|` in the norm of `M⁻¹`; by way of `Hᵀ d`, so
-    /// that both are small where that is.
+    /// `H M⁻¹ (g + Hᵀ r)` for a `g` that was whitened.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn impulse_velocity(&self, g: &[T; N], r: &[[T; D]], u: &mut [[T; D]]) {
+        let mut momentum = *g;
+        self.add_whitened(r, &mut momentum);
+        let _ = self.contact_velocity(&momentum, u);
+    }
+
+    /// `m W d` without compliance in the first `K` rows of each slot, and `|Hᵀ d|` in the norm of `m M⁻¹`, with a reference mass
+    /// `m`; by way of `Hᵀ d`, so that both are small where that is.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn row_products<const K: usize>(
         &self,
         d: &ContactVector<T, K, C>,
+        mass: T,
     ) -> (ContactVector<T, K, C>, T) {
         let mut momentum = [T::ZERO; N];
         let mut rows = d.map(first_rows);
         self.add_whitened(&rows, &mut momentum);
         let energy = self.contact_velocity(&momentum, &mut rows);
-        (rows.map(first_rows), energy.max(T::ZERO).square_root())
+        let products = rows.map(|row| first_rows(row.map(|entry| entry * mass)));
+        (products, (energy * mass).max(T::ZERO).square_root())
     }
 
     /// Adds `Hᵀ r`, whitened, to `g`.

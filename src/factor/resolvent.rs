@@ -98,7 +98,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         Some(())
     }
 
-    /// From the lower triangle of `-A⁻¹` to `A⁻¹ / rho`.
+    /// From the lower triangle of `-A⁻¹` to `A⁻¹ / rho`; `None` if that is not made of numbers.
     #[inline(never)]
     fn mirror(&mut self, contacts: usize) -> Option<()> {
         let scale = -T::ONE / self.penalty;
@@ -106,6 +106,9 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             for j in 0..=i {
                 rolled();
                 let block = times(scale, &block(&self.matrix, i, j)?);
+                if !block.as_flattened().iter().all(T::is_finite) {
+                    return None;
+                }
                 if j != i {
                     set_block(&mut self.matrix, j, i, &transpose(&block))?;
                 }

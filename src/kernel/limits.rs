@@ -129,8 +129,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
                 speed += product;
                 size += product.abs();
             }
-            // Rounding may hide as much.
-            let is_open = speed >= size * T::EPSILON
+            // Rounding may hide as much: half an `eps` for each operation that a term takes part in.
+            let rounding = size * (T::EPSILON * T::count(N + 1) * T::literal(0.5));
+            let is_open = speed >= rounding
                 && speed.is_finite()
                 && row.law == RowLaw::Limit
                 && row.compliance >= T::ZERO

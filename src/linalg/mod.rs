@@ -2,6 +2,7 @@
 
 pub(crate) mod blocks;
 pub(crate) mod cholesky;
+pub(crate) mod dot2;
 pub(crate) mod elimination;
 pub(crate) mod hints;
 pub(crate) mod pivot;

@@ -18,8 +18,9 @@ pub(crate) struct ContactLaw<T: Real, const D: usize, L: Laws = Coulomb> {
     pub(crate) alpha: T,
     /// `q_i = H_i v_free + w_i`.
     pub(crate) q: SVector<T, D>,
-    /// Where there may be joint rows: `q` as it was before any correction.
-    pub(crate) free: L::Room<SVector<T, D>>,
+    /// What is added to velocities of impulses: `q`, or `w` where the free motion is among them
+    /// ([`crate::problem::Problem::velocities`]); with corrections of what rounding took away.
+    pub(crate) base: SVector<T, D>,
     /// Of a slot of joint rows: their laws, in place of the cone.
     pub(crate) rows: L::Room<RowLaws<T, D>>,
 }
@@ -32,7 +33,7 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
             cone: FrictionCone::frictionless(),
             alpha: T::ZERO,
             q: zeros(),
-            free: L::Room::EMPTY,
+            base: zeros(),
             rows: L::Room::EMPTY,
         }
     }
@@ -54,7 +55,7 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
             cone: FrictionCone::new(mu).unwrap_or(FrictionCone::frictionless()),
             alpha,
             q,
-            free: L::Room::with(q),
+            base: q,
             rows: L::Room::EMPTY,
         }
     }
@@ -81,15 +82,16 @@ impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
     pub(crate) fn project(&self, r: &SVector<T, D>) -> SVector<T, D> {
         match self.rows.get() {
             Some(rows) => rows.project(r),
-            None => self.cone.project(r),
+            None => self.cone.nearest(r),
         }
     }
 
-    /// `alpha |q|²` over some rows; of joint rows `|Π(-q)|²`, in which open stops do not count.
+    /// `alpha |q|²` over some rows; of joint rows `|Π(-alpha q)|² / alpha`, in which open stops do not count.
     #[inline]
     pub(crate) fn energy(&self, rows: usize) -> T {
         if let Some(rows) = self.rows.get() {
-            return square(rows.project(&-self.q).as_slice());
+            let push = rows.project(&(-self.q * self.alpha));
+            return square(push.as_slice()) / self.alpha;
         }
         let rows = self.q.iter().take(rows);
         self.alpha * rows.fold(T::ZERO, |sum, &q| sum + q * q)

@@ -4,7 +4,7 @@ use crate::laws::{Coulomb, Laws, Room};
 use crate::linalg::cholesky::BLOCK;
 use crate::linalg::hints::{opaque, rolled};
 use crate::linalg::sparsity::{GROUP, add_columns, add_products};
-use crate::problem::residual::{larger, quotient, unit};
+use crate::problem::residual::{larger, root_sum, unit};
 use crate::{Real, Scene};
 use core::hint::black_box;
 
@@ -12,10 +12,12 @@ use core::hint::black_box;
 /// vectors on a desktop.
 const SUMS: usize = if cfg!(target_os = "none") { 96 } else { 192 };
 
-/// The dynamics in the norm of momenta, and in a scene with joint rows also in the norm `Σ e_k² / M_kk`, in which no light
-/// finger is lost beside a heavy body.
+/// The dynamics in the norm of momenta, and in a scene with joint rows also in the norm `Σ e_k² m / M_kk`, in which no light
+/// finger is lost beside a heavy body (`m` is the reference mass).
 pub(crate) struct Dynamics<T: Real, L: Laws = Coulomb> {
     pub(crate) plain: Norms<T>,
+    /// `Σ_a r_a² |H_a|²` over the rows, a bound on the sums of magnitudes in `Hᵀ r`.
+    pub(crate) pushed: T,
     pub(crate) weighted: L::Room<Norms<T>>,
 }
 
@@ -82,13 +84,53 @@ impl<T: Real> Norms<T> {
     /// Second part of the error, `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`. `noise` is the square of a bound on
     /// its rounding, in the same unit.
     pub(crate) fn error(&self, noise: T) -> T {
-        quotient(self.residual + noise, self.size).square_root()
+        root_sum(self.residual, noise, self.size)
+    }
+
+    /// `|M v - M v_free - Hᵀ r|²`
+    pub(crate) fn residual(&self) -> T {
+        self.residual
+    }
+
+    /// Takes `M v - M v_free - Hᵀ r`, computed anew.
+    fn replace_gaps<const N: usize>(&mut self, gaps: &[T; N], weight: impl Fn(usize) -> T) {
+        self.residual = T::ZERO;
+        for (k, &gap) in gaps.iter().enumerate() {
+            rolled();
+            let gap = self.unit * gap;
+            self.residual += gap * gap * weight(k);
+        }
     }
 
     /// Momenta are compared with no less than this.
     pub(crate) fn compare_with(&mut self, least: T) {
         let least = least * self.unit;
         self.size = self.size.max(least * least);
+    }
+}
+
+impl<T: Real, L: Laws> Dynamics<T, L> {
+    /// Takes `M v - M v_free - Hᵀ r`, computed anew.
+    pub(crate) fn replace_gaps<const N: usize, const D: usize, const C: usize>(
+        &mut self,
+        scene: &Scene<T, N, D, C, L>,
+        gaps: &[T; N],
+    ) {
+        self.plain.replace_gaps(gaps, |_| T::ONE);
+        if let Some(weighted) = self.weighted.get_mut() {
+            weighted.replace_gaps(gaps, weights(scene));
+        }
+    }
+}
+
+/// `m / M_kk` with the reference mass `m`.
+fn weights<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
+    scene: &Scene<T, N, D, C, L>,
+) -> impl Fn(usize) -> T + Copy {
+    let (mass, reference) = (&scene.mass().data.0, scene.reference_mass());
+    move |k| {
+        let own = mass.get(k).and_then(|column| column.get(k)).copied();
+        reference / own.unwrap_or(T::ONE)
     }
 }
 
@@ -117,9 +159,11 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize, 
     }
     let (groups, last) = v.as_chunks::<GROUP>();
     let (places, place) = pushed.as_chunks_mut::<GROUP>();
+    let mut magnitudes = T::ZERO;
     for (((contact, support), r), u) in scene.supported().zip(r).zip(u) {
         rolled();
         let mut velocity: [T; D] = contact.offset.into();
+        let mut squares = [T::ZERO; D];
         let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
         for group in support.groups::<N>() {
             rolled();
@@ -129,29 +173,46 @@ pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize, 
             {
                 add_columns(columns, v, &mut velocity);
                 add_products(columns, *r, pushed);
+                add_row_squares(columns, &mut squares);
             }
         }
         add_columns(rest, last, &mut velocity);
         add_products(rest, *r, place);
+        add_row_squares(rest, &mut squares);
+        for (&r, square) in r.iter().zip(squares) {
+            magnitudes += r * r * square;
+        }
         *u = velocity;
     }
     let plain = Norms::of(free, &inertia, &pushed);
     let mut weighted = L::Room::EMPTY;
     if L::MIXED {
-        weighted = L::Room::with(weighted_norms(mass, free, &inertia, &pushed));
+        weighted = L::Room::with(weighted_norms(weights(scene), free, &inertia, &pushed));
     }
-    Dynamics { plain, weighted }
+    Dynamics {
+        plain,
+        pushed: magnitudes,
+        weighted,
+    }
 }
 
-/// In the norm `Σ e_k² / M_kk`; with roots only where squares might overflow or vanish.
+/// `sums_d += Σ_j column_jd²`
+#[inline]
+fn add_row_squares<T: Real, const D: usize>(columns: &[[T; D]], sums: &mut [T; D]) {
+    for column in columns {
+        for (sum, &entry) in sums.iter_mut().zip(column) {
+            *sum += entry * entry;
+        }
+    }
+}
+
+/// In the norm `Σ e_k² m / M_kk`; with roots only where squares might overflow or vanish.
 fn weighted_norms<T: Real, const N: usize>(
-    mass: &[[T; N]; N],
+    weight: impl Fn(usize) -> T + Copy,
     free: &[T; N],
     inertia: &[T; N],
     pushed: &[T; N],
 ) -> Norms<T> {
-    let own = |k: usize| mass.get(k).and_then(|column| column.get(k)).copied();
-    let weight = |k: usize| T::ONE / own(k).unwrap_or(T::ONE);
     let norms = Norms::in_unit(free, inertia, pushed, T::ONE, weight);
     if norms.is_safe() {
         return norms;

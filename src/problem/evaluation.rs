@@ -9,10 +9,11 @@ use crate::problem::rounding::{self, Rounding};
 use crate::problem::{ContactLaw, Problem, slots};
 use crate::solution::zeros;
 use crate::{ContactSolution, Factor, Real, Scene, Settings, Solution};
+use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'_, T, N, D, C, L> {
-    /// Error of a velocity and an impulse, both in scaled rows, with bounds on rounding added: of `W`, which gives the steps
-    /// `alpha_i` and the sizes, of the sums, and of this evaluation.
+    /// Error of velocities and impulses, of contacts in scaled rows, of joint rows as they stand, with bounds on rounding added:
+    /// of `W`, which gives the steps `alpha_i` and the sizes, of the sums, and of this evaluation.
     #[cfg_attr(target_os = "none", inline(never))]
     fn error(
         &self,
@@ -24,8 +25,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         let (u, noise) = (opaque(u), opaque(&rounding.velocities));
         let mut natural_map = residual::natural_map(self.laws(), self.size, u, r, noise);
         if let Some(energies) = self.energies.get() {
-            let free = |law: &ContactLaw<T, D, L>| law.free.get().copied().unwrap_or(law.q);
-            natural_map = energies.larger(natural_map, self.laws(), (u, r), noise, free);
+            let given = |i| self.given(i);
+            natural_map = energies.larger(natural_map, self.laws(), (u, r), noise, given);
         }
         if self.is_hopeless {
             return T::ONE / T::ZERO;
@@ -41,21 +42,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         error
     }
 
-    /// [`Self::error`] with the finest bound on rounding, of impulses in scaled rows and in rows that are not.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn finer_error(
-        &self,
-        momentum: &Dynamics<T, L>,
-        u: &[[T; D]],
-        [r, impulses]: [&[[T; D]]; 2],
-        v: &[T; N],
-    ) -> T {
-        let rounding = rounding::count(self, v, impulses, momentum);
-        self.error(momentum, u, r, &rounding)
-    }
-
-    /// Writes velocity, contacts and error of an impulse into a solution. The error includes a bound on rounding: a cheap
-    /// one, or the finest if the cheap one exceeds the tolerance.
+    /// Writes velocity, contacts and error of an impulse into a solution. The error includes a bound on rounding. If it exceeds
+    /// the tolerance, what it is made of is computed again with twice the digits.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn evaluate(
         &self,
@@ -68,23 +56,30 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
         let [v] = &mut solution.velocity.data.0;
         self.factor.velocity(&self.whitened, r, v);
         let [free] = &self.free_impulse.data.0;
-        // In rows that are not scaled; of contacts alone the same.
-        let unscaled = self.unscaled(r);
-        let impulses = unscaled.get().and_then(|all| all.get(..r.len()));
-        let impulses = impulses.unwrap_or(r);
+        // Of contacts alone both are `r`.
+        let written = self.written(r);
+        let [impulses, judged] = match written.get() {
+            Some(both) => both
+                .each_ref()
+                .map(|all| all.get(..r.len()).unwrap_or_default()),
+            None => [r; 2],
+        };
         let mut momentum = dynamics::momentum(self.scene, free, v, impulses, &mut u);
-        let scaled = self.give_way(impulses, &mut u, &mut momentum);
-        let scaled = scaled.get().unwrap_or(&u);
+        let mut scaled = self.give_way(impulses, &mut u, &mut momentum);
         let rounding = rounding::bound(self, v, r, &momentum);
-        solution.error = self.error(&momentum, scaled, r, &rounding);
+        solution.error = self.error(&momentum, scaled.get().unwrap_or(&u), judged, &rounding);
         if solution.error > tolerance {
-            solution.error = self.finer_error(&momentum, scaled, [r, impulses], v);
+            let places = (&mut u[..], &mut momentum);
+            let rounding = rounding::refine(self, v, [r, impulses], places, &rounding);
+            scaled = self.give_way(impulses, &mut u, &mut momentum);
+            solution.error = self.error(&momentum, scaled.get().unwrap_or(&u), judged, &rounding);
         }
+        let scaled = scaled.get().unwrap_or(&u);
         solution.contacts.clear();
         let laws = self.laws().iter().zip(self.scene.contacts()).enumerate();
         let places = r.iter().zip(scaled).zip(impulses.iter().zip(opaque(&u)));
         for ((i, (law, source)), ((&r, &scaled), (&impulse, &velocity))) in laws.zip(places) {
-            let (r, scaled) = (r.into(), scaled.into());
+            let (r, scaled) = (r.into(), SVector::from(scaled));
             let contact = ContactSolution {
                 key: source.key,
                 impulse: impulse.into(),
@@ -97,6 +92,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
                 && let Some(place) = solution.rows.get_mut(i)
             {
                 let slot = self.scene.slot(i);
+                let scaled = self.factor.scaled(i, velocity.into());
                 *place = slots::rows_of((law, slot), &(scaled, r), place.get());
             }
         }
@@ -136,7 +132,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Solution<T, N, D, 
             if law.is_hopeless_at(&found.velocity) {
                 return Some(i);
             }
-            let residual = residual::natural_map_of(&law, &found.velocity, &found.impulse);
+            let pushed = found.velocity * alpha;
+            let (residual, _) = residual::natural_map_of(&law, &pushed, &found.impulse);
             let size = residual::larger(largest, residual.as_slice(), T::ONE);
             if size > largest {
                 (largest, worst) = (size, Some(i));

@@ -86,6 +86,7 @@ pub(crate) fn certificate<
         offset: [[T::ZERO; K]; C],
     };
     let mut scales = [[T::ZERO; K]; C];
+    let mass = scene.reference_mass();
     for (i, contact) in scene.contacts().iter().enumerate() {
         rolled();
         let offset: [T; D] = factor.scaled(i, contact.offset).into();
@@ -103,13 +104,13 @@ pub(crate) fn certificate<
                 }
                 continue;
             }
-            let scale = T::ONE / inertia.square_root();
+            let scale = T::ONE / (inertia * mass).square_root();
             *scales.get_mut(i)?.get_mut(k)? = scale;
             *search.demands.get_mut(i)?.get_mut(k)? = demand;
             *search.offset.get_mut(i)?.get_mut(k)? = offset * scale;
         }
     }
-    normalised(factor.delassus(), &scales, &mut search.gram);
+    normalised(factor.delassus(), mass, &scales, &mut search.gram);
     let fastest = search.offset.as_flattened().iter();
     let fastest = fastest.fold(T::ZERO, |fastest, g| {
         rolled();
@@ -119,12 +120,12 @@ pub(crate) fn certificate<
     search.purify(&mut d)?;
     // What rounding left of W d, taken away twice.
     for _ in 0..2 {
-        let (left, _) = factor.row_products(&product(&d, &scales));
+        let (left, _) = factor.row_products(&product(&d, &scales), mass);
         search.correct(&mut d, &product(&left, &scales))?;
     }
     let approach = -dot(d.as_flattened(), search.offset.as_flattened());
     let mut proof = product(&d, &scales);
-    let (_, mut leak) = factor.row_products(&proof);
+    let (_, mut leak) = factor.row_products(&proof, mass);
     for d in d.as_flattened() {
         rolled();
         leak += d.abs() * T::literal(0.25) * T::EPSILON; // what rounding may hide
@@ -140,9 +141,10 @@ pub(crate) fn certificate<
     (is_strong && cancels(scene, &proof, &d)).then_some(proof)
 }
 
-/// The Gram matrix of rows scaled to unit effective mass.
+/// The Gram matrix of rows, times the reference mass, with a unit diagonal.
 fn normalised<T: Real, const D: usize, const C: usize, const K: usize>(
     delassus: &ContactMatrix<T, D, C>,
+    mass: T,
     scales: &ContactVector<T, K, C>,
     gram: &mut ContactMatrix<T, K, C>,
 ) {
@@ -155,7 +157,7 @@ fn normalised<T: Real, const D: usize, const C: usize, const K: usize>(
             for ((entry, &scale), &source) in entries.iter_mut().zip(scales).zip(source) {
                 // Beyond the slots in use the factor has what an earlier scene left.
                 if factor > T::ZERO && scale > T::ZERO {
-                    *entry = factor * scale * source;
+                    *entry = factor * scale * (source * mass);
                 }
             }
         }
@@ -189,12 +191,15 @@ fn cancels<T: Real, const N: usize, const D: usize, const C: usize, L: Laws, con
         }
     }
     let share = T::literal(1e-9).max(T::literal(8.0) * T::EPSILON) * total;
-    let masses = scene.mass().data.0.iter().enumerate();
+    let (masses, reference) = (
+        scene.mass().data.0.iter().enumerate(),
+        scene.reference_mass(),
+    );
     let mut entries = opaque(&sums).iter().zip(&sizes).zip(masses);
     entries.all(|((sum, &size), (j, column))| {
         rolled();
         // An entry that is rounding beside the mass is none.
-        let mass = column.get(j).copied().unwrap_or(T::ZERO);
+        let mass = column.get(j).copied().unwrap_or(T::ZERO) / reference;
         sum.abs() <= share * (size + mass.square_root() * T::literal(1e-6))
     })
 }

@@ -48,6 +48,8 @@ pub(crate) struct Problem<
     pub(crate) size: T,
     /// Does nothing move a contact or a row, although it asks for another velocity?
     is_hopeless: bool,
+    /// Are velocities those of a momentum, and not of `W`? See [`Self::velocities`].
+    by_momentum: bool,
     /// What the error of joint rows is relative to.
     pub(crate) energies: L::Room<Energies<T>>,
 }
@@ -99,13 +101,14 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             counts_stopping: false,
             size: T::ZERO,
             is_hopeless: false,
+            by_momentum: false,
             energies: L::Room::EMPTY,
         }
     }
 
-    /// The free motion and the laws of the contacts.
+    /// The free motion and the laws of the contacts. `may_use_momentum`: see [`Self::velocities`].
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn fill(&mut self) {
+    pub(crate) fn fill(&mut self, may_use_momentum: bool) {
         let factor = self.factor;
         let [free_impulse] = self.free_impulse.data.0;
         self.whitened = free_impulse;
@@ -124,6 +127,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             );
             if let (Some(slot), Some(scales)) = (self.scene.slot(i), factor.scales(i)) {
                 let own = block(factor.delassus(), i, i).unwrap_or([[T::ZERO; D]; D]);
+                let scales = (scales, self.scene.reference_mass());
                 law.take(slot, scales, &own, contact.offset, moved.into());
                 if let Some(rows) = law.rows.get() {
                     self.is_hopeless |= rows.is_hopeless;
@@ -131,14 +135,21 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
                 }
             }
             self.is_hopeless |= law.is_hopeless_at(&law.q);
-            let offset = residual::without_gap(&contact.offset);
+            let offset = factor.scaled(i, residual::without_gap(&contact.offset));
             let moves = T::count(D) * energy + law.alpha * square(offset.as_slice());
             self.stopping_bound += law.alpha * moves;
         }
         self.alone = residual::alone(self.laws());
         self.size = self.alone;
+        if may_use_momentum && self.may_be_hyperstatic() {
+            self.by_momentum = true;
+            let sources = self.scene.contacts().iter().enumerate();
+            for (law, (i, contact)) in self.laws.iter_mut().zip(sources) {
+                law.base = factor.scaled(i, contact.offset);
+            }
+        }
         if self.scene.is_mixed() {
-            let energies = Energies::new(self.laws(), energy);
+            let energies = Energies::new(self.laws(), energy, self.scene.reference_mass());
             self.energies = L::Room::with(energies);
         }
     }
@@ -171,7 +182,41 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         laws.unwrap_or_default()
     }
 
-    /// Fills `u = W r + q`; returns the first part of the error.
+    /// Fills `u = W r + q`.
+    ///
+    /// Impulses of a hyperstatic scene can change without moving anything. Rounding of `W r + q` asks for such changes, tick
+    /// by tick, until a body at rest has carried its internal forces to the boundaries of their cones. So in such a scene `u` is
+    /// `H M⁻¹ (Hᵀ r + p) + w`: all contacts see the motion of one momentum, which is rounded once, and where nothing moves
+    /// nothing is left to be rounded. With more rows than dofs that costs no more.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn velocities(&self, r: &[[T; D]], u: &mut [[T; D]]) {
+        if self.by_momentum {
+            self.factor.impulse_velocity(&self.whitened, r, u);
+            for (i, (u, r)) in u.iter_mut().zip(r).enumerate() {
+                if let (Some(slot), Some(scales)) = (self.scene.slot(i), self.factor.scales(i)) {
+                    slot.comply(scales, r, u);
+                }
+            }
+        } else {
+            self.factor.delassus_times(r, u);
+        }
+        for (u, law) in u.iter_mut().zip(opaque(self.laws())) {
+            rolled();
+            for (u, &base) in u.iter_mut().zip(law.base.iter()) {
+                *u += base;
+            }
+        }
+    }
+
+    /// Velocities without impulses, `q`, with its corrections.
+    pub(crate) fn free_velocities(&self, u: &mut ContactVector<T, D, C>) {
+        let contacts = ..self.factor.contacts();
+        let none = [[T::ZERO; D]; C];
+        let none = none.get(contacts).unwrap_or_default();
+        self.velocities(none, u.get_mut(contacts).unwrap_or_default());
+    }
+
+    /// [`Self::velocities`]; returns the first part of the error.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn natural_map(
         &self,
@@ -181,13 +226,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         let contacts = ..self.factor.contacts();
         let r = opaque(r.get(contacts).unwrap_or_default());
         let u = opaque_mut(u.get_mut(contacts).unwrap_or_default());
-        self.factor.delassus_times(r, u);
-        for (u, law) in u.iter_mut().zip(opaque(self.laws())) {
-            rolled();
-            for (u, &q) in u.iter_mut().zip(law.q.iter()) {
-                *u += q;
-            }
-        }
+        self.velocities(r, u);
         self.natural_map_at(r, u)
     }
 
@@ -199,7 +238,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         }
         let contacts = residual::natural_map(self.laws(), self.size, u, r, &[]);
         match self.energies.get() {
-            Some(energies) => energies.larger(contacts, self.laws(), (u, r), &[], |law| law.q),
+            Some(energies) => energies.larger(contacts, self.laws(), (u, r), &[], |_| None),
             None => contacts,
         }
     }
@@ -207,9 +246,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     /// The expected size of the impulses of a slot, in its scaled rows.
     pub(crate) fn expected(&self, law: &ContactLaw<T, D, L>) -> T {
         let energies = self.energies.get();
-        energies.map_or(self.size, |energies| {
-            energies.root() * law.alpha.square_root()
-        })
+        energies.map_or(self.size, |energies| energies.expected(law.alpha))
     }
 
     /// Are impulses more than so many times as large as expected?
@@ -243,23 +280,26 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         }
     }
 
-    /// `q`, with its corrections.
-    pub(crate) fn q(&self) -> ContactVector<T, D, C> {
-        self.laws.map(|law| law.q.into())
+    /// What is added to velocities of impulses, with its corrections.
+    pub(crate) fn bases(&self) -> ContactVector<T, D, C> {
+        self.laws.map(|law| law.base.into())
     }
 
-    /// Takes another `q`.
-    pub(crate) fn set_q(&mut self, q: &ContactVector<T, D, C>) {
-        for (law, &q) in self.laws.iter_mut().zip(q) {
+    /// Takes others.
+    pub(crate) fn set_bases(&mut self, bases: &ContactVector<T, D, C>) {
+        for (law, &base) in self.laws.iter_mut().zip(bases) {
             rolled();
-            law.q = q.into();
+            law.base = base.into();
         }
     }
 
-    /// Adds to `q_i`.
+    /// Adds to the velocity of a contact.
     pub(crate) fn correct(&mut self, contact: usize, difference: SVector<T, D>) {
         if let Some(law) = self.laws.get_mut(contact) {
-            law.q += difference;
+            law.base += difference;
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,7 +9,7 @@
 //! a far gap does not loosen it. If bodies that touch fall together, `q` is rounding alone, and the reference is 1 % of the
 //! impulse that would stop them. 0/0 counts as 0. Sums are of squares, with one root at the end.
 
-use crate::cone::{norm, split, square};
+use crate::cone::{add_to_normal, norm, split, square};
 use crate::laws::{Laws, Room};
 use crate::linalg::hints::{opaque, rolled};
 use crate::linalg::sparsity::GROUP;
@@ -72,13 +72,56 @@ fn argument<T: Real, const D: usize, L: Laws>(
     r - law.augmented(u) * law.alpha
 }
 
-/// Natural map of one contact, `r - Π_K(r - alpha û)` (N·s).
+/// What rounding may add to the natural map of a contact that slips, over its impulse: half an `eps` for each of the twenty
+/// operations on its way, counted in [`crate::guide::error`].
+const SLIP_ROUNDING: f64 = 10.0;
+
+/// Natural map of one contact, `r - Π_K(z)` with `z = r - alpha û` (N·s), from `r` and `alpha u`. If `z` is projected onto the
+/// boundary of `K`, also by how much a change of `alpha u_T` changes it at most.
+///
+/// There a fast slide makes `z_N` and `mu |z_T|` large, and `(z_N + mu |z_T|) / (1 + mu²)`, the normal impulse, their small
+/// difference. Without it, with `d = |z_T| - alpha |u_T| = r_T · (z_T - alpha u_T) / (|z_T| + alpha |u_T|)`, that is
+/// `(r_N - alpha u_N + mu d) / (1 + mu²)`, which is rounded as impulses are.
 pub(crate) fn natural_map_of<T: Real, const D: usize, L: Laws>(
     law: &ContactLaw<T, D, L>,
-    u: &SVector<T, D>,
+    pushed: &SVector<T, D>,
     r: &SVector<T, D>,
-) -> SVector<T, D> {
-    r - law.project(&argument(law, u, r))
+) -> (SVector<T, D>, Option<T>) {
+    let ((pushed_normal, pushed_tangent), (r_normal, r_tangent)) = (split(pushed), split(r));
+    let (mu, speed) = (law.cone.friction(), norm(pushed_tangent));
+    let mut push = *pushed;
+    add_to_normal(&mut push, law.shift_factor * speed);
+    let z = r - push;
+    if law.cone.holds(&z) {
+        return (push, None);
+    }
+    let tangent = split(&z).1;
+    let length = norm(tangent);
+    let pairs = r_tangent.iter().zip(tangent.iter().zip(pushed_tangent));
+    let product = pairs.fold(T::ZERO, |sum, (&r, (&z, &u))| sum + r * (z - u));
+    let mut difference = T::ZERO;
+    if product != T::ZERO {
+        difference = product / (length + speed);
+    }
+    let excess = (mu - law.shift_factor) * speed;
+    let normal = (r_normal - pushed_normal + excess + mu * difference) * law.cone.shrink();
+    if normal <= T::ZERO {
+        return (*r, None);
+    }
+    let mut projection = zeros();
+    if length > T::ZERO {
+        projection = z * (mu * normal / length);
+    }
+    if let Some(first) = projection.as_mut_slice().first_mut() {
+        *first = normal;
+    }
+    // Along a fast slide `d` hardly changes, and across it `z_T` turns little.
+    let mut change = T::ONE + mu;
+    if law.shift_factor == mu && speed > T::ZERO {
+        let turn = norm(r_tangent) / speed + normal / length;
+        change = change.min((mu + mu) * turn);
+    }
+    (r - projection, Some(change))
 }
 
 /// What a contact does, read off the argument of the natural map.
@@ -187,15 +230,15 @@ fn add_sizes<T: Real, const D: usize>(columns: &[[T; D]], v: &[T], sums: &mut [T
 
 /// First part of the error, from `u = W r + q` or `u = H v + w`.
 ///
-/// `size` is the larger of `|r0|` and `|stop|` (N·s). `noise[i]`: bound on the squared rounding error of `u_i`, (m/s)²; added
-/// unless the contact is open and separates faster.
+/// `size` is the larger of `|r0|` and `|stop|` (N·s). `noise[i]`: squares of bounds on the rounding of `u_i` and of `u_Ni`; added
+/// unless the contact is open and separates faster. With bounds what rounding adds on the way is added as well.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn natural_map<T: Real, const D: usize, L: Laws>(
     laws: &[ContactLaw<T, D, L>],
     size: T,
     u: &[[T; D]],
     r: &[[T; D]],
-    noise: &[T],
+    noise: &[[T; 2]],
 ) -> T {
     let (laws, u, r) = (opaque(laws), opaque(u), opaque(r));
     let mut largest = size;
@@ -211,7 +254,8 @@ pub(crate) fn natural_map<T: Real, const D: usize, L: Laws>(
     }
     let unit = unit(largest);
     let size = size * unit;
-    let [mut residual, mut impulse, mut noises] = [T::ZERO; 3];
+    let [mut residual, mut impulse, mut slipping, mut noises] = [T::ZERO; 4];
+    let is_final = !noise.is_empty();
     let mut noise = noise.iter();
     for ((law, u), r) in laws.iter().zip(u).zip(r) {
         rolled();
@@ -220,21 +264,37 @@ pub(crate) fn natural_map<T: Real, const D: usize, L: Laws>(
             continue;
         }
         let r = SVector::from(*r) * unit;
-        let push = law.augmented(&(SVector::from(*u) * (law.alpha * unit)));
-        residual += square((r - law.cone.project(&(r - push))).as_slice());
-        impulse += square(r.as_slice());
-        if let Some(&noise) = noise.next()
+        let pushed = SVector::from(*u) * (law.alpha * unit);
+        let (left, slips) = natural_map_of(law, &pushed, &r);
+        residual += square(left.as_slice());
+        let own = square(r.as_slice());
+        impulse += own;
+        if slips.is_some() {
+            slipping += own;
+        }
+        if let Some(&[noise, normal]) = noise.next()
             && !(r == zeros::<T, D>() && parts(law, u, noise))
         {
-            let scale = law.alpha * unit * (T::ONE + law.shift_factor);
-            noises += scale * scale * noise;
+            let all = T::ONE + law.shift_factor;
+            let mut moved = all * all * noise;
+            if let Some(change) = slips {
+                // Of a sum of two the square is at most twice the sum of their squares.
+                moved = moved.min((normal + change * change * noise) * T::literal(2.0));
+            }
+            let scale = law.alpha * unit;
+            noises += scale * scale * moved;
         }
     }
     let size = impulse.max(size * size);
     if residual == T::ZERO && noises == T::ZERO {
         return T::ZERO; // also if nothing moves and nothing pushes
     }
-    root_sum(residual, noises, size)
+    let error = root_sum(residual, noises, size);
+    if is_final && slipping > T::ZERO {
+        let rounding = T::EPSILON * T::literal(SLIP_ROUNDING);
+        return error + rounding * quotient(slipping, size).square_root();
+    }
+    error
 }
 
 /// Is the contact open for every velocity within the rounding bound `noise`, (m/s)²?

@@ -6,7 +6,7 @@ use crate::problem::ContactLaw;
 use crate::scene::slot::{Slot, SlotRows};
 use nalgebra::SVector;
 
-/// The bounds of the impulses of joint rows, which are scaled to unit `W_jj`.
+/// The bounds of the impulses of joint rows, which are scaled to `W_jj = 1 / alpha`.
 ///
 /// A row is a limit with the bounds `0` and infinity, an equality without bounds. One that nothing moves keeps the impulse
 /// nearest to 0, as if both bounds were there.
@@ -79,6 +79,35 @@ impl<T: Real, const D: usize> RowLaws<T, D> {
         r
     }
 
+    /// The bounds of rows that something moves as they were given; of the others those that they have.
+    pub(crate) fn of_moving(&self, given: &[[T; 2]; D]) -> [[T; 2]; D] {
+        let mut bounds = self.bounds;
+        for (bounds, (given, &moves)) in bounds.iter_mut().zip(given.iter().zip(&self.moves)) {
+            if moves {
+                *bounds = *given;
+            }
+        }
+        bounds
+    }
+
+    /// Impulses in rows that are not scaled, within the bounds that were given: at them to the last bit if they are at the
+    /// scaled ones.
+    pub(crate) fn unscaled(&self, r: &[T; D], given: &[[T; 2]; D], scales: &[T; D]) -> [T; D] {
+        let (mut impulses, given) = (*r, self.of_moving(given));
+        let bounds = self.bounds.iter().zip(&given).zip(scales);
+        for (r, ((&[lower, upper], given), &scale)) in impulses.iter_mut().zip(bounds) {
+            let &[first, last] = given;
+            *r = if *r <= lower {
+                first
+            } else if *r >= upper {
+                last
+            } else {
+                clamped(*r * scale, given)
+            };
+        }
+        impulses
+    }
+
     /// Which rows hold, with an impulse between their bounds.
     pub(crate) fn holding(&self, r: &[T; D]) -> [bool; D] {
         let mut holding = [false; D];
@@ -101,23 +130,23 @@ pub(crate) fn clamped<T: Real>(r: T, &[lower, upper]: &[T; 2]) -> T {
 }
 
 impl<T: Real, const D: usize, L: Laws> ContactLaw<T, D, L> {
-    /// Takes what its slot has, whose rows are scaled.
+    /// Takes what its slot has, whose rows are scaled, joint rows with a step of the reference mass.
     pub(super) fn take(
         &mut self,
         slot: &Slot<T, D>,
-        scales: &[T; D],
+        (scales, reference_mass): (&[T; D], T),
         own: &[[T; D]; D],
         offset: SVector<T, D>,
         moved: SVector<T, D>,
     ) {
         self.q = offset.component_mul(&SVector::from(*scales)) + moved;
-        self.free = L::Room::with(self.q);
+        self.base = self.q;
         if let Some(rows) = &slot.rows {
             let mut moves = [false; D];
             for ((moves, row), k) in moves.iter_mut().zip(own).zip(0..) {
                 *moves = row.get(k).is_some_and(|&inertia| inertia > T::ZERO);
             }
-            self.alpha = T::ONE;
+            self.alpha = reference_mass;
             self.rows = L::Room::with(RowLaws::new(rows, scales, &self.q, &moves));
         }
     }

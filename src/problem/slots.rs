@@ -3,6 +3,7 @@
 use crate::laws::{Laws, Room};
 use crate::linalg::hints::rolled;
 use crate::problem::dynamics::Dynamics;
+use crate::problem::energies::Given;
 use crate::problem::{ContactLaw, Problem};
 use crate::scene::slot::Slot;
 use crate::solution::SlotSolution;
@@ -10,22 +11,38 @@ use crate::{Real, RowMode};
 use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'_, T, N, D, C, L> {
-    /// Impulses in rows that are not scaled.
+    /// Impulses as they are written, in rows that are not scaled, those of joint rows within their bounds; and what of them is
+    /// judged: contacts in scaled rows again, joint rows as they stand.
     #[inline]
-    pub(super) fn unscaled(&self, r: &[[T; D]]) -> L::Room<[[T; D]; C]> {
+    pub(super) fn written(&self, r: &[[T; D]]) -> L::Room<[[[T; D]; C]; 2]> {
         if self.energies.get().is_none() {
             return L::Room::EMPTY;
         }
-        let mut impulses = [[T::ZERO; D]; C];
-        for (i, (impulse, &r)) in impulses.iter_mut().zip(r).enumerate() {
+        let [mut written, mut judged] = [[[T::ZERO; D]; C]; 2];
+        let places = written.iter_mut().zip(&mut judged);
+        for (i, ((written, judged), (&r, law))) in places.zip(r.iter().zip(self.laws())).enumerate()
+        {
             rolled();
-            *impulse = self.factor.scaled(i, r.into()).into();
+            if let (Some(law), Some((given, scales))) = (law.rows.get(), self.given(i)) {
+                *written = law.unscaled(&r, &given.bounds, scales);
+                *judged = *written;
+            } else {
+                *written = self.factor.scaled(i, r.into()).into();
+                *judged = self.factor.unscaled(i, SVector::from(*written)).into();
+            }
         }
-        L::Room::with(impulses)
+        L::Room::with([written, judged])
+    }
+
+    /// The laws and scales of joint rows.
+    #[inline]
+    pub(super) fn given(&self, slot: usize) -> Option<Given<'_, T, D>> {
+        let rows = self.scene.slot(slot)?.rows.as_ref()?;
+        Some((rows, self.factor.scales(slot)?))
     }
 
     /// Adds to `u = H v + w` by how much the slots give way, and to the dynamics what momenta are compared with at least.
-    /// Returns `u` in scaled rows.
+    /// Returns what of `u` is judged, as [`Self::written`].
     #[inline]
     pub(super) fn give_way(
         &self,
@@ -43,18 +60,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Problem<'
                 for (u, given) in u.iter_mut().zip(slot.given_way(r)) {
                     *u += given;
                 }
-                *scaled = self.factor.scaled(i, (*u).into()).into();
+                *scaled = *u;
+                if slot.rows.is_none() {
+                    *scaled = self.factor.scaled(i, (*u).into()).into();
+                }
             }
         }
         if let (Some(energies), Some(weighted)) = (self.energies.get(), momentum.weighted.get_mut())
         {
-            let least = energies.momentum();
-            weighted.compare_with(least);
             let diagonal = self.scene.mass().data.0.iter().enumerate();
             let heaviest = diagonal.fold(T::ZERO, |largest, (k, column)| {
                 column.get(k).map_or(largest, |&mass| largest.max(mass))
             });
-            momentum.plain.compare_with(least * heaviest.square_root());
+            weighted.compare_with(energies.momentum(self.scene.reference_mass()));
+            momentum.plain.compare_with(energies.momentum(heaviest));
         }
         L::Room::with(scaled)
     }
@@ -70,7 +89,7 @@ pub(super) fn rows_of<T: Real, const D: usize, L: Laws>(
         return L::Room::EMPTY;
     };
     let mut modes = [RowMode::Open; D];
-    let pushes = (r - u).data.0;
+    let pushes = (r - u * law.alpha).data.0;
     let pushes = pushes.as_flattened().iter().zip(r.iter());
     for (k, (mode, ((&push, &r), bounds))) in
         modes.iter_mut().zip(pushes.zip(&rows.bounds)).enumerate()

@@ -6,14 +6,14 @@ use nalgebra::SMatrix;
 
 /// Fingerprint of some numbers and their place among others.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u32 {
+pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
     hashed(chunks.iter(), rest, place)
 }
 
 /// Copies numbers and returns their fingerprint: a loop for each would take half as many instructions more.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn take<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u32 {
+pub(super) fn take<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
     let (targets, last) = target.as_chunks_mut::<4>();
     for (target, &number) in last.iter_mut().zip(rest) {
@@ -29,8 +29,8 @@ pub(super) fn take<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u3
 
 /// Hash of numbers in chunks and what is left of them, in four running hashes: one alone would be waited for at each number.
 #[inline]
-fn hashed<'a, T: Real>(chunks: impl Iterator<Item = &'a [T; 4]>, rest: &[T], place: usize) -> u32 {
-    let mut hashes = [u32::try_from(place).unwrap_or(0); 4];
+fn hashed<'a, T: Real>(chunks: impl Iterator<Item = &'a [T; 4]>, rest: &[T], place: usize) -> u64 {
+    let mut hashes = [u64::try_from(place).unwrap_or(0); 4];
     for numbers in chunks {
         rolled();
         for (hash, number) in hashes.iter_mut().zip(numbers) {
@@ -46,9 +46,9 @@ fn hashed<'a, T: Real>(chunks: impl Iterator<Item = &'a [T; 4]>, rest: &[T], pla
         .fold(mixed(first), |sum, hash| mixed(sum.rotate_left(5) ^ hash))
 }
 
-/// Until here the sign of the last number moves the highest bit alone, and two such bits would cancel in a sum.
-const fn mixed(hash: u32) -> u32 {
-    (hash ^ (hash >> 15)).wrapping_mul(0x85eb_ca77)
+/// Until here the sign of the last number moves the highest bits alone, and two such bits would cancel in a sum.
+const fn mixed(hash: u64) -> u64 {
+    (hash ^ (hash >> 32)).wrapping_mul(0xd6e8_feb8_6659_fd93)
 }
 
 /// Every entry of a matrix or vector is a number.
@@ -114,3 +114,6 @@ pub(super) fn check_symmetric<T: Real, const N: usize>(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

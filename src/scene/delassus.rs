@@ -17,7 +17,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
     ///
     /// Internally `M` is the unit matrix and `H` a root of `W`, found by Cholesky's factorisation with pivots. So the velocity of a
     /// solution has no meaning, and its error in the dynamics is rounding: what "solved" promises is the error of the
-    /// contacts, for the `W` that was given.
+    /// contacts, for the `W` that was given. By how much `H Hᵀ` differs from it counts as rounding of their velocities.
     ///
     /// ```
     /// use nalgebra::{matrix, vector};
@@ -44,13 +44,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Scene<T, 
             check_finite(&row, Input::Delassus)?;
         }
         let root = root(used);
-        check(used, &root)?;
+        let gap = gap(used, &root)?;
         self.mass = SMatrix::from_array_storage(ArrayStorage([[T::ZERO; N]; N]));
         for (j, column) in self.mass.data.0.iter_mut().enumerate() {
             if let Some(entry) = column.get_mut(j) {
                 *entry = T::ONE;
             }
         }
+        self.delassus_gap = gap;
         self.mass_print = fingerprint(self.mass.as_slice(), C);
         self.contacts_print = 0;
         for (i, root) in root.into_iter().enumerate().take(self.count) {
@@ -126,14 +127,17 @@ fn root<T: Real, const N: usize, const D: usize, const C: usize>(
     root
 }
 
-/// Is it `H Hᵀ`, but for rounding of as many sums as there are?
+/// By how much `H Hᵀ` differs from `W`: the largest difference of `W_ab` over `sqrt(W_aa W_bb)`, and what rounding hides of it.
+/// An error if that is more than the rounding of as many sums as there are.
 #[inline(never)]
-fn check<T: Real, const N: usize, const D: usize, const C: usize>(
+fn gap<T: Real, const N: usize, const D: usize, const C: usize>(
     delassus: &[[[[T; D]; C]; D]],
     root: &[[[T; D]; N]; C],
-) -> Result<(), Error> {
+) -> Result<T, Error> {
     let count = delassus.len();
     let rounding = T::EPSILON * T::count(4 * (N + count * D));
+    // Half an `eps` for each operation of a product.
+    let (hidden, mut largest) = (T::EPSILON * T::count(N + 2) * T::literal(0.5), T::ZERO);
     let rows = || {
         delassus
             .iter()
@@ -163,11 +167,15 @@ fn check<T: Real, const N: usize, const D: usize, const C: usize>(
                 sum + x * y.get(l).copied().unwrap_or(T::ZERO)
             });
             let size = (own(row).abs() * own(column).abs()).square_root();
-            let is_near = (product - entry).abs() <= rounding * size;
+            let gap = (product - entry).abs();
+            let is_near = gap <= rounding * size;
             if !is_near {
                 return Err(Error::DelassusNotGram { row, column });
             }
+            if gap > largest * size {
+                largest = gap / size;
+            }
         }
     }
-    Ok(())
+    Ok(largest + hidden)
 }

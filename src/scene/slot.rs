@@ -37,7 +37,7 @@ impl<T: Real, const D: usize> Slot<T, D> {
     }
 
     /// Fingerprint of what a factor depends on.
-    pub(super) fn fingerprint(&self, place: usize) -> u32 {
+    pub(super) fn fingerprint(&self, place: usize) -> u64 {
         let rows = self.rows.map_or(0, |rows| rows.count + 1);
         let scales = fingerprint(&self.scales, place).rotate_left(7);
         fingerprint(&self.compliance, place + (rows << 8)).wrapping_add(scales)
@@ -54,6 +54,15 @@ impl<T: Real, const D: usize> Slot<T, D> {
         self.compliance
             .iter()
             .any(|&compliance| compliance > T::ZERO)
+    }
+
+    /// Adds to velocities by how much its rows give way to their impulses, both scaled.
+    pub(crate) fn comply(&self, scales: &[T; D], r: &[T; D], u: &mut [T; D]) {
+        let sources = r.iter().zip(self.compliance.iter().zip(scales));
+        for (u, (&r, (&compliance, &scale))) in u.iter_mut().zip(sources) {
+            let scaled = self.rows.map_or(compliance, |_| compliance * scale * scale);
+            *u += scaled * r;
+        }
     }
 
     /// By how much its rows give way to their impulses, `R r`, both not scaled.

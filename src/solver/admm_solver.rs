@@ -2,6 +2,7 @@
 
 use crate::admm::{Acceleration, Iterate, Momentum, SlipUpdate};
 use crate::factor::resolvent::Resolvent;
+use crate::problem::Problem;
 use crate::solver::calls::{Call, Calls, Method};
 use crate::solver::monitor::Monitor;
 use crate::solver::warm_start::WarmStart;
@@ -146,8 +147,15 @@ impl<T: Real, const D: usize, const C: usize> Method<T, D, C> for Running<'_, T,
         monitor.iterate(resolvent, iterates, momentum, admm.slip_update);
     }
 
-    fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
+    fn contacts<const N: usize>(
+        &self,
+        _: &Problem<'_, T, N, D, C>,
+    ) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
         let iterates = self.0.iterates.iter();
         iterates.map(|iterate| (iterate.u, iterate.impulse()))
+    }
+
+    fn impulses(&self) -> impl Iterator<Item = SVector<T, D>> {
+        self.0.iterates.iter().map(Iterate::impulse)
     }
 }

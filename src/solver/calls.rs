@@ -43,7 +43,13 @@ pub(crate) trait Method<T: Real, const D: usize, const C: usize, L: Laws = Coulo
     fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C, L>);
 
     /// `ũ` and `r` of each contact as they stand.
-    fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>;
+    fn contacts<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C, L>,
+    ) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>;
+
+    /// `r` of each contact as they stand.
+    fn impulses(&self) -> impl Iterator<Item = SVector<T, D>>;
 }
 
 /// What a solver keeps from call to call, whatever its method.
@@ -114,7 +120,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, 
         // There is no work left for a search.
         self.record.has_sought_proof |= call == Call::Again && settings.budget == 0;
         let mut problem = Problem::new(scene, factor, free_impulse, settings.model);
-        problem.fill();
+        problem.fill(M::SEEKS_PROOF);
         let (solution, record) = (&mut self.solution, &mut self.record);
         let mut monitor = Monitor::new(&mut problem, settings, solution, record, call);
         if call != Call::Resume {
@@ -123,11 +129,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Calls<T, 
         while monitor.is_running() {
             method.advance(&mut monitor);
         }
-        monitor.finish(method.contacts().map(|(_, r)| r));
+        monitor.finish(method.impulses());
         if M::SEEKS_PROOF {
             monitor.doubt();
         }
-        let contacts = method.contacts();
+        let contacts = method.contacts(&problem);
         let replaces = call != Call::Begin;
         self.warm_start.keep((scene, factor), contacts, replaces);
         Ok(&self.solution)

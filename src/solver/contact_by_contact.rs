@@ -25,7 +25,7 @@ pub(super) fn each<T: Real, const N: usize, const D: usize, const C: usize, L: L
         contacts.zip(impulse.iter_mut().zip(lambdas))
     {
         if let Some(bounds) = law.rows.get() {
-            let back = row_sweep::push(bounds, i, (delassus, mass), relative, impulse);
+            let back = row_sweep::push((bounds, law.alpha), i, (delassus, mass), relative, impulse);
             if back != [T::ZERO; D] {
                 take_back(relative, &back, rows, laws.len());
             }

@@ -46,7 +46,7 @@ pub(super) fn with_problem<R>(
 ) -> Result<R, Error> {
     let factor = Factor::new(scene)?;
     let mut problem = Problem::new(scene, &factor, push, Model::Coulomb);
-    problem.fill();
+    problem.fill(true);
     Ok(work(&mut problem))
 }
 

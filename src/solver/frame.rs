@@ -123,7 +123,11 @@ impl<T: Real, const D: usize, L: Laws> Frame<T, D, L> {
         self.rows = L::Room::EMPTY;
         let along = rho * (T::ONE + regularisation);
         if let Some(rows) = law.rows.get() {
-            self.set_rows(rows.holding(&(-z).into()), T::ONE / along, regularisation);
+            self.set_rows(
+                rows.holding(&(z * -rho).into()),
+                T::ONE / along,
+                regularisation,
+            );
             return;
         }
         if matches!(kind, Kind::Stick | Kind::Smooth) {

@@ -7,8 +7,8 @@
 //!
 //! `r_T = (S + λI)⁻¹ b`, `r_N = -(u_N + W_NT r_T) / W_NN`.
 //!
-//! A contact without a `λ` from an earlier sweep is first tried with less work: it sticks if `r - W_ii⁻¹ u`, where `u` is
-//! the velocity that it has now, lies in the cone.
+//! A contact of up to three rows without a `λ` from an earlier sweep is first tried with less work: it sticks if
+//! `r - W_ii⁻¹ u`, where `u` is the velocity that it has now, lies in the cone.
 //!
 //! The convex relaxation has a [sweep](crate::solver::relaxed_sweep) of its own.
 //!
@@ -158,7 +158,8 @@ fn one_tangent<T: Real, const D: usize>(
 }
 
 /// Accuracies of the equation for `λ`: the gap between `(mu r_N)²` and `|r_T|²`, relative to `|r_T|²`. 2e-5 from a fresh
-/// guess, 2e-3 when started from the last sweep's `λ`, since the other contacts are then farther from their end.
+/// guess, and at the first test of the last sweep's `λ`; 2e-3 after a step from that, since the other contacts are then farther
+/// from their end.
 const NEAR: [f64; 2] = [2e-5, 2e-3];
 
 /// `r_N` and `r_T`. If the contact slips, they follow from its `λ`, which starts at the last guess, or at a fresh one if

@@ -164,9 +164,11 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Jacobian<T, D, C, L> {
     /// others inside have the same effect. What a contact on the boundary does next is hard to foresee.
     pub(crate) fn centred(&self, point: &Point<T, D, C>) -> ContactVector<T, D, C> {
         let mut residual = point.residual;
-        for (residual, (frame, z)) in residual.iter_mut().zip(self.frames.iter().zip(&point.z)) {
+        for (residual, (&place, z)) in residual.iter_mut().zip(self.order.iter().zip(&point.z)) {
             rolled();
-            if frame.sticks() {
+            if let Some(frame) = self.frames.get(place)
+                && frame.sticks()
+            {
                 for (residual, &z) in residual.iter_mut().zip(z).skip(1) {
                     *residual -= frame.hold * z;
                 }

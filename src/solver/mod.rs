@@ -2,6 +2,7 @@
 //! if that fails.
 
 use crate::laws::{Coulomb, Laws};
+use crate::problem::Problem;
 use crate::solver::calls::{Calls, Data, Method};
 use crate::solver::monitor::Monitor;
 use crate::solver::phases::Solve;
@@ -212,7 +213,14 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Method<T, D, C, L> for Hy
         self.solve.advance(monitor, &mut self.workspace);
     }
 
-    fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
-        self.solve.contacts()
+    fn contacts<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C, L>,
+    ) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
+        self.solve.contacts(problem)
+    }
+
+    fn impulses(&self) -> impl Iterator<Item = SVector<T, D>> {
+        self.solve.point.r.iter().map(|&r| r.into())
     }
 }

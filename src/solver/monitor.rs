@@ -89,7 +89,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             solution.rows = [const { L::Room::EMPTY }; C];
         }
         if call == Call::Resume {
-            problem.set_q(&record.q);
+            problem.set_bases(&record.bases);
             if record.counts_stopping {
                 problem.count_stopping();
             }
@@ -111,6 +111,11 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     /// The tolerance asked for.
     pub(crate) fn tolerance(&self) -> T {
         self.settings.tolerance
+    }
+
+    /// Is it the first call for its tick?
+    pub(crate) fn is_first_call(&self) -> bool {
+        self.call == Call::Begin
     }
 
     /// Does it go on?
@@ -240,7 +245,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
                     (r, least) = (other, Some(natural_map));
                 }
             }
-            self.record.q = self.problem.q();
+            self.record.bases = self.problem.bases();
         }
         self.problem.count_stopping();
         let tolerance = self.settings.tolerance;

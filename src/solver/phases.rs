@@ -16,6 +16,7 @@
 
 use crate::Real;
 use crate::laws::{Coulomb, Laws};
+use crate::problem::Problem;
 use crate::solver::interior_point::{InteriorPoint, Progress};
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Outcome, Start};
@@ -71,7 +72,8 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
             workspace.jacobian.follow(&places);
         }
         let tolerance = monitor.tolerance();
-        let known = warm_start.start(monitor.problem, tolerance, &mut self.point);
+        let onwards = monitor.is_first_call();
+        let known = warm_start.start(monitor.problem, (tolerance, onwards), &mut self.point);
         self.consider(monitor);
         // Good enough for contact space, but not once its velocity was known?
         let corrected = self.point.natural_map <= tolerance && !monitor.is_over();
@@ -175,11 +177,15 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     }
 
     /// `ũ` and `r` of each contact as they stand.
-    pub(crate) fn contacts(&self) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
+    pub(crate) fn contacts<const N: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C, L>,
+    ) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
         let point = &self.point;
         let points = point.p.iter().zip(&point.r).zip(&point.u);
-        points.map(|((&p, &r), &u)| match self.phase {
-            Phase::Sweeps | Phase::InteriorPoint => (u.into(), r.into()),
+        let contacts = points.zip(problem.laws());
+        contacts.map(|(((&p, &r), &u), law)| match self.phase {
+            Phase::Sweeps | Phase::InteriorPoint => (law.augmented(&u.into()), r.into()),
             _ => (p, r.into()),
         })
     }

@@ -60,7 +60,7 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
     ) {
         self.p = [zeros(); C];
         self.r = [[T::ZERO; D]; C];
-        self.u = problem.q();
+        problem.free_velocities(&mut self.u);
         self.natural_map = if L::MIXED {
             problem.natural_map_at(&self.r, &self.u)
         } else {
@@ -115,9 +115,9 @@ impl<T: Real, const D: usize, const C: usize> Point<T, D, C> {
         for ((law, z), ((velocity, impulse), residual)) in sources.zip(targets) {
             rolled();
             if let Some(rows) = law.rows.get() {
-                // With `alpha` = 1; whoever holds is to have no velocity to the bit, and whoever does not its bound.
-                let push = rows.project(&-z);
-                (*velocity, *impulse) = (z + push, push.into());
+                // Whoever holds is to have no velocity to the bit, and whoever does not its bound: `alpha` is a power of two.
+                let push = rows.project(&(z * -law.alpha));
+                (*velocity, *impulse) = (z + push / law.alpha, push.into());
                 *residual = (-*velocity).into();
                 continue;
             }

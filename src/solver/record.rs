@@ -13,9 +13,9 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     /// The best impulse so far, and the first part of its error as contact space sees it.
     pub(super) best: ContactVector<T, D, C>,
     pub(super) natural_map: Option<T>,
-    /// Number of corrections of `q`, see [`super::monitor::Monitor::consider`], and `q` at the last pause.
+    /// Number of corrections, see [`super::monitor::Monitor::consider`], and what they left at the last pause.
     pub(super) corrections: u8,
-    pub(super) q: ContactVector<T, D, C>,
+    pub(super) bases: ContactVector<T, D, C>,
     /// Does the problem count `|stop|`?
     pub(super) counts_stopping: bool,
     /// Was a proof of infeasibility looked for?
@@ -34,13 +34,13 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
             natural_map: None,
             counts_stopping: false,
             corrections: 0,
-            q: [[T::ZERO; D]; C],
+            bases: [[T::ZERO; D]; C],
             has_sought_proof: false,
             milestone: None,
         }
     }
 
-    /// Forgets a solve. (An impulse and `q` without the rest say nothing.)
+    /// Forgets a solve. (An impulse and its base without the rest say nothing.)
     pub(crate) fn forget(&mut self) {
         self.is_begun = false;
         self.status = Status::Unsolved;

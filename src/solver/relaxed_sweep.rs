@@ -45,7 +45,7 @@ fn push<T: Real, const D: usize>(
         return sticking;
     }
     let free = minus(u, &times(own, old));
-    if cone.dual().contains(&free.into()) {
+    if cone.dual().holds(&free.into()) {
         return [T::ZERO; D];
     }
     let boundary = Boundary {

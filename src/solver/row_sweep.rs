@@ -4,10 +4,10 @@ use crate::Real;
 use crate::linalg::blocks::{ContactMatrix, ContactVector, block, product};
 use crate::problem::row_laws::{RowLaws, clamped};
 
-/// Pushes a slot of joint rows, which have unit `W_jj`; returns what that takes away from their impulses.
+/// Pushes a slot of joint rows, which have `W_jj = 1 / alpha`; returns what that takes away from their impulses.
 #[inline(never)] // a sweep over contacts has no register to spare
 pub(super) fn push<T: Real, const D: usize, const C: usize>(
-    laws: &RowLaws<T, D>,
+    (laws, alpha): (&RowLaws<T, D>, T),
     slot: usize,
     (delassus, mass): (&ContactMatrix<T, D, C>, &[[T; D]; D]),
     relative: &ContactVector<T, D, C>,
@@ -19,7 +19,7 @@ pub(super) fn push<T: Real, const D: usize, const C: usize>(
     };
     // Open stops stay open and saturated motors saturated: most rows of a robot most of the time.
     let mut rows = old.iter().zip(u).zip(&laws.bounds);
-    if rows.all(|((&r, &u), bounds)| clamped(r - u, bounds) == r) {
+    if rows.all(|((&r, &u), bounds)| clamped(r - alpha * u, bounds) == r) {
         return back;
     }
     for (impulse, mass) in impulse.iter_mut().zip(mass) {
@@ -42,7 +42,7 @@ pub(super) fn push<T: Real, const D: usize, const C: usize>(
     for (k, (bounds, own)) in laws.bounds.iter().zip(own).enumerate() {
         let velocity = u.get(k).copied().unwrap_or(T::ZERO) - product(&own, &back);
         if let (Some(r), Some(back)) = (impulse.get_mut(k), back.get_mut(k)) {
-            let new = clamped(*r - velocity, bounds);
+            let new = clamped(*r - alpha * velocity, bounds);
             *back = *r - new;
             *r = new;
         }

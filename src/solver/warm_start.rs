@@ -146,7 +146,7 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
         let pairs = problem.laws().iter().zip(&self.contacts);
         for (iterate, (law, contact)) in iterates.iter_mut().zip(pairs) {
             if let Some(ContactState { u, r, .. }) = contact {
-                *iterate = Iterate::at(*u, law.cone.project(r), penalty);
+                *iterate = Iterate::at(*u, law.cone.nearest(r), penalty);
             }
         }
         iterates
@@ -155,13 +155,13 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
     /// Where a solve starts, for the contacts that were followed: at the last solution, if its error now is less than that
     /// of zero impulses. (The error is relative: impulses of a glitch, far beyond what is expected, do not count.)
     ///
-    /// Unique impulses are extrapolated. Hyperstatic ones can change without effect, and would be carried to the boundaries of
+    /// Unique impulses are extrapolated if the solve is to go `onwards` from one tick to the next. Hyperstatic ones can change without effect, and would be carried to the boundaries of
     /// the cones: they stay as they were.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn start<const N: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C, L>,
-        tolerance: T,
+        (tolerance, onwards): (T, bool),
         point: &mut Point<T, D, C>,
     ) -> Known {
         point.set_zero_impulse(problem);
@@ -169,8 +169,10 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
         if self.contacts.iter().any(Option::is_some) && rest > tolerance {
             self.impulses(problem, false, &mut point.r);
             let unique = problem.can_be_swept() && !problem.is_hyperstatic(&point.r);
-            if unique {
+            if unique && onwards {
                 self.go_on(problem, tolerance, point);
+            } else if unique {
+                point.natural_map = problem.natural_map(&point.r, &mut point.u);
             } else {
                 self.stay(problem, tolerance, point);
             }

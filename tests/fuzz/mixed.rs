@@ -92,6 +92,8 @@ impl Record {
             mu: Vec::new(),
             joints: Vec::new(),
             compliance: Vec::new(),
+            keys: Vec::new(),
+            limits_inside: true,
         };
         let mass = scene.mass().row_iter();
         file.mass = mass

@@ -21,7 +21,7 @@ pub(crate) fn draws<S: Strategy>(strategy: S, count: usize) -> impl Iterator<Ite
 }
 
 /// `count` numbers between -1 and 1.
-fn numbers(count: usize) -> impl Strategy<Value = Vec<f64>> {
+pub(crate) fn numbers(count: usize) -> impl Strategy<Value = Vec<f64>> {
     vec(-1.0..1.0, count)
 }
 

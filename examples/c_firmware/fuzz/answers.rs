@@ -39,7 +39,7 @@ impl Machine {
         if is_tame::<Real>(all) && file.mass.clone().cholesky().is_some() {
             assert!(is_finite);
             let error = measure::error_of(scene, push, solution, measure::Law::Coulomb);
-            let allowed = f64::from(tolerance) * 1.001 + 1e-10;
+            let allowed = f64::from(tolerance);
             assert!(
                 read.status != Status::Solved || error <= allowed,
                 "{error:e}"

@@ -21,7 +21,7 @@ proptest! {
             cone: FrictionCone::new(mu).expect("mu is not negative"),
             alpha: 0.5,
             q: SVector::from(free),
-            free: Room::EMPTY,
+            base: SVector::zeros(),
             rows: Room::EMPTY,
         };
         let laws = [law(velocities[0], frictions[0]), law(velocities[1], frictions[1])];
@@ -40,7 +40,7 @@ fn rounding_of_a_far_gap_counts_for_nothing() {
         cone: FrictionCone::new(0.5).expect("mu is not negative"),
         alpha: 1.0,
         q: SVector::from([100.0, 1.0, 0.0]),
-        free: Room::EMPTY,
+        base: SVector::zeros(),
         rows: Room::EMPTY,
     };
     let error = |gap: f64, noise: f64| {
@@ -49,7 +49,7 @@ fn rounding_of_a_far_gap_counts_for_nothing() {
             1.0,
             &[[gap, 1.0, 0.0]],
             &[[0.0; 3]],
-            &[noise * noise],
+            &[[noise * noise; 2]],
         )
     };
     assert!(error(100.0, 1e-3) == 0.0);

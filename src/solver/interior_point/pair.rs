@@ -134,7 +134,13 @@ impl<T: Real, const D: usize, L: Laws> Pair<T, D, L> {
         if let Some(laws) = law.rows.get() {
             let mut pair = Self::none();
             pair.x = *r;
-            pair.rows = L::Room::with(RowPairs::centred(laws, &mut pair.x, u, tau, gain));
+            pair.rows = L::Room::with(RowPairs::centred(
+                (laws, law.alpha),
+                &mut pair.x,
+                u,
+                tau,
+                gain,
+            ));
             return pair;
         }
         let part = Part::of(law);

@@ -12,6 +12,8 @@ use nalgebra::SVector;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RowPairs<T, const D: usize> {
     pub(super) count: usize,
+    /// `W_jj`
+    rigid: T,
     /// `λ - l` and `u - λ`
     gaps: [[T; 2]; D],
     /// `p` and `n`
@@ -27,7 +29,7 @@ fn exists<T: Real>(gaps: &[T; 2], side: usize) -> bool {
 impl<T: Real, const D: usize> RowPairs<T, D> {
     /// The rows near these impulses, which it moves into the interior, and velocities.
     pub(super) fn centred(
-        laws: &RowLaws<T, D>,
+        (laws, alpha): (&RowLaws<T, D>, T),
         r: &mut SVector<T, D>,
         u: &SVector<T, D>,
         tau: T,
@@ -35,6 +37,7 @@ impl<T: Real, const D: usize> RowPairs<T, D> {
     ) -> Self {
         let mut pairs = Self {
             count: laws.count(),
+            rigid: T::ONE / alpha,
             gaps: [[T::ZERO; 2]; D],
             holds: [[T::ZERO; 2]; D],
         };
@@ -44,17 +47,19 @@ impl<T: Real, const D: usize> RowPairs<T, D> {
         for (((r, &u), &[lower, upper]), (gaps, holds)) in rows.zip(places) {
             // With the smoothing of Chen, Harker, Kanzow and Smale, of one bound; from two it stays away.
             let push = |z: T| {
-                let root = (z * z + T::literal(4.0) * tau).square_root();
+                let square = tau / alpha;
+                let root = (z * z + T::literal(4.0) * square).square_root();
                 if z < T::ZERO {
                     (root - z) * half
                 } else {
-                    tau / ((root + z) * half)
+                    square / ((root + z) * half)
                 }
             };
             if lower.is_finite() && !upper.is_finite() {
-                *r = lower + push(u * gain - (*r - lower) / gain) * gain;
+                let mass = gain * alpha;
+                *r = lower + push(u * gain - (*r - lower) / mass) * mass;
             } else if lower < upper && upper.is_finite() {
-                let margin = ((upper - lower) * T::literal(0.1)).min(tau.square_root());
+                let margin = ((upper - lower) * T::literal(0.1)).min((tau * alpha).square_root());
                 *r = (*r).max(lower + margin).min(upper - margin);
             }
             *gaps = [*r - lower, upper - *r];
@@ -93,11 +98,11 @@ impl<T: Real, const D: usize> RowPairs<T, D> {
             return T::ZERO;
         };
         if gaps.iter().all(|&gap| gap == T::ZERO) {
-            return T::ONE / (T::EPSILON * T::EPSILON);
+            return self.rigid / (T::EPSILON * T::EPSILON);
         }
         let sides = gaps.iter().zip(holds).enumerate();
         sides.fold(
-            T::EPSILON * T::literal(64.0),
+            self.rigid * T::EPSILON * T::literal(64.0),
             |sum, (side, (&gap, &hold))| {
                 if exists(gaps, side) {
                     sum + hold / gap

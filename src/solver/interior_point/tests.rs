@@ -32,7 +32,7 @@ fn law<T: Real>(mu: f64, is_coulomb: bool) -> ContactLaw<T, 3> {
         cone: FrictionCone::new(mu).expect("mu"),
         alpha: T::literal(0.7),
         q: SVector::zeros(),
-        free: Room::EMPTY,
+        base: SVector::zeros(),
         rows: Room::EMPTY,
     }
 }
@@ -152,7 +152,7 @@ fn check<const D: usize>(mus: [f64; C], model: Model) -> Result<(), Error> {
     let factor = Factor::new(&scene)?;
     let f = SVector::from_iterator(numbers().take(N));
     let mut problem = Problem::new(&scene, &factor, &f, model);
-    problem.fill();
+    problem.fill(true);
     let laws = problem.laws();
     let (tau, beta) = (0.1, 3.0);
     let pairs: [Pair<f64, D>; C] =

@@ -100,7 +100,7 @@ fn check<const D: usize>(model: Model) -> Result<[usize; 4], String> {
         let z = core::array::from_fn(|i| SVector::from_column_slice(&z[D * i..D * (i + 1)]));
         let b = core::array::from_fn(|i| core::array::from_fn(|k| b[D * i + k]));
         let mut problem = Problem::new(&scene, &factor, &f, model);
-        problem.fill();
+        problem.fill(true);
         let Some((difference, kinds)) = difference(&problem, &z, &b) else {
             continue;
         };

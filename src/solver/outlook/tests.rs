@@ -1,7 +1,11 @@
 //! What a cold solve expects, of a cube that lies, is pushed, slides and flies.
 
-use crate::Error;
+#![allow(clippy::indexing_slicing)]
+
+use crate::problem::Problem;
 use crate::solver::fixtures::{cube, pressed, with_problem};
+use crate::{Error, Factor, JointRow, Model, RowLaw, Scene};
+use nalgebra::SVector;
 
 /// Is a cube on so many corners, pushed sideways and lifted, likely to stick?
 fn likely(corners: usize, mu: f64, sideways: f64, up: f64) -> Result<bool, Error> {
@@ -30,7 +34,7 @@ fn the_guess_has_every_contact_pushed_and_sticking() -> Result<(), Error> {
         let mut z = Default::default();
         problem.all_sticking(&mut z);
         for (z, law) in z.iter().zip(problem.laws()) {
-            let impulse = law.cone.dual().project(z) - z;
+            let impulse = law.cone.dual().nearest(z) - z;
             assert!(law.cone.is_interior(&impulse), "{impulse}");
         }
     })
@@ -43,4 +47,34 @@ fn impulses_of_a_corner_are_unique_and_those_of_four_are_not() -> Result<(), Err
         assert!(problem.is_hyperstatic(&[push; 4]));
         assert!(!problem.is_hyperstatic(&[push, [0.0; 3], [0.0; 3], [0.0; 3]]));
     })
+}
+
+/// Friction of joints that slips, beside three corners: what slips pushes with what is known.
+#[test]
+fn rows_at_their_bounds_make_no_impulse_ambiguous() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 6, 3, 5, _>::mixed();
+    for contact in cube(3, 0.5)?.contacts() {
+        scene.set_mass(cube(3, 0.5)?.mass())?;
+        scene.push(contact)?;
+    }
+    for axis in 0..6 {
+        let mut row = SVector::zeros();
+        row[axis] = 1.0;
+        let (lower, upper) = (-0.1, 0.1);
+        scene.push_row(&JointRow {
+            row,
+            offset: 0.0,
+            law: RowLaw::Box { lower, upper },
+            compliance: 0.0,
+            key: 0,
+        })?;
+    }
+    let (factor, push) = (Factor::new(&scene)?, pressed(0.0));
+    let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+    problem.fill(true);
+    let corner = [1.0, 0.0, 0.0];
+    let (slipping, holding) = ([1e3; 3], [0.0; 3]);
+    assert!(!problem.is_hyperstatic(&[corner, corner, [0.0; 3], slipping, slipping]));
+    assert!(problem.is_hyperstatic(&[corner, corner, [0.0; 3], holding, holding]));
+    Ok(())
 }

@@ -1,4 +1,5 @@
-//! How many sweeps are made, of a cube on a corner and on four.
+//! How many sweeps are made, of a cube on a corner and on four, and what they leave.
+#![allow(clippy::expect_used)]
 
 use crate::Error;
 use crate::solver::fixtures::{C, D, cube, pressed, with_monitor};
@@ -48,4 +49,18 @@ fn sweeps_that_slow_down_near_the_end_are_enough() -> Result<(), Error> {
     let (sweeps, end) = swept(4, 0.0, 0.0)?;
     assert!(sweeps >= 2, "{sweeps}: {end}");
     Ok(())
+}
+
+/// What a warm start keeps of a contact that slides is `û`, after sweeps as after Newton's method.
+#[test]
+fn sweeps_leave_augmented_velocities() -> Result<(), Error> {
+    with_monitor(&cube(1, 0.5)?, &pressed(2.0), |monitor| {
+        let mut solve = Solve::none();
+        solve.point.set_zero_impulse(monitor.problem);
+        solve.phase = solve.begin_sweeps();
+        solve.sweep_once(monitor);
+        let (u, r) = solve.contacts(monitor.problem).next().expect("a corner");
+        assert!(r.x > 0.0 && u.yz().norm() > 0.1);
+        assert!((u.x - 0.5 * u.yz().norm()).abs() < 1e-6);
+    })
 }

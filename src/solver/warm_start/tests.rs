@@ -1,10 +1,12 @@
 //! Which contact takes what from which, against the sentence of [`crate::Contact::key`].
-#![allow(clippy::indexing_slicing)]
+#![allow(clippy::float_cmp, clippy::indexing_slicing)]
 
 extern crate std;
 
 use super::WarmStart;
-use crate::{Contact, Error, Factor, Scene};
+use crate::problem::Problem;
+use crate::solver::point::Point;
+use crate::{Contact, Error, Factor, Model, Scene};
 use nalgebra::{Matrix1, Vector1};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -61,4 +63,24 @@ proptest! {
             state.keep((&scene, &factor), left, false);
         }
     }
+}
+
+/// Impulses go on from tick to tick; a second pass of the same tick begins where the first has ended.
+#[test]
+fn impulses_are_extrapolated_once_a_tick() -> Result<(), Error> {
+    let scene = scene(&[0])?;
+    let (factor, push) = (Factor::new(&scene)?, Vector1::new(-4.0));
+    let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+    problem.fill(true);
+    let mut state = WarmStart::<f64, 1, C>::cold();
+    for r in [1.0, 2.0] {
+        let left = [(Vector1::new(0.0), Vector1::new(r))].into_iter();
+        state.keep((&scene, &factor), left, false);
+    }
+    for (onwards, r) in [(true, 3.0), (false, 2.0)] {
+        let mut point = Point::none();
+        state.start(&problem, (1e-9, onwards), &mut point);
+        assert_eq!(point.r[0], [r]);
+    }
+    Ok(())
 }

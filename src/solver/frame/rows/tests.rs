@@ -75,7 +75,7 @@ fn the_jacobian_is_the_derivative_of_the_residual() -> Result<(), Error> {
         let mut next = || random.next().unwrap_or(0.0);
         let push = SVector::from_fn(|_, _| next());
         let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
-        problem.fill();
+        problem.fill(true);
         let z: [SVector<f64, D>; C] = core::array::from_fn(|_| SVector::from_fn(|_, _| next()));
         let b: [[f64; D]; C] = core::array::from_fn(|_| core::array::from_fn(|_| next()));
         let at = |z: [SVector<f64, D>; C]| {

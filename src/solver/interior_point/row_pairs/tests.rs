@@ -21,7 +21,7 @@ fn laws() -> RowLaws<f64, 4> {
 fn rows_are_centred_between_their_bounds() {
     let mut r = vector![-1.0, 3.0, 5.0, 0.3];
     let u: SVector<f64, 4> = vector![0.4, 0.0, -1.0, 0.0];
-    let pairs = RowPairs::centred(&laws(), &mut r, &u, 1e-2, 1.0);
+    let pairs = RowPairs::centred((&laws(), 1.0), &mut r, &u, 1e-2, 1.0);
     assert!(r[0] > 0.0 && (-0.5..2.0).contains(&r[2]));
     assert_eq!((r[1], r[3]), (3.0, 0.3));
     let mut count = 0;
@@ -37,7 +37,7 @@ fn rows_are_centred_between_their_bounds() {
 fn a_step_does_what_it_is_told() {
     let mut r = vector![0.7, 3.0, 0.1, 0.3];
     let u: SVector<f64, 4> = vector![0.4, 0.0, -1.0, 0.0];
-    let pairs = RowPairs::centred(&laws(), &mut r, &u, 1e-1, 1.0);
+    let pairs = RowPairs::centred((&laws(), 1.0), &mut r, &u, 1e-1, 1.0);
     let goal = 3e-2;
     let moved = vector![0.01, 0.4, -0.02, 0.0];
     let step = pairs.step(&moved, &pairs.corrected(None, goal));

@@ -1,0 +1,29 @@
+//! The cheap bound on the impulse that stops the motion, against that impulse.
+
+use super::{Problem, residual};
+use crate::{Contact, Error, Factor, Model, Scene, Surface};
+use nalgebra::{Matrix4, SVector, vector};
+
+#[test]
+fn a_patch_that_spins_is_stopped_by_no_more_than_its_bound() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 4, 4, 1, _>::mixed();
+    scene.set_mass(&Matrix4::identity())?;
+    let contact = Contact {
+        jacobian: Matrix4::identity(),
+        offset: vector![10.0, 0.0, 0.0, 1.0], // far, and spins
+        mu: 0.0,
+        key: 0,
+    };
+    let surface = Surface {
+        spin: 4.0, // m: forty times the coefficient of the tangents
+        ..Surface::isotropic(0.1)
+    };
+    scene.push_on(&contact, &surface)?;
+    let (factor, push) = (Factor::new(&scene)?, SVector::zeros());
+    let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+    problem.fill(true);
+    let bound = problem.stopping_bound.sqrt() * 4.0 * residual::SHARE;
+    problem.count_stopping();
+    assert!(problem.alone == 0.0 && problem.size > 0.0 && problem.size <= bound);
+    Ok(())
+}
