@@ -141,26 +141,24 @@ pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
     }
 }
 
-/// [`proof`] where `W` and `q` are given.
+/// [`proof`] where `W` and `q` are given, by the offsets that have a part in it: `W` is rounded, and so not singular.
 pub fn proof_given(delassus: &[Vec<f64>], q: &[f64], d: &[f64]) -> f64 {
     let dim = q.len().checked_div(d.len()).unwrap_or(1);
-    let (mut leak, mut approach, mut fastest) = (0.0, 0.0, 0.0_f64);
+    let (mut leak, mut approach, mut fastest) = (judge::zero(), 0.0, 0.0_f64);
     for (i, &d_i) in d.iter().enumerate() {
-        let (row, own) = (&delassus[i * dim], delassus[i * dim][i * dim]);
-        leak += d_i
-            * d.iter()
-                .enumerate()
-                .map(|(j, d)| row[j * dim] * d)
-                .sum::<f64>();
+        let row = &delassus[i * dim];
+        let normals: Vec<f64> = (0..d.len()).map(|j| row[j * dim]).collect();
+        leak += judge::dot(&judge::wide(&normals), &judge::wide(d)) * d_i;
         approach -= d_i * q[i * dim];
-        if own > 0.0 {
+        let own = normals[i];
+        if own > 0.0 && d_i > 0.0 {
             fastest = fastest.max(q[i * dim].abs() / own.sqrt());
         }
     }
     if d.iter().any(|&d| d < 0.0) || approach <= 0.0 {
         return 0.0;
     }
-    approach / (leak.max(0.0).sqrt() * fastest)
+    approach / (judge::narrow(judge::root(leak)) * fastest)
 }
 
 /// [`error`] of a solution of the kernel.
