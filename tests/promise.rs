@@ -9,6 +9,8 @@ use stiction::{
     Status,
 };
 use testbed::measure::{Law, error_given, error_of};
+use testbed::mixed::{Joint, MixedFile};
+use testbed::mixed_measure;
 
 fn row<T: stiction::Real, const N: usize>(
     row: SVector<T, N>,
@@ -180,24 +182,47 @@ fn what_cannot_be_met_is_not_solved() -> Result<(), Error> {
 
 /// Bounds are scaled for the method, and an impulse at its bound is written as it was given.
 #[test]
-fn an_impulse_lies_within_its_bounds_to_the_last_bit() -> Result<(), Error> {
-    let mut kernel = Kernel::<f32, 1, 2, 1, _>::mixed();
-    let scene = kernel.scene_mut();
-    scene.set_mass(&Matrix1::new(0.176_375_69))?;
-    let bound = 74.886_39;
-    let law = RowLaw::Box {
-        lower: -bound,
-        upper: bound,
+fn an_impulse_lies_within_its_bounds_to_the_last_bit() {
+    let joint = |kind: &str, offset: f64, bound: f32| Joint {
+        kind: kind.to_owned(),
+        row: vec![1.0],
+        offset,
+        lower: Some(f64::from(-bound)),
+        upper: Some(f64::from(bound)),
+        compliance: 0.0,
     };
-    let motor = scene.push_row(&row(vector![1.0], -1.0, law, 0))?;
-    scene.push_row(&row(vector![1.0], 0.0, RowLaw::Equality, 1))?;
-    for push in (0..200_u8).map(|k| 0.198_515_74 * f32::from(k) / 100.0) {
-        let solution = kernel.solve(&vector![push], &Settings::new(1e-4))?;
-        let motor = solution.row(motor).expect("a row");
-        assert!((-bound..=bound).contains(&motor.impulse));
-        assert_eq!(motor.mode, RowMode::AtUpper);
+    let mut reached = 0;
+    for k in 0..400_u16 {
+        let scale = 1.0 + f32::from(k) / 400.0;
+        let file = MixedFile {
+            name: String::new(),
+            n_dof: 1,
+            n_contacts: 0,
+            dim: 3,
+            mass: vec![vec![f64::from(0.176_375_69_f32 * scale)]],
+            h: Vec::new(),
+            f: vec![-f64::from(0.198_515_74_f32)],
+            w: Vec::new(),
+            mu: Vec::new(),
+            joints: vec![
+                joint("box", -1.0, 74.886_39 * scale),
+                joint("equality", 0.0, 0.0),
+            ],
+            compliance: Vec::new(),
+            keys: Vec::new(),
+            limits_inside: true,
+        };
+        let settings = Settings::new(1e-4);
+        let solved = kernels_f32::solve_mixed(&file, &settings, 1);
+        let (answer, _) = solved.expect("a size is compiled");
+        let error = mixed_measure::error(&file, &answer.v, &answer.r, &answer.lambda);
+        let is_solved = answer.status == Status::Solved;
+        assert!(!is_solved || error <= f64::from(1e-4_f32), "{k}: {error:e}");
+        let upper = file.joints[0].upper.expect("a box");
+        assert!(answer.lambda[0].abs() <= upper, "{k}: beyond its bound");
+        reached += usize::from(is_solved && answer.lambda[0] == upper);
     }
-    Ok(())
+    assert!(reached > 50, "{reached} of 400 at their bounds");
 }
 
 /// Rows that nothing moves, and rows whose `W_jj` only seems to vanish or has no number.
@@ -233,17 +258,26 @@ fn a_contact_whose_normal_only_seems_to_move_nothing_is_refused() -> Result<(), 
     Ok(())
 }
 
+/// Beside a motion that is large enough to make its impulse small.
 #[test]
 fn a_row_that_nothing_moves_stays_within_its_bounds() -> Result<(), Error> {
     for offset in [0.158, 0.0, -0.158] {
-        let mut kernel = Kernel::<f64, 1, 1, 1, _>::mixed();
+        let mut kernel = Kernel::<f64, 1, 1, 2, _>::mixed();
         let scene = kernel.scene_mut();
         scene.set_mass(&Matrix1::new(1.0))?;
         let (lower, upper) = (0.0828, 0.0828);
         let fixed = scene.push_row(&row(vector![0.0], offset, RowLaw::Box { lower, upper }, 0))?;
-        let solution = kernel.solve(&vector![0.3], &Settings::new(1e-9))?;
-        assert!(solution.is_solved());
-        assert_eq!(solution.row(fixed).expect("a row").impulse, lower);
+        scene.push_row(&row(vector![1.0], 0.0, RowLaw::Limit, 1))?;
+        for push in [0.3, 1e6] {
+            for budget in [0, 1_000] {
+                let settings = Settings {
+                    budget,
+                    ..Settings::new(1e-4)
+                };
+                let solution = kernel.solve(&vector![push], &settings)?;
+                assert_eq!(solution.row(fixed).expect("a row").impulse, lower);
+            }
+        }
     }
     Ok(())
 }

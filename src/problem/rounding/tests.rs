@@ -58,7 +58,7 @@ proptest! {
             for ((u, exact), bound) in u.iter().zip(&exact).zip(bounds.velocities) {
                 let off = SVector::from(u.map(f64::from)) - SVector::from(*exact);
                 let [all, normal] = bound.map(|bound| f64::from(bound).sqrt() * (1.0 + 1e-5));
-                prop_assert!(off.norm() <= all && off[0].abs() <= normal);
+                prop_assert!(off.norm() <= all && off.x.abs() <= normal);
             }
             let unit = f64::from(momentum.plain.unit);
             let off = (f64::from(momentum.plain.residual()).sqrt() - unit * gap.norm()).abs();
