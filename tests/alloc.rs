@@ -2,10 +2,10 @@
 
 use crate::support::boxes::{BRICK, BoxScene};
 use allocation_counter::measure;
-use nalgebra::{SVector, vector};
+use nalgebra::{SMatrix, SVector, vector};
 use stiction::{
-    Acceleration, AdmmFactor, AdmmSolver, Contact, Error, Factor, FrictionCone, Model, Scene,
-    Settings, SlipUpdate, Solution, Solver, Status,
+    Acceleration, AdmmFactor, AdmmSolver, Contact, Error, Factor, FrictionCone, JointRow, Kernel,
+    Mixed, Model, RowLaw, Scene, Settings, SlipUpdate, Solution, Solver, Status,
 };
 
 /// Allocations of a call.
@@ -149,4 +149,80 @@ fn projecting_does_not_allocate() {
     });
     assert_eq!(count, 0);
     assert!(sum.norm() > 0.0);
+}
+
+#[test]
+fn nothing_beside_contacts_allocates() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 2, 1, 4, Mixed>::mixed();
+    let row = |entry: f64, offset: f64, law| JointRow {
+        row: vector![entry, 0.3],
+        offset,
+        law,
+        compliance: 0.0,
+        key: 0,
+    };
+    let limits = [row(1.0, 0.1, RowLaw::Limit), row(-1.0, 9.0, RowLaw::Limit)];
+    let walls = [
+        row(1.0, -1.0, RowLaw::Equality),
+        row(1.0, 1.0, RowLaw::Equality),
+    ];
+    let motor = row(
+        0.5,
+        0.2,
+        RowLaw::Box {
+            lower: -1.0,
+            upper: 1.0,
+        },
+    );
+    let hurried = Settings {
+        budget: 1,
+        ..Settings::new(1e-12)
+    };
+    let mut found = Vec::with_capacity(8);
+    let count = allocations(|| {
+        let scene = kernel.scene_mut();
+        let filled = scene.set_mass(&SMatrix::identity());
+        found.push(filled.and(scene.push_row(&motor).map(|_| Status::Unsolved)));
+        let push = vector![-3.0, 0.2];
+        for settings in [Settings::new(1e-9), hurried] {
+            let solution = kernel.solve_with_limits(&limits, &push, &settings);
+            found.push(solution.map(|solution| solution.status));
+        }
+        let solution = kernel.resume(&push, &Settings::new(1e-9));
+        found.push(solution.map(|solution| solution.status));
+        for wall in &walls {
+            let _ = kernel.scene_mut().push_row(wall);
+        }
+        let solution = kernel.solve(&push, &Settings::new(1e-9));
+        found.push(solution.map(|solution| solution.status));
+        let refused = kernel.solve(&vector![f64::NAN, 0.0], &Settings::new(1e-9));
+        found.push(refused.map(|solution| solution.status));
+    });
+    assert_eq!(count, 0);
+    let statuses: Vec<_> = found.iter().map(|found| found.ok()).collect();
+    assert_eq!(statuses[1], Some(Status::Solved));
+    assert_eq!(statuses[4..], [Some(Status::Infeasible), None]);
+    Ok(())
+}
+
+#[test]
+fn a_given_delassus_operator_does_not_allocate() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 2, 2, 1>::new();
+    scene.push(&Contact {
+        jacobian: SMatrix::zeros(),
+        offset: vector![-0.01, 0.02],
+        mu: 0.5,
+        key: 0,
+    })?;
+    let mut solver = Solver::new();
+    let mut status = Ok(Status::Unsolved);
+    let count = allocations(|| {
+        let given = scene.set_delassus(&[[[[0.5, 0.0]], [[0.0, 0.5]]]]);
+        status = given.and(Factor::new(&scene)).and_then(|factor| {
+            let solution = solver.solve(&scene, &factor, &vector![0.0, 0.0], &Settings::new(1e-9));
+            solution.map(|solution| solution.status)
+        });
+    });
+    assert_eq!((count, status), (0, Ok(Status::Solved)));
+    Ok(())
 }

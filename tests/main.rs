@@ -3,6 +3,7 @@
 mod support;
 
 mod alloc;
+mod belts;
 mod budget;
 mod cone;
 mod delassus;

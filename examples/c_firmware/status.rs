@@ -53,6 +53,7 @@ enum_of_the_header! {
     InvalidBounds = "STICTION_INVALID_BOUNDS",
     InvalidCompliance = "STICTION_INVALID_COMPLIANCE",
     NoSuchRow = "STICTION_NO_SUCH_ROW",
+    InvalidParameter = "STICTION_INVALID_PARAMETER",
 }
 
 enum_of_the_header! {
@@ -120,6 +121,7 @@ impl From<Error> for Status {
             Error::InvalidBounds { .. } => Self::InvalidBounds,
             Error::InvalidCompliance { .. } => Self::InvalidCompliance,
             Error::NoSuchRow { .. } => Self::NoSuchRow,
+            Error::InvalidParameter { .. } => Self::InvalidParameter,
             _ => Self::Unknown,
         }
     }

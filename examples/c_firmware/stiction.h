@@ -52,6 +52,7 @@ enum stiction_status {
     STICTION_INVALID_BOUNDS = -15,
     STICTION_INVALID_COMPLIANCE = -16,
     STICTION_NO_SUCH_ROW = -17,
+    STICTION_INVALID_PARAMETER = -18,
 
     STICTION_STATUS_WIDTH = 0x7fffffff /* keeps the enum at 32 bits where compilers make enums short, as for Arm */
 };

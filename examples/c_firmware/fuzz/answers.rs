@@ -73,6 +73,17 @@ impl Machine {
             assert_eq!(usable, solution.is_usable(error));
         }
         let mut text = [1_u8; 64];
+        for bytes in [0, 1, 2, 11] {
+            // SAFETY: pointers are good.
+            let status = unsafe { c::stiction_describe(solver, text.as_mut_ptr().cast(), bytes) };
+            assert_eq!(status, Status::Solved);
+            assert!(
+                text[bytes..].iter().all(|&byte| byte == 1),
+                "it writes beyond {bytes} bytes"
+            );
+            assert!(bytes == 0 || text[bytes - 1] == 0);
+            text = [1; 64];
+        }
         // SAFETY: pointers are good.
         let culprit = unsafe {
             let mut culprit = Culprit {

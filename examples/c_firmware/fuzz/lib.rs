@@ -13,6 +13,7 @@
 mod answers;
 #[path = "../../../tests/fuzz/cases.rs"]
 mod cases;
+mod extremes;
 mod header;
 mod machine;
 mod pointers;
@@ -30,6 +31,15 @@ proptest! {
 
     #[test]
     fn calls_of_c(steps in steps::sequence(), faults in vec(fault(), 18)) {
+        let mut machine = Machine::new();
+        for (step, fault) in steps.iter().zip(faults) {
+            machine.call(step, fault);
+        }
+        machine.end();
+    }
+
+    #[test]
+    fn extreme_calls_of_c(steps in extremes::sequence(), faults in vec(fault(), 24)) {
         let mut machine = Machine::new();
         for (step, fault) in steps.iter().zip(faults) {
             machine.call(step, fault);
