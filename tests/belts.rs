@@ -100,8 +100,8 @@ fn run(constructor: Constructor, e: f64, tolerance: f64) -> Result<(), Error> {
         state.position += &velocity * STEP;
         state.velocity = velocity;
         // Friction drives both, and none faster than the belt: but for what a step may be wrong by.
-        let momentum = (state.velocity[0] + state.velocity[6]) / 2.0;
-        fastest = fastest.max(momentum);
+        let mean = f64::midpoint(state.velocity[0], state.velocity[6]);
+        fastest = fastest.max(mean);
     }
     assert!(fastest <= BELT * (1.0 + 1_000.0 * tolerance), "{fastest}");
     assert_eq!(bounces > 0, e > 0.0, "{bounces} bounces with e = {e}");

@@ -45,7 +45,9 @@ fn numbers(count: usize) -> impl Strategy<Value = Vec<f64>> {
     let ends = vec((0..count, end()), 0..3);
     (vec(mild, count), finite, ends, prop::bool::weighted(0.5)).prop_map(
         |(mut numbers, size, ends, wild)| {
-            numbers.iter_mut().for_each(|x| *x *= size);
+            for x in &mut numbers {
+                *x *= size;
+            }
             for (place, x) in ends.into_iter().filter(|_| wild) {
                 numbers[place] = x;
             }
