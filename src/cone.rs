@@ -7,7 +7,7 @@
 //! included (`K` a ray, `K*` a half-space), exactly and without a division by `mu`.
 
 use crate::Real;
-use crate::solution::zeros;
+use crate::linalg::vector::zeros;
 use nalgebra::SVector;
 
 /// A friction cone in any dimension `D >= 1`, normal component first.

@@ -1,6 +1,5 @@
 //! `defmt::Format` for what a derive does not reach: nalgebra's vectors have none.
 
-use crate::laws::Laws;
 use crate::{ContactSolution, Real, Solution};
 use defmt::{Format, Formatter, write};
 
@@ -12,19 +11,21 @@ impl<T: Format, const D: usize> Format for ContactSolution<T, D> {
     }
 }
 
-impl<T: Real + Format, const N: usize, const D: usize, const C: usize, L: Laws> Format
-    for Solution<T, N, D, C, L>
+impl<T: Real + Format, const N: usize, const D: usize, const C: usize, const R: usize> Format
+    for Solution<T, N, D, C, R>
 {
     fn format(&self, fmt: Formatter<'_>) {
         write!(
             fmt,
-            "{}: error {}, {}, v = {}, contacts {}, certificate {}",
+            "{}: error {}, {}, v = {}, contacts {}, rows {}, certificate {} {}",
             self.status,
             self.error,
             self.work,
             self.velocity.data.as_slice(),
             self.contacts.as_slice(),
-            self.certificate.as_slice()
+            self.rows.as_slice(),
+            self.certificate.as_slice(),
+            self.row_certificate.as_slice()
         );
     }
 }

@@ -1,6 +1,5 @@
 //! What can be wrong with the data of a solve.
 
-use crate::RowIndex;
 use crate::time_stepping::Parameter;
 use core::fmt;
 
@@ -19,6 +18,11 @@ pub enum Input {
         /// Its place in the list.
         contact: usize,
     },
+    /// The impulse of a joint row that a solve was to start at.
+    InitialRowImpulse {
+        /// Its place in the list.
+        row: usize,
+    },
     /// The Jacobian `H_i` of contact `i`.
     Jacobian {
         /// Index `i` of the contact.
@@ -33,14 +37,30 @@ pub enum Input {
     Delassus,
     /// A joint row or its offset.
     JointRow {
-        /// Where it stands, or would have.
-        row: RowIndex,
+        /// Its index.
+        row: usize,
     },
     /// One of the limits of [`crate::Kernel::solve_with_limits`].
     Limit {
         /// Its place in the list.
         limit: usize,
     },
+}
+
+/// Which list an [`Error::ListFull`] speaks of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum List {
+    /// The contacts of a scene.
+    Contacts,
+    /// The joint rows of a scene; limits of [`crate::Kernel::solve_with_limits`] that are reached stand behind them.
+    Rows,
+    /// The impulses of contacts that a solve was to start at.
+    InitialImpulses,
+    /// The impulses of joint rows that a solve was to start at.
+    InitialRowImpulses,
 }
 
 /// What is wrong with the data of a call; it names the culprit. [`crate::guide::error`] says what a control loop does then.
@@ -80,10 +100,17 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
-    /// No room for one more contact.
-    ContactListFull {
-        /// Number of contacts the scene can hold.
+    /// No room for one more.
+    ListFull {
+        /// Where there is no room.
+        list: List,
+        /// How many it can hold.
         capacity: usize,
+    },
+    /// There is nothing with this key.
+    NoSuchKey {
+        /// The key asked for.
+        key: u32,
     },
     /// There is no contact of this index.
     NoSuchContact {
@@ -107,6 +134,11 @@ pub enum Error {
         /// [`crate::JointRow::key`] of the row.
         key: u32,
     },
+    /// `W` has not as many entries as there are pairs of contact and joint rows.
+    DelassusSize {
+        /// How many there have to be.
+        wanted: usize,
+    },
     /// `W` is not symmetric, not positive semidefinite, or of a rank above the number of velocities.
     DelassusNotGram {
         /// Row of an entry that is not that of any `H M⁻¹ Hᵀ`, counted over all contacts.
@@ -116,18 +148,23 @@ pub enum Error {
     },
     /// The bounds of a joint row are not finite, or the lower one is above the upper one.
     InvalidBounds {
-        /// Where it stands, or would have.
-        row: RowIndex,
+        /// Index of the row.
+        row: usize,
     },
-    /// A compliance is negative or not finite.
+    /// A compliance of a contact is negative or not finite.
     InvalidCompliance {
-        /// The slot of the contact or joint row.
-        slot: usize,
+        /// Index of the contact.
+        contact: usize,
     },
-    /// There is no joint row there.
+    /// The compliance of a joint row is negative or not finite.
+    InvalidRowCompliance {
+        /// Index of the row.
+        row: usize,
+    },
+    /// There is no joint row of this index.
     NoSuchRow {
-        /// Where it was looked for.
-        row: RowIndex,
+        /// The index asked for.
+        row: usize,
     },
     /// An argument of a helper of [`crate::time_stepping`] has no meaning, or makes its result overflow.
     InvalidParameter {
@@ -142,12 +179,24 @@ impl fmt::Display for Input {
             Self::Mass => write!(f, "mass matrix M"),
             Self::FreeImpulse => write!(f, "free impulse"),
             Self::InitialImpulse { contact } => write!(f, "initial impulse {contact}"),
+            Self::InitialRowImpulse { row } => write!(f, "initial impulse {row} of joint rows"),
             Self::Jacobian { contact } => write!(f, "Jacobian H of contact {contact}"),
             Self::Offset { contact } => write!(f, "offset w of contact {contact}"),
             Self::Delassus => write!(f, "Delassus operator W"),
-            Self::JointRow { row } => write!(f, "{row}"),
+            Self::JointRow { row } => write!(f, "joint row {row}"),
             Self::Limit { limit } => write!(f, "limit {limit}"),
         }
+    }
+}
+
+impl fmt::Display for List {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Contacts => "contacts",
+            Self::Rows => "joint rows",
+            Self::InitialImpulses => "initial impulses",
+            Self::InitialRowImpulses => "initial impulses of joint rows",
+        })
     }
 }
 
@@ -167,9 +216,10 @@ impl fmt::Display for Error {
                 f,
                 "friction coefficient mu of contact {contact} is negative, not finite or too large, or its surface cannot take it"
             ),
-            Self::ContactListFull { capacity } => {
-                write!(f, "contact list is full ({capacity} contacts)")
+            Self::ListFull { list, capacity } => {
+                write!(f, "{list} are full (room for {capacity})")
             }
+            Self::NoSuchKey { key } => write!(f, "there is nothing with key {key}"),
             Self::NoSuchContact { contact } => write!(f, "there is no contact {contact}"),
             Self::InvalidPenalty => write!(f, "penalty rho is not a usable positive number"),
             Self::InvalidTolerance => write!(f, "tolerance is negative or not finite"),
@@ -186,6 +236,7 @@ impl fmt::Display for Error {
                     "row M⁻¹ rowᵀ of the joint row with key {key} overflows or vanishes"
                 )
             }
+            Self::DelassusSize { wanted } => write!(f, "W has to have {wanted} entries"),
             Self::DelassusNotGram { row, column } => {
                 write!(
                     f,
@@ -193,12 +244,21 @@ impl fmt::Display for Error {
                 )
             }
             Self::InvalidBounds { row } => {
-                write!(f, "bounds of {row} are not finite or not in order")
+                write!(
+                    f,
+                    "bounds of joint row {row} are not finite or not in order"
+                )
             }
-            Self::InvalidCompliance { slot } => {
-                write!(f, "compliance in slot {slot} is negative or not finite")
+            Self::InvalidCompliance { contact } => {
+                write!(
+                    f,
+                    "compliance of contact {contact} is negative or not finite"
+                )
             }
-            Self::NoSuchRow { row } => write!(f, "there is no {row}"),
+            Self::InvalidRowCompliance { row } => {
+                write!(f, "compliance of joint row {row} is negative or not finite")
+            }
+            Self::NoSuchRow { row } => write!(f, "there is no joint row {row}"),
             Self::InvalidParameter { parameter } => write!(f, "{parameter}"),
         }
     }

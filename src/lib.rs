@@ -1,7 +1,7 @@
 //! Coulomb friction with unilateral contact, for microcontrollers.
 //!
-//! A scene has `N` generalised velocities and up to `C` contacts of `D` rows each (1 frictionless,
-//! 2 planar, 3 spatial, 4 with a torsional row, 6 with rolling ones). For a mass matrix `M`, a free impulse
+//! A scene has `N` generalised velocities, up to `C` contacts of `D` rows each (1 frictionless,
+//! 2 planar, 3 spatial, 4 with a torsional row, 6 with rolling ones) and up to `R` joint rows (0 by default). For a mass matrix `M`, a free impulse
 //! `M v_free`, contact Jacobians `H_i`, offsets `w_i` and friction coefficients `mu_i` the
 //! kernel finds the velocity `v` and the contact impulses `r_i` with
 //!
@@ -43,15 +43,16 @@
 //! | folder or file | idea | in the note |
 //! |---|---|---|
 //! | `cone` | `K`, `K*`, projections | Eqs. (1), (2), (6), (8)-(10) |
-//! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2 | steps 2-15 |
-//! | `kernel` | scene, factor and solver in one value; limits that stay out until they are reached | |
-//! | `scene`, `solution`, `error` | what goes in, what comes out, what can be wrong | |
-//! | `laws`, `joint_row`, `surface` | contacts alone, or with joint rows, compliance and shapes of friction | |
+//! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2; a solver of its own | steps 2-15 |
+//! | `scene` | contacts, joint rows and surfaces, checked where they come in | |
 //! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |
-//! | `problem` | one time step in contact space; the error that "solved" promises, and Farkas' proof that there is nothing to solve | |
-//! | `solver` | [`Solver`]: **`phases` is the method**, `tuning` its constants; sweeps, Newton, interior point, warm start | |
-//! | `linalg` | small dense linear algebra, and hints for its loops on microcontrollers | |
-//! | [`time_stepping`] | free impulse, gaps, restitution, moving surfaces | |
+//! | `sets` | what a solve asks of a contact (a cone) and of a joint row (an interval) | |
+//! | `problem` | one time step in contact space; the judge of the error that "solved" promises; Farkas' proof that there is nothing to solve | |
+//! | `solver` | [`Solver`]: **`method` decides what comes next**; sweeps, Newton, central path, warm start | |
+//! | `solution`, `error` | what comes out, what can be wrong | |
+//! | `kernel` | scene, factor and solver in one value; limits that stay out until they are reached | |
+//! | `linalg` | small dense linear algebra | |
+//! | [`time_stepping`] | free impulse, gaps, restitution, limits, motors | |
 //!
 //! [`guide`] explains the method, the error and the measurements.
 //!
@@ -94,29 +95,28 @@ mod defmt_format;
 mod error;
 mod factor;
 pub mod guide;
-mod joint_row;
 mod kernel;
-mod laws;
 mod linalg;
 mod problem;
 mod real;
 mod scene;
+mod sets;
 mod solution;
 mod solver;
-mod surface;
 pub mod time_stepping;
 
+pub use admm::{Acceleration, AdmmSolver, SlipUpdate};
 pub use cone::FrictionCone;
-pub use error::{Error, Input};
+pub use error::{Error, Input, List};
 pub use factor::{AdmmFactor, AdmmFactorParts, Factor, FactorParts};
-pub use joint_row::{JointRow, RowIndex, RowLaw, RowMode, RowSolution};
 pub use kernel::Kernel;
-pub use laws::{Coulomb, Laws, Mixed};
 pub use real::Real;
-pub use scene::{Contact, Scene};
-pub use solution::{ContactMode, ContactSolution, Model, Settings, Solution, Status, Work};
-pub use solver::{Acceleration, AdmmSolver, SlipUpdate, Solver};
-pub use surface::Surface;
+pub use scene::{Contact, JointRow, RowLaw, Scene, Surface, contact_frame};
+pub use solution::{
+    ContactMode, ContactSolution, Model, RowMode, RowSolution, Settings, Solution, Status,
+    Violation, Work,
+};
+pub use solver::Solver;
 
 pub use heapless;
 pub use nalgebra;

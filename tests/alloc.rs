@@ -5,7 +5,7 @@ use allocation_counter::measure;
 use nalgebra::{SMatrix, SVector, vector};
 use stiction::{
     Acceleration, AdmmFactor, AdmmSolver, Contact, Error, Factor, FrictionCone, JointRow, Kernel,
-    Mixed, Model, RowLaw, Scene, Settings, SlipUpdate, Solution, Solver, Status,
+    Model, RowLaw, Scene, Settings, SlipUpdate, Solution, Solver, Status,
 };
 
 /// Allocations of a call.
@@ -153,7 +153,7 @@ fn projecting_does_not_allocate() {
 
 #[test]
 fn nothing_beside_contacts_allocates() {
-    let mut kernel = Kernel::<f64, 2, 1, 4, Mixed>::mixed();
+    let mut kernel = Kernel::<f64, 2, 1, 0, 4>::new();
     let row = |entry: f64, offset: f64, law| JointRow {
         row: vector![entry, 0.3],
         offset,
@@ -216,7 +216,7 @@ fn a_given_delassus_operator_does_not_allocate() -> Result<(), Error> {
     let mut solver = Solver::new();
     let mut status = Ok(Status::Unsolved);
     let count = allocations(|| {
-        let given = scene.set_delassus(&[[[[0.5, 0.0]], [[0.0, 0.5]]]]);
+        let given = scene.set_delassus(&[0.5, 0.0, 0.0, 0.5]);
         status = given.and(Factor::new(&scene)).and_then(|factor| {
             let solution = solver.solve(&scene, &factor, &vector![0.0, 0.0], &Settings::new(1e-9));
             solution.map(|solution| solution.status)

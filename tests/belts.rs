@@ -2,7 +2,7 @@
 
 use crate::support::boxes::{BRICK, GRAVITY, point_jacobian};
 use nalgebra::{DMatrix, DVector, Vector3, matrix, vector};
-use stiction::time_stepping::{gap, moving_surface, restitution};
+use stiction::time_stepping::{Gap, Restitution, moving_surface};
 use stiction::{Error, Settings, Status};
 use testbed::kernel::{Constructor, Shape};
 use testbed::measure::{self, Law};
@@ -60,9 +60,18 @@ fn scene(state: &State, e: f64) -> Result<SceneFile, Error> {
             let normal = file.h.row(3 * contact).transpose();
             let rest = if body == 6 { 2.0 * half } else { half };
             let distance = normal.dot(&state.position) - rest;
-            let offset = gap(distance, STEP, 0.5, 50.0)?;
+            let gap = Gap {
+                distance,
+                recovery: 0.5,
+                reach: 50.0,
+            };
+            let offset = gap.offset(STEP)?;
             let approach = normal.dot(&state.velocity);
-            file.w[3 * contact] = restitution(e, approach, 0.1, offset)?;
+            file.w[3 * contact] = Restitution {
+                coefficient: e,
+                threshold: 0.1,
+            }
+            .offset(approach, offset)?;
             if body == 0 {
                 file.w[3 * contact + 1] += belt.y;
                 file.w[3 * contact + 2] += belt.z;

@@ -1,27 +1,22 @@
 //! Scenes of which `W` and `q` are given instead of `M` and `H`.
 
+use crate::support::random::{draws, numbers};
 use nalgebra::{SMatrix, SVector};
 use stiction::{
-    Contact, Error, Factor, JointRow, RowLaw, RowMode, RowSolution, Scene, Settings, Solver,
+    Contact, Error, Factor, Input, JointRow, RowLaw, RowMode, RowSolution, Scene, Settings, Solver,
+    Surface,
 };
 use testbed::scene_file::{SceneFile, bundled_scenes};
 
 const N: usize = 18;
 const C: usize = 4;
 
-type Blocks = [[[[f64; 3]; C]; 3]; C];
-
-/// `W` in blocks, and the scene with `q` as offsets and without Jacobians.
-fn given(file: &SceneFile) -> Result<(Scene<f64, N, 3, C>, Blocks), Error> {
+/// `W` row by row, and the scene with `q` as offsets and without Jacobians.
+fn given(file: &SceneFile) -> Result<(Scene<f64, N, 3, C>, Vec<f64>), Error> {
     let cholesky = file.mass.clone().cholesky().expect("it has a mass");
     let w = &file.h * cholesky.solve(&file.h.transpose());
     let q = &file.w - &file.h * cholesky.solve(&file.f);
-    let entry = |i: usize, j: usize| w.get((i, j)).copied().unwrap_or(0.0);
-    let blocks = std::array::from_fn(|i| {
-        std::array::from_fn(|k| {
-            std::array::from_fn(|j| std::array::from_fn(|l| entry(3 * i + k, 3 * j + l)))
-        })
-    });
+    let delassus = w.transpose().as_slice().to_vec();
     let mut scene = Scene::new();
     for i in 0..file.n_contacts {
         scene.push(&Contact {
@@ -31,7 +26,7 @@ fn given(file: &SceneFile) -> Result<(Scene<f64, N, 3, C>, Blocks), Error> {
             key: 0,
         })?;
     }
-    Ok((scene, blocks))
+    Ok((scene, delassus))
 }
 
 #[test]
@@ -46,8 +41,8 @@ fn contacts_do_the_same_whether_m_and_h_or_w_and_q_are_given() -> Result<(), Err
         let plain = file.scene::<f64, N, 3, C>()?;
         let (factor, mut solver) = (Factor::new(&plain)?, Solver::new());
         let wanted = solver.solve(&plain, &factor, &file.free_impulse(), &settings)?;
-        let (mut scene, blocks) = given(&file)?;
-        scene.set_delassus(&blocks)?;
+        let (mut scene, delassus) = given(&file)?;
+        scene.set_delassus(&delassus)?;
         let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
         let found = solver.solve(&scene, &factor, &SVector::zeros(), &settings)?;
         assert!(found.is_solved(), "{}: {}", file.name, found.status);
@@ -66,11 +61,13 @@ fn contacts_do_the_same_whether_m_and_h_or_w_and_q_are_given() -> Result<(), Err
 fn what_is_no_delassus_operator_is_refused() -> Result<(), Error> {
     let files = bundled_scenes();
     let file = files.iter().find(|file| file.name == "go2_stand");
-    let (mut scene, blocks) = given(file.expect("it is bundled"))?;
-    let mut asymmetric = blocks;
-    asymmetric[1][0][2][1] += 0.1;
-    let mut indefinite = blocks;
-    indefinite[2][1][2][1] = -1.0;
+    let (mut scene, delassus) = given(file.expect("it is bundled"))?;
+    let size = 3 * C;
+    assert_eq!(delassus.len(), size * size);
+    let mut asymmetric = delassus.clone();
+    asymmetric[3 * size + 7] += 0.1;
+    let mut indefinite = delassus.clone();
+    indefinite[7 * size + 7] = -1.0;
     for wrong in [asymmetric, indefinite] {
         let refused = scene.set_delassus(&wrong);
         assert!(
@@ -78,12 +75,16 @@ fn what_is_no_delassus_operator_is_refused() -> Result<(), Error> {
             "{refused:?}"
         );
     }
-    let mut infinite = blocks;
-    infinite[0][0][0][0] = f64::INFINITY;
-    assert!(matches!(
-        scene.set_delassus(&infinite),
-        Err(Error::NotFinite { .. })
-    ));
+    let mut infinite = delassus.clone();
+    infinite[2 * size + 5] = f64::INFINITY;
+    let (input, row, column) = (Input::Delassus, 2, 5);
+    let refused = scene.set_delassus(&infinite);
+    assert_eq!(refused, Err(Error::NotFinite { input, row, column }));
+    let wanted = size * size;
+    for wrong in [&delassus[1..], &[], &[0.5; 145]] {
+        let refused = scene.set_delassus(wrong);
+        assert_eq!(refused, Err(Error::DelassusSize { wanted }));
+    }
     // Of rank 12, it needs twelve velocities.
     let mut small = Scene::<f64, 3, 3, C>::new();
     for contact in scene.contacts() {
@@ -94,19 +95,19 @@ fn what_is_no_delassus_operator_is_refused() -> Result<(), Error> {
             key: 0,
         })?;
     }
-    let refused = small.set_delassus(&blocks);
+    let refused = small.set_delassus(&delassus);
     assert!(matches!(refused, Err(Error::DelassusNotGram { .. })));
-    scene.set_delassus(&blocks)
+    scene.set_delassus(&delassus)
 }
 
-/// A point mass on a floor, whose slide has a stop: `W` over the contact and the slot of the stop.
+/// A point mass on a floor, whose slide has a stop: `W` over the contact and the stop.
 #[test]
 fn joint_rows_may_be_given_as_w_too() -> Result<(), Error> {
     let masses = SVector::from([2.0, 0.5]);
     let jacobian = SMatrix::<f64, 2, 2>::new(0.0, 1.0, 1.0, 0.0);
     let free = SVector::from([-0.3, -0.02]);
     let solve = |given: bool| -> Result<(SVector<f64, 2>, RowSolution<f64>), Error> {
-        let mut scene = Scene::<f64, 2, 2, 2, _>::mixed();
+        let mut scene = Scene::<f64, 2, 2, 1, 1>::new();
         scene.set_mass(&SMatrix::from_diagonal(&masses))?;
         let q = jacobian * free;
         let rows = if given { SMatrix::zeros() } else { jacobian };
@@ -127,21 +128,129 @@ fn joint_rows_may_be_given_as_w_too() -> Result<(), Error> {
         let mut push = free.component_mul(&masses);
         if given {
             let [x, y] = masses.map(|mass| 1.0 / mass).into();
-            // Contact: normal and tangent; slot of the stop: its row, and one that is not used.
-            scene.set_delassus(&[
-                [[[y, 0.0], [0.0, 0.0]], [[0.0, x], [x, 0.0]]],
-                [[[0.0, x], [x, 0.0]], [[0.0, 0.0], [0.0, 0.0]]],
-            ])?;
+            // Normal and tangent of the contact, and the stop.
+            scene.set_delassus(&[y, 0.0, 0.0, 0.0, x, x, 0.0, x, x])?;
             push = SVector::zeros();
         }
         let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
         let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-10))?;
         assert!(solution.is_solved(), "{}", solution.status);
-        let row = solution.row(stop).expect("it is there");
+        let row = solution.rows[stop];
         Ok((solution.contacts[0].impulse, row))
     };
     let ((r, row), (other, same)) = (solve(false)?, solve(true)?);
     assert!((r - other).norm() < 1e-9 && (row.impulse - same.impulse).abs() < 1e-9);
     assert_eq!((row.mode, same.mode), (RowMode::AtLimit, RowMode::AtLimit));
+    Ok(())
+}
+
+/// Contacts on surfaces, compliance, and joint rows of each law, all in one `W` of full rank: then impulses are unique, too.
+#[test]
+fn contacts_and_joint_rows_do_the_same_whether_m_and_h_or_w_and_q_are_given() -> Result<(), Error> {
+    const N: usize = 10;
+    type Mixed = Scene<f64, N, 3, 2, 3>;
+    let surface = Surface {
+        friction: [0.7, 0.3],
+        compliance: [0.05, 0.02],
+        ..Surface::isotropic(0.0)
+    };
+    let (lower, upper) = (-0.1, 0.2);
+    let laws = [
+        RowLaw::Limit,
+        RowLaw::Equality,
+        RowLaw::Box { lower, upper },
+    ];
+    let mut busy = [0; 2];
+    for x in draws(numbers(220), 100) {
+        let mut x = x.iter().copied();
+        let mut next = || x.next().expect("enough numbers");
+        let root = SMatrix::<f64, N, N>::from_fn(|_, _| next());
+        let mass = root * root.transpose() + SMatrix::identity();
+        let j = SMatrix::<f64, 9, N>::from_fn(|_, _| next());
+        let w = SVector::<f64, 9>::from_fn(|_, _| 0.2 * next());
+        let push = SVector::<f64, N>::from_fn(|_, _| next());
+        let fill = |j: &SMatrix<f64, 9, N>, w: &SVector<f64, 9>| -> Result<Mixed, Error> {
+            let mut scene = Mixed::new();
+            scene.set_mass(&mass.symmetric_part())?;
+            for i in 0..2 {
+                let contact = Contact {
+                    jacobian: j.fixed_rows::<3>(3 * i).into_owned(),
+                    offset: w.fixed_rows::<3>(3 * i).into_owned(),
+                    mu: 0.5,
+                    key: 0,
+                };
+                if i == 0 {
+                    scene.push_on(&contact, &surface)?;
+                } else {
+                    scene.push(&contact)?;
+                }
+            }
+            for (k, law) in laws.into_iter().enumerate() {
+                scene.push_row(&JointRow {
+                    row: j.row(6 + k).transpose(),
+                    offset: w[6 + k],
+                    law,
+                    compliance: [0.0, 0.1, 0.0][k],
+                    key: 0,
+                })?;
+            }
+            Ok(scene)
+        };
+        let settings = Settings::new(1e-11);
+        let scene = fill(&j, &w)?;
+        let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+        let wanted = solver.solve(&scene, &factor, &push, &settings)?;
+
+        let cholesky = mass.cholesky().expect("it has a mass");
+        let delassus = (j * cholesky.solve(&j.transpose())).symmetric_part();
+        let q = w + j * cholesky.solve(&push);
+        let mut scene = fill(&SMatrix::zeros(), &q)?;
+        scene.set_delassus(delassus.as_slice())?;
+        let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+        let found = solver.solve(&scene, &factor, &SVector::zeros(), &settings)?;
+        assert!(wanted.is_solved() && found.is_solved());
+        for (a, b) in wanted.contacts.iter().zip(&found.contacts) {
+            assert!((a.impulse - b.impulse).norm() < 1e-8, "{a:?} {b:?}");
+            assert!((a.velocity - b.velocity).norm() < 1e-8, "{a:?} {b:?}");
+            assert_eq!(a.mode, b.mode);
+            busy[0] += usize::from(a.impulse.norm() > 0.0);
+        }
+        for (a, b) in wanted.rows.iter().zip(&found.rows) {
+            assert!((a.impulse - b.impulse).abs() < 1e-8, "{a:?} {b:?}");
+            assert!((a.velocity - b.velocity).abs() < 1e-8, "{a:?} {b:?}");
+            assert_eq!(a.mode, b.mode);
+            busy[1] += usize::from(a.impulse.abs() > 0.0);
+        }
+    }
+    assert!(busy[0] > 80 && busy[1] > 200, "{busy:?}");
+    Ok(())
+}
+
+/// A `W` of contacts alone is that of other scenes too: what comes or goes afterwards is in it no longer.
+#[test]
+fn a_row_more_or_less_is_another_size() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 2, 1, 1, 1>::new();
+    scene.push(&Contact {
+        jacobian: SMatrix::zeros(),
+        offset: SVector::from([-1.0]),
+        mu: 0.0,
+        key: 0,
+    })?;
+    let size = |wanted| Err(Error::DelassusSize { wanted });
+    assert_eq!(scene.set_delassus(&[1.0, 0.0, 0.0, 1.0]), size(1));
+    scene.push_row(&JointRow {
+        row: SVector::zeros(),
+        offset: -0.5,
+        law: RowLaw::Limit,
+        compliance: 0.0,
+        key: 0,
+    })?;
+    assert_eq!(scene.set_delassus(&[1.0]), size(4));
+    scene.set_delassus(&[1.0, 0.5, 0.5, 1.0])?;
+    let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+    let solution = solver.solve(&scene, &factor, &SVector::zeros(), &Settings::new(1e-12))?;
+    // By hand: the contact alone pushes 1, and takes the row along at 0.5.
+    let (r, row) = (solution.contacts[0].impulse[0], solution.rows[0]);
+    assert!((r - 1.0).abs() < 1e-12 && row.impulse.abs() < 1e-12 && row.velocity.abs() < 1e-12);
     Ok(())
 }

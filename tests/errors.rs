@@ -3,7 +3,8 @@
 use crate::support::check;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, Model, Scene, Settings, Solver, Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, List, Model, Scene, Settings, Solver,
+    Status,
 };
 use testbed::measure::{Law, error_of};
 
@@ -148,7 +149,10 @@ fn a_full_scene_takes_no_contact() {
     assert_eq!(scene.push(&floor()), Ok(1));
     assert_eq!(
         scene.push(&floor()),
-        Err(Error::ContactListFull { capacity: 2 })
+        Err(Error::ListFull {
+            list: List::Contacts,
+            capacity: 2
+        })
     );
     assert_eq!(scene.contacts().len(), 2);
     scene.clear_contacts();
@@ -458,8 +462,45 @@ fn every_error_says_which_datum_is_wrong() {
         ),
         (Error::MassNotPositiveDefinite { dof: 8 }, "dof 8"),
         (Error::InvalidFriction { contact: 9 }, "mu of contact 9"),
-        (Error::ContactListFull { capacity: 10 }, "10 contacts"),
+        (
+            Error::ListFull {
+                list: List::Contacts,
+                capacity: 10,
+            },
+            "contacts are full (room for 10)",
+        ),
         (Error::NoSuchContact { contact: 11 }, "no contact 11"),
+        (
+            Error::ListFull {
+                list: List::Rows,
+                capacity: 36,
+            },
+            "joint rows are full (room for 36)",
+        ),
+        (Error::NoSuchKey { key: 12 }, "nothing with key 12"),
+        (Error::NoSuchRow { row: 13 }, "no joint row 13"),
+        (
+            Error::InvalidRowCompliance { row: 14 },
+            "compliance of joint row 14",
+        ),
+        (Error::InvalidBounds { row: 15 }, "bounds of joint row 15"),
+        (Error::DelassusSize { wanted: 16 }, "16 entries"),
+        (
+            Error::NotFinite {
+                input: Input::InitialRowImpulse { row: 17 },
+                row: 0,
+                column: 0,
+            },
+            "initial impulse 17 of joint rows",
+        ),
+        (
+            Error::NotFinite {
+                input: Input::JointRow { row: 18 },
+                row: 1,
+                column: 0,
+            },
+            "joint row 18: entry (1, 0)",
+        ),
         (Error::InvalidPenalty, "penalty rho"),
         (
             Error::DelassusOutOfRange { contact: 14 },

@@ -1,7 +1,9 @@
 //! Factors that are hard to compute, or were of another scene.
 
 use nalgebra::{SMatrix, SVector, matrix, vector};
-use stiction::{AdmmFactor, Contact, Error, Factor, Scene, Settings, Solver, Status};
+use stiction::{
+    AdmmFactor, Contact, Error, Factor, JointRow, RowLaw, Scene, Settings, Solver, Status,
+};
 
 /// A feather twice on the floor beside five blocks: too light for the penalty of all.
 #[test]
@@ -77,5 +79,49 @@ fn walls_are_proved_to_close_with_a_factor_that_was_another_scene_s() -> Result<
     let mut solver = Solver::new();
     let solution = solver.solve(&walls, &factor, &vector![-0.1, -0.05], &Settings::default())?;
     assert_eq!(solution.status, Status::Infeasible);
+    Ok(())
+}
+
+/// Of contacts and joint rows: a scene and a factor from numbers solve to the same bits, and those that are not full have none.
+#[test]
+fn a_factor_of_joint_rows_goes_by_way_of_its_numbers() -> Result<(), Error> {
+    let mass = matrix![2.0, 0.3, 0.0; 0.3, 1.0, 0.1; 0.0, 0.1, 0.5];
+    let contact = Contact {
+        jacobian: matrix![0.0, 1.0, 0.2; 1.0, 0.0, -0.4],
+        offset: vector![0.01, 0.0],
+        mu: 0.5,
+        key: 3,
+    };
+    let (lower, upper) = (-0.05, 0.05);
+    let rows = [(RowLaw::Limit, 0.0), (RowLaw::Box { lower, upper }, 0.25)];
+    let rows = rows.map(|(law, compliance)| JointRow {
+        row: vector![0.3, -0.2, 1.0],
+        offset: -0.02,
+        law,
+        compliance,
+        key: 4,
+    });
+    let mut scene = Scene::<f64, 3, 2, 1, 2>::new();
+    scene.set_mass(&mass)?;
+    scene.push(&contact)?;
+    scene.push_row(&rows[0])?;
+    assert!(Factor::new(&scene)?.parts().is_none());
+    scene.push_row(&rows[1])?;
+    let factor = Factor::new(&scene)?;
+    let parts = factor.parts().expect("all places are taken");
+    let baked = (
+        Scene::from_parts(mass, [contact], rows),
+        Factor::from_parts(&parts),
+    );
+    let [mut one, mut other] = [Solver::new(), Solver::new()];
+    for push in [vector![0.5, -0.4, 0.1], vector![0.6, -0.5, -0.1]] {
+        let settings = Settings::new(1e-10);
+        let one = one.solve(&scene, &factor, &push, &settings)?;
+        let other = other.solve(&baked.0, &baked.1, &push, &settings)?;
+        assert!(one.is_solved());
+        assert_eq!((one.velocity, one.work), (other.velocity, other.work));
+        assert_eq!(one.contacts[..], other.contacts[..]);
+        assert_eq!(one.rows[..], other.rows[..]);
+    }
     Ok(())
 }

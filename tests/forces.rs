@@ -3,7 +3,7 @@
 use crate::support::boxes::point_jacobian;
 use nalgebra::{SMatrix, SVector, vector};
 use proptest::prelude::*;
-use stiction::{Contact, Kernel, Mixed, Model, Settings, Surface};
+use stiction::{Contact, Kernel, Model, Settings, Surface};
 
 const FEET: [[f64; 2]; 4] = [[0.2, 0.15], [0.2, -0.15], [-0.2, 0.15], [-0.2, -0.15]];
 
@@ -16,7 +16,7 @@ fn share(
     feet: usize,
     wanted: &SVector<f64, 6>,
 ) -> (SMatrix<f64, 6, 12>, SVector<f64, 12>) {
-    let mut kernel = Kernel::<f64, 6, 3, 4, Mixed>::mixed();
+    let mut kernel = Kernel::<f64, 6, 3, 4>::new();
     let scene = kernel.scene_mut();
     let masses = SMatrix::from_diagonal(&weights.map(|weight| 1.0 / weight));
     scene.set_mass(&masses).expect("positive weights");

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, SVector, matrix, vector};
 use stiction::{
-    Contact, Error, Factor, Input, JointRow, Kernel, Mixed, RowLaw, RowMode, Scene, Settings,
+    Contact, Error, Factor, Input, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings,
     Solver, Status,
 };
 use testbed::scene_file::{self, SceneFile};
@@ -43,13 +43,10 @@ fn trot() -> Vec<(SceneFile, Vec<JointRow<f64, N>>)> {
     with_limits.collect()
 }
 
-fn fill<const C: usize>(
-    scene: &mut Scene<f64, N, 3, C, Mixed>,
-    step: &SceneFile,
-) -> Result<(), Error> {
+fn fill<const R: usize>(scene: &mut Scene<f64, N, 3, 5, R>, step: &SceneFile) -> Result<(), Error> {
     let source = step.scene::<f64, N, 3, 5>()?;
     scene.set_mass(source.mass())?;
-    scene.clear_contacts();
+    scene.clear();
     for contact in source.contacts() {
         scene.push(contact)?;
     }
@@ -60,8 +57,8 @@ fn fill<const C: usize>(
 fn what_is_left_out_is_kept_and_changes_nothing() -> Result<(), Error> {
     let settings = Settings::new(1e-9);
     let (mut lazy, mut whole) = (
-        Kernel::<_, N, 3, 7, _>::mixed(),
-        Kernel::<_, N, 3, 9, _>::mixed(),
+        Kernel::<_, N, 3, 5, 6>::new(),
+        Kernel::<_, N, 3, 5, 12>::new(),
     );
     let (mut reached, mut work) = (0, [0; 2]);
     for (step, limits) in trot() {
@@ -96,8 +93,8 @@ fn what_is_left_out_is_kept_and_changes_nothing() -> Result<(), Error> {
 }
 
 /// Two bodies of 1 kg, the first one over a floor.
-fn pair() -> Result<Kernel<f64, 2, 1, 3, Mixed>, Error> {
-    let mut kernel = Kernel::mixed();
+fn pair() -> Result<Kernel<f64, 2, 1, 1, 2>, Error> {
+    let mut kernel = Kernel::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     kernel.scene_mut().push(&Contact {
         jacobian: matrix![1.0, 0.0],
@@ -120,7 +117,8 @@ fn a_scene_is_afterwards_what_it_was() -> Result<(), Error> {
         Some(RowMode::AtLimit)
     );
     assert_eq!(solution.row_by_key(1), None);
-    assert_eq!(kernel.scene().contacts().len(), 1);
+    let scene = kernel.scene();
+    assert_eq!((scene.contacts().len(), scene.rows().len()), (1, 0));
     kernel.solver_mut().reset();
     let (again, alone) = (
         kernel.solve(&push, &settings)?,
@@ -134,7 +132,7 @@ fn a_scene_is_afterwards_what_it_was() -> Result<(), Error> {
 #[test]
 fn a_limit_that_a_contact_pushes_onto_is_found_on_the_way() -> Result<(), Error> {
     // The floor pushes the pair apart; the free motion violates no limit.
-    let mut kernel = Kernel::<f64, 2, 1, 2, _>::mixed();
+    let mut kernel = Kernel::<f64, 2, 1, 1, 1>::new();
     kernel
         .scene_mut()
         .set_mass(&matrix![2.0, -1.0; -1.0, 2.0])?;
@@ -165,7 +163,7 @@ fn a_budget_is_that_of_all_and_nothing_is_solved_that_violates_a_limit() -> Resu
     let (mut ended, mut solved) = (0, 0);
     for (step, limits) in trot().iter().step_by(5) {
         for budget in [0, 1, 2, 3, 5, 8, 13, 21, 34] {
-            let mut kernel = Kernel::<_, N, 3, 7, _>::mixed();
+            let mut kernel = Kernel::<_, N, 3, 5, 6>::new();
             fill(kernel.scene_mut(), step)?;
             let settings = Settings {
                 budget,
@@ -209,7 +207,12 @@ fn limits_that_close_on_each_other_are_proved_infeasible() -> Result<(), Error> 
     ];
     let solution = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &Settings::new(1e-9))?;
     assert_eq!(solution.status, Status::Infeasible);
-    let proof = |key: u32| solution.row_by_key(key).map_or(0.0, |row| row.certificate);
+    let rows = || solution.rows.iter().zip(&solution.row_certificate);
+    let proof = |key: u32| {
+        rows()
+            .find(|(row, _)| row.key == key)
+            .map_or(0.0, |(_, &d)| d)
+    };
     let (lower, upper) = (proof(3), proof(5));
     assert!(lower > 0.0 && (lower - upper).abs() < 1e-9 * lower && proof(4) == 0.0);
     Ok(())
@@ -223,7 +226,8 @@ fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> 
         let error = kernel
             .solve_with_limits(limits, &push.into(), &settings)
             .err();
-        assert_eq!(kernel.scene().contacts().len(), 1);
+        let scene = kernel.scene();
+        assert_eq!((scene.contacts().len(), scene.rows().len()), (1, 0));
         error
     };
     let not_finite = |input, row| {
@@ -249,8 +253,11 @@ fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> 
         not_finite(Input::FreeImpulse, 1)
     );
     let many = vec![sound; 3];
-    let full = Some(Error::ContactListFull { capacity: 3 });
-    assert_eq!(refused(&many, [0.0, -1.0]), full); // one row a slot, and two are left
+    let full = Some(Error::ListFull {
+        list: List::Rows,
+        capacity: 2,
+    });
+    assert_eq!(refused(&many, [0.0, -1.0]), full); // there is room for two
     assert_eq!(refused(&many, [0.0, 0.0]), None);
     Ok(())
 }
@@ -258,7 +265,7 @@ fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> 
 /// Two stops and room for one row: that of the last tick must not keep out the one that is reached now.
 #[test]
 fn a_stop_that_is_left_makes_room_for_another() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 1, 1, _>::mixed();
+    let mut kernel = Kernel::<f64, 2, 1, 0, 1>::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     let limits = [limit(0, 1.0, 0.0, 0), limit(1, 1.0, 0.0, 1)];
     let settings = Settings::new(1e-9);
@@ -274,7 +281,13 @@ fn a_stop_that_is_left_makes_room_for_another() -> Result<(), Error> {
     }
     // Both: there is no room, and what was found with one of them is no solution.
     let full = kernel.solve_with_limits(&limits, &vector![-1.0, -1.0], &settings);
-    assert_eq!(full.err(), Some(Error::ContactListFull { capacity: 1 }));
+    assert_eq!(
+        full.err(),
+        Some(Error::ListFull {
+            list: List::Rows,
+            capacity: 1
+        })
+    );
     let solution = kernel.solve_with_limits(&limits, &vector![-1.0, 0.5], &settings)?;
     assert!(solution.is_solved());
     Ok(())
@@ -283,14 +296,20 @@ fn a_stop_that_is_left_makes_room_for_another() -> Result<(), Error> {
 /// A lever: the first stop throws it onto the second, for which there is no room.
 #[test]
 fn a_solution_without_some_of_the_limits_is_disowned() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 1, 1, _>::mixed();
+    let mut kernel = Kernel::<f64, 2, 1, 0, 1>::new();
     kernel.scene_mut().set_mass(&matrix![2.0, 1.0; 1.0, 2.0])?;
     let limits = [limit(0, 1.0, 0.0, 0), limit(1, 1.0, 0.0, 1)];
     let settings = Settings::new(1e-9);
     let solution = kernel.solve_with_limits(&limits, &vector![2.0, 2.0], &settings)?;
     assert!(solution.is_solved());
     let full = kernel.solve_with_limits(&limits, &vector![-1.0, -0.25], &settings);
-    assert_eq!(full.err(), Some(Error::ContactListFull { capacity: 1 }));
+    assert_eq!(
+        full.err(),
+        Some(Error::ListFull {
+            list: List::Rows,
+            capacity: 1
+        })
+    );
     let solution = kernel.solution();
     assert!(!solution.is_usable(1.0) && solution.status == Status::Unsolved);
     Ok(())

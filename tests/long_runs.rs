@@ -92,7 +92,12 @@ fn tumbling_box<T: Real>(tolerance: f64) -> Result<[f64; 2], Error> {
             motion.scene.set_jacobian(contact, &jacobian)?;
             motion.offset(
                 contact,
-                law::gap(gap, motion.step, T::ZERO, T::literal(REACH))?,
+                law::Gap {
+                    distance: gap,
+                    recovery: T::ZERO,
+                    reach: T::literal(REACH),
+                }
+                .offset(motion.step)?,
             )?;
         }
         motion.factor.prepare(&motion.scene)?;
@@ -164,7 +169,15 @@ fn a_resting_stack_does_not_creep() -> Result<(), Error> {
     for _ in 0..steps {
         for (i, contact) in contacts.iter().enumerate() {
             let gap = (contact.jacobian * motion.position)[0];
-            motion.offset(i, law::gap(gap, step, 0.1, REACH)?)?;
+            motion.offset(
+                i,
+                law::Gap {
+                    distance: gap,
+                    recovery: 0.1,
+                    reach: REACH,
+                }
+                .offset(step)?,
+            )?;
         }
         motion.advance()?;
     }

@@ -3,8 +3,55 @@
 use nalgebra::{SVector, vector};
 use proptest::prelude::*;
 use proptest::sample::select;
-use stiction::time_stepping::{self as law, Motor, Parameter};
+use stiction::time_stepping::{
+    ClosedLoop, DryFriction, Gap, JointLimit, Motor, Parameter, Restitution, Spring, Suction,
+};
 use stiction::{Error, JointRow, Real, RowLaw};
+
+/// [`Gap::offset`], by numbers in a row; so the others.
+fn gap<T: Real>(distance: T, step: T, recovery: T, reach: T) -> Result<T, Error> {
+    let gap = Gap {
+        distance,
+        recovery,
+        reach,
+    };
+    gap.offset(step)
+}
+
+fn restitution<T: Real>(
+    coefficient: T,
+    approach: T,
+    threshold: T,
+    gap_offset: T,
+) -> Result<T, Error> {
+    let law = Restitution {
+        coefficient,
+        threshold,
+    };
+    law.offset(approach, gap_offset)
+}
+
+fn compliance<T: Real>(stiffness: T, relaxation: T, step: T) -> Result<T, Error> {
+    let spring = Spring {
+        stiffness,
+        relaxation,
+    };
+    spring.compliance(step)
+}
+
+/// Its stiffness does not matter.
+fn compliant_gap<T: Real>(distance: T, relaxation: T, step: T, reach: T) -> Result<T, Error> {
+    let spring = Spring {
+        stiffness: T::literal(f64::NAN),
+        relaxation,
+    };
+    let gap = Gap {
+        distance,
+        reach,
+        ..Gap::default()
+    };
+    spring.offset(&gap, step)
+}
 
 const NAN: f64 = f64::NAN;
 const INFINITY: f64 = f64::INFINITY;
@@ -49,7 +96,7 @@ fn a_gap_names_what_it_refuses() {
     for distance in [0.01, 0.0, -0.01] {
         each_refused(
             [distance, 1e-3, 0.1, 10.0],
-            |[gap, step, recovery, reach]| law::gap(gap, step, recovery, reach),
+            |[distance, step, recovery, reach]| gap(distance, step, recovery, reach),
             [
                 (Parameter::Gap, NO_DISTANCE),
                 (Parameter::Step, NOT_POSITIVE),
@@ -58,21 +105,21 @@ fn a_gap_names_what_it_refuses() {
             ],
         );
     }
-    let no_bounds = |gap| law::gap(gap, 1e-3, INFINITY, INFINITY);
+    let no_bounds = |distance| gap(distance, 1e-3, INFINITY, INFINITY);
     assert_eq!(no_bounds(-3.0), Ok(-3.0 / 1e-3));
     assert_eq!(refused(no_bounds(1e307)), Parameter::Gap);
     assert_eq!(refused(no_bounds(-1e307)), Parameter::Gap);
     assert_eq!(refused(no_bounds(INFINITY)), Parameter::Gap);
-    assert_eq!(law::gap(INFINITY, 1e-3, 0.1, 10.0), Ok(10.0)); // nothing near
-    assert_eq!(law::gap(1e307, 1e-3, 0.1, 10.0), Ok(10.0)); // far away
-    assert_eq!(law::gap(-1e307, 1e-3, 0.0, 10.0), Ok(0.0));
+    assert_eq!(gap(INFINITY, 1e-3, 0.1, 10.0), Ok(10.0)); // nothing near
+    assert_eq!(gap(1e307, 1e-3, 0.1, 10.0), Ok(10.0)); // far away
+    assert_eq!(gap(-1e307, 1e-3, 0.0, 10.0), Ok(0.0));
 }
 
 #[test]
 fn a_bounce_names_what_it_refuses() {
     each_refused(
         [0.5, -3.0, 0.1, 0.0],
-        |[e, approach, threshold, gap]| law::restitution(e, approach, threshold, gap),
+        |[e, approach, threshold, gap]| restitution(e, approach, threshold, gap),
         [
             (Parameter::Restitution, &[NAN, INFINITY, -0.1, 1.1]),
             (Parameter::Approach, NOT_FINITE),
@@ -80,7 +127,7 @@ fn a_bounce_names_what_it_refuses() {
             (Parameter::GapOffset, NOT_FINITE),
         ],
     );
-    assert_eq!(law::restitution(1.0, -1e308, 0.0, -1e308), Ok(-1e308)); // their sum overflows
+    assert_eq!(restitution(1.0, -1e308, 0.0, -1e308), Ok(-1e308)); // their sum overflows
 }
 
 #[test]
@@ -88,8 +135,12 @@ fn a_stop_names_what_it_refuses() {
     each_refused(
         [0.01, 1e-3, 0.1, 10.0],
         |[distance, step, recovery, reach]| {
-            let stop = law::joint_limit(vector![1.0], distance, step, recovery, reach, 0);
-            stop.map(|row| row.offset)
+            let stop = JointLimit {
+                distance,
+                recovery,
+                reach,
+            };
+            stop.row(vector![1.0], step, 0).map(|row| row.offset)
         },
         [
             (Parameter::Distance, NO_DISTANCE),
@@ -101,7 +152,8 @@ fn a_stop_names_what_it_refuses() {
     each_refused(
         [0.01, 1e-3, 0.1],
         |[drift, step, recovery]| {
-            law::closed_loop(vector![1.0], drift, step, recovery, 0).map(|row| row.offset)
+            let closed = ClosedLoop { drift, recovery };
+            closed.row(vector![1.0], step, 0).map(|row| row.offset)
         },
         [
             (Parameter::Drift, NOT_FINITE),
@@ -115,13 +167,16 @@ fn a_stop_names_what_it_refuses() {
 fn dry_friction_names_what_it_refuses() {
     each_refused(
         [0.5, 1e-3],
-        |[torque, step]| law::dry_friction(vector![1.0], torque, step, 0).map(|row| row.offset),
+        |[torque, step]| {
+            let gear = DryFriction { torque }.row(vector![1.0], step, 0);
+            gear.map(|row| row.offset)
+        },
         [
             (Parameter::Torque, NEGATIVE),
             (Parameter::Step, NOT_POSITIVE),
         ],
     );
-    let long = law::dry_friction(vector![1.0], 1e300, 1e10, 0);
+    let long = DryFriction { torque: 1e300 }.row(vector![1.0], 1e10, 0);
     assert_eq!(refused(long), Parameter::Torque); // its impulse overflows
 }
 
@@ -134,8 +189,10 @@ fn motor(
         damping,
         feedforward,
         limit,
+        ahead,
+        target,
     };
-    law::motor(vector![1.0], &motor, ahead, target, step, 0).map(|row| row.offset)
+    motor.row(vector![1.0], step, 0).map(|row| row.offset)
 }
 
 #[test]
@@ -197,26 +254,23 @@ fn a_motor_names_what_it_refuses() {
 fn compliance_names_what_it_refuses() {
     each_refused(
         [5e3, 5e-3, 1e-3],
-        |[stiffness, relaxation, step]| law::compliance(stiffness, relaxation, step),
+        |[stiffness, relaxation, step]| compliance(stiffness, relaxation, step),
         [
             (Parameter::Stiffness, &[NAN, -INFINITY, -1.0, 0.0, TINY]),
             (Parameter::Relaxation, NEGATIVE),
             (Parameter::Step, NOT_POSITIVE),
         ],
     );
-    assert_eq!(law::compliance(INFINITY, 0.0, 1e-3), Ok(0.0)); // rigid
+    assert_eq!(compliance(INFINITY, 0.0, 1e-3), Ok(0.0)); // rigid
+    assert_eq!(refused(compliance(INFINITY, 0.0, 1e-200)), Parameter::Step); // its square is 0
+    assert_eq!(refused(compliance(1.0, 0.0, 1e200)), Parameter::Step);
     assert_eq!(
-        refused(law::compliance(INFINITY, 0.0, 1e-200)),
-        Parameter::Step
-    ); // its square is 0
-    assert_eq!(refused(law::compliance(1.0, 0.0, 1e200)), Parameter::Step);
-    assert_eq!(
-        refused(law::compliance(1.0, 1e308, 1e308)),
+        refused(compliance(1.0, 1e308, 1e308)),
         Parameter::Relaxation
     );
     each_refused(
         [-0.01, 5e-3, 1e-3, 10.0],
-        |[gap, relaxation, step, reach]| law::compliant_gap(gap, relaxation, step, reach),
+        |[gap, relaxation, step, reach]| compliant_gap(gap, relaxation, step, reach),
         [
             (Parameter::Gap, &[NAN, -INFINITY, -1e307]),
             (Parameter::Relaxation, NEGATIVE),
@@ -224,12 +278,43 @@ fn compliance_names_what_it_refuses() {
             (Parameter::Reach, NO_BOUND),
         ],
     );
-    assert_eq!(law::compliant_gap(3.0, 0.0, 0.5, INFINITY), Ok(6.0));
+    assert_eq!(compliant_gap(3.0, 0.0, 0.5, INFINITY), Ok(6.0));
+}
+
+#[test]
+fn suction_names_what_it_refuses() {
+    let up = vector![1.0].transpose();
+    let push_back = |[force, step]: [f64; 2]| {
+        let mut push = vector![0.0];
+        Suction { force }.push_back(&up, step, &mut push)?;
+        Ok(push[0])
+    };
+    let impulse = |[force, step]: [f64; 2]| {
+        let impulse = Suction { force }.impulse(&vector![1.0, 2.0], step)?;
+        Ok(impulse[0])
+    };
+    let bad = [
+        (Parameter::Suction, NEGATIVE),
+        (Parameter::Step, NOT_POSITIVE),
+    ];
+    each_refused([16.0, 0.5], push_back, bad);
+    each_refused([16.0, 0.5], impulse, bad);
+    assert_eq!(push_back([16.0, 0.5]), Ok(-8.0));
+    assert_eq!(impulse([16.0, 0.5]), Ok(-7.0));
+    assert_eq!(refused(push_back([1e300, 1e10])), Parameter::Suction); // their product overflows
+    // What is refused leaves the impulse as it was.
+    let mut push = vector![3.0];
+    assert!(
+        Suction { force: NAN }
+            .push_back(&up, 0.5, &mut push)
+            .is_err()
+    );
+    assert!((push[0] - 3.0_f64).abs() < 1e-15);
 }
 
 #[test]
 fn the_error_says_what_is_asked_of_the_parameter() {
-    let error = law::gap(0.01, -1e-3, 0.1, 10.0).unwrap_err();
+    let error = gap(0.01, -1e-3, 0.1, 10.0).unwrap_err();
     let text = "step is not a positive number that can be divided by";
     assert_eq!(error.to_string(), text);
 }
@@ -242,24 +327,35 @@ fn finite_or_refused<T: Real>([a, b, c, d, e, f, g]: [T; 7]) {
         damping: b,
         feedforward: c,
         limit: d,
+        ahead: e,
+        target: f,
     };
-    if let Ok(offset) = law::gap(a, b, c, d) {
+    let stop = JointLimit {
+        distance: a,
+        recovery: c,
+        reach: d,
+    };
+    let closed = ClosedLoop {
+        drift: a,
+        recovery: c,
+    };
+    if let Ok(offset) = gap(a, b, c, d) {
         assert!(offset.is_finite() && -c <= offset && offset <= d);
     }
-    if let Ok(offset) = law::restitution(a, b, c, d) {
+    if let Ok(offset) = restitution(a, b, c, d) {
         assert!(offset.is_finite() && offset <= d);
     }
-    if let Ok(offset) = law::compliant_gap(a, b, c, d) {
+    if let Ok(offset) = compliant_gap(a, b, c, d) {
         assert!(offset.is_finite() && offset <= d);
     }
-    if let Ok(compliance) = law::compliance(a, b, c) {
+    if let Ok(compliance) = compliance(a, b, c) {
         assert!(compliance.is_finite() && compliance >= T::ZERO);
     }
     let rows: [Result<JointRow<T, 1>, Error>; 4] = [
-        law::joint_limit(row, a, b, c, d, 0),
-        law::dry_friction(row, a, b, 0),
-        law::motor(row, &motor, e, f, g, 0),
-        law::closed_loop(row, a, b, c, 0),
+        stop.row(row, b, 0),
+        DryFriction { torque: a }.row(row, b, 0),
+        motor.row(row, g, 0),
+        closed.row(row, b, 0),
     ];
     for row in rows.into_iter().flatten() {
         assert!(row.offset.is_finite());

@@ -4,7 +4,7 @@ use crate::support::boxes::{BRICK, GRAVITY};
 use crate::support::random::{draws, scenes};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, matrix, vector};
 use proptest::prelude::*;
-use stiction::{Contact, ContactMode, Error, Model, Scene, Settings, SlipUpdate, Status};
+use stiction::{Contact, ContactMode, Error, Model, Scene, Settings, SlipUpdate, Status, Surface};
 use testbed::measure::{Law, error_of, impulses};
 use testbed::method::Method;
 
@@ -164,7 +164,7 @@ proptest! {
         let (mass, inertia, radius) = (0.5, 0.002, 0.03);
         let mut scene = Scene::<f64, 4, 4, 1>::new();
         scene.set_mass(&SMatrix::from_diagonal(&vector![mass, mass, mass, inertia]))?;
-        scene.push(&Contact {
+        let disc = Contact {
             jacobian: matrix![
                 0.0, 0.0, 1.0, 0.0;
                 1.0, 0.0, 0.0, 0.0;
@@ -174,7 +174,8 @@ proptest! {
             offset: SVector::zeros(),
             mu,
             key: 0,
-        })?;
+        };
+        scene.push_on(&disc, &Surface { spin: mu, ..Surface::isotropic(mu) })?;
         let weight = mass * GRAVITY * STEP;
         let push = vector![0.0, 0.0, -weight, inertia * spin];
         let solution = Method::Default.solve(&scene, &push, &exactly())?;

@@ -1,10 +1,10 @@
 //! Scenes of contacts and joint rows: what is solved, what is proved, what is refused, and what a warm start follows.
 
 use nalgebra::{Matrix2, Matrix3, SVector, matrix, vector};
-use stiction::time_stepping as law;
+use stiction::time_stepping::{DryFriction, JointLimit};
 use stiction::{
-    Contact, Error, Factor, Input, JointRow, Kernel, Real, RowIndex, RowLaw, RowMode, Scene,
-    Settings, Solver, Status, Surface,
+    Contact, Error, Factor, Input, JointRow, Kernel, List, Real, RowLaw, RowMode, Scene, Settings,
+    Solver, Status, Surface,
 };
 use testbed::kernel::Answer;
 use testbed::mixed::{self, MixedFile, Times};
@@ -75,9 +75,9 @@ fn row(law: RowLaw<f64>, offset: f64, key: u32) -> JointRow<f64, 2> {
 
 #[test]
 fn what_cannot_be_is_refused_by_name() -> Result<(), Error> {
-    let mut scene = Scene::<f64, 2, 2, 1, _>::mixed();
+    let mut scene = Scene::<f64, 2, 2, 0, 2>::new();
     scene.set_mass(&Matrix2::identity())?;
-    let first = RowIndex { slot: 0, row: 0 };
+    let first = 0;
     let bounds = |lower, upper| RowLaw::Box { lower, upper };
     for law in [
         bounds(1.0, -1.0),
@@ -93,20 +93,21 @@ fn what_cannot_be_is_refused_by_name() -> Result<(), Error> {
             ..row(RowLaw::Limit, 0.0, 0)
         };
         let refused = scene.push_row(&soft);
-        assert_eq!(refused, Err(Error::InvalidCompliance { slot: 0 }));
+        assert_eq!(refused, Err(Error::InvalidRowCompliance { row: first }));
     }
     let input = Input::JointRow { row: first };
     let not_finite = scene.push_row(&row(RowLaw::Limit, f64::NAN, 0));
     assert!(matches!(not_finite, Err(Error::NotFinite { input: found, .. }) if found == input));
-    assert!(scene.contacts().is_empty());
+    assert!(scene.contacts().is_empty() && scene.rows().is_empty());
     let (one, two) = (
         scene.push_row(&row(RowLaw::Limit, 0.0, 0))?,
         scene.push_row(&row(RowLaw::Equality, 0.0, 1))?,
     );
-    assert_eq!((one.slot, two.slot, two.row), (0, 0, 1)); // they share a slot
+    assert_eq!((one, two), (0, 1));
     let full = scene.push_row(&row(RowLaw::Limit, 0.0, 2));
-    assert_eq!(full, Err(Error::ContactListFull { capacity: 1 }));
-    let none = RowIndex { slot: 0, row: 2 };
+    let list = List::Rows;
+    assert_eq!(full, Err(Error::ListFull { list, capacity: 2 }));
+    let none = 2;
     assert_eq!(
         scene.set_row_offset(none, 0.0),
         Err(Error::NoSuchRow { row: none })
@@ -118,7 +119,7 @@ fn what_cannot_be_is_refused_by_name() -> Result<(), Error> {
 
 #[test]
 fn a_contact_that_gives_way_backwards_is_refused() -> Result<(), Error> {
-    let mut scene = Scene::<f64, 3, 3, 2, _>::mixed();
+    let mut scene = Scene::<f64, 3, 3, 2>::new();
     scene.set_mass(&Matrix3::identity())?;
     let contact = Contact {
         jacobian: Matrix3::identity(),
@@ -132,7 +133,7 @@ fn a_contact_that_gives_way_backwards_is_refused() -> Result<(), Error> {
         ..round
     };
     let refused = scene.push_on(&contact, &soft);
-    assert_eq!(refused, Err(Error::InvalidCompliance { slot: 0 }));
+    assert_eq!(refused, Err(Error::InvalidCompliance { contact: 0 }));
     let rough = Surface {
         friction: [0.5, -0.5],
         ..round
@@ -143,8 +144,8 @@ fn a_contact_that_gives_way_backwards_is_refused() -> Result<(), Error> {
 }
 
 /// Four joints with friction and stops; rows in this order, some left out.
-fn joints(order: &[u32]) -> Result<(Scene<f64, 4, 3, 4, stiction::Mixed>, Vec<RowIndex>), Error> {
-    let mut scene = Scene::mixed();
+fn joints(order: &[u32]) -> Result<(Scene<f64, 4, 3, 0, 8>, Vec<usize>), Error> {
+    let mut scene = Scene::new();
     scene.set_mass(&matrix![
         2.0, 0.3, 0.1, 0.0;
         0.3, 1.5, 0.2, 0.1;
@@ -154,9 +155,15 @@ fn joints(order: &[u32]) -> Result<(Scene<f64, 4, 3, 4, stiction::Mixed>, Vec<Ro
     for &key in order {
         let row = SVector::ith(usize::try_from(key / 2).unwrap_or(0), 1.0);
         places.push(scene.push_row(&if key % 2 == 0 {
-            law::dry_friction(row, 100.0 * f64::from(1 + key), 1e-3, key)?
+            let torque = 100.0 * f64::from(1 + key);
+            DryFriction { torque }.row(row, 1e-3, key)?
         } else {
-            law::joint_limit(row, 1e-4, 1e-3, 0.1, 10.0, key)?
+            let stop = JointLimit {
+                distance: 1e-4,
+                recovery: 0.1,
+                reach: 10.0,
+            };
+            stop.row(row, 1e-3, key)?
         })?);
     }
     Ok((scene, places))
@@ -170,7 +177,7 @@ fn a_warm_start_follows_joint_rows_by_key() -> Result<(), Error> {
     let mut solver = Solver::new();
     let cold = solver.solve(&scene, &Factor::new(&scene)?, &push, &settings)?;
     assert!(cold.is_solved() && cold.work.total() > 0);
-    let impulses: Vec<_> = places.iter().filter_map(|&row| cold.row(row)).collect();
+    let impulses: Vec<_> = places.iter().map(|&row| cold.rows[row]).collect();
     // In another order each row finds its impulse, and there is nothing to be done.
     let order = [7, 2, 5, 0, 3, 6, 1, 4];
     let (scene, places) = joints(&order)?;
@@ -178,13 +185,14 @@ fn a_warm_start_follows_joint_rows_by_key() -> Result<(), Error> {
     assert!(warm.is_solved());
     assert_eq!(warm.work.total(), 0);
     for (place, key) in places.iter().zip(order) {
-        let row = warm.row(*place).expect("it is there");
+        let row = warm.rows[*place];
+        assert_eq!(row.key, key);
         let last = impulses[usize::try_from(key).expect("small")];
         assert!((row.impulse - last.impulse).abs() < 1e-9);
         assert_eq!(row.mode, last.mode);
     }
     // Open ones may go.
-    let open = |row: &RowIndex| warm.row(*row).is_some_and(|row| row.mode == RowMode::Open);
+    let open = |row: &usize| warm.rows[*row].mode == RowMode::Open;
     let closed = places.iter().zip(order).filter(|(row, _)| !open(row));
     let left: Vec<u32> = closed.map(|(_, key)| key).collect();
     assert!(left.len() < 8);
@@ -198,28 +206,27 @@ fn a_warm_start_follows_joint_rows_by_key() -> Result<(), Error> {
 fn limits_that_close_on_each_other_are_proved_infeasible_and_rubber_ones_give_way()
 -> Result<(), Error> {
     for compliance in [0.0, 0.5] {
-        let mut scene = Scene::<f32, 2, 3, 2, _>::mixed();
+        let mut scene = Scene::<f32, 2, 3, 0, 2>::new();
         scene.set_mass(&Matrix2::identity())?;
-        let mut places = Vec::new();
         for (key, sign) in [(0, 1.0), (1, -1.0)] {
-            places.push(scene.push_row(&JointRow {
+            scene.push_row(&JointRow {
                 row: vector![sign, 0.0],
                 offset: -0.2,
                 law: RowLaw::Limit,
                 compliance,
                 key,
-            })?);
+            })?;
         }
         let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
         let solution = solver.solve(&scene, &factor, &vector![0.1, 0.3], &Settings::new(1e-4))?;
-        let rows = places.iter().filter_map(|&row| solution.row(row));
-        let proof: Vec<f32> = rows.map(|row| row.certificate).collect();
+        let proof = &solution.row_certificate;
         if compliance == 0.0 {
             assert_eq!(solution.status, Status::Infeasible);
+            assert_eq!(proof.len(), 2);
             assert!(proof[0] > 0.0 && (proof[0] - proof[1]).abs() < 1e-6 * proof[0]);
         } else {
             assert!(solution.is_solved());
-            assert_eq!(proof, [0.0, 0.0]);
+            assert!(proof.is_empty() && solution.certificate.is_empty());
         }
     }
     Ok(())
@@ -228,7 +235,7 @@ fn limits_that_close_on_each_other_are_proved_infeasible_and_rubber_ones_give_wa
 /// Of impulses of 1e45 even a bad error is less than that of none, relative to them.
 #[test]
 fn impulses_of_a_glitch_are_no_start() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 3, 3, 4, _>::mixed();
+    let mut kernel = Kernel::<f64, 3, 3, 2, 2>::new();
     let scene = kernel.scene_mut();
     let root: Matrix3<f64> = matrix![
         0.819_426_827_225_430_7, -0.387_975_774_545_407_9, -0.117_006_683_884_221_08;
@@ -289,11 +296,11 @@ fn a_row_that_nothing_moves_has_the_mode_of_its_law() -> Result<(), Error> {
         (RowLaw::Equality, 0.0, RowMode::Holding),
         (motor, 0.3, RowMode::Holding),
     ] {
-        let mut kernel = Kernel::<f64, 2, 2, 1, _>::mixed();
+        let mut kernel = Kernel::<f64, 2, 2, 0, 1>::new();
         kernel.scene_mut().set_mass(&Matrix2::identity())?;
         let index = kernel.scene_mut().push_row(&still(law, offset))?;
         let solution = kernel.solve(&vector![1.0, 1.0], &Settings::new(1e-9))?;
-        let found = solution.row(index).expect("it is there");
+        let found = solution.rows[index];
         assert!(solution.is_solved());
         assert_eq!((found.impulse, found.mode), (0.0, mode));
     }
@@ -301,15 +308,60 @@ fn a_row_that_nothing_moves_has_the_mode_of_its_law() -> Result<(), Error> {
 }
 
 #[test]
-fn a_slot_of_joint_rows_is_no_contact_to_be_changed() -> Result<(), Error> {
-    let mut scene = Scene::<f64, 2, 2, 1, _>::mixed();
+fn a_joint_row_is_no_contact_to_be_changed() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 2, 2, 1, 1>::new();
     scene.set_mass(&Matrix2::identity())?;
     scene.push_row(&row(RowLaw::Limit, 0.0, 0))?;
-    let before = scene.contacts().to_vec();
+    let before = scene.rows().to_vec();
     let refused = Err(Error::NoSuchContact { contact: 0 });
     assert_eq!(scene.set_friction(0, 0.5), refused);
     assert_eq!(scene.set_offset(0, &vector![1.0, 1.0]), refused);
     assert_eq!(scene.set_jacobian(0, &Matrix2::identity()), refused);
-    assert_eq!(scene.contacts(), before);
+    assert_eq!(scene.remove_contact(0), Err(Error::NoSuchKey { key: 0 }));
+    assert!(scene.contacts().is_empty());
+    assert_eq!(scene.rows(), before);
+    Ok(())
+}
+
+/// Impulses that somebody else has found, by key, those of joint rows apart from those of contacts.
+#[test]
+fn a_solve_starts_at_impulses_of_joint_rows_that_are_given() -> Result<(), Error> {
+    let push = vector![-2.0, 1.0, -1.5, -1.0];
+    let settings = Settings::new(1e-10);
+    let (scene, _) = joints(&[0, 1, 2, 3, 4, 5, 6, 7])?;
+    let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+    let cold = solver.solve(&scene, &factor, &push, &settings)?.clone();
+    assert!(cold.is_solved() && cold.work.total() > 0);
+    let mut given: Vec<_> = cold.rows.iter().map(|row| (row.key, row.impulse)).collect();
+    given.reverse();
+    solver.reset();
+    solver.set_impulses(&[], &given)?;
+    let warm = solver.solve(&scene, &factor, &push, &settings)?;
+    assert_eq!((warm.status, warm.work.total()), (Status::Solved, 0));
+    assert!((warm.velocity - cold.velocity).norm() < 1e-9);
+    // What is refused changes nothing.
+    let capacity = 8;
+    for (contacts, rows, list, capacity) in [
+        (
+            vec![],
+            vec![(0, 0.0); 9],
+            List::InitialRowImpulses,
+            capacity,
+        ),
+        (
+            vec![(0, SVector::zeros())],
+            vec![],
+            List::InitialImpulses,
+            0,
+        ),
+    ] {
+        let refused = solver.set_impulses(&contacts, &rows);
+        assert_eq!(refused, Err(Error::ListFull { list, capacity }));
+    }
+    let refused = solver.set_impulses(&[], &[(0, 1.0), (1, f64::INFINITY)]);
+    let input = Input::InitialRowImpulse { row: 1 };
+    assert!(matches!(refused, Err(Error::NotFinite { input: found, .. }) if found == input));
+    let warm = solver.solve(&scene, &factor, &push, &settings)?;
+    assert_eq!((warm.status, warm.work.total()), (Status::Solved, 0));
     Ok(())
 }

@@ -2,21 +2,25 @@
 
 use crate::support::boxes::GRAVITY;
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, vector};
-use stiction::time_stepping as law;
-use stiction::time_stepping::Motor;
-use stiction::{Error, Factor, JointRow, Kernel, RowMode, Scene, Settings, Solver};
+use stiction::time_stepping::{ClosedLoop, DryFriction, JointLimit, Motor};
+use stiction::{Error, Factor, Kernel, RowMode, Scene, Settings, Solver};
 
 #[test]
 fn a_pendulum_on_its_stop_loses_its_momentum_there() -> Result<(), Error> {
     let (inertia, speed, step) = (0.3, 1.7, 1e-3);
-    let mut scene = Scene::<f64, 1, 3, 1, _>::mixed();
+    let mut scene = Scene::<f64, 1, 3, 0, 1>::new();
     scene.set_mass(&Matrix1::new(inertia))?;
-    let stop = scene.push_row(&law::joint_limit(vector![1.0], 0.0, step, 0.0, 10.0, 0)?)?;
+    let limit = JointLimit {
+        distance: 0.0,
+        recovery: 0.0,
+        reach: 10.0,
+    };
+    let stop = scene.push_row(&limit.row(vector![1.0], step, 0)?)?;
     let weight = 0.8; // N·m, onto the stop
     let push = vector![-inertia * speed - step * weight];
     let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
     let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-12))?;
-    let stop = solution.row(stop).expect("it is there");
+    let stop = solution.rows[stop];
     assert_eq!(stop.mode, RowMode::AtLimit);
     assert!((stop.impulse - (inertia * speed + step * weight)).abs() < 1e-12);
     assert!(solution.velocity[0].abs() < 1e-12);
@@ -26,23 +30,23 @@ fn a_pendulum_on_its_stop_loses_its_momentum_there() -> Result<(), Error> {
 #[test]
 fn dry_friction_stops_a_flywheel_after_its_momentum_over_the_torque() -> Result<(), Error> {
     let (inertia, speed, torque, step) = (0.2, 3.0, 0.5, 1e-3);
-    let mut kernel = Kernel::<f64, 1, 2, 1, _>::mixed();
+    let mut kernel = Kernel::<f64, 1, 2, 0, 1>::new();
     kernel.scene_mut().set_mass(&Matrix1::new(inertia))?;
-    let row = law::dry_friction(vector![1.0], torque, step, 0)?;
+    let row = DryFriction { torque }.row(vector![1.0], step, 0)?;
     let gear = kernel.scene_mut().push_row(&row)?;
     let (mut velocity, mut steps) = (speed, 0_u32);
     while velocity > 1e-12 {
         let solution = kernel.solve(&vector![inertia * velocity], &Settings::new(1e-12))?;
         velocity = solution.velocity[0];
         steps += 1;
-        let mode = solution.row(gear).expect("it is there").mode;
+        let mode = solution.rows[gear].mode;
         assert!(mode == RowMode::AtLower || velocity < 1e-9, "{mode:?}");
     }
     assert!((f64::from(steps) * step - inertia * speed / torque).abs() < 1.5 * step);
     // And holds what is less than it.
     let push = vector![0.9 * torque * step];
     let solution = kernel.solve(&push, &Settings::new(1e-12))?;
-    let gear = solution.row(gear).expect("it is there");
+    let gear = solution.rows[gear];
     assert_eq!((gear.mode, solution.velocity[0]), (RowMode::Holding, 0.0));
     Ok(())
 }
@@ -53,16 +57,19 @@ fn a_saturated_motor_lifts_exactly_what_it_can() -> Result<(), Error> {
     let motor = Motor {
         stiffness: 4e4,
         damping: 400.0,
-        feedforward: 0.0,
         limit,
+        ..Motor::default()
     };
     // Asked to hold, and to lift what is too heavy by a metre.
     for (mass, saturated, target) in [(2.0, false, 0.0), (5.0, true, 1.0)] {
         let weight = mass * GRAVITY;
-        let mut kernel = Kernel::<f64, 1, 3, 1, _>::mixed();
+        let mut kernel = Kernel::<f64, 1, 3, 0, 1>::new();
         kernel.scene_mut().set_mass(&Matrix1::new(mass))?;
         let (mut height, mut velocity) = (0.0, 0.0);
-        let row = |height: f64| law::motor(vector![1.0], &motor, height - target, 0.0, step, 0);
+        let row = |height: f64| {
+            let ahead = height - target;
+            Motor { ahead, ..motor }.row(vector![1.0], step, 0)
+        };
         let lift = kernel.scene_mut().push_row(&row(0.0)?)?;
         for _ in 0..300 {
             kernel
@@ -73,7 +80,7 @@ fn a_saturated_motor_lifts_exactly_what_it_can() -> Result<(), Error> {
             velocity = solution.velocity[0];
             height += step * velocity;
         }
-        let mode = kernel.solution().row(lift).expect("it is there").mode;
+        let mode = kernel.solution().rows[lift].mode;
         if saturated {
             // It falls by what the motor cannot carry.
             let fallen = 0.5 * (limit - weight) / mass * (300.0 * step) * (301.0 * step);
@@ -117,29 +124,26 @@ fn a_four_bar_loop_does_not_drift_over_a_hundred_thousand_steps() -> Result<(), 
     }
     assert!(four_bar(&angles).0.norm() < 1e-15);
     let drive = Motor {
-        stiffness: 0.0,
         damping: 1.0,
-        feedforward: 0.0,
         limit: 5.0,
+        target: speed,
+        ..Motor::default()
     };
     let mut velocity = SVector::zeros();
-    let mut kernel = Kernel::<f64, 3, 3, 2, _>::mixed();
+    let mut kernel = Kernel::<f64, 3, 3, 0, 3>::new();
     kernel.scene_mut().set_mass(&mass)?;
     let (mut early, mut late) = (0.0_f64, 0.0_f64);
     for k in 0..100_000 {
         let (gap, rows) = four_bar(&angles);
         let scene = kernel.scene_mut();
-        scene.clear_contacts();
-        scene.push_row(&law::motor(
-            SVector::ith(0, 1.0),
-            &drive,
-            0.0,
-            speed,
-            step,
-            9,
-        )?)?;
-        for (key, (row, &gap)) in (0..).zip(rows.row_iter().zip(&gap)) {
-            scene.push_row(&law::closed_loop(row.transpose(), gap, step, 1.0, key)?)?;
+        scene.clear_rows();
+        scene.push_row(&drive.row(SVector::ith(0, 1.0), step, 9)?)?;
+        for (key, (row, &drift)) in (0..).zip(rows.row_iter().zip(&gap)) {
+            let closed = ClosedLoop {
+                drift,
+                recovery: 1.0,
+            };
+            scene.push_row(&closed.row(row.transpose(), step, key)?)?;
         }
         let solution = kernel.solve(&(mass * velocity), &Settings::new(1e-12))?;
         assert!(solution.is_solved(), "{:?}", solution.status);
@@ -161,9 +165,13 @@ fn a_four_bar_loop_does_not_drift_over_a_hundred_thousand_steps() -> Result<(), 
 #[test]
 fn a_loop_of_redundant_rows_holds_like_one_without() -> Result<(), Error> {
     let solve = |copies: usize| -> Result<SVector<f64, 2>, Error> {
-        let mut scene = Scene::<f64, 2, 3, 2, _>::mixed();
+        let mut scene = Scene::<f64, 2, 3, 0, 6>::new();
         scene.set_mass(&Matrix2::from_diagonal(&vector![1.0, 3.0]))?;
-        let row: JointRow<f64, 2> = law::closed_loop(vector![1.0, -2.0], 0.0, 1e-3, 1.0, 0)?;
+        let closed = ClosedLoop {
+            drift: 0.0,
+            recovery: 1.0,
+        };
+        let row = closed.row(vector![1.0, -2.0], 1e-3, 0)?;
         for _ in 0..copies {
             scene.push_row(&row)?;
         }

@@ -5,8 +5,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stiction::time_stepping::Parameter;
 use stiction::{
-    Contact, Error, Factor, Input, JointRow, Kernel, Mixed, Model, RowIndex, RowLaw, Scene,
-    Settings, Solution, Solver, Status,
+    Contact, Error, Factor, Input, JointRow, Kernel, List, Model, RowLaw, Scene, Settings,
+    Solution, Solver, Status,
 };
 
 /// What comes back by way of bytes, and if it is all made of numbers of text.
@@ -20,12 +20,16 @@ fn back<V: Serialize + DeserializeOwned>(value: &V, is_finite: bool) -> Vec<V> {
     read
 }
 
-fn same<const N: usize, const D: usize, const C: usize>(solution: &Solution<f64, N, D, C>) {
+fn same<const N: usize, const D: usize, const C: usize, const R: usize>(
+    solution: &Solution<f64, N, D, C, R>,
+) {
     for read in back(solution, solution.error.is_finite()) {
         assert_eq!(read.velocity, solution.velocity);
         assert_eq!(read.contacts, solution.contacts);
         assert_eq!(read.status, solution.status);
+        assert_eq!(read.rows, solution.rows);
         assert_eq!(read.certificate, solution.certificate);
+        assert_eq!(read.row_certificate, solution.row_certificate);
         assert_eq!(read.work, solution.work);
         assert_eq!(read.error.to_bits(), solution.error.to_bits());
     }
@@ -77,33 +81,36 @@ fn a_proof_is_read_back_with_its_infinite_error() -> Result<(), Error> {
     Ok(())
 }
 
-/// What joint rows do is left out, and whoever asks is told of none.
 #[test]
-fn of_joint_rows_nothing_false_is_read() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 1, 1, 1, Mixed>::mixed();
+fn what_joint_rows_do_is_read_back_and_how_they_contradict_each_other() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 1, 1, 1, 2>::new();
     kernel.scene_mut().set_mass(&Matrix1::new(0.5))?;
-    let stop = kernel.scene_mut().push_row(&JointRow {
+    let mut stop = JointRow {
         row: vector![1.0],
         offset: 0.0,
         law: RowLaw::Limit,
         compliance: 0.0,
-        key: 0,
-    })?;
+        key: 7,
+    };
+    kernel.scene_mut().push_row(&stop)?;
     let solution = kernel.solve(&vector![-1.0], &Settings::new(1e-9))?;
-    assert!(solution.row(stop).is_some());
-    let bytes = postcard::to_stdvec(solution).unwrap();
-    let read: Solution<f64, 1, 1, 1, Mixed> = postcard::from_bytes(&bytes).unwrap();
-    assert_eq!(
-        (read.status, read.velocity),
-        (solution.status, solution.velocity)
-    );
-    assert!(read.row(stop).is_none() && read.row_by_key(0).is_none());
+    assert!(solution.rows[0].impulse > 0.9);
+    same(solution);
+    let read = &back(solution, true)[0];
+    assert_eq!(read.row_by_key(7), solution.rows.first());
+    // A wall on the other side, which is nearer.
+    (stop.row, stop.offset) = (vector![-1.0], -0.5);
+    kernel.scene_mut().push_row(&stop)?;
+    let solution = kernel.solve(&vector![-1.0], &Settings::new(1e-9))?;
+    assert_eq!(solution.status, Status::Infeasible);
+    assert_eq!(solution.row_certificate.len(), 2);
+    same(solution);
     Ok(())
 }
 
 #[test]
 fn every_kind_of_error_is_read_back() {
-    let row = RowIndex { slot: 3, row: 1 };
+    let (row, list) = (3, List::InitialRowImpulses);
     let parameter = Parameter::Step;
     let input = Input::JointRow { row };
     for error in [
@@ -117,6 +124,10 @@ fn every_kind_of_error_is_read_back() {
         Error::DelassusOutOfRange { contact: 5 },
         Error::RowOutOfRange { key: u32::MAX },
         Error::InvalidBounds { row },
+        Error::InvalidRowCompliance { row },
+        Error::ListFull { list, capacity: 4 },
+        Error::NoSuchKey { key: u32::MAX },
+        Error::DelassusSize { wanted: 9 },
         Error::InvalidParameter { parameter },
     ] {
         for read in back(&error, true) {

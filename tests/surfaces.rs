@@ -3,14 +3,16 @@
 use crate::support::boxes::GRAVITY;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
-use stiction::{
-    Contact, ContactMode, Error, Factor, Kernel, Mixed, Scene, Settings, Solver, Surface,
-};
+use stiction::{Contact, ContactMode, Error, Factor, Kernel, Scene, Settings, Solver, Surface};
 
 #[test]
 fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error> {
     let (mass, stiffness, relaxation, step) = (3.0, 5e3, 5e-3, 2e-3);
-    let mut kernel = Kernel::<f64, 2, 2, 1, _>::mixed();
+    let rubber = law::Spring {
+        stiffness,
+        relaxation,
+    };
+    let mut kernel = Kernel::<f64, 2, 2, 1>::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * mass))?;
     let contact = Contact {
         jacobian: matrix![0.0, 1.0; 1.0, 0.0],
@@ -19,13 +21,18 @@ fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error
         key: 0,
     };
     let surface = Surface {
-        compliance: [law::compliance(stiffness, relaxation, step)?, 0.0],
+        compliance: [rubber.compliance(step)?, 0.0],
         ..Surface::isotropic(0.5)
     };
     kernel.scene_mut().push_on(&contact, &surface)?;
     let (mut height, mut velocity) = (0.0, vector![0.0, 0.0]);
     for _ in 0..2000 {
-        let gap = law::compliant_gap(height, relaxation, step, 10.0)?;
+        let gap = law::Gap {
+            distance: height,
+            reach: 10.0,
+            ..law::Gap::default()
+        };
+        let gap = rubber.offset(&gap, step)?;
         kernel.scene_mut().set_offset(0, &vector![gap, 0.0])?;
         let push = velocity * mass + vector![0.1, -mass * GRAVITY] * step;
         velocity = kernel.solve(&push, &Settings::new(1e-12))?.velocity;
@@ -45,9 +52,9 @@ fn rolling(
     moment: f64,
     radius: f64,
     surface: &Surface<f64>,
-) -> Result<(Scene<f64, 6, 6, 1, Mixed>, SMatrix<f64, 6, 6>), Error> {
+) -> Result<(Scene<f64, 6, 6, 1>, SMatrix<f64, 6, 6>), Error> {
     let matrix = SMatrix::from_diagonal(&vector![mass, mass, mass, moment, moment, moment]);
-    let mut scene = Scene::mixed();
+    let mut scene = Scene::new();
     scene.set_mass(&matrix)?;
     let mut jacobian = SMatrix::zeros();
     for (row, column, entry) in [
@@ -137,7 +144,7 @@ fn torsional_friction_stops_a_spinning_ball_at_the_time_of_its_momentum() -> Res
 #[test]
 fn elliptic_friction_slides_as_maximum_dissipation_says() -> Result<(), Error> {
     let mass = 2.0;
-    let mut scene = Scene::<f64, 3, 3, 1, _>::mixed();
+    let mut scene = Scene::<f64, 3, 3, 1>::new();
     scene.set_mass(&(Matrix3::identity() * mass))?;
     let contact = Contact {
         jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
@@ -171,7 +178,7 @@ fn elliptic_friction_slides_as_maximum_dissipation_says() -> Result<(), Error> {
 /// A surface without friction is a contact without friction.
 #[test]
 fn what_slides_on_a_surface_without_friction_slips() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 3, 3, 1, _>::mixed();
+    let mut kernel = Kernel::<f64, 3, 3, 1>::new();
     kernel.scene_mut().set_mass(&Matrix3::identity())?;
     let contact = Contact {
         jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],

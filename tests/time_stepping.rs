@@ -135,7 +135,7 @@ proptest! {
         let masses = vector![masses[0], masses[0], inertia(0), masses[1], masses[1], inertia(1)];
         let mass = SMatrix::from_diagonal(&masses);
         scene.set_mass(&mass)?;
-        let offset = vector![law::restitution(e, approach, 0.0, 0.0)?, 0.0];
+        let offset = vector![law::Restitution { coefficient: e, threshold: 0.0 }.offset(approach, 0.0)?, 0.0];
         scene.push(&Contact { jacobian, offset, mu, key: 0 })?;
         let push = law::free_impulse(&mass, &before, &SVector::zeros(), 1e-3);
         let mut solver = Solver::new();
@@ -191,7 +191,7 @@ proptest! {
         motion.position.y = -depth;
         while motion.position.y < -1e-9 {
             let before = motion.position.y;
-            motion.offset(0, law::gap(before, motion.step, recovery, REACH)?)?;
+            motion.offset(0, law::Gap { distance: before, recovery, reach: REACH }.offset(motion.step)?)?;
             motion.advance()?;
             prop_assert!(motion.velocity.y <= recovery * (1.0 + 1e-9));
             let expected = f64::min(before + 1e-3 * recovery, 0.0);
@@ -199,7 +199,7 @@ proptest! {
         }
         let leap = recovery * (1e-3 + recovery / (2.0 * GRAVITY));
         for _ in 0..1000 {
-            motion.offset(0, law::gap(motion.position.y, motion.step, recovery, REACH)?)?;
+            motion.offset(0, law::Gap { distance: motion.position.y, recovery, reach: REACH }.offset(motion.step)?)?;
             motion.advance()?;
             prop_assert!((-1e-9..=leap).contains(&motion.position.y));
         }

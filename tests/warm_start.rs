@@ -4,7 +4,7 @@ use crate::support::boxes::{BRICK, BoxScene};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use std::sync::Mutex;
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Input, Scene, Settings, Solution, Solver, Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Input, List, Scene, Settings, Solution, Solver, Status,
 };
 use testbed::measure::{Law, error_of};
 
@@ -338,7 +338,7 @@ fn a_solve_starts_at_impulses_that_are_given() -> Result<(), Error> {
 
     let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
     newton.solve(&scene, factor.factor(), &changed, &settings())?;
-    newton.set_impulses(&given)?;
+    newton.set_impulses(&given, &[])?;
     admm.set_impulses(&given)?;
     assert_eq!(
         cost(newton.solve(&scene, factor.factor(), &push, &settings())?),
@@ -350,14 +350,23 @@ fn a_solve_starts_at_impulses_that_are_given() -> Result<(), Error> {
     assert!(warm < cold, "warm {warm}, cold {cold}");
 
     // Nonsense does no harm, and what is no number is refused and changes nothing.
-    newton.set_impulses(&[(given[0].0, vector![-7.0, 1e3, 0.0]), (99, given[1].1)])?;
+    newton.set_impulses(
+        &[(given[0].0, vector![-7.0, 1e3, 0.0]), (99, given[1].1)],
+        &[],
+    )?;
     assert!(cost(newton.solve(&scene, factor.factor(), &push, &settings())?) > 0);
-    let refused = newton.set_impulses(&[(0, given[0].1), (1, vector![0.0, f64::NAN, 0.0])]);
+    let refused = newton.set_impulses(&[(0, given[0].1), (1, vector![0.0, f64::NAN, 0.0])], &[]);
     let input = Input::InitialImpulse { contact: 1 };
     let (row, column) = (1, 0);
     assert_eq!(refused, Err(Error::NotFinite { input, row, column }));
-    let refused = newton.set_impulses(&[given[0]; 5]);
-    assert_eq!(refused, Err(Error::ContactListFull { capacity: 4 }));
+    let refused = newton.set_impulses(&[given[0]; 5], &[]);
+    assert_eq!(
+        refused,
+        Err(Error::ListFull {
+            list: List::InitialImpulses,
+            capacity: 4
+        })
+    );
     assert_eq!(
         cost(newton.solve(&scene, factor.factor(), &push, &settings())?),
         0

@@ -71,7 +71,10 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
         ("uncertainty", parts.factor.uncertainty.source()),
         ("mass", parts.factor.mass.source()),
         ("whitened", parts.factor.whitened.source()),
+        ("whitened_rows", parts.factor.whitened_rows.source()),
         ("delassus", parts.factor.delassus.source()),
+        ("coupling", parts.factor.coupling.source()),
+        ("row_delassus", parts.factor.row_delassus.source()),
         ("effective_mass", parts.factor.effective_mass.source()),
     ]
     .map(|(name, value)| format!("{name}: {value},\n"))
@@ -80,7 +83,7 @@ fn factorised(source: &Reduced) -> Result<String, Error> {
     Ok(format!(
         "// Written by `cargo run -p bake -- rust FILE`: each number is the bits of an f32.\n\
          const fn bits(bits: u32) -> f32 {{ f32::from_bits(bits) }}\n\
-         pub(super) static SCENE: Scene<{sizes}> = Scene::from_parts({mass}, [\n{contacts}]);\n\
+         pub(super) static SCENE: Scene<{sizes}> = Scene::from_parts({mass}, [\n{contacts}], []);\n\
          pub(super) static FREE_IMPULSE: SVector<f32, {N}> = {free_impulse};\n\
          pub(super) static FACTOR: AdmmFactor<{sizes}> = AdmmFactor::from_parts(&AdmmFactorParts {{\n\
          factor: FactorParts {{\n{fields}}},\npenalty: {penalty},\nresolvent: {resolvent},\n}});\n"

@@ -1,13 +1,49 @@
 //! Reads numbers out of the C headers as this library is compiled: what they say twice cannot differ, and a name that is
 //! missing there is an error here.
 
-/// The sizes, in the text of `stiction_sizes.h`.
-pub(crate) const SIZES: &str = include_str!("stiction_sizes.h");
+use super::SIZES;
+
+/// Generalised velocities.
+pub const N: usize = size("STICTION_N");
+/// Rows of a contact.
+pub const D: usize = size("STICTION_D");
+/// Most contacts.
+pub const C: usize = size("STICTION_C");
+/// Most joint rows.
+pub const R: usize = size("STICTION_R");
+/// Bytes of one `stiction`.
+pub const BYTES: usize = size("STICTION_BYTES");
+
+/// The number type.
+pub type Real = <Bits<{ is(SIZES, "STICTION_REAL", "double") }> as Number>::Type;
+
+const _: () = assert!(
+    is(SIZES, "STICTION_REAL", "double") || is(SIZES, "STICTION_REAL", "float"),
+    "STICTION_REAL is float or double"
+);
+
+/// The number type by name: is it `double`?
+pub struct Bits<const DOUBLE: bool>;
+
+/// What stands behind [`Bits`].
+pub trait Number {
+    /// The number type.
+    type Type: stiction::Real;
+}
+
+impl Number for Bits<false> {
+    type Type = f32;
+}
+
+impl Number for Bits<true> {
+    type Type = f64;
+}
+
 /// The calls and enums, in the text of `stiction.h`.
-pub(crate) const CALLS: &str = include_str!("stiction.h");
+pub(super) const CALLS: &str = include_str!("stiction.h");
 
 /// The number behind `#define NAME` or `NAME =`.
-pub(crate) const fn number(text: &str, name: &str) -> i32 {
+pub(super) const fn number(text: &str, name: &str) -> i32 {
     let word = word(text, name).as_bytes();
     let negative = word[0] == b'-';
     let mut at = if negative { 1 } else { 0 };
@@ -24,14 +60,14 @@ pub(crate) const fn number(text: &str, name: &str) -> i32 {
 }
 
 /// A size, which is not negative.
-pub(crate) const fn size(name: &str) -> usize {
+const fn size(name: &str) -> usize {
     let number = number(SIZES, name);
     assert!(number >= 0, "a size in stiction_sizes.h is negative");
     number as usize
 }
 
 /// Is the word behind a name this one?
-pub(crate) const fn is(text: &str, name: &str, expected: &str) -> bool {
+const fn is(text: &str, name: &str, expected: &str) -> bool {
     starts(word(text, name).as_bytes(), 0, expected.as_bytes())
 }
 
@@ -51,7 +87,7 @@ const fn word<'a>(text: &'a str, name: &str) -> &'a str {
         }
         at += 1;
     }
-    panic!("a header lacks a name that lib.rs or status.rs asks for")
+    panic!("a header lacks a name that header.rs or status.rs asks for")
 }
 
 /// Does a text go on with a word?
@@ -64,7 +100,7 @@ const fn starts(text: &[u8], at: usize, word: &[u8]) -> bool {
 }
 
 /// A text that ends with a number, for the message of a failed build. It has spaces where digits go.
-pub(crate) const fn ending<const L: usize>(mut text: [u8; L], mut number: usize) -> [u8; L] {
+pub(super) const fn ending<const L: usize>(mut text: [u8; L], mut number: usize) -> [u8; L] {
     let mut at = L;
     while number > 0 {
         at -= 1;

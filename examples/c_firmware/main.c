@@ -20,15 +20,15 @@ static enum stiction_status fill(stiction_real height)
 {
     static stiction_real mass[STICTION_N][STICTION_N]; /* kg */
     for (int i = 0; i < STICTION_N; i++) mass[i][i] = 2;
-    enum stiction_status status = stiction_set_mass(&solver, mass);
+    enum stiction_status status = stiction_set_mass(&solver, STICTION_CONST(mass));
     if (status != STICTION_OK) return status;
 
     const stiction_real jacobian[STICTION_D][STICTION_N] = {[0][Z] = 1, [1][X] = 1, [2][Y] = 1}; /* normal first */
     const stiction_real offset[STICTION_D] = {height / h};                                      /* m/s */
-    status = stiction_clear_contacts(&solver);
+    status = stiction_clear(&solver);
     if (status != STICTION_OK) return status;
     status = stiction_add_contact(&solver, jacobian, offset, (stiction_real)0.5, FLOOR);
-    if (status != STICTION_OK) stiction_clear_contacts(&solver); /* not half a scene */
+    if (status != STICTION_OK) stiction_clear(&solver); /* not half a scene */
     return status;
 }
 

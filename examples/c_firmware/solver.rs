@@ -1,16 +1,15 @@
-//! What lives in the caller's memory, and what is copied out of it.
+//! What lives in the caller's memory, and the structs of `stiction.h` that go into it.
 
-use crate::header::{ending, size};
-use crate::status::{Mode, Status};
-use crate::{C, D, N, Real};
+use super::header::{BYTES, C, D, N, R, Real, ending};
+use super::status::{Law, Status};
 use core::fmt::{self, Write};
 use core::mem::{align_of, size_of};
 use stiction::nalgebra::SVector;
-use stiction::{Error, Scene, Settings};
+use stiction::{Contact, Error, List, RowLaw, Scene, Settings};
 
 /// The kernel of the sizes in `stiction_sizes.h`.
-pub type Kernel = stiction::Kernel<Real, N, D, C>;
-type Outcome = stiction::Solution<Real, N, D, C>;
+pub type Kernel = stiction::Kernel<Real, N, D, C, R>;
+pub(super) type Outcome = stiction::Solution<Real, N, D, C, R>;
 type Solve =
     for<'a> fn(&'a mut Kernel, &SVector<Real, N>, &Settings<Real>) -> Result<&'a Outcome, Error>;
 
@@ -20,33 +19,40 @@ pub struct Solver {
     /// [`Self::READY`] after `stiction_init`.
     ready: u32,
     /// The last error.
-    pub(crate) error: Option<Error>,
-    pub(crate) kernel: Kernel,
+    pub(super) error: Option<Error>,
+    pub(super) kernel: Kernel,
 }
 
-/// Bytes of one `stiction`.
-pub const BYTES: usize = size("STICTION_BYTES");
 const _: () = assert!(align_of::<Solver>() <= align_of::<u64>());
-const _: () = assert!(size_of::<Solver>() <= BYTES.next_multiple_of(8), "{}", {
-    const WRITE: [u8; 60] = ending(
-        *b"write into stiction_sizes.h: #define STICTION_BYTES         ",
-        size_of::<Solver>(),
-    );
-    match core::str::from_utf8(&WRITE) {
-        Ok(text) => text,
-        Err(_) => "STICTION_BYTES is too small",
+// Not too few, and not many more than are used: the same number has to do for pointers of 32 and of 64 bits.
+const _: () = assert!(
+    size_of::<Solver>() <= Solver::ROOM && BYTES <= Solver::MOST,
+    "{}",
+    {
+        const WRITE: [u8; 60] = ending(
+            *b"write into stiction_sizes.h: #define STICTION_BYTES         ",
+            size_of::<Solver>(),
+        );
+        match core::str::from_utf8(&WRITE) {
+            Ok(text) => text,
+            Err(_) => "STICTION_BYTES is not what a stiction takes",
+        }
     }
-});
+);
 
 impl Solver {
     const READY: u32 = 0x57_1C_71_04;
+    /// The size of a `stiction` in C.
+    pub(super) const ROOM: usize = BYTES.next_multiple_of(8);
+    /// The largest `STICTION_BYTES`.
+    const MOST: usize = size_of::<Self>() + size_of::<Self>().div_ceil(4) + 128;
 
     /// Makes memory a solver: its fields one by one, and the kernel as a constant of zeros, so that none of it passes
     /// over the stack.
     ///
     /// # Safety
     /// The memory is a `stiction`, which nothing else uses.
-    pub(crate) unsafe fn init(memory: *mut Self) {
+    pub(super) unsafe fn init(memory: *mut Self) {
         // SAFETY: the caller's promise.
         unsafe {
             (&raw mut (*memory).kernel).write(const { Kernel::new() });
@@ -59,7 +65,7 @@ impl Solver {
     ///
     /// # Safety
     /// The pointer is null, or points to a `stiction`.
-    pub(crate) unsafe fn check(memory: *const Self) -> Result<(), Status> {
+    pub(super) unsafe fn check(memory: *const Self) -> Result<(), Status> {
         if memory.is_null() {
             return Err(Status::Null);
         }
@@ -73,16 +79,46 @@ impl Solver {
     }
 
     /// Changes the scene, and remembers what was wrong with that.
-    pub(crate) fn change(
+    pub(super) fn change(
         &mut self,
-        change: impl FnOnce(&mut Scene<Real, N, D, C>) -> Result<(), Error>,
+        change: impl FnOnce(&mut Scene<Real, N, D, C, R>) -> Result<(), Error>,
     ) -> Status {
         let result = change(self.kernel.scene_mut());
-        result.map_or_else(|error| self.refuse(error), |()| Status::Solved)
+        self.end(result)
+    }
+
+    /// Adds a contact with one friction coefficient.
+    pub(super) fn push(&mut self, contact: &Contact<Real, N, D>) -> Status {
+        self.change(|scene| <OneCoefficient<{ D <= 3 }>>::push(scene, contact).map(|_| ()))
+    }
+
+    /// Starts the next solve at these impulses, and remembers what was wrong with that.
+    pub(super) fn set_impulses(
+        &mut self,
+        contacts: &[ContactImpulse],
+        rows: &[RowImpulse],
+    ) -> Status {
+        let full = |list, capacity| Error::ListFull { list, capacity };
+        let mut of_contacts = [(0, SVector::zeros()); C];
+        let mut of_rows = [(0, 0.0); R];
+        for (place, given) in of_contacts.iter_mut().zip(contacts) {
+            *place = (given.key, SVector::from(given.impulse));
+        }
+        for (place, given) in of_rows.iter_mut().zip(rows) {
+            *place = (given.key, given.impulse);
+        }
+        let contacts = of_contacts.get(..contacts.len());
+        let rows = of_rows.get(..rows.len());
+        let result = match (contacts, rows) {
+            (None, _) => Err(full(List::InitialImpulses, C)),
+            (_, None) => Err(full(List::InitialRowImpulses, R)),
+            (Some(contacts), Some(rows)) => self.kernel.solver_mut().set_impulses(contacts, rows),
+        };
+        self.end(result)
     }
 
     /// Solves or goes on, and remembers what was wrong with that.
-    pub(crate) fn solve(
+    pub(super) fn solve(
         &mut self,
         solve: Solve,
         free_impulse: &[Real; N],
@@ -99,13 +135,17 @@ impl Solver {
         }
     }
 
+    fn end(&mut self, result: Result<(), Error>) -> Status {
+        result.map_or_else(|error| self.refuse(error), |()| Status::Solved)
+    }
+
     fn refuse(&mut self, error: Error) -> Status {
         self.error = Some(error);
         error.into()
     }
 
     /// The last error in words, cut to fit, in a text of zeros of which the last stays.
-    pub(crate) fn describe(&self, text: &mut [u8]) {
+    pub(super) fn describe(&self, text: &mut [u8]) {
         let room = text.len().saturating_sub(1);
         let mut text = Text(text.get_mut(..room).unwrap_or_default());
         // It fails where it is cut.
@@ -113,6 +153,36 @@ impl Solver {
             Some(error) => write!(text, "{error}"),
             None => write!(text, "no error"),
         };
+    }
+}
+
+/// Adds a contact with one friction coefficient, as far as that has a meaning: are the rows behind the normal `TANGENTS` alone?
+struct OneCoefficient<const TANGENTS: bool>;
+
+/// What stands behind [`OneCoefficient`]. The number of rows is a parameter, so that what cannot be is not compiled.
+trait Push {
+    fn push<const ROWS: usize>(
+        scene: &mut Scene<Real, N, ROWS, C, R>,
+        contact: &Contact<Real, N, ROWS>,
+    ) -> Result<usize, Error>;
+}
+
+impl Push for OneCoefficient<true> {
+    fn push<const ROWS: usize>(
+        scene: &mut Scene<Real, N, ROWS, C, R>,
+        contact: &Contact<Real, N, ROWS>,
+    ) -> Result<usize, Error> {
+        scene.push(contact)
+    }
+}
+
+impl Push for OneCoefficient<false> {
+    /// `stiction.h` declares no such call then: spin and roll have lengths. Whoever calls it gets a contact that has none.
+    fn push<const ROWS: usize>(
+        scene: &mut Scene<Real, N, ROWS, C, R>,
+        contact: &Contact<Real, N, ROWS>,
+    ) -> Result<usize, Error> {
+        scene.push_on(contact, &stiction::Surface::isotropic(contact.mu))
     }
 }
 
@@ -141,67 +211,96 @@ impl Write for Text<'_> {
     }
 }
 
-/// `stiction_contact`.
+/// `stiction_surface`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
-pub struct ContactOutcome {
-    /// Which contact it is.
-    pub key: u32,
-    /// What it does.
-    pub mode: Mode,
-    /// Impulse, N s.
-    pub impulse: [Real; D],
-    /// Velocity, m/s.
-    pub velocity: [Real; D],
-    /// Its part in a proof.
-    pub certificate: Real,
+pub struct Surface {
+    /// Friction coefficients along the tangents.
+    pub friction: [Real; 2],
+    /// That about the normal, m.
+    pub spin: Real,
+    /// Those about the tangents, m.
+    pub roll: [Real; 2],
+    /// Compliance along the normal and along the tangents, 1/kg.
+    pub compliance: [Real; 2],
 }
 
-/// `stiction_solution`.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct Solution {
-    /// How the solve ended.
-    pub status: Status,
-    /// Its work.
-    pub work: u32,
-    /// Contacts.
-    pub count: u32,
-    /// Its error.
-    pub error: Real,
-    /// Generalised velocity.
-    pub velocity: [Real; N],
-    /// The contacts, and zeros behind them.
-    pub contacts: [ContactOutcome; C],
-}
-
-impl Solution {
-    pub(crate) fn of(solution: &Outcome) -> Self {
-        let none = ContactOutcome {
-            key: 0,
-            mode: Mode::Open,
-            impulse: [0.0; D],
-            velocity: [0.0; D],
-            certificate: 0.0,
-        };
-        let mut contacts = [none; C];
-        for (i, (place, contact)) in contacts.iter_mut().zip(&solution.contacts).enumerate() {
-            *place = ContactOutcome {
-                key: contact.key,
-                mode: contact.mode.into(),
-                impulse: contact.impulse.into(),
-                velocity: contact.velocity.into(),
-                certificate: solution.certificate.get(i).copied().unwrap_or(0.0),
-            };
-        }
-        let number = |x: usize| u32::try_from(x).unwrap_or(u32::MAX);
+impl From<&Surface> for stiction::Surface<Real> {
+    fn from(surface: &Surface) -> Self {
         Self {
-            status: solution.status.into(),
-            work: number(solution.work.total()),
-            count: number(solution.contacts.len()),
-            error: solution.error,
-            velocity: solution.velocity.into(),
-            contacts,
+            friction: surface.friction,
+            spin: surface.spin,
+            roll: surface.roll,
+            compliance: surface.compliance,
         }
     }
+}
+
+/// An `enum stiction_law` as it comes from C, which may be any number.
+pub type LawNumber = u32;
+
+/// `stiction_joint_row`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct JointRow {
+    /// The row over the velocities.
+    pub row: [Real; N],
+    /// What is added to its velocity, m/s or rad/s.
+    pub offset: Real,
+    /// Its law.
+    pub law: LawNumber,
+    /// The least impulse of a box, N s or N m s.
+    pub lower: Real,
+    /// The largest one.
+    pub upper: Real,
+    /// Its compliance.
+    pub compliance: Real,
+    /// Which row it is.
+    pub key: u32,
+}
+
+impl JointRow {
+    /// The row for a scene.
+    pub(super) fn read(&self) -> Result<stiction::JointRow<Real, N>, Status> {
+        Ok(stiction::JointRow {
+            row: SVector::from(self.row),
+            offset: self.offset,
+            law: Self::law(self.law, self.lower, self.upper)?,
+            compliance: self.compliance,
+            key: self.key,
+        })
+    }
+
+    /// A law for a scene.
+    pub(super) fn law(number: LawNumber, lower: Real, upper: Real) -> Result<RowLaw<Real>, Status> {
+        const LIMIT: u32 = Law::Limit as u32;
+        const EQUALITY: u32 = Law::Equality as u32;
+        const BOX: u32 = Law::Box as u32;
+        match number {
+            LIMIT => Ok(RowLaw::Limit),
+            EQUALITY => Ok(RowLaw::Equality),
+            BOX => Ok(RowLaw::Box { lower, upper }),
+            _ => Err(Status::InvalidLaw),
+        }
+    }
+}
+
+/// `stiction_contact_impulse`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct ContactImpulse {
+    /// Key of the contact.
+    pub key: u32,
+    /// Its impulse, N s.
+    pub impulse: [Real; D],
+}
+
+/// `stiction_row_impulse`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct RowImpulse {
+    /// Key of the joint row.
+    pub key: u32,
+    /// Its impulse, N s or N m s.
+    pub impulse: Real,
 }

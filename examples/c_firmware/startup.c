@@ -17,5 +17,6 @@ void reset(void)
 }
 void _init(void) {}
 void _fini(void) {}
+#define AT(place) ((uintptr_t)(place))
 __attribute__((section(".vectors"), used))
-static void *const vectors[16] = { stack_top, reset, fault, fault, fault, fault, fault };
+static const uintptr_t vectors[16] = { AT(stack_top), AT(reset), AT(fault), AT(fault), AT(fault), AT(fault), AT(fault) };

@@ -1,8 +1,10 @@
 //! Statuses, errors and culprits, as `stiction.h` numbers them.
 
-use crate::header::{CALLS, number};
+use super::header::{CALLS, number};
 use core::ffi::CStr;
-use stiction::{ContactMode, Error, Input};
+use stiction::{ContactMode, Error, Input, List};
+
+const _: () = assert!(number(CALLS, "STICTION_OK") == Status::Solved as i32);
 
 /// An enum whose numbers and names are those of an enum in `stiction.h`.
 macro_rules! enum_of_the_header {
@@ -54,6 +56,14 @@ enum_of_the_header! {
     InvalidCompliance = "STICTION_INVALID_COMPLIANCE",
     NoSuchRow = "STICTION_NO_SUCH_ROW",
     InvalidParameter = "STICTION_INVALID_PARAMETER",
+    RowListFull = "STICTION_ROW_LIST_FULL",
+    ImpulseListFull = "STICTION_IMPULSE_LIST_FULL",
+    NoSuchKey = "STICTION_NO_SUCH_KEY",
+    RowOutOfRange = "STICTION_ROW_OUT_OF_RANGE",
+    InvalidRowCompliance = "STICTION_INVALID_ROW_COMPLIANCE",
+    InvalidLaw = "STICTION_INVALID_LAW",
+    WrongSizes = "STICTION_WRONG_SIZES",
+    DelassusSize = "STICTION_DELASSUS_SIZE",
 }
 
 enum_of_the_header! {
@@ -62,6 +72,24 @@ enum_of_the_header! {
     Open = "STICTION_OPEN",
     Stick = "STICTION_STICK",
     Slip = "STICTION_SLIP",
+}
+
+enum_of_the_header! {
+    /// What binds the impulse of a joint row, `enum stiction_law`.
+    Law:
+    Limit = "STICTION_LIMIT",
+    Equality = "STICTION_EQUALITY",
+    Box = "STICTION_BOX",
+}
+
+enum_of_the_header! {
+    /// What a joint row does, `enum stiction_row_mode`.
+    RowMode:
+    Open = "STICTION_ROW_OPEN",
+    AtLimit = "STICTION_ROW_AT_LIMIT",
+    AtLower = "STICTION_ROW_AT_LOWER",
+    AtUpper = "STICTION_ROW_AT_UPPER",
+    Holding = "STICTION_ROW_HOLDING",
 }
 
 enum_of_the_header! {
@@ -74,6 +102,11 @@ enum_of_the_header! {
     Offset = "STICTION_INPUT_OFFSET",
     Friction = "STICTION_INPUT_FRICTION",
     Other = "STICTION_INPUT_OTHER",
+    JointRow = "STICTION_INPUT_JOINT_ROW",
+    Bounds = "STICTION_INPUT_BOUNDS",
+    Compliance = "STICTION_INPUT_COMPLIANCE",
+    InitialImpulse = "STICTION_INPUT_INITIAL_IMPULSE",
+    InitialRowImpulse = "STICTION_INPUT_INITIAL_ROW_IMPULSE",
 }
 
 /// What an error is about, `stiction_culprit`: -1 where an index has no meaning.
@@ -84,10 +117,14 @@ pub struct Culprit {
     pub input: Source,
     /// Index of the contact.
     pub contact: i32,
+    /// Index of the joint row.
+    pub joint_row: i32,
     /// Row of the entry.
     pub row: i32,
     /// Column of the entry.
     pub column: i32,
+    /// Key of the contact or the joint row.
+    pub key: i64,
 }
 
 impl From<stiction::Status> for Status {
@@ -111,15 +148,24 @@ impl From<Error> for Status {
             Error::MassNotSymmetric { .. } => Self::MassNotSymmetric,
             Error::MassNotPositiveDefinite { .. } => Self::MassNotPositiveDefinite,
             Error::InvalidFriction { .. } => Self::InvalidFriction,
-            Error::ContactListFull { .. } => Self::ContactListFull,
+            Error::ListFull { list, .. } => match list {
+                List::Contacts => Self::ContactListFull,
+                List::Rows => Self::RowListFull,
+                List::InitialImpulses | List::InitialRowImpulses => Self::ImpulseListFull,
+                _ => Self::Unknown,
+            },
+            Error::NoSuchKey { .. } => Self::NoSuchKey,
             Error::NoSuchContact { .. } => Self::NoSuchContact,
             Error::InvalidPenalty => Self::InvalidPenalty,
             Error::InvalidTolerance => Self::InvalidTolerance,
             Error::StaleFactor => Self::StaleFactor,
             Error::DelassusOutOfRange { .. } => Self::DelassusOutOfRange,
+            Error::RowOutOfRange { .. } => Self::RowOutOfRange,
+            Error::DelassusSize { .. } => Self::DelassusSize,
             Error::DelassusNotGram { .. } => Self::DelassusNotGram,
             Error::InvalidBounds { .. } => Self::InvalidBounds,
             Error::InvalidCompliance { .. } => Self::InvalidCompliance,
+            Error::InvalidRowCompliance { .. } => Self::InvalidRowCompliance,
             Error::NoSuchRow { .. } => Self::NoSuchRow,
             Error::InvalidParameter { .. } => Self::InvalidParameter,
             _ => Self::Unknown,
@@ -137,14 +183,36 @@ impl From<ContactMode> for Mode {
     }
 }
 
+impl From<stiction::RowMode> for RowMode {
+    fn from(mode: stiction::RowMode) -> Self {
+        use stiction::RowMode as Rust;
+        match mode {
+            Rust::Open => Self::Open,
+            Rust::AtLimit => Self::AtLimit,
+            Rust::AtLower => Self::AtLower,
+            Rust::AtUpper => Self::AtUpper,
+            Rust::Holding => Self::Holding,
+        }
+    }
+}
+
 impl Culprit {
     /// Of no error.
     pub const NONE: Self = Self {
         input: Source::None,
         contact: -1,
+        joint_row: -1,
         row: -1,
         column: -1,
+        key: -1,
     };
+
+    const fn of(input: Source) -> Self {
+        Self {
+            input,
+            ..Self::NONE
+        }
+    }
 
     fn entry(input: Source, row: usize, column: usize) -> Self {
         Self {
@@ -161,14 +229,25 @@ impl Culprit {
             ..self
         }
     }
+
+    fn joint_row(self, row: usize) -> Self {
+        Self {
+            joint_row: index(row),
+            ..self
+        }
+    }
+
+    fn key(self, key: u32) -> Self {
+        Self {
+            key: i64::from(key),
+            ..self
+        }
+    }
 }
 
 impl From<Error> for Culprit {
     fn from(error: Error) -> Self {
-        let of = |input| Self {
-            input,
-            ..Self::NONE
-        };
+        let of = Self::of;
         match error {
             Error::NotFinite { input, row, column } => match input {
                 Input::Mass => Self::entry(Source::Mass, row, column),
@@ -179,6 +258,15 @@ impl From<Error> for Culprit {
                 Input::Offset { contact } => {
                     Self::entry(Source::Offset, row, column).contact(contact)
                 }
+                Input::InitialImpulse { contact } => {
+                    Self::entry(Source::InitialImpulse, row, column).contact(contact)
+                }
+                Input::InitialRowImpulse { row: joint } => {
+                    Self::entry(Source::InitialRowImpulse, row, column).joint_row(joint)
+                }
+                Input::JointRow { row: joint } => {
+                    Self::entry(Source::JointRow, row, column).joint_row(joint)
+                }
                 _ => Self::entry(Source::Other, row, column),
             },
             Error::MassNotSymmetric { row, column } => Self::entry(Source::Mass, row, column),
@@ -186,7 +274,19 @@ impl From<Error> for Culprit {
             Error::InvalidFriction { contact } => of(Source::Friction).contact(contact),
             Error::DelassusOutOfRange { contact } => of(Source::Jacobian).contact(contact),
             Error::NoSuchContact { contact } => of(Source::None).contact(contact),
-            Error::ContactListFull { capacity } => of(Source::None).contact(capacity),
+            Error::NoSuchRow { row } => of(Source::None).joint_row(row),
+            Error::NoSuchKey { key } => of(Source::None).key(key),
+            Error::RowOutOfRange { key } => of(Source::JointRow).key(key),
+            Error::InvalidBounds { row } => of(Source::Bounds).joint_row(row),
+            Error::InvalidCompliance { contact } => of(Source::Compliance).contact(contact),
+            Error::InvalidRowCompliance { row } => of(Source::Compliance).joint_row(row),
+            Error::ListFull { list, capacity } => match list {
+                List::Contacts => of(Source::None).contact(capacity),
+                List::InitialImpulses => of(Source::InitialImpulse).contact(capacity),
+                List::Rows => of(Source::None).joint_row(capacity),
+                List::InitialRowImpulses => of(Source::InitialRowImpulse).joint_row(capacity),
+                _ => of(Source::Other),
+            },
             _ => of(Source::None),
         }
     }

@@ -1,9 +1,14 @@
-/* Coulomb friction with unilateral contact, for C and C++: which contacts stick, slip and let go within a time step.
+/* Coulomb friction with unilateral contact, for C and C++: which contacts stick, slip and let go within a time step; and
+   joint rows beside them, for stops, motors, dry friction and loops.
 
-       M v = M v_free + sum of H_i^T r_i,     u_i = H_i v + w_i,     Coulomb's law between u_i and r_i
+       M v = M v_free + sum of H_i^T r_i + sum of J_j^T l_j
 
-   Matrices are row by row. Row 0 of a contact is its normal, out of the obstacle; the others are its tangents. Units: kg, m, s,
-   rad, of rotations kg m^2 and N m s. lib.rs reads the numbers of this file as it is compiled: they cannot differ. */
+       u_i = H_i v + w_i                Coulomb's law between u_i and the impulse r_i of contact i
+       s_j = J_j v + w_j + R_j l_j      a law of its own between s_j and the impulse l_j of joint row j
+
+   Matrices are row by row. Row 0 of a contact is its normal, out of the obstacle; the others are its tangents, then spin, then
+   two rolls. Units: kg, m, s, rad, of rotations kg m^2 and N m s. status.rs reads the numbers of this file as it is compiled: they
+   cannot differ. */
 #ifndef STICTION_H
 #define STICTION_H
 
@@ -24,8 +29,20 @@ typedef struct stiction {
     uint64_t memory[(STICTION_BYTES + 7) / 8];
 } stiction;
 
+/* A matrix of its own where one that is only read is asked for: ISO C before C23 takes them for different types, and compilers
+   warn, some with -Wpedantic alone. stiction_set_mass(&s, STICTION_CONST(mass)), where `mass` is not const. */
+#if defined __cplusplus || defined __STDC_VERSION__ && __STDC_VERSION__ > 201710L
+#define STICTION_CONST(matrix) (matrix)
+#elif defined __STDC_VERSION__ && __STDC_VERSION__ >= 201112L
+#define STICTION_CONST(matrix) \
+    _Generic((matrix), stiction_real(*)[STICTION_N]: (const stiction_real(*)[STICTION_N])(matrix), default: (matrix))
+#else
+#define STICTION_CONST(matrix) ((const stiction_real(*)[STICTION_N])(matrix))
+#endif
+
 /* How a call ended: 0 done or solved; > 0 how else a solve ended; < 0 what was wrong. A call with an error has changed nothing,
-   and the last solution is still there. If stiction_add_contact fails, clear the contacts: half a scene can be solved, too. */
+   and the last solution is still there. If stiction_add_contact or stiction_add_row fails, clear the scene: half a scene can be
+   solved, too. */
 enum stiction_status {
     STICTION_OK = 0,     /* of a call that does not solve */
     STICTION_SOLVED = 0, /* the error is at most the tolerance */
@@ -34,25 +51,33 @@ enum stiction_status {
     STICTION_INFEASIBLE = 3,      /* no velocity satisfies all contacts: look at their offsets, and do not use this */
     STICTION_UNSOLVED = 4,        /* nothing was solved yet */
 
-    STICTION_NULL = -1,                         /* a null pointer */
-    STICTION_NOT_INITIALISED = -2,              /* stiction_init was not called on this memory */
-    STICTION_NOT_FINITE = -3,                   /* an entry is NaN or infinite */
-    STICTION_MASS_NOT_SYMMETRIC = -4,           /* M differs from its transpose by more than rounding */
-    STICTION_MASS_NOT_POSITIVE_DEFINITE = -5,   /* said by a solve; also if no M was set */
-    STICTION_INVALID_FRICTION = -6,             /* mu is negative, not finite, or its square overflows */
-    STICTION_CONTACT_LIST_FULL = -7,            /* STICTION_C contacts are there already */
-    STICTION_NO_SUCH_CONTACT = -8,              /* no contact has this index */
-    STICTION_INVALID_TOLERANCE = -9,            /* the tolerance is negative or not finite */
-    STICTION_DELASSUS_OVERFLOW = -10,           /* H M^-1 H^T of a contact overflows */
-    STICTION_UNKNOWN = -11,                     /* an error that this header does not know: it is older than stiction */
+    STICTION_NULL = -1,                       /* a null pointer */
+    STICTION_NOT_INITIALISED = -2,            /* stiction_init was not called on this memory */
+    STICTION_NOT_FINITE = -3,                 /* an entry is NaN or infinite */
+    STICTION_MASS_NOT_SYMMETRIC = -4,         /* M differs from its transpose by more than rounding */
+    STICTION_MASS_NOT_POSITIVE_DEFINITE = -5, /* said by a solve; also if no M was set */
+    STICTION_INVALID_FRICTION = -6,           /* mu is negative, not finite, or its square overflows; a surface cannot take it */
+    STICTION_CONTACT_LIST_FULL = -7,          /* STICTION_C contacts are there already */
+    STICTION_NO_SUCH_CONTACT = -8,            /* no contact has this index */
+    STICTION_INVALID_TOLERANCE = -9,          /* the tolerance is negative or not finite */
+    STICTION_DELASSUS_OVERFLOW = -10,         /* said by a solve: H M^-1 H^T of a contact overflows or vanishes */
+    STICTION_UNKNOWN = -11,                   /* an error that this header does not know: it is older than stiction */
+    STICTION_INVALID_BOUNDS = -15,            /* bounds of a joint row are not finite, or lower > upper */
+    STICTION_INVALID_COMPLIANCE = -16,        /* a compliance of a contact is negative or not finite */
+    STICTION_NO_SUCH_ROW = -17,               /* no joint row has this index */
+    STICTION_ROW_LIST_FULL = -19,             /* STICTION_R joint rows are there already */
+    STICTION_IMPULSE_LIST_FULL = -20,         /* more initial impulses than STICTION_C or STICTION_R */
+    STICTION_NO_SUCH_KEY = -21,               /* nothing has this key */
+    STICTION_ROW_OUT_OF_RANGE = -22,          /* said by a solve: J M^-1 J^T + R of a joint row overflows or vanishes */
+    STICTION_INVALID_ROW_COMPLIANCE = -23,    /* the compliance of a joint row is negative or not finite */
+    STICTION_INVALID_LAW = -24,               /* a number that is none of enum stiction_law */
+    STICTION_WRONG_SIZES = -25,               /* the library was built with another stiction_sizes.h: build all anew */
     /* Errors of stiction that no call of this header can cause. */
     STICTION_INVALID_PENALTY = -12,
     STICTION_STALE_FACTOR = -13,
     STICTION_DELASSUS_NOT_GRAM = -14,
-    STICTION_INVALID_BOUNDS = -15,
-    STICTION_INVALID_COMPLIANCE = -16,
-    STICTION_NO_SUCH_ROW = -17,
     STICTION_INVALID_PARAMETER = -18,
+    STICTION_DELASSUS_SIZE = -26,
 
     STICTION_STATUS_WIDTH = 0x7fffffff /* keeps the enum at 32 bits where compilers make enums short, as for Arm */
 };
@@ -65,6 +90,24 @@ enum stiction_mode {
     STICTION_MODE_WIDTH = 0x7fffffff
 };
 
+/* What binds the impulse of a joint row to its velocity s. */
+enum stiction_law {
+    STICTION_LIMIT = 0,    /* impulse >= 0, s >= 0, and one of them is 0: a joint's stop */
+    STICTION_EQUALITY = 1, /* s = 0, whatever impulse that takes: a loop that is closed, a gear */
+    STICTION_BOX = 2,      /* lower <= impulse <= upper, at lower while s > 0, at upper while s < 0: dry friction, a motor */
+    STICTION_LAW_WIDTH = 0x7fffffff
+};
+
+/* What a joint row does. */
+enum stiction_row_mode {
+    STICTION_ROW_OPEN = 0,     /* a limit that is not reached; no impulse */
+    STICTION_ROW_AT_LIMIT = 1, /* a limit that is reached, and pushes */
+    STICTION_ROW_AT_LOWER = 2, /* a box at its lower bound: a motor that can do no more, friction that slips */
+    STICTION_ROW_AT_UPPER = 3, /* a box at its upper bound */
+    STICTION_ROW_HOLDING = 4,  /* an equality, or a box within its bounds */
+    STICTION_ROW_MODE_WIDTH = 0x7fffffff
+};
+
 /* Which input an error is about. */
 enum stiction_input {
     STICTION_INPUT_NONE = 0,
@@ -74,14 +117,50 @@ enum stiction_input {
     STICTION_INPUT_OFFSET = 4,
     STICTION_INPUT_FRICTION = 5,
     STICTION_INPUT_OTHER = 6,
+    STICTION_INPUT_JOINT_ROW = 7, /* its row or its offset */
+    STICTION_INPUT_BOUNDS = 8,
+    STICTION_INPUT_COMPLIANCE = 9, /* of a contact or of a joint row */
+    STICTION_INPUT_INITIAL_IMPULSE = 10,     /* `contact` is its place in the list */
+    STICTION_INPUT_INITIAL_ROW_IMPULSE = 11, /* `joint_row` is its place in the list */
     STICTION_INPUT_WIDTH = 0x7fffffff
 };
 
-/* Which entry of which contact; -1 where that has no meaning. */
+/* Which entry of which contact or joint row; -1 where that has no meaning. */
 typedef struct stiction_culprit {
     enum stiction_input input;
-    int32_t contact, row, column;
+    int32_t contact, joint_row; /* indices; how many there is room for if a list is full */
+    int32_t row, column;        /* of the entry */
+    int64_t key;                /* of what is told by its key */
 } stiction_culprit;
+
+/* How a contact rubs and gives way, where that is not one coefficient. The cone is elliptic, the sum of (r_k / mu_k)^2 over the rows
+   behind the normal at most r_N^2. What a contact has no row for does not count; a coefficient of 0 lets its row go free. */
+typedef struct stiction_surface {
+    stiction_real friction[2];   /* along the two tangents */
+    stiction_real spin;          /* about the normal, m; STICTION_D = 4 and 6 */
+    stiction_real roll[2];       /* about the two tangents, m; STICTION_D = 6 */
+    stiction_real compliance[2]; /* along the normal and along the tangents, 1/kg: velocity that an impulse adds; 0 is rigid */
+} stiction_surface;
+
+/* A joint row, to be added. What is not written in {.row = {[KNEE] = 1}} is 0: a rigid limit at its stop. */
+typedef struct stiction_joint_row {
+    stiction_real row[STICTION_N]; /* J_j: velocity of the row from those of the robot; a unit row at a joint */
+    stiction_real offset;          /* w_j, m/s or rad/s: of a limit the way to its stop over the time step, of a loop its drift */
+    enum stiction_law law;
+    stiction_real lower, upper; /* of STICTION_BOX, N s or N m s: of dry friction -/+ its torque times the time step */
+    stiction_real compliance;   /* R_j, unit of s over that of the impulse; 0 is rigid */
+    uint32_t key;               /* a number of your own, as of a contact; rows and contacts apart */
+} stiction_joint_row;
+
+/* Impulses to start at, with the keys of their contacts and joint rows. */
+typedef struct stiction_contact_impulse {
+    uint32_t key;
+    stiction_real impulse[STICTION_D]; /* N s, with spin and roll N m s */
+} stiction_contact_impulse;
+typedef struct stiction_row_impulse {
+    uint32_t key;
+    stiction_real impulse; /* N s or N m s */
+} stiction_row_impulse;
 
 /* One contact of a solution. */
 typedef struct stiction_contact {
@@ -92,36 +171,92 @@ typedef struct stiction_contact {
     stiction_real certificate; /* > 0 if the scene is infeasible and this contact has a part in it: see its offset */
 } stiction_contact;
 
-/* What a solve has found: plain numbers, to be copied and kept at will. */
+/* One joint row of a solution. */
+typedef struct stiction_row {
+    uint32_t key; /* as it was given */
+    enum stiction_row_mode mode;
+    stiction_real impulse;     /* l_j, N s along a length, N m s about an axis */
+    stiction_real velocity;    /* s_j, m/s or rad/s */
+    stiction_real certificate; /* not 0 if the scene is infeasible and this row has a part in it */
+} stiction_row;
+
+/* The worst violation of the law of a contact. */
+typedef struct stiction_violation {
+    stiction_real closing_speed; /* the fastest at which a contact closes that has no gap left, m/s */
+    stiction_real outside_cone;  /* how far an impulse lies outside of its friction cone, N s */
+} stiction_violation;
+
+/* What a solve has found: plain numbers, to be copied and kept at will. Without room for contacts or for joint rows the list is
+   not there, as C knows no empty ones. */
 typedef struct stiction_solution {
     enum stiction_status status;
     uint32_t work;  /* of all calls of the solve, in units of the budget */
-    uint32_t count; /* contacts below, in the order they were added */
-    stiction_real error; /* distance from Coulomb's law and the dynamics, relative to the impulses */
+    uint32_t count; /* contacts below, in the order of the scene */
+    stiction_real error; /* distance from the laws and the dynamics, relative to the impulses */
     stiction_real velocity[STICTION_N];
+#if STICTION_C > 0
     stiction_contact contacts[STICTION_C];
+#endif
+#if STICTION_R > 0
+    uint32_t row_count; /* joint rows below, in the order of the scene */
+    stiction_row rows[STICTION_R];
+#endif
 } stiction_solution;
 
-/* Before anything else. Any other call on memory that it has not seen returns STICTION_NOT_INITIALISED. */
-enum stiction_status stiction_init(stiction *s);
+/* Before anything else. Any other call on memory that it has not seen returns STICTION_NOT_INITIALISED. (The library is told the
+   sizes of this header, in bytes.) */
+enum stiction_status stiction_init_sized(stiction *s, size_t bytes, size_t solution_bytes);
+static inline enum stiction_status stiction_init(stiction *s)
+{
+    return stiction_init_sized(s, sizeof(stiction), sizeof(stiction_solution));
+}
 
-/* Forgets the last solve: the next one starts cold. After a tick with wild numbers. M, contacts and the solution stay. */
+/* Forgets the last solve: the next one starts cold. After a tick with wild numbers. The scene and the solution stay. */
 enum stiction_status stiction_reset(stiction *s);
 
 /* Mass matrix M. */
 enum stiction_status stiction_set_mass(stiction *s, const stiction_real mass[STICTION_N][STICTION_N]);
 
-/* Contacts, anew at each tick if they come and go: Jacobian H_i, offset w_i (m/s: moving surface, gap over time step,
-   restitution), friction coefficient, and a number of your own that says which contact it is: a warm start follows it. */
+/* Removes all contacts and joint rows, or either of them. */
+enum stiction_status stiction_clear(stiction *s);
 enum stiction_status stiction_clear_contacts(stiction *s);
+enum stiction_status stiction_clear_rows(stiction *s);
+
+/* Contacts, anew at each tick if they come and go: Jacobian H_i, offset w_i (m/s: moving surface, gap over time step,
+   restitution), friction coefficient or surface, and a number of your own that says which contact it is: a warm start follows it.
+   One with rows for spin or roll has a surface: their coefficients are lengths. */
+#if STICTION_D <= 3
 enum stiction_status stiction_add_contact(stiction *s, const stiction_real jacobian[STICTION_D][STICTION_N],
                                           const stiction_real offset[STICTION_D], stiction_real mu, uint32_t key);
+#endif
+enum stiction_status stiction_add_contact_on(stiction *s, const stiction_real jacobian[STICTION_D][STICTION_N],
+                                             const stiction_real offset[STICTION_D], const stiction_surface *surface,
+                                             uint32_t key);
+
+/* Removes the first contact with this key; those behind it move up. */
+enum stiction_status stiction_remove_contact(stiction *s, uint32_t key);
 
 /* The same contacts with other numbers, in the order they were added, from 0. Offset and friction cost nothing; after M or a
-   Jacobian has changed the next solve factorises first. */
+   Jacobian has changed the next solve factorises first. Of a surface `mu` is the larger coefficient of the tangents, which scales
+   the others with it. */
 enum stiction_status stiction_set_jacobian(stiction *s, uint32_t contact, const stiction_real jacobian[STICTION_D][STICTION_N]);
 enum stiction_status stiction_set_offset(stiction *s, uint32_t contact, const stiction_real offset[STICTION_D]);
 enum stiction_status stiction_set_friction(stiction *s, uint32_t contact, stiction_real mu);
+
+/* Joint rows: the same in the same way. Offset and law cost nothing; after a Jacobian or a compliance has changed the next solve
+   factorises first. `lower` and `upper` (N s or N m s) count for STICTION_BOX alone. */
+enum stiction_status stiction_add_row(stiction *s, const stiction_joint_row *row);
+enum stiction_status stiction_remove_row(stiction *s, uint32_t key);
+enum stiction_status stiction_set_row_jacobian(stiction *s, uint32_t row, const stiction_real jacobian[STICTION_N]);
+enum stiction_status stiction_set_row_offset(stiction *s, uint32_t row, stiction_real offset);
+enum stiction_status stiction_set_row_law(stiction *s, uint32_t row, enum stiction_law law, stiction_real lower,
+                                          stiction_real upper);
+enum stiction_status stiction_set_row_compliance(stiction *s, uint32_t row, stiction_real compliance);
+
+/* Starts the next solve at these impulses, in place of the last solution: those of an earlier run, of a plan. What is missing starts
+   at 0, and all of it if that is better. A list of none may be null. */
+enum stiction_status stiction_set_impulses(stiction *s, const stiction_contact_impulse *contacts, uint32_t contact_count,
+                                           const stiction_row_impulse *rows, uint32_t row_count);
 
 /* Solves for a free impulse M v_free (N s) to an error of `tolerance`; 1e-4 suits float. A call does at most `budget` work
    and 27 more: a Newton step counts 10, a sweep 2. If the budget has ended, resume goes on, with the same free impulse and
@@ -136,10 +271,21 @@ enum stiction_status stiction_resume(stiction *s, const stiction_real free_impul
    not, use the impulses of an earlier tick. After a solve with an error the last solution is that of an earlier tick. */
 bool stiction_is_usable(const stiction *s, stiction_real error);
 
-/* Copies the last solution. Contacts from `count` on are zero. */
+/* Copies the last solution. Contacts from `count` on and rows from `row_count` on are zero. */
 enum stiction_status stiction_read(const stiction *s, stiction_solution *solution);
 
-/* What the last error was about. */
+/* Copies one contact or one joint row of the last solution: by its index, or the first with this key. If there is none, nothing is
+   written. */
+enum stiction_status stiction_contact_at(const stiction *s, uint32_t contact, stiction_contact *found);
+enum stiction_status stiction_contact_by_key(const stiction *s, uint32_t key, stiction_contact *found);
+enum stiction_status stiction_row_at(const stiction *s, uint32_t row, stiction_row *found);
+enum stiction_status stiction_row_by_key(const stiction *s, uint32_t key, stiction_row *found);
+
+/* How far the last solution is from what contacts allow, in the units of the scene. Before the contacts change. */
+enum stiction_status stiction_worst_violation(const stiction *s, stiction_violation *violation);
+
+/* What the last error was about, of a call that may change or solve something. Null pointers and numbers that are no law are not
+   remembered. */
 enum stiction_status stiction_last_culprit(const stiction *s, stiction_culprit *culprit);
 
 /* The last error in words, at most `bytes` with the zero at the end; some KB of flash if it is called. */

@@ -1,5 +1,5 @@
 /* The C interface on this machine, `make test`: answers known on paper, every kind of refusal, nothing written beyond its
-   place. Holds for any sizes with at least three velocities. */
+   place. Holds for any sizes with at least three velocities, without room for contacts or for joint rows as well. */
 #include "stiction.h"
 #include <math.h>
 #include <stdio.h>
@@ -29,22 +29,44 @@ static stiction_culprit culprit(void)
     return culprit;
 }
 
-/* A point of 2 kg over a floor: velocity 0 is up, the next ones lie along the floor. */
-static void point(double mu)
+static enum stiction_status set_mass(void) { return stiction_set_mass(s, STICTION_CONST(mass)); }
+
+/* 2 kg in all directions, and nothing that holds them. */
+static void nothing_there(void)
 {
     memset(mass, 0, sizeof mass);
     for (int i = 0; i < STICTION_N; i++) mass[i][i] = 2;
     for (int i = 0; i < STICTION_D && i < STICTION_N; i++) jacobian[i][i] = 1;
-    CHECK(stiction_set_mass(s, mass) == STICTION_OK);
-    CHECK(stiction_clear_contacts(s) == STICTION_OK);
-    CHECK(stiction_add_contact(s, jacobian, offset, (stiction_real)mu, 42) == STICTION_OK);
+    CHECK(set_mass() == STICTION_OK && stiction_clear(s) == STICTION_OK);
+}
+
+#if STICTION_C > 0
+
+static const stiction_real (*h)[STICTION_N] = STICTION_CONST(jacobian);
+
+/* One coefficient for all rows. */
+static enum stiction_status add(const stiction_real (*rows)[STICTION_N], const stiction_real *w, double mu, uint32_t key)
+{
+#if STICTION_D <= 3
+    return stiction_add_contact(s, rows, w, (stiction_real)mu, key);
+#else
+    const stiction_real m = (stiction_real)mu;
+    return stiction_add_contact_on(s, rows, w, &(stiction_surface){.friction = {m, m}, .spin = m, .roll = {m, m}}, key);
+#endif
+}
+
+/* A point of 2 kg over a floor: velocity 0 is up, the next ones lie along the floor. */
+static void point(double mu)
+{
+    nothing_there();
+    CHECK(add(h, offset, mu, 42) == STICTION_OK);
 }
 
 static enum stiction_status solve(double up, double along, uint32_t budget)
 {
     free_impulse[0] = (stiction_real)up;
     free_impulse[1] = (stiction_real)along;
-    return stiction_solve(s, free_impulse, (stiction_real)1e-5, budget);
+    return stiction_solve(s, free_impulse, (stiction_real)3e-6, budget);
 }
 
 /* M v = free + r on paper: it falls with 2 N s, friction holds mu * 2 N s. */
@@ -62,10 +84,12 @@ static void answers(void)
         CHECK(contact->mode == STICTION_STICK && near(contact->impulse[1], -0.75) && near(solution.velocity[1], 0));
         CHECK(solve(-2, 3, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK);
         CHECK(contact->mode == STICTION_SLIP && near(contact->impulse[1], -1) && near(contact->velocity[1], 1));
-        CHECK(stiction_set_friction(s, 0, 0) == STICTION_OK); /* nothing is factorised for it */
+        if (STICTION_D <= 3) CHECK(stiction_set_friction(s, 0, 0) == STICTION_OK); /* nothing is factorised for it */
+        else point(0); /* a surface cannot lose its friction */
         CHECK(solve(-2, 3, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK);
         CHECK(near(contact->impulse[1], 0) && near(solution.velocity[1], 1.5));
-        CHECK(stiction_set_friction(s, 0, (stiction_real)0.5) == STICTION_OK);
+        if (STICTION_D <= 3) CHECK(stiction_set_friction(s, 0, (stiction_real)0.5) == STICTION_OK);
+        else point(0.5);
     }
     CHECK(solve(2, 0, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK);
     CHECK(contact->mode == STICTION_OPEN && contact->impulse[0] == 0 && near(solution.velocity[0], 1));
@@ -76,7 +100,7 @@ static void answers(void)
     CHECK(stiction_read(s, &solution) == STICTION_OK && near(solution.velocity[0], 3) && near(contact->impulse[0], 6));
     offset[0] = 0;
     jacobian[0][0] = -1; /* it is the ceiling now */
-    CHECK(stiction_set_jacobian(s, 0, jacobian) == STICTION_OK && solve(2, 0, 1000) == STICTION_SOLVED);
+    CHECK(stiction_set_jacobian(s, 0, h) == STICTION_OK && solve(2, 0, 1000) == STICTION_SOLVED);
     CHECK(stiction_set_offset(s, 0, offset) == STICTION_OK && solve(2, 0, 1000) == STICTION_SOLVED);
     CHECK(stiction_read(s, &solution) == STICTION_OK && near(solution.velocity[0], 0) && near(contact->impulse[0], 2));
     jacobian[0][0] = 1;
@@ -89,7 +113,7 @@ static void stop(void)
     point(0.5);
     stiction_real row[STICTION_D][STICTION_N] = {{0}};
     row[0][STICTION_N - 1] = -1;
-    if (STICTION_C > 1) CHECK(stiction_add_contact(s, row, offset, 0, 7) == STICTION_OK);
+    if (STICTION_C > 1) CHECK(add(STICTION_CONST(row), offset, 0, 7) == STICTION_OK);
     free_impulse[STICTION_N - 1] = 6;
     CHECK(solve(-2, 0, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK);
     if (STICTION_C > 1 && STICTION_N > STICTION_D)
@@ -105,7 +129,7 @@ static void endings(void)
     if (STICTION_C > 1) {
         CHECK(stiction_set_offset(s, 0, offset) == STICTION_OK);
         jacobian[0][0] = -1;
-        CHECK(stiction_add_contact(s, jacobian, offset, 0, 43) == STICTION_OK);
+        CHECK(add(h, offset, 0, 43) == STICTION_OK);
         CHECK(solve(0, 0, 1000) == STICTION_INFEASIBLE && !stiction_is_usable(s, 1));
         CHECK(stiction_read(s, &solution) == STICTION_OK && solution.status == STICTION_INFEASIBLE);
         CHECK(solution.contacts[0].certificate > 0 && solution.contacts[1].certificate > 0);
@@ -116,7 +140,7 @@ static void endings(void)
     point(0.5);
     for (int i = 1; i < STICTION_C; i++) {
         jacobian[0][1] = (stiction_real)(0.1 * i);
-        CHECK(stiction_add_contact(s, jacobian, offset, (stiction_real)0.3, (uint32_t)i) == STICTION_OK);
+        CHECK(add(h, offset, 0.3, (uint32_t)i) == STICTION_OK);
     }
     jacobian[0][1] = 0;
     CHECK(stiction_reset(s) == STICTION_OK);
@@ -125,7 +149,7 @@ static void endings(void)
     CHECK(stiction_read(s, &solution) == STICTION_OK && solution.status == status);
     CHECK(stiction_is_usable(s, solution.error) && !stiction_is_usable(s, solution.error / 2));
     for (int i = 0; i < 1000 && status == STICTION_OUT_OF_BUDGET; i++)
-        status = stiction_resume(s, free_impulse, (stiction_real)1e-5, 1);
+        status = stiction_resume(s, free_impulse, (stiction_real)3e-6, 1);
     CHECK(status == STICTION_SOLVED || status == STICTION_PRECISION_LIMIT);
 }
 
@@ -135,26 +159,39 @@ static void refusals(void)
     point(0.5);
     CHECK(solve(-2, 0.75, 1000) == STICTION_SOLVED);
     mass[2][1] = NAN;
-    CHECK(stiction_set_mass(s, mass) == STICTION_NOT_FINITE);
+    CHECK(set_mass() == STICTION_NOT_FINITE);
     CHECK(culprit().input == STICTION_INPUT_MASS && culprit().row == 2 && culprit().column == 1 && culprit().contact == -1);
     mass[2][1] = 1;
-    CHECK(stiction_set_mass(s, mass) == STICTION_MASS_NOT_SYMMETRIC && culprit().row == 2 && culprit().column == 1);
+    CHECK(set_mass() == STICTION_MASS_NOT_SYMMETRIC && culprit().row == 2 && culprit().column == 1);
     jacobian[0][2] = INFINITY;
-    CHECK(stiction_set_jacobian(s, 0, jacobian) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_JACOBIAN);
+    CHECK(stiction_set_jacobian(s, 0, h) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_JACOBIAN);
     CHECK(culprit().contact == 0 && culprit().row == 0 && culprit().column == 2);
     jacobian[0][2] = 0;
-    CHECK(stiction_set_jacobian(s, 9, jacobian) == STICTION_NO_SUCH_CONTACT && culprit().contact == 9);
+    CHECK(stiction_set_jacobian(s, 9, h) == STICTION_NO_SUCH_CONTACT && culprit().contact == 9);
     offset[STICTION_D - 1] = NAN;
     CHECK(stiction_set_offset(s, 0, offset) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_OFFSET);
     CHECK(culprit().contact == 0 && culprit().row == STICTION_D - 1);
     offset[STICTION_D - 1] = 0;
     CHECK(stiction_set_friction(s, 0, -1) == STICTION_INVALID_FRICTION && culprit().input == STICTION_INPUT_FRICTION);
-    for (int i = 1; i < STICTION_C; i++) CHECK(stiction_add_contact(s, jacobian, offset, 1, 1) == STICTION_OK);
-    CHECK(stiction_add_contact(s, jacobian, offset, 1, 1) == STICTION_CONTACT_LIST_FULL && culprit().contact == STICTION_C);
+    for (int i = 1; i < STICTION_C; i++) CHECK(add(h, offset, 1, 1) == STICTION_OK);
+    CHECK(add(h, offset, 1, 1) == STICTION_CONTACT_LIST_FULL && culprit().contact == STICTION_C && culprit().key == -1);
     CHECK(stiction_solve(s, free_impulse, -1, 10) == STICTION_INVALID_TOLERANCE);
     free_impulse[2] = NAN;
     CHECK(stiction_solve(s, free_impulse, 1, 10) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_FREE_IMPULSE);
     CHECK(culprit().row == 2);
+    stiction_surface surface = {.friction = {1, 1}, .compliance = {0, -1}};
+    CHECK(stiction_clear_contacts(s) == STICTION_OK);
+    CHECK(stiction_add_contact_on(s, h, offset, &surface, 5) == STICTION_INVALID_COMPLIANCE);
+    CHECK(culprit().input == STICTION_INPUT_COMPLIANCE && culprit().contact == 0 && culprit().joint_row == -1);
+    CHECK(stiction_remove_contact(s, 5) == STICTION_NO_SUCH_KEY && culprit().key == 5);
+    stiction_contact_impulse impulses[STICTION_C + 1] = {{.key = 1}};
+    CHECK(stiction_set_impulses(s, impulses, STICTION_C + 1, NULL, 0) == STICTION_IMPULSE_LIST_FULL);
+    CHECK(culprit().input == STICTION_INPUT_INITIAL_IMPULSE && culprit().contact == STICTION_C);
+    impulses[0].impulse[STICTION_D - 1] = NAN;
+    CHECK(stiction_set_impulses(s, impulses, 1, NULL, 0) == STICTION_NOT_FINITE);
+    CHECK(culprit().input == STICTION_INPUT_INITIAL_IMPULSE && culprit().contact == 0 && culprit().row == STICTION_D - 1);
+    CHECK(add(h, offset, 0.5, 42) == STICTION_OK);
+    CHECK(stiction_solve(s, free_impulse, 1, 10) == STICTION_NOT_FINITE);
     char text[80] = "", cut[10];
     CHECK(stiction_describe(s, text, sizeof text) == STICTION_OK);
     CHECK(strcmp(text, "free impulse: entry (2, 0) is not finite") == 0);
@@ -163,50 +200,271 @@ static void refusals(void)
     free_impulse[2] = 0;
     mass[0][0] = -2;
     mass[2][1] = 0;
-    CHECK(stiction_set_mass(s, mass) == STICTION_OK && solve(-2, 0, 10) == STICTION_MASS_NOT_POSITIVE_DEFINITE);
+    CHECK(set_mass() == STICTION_OK && solve(-2, 0, 10) == STICTION_MASS_NOT_POSITIVE_DEFINITE);
     CHECK(culprit().input == STICTION_INPUT_MASS && culprit().row == 0);
     /* The last solution is still there. */
     CHECK(stiction_is_usable(s, 0) && stiction_read(s, &solution) == STICTION_OK && solution.count == 1);
+}
+
+/* Contacts by index and key, their surfaces, impulses to start at. */
+static void one_by_one(void)
+{
+    stiction_contact found = {.key = 99};
+    stiction_violation worst;
+    point(0.5);
+    CHECK(stiction_reset(s) == STICTION_OK && solve(-2, 0, 0) == STICTION_OUT_OF_BUDGET);
+    CHECK(stiction_worst_violation(s, &worst) == STICTION_OK && near(worst.closing_speed, 1) && near(worst.outside_cone, 0));
+    CHECK(solve(-2, 0, 1000) == STICTION_SOLVED);
+    CHECK(stiction_worst_violation(s, &worst) == STICTION_OK && near(worst.closing_speed, 0) && near(worst.outside_cone, 0));
+    CHECK(stiction_contact_by_key(s, 41, &found) == STICTION_NO_SUCH_KEY && found.key == 99);
+    CHECK(stiction_contact_at(s, 1, &found) == STICTION_NO_SUCH_CONTACT && found.key == 99);
+    CHECK(stiction_contact_by_key(s, 42, &found) == STICTION_OK && found.key == 42 && near(found.impulse[0], 2));
+    found.impulse[0] = 0;
+    CHECK(stiction_contact_at(s, 0, &found) == STICTION_OK && found.key == 42 && near(found.impulse[0], 2));
+
+    /* These impulses are the solution. */
+    const stiction_contact_impulse known = {.key = 42, .impulse = {2}};
+    CHECK(stiction_reset(s) == STICTION_OK && stiction_set_impulses(s, &known, 1, NULL, 0) == STICTION_OK);
+    CHECK(solve(-2, 0, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK && solution.work == 0);
+
+    /* A sole that gives way by 0.5 m/s an N s: 2 v = -2 + r, v + r / 2 = 0. */
+    const stiction_surface soft = {.friction = {1, 1}, .compliance = {(stiction_real)0.5, 0}};
+    CHECK(stiction_remove_contact(s, 42) == STICTION_OK && stiction_add_contact_on(s, h, offset, &soft, 3) == STICTION_OK);
+    CHECK(solve(-2, 0, 1000) == STICTION_SOLVED && stiction_contact_by_key(s, 3, &found) == STICTION_OK);
+    CHECK(near(found.impulse[0], 1) && stiction_read(s, &solution) == STICTION_OK && near(solution.velocity[0], -0.5));
+    if (STICTION_D >= 3) { /* a track: grips along, slips across */
+        const stiction_surface track = {.friction = {1, (stiction_real)0.25}};
+        CHECK(stiction_clear_contacts(s) == STICTION_OK && stiction_add_contact_on(s, h, offset, &track, 3) == STICTION_OK);
+        CHECK(solve(-2, 1, 1000) == STICTION_SOLVED && stiction_contact_at(s, 0, &found) == STICTION_OK);
+        CHECK(found.mode == STICTION_STICK && near(found.impulse[1], -1));
+        free_impulse[2] = 1;
+        CHECK(solve(-2, 0, 1000) == STICTION_SOLVED && stiction_contact_at(s, 0, &found) == STICTION_OK);
+        CHECK(found.mode == STICTION_SLIP && near(found.impulse[2], -0.5));
+        free_impulse[2] = 0;
+    }
+}
+
+#endif
+
+static stiction_row row_at(uint32_t place)
+{
+    stiction_row row;
+    CHECK(stiction_row_at(s, place, &row) == STICTION_OK);
+    return row;
+}
+
+enum { JOINT = STICTION_N - 1 };
+
+static enum stiction_status turn(double impulse)
+{
+    memset(free_impulse, 0, sizeof free_impulse);
+    free_impulse[JOINT] = (stiction_real)impulse;
+    enum stiction_status status = stiction_solve(s, free_impulse, (stiction_real)3e-6, 1000);
+    CHECK(status < 0 || stiction_read(s, &solution) == STICTION_OK);
+    free_impulse[JOINT] = 0;
+    return status;
+}
+
+/* Does the joint turn with this velocity, and the row take this impulse? */
+static bool turns(double velocity, double impulse, enum stiction_row_mode mode)
+{
+    const stiction_row row = row_at(0);
+    return near(solution.velocity[JOINT], velocity) && near(row.impulse, impulse) && row.mode == mode;
+}
+
+/* Joint rows on paper, at a joint of 2 kg m^2: 2 v = free + impulse. */
+static void joint_rows(void)
+{
+    stiction_joint_row row = {.row = {[JOINT] = 1}, .key = 7};
+    stiction_row found = {.key = 99};
+    nothing_there();
+    CHECK(stiction_row_by_key(s, 7, &found) == STICTION_NO_SUCH_KEY && found.key == 99);
+    CHECK(stiction_row_at(s, 0, &found) == STICTION_NO_SUCH_ROW && found.key == 99);
+    if (STICTION_R == 0) {
+        CHECK(stiction_add_row(s, &row) == STICTION_ROW_LIST_FULL && culprit().joint_row == 0 && culprit().contact == -1);
+        return;
+    }
+    /* A stop: reached, left, and half a radian a second away. */
+    CHECK(stiction_add_row(s, &row) == STICTION_OK);
+    CHECK(turn(-6) == STICTION_SOLVED && turns(0, 6, STICTION_ROW_AT_LIMIT));
+    CHECK(stiction_row_by_key(s, 7, &found) == STICTION_OK && found.key == 7 && near(found.impulse, 6));
+    CHECK(near(found.velocity, 0) && found.certificate == 0);
+    CHECK(turn(6) == STICTION_SOLVED && turns(3, 0, STICTION_ROW_OPEN) && near(row_at(0).velocity, 3));
+    CHECK(stiction_set_row_offset(s, 0, (stiction_real)0.5) == STICTION_OK);
+    CHECK(turn(-6) == STICTION_SOLVED && turns(-0.5, 5, STICTION_ROW_AT_LIMIT));
+#if STICTION_R > 0
+    CHECK(solution.row_count == 1 && solution.rows[0].key == 7 && near(solution.rows[0].impulse, 5));
+    CHECK(solution.rows[STICTION_R - 1].key == (STICTION_R > 1 ? 0 : 7));
+#endif
+    /* The stop on the other side. */
+    stiction_real jacobian_row[STICTION_N] = {[JOINT] = -1};
+    CHECK(stiction_set_row_jacobian(s, 0, jacobian_row) == STICTION_OK);
+    CHECK(turn(6) == STICTION_SOLVED && turns(0.5, 5, STICTION_ROW_AT_LIMIT));
+    /* A drive that turns it with 3 rad/s, whatever that takes; one that gives way by half a radian a second an N m s. */
+    jacobian_row[JOINT] = 1;
+    CHECK(stiction_set_row_jacobian(s, 0, jacobian_row) == STICTION_OK && stiction_set_row_offset(s, 0, -3) == STICTION_OK);
+    CHECK(stiction_set_row_law(s, 0, STICTION_EQUALITY, 0, 0) == STICTION_OK);
+    CHECK(turn(1) == STICTION_SOLVED && turns(3, 5, STICTION_ROW_HOLDING));
+    CHECK(stiction_set_row_offset(s, 0, 0) == STICTION_OK);
+    CHECK(stiction_set_row_compliance(s, 0, (stiction_real)0.5) == STICTION_OK);
+    CHECK(turn(6) == STICTION_SOLVED && turns(1.5, -3, STICTION_ROW_HOLDING) && near(row_at(0).velocity, 0));
+    /* Dry friction of 1 N m s. */
+    CHECK(stiction_set_row_compliance(s, 0, 0) == STICTION_OK && stiction_set_row_law(s, 0, STICTION_BOX, -1, 1) == STICTION_OK);
+    CHECK(turn(6) == STICTION_SOLVED && turns(2.5, -1, STICTION_ROW_AT_LOWER));
+    CHECK(turn(0.5) == STICTION_SOLVED && turns(0, -0.5, STICTION_ROW_HOLDING));
+    CHECK(turn(-6) == STICTION_SOLVED && turns(-2.5, 1, STICTION_ROW_AT_UPPER));
+    /* These impulses are the solution. */
+    const stiction_row_impulse known = {.key = 7, .impulse = 1};
+    CHECK(stiction_reset(s) == STICTION_OK && stiction_set_impulses(s, NULL, 0, &known, 1) == STICTION_OK);
+    CHECK(turn(-6) == STICTION_SOLVED && turns(-2.5, 1, STICTION_ROW_AT_UPPER) && solution.work == 0);
+    /* All at once in a row, and removed in two ways. */
+    CHECK(stiction_remove_row(s, 7) == STICTION_OK && turn(6) == STICTION_SOLVED && near(solution.velocity[JOINT], 3));
+    row = (stiction_joint_row){{[JOINT] = 2}, 1, STICTION_BOX, -1, 4, (stiction_real)0.5, 8};
+    CHECK(stiction_add_row(s, &row) == STICTION_OK); /* 2 v = -6 + 2 l, 2 v + 1 + l / 2 = 0: l = 2, v = -1 */
+    CHECK(turn(-6) == STICTION_SOLVED && turns(-1, 2, STICTION_ROW_HOLDING) && row_at(0).key == 8);
+    CHECK(stiction_clear_rows(s) == STICTION_OK && turn(-6) == STICTION_SOLVED && near(solution.velocity[JOINT], -3));
+    if (STICTION_R > 1) { /* two drives that contradict each other */
+        row = (stiction_joint_row){.row = {[JOINT] = 1}, .law = STICTION_EQUALITY, .key = 1};
+        CHECK(stiction_add_row(s, &row) == STICTION_OK);
+        row = (stiction_joint_row){.row = {[JOINT] = 1}, .law = STICTION_EQUALITY, .offset = 1, .key = 2};
+        CHECK(stiction_add_row(s, &row) == STICTION_OK && turn(1) == STICTION_INFEASIBLE && !stiction_is_usable(s, 1));
+        CHECK(stiction_row_by_key(s, 2, &found) == STICTION_OK && found.certificate != 0 && row_at(0).certificate != 0);
+        CHECK(stiction_reset(s) == STICTION_OK);
+    }
+#if STICTION_C > 0
+    if (STICTION_N > STICTION_D) { /* beside a contact, of which it knows nothing */
+        point(0.5);
+        row = (stiction_joint_row){.row = {[JOINT] = 1}, .key = 42};
+        CHECK(stiction_add_row(s, &row) == STICTION_OK);
+        CHECK(turn(-6) == STICTION_SOLVED && turns(0, 6, STICTION_ROW_AT_LIMIT) && solution.count == 1);
+        CHECK(stiction_clear_contacts(s) == STICTION_OK && turn(-6) == STICTION_SOLVED && solution.count == 0);
+        CHECK(turns(0, 6, STICTION_ROW_AT_LIMIT));
+    }
+#endif
+}
+
+/* What is refused of joint rows, and what it is about. */
+static void refused_rows(void)
+{
+    const stiction_joint_row good = {.row = {[JOINT] = 1}, .key = 7};
+    stiction_joint_row row = good;
+    nothing_there();
+    row.law = (enum stiction_law)3;
+    CHECK(stiction_add_row(s, &row) == STICTION_INVALID_LAW);
+    CHECK(stiction_set_row_law(s, 0, (enum stiction_law)3, 0, 0) == STICTION_INVALID_LAW);
+    row = good;
+    row.row[1] = NAN;
+    CHECK(stiction_add_row(s, &row) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_JOINT_ROW);
+    CHECK(culprit().joint_row == 0 && culprit().contact == -1 && culprit().row == 1 && culprit().column == 0);
+    row = good;
+    row.compliance = -1;
+    CHECK(stiction_add_row(s, &row) == STICTION_INVALID_ROW_COMPLIANCE && culprit().input == STICTION_INPUT_COMPLIANCE);
+    CHECK(culprit().joint_row == 0);
+    row = (stiction_joint_row){.law = STICTION_BOX, .lower = 1, .upper = -1};
+    CHECK(stiction_add_row(s, &row) == STICTION_INVALID_BOUNDS && culprit().input == STICTION_INPUT_BOUNDS);
+    CHECK(culprit().joint_row == 0);
+    for (int i = 0; i < STICTION_R; i++) CHECK(stiction_add_row(s, &good) == STICTION_OK);
+    CHECK(stiction_add_row(s, &good) == STICTION_ROW_LIST_FULL && culprit().joint_row == STICTION_R && culprit().key == -1);
+    CHECK(stiction_set_row_offset(s, STICTION_R, 0) == STICTION_NO_SUCH_ROW && culprit().joint_row == STICTION_R);
+    CHECK(stiction_set_row_jacobian(s, STICTION_R, good.row) == STICTION_NO_SUCH_ROW);
+    CHECK(stiction_set_row_law(s, STICTION_R, STICTION_LIMIT, 0, 0) == STICTION_NO_SUCH_ROW);
+    CHECK(stiction_set_row_compliance(s, STICTION_R, 0) == STICTION_NO_SUCH_ROW);
+    CHECK(stiction_remove_row(s, 8) == STICTION_NO_SUCH_KEY && culprit().key == 8 && culprit().joint_row == -1);
+    stiction_row_impulse impulses[STICTION_R + 1] = {{.key = 7}};
+    CHECK(stiction_set_impulses(s, NULL, 0, impulses, STICTION_R + 1) == STICTION_IMPULSE_LIST_FULL);
+    CHECK(culprit().input == STICTION_INPUT_INITIAL_ROW_IMPULSE && culprit().joint_row == STICTION_R);
+    if (STICTION_R > 0) {
+        impulses[0].impulse = INFINITY;
+        CHECK(stiction_set_impulses(s, NULL, 0, impulses, 1) == STICTION_NOT_FINITE);
+        CHECK(culprit().input == STICTION_INPUT_INITIAL_ROW_IMPULSE && culprit().joint_row == 0);
+        CHECK(stiction_set_row_offset(s, 0, NAN) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_JOINT_ROW);
+        stiction_real tiny = 1; /* its square vanishes */
+        while (tiny * tiny > 0) tiny /= 2;
+        const stiction_real jacobian_row[STICTION_N] = {tiny};
+        CHECK(stiction_set_row_jacobian(s, 0, jacobian_row) == STICTION_OK && turn(1) == STICTION_ROW_OUT_OF_RANGE);
+        CHECK(culprit().input == STICTION_INPUT_JOINT_ROW && culprit().key == 7 && culprit().joint_row == -1);
+    }
 }
 
 static void nothing(stiction *none, enum stiction_status status)
 {
     char text[8];
     stiction_culprit culprit;
-    CHECK(stiction_reset(none) == status && stiction_set_mass(none, mass) == status);
-    CHECK(stiction_clear_contacts(none) == status && stiction_add_contact(none, jacobian, offset, 1, 0) == status);
-    CHECK(stiction_set_jacobian(none, 0, jacobian) == status && stiction_set_offset(none, 0, offset) == status);
-    CHECK(stiction_set_friction(none, 0, 1) == status && stiction_solve(none, free_impulse, 1, 9) == status);
-    CHECK(stiction_resume(none, free_impulse, 1, 9) == status && !stiction_is_usable(none, 1));
-    CHECK(stiction_read(none, &solution) == status && stiction_last_culprit(none, &culprit) == status);
+    stiction_contact contact;
+    stiction_row row;
+    stiction_violation violation;
+    const stiction_joint_row joint_row = {.key = 1};
+    const stiction_surface surface = {.spin = 0};
+    const stiction_contact_impulse contact_impulse = {.key = 1};
+    const stiction_row_impulse row_impulse = {.key = 1};
+    CHECK(stiction_reset(none) == status && stiction_set_mass(none, STICTION_CONST(mass)) == status);
+    CHECK(stiction_clear(none) == status && stiction_clear_contacts(none) == status && stiction_clear_rows(none) == status);
+#if STICTION_D <= 3
+    CHECK(stiction_add_contact(none, STICTION_CONST(jacobian), offset, 1, 0) == status);
+#endif
+    CHECK(stiction_add_contact_on(none, STICTION_CONST(jacobian), offset, &surface, 0) == status);
+    CHECK(stiction_set_jacobian(none, 0, STICTION_CONST(jacobian)) == status && stiction_set_offset(none, 0, offset) == status);
+    CHECK(stiction_set_friction(none, 0, 1) == status && stiction_remove_contact(none, 0) == status);
+    CHECK(stiction_add_row(none, &joint_row) == status && stiction_remove_row(none, 0) == status);
+    CHECK(stiction_set_row_jacobian(none, 0, mass[0]) == status && stiction_set_row_offset(none, 0, 0) == status);
+    CHECK(stiction_set_row_law(none, 0, STICTION_LIMIT, 0, 0) == status && stiction_set_row_compliance(none, 0, 0) == status);
+    CHECK(stiction_set_impulses(none, &contact_impulse, 1, &row_impulse, 1) == status);
+    CHECK(stiction_solve(none, free_impulse, 1, 9) == status && stiction_resume(none, free_impulse, 1, 9) == status);
+    CHECK(!stiction_is_usable(none, 1) && stiction_read(none, &solution) == status);
+    CHECK(stiction_contact_at(none, 0, &contact) == status && stiction_contact_by_key(none, 0, &contact) == status);
+    CHECK(stiction_row_at(none, 0, &row) == status && stiction_row_by_key(none, 0, &row) == status);
+    CHECK(stiction_worst_violation(none, &violation) == status && stiction_last_culprit(none, &culprit) == status);
     CHECK(stiction_describe(none, text, sizeof text) == status);
 }
 
 static void nulls(void)
 {
+    const stiction_surface surface = {.spin = 0};
     nothing(NULL, STICTION_NULL);
     CHECK(stiction_init(NULL) == STICTION_NULL && stiction_set_mass(s, NULL) == STICTION_NULL);
+#if STICTION_D <= 3
     CHECK(stiction_add_contact(s, NULL, offset, 1, 0) == STICTION_NULL);
-    CHECK(stiction_add_contact(s, jacobian, NULL, 1, 0) == STICTION_NULL);
+    CHECK(stiction_add_contact(s, STICTION_CONST(jacobian), NULL, 1, 0) == STICTION_NULL);
+#endif
+    CHECK(stiction_add_contact_on(s, NULL, offset, &surface, 0) == STICTION_NULL);
+    CHECK(stiction_add_contact_on(s, STICTION_CONST(jacobian), NULL, &surface, 0) == STICTION_NULL);
+    CHECK(stiction_add_contact_on(s, STICTION_CONST(jacobian), offset, NULL, 0) == STICTION_NULL);
     CHECK(stiction_set_jacobian(s, 0, NULL) == STICTION_NULL && stiction_set_offset(s, 0, NULL) == STICTION_NULL);
+    CHECK(stiction_add_row(s, NULL) == STICTION_NULL && stiction_set_row_jacobian(s, 0, NULL) == STICTION_NULL);
+    CHECK(stiction_set_impulses(s, NULL, 1, NULL, 0) == STICTION_NULL);
+    CHECK(stiction_set_impulses(s, NULL, 0, NULL, 1) == STICTION_NULL);
+    CHECK(stiction_set_impulses(s, NULL, 0, NULL, 0) == STICTION_OK);
     CHECK(stiction_solve(s, NULL, 1, 9) == STICTION_NULL && stiction_resume(s, NULL, 1, 9) == STICTION_NULL);
-    CHECK(stiction_read(s, NULL) == STICTION_NULL && stiction_last_culprit(s, NULL) == STICTION_NULL);
-    CHECK(stiction_describe(s, NULL, 9) == STICTION_NULL);
+    CHECK(stiction_contact_at(s, 0, NULL) == STICTION_NULL && stiction_contact_by_key(s, 0, NULL) == STICTION_NULL);
+    CHECK(stiction_row_at(s, 0, NULL) == STICTION_NULL && stiction_row_by_key(s, 0, NULL) == STICTION_NULL);
+    CHECK(stiction_read(s, NULL) == STICTION_NULL && stiction_worst_violation(s, NULL) == STICTION_NULL);
+    CHECK(stiction_last_culprit(s, NULL) == STICTION_NULL && stiction_describe(s, NULL, 9) == STICTION_NULL);
 }
 
 int main(void)
 {
     nothing(s, STICTION_NOT_INITIALISED);
+    CHECK(stiction_init_sized(s, sizeof(stiction) + 8, sizeof(stiction_solution)) == STICTION_WRONG_SIZES);
+    CHECK(stiction_init_sized(s, sizeof(stiction), sizeof(stiction_solution) - 4) == STICTION_WRONG_SIZES);
+    nothing(s, STICTION_NOT_INITIALISED);
     CHECK(stiction_init(s) == STICTION_OK && culprit().input == STICTION_INPUT_NONE && culprit().contact == -1);
+    CHECK(!stiction_is_usable(s, 1) && stiction_read(s, &solution) == STICTION_OK);
+    CHECK(solution.status == STICTION_UNSOLVED && solution.count == 0);
+#if STICTION_C > 0
     answers();
     stop();
     endings();
+    one_by_one();
     refusals();
+#endif
+    joint_rows();
+    refused_rows();
     nulls();
     CHECK(place.before == mark && place.after == mark);
     CHECK(strcmp(stiction_name(STICTION_SOLVED), "STICTION_SOLVED") == 0);
     CHECK(strcmp(stiction_name(STICTION_NO_SUCH_ROW), "STICTION_NO_SUCH_ROW") == 0 && strcmp(stiction_name(99), "?") == 0);
     CHECK(sizeof(enum stiction_status) == 4 && sizeof(enum stiction_mode) == 4 && sizeof(enum stiction_input) == 4);
+    CHECK(sizeof(enum stiction_law) == 4 && sizeof(enum stiction_row_mode) == 4);
     printf("test.c: all as it should be\n");
     return 0;
 }

@@ -62,9 +62,9 @@ int main(void)
         take(push, sizeof push);
         for (int i = 0; i < STICTION_N; i++) push[i] = -push[i]; /* the records have -M v_free */
         paint();
-        if ((status = stiction_set_mass(&solver, mass)) != STICTION_OK) break;
+        if ((status = stiction_set_mass(&solver, STICTION_CONST(mass))) != STICTION_OK) break;
         depth(&stack_scene);
-        stiction_set_mass(&exact, mass);
+        stiction_set_mass(&exact, STICTION_CONST(mass));
         stiction_clear_contacts(&solver);
         stiction_clear_contacts(&exact);
         for (uint32_t i = 0; i < count && status == STICTION_OK; i++) {
@@ -73,9 +73,9 @@ int main(void)
             take(offset, sizeof offset);
             take(jacobian, sizeof jacobian);
             paint();
-            status = stiction_add_contact(&solver, jacobian, offset, mu, key);
+            status = stiction_add_contact(&solver, STICTION_CONST(jacobian), offset, mu, key);
             depth(&stack_scene);
-            stiction_add_contact(&exact, jacobian, offset, mu, key);
+            stiction_add_contact(&exact, STICTION_CONST(jacobian), offset, mu, key);
         }
         if (status != STICTION_OK) break;
 

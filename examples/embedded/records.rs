@@ -55,7 +55,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Step<T, N, D, C> {
         for push in &mut self.push {
             *push = -records.number::<T>()?;
         }
-        self.scene.clear_contacts();
+        self.scene.clear();
         for _ in 0..contacts {
             let key = records.word()?;
             let mut contact = Contact::<T, N, D> {

@@ -1,7 +1,8 @@
 //! The smallest firmware that solves one scene: `.ci/firmware` takes the bytes of flash from it.
 //!
-//! The configuration (`--cfg restart`, `planar`, `frictionless`) chooses the method and the scene;
-//! `--cfg empty` leaves the kernel out, and is what the others are compared with.
+//! The configuration (`--cfg restart`, `planar`, `frictionless`, `rover`) chooses the method and the scene: a quadruped on
+//! four feet, or a rover on three wheels, each with a motor as a joint row. `--cfg empty` leaves the kernel out, and is what the
+//! others are compared with.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
@@ -38,10 +39,15 @@ mod firmware {
     };
 
     #[cfg(all(not(empty), restart))]
-    use stiction::{AdmmFactor as Factor, AdmmSolver as Solver};
+    use stiction::{AdmmFactor, AdmmSolver};
     #[cfg(all(not(empty), not(restart)))]
     use stiction::{Factor, Solver};
 
+    /// Velocities: of a body and its twelve or three joints.
+    #[cfg(not(empty))]
+    const N: usize = if cfg!(rover) { 9 } else { 18 };
+
+    /// Rows of a contact.
     #[cfg(not(empty))]
     const D: usize = if cfg!(frictionless) {
         1
@@ -51,12 +57,29 @@ mod firmware {
         3
     };
 
+    /// Contacts.
+    #[cfg(not(empty))]
+    const C: usize = if cfg!(rover) { 3 } else { 4 };
+
+    /// Joint rows: the rover's motors.
+    #[cfg(not(empty))]
+    const R: usize = if cfg!(rover) { 3 } else { 0 };
+
+    #[cfg(all(not(empty), restart))]
+    type OurFactor = AdmmFactor<f32, N, D, C>;
+    #[cfg(all(not(empty), restart))]
+    type OurSolver = AdmmSolver<f32, N, D, C>;
+    #[cfg(all(not(empty), not(restart)))]
+    type OurFactor = Factor<f32, N, D, C, R>;
+    #[cfg(all(not(empty), not(restart)))]
+    type OurSolver = Solver<f32, N, D, C, R>;
+
     #[cfg(not(empty))]
     #[entry]
     fn main() -> ! {
-        static mut SCENE: Scene<f32, 18, D, 4> = Scene::new();
-        static mut FACTOR: Factor<f32, 18, D, 4> = Factor::empty();
-        static mut SOLVER: Solver<f32, 18, D, 4> = Solver::new();
+        static mut SCENE: Scene<f32, N, D, C, R> = Scene::new();
+        static mut FACTOR: OurFactor = OurFactor::empty();
+        static mut SOLVER: OurSolver = OurSolver::new();
         let (scene, solver) = (black_box(SCENE), black_box(SOLVER));
         let prepared = FACTOR.prepare(scene);
         if prepared.is_ok() {

@@ -19,7 +19,7 @@ use scene::{MU, WEIGHT};
 use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
-use stiction::{Kernel, Mixed};
+use stiction::Kernel;
 
 /// Foot forces (N), foot by foot, normal first.
 type Forces = SVector<f64, 12>;
@@ -27,7 +27,7 @@ type Forces = SVector<f64, 12>;
 type Wrench = SVector<f64, 6>;
 /// `A`, which maps foot forces to their wrench about the centre of mass.
 type Grasp = SMatrix<f64, 6, 12>;
-type Cones = Kernel<f64, 6, 3, 4, Mixed>;
+type Cones = Kernel<f64, 6, 3, 4>;
 
 /// Carries the weight and pushes with so much of what friction holds, at an angle in degrees.
 fn wanted(push: f64, angle: f64) -> Wrench {
@@ -63,7 +63,7 @@ fn time(mut tick: impl FnMut(f64)) -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut filled = Cones::mixed();
+    let mut filled = Cones::new();
     scene::fill(filled.scene_mut())?;
     let mut grasp = Grasp::zeros();
     for (i, foot) in filled.scene().contacts().iter().enumerate() {

@@ -71,19 +71,30 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> GaussSeidel<T, N, 
         v: &SVector<T, N>,
         free: &SVector<T, N>,
     ) -> T {
-        let [mut residual, mut size, mut expected] = [T::ZERO; 3];
+        let [mut residual, mut size, mut alone, mut stopping] = [T::ZERO; 4];
+        let speed = free.abs();
         let pairs = self.impulse.iter().zip(&self.response);
         for (contact, (r, response)) in scene.contacts().iter().zip(pairs) {
             let step = T::literal(D as f64) / (contact.jacobian * response).trace();
-            let mut u = contact.jacobian * v + contact.offset;
-            let slip = u.rows_range(1..).norm_squared().square_root();
-            u[0] += contact.mu * slip;
             let cone = FrictionCone::new(contact.mu).unwrap_or(FrictionCone::frictionless());
-            residual += (r - cone.project(&(r - u * step))).norm_squared();
+            // `alpha_i` times the augmented velocity: with the impulses, and without.
+            let push = |v: &SVector<T, N>| {
+                let mut u = contact.jacobian * v + contact.offset;
+                let slip = u.rows_range(1..).norm_squared().square_root();
+                u[0] += contact.mu * slip;
+                u * step
+            };
+            residual += (r - cone.project(&(r - push(v)))).norm_squared();
             size += r.norm_squared();
-            expected += ((contact.jacobian * free + contact.offset) * step).norm_squared();
+            alone += cone.project(&-push(free)).norm_squared();
+            let mut offset = contact.offset.abs();
+            if contact.offset[0] > T::ZERO {
+                offset[0] = T::ZERO; // a gap
+            }
+            let stop = contact.jacobian.abs() * speed + offset;
+            stopping += (stop * (step * T::literal(0.01))).norm_squared();
         }
-        (residual / size.max(expected)).square_root()
+        (residual / size.max(alone).max(stopping)).square_root()
     }
 }
 

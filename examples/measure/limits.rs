@@ -5,17 +5,18 @@ use crate::records::{Records, Step};
 use core::array::from_fn;
 use cortex_m_semihosting::hprintln;
 use nalgebra::SVector;
-use stiction::{JointRow, Kernel, Mixed, Real, RowLaw, Settings};
+use stiction::{JointRow, Kernel, Real, RowLaw, Settings};
 
 const N: usize = 18;
 /// Of its twelve joints, the first velocity.
 const FIRST: usize = 6;
+const JOINTS: usize = 12;
 
 /// The kernels that are compared.
 pub(crate) struct Limits<T: Real> {
-    contacts: Kernel<T, N, 3, 5>,
-    /// As large; its fifth slot has room for three limits.
-    lazy: Kernel<T, N, 3, 5, Mixed>,
+    contacts: Kernel<T, N, 3, 4>,
+    /// The same, with room for a limit of each joint.
+    lazy: Kernel<T, N, 3, 4, JOINTS>,
     step: Step<T, N, 3, 4>,
 }
 
@@ -23,13 +24,13 @@ impl<T: Real> Limits<T> {
     pub(crate) const fn new() -> Self {
         Self {
             contacts: Kernel::new(),
-            lazy: Kernel::mixed(),
+            lazy: Kernel::new(),
             step: Step::new(),
         }
     }
 
-    /// Contacts alone; the same with a kernel that could have joint rows; twelve limits far away; two of them reached, cold
-    /// and from the solution of a free impulse 1 % smaller. `None` if something does not succeed.
+    /// Contacts alone; the same with room for twelve joint rows; twelve limits far away; two of them reached, cold and from
+    /// the solution of a free impulse 1 % smaller. `None` if something does not succeed.
     pub(crate) fn measure(&mut self, records: &[u8], counter: &mut Counter) -> Option<()> {
         self.step.read(&mut Records::new(records))?;
         let push = self.step.push;
@@ -64,7 +65,7 @@ impl<T: Real> Limits<T> {
     fn tick_contacts(&mut self, push: &SVector<T, N>) -> Option<()> {
         let scene = self.contacts.scene_mut();
         scene.set_mass(self.step.scene.mass()).ok()?;
-        scene.clear_contacts();
+        scene.clear();
         for contact in self.step.scene.contacts() {
             scene.push(contact).ok()?;
         }
@@ -84,7 +85,7 @@ impl<T: Real> Limits<T> {
     fn tick(&mut self, limits: &[JointRow<T, N>], push: &SVector<T, N>) -> Option<usize> {
         let scene = self.lazy.scene_mut();
         scene.set_mass(self.step.scene.mass()).ok()?;
-        scene.clear_contacts();
+        scene.clear();
         for contact in self.step.scene.contacts() {
             scene.push(contact).ok()?;
         }
@@ -100,7 +101,7 @@ impl<T: Real> Limits<T> {
 
 /// A limit for each joint, which moves towards it at this velocity: a radian a second too slow to reach it, or two of them
 /// twice as fast as they may.
-fn limits<T: Real>(velocity: &SVector<T, N>, reached: bool) -> [JointRow<T, N>; 12] {
+fn limits<T: Real>(velocity: &SVector<T, N>, reached: bool) -> [JointRow<T, N>; JOINTS] {
     from_fn(|joint| {
         let speed = velocity.get(FIRST + joint).copied().unwrap_or(T::ZERO);
         let mut row = SVector::<T, N>::zeros();

@@ -6,12 +6,12 @@ mod scene;
 use crate::counter::Counter;
 use cortex_m_semihosting::hprintln;
 use nalgebra::SVector;
-use stiction::{Factor, Mixed, Real, Scene, Solver};
+use stiction::{Factor, Real, Scene, Solver};
 
 pub(crate) struct Sharing<T: Real> {
-    scene: Scene<T, 6, 3, 4, Mixed>,
-    factor: Factor<T, 6, 3, 4, Mixed>,
-    solver: Solver<T, 6, 3, 4, Mixed>,
+    scene: Scene<T, 6, 3, 4>,
+    factor: Factor<T, 6, 3, 4>,
+    solver: Solver<T, 6, 3, 4>,
 }
 
 /// `-b` for a push in units of the friction that there is, turned by a hundredth of a radian or not.
@@ -33,7 +33,7 @@ fn free_impulse<T: Real>(push: f64, turned: f64) -> SVector<T, 6> {
 impl<T: Real> Sharing<T> {
     pub(crate) const fn new() -> Self {
         Self {
-            scene: Scene::mixed(),
+            scene: Scene::new(),
             factor: Factor::empty(),
             solver: Solver::new(),
         }

@@ -12,13 +12,19 @@ use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQuer
 use parry3d_f64::shape::Cuboid;
 use pictures::{curve, panel};
 use std::error::Error;
-use stiction::time_stepping as law;
+use stiction::time_stepping::{Gap, free_impulse};
 use stiction::{Contact, Factor, Scene, Settings, Solver, Status};
 
 const STEP: f64 = 1e-3;
 const MASS: f64 = 2.0;
 const HALF: Vector3<f64> = Vector3::new(0.1, 0.08, 0.05);
 const MU: f64 = 0.4;
+/// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
+const GAP: Gap<f64> = Gap {
+    distance: 0.0,
+    recovery: 0.1,
+    reach: 10.0,
+};
 
 /// The body: where it is and how it moves, in world coordinates.
 struct Body {
@@ -62,13 +68,12 @@ impl Body {
     }
 }
 
-/// Rows of the contact at `arm` from the centre: normal up, tangents along x and y of the floor.
-fn jacobian(arm: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
-    let directions = [Vector3::z(), Vector3::x(), Vector3::y()];
-    SMatrix::from_fn(|row, j| match j {
-        0..3 => directions[row][j],
-        _ => arm.cross(&directions[row])[j - 3],
-    })
+/// Velocity of the point of the body at `arm` from its centre.
+fn point_jacobian(arm: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+    let mut jacobian = SMatrix::<f64, 3, 6>::identity();
+    let mut turning = jacobian.fixed_view_mut::<3, 3>(0, 3);
+    turning.copy_from(&-arm.cross_matrix());
+    jacobian
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -98,20 +103,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (mass, force) = body.dynamics();
         scene.set_mass(&mass)?;
         scene.clear_contacts();
-        for point in manifolds.iter().flat_map(|manifold| &manifold.points) {
-            let [x, y, z] = (pose * point.local_p2).into();
-            let offset = vector![law::gap(point.dist, STEP, 0.1, 10.0)?, 0.0, 0.0];
-            let jacobian = jacobian(&(vector![x, y, z] - body.centre));
-            scene.push(&Contact {
-                jacobian,
-                offset,
-                mu: MU,
-                key: point.fid2.0,
-            })?;
+        for manifold in &manifolds {
+            let normal = Vector3::from(<[f64; 3]>::from(below.rotation * manifold.local_n1));
+            for point in &manifold.points {
+                let place = Vector3::from(<[f64; 3]>::from(pose * point.local_p2));
+                let velocity = point_jacobian(&(place - body.centre));
+                let distance = point.dist;
+                scene.push(&Contact {
+                    offset: vector![Gap { distance, ..GAP }.offset(STEP)?, 0.0, 0.0],
+                    ..Contact::at_point(&normal, &velocity, MU, point.fid2.0)?
+                })?;
+            }
         }
 
         factor.prepare(&scene)?;
-        let push = law::free_impulse(&mass, &body.velocity, &force, STEP);
+        let push = free_impulse(&mass, &body.velocity, &force, STEP);
         let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {
             return Err(format!("step {step}: {:?}", solution.status).into());

@@ -8,19 +8,29 @@
 use nalgebra::{Matrix3, matrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
-use stiction::time_stepping as law;
+use stiction::time_stepping::{Gap, Restitution, free_impulse};
 use stiction::{Contact, Factor, Scene, Settings, Solver};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 1e-4;
 const MASS: f64 = 0.6;
 const RADIUS: f64 = 0.12;
-const RESTITUTION: f64 = 0.75;
+/// It bounces where it is faster than it gets by falling for ten steps.
+const BOUNCE: Restitution<f64> = Restitution {
+    coefficient: 0.75,
+    threshold: 10.0 * GRAVITY * STEP,
+};
 const MU: f64 = 0.15;
 /// At the start: height of the lowest point (m), speed (m/s), backspin (rad/s).
 const HEIGHT: f64 = 1.0;
 const SPEED: f64 = 3.0;
 const BACKSPIN: f64 = 40.0;
+/// Its lowest point above the floor; a penetration is pushed out at 0.1 m/s at most, and nothing closes faster than 10 m/s.
+const ABOVE: Gap<f64> = Gap {
+    distance: HEIGHT,
+    recovery: 0.1,
+    reach: 10.0,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // Dofs: forward, up, and the spin that turns the top backward; a solid sphere.
@@ -42,27 +52,25 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
 
-    let (mut x, mut gap) = (0.0, HEIGHT);
+    let (mut x, mut gap) = (0.0, ABOVE);
     let mut velocity = vector![SPEED, 0.0, BACKSPIN];
-    let (mut path, mut slip, mut forward) = (vec![(x, gap)], Vec::new(), Vec::new());
+    let (mut path, mut slip, mut forward) = (vec![(x, HEIGHT)], Vec::new(), Vec::new());
     let mut peaks = Vec::new();
     for step in 1..=30_000 {
-        // It bounces where it is faster than it gets by falling for ten steps.
         let approach = velocity.y;
-        let offset = law::gap(gap, STEP, 0.1, 10.0)?;
-        let offset = law::restitution(RESTITUTION, approach, 10.0 * GRAVITY * STEP, offset)?;
+        let offset = BOUNCE.offset(approach, gap.offset(STEP)?)?;
         scene.set_offset(0, &vector![offset, 0.0])?;
-        let push = law::free_impulse(&mass, &velocity, &weight, STEP);
+        let push = free_impulse(&mass, &velocity, &weight, STEP);
         velocity = solver.solve(&scene, &factor, &push, &settings)?.velocity;
         x += STEP * velocity.x;
-        gap += STEP * velocity.y;
+        gap.distance += STEP * velocity.y;
 
         if approach > 0.0 && velocity.y <= 0.0 {
-            peaks.push((x, gap));
+            peaks.push((x, gap.distance));
         }
         let time = STEP * f64::from(step);
         if step % 20 == 0 {
-            path.push((x, gap));
+            path.push((x, gap.distance));
             slip.push((time, velocity.x + RADIUS * velocity.z));
             forward.push((time, velocity.x));
         }
@@ -72,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("rolls at {:.4} m/s; on paper {rolling:.4}", velocity.x);
     let mut expected = Vec::new();
     for (k, &(x, height)) in (1..=6).zip(&peaks) {
-        let on_paper = HEIGHT * RESTITUTION.powi(2 * k);
+        let on_paper = HEIGHT * BOUNCE.coefficient.powi(2 * k);
         println!("rebound {k}: {height:.4} m; on paper {on_paper:.4}");
         expected.push((x, on_paper));
     }

@@ -8,21 +8,27 @@
 use nalgebra::{Matrix6, SMatrix, Vector3, matrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
-use stiction::time_stepping as law;
+use stiction::time_stepping::{Gap, free_impulse};
 use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 0.01;
 const MU: f64 = 0.4;
 const SPEED: f64 = 1.5;
+/// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
+const GAP: Gap<f64> = Gap {
+    distance: 0.0,
+    recovery: 0.1,
+    reach: 10.0,
+};
 
-/// Velocity of the point `p` of a body, normal `z` first; dofs are the velocity of the centre and the
-/// angular velocity, along (down the slope, across, out of it).
-fn jacobian(p: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+/// Velocity of the point `p` of a body along (down the slope, across, out of it); dofs are the velocity
+/// of the centre and the angular velocity along the same axes.
+fn point_jacobian(p: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     matrix![
-        0.0, 0.0, 1.0, p.y, -p.x, 0.0;
         1.0, 0.0, 0.0, 0.0, p.z, -p.y;
-        0.0, 1.0, 0.0, -p.z, 0.0, p.x
+        0.0, 1.0, 0.0, -p.z, 0.0, p.x;
+        0.0, 0.0, 1.0, p.y, -p.x, 0.0
     ]
 }
 
@@ -46,35 +52,30 @@ fn throw(slope: f64) -> Result<Vec<Moment>, Box<dyn Error>> {
     scene.set_mass(&mass)?;
     for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
         let corner = vector![x * half.x, y * half.y, -half.z];
-        let jacobian = jacobian(&corner);
-        scene.push(&Contact {
-            jacobian,
-            offset: vector![0.0, 0.0, 0.0],
-            mu: MU,
-            key: 0,
-        })?;
+        let velocity = point_jacobian(&corner);
+        scene.push(&Contact::at_point(&Vector3::z(), &velocity, MU, 0)?)?;
     }
     let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
 
-    let (mut distance, mut height) = (0.0, half.z);
+    let (mut distance, mut gap) = (0.0, GAP);
     let mut velocity = vector![SPEED, 0.0, 0.0, 0.0, 0.0, 0.0];
     let mut moments = Vec::new();
     for step in 1..=100 {
         // The gap of all four corners; an offset and f cost no new factor.
-        let offset = vector![law::gap(height - half.z, STEP, 0.1, 10.0)?, 0.0, 0.0];
+        let offset = vector![gap.offset(STEP)?, 0.0, 0.0];
         for corner in 0..4 {
             scene.set_offset(corner, &offset)?;
         }
-        let push = law::free_impulse(&mass, &velocity, &weight, STEP);
+        let push = free_impulse(&mass, &velocity, &weight, STEP);
         let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {
             return Err(format!("step {step}: {:?}", solution.status).into());
         }
         velocity = solution.velocity;
         distance += STEP * velocity.x;
-        height += STEP * velocity.z;
+        gap.distance += STEP * velocity.z;
         moments.push(Moment {
             time: STEP * f64::from(step),
             distance,

@@ -8,7 +8,7 @@
 use nalgebra::{Matrix1, vector};
 use pictures::{curve, panel};
 use std::error::Error;
-use stiction::time_stepping::{self as law, Motor};
+use stiction::time_stepping::{DryFriction, JointLimit, Motor};
 use stiction::{Kernel, RowMode, Settings};
 
 const STEP: f64 = 2e-3;
@@ -17,25 +17,34 @@ const INERTIA: f64 = 6.75;
 /// Where it is stopped (rad).
 const OPEN: f64 = 1.7;
 /// Friction of the hinge (N·m).
-const FRICTION: f64 = 1.5;
+const FRICTION: DryFriction<f64> = DryFriction { torque: 1.5 };
+/// A stop: the door comes back from beyond it at 0.2 rad/s at most, and swings at less than 50 rad/s.
+const STOP: JointLimit<f64> = JointLimit {
+    distance: 0.0,
+    recovery: 0.2,
+    reach: 50.0,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let closer = Motor {
         stiffness: 10.0,
         damping: 9.0,
-        feedforward: 0.0,
         limit: 12.0,
+        ..Motor::default()
     };
     // Its spring is wound up when the door is shut.
     let rest = -0.5;
-    let mut kernel = Kernel::<f64, 1, 4, 1, _>::mixed();
+    let mut kernel = Kernel::<f64, 1, 1, 0, 4>::new(); // no contacts, four joint rows
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix1::new(INERTIA))?;
     let hinge = vector![1.0];
-    let friction = scene.push_row(&law::dry_friction(hinge, FRICTION, STEP, 0)?)?;
-    let row = |angle: f64| law::motor(hinge, &closer, angle - rest, 0.0, STEP, 1);
-    let shuts = scene.push_row(&row(0.0)?)?;
-    let stop = |row, distance, key| law::joint_limit(row, distance, STEP, 0.2, 50.0, key);
+    let friction = scene.push_row(&FRICTION.row(hinge, STEP, 0)?)?;
+    let closing = |angle: f64| {
+        let ahead = angle - rest;
+        Motor { ahead, ..closer }.row(hinge, STEP, 1)
+    };
+    let closer = scene.push_row(&closing(0.0)?)?;
+    let stop = |row, distance, key| JointLimit { distance, ..STOP }.row(row, STEP, key);
     let frame = scene.push_row(&stop(hinge, 0.0, 2)?)?;
     let wall = scene.push_row(&stop(-hinge, OPEN, 3)?)?;
 
@@ -48,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let time = STEP * f64::from(step);
         let hand = if time < 0.5 { 60.0 } else { 0.0 };
         let scene = kernel.scene_mut();
-        scene.set_row_offset(shuts, row(angle)?.offset)?;
+        scene.set_row_offset(closer, closing(angle)?.offset)?;
         scene.set_row_offset(frame, stop(hinge, angle, 2)?.offset)?;
         scene.set_row_offset(wall, stop(-hinge, OPEN - angle, 3)?.offset)?;
         let push = vector![INERTIA * velocity + STEP * hand];
@@ -58,12 +67,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         velocity = solution.velocity[0];
         angle += STEP * velocity;
-        let find = |row| solution.row(row).ok_or("a row is gone");
-        let (rubs, closes, walls) = (find(friction)?, find(shuts)?, find(wall)?);
+        let [rubs, closes, walls] = [friction, closer, wall].map(|row| solution.rows[row]);
         if walls.mode == RowMode::AtLimit {
             hits.push((time, walls.impulse));
         }
-        if shut.is_none() && time > 1.0 && find(frame)?.mode == RowMode::AtLimit {
+        if shut.is_none() && time > 1.0 && solution.rows[frame].mode == RowMode::AtLimit {
             shut = Some(time);
         }
         angles.push((time, angle.to_degrees()));

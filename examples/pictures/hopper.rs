@@ -10,7 +10,7 @@
 use nalgebra::{SMatrix, SVector, Vector2, matrix, vector};
 use pictures::{curve, panel};
 use std::error::Error;
-use stiction::time_stepping as law;
+use stiction::time_stepping::{Gap, free_impulse};
 use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
 
 const GRAVITY: f64 = 9.81;
@@ -24,6 +24,12 @@ const INERTIA: f64 = 0.6;
 const LENGTH: f64 = 0.6;
 const SPRING: f64 = 3000.0;
 const DAMPER: f64 = 30.0;
+/// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
+const GAP: Gap<f64> = Gap {
+    distance: 0.0,
+    recovery: 0.1,
+    reach: 10.0,
+};
 
 /// Body x, height, pitch; foot x, height.
 type Coordinates = SVector<f64, 5>;
@@ -82,8 +88,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     for step in 1..=20_000 {
         let time = STEP * f64::from(step);
         let wish = if (1.0..6.0).contains(&time) { 1.0 } else { 0.0 };
-        scene.set_offset(0, &vector![law::gap(q[4], STEP, 0.1, 10.0)?, 0.0])?;
-        let push = law::free_impulse(&mass, &v, &force(&q, &v, stance, wish), STEP);
+        let distance = q[4];
+        let offset = vector![Gap { distance, ..GAP }.offset(STEP)?, 0.0];
+        scene.set_offset(0, &offset)?;
+        let push = free_impulse(&mass, &v, &force(&q, &v, stance, wish), STEP);
         let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {
             return Err(format!("step {step}: {:?}", solution.status).into());

@@ -10,7 +10,7 @@
 use nalgebra::{Matrix4, SMatrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
-use stiction::time_stepping::{self as law, Motor};
+use stiction::time_stepping::{ClosedLoop, Gap, Motor};
 use stiction::{Contact, ContactMode, Kernel, RowMode, Settings};
 
 const STEP: f64 = 1e-3;
@@ -19,6 +19,12 @@ const BLOCK: f64 = 0.5;
 const HALF: f64 = 0.03;
 const MU: f64 = 0.6;
 const LIMIT: f64 = 20.0;
+/// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
+const GAP: Gap<f64> = Gap {
+    distance: 0.0,
+    recovery: 0.1,
+    reach: 10.0,
+};
 
 /// What the block weighs in the moving hand (m/s²): at rest, then lifted faster and faster.
 fn weight(time: f64) -> f64 {
@@ -28,7 +34,7 @@ fn weight(time: f64) -> f64 {
 fn main() -> Result<(), Box<dyn Error>> {
     // Dofs: left and right finger, inward; the block across and up, as the hand sees it.
     let masses = vector![FINGER, FINGER, BLOCK, BLOCK];
-    let mut kernel = Kernel::<f64, 4, 2, 3, _>::mixed();
+    let mut kernel = Kernel::<f64, 4, 2, 2, 2>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix4::from_diagonal(&masses))?;
     for (key, finger, side) in [(0, 0, 1.0), (1, 1, -1.0)] {
@@ -46,13 +52,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let motor = Motor {
         stiffness: 3e3,
         damping: 60.0,
-        feedforward: 0.0,
         limit: LIMIT,
+        ..Motor::default()
     };
-    // Asked to close beyond the block.
-    let row = |x: f64| law::motor(vector![1.0, 0.0, 0.0, 0.0], &motor, x - 0.02, 0.0, STEP, 2);
-    let mimics = |drift: f64| law::closed_loop(vector![1.0, -1.0, 0.0, 0.0], drift, STEP, 0.1, 3);
-    let drive = scene.push_row(&row(-0.01)?)?;
+    let drives = |x: f64| {
+        let ahead = x - 0.02; // asked to close beyond the block
+        Motor { ahead, ..motor }.row(vector![1.0, 0.0, 0.0, 0.0], STEP, 0)
+    };
+    let mimics = |drift: f64| {
+        let recovery = 0.1;
+        ClosedLoop { drift, recovery }.row(vector![1.0, -1.0, 0.0, 0.0], STEP, 1)
+    };
+    let drive = scene.push_row(&drives(-0.01)?)?;
     let gear = scene.push_row(&mimics(0.0)?)?;
 
     // The fingers are a centimetre away from the block at first.
@@ -65,11 +76,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let time = STEP * f64::from(step);
         let scene = kernel.scene_mut();
         for (finger, side) in [(0, 1.0), (1, -1.0)] {
-            let gap = side * position[2] - position[finger];
-            let offset = law::gap(gap, STEP, 0.1, 10.0)?;
-            scene.set_offset(finger, &vector![offset, 0.0])?;
+            let distance = side * position[2] - position[finger];
+            let offset = vector![Gap { distance, ..GAP }.offset(STEP)?, 0.0];
+            scene.set_offset(finger, &offset)?;
         }
-        scene.set_row_offset(drive, row(position[0])?.offset)?;
+        scene.set_row_offset(drive, drives(position[0])?.offset)?;
         scene.set_row_offset(gear, mimics(position[0] - position[1])?.offset)?;
         let mut push = masses.component_mul(&velocity);
         // A table carries it until the gripper is closed.
@@ -85,12 +96,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         velocity = solution.velocity;
         position += velocity * STEP;
-        let motor = solution.row(drive).ok_or("the motor is gone")?;
+        let motor = &solution.rows[drive];
         if motor.mode == RowMode::AtUpper && position[0] > -1e-6 {
             full.get_or_insert(time);
         }
-        let pad = solution.contacts.first().ok_or("a pad is gone")?;
-        if pad.mode == ContactMode::Slip && time > 0.4 {
+        if solution.contacts[0].mode == ContactMode::Slip && time > 0.4 {
             slips.get_or_insert(time);
         }
         forces.push((time, motor.impulse / STEP));

@@ -5,11 +5,11 @@
 //!
 //! `cargo run --release -p pictures --bin shaken_stack [FILE.svg]`
 
-use nalgebra::{SMatrix, SVector, Vector2, Vector3, matrix, vector};
+use nalgebra::{SMatrix, SVector, Vector2, matrix, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
-use stiction::time_stepping as law;
-use stiction::{Contact, Factor, Scene, Settings, Solver, Status};
+use stiction::time_stepping::{Gap, free_impulse, moving_surface};
+use stiction::{Contact, Factor, Scene, Settings, Solver, Status, contact_frame};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 1e-3;
@@ -18,6 +18,12 @@ const MASSES: [f64; 3] = [1.0, 10.0, 100.0];
 const WIDTHS: [f64; 3] = [0.30, 0.28, 0.26];
 const MU: [f64; 3] = [0.6, 0.5, 0.3];
 const HALF: f64 = 0.1;
+/// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
+const GAP: Gap<f64> = Gap {
+    distance: 0.0,
+    recovery: 0.1,
+    reach: 10.0,
+};
 
 /// Position (x, height, angle) or velocity of each box.
 type Coordinates = SVector<f64, 9>;
@@ -28,8 +34,12 @@ fn axes(angle: f64) -> [Vector2<f64>; 2] {
     [vector![cos, sin], vector![-sin, cos]]
 }
 
-/// Gap and Jacobian between the lower left or right corner of a box and what it stands on.
-fn touch(position: &Coordinates, upper: usize, side: f64) -> (f64, SMatrix<f64, 2, 9>) {
+/// Distance and contact between the lower left or right corner of a box and what it stands on.
+fn touch(
+    position: &Coordinates,
+    upper: usize,
+    side: f64,
+) -> Result<(f64, Contact<f64, 9, 2>), stiction::Error> {
     let body = |i: usize| position.fixed_rows::<3>(3 * i).clone_owned();
     let (above, below) = (body(upper), upper.checked_sub(1).map(body));
     let [along, out] = axes(above.z);
@@ -37,23 +47,21 @@ fn touch(position: &Coordinates, upper: usize, side: f64) -> (f64, SMatrix<f64, 
     let corner = above.xy() + arm;
     // The table is below all, its top at height 0.
     let support = below.unwrap_or_else(|| vector![corner.x, -HALF, 0.0]);
-    let [tangent, normal] = axes(support.z);
+    let [_, normal] = axes(support.z);
     let reach = corner - support.xy();
+    // Velocity of the corner, and of what is under it.
     let mut jacobian = SMatrix::<f64, 2, 9>::zeros();
     let mut add = |body: usize, sign: f64, arm: Vector2<f64>| {
-        for (row, direction) in [normal, tangent].iter().enumerate() {
-            let spin = direction.y * arm.x - direction.x * arm.y;
-            let entries = Vector3::new(direction.x, direction.y, spin) * sign;
-            jacobian
-                .fixed_view_mut::<1, 3>(row, 3 * body)
-                .copy_from(&entries.transpose());
-        }
+        let entries = matrix![1.0, 0.0, -arm.y; 0.0, 1.0, arm.x] * sign;
+        let mut block = jacobian.fixed_view_mut::<2, 3>(0, 3 * body);
+        block.copy_from(&entries);
     };
     add(upper, 1.0, arm);
     if upper > 0 {
         add(upper - 1, -1.0, reach);
     }
-    (normal.dot(&reach) - HALF, jacobian)
+    let contact = Contact::at_point(&normal, &jacobian, MU[upper], 0)?;
+    Ok((normal.dot(&reach) - HALF, contact))
 }
 
 /// Velocity of the table: 2 shakes a second, the acceleration grows by 2 m/s² each second.
@@ -77,13 +85,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     scene.set_mass(&mass)?;
     let contacts: [(usize, f64); 6] = std::array::from_fn(|k| (k / 2, [-1.0, 1.0][k % 2]));
     for (upper, side) in contacts {
-        let (_, jacobian) = touch(&position, upper, side);
-        scene.push(&Contact {
-            jacobian,
-            offset: vector![0.0, 0.0],
-            mu: MU[upper],
-            key: 0,
-        })?;
+        scene.push(&touch(&position, upper, side)?.1)?;
     }
     let mut factor = Factor::empty();
     let mut solver = Solver::new();
@@ -94,17 +96,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     for step in 1..=3500 {
         let time = STEP * f64::from(step);
         for (contact, &(upper, side)) in contacts.iter().enumerate() {
-            let (gap, jacobian) = touch(&position, upper, side);
-            let mut offset = vector![law::gap(gap, STEP, 0.1, 10.0)?, 0.0];
+            let (distance, Contact { jacobian, .. }) = touch(&position, upper, side)?;
+            let mut offset = vector![Gap { distance, ..GAP }.offset(STEP)?, 0.0];
             if upper == 0 {
-                let frame = matrix![0.0, 1.0; 1.0, 0.0];
-                offset += law::moving_surface(&frame, &vector![table(time), 0.0]);
+                let frame = contact_frame(&vector![0.0, 1.0])?;
+                offset += moving_surface(&frame.transpose(), &vector![table(time), 0.0]);
             }
             scene.set_jacobian(contact, &jacobian)?;
             scene.set_offset(contact, &offset)?;
         }
         factor.prepare(&scene)?;
-        let push = law::free_impulse(&mass, &velocity, &weight, STEP);
+        let push = free_impulse(&mass, &velocity, &weight, STEP);
         let solution = solver.solve(&scene, &factor, &push, &settings)?;
         if solution.status != Status::Solved {
             return Err(format!("step {step}: {:?}", solution.status).into());

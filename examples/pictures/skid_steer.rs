@@ -8,7 +8,7 @@
 use nalgebra::{Matrix6, SMatrix, Vector3, matrix, vector};
 use pictures::{curve, panel};
 use std::error::Error;
-use stiction::time_stepping as law;
+use stiction::time_stepping::free_impulse;
 use stiction::{Contact, Kernel, Settings, Surface};
 
 const STEP: f64 = 5e-3;
@@ -36,7 +36,7 @@ type Drive = (Vec<(f64, f64)>, Vec<(f64, f64)>);
 fn drive(across: f64) -> Result<Drive, Box<dyn Error>> {
     let moments = vector![1.2, 2.0, 2.6];
     let mass = Matrix6::from_diagonal(&vector![MASS, MASS, MASS, moments.x, moments.y, moments.z]);
-    let mut kernel = Kernel::<f64, 6, 3, 4, _>::mixed();
+    let mut kernel = Kernel::<f64, 6, 3, 4>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&mass)?;
     let surface = Surface {
@@ -65,7 +65,7 @@ fn drive(across: f64) -> Result<Drive, Box<dyn Error>> {
         let spin = velocity[5];
         let turning = vector![spin * velocity[1], -spin * velocity[0], 0.0, 0.0, 0.0, 0.0];
         let force = weight + turning * MASS;
-        let push = law::free_impulse(&mass, &velocity, &force, STEP);
+        let push = free_impulse(&mass, &velocity, &force, STEP);
         let solution = kernel.solve(&push, &Settings::new(1e-9))?;
         if !solution.is_solved() {
             return Err(format!("step {step}: {}", solution.status).into());

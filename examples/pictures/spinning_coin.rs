@@ -8,7 +8,7 @@
 use nalgebra::{Matrix6, SMatrix, SVector, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
-use stiction::time_stepping as law;
+use stiction::time_stepping::ClosedLoop;
 use stiction::{Contact, Kernel, Settings, Surface};
 
 const GRAVITY: f64 = 9.81;
@@ -32,7 +32,7 @@ fn run(spin: f64) -> Result<Run, Box<dyn Error>> {
     let across = 0.25 * MASS * RADIUS * RADIUS;
     let axle = 2.0 * across;
     let masses = vector![MASS, MASS, MASS, across, axle, across];
-    let mut kernel = Kernel::<f64, 6, 6, 2, _>::mixed();
+    let mut kernel = Kernel::<f64, 6, 6, 1, 2>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix6::from_diagonal(&masses))?;
     let mut jacobian = SMatrix::<f64, 6, 6>::zeros();
@@ -64,13 +64,7 @@ fn run(spin: f64) -> Result<Run, Box<dyn Error>> {
     )?;
     // It neither tips nor drifts sideways.
     for (key, dof) in [(1, 3), (2, 1)] {
-        scene.push_row(&law::closed_loop(
-            SVector::ith(dof, 1.0),
-            0.0,
-            STEP,
-            1.0,
-            key,
-        )?)?;
+        scene.push_row(&ClosedLoop::default().row(SVector::ith(dof, 1.0), STEP, key)?)?;
     }
     let mut velocity = vector![SPEED, 0.0, 0.0, 0.0, SPEED / RADIUS, spin];
     let (mut speeds, mut spins, mut distance) = (Vec::new(), Vec::new(), 0.0);

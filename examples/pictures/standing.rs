@@ -11,7 +11,7 @@ use nalgebra::{Const, SVector, Vector3};
 use std::env::args;
 use std::error::Error;
 use std::time::Instant;
-use stiction::time_stepping as law;
+use stiction::time_stepping::{Gap, free_impulse};
 use stiction::{Factor, Real, Scene, Settings, Solver};
 use testbed::scene_file::{self, SceneFile};
 
@@ -20,6 +20,12 @@ const STIFFNESS: f64 = 200.0;
 const DAMPING: f64 = 10.0;
 /// The velocities of the body; the others are joints.
 const BODY: usize = 6;
+/// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
+const GAP: Gap<f64> = Gap {
+    distance: 0.0,
+    recovery: 0.1,
+    reach: 10.0,
+};
 
 fn stand<T: Real, const N: usize>(
     file: &SceneFile,
@@ -54,13 +60,14 @@ fn stand<T: Real, const N: usize>(
             for (i, (jacobian, gap)) in jacobians.iter().zip(&gaps).enumerate() {
                 let normal = jacobian.row(0);
                 let closed: f64 = normal.iter().zip(&moved).map(|(a, b)| double(*a) * b).sum();
-                let offset = law::gap(gap + closed, step, 0.1, 10.0)?;
+                let distance = gap + closed;
+                let offset = Gap { distance, ..GAP }.offset(step)?;
                 scene.set_offset(i, &Vector3::new(T::literal(offset), T::ZERO, T::ZERO))?;
             }
             if prepares {
                 factor.prepare(&scene)?;
             }
-            let push = law::free_impulse(&mass, &velocity, &force, h);
+            let push = free_impulse(&mass, &velocity, &force, h);
             let solution = solver.solve(&scene, &factor, &push, &settings)?;
             if !solution.is_solved() {
                 return Err(format!("{}: {}", solution.status, solution.error).into());

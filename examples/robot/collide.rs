@@ -1,7 +1,7 @@
 //! Where bodies are near each other: contact manifolds of `parry3d`.
 
 use crate::Failure;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use parry3d_f64::shape::SharedShape;
@@ -47,8 +47,8 @@ pub(crate) struct Point {
     pub(crate) pair: [usize; 2],
     /// Where it is in the world.
     pub(crate) place: Vector3<f64>,
-    /// The normal, from the first body to the second, and two tangents as rows.
-    pub(crate) axes: Matrix3<f64>,
+    /// The normal, from the first body to the second.
+    pub(crate) normal: Vector3<f64>,
     pub(crate) gap: f64,
     pub(crate) key: u32,
 }
@@ -81,13 +81,6 @@ pub(crate) fn collide(
                 .map_err(|error| error.to_string())?;
             for manifold in &manifolds {
                 let normal = vector(poses[a].rotation * manifold.local_n1);
-                let across = if normal.y.abs() < 0.9 {
-                    Vector3::y()
-                } else {
-                    Vector3::x()
-                };
-                let tangent = across.cross(&normal).normalize();
-                let axes = [normal, tangent, normal.cross(&tangent)].map(|axis| axis.transpose());
                 for point in manifold.points.iter().filter(|point| point.dist < NEAR) {
                     let place = vector(poses[b] * point.local_p2);
                     let same =
@@ -98,7 +91,7 @@ pub(crate) fn collide(
                     points.push(Point {
                         pair: [a, b],
                         place,
-                        axes: Matrix3::from_rows(&axes),
+                        normal,
                         gap: point.dist,
                         key,
                     });

@@ -4,7 +4,7 @@ use crate::collide::Point;
 use crate::dynamics::Dynamics;
 use crate::{Failure, STEP, World};
 use nalgebra::{SVector, vector};
-use stiction::time_stepping::{self as law, Motor};
+use stiction::time_stepping::{ClosedLoop, Gap, JointLimit, Motor, Spring};
 use stiction::{Contact, Error, JointRow, Surface};
 
 /// Speed (m/s, rad/s) at which nothing here closes.
@@ -22,23 +22,30 @@ impl<const N: usize> World<N> {
         points: &[Point],
         dynamics: &Dynamics<N>,
     ) -> Result<(), Error> {
-        let rubber = law::compliance(self.stiffness, RELAXATION, STEP)?; // 0 is rigid
+        let rubber = Spring {
+            stiffness: self.stiffness,
+            relaxation: RELAXATION,
+        };
+        let compliance = rubber.compliance(STEP)?; // 0 is rigid
         let surface = Surface {
-            compliance: [rubber, 0.0],
+            compliance: [compliance, 0.0],
             ..Surface::isotropic(self.mu)
         };
         for point in points {
             let [a, b] = point.pair.map(|body| dynamics.jacobian(body, &point.place));
-            let gap = if rubber > 0.0 {
-                law::compliant_gap(point.gap, RELAXATION, STEP, REACH)?
+            let gap = Gap {
+                distance: point.gap,
+                recovery: RECOVERY,
+                reach: REACH,
+            };
+            let gap = if compliance > 0.0 {
+                rubber.offset(&gap, STEP)?
             } else {
-                law::gap(point.gap, STEP, RECOVERY, REACH)?
+                gap.offset(STEP)?
             };
             let contact = Contact {
-                jacobian: point.axes * (b - a),
                 offset: vector![gap, 0.0, 0.0],
-                mu: self.mu,
-                key: point.key,
+                ..Contact::at_point(&point.normal, &(b - a), self.mu, point.key)?
             };
             self.kernel.scene_mut().push_on(&contact, &surface)?;
         }
@@ -59,9 +66,8 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// The motors, and joints that mimic each other. Returns the stops, which the solve takes in as they are reached, and how
-    /// many keys all of them have.
-    pub(crate) fn push_rows(&mut self) -> Result<(Vec<JointRow<f64, N>>, u32), Failure> {
+    /// The motors, and joints that mimic each other. Returns the stops, which the solve takes in as they are reached.
+    pub(crate) fn push_rows(&mut self) -> Result<Vec<JointRow<f64, N>>, Failure> {
         let (mut stops, mut key, mut dof) = (Vec::new(), 0, 0);
         let (scene, [stiffness, damping]) = (self.kernel.scene_mut(), self.gains);
         let mut joints = Vec::new();
@@ -71,23 +77,29 @@ impl<const N: usize> World<N> {
                 let mut row = SVector::<f64, N>::zeros();
                 row[dof] = 1.0;
                 joints.push((&*joint.name, row, joint.angle));
+                let [aim, target] = joint.target;
                 let motor = Motor {
                     stiffness,
                     damping,
-                    feedforward: 0.0,
                     limit: joint.effort,
+                    ahead: joint.angle - aim,
+                    target,
+                    ..Motor::default()
                 };
                 if joint.effort != 0.0 {
-                    let ahead = joint.angle - joint.target[0];
-                    let row = law::motor(row, &motor, ahead, joint.target[1], STEP, key);
+                    let row = motor.row(row, STEP, key);
                     let row = row.map_err(|error| format!("joint {}: {error}", joint.name))?;
                     scene.push_row(&row)?;
                 }
                 let [lower, upper] = joint.range;
                 for (row, distance) in [(row, joint.angle - lower), (-row, upper - joint.angle)] {
                     key += 1;
-                    let stop = law::joint_limit(row, distance, STEP, STOP_RECOVERY, REACH, key)?;
-                    stops.push(stop);
+                    let stop = JointLimit {
+                        distance,
+                        recovery: STOP_RECOVERY,
+                        reach: REACH,
+                    };
+                    stops.push(stop.row(row, STEP, key)?);
                 }
                 (key, dof) = (key + 1, dof + 1);
             }
@@ -97,10 +109,13 @@ impl<const N: usize> World<N> {
             let [Some((_, one, at)), Some((_, other, there))] = names.map(find) else {
                 return Err(format!("there are no joints {names:?}").into());
             };
-            let gear = law::closed_loop(one - other, at - there, STEP, RECOVERY, key)?;
-            scene.push_row(&gear)?;
+            let gear = ClosedLoop {
+                drift: at - there,
+                recovery: RECOVERY,
+            };
+            scene.push_row(&gear.row(one - other, STEP, key)?)?;
             key += 1;
         }
-        Ok((stops, key))
+        Ok(stops)
     }
 }

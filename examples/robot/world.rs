@@ -9,12 +9,13 @@ use parry3d_f64::math::Pose;
 use std::path::Path;
 use std::time::Instant;
 use stiction::time_stepping::free_impulse;
-use stiction::{ContactMode, ContactSolution, Kernel, Mixed, RowMode, Settings, Status};
+use stiction::{ContactMode, ContactSolution, Kernel, RowMode, Settings, Status, contact_frame};
 
 /// Length of a step (s).
 pub const STEP: f64 = 1e-3;
-/// Slots: one for each contact, and one for three joint rows.
-const SLOTS: usize = 24;
+/// Room for contacts, and for joint rows: motors, joints that mimic each other, and stops that are reached at the same time.
+const CONTACTS: usize = 24;
+const ROWS: usize = 32;
 
 /// A world of `N` velocities in all.
 pub struct World<const N: usize> {
@@ -34,7 +35,7 @@ pub struct World<const N: usize> {
     pub trees: Vec<Tree>,
     /// Velocities of all trees, one after the other.
     pub velocity: SVector<f64, N>,
-    pub(crate) kernel: Box<Kernel<f64, N, 3, SLOTS, Mixed>>,
+    pub(crate) kernel: Box<Kernel<f64, N, 3, CONTACTS, ROWS>>,
 }
 
 /// A contact that pushes.
@@ -83,7 +84,7 @@ impl<const N: usize> World<N> {
             bodies: Vec::new(),
             trees: Vec::new(),
             velocity: SVector::zeros(),
-            kernel: Box::new(Kernel::mixed()),
+            kernel: Box::new(Kernel::new()),
         }
     }
 
@@ -176,9 +177,9 @@ impl<const N: usize> World<N> {
         let collision_cost = lap();
 
         self.kernel.scene_mut().set_mass(&dynamics.mass)?;
-        self.kernel.scene_mut().clear_contacts();
+        self.kernel.scene_mut().clear();
         self.push_contacts(&points, &dynamics)?;
-        let (stops, keys) = self.push_rows()?;
+        let stops = self.push_rows()?;
         let (pushed, push) = self.push;
         let linear = dynamics.jacobians[pushed].fixed_rows::<3>(3);
         let force = dynamics.force + linear.transpose() * push;
@@ -187,15 +188,15 @@ impl<const N: usize> World<N> {
         let solution = self.kernel.solve_with_limits(&stops, &impulse, &settings)?;
         if !solution.is_usable(1e-3) {
             let (status, error) = (solution.status, solution.error);
-            let culprits = self.culprits(&points, keys);
+            let culprits = self.culprits(&points);
             return Err(format!("{status}, error {error:.1e}: {culprits}").into());
         }
 
-        let modes = (0..keys).filter_map(|key| solution.row_by_key(key));
-        let pushing = points.iter().zip(&solution.contacts); // rows stand behind contacts
+        let contacts = points.iter().zip(&solution.contacts);
+        let pushing = contacts.filter(|(_, contact)| contact.mode != ContactMode::Open);
         let tick = Tick {
-            rows: modes.map(|row| row.mode).collect(),
-            touches: pushing.filter_map(Touch::new).collect(),
+            rows: solution.rows.iter().map(|row| row.mode).collect(),
+            touches: pushing.map(Touch::new).collect::<Result<_, _>>()?,
             push: [dynamics.origins[pushed], push],
             poses: dynamics.poses,
             bones: dynamics.bones,
@@ -216,31 +217,27 @@ impl<const N: usize> World<N> {
 impl<const N: usize> World<N> {
     /// What the last solution, which is of no use, speaks of: the bodies and joints that exclude each other if that is proved,
     /// or else those that push.
-    fn culprits(&self, points: &[Point], keys: u32) -> String {
+    fn culprits(&self, points: &[Point]) -> String {
         let solution = self.kernel.solution();
         let proved = solution.status == Status::Infeasible;
-        let certificate = |i: usize| solution.certificate.get(i).is_some_and(|&d| d != 0.0);
+        let speaks_of = |pushes: bool, certificate: &[f64], i: usize| {
+            if proved {
+                certificate[i] != 0.0
+            } else {
+                pushes
+            }
+        };
         let mut named = Vec::new();
         for (i, (point, contact)) in points.iter().zip(&solution.contacts).enumerate() {
-            let [a, b] = point.pair.map(|body| &self.bodies[body].name);
-            if if proved {
-                certificate(i)
-            } else {
-                contact.mode != ContactMode::Open
-            } {
+            let pushes = contact.mode != ContactMode::Open;
+            if speaks_of(pushes, &solution.certificate, i) {
+                let [a, b] = point.pair.map(|body| &self.bodies[body].name);
                 named.push(format!("{a} and {b}"));
             }
         }
-        for key in 0..keys {
-            let row = solution.row_by_key(key);
-            if row.is_some_and(|row| {
-                if proved {
-                    row.certificate != 0.0
-                } else {
-                    row.impulse != 0.0
-                }
-            }) {
-                named.push(self.row_name(key));
+        for (i, row) in solution.rows.iter().enumerate() {
+            if speaks_of(row.impulse != 0.0, &solution.row_certificate, i) {
+                named.push(self.row_name(row.key));
             }
         }
         named.dedup(); // a pair has several points
@@ -254,12 +251,12 @@ impl<const N: usize> World<N> {
 }
 
 impl Touch {
-    /// That of a contact, unless it is open.
-    fn new((point, contact): (&Point, &ContactSolution<f64, 3>)) -> Option<Self> {
-        (contact.mode != ContactMode::Open).then(|| Self {
+    /// That of a contact.
+    fn new((point, contact): (&Point, &ContactSolution<f64, 3>)) -> Result<Self, stiction::Error> {
+        Ok(Self {
             pair: point.pair,
             place: point.place,
-            force: point.axes.transpose() * contact.impulse / STEP,
+            force: contact_frame(&point.normal)? * contact.impulse / STEP,
             normal: contact.impulse[0] / STEP,
             gap: point.gap,
             slip: contact.velocity.yz().norm(),

@@ -17,14 +17,14 @@ use testbed::scene_file::{self, SceneFile};
 
 /// A constant, its value, and one without what it belongs to.
 const CONSTANTS: [(&str, f64, f64); 25] = [
-    ("parting", 0.03, 1e30),
+    ("open_threshold", 0.03, 1e30),
     ("grazing", 1e-4, 0.0),
     ("sticking", 1.0, -1.0),
     ("sweep_rate", 0.5, 0.0),
     ("diverging", 2.0, 1e30),
     ("fast_sweeps", 3.0, 0.0),
     ("newton_steps", 30.0, 255.0),
-    ("rise", 1e5, 1.0),
+    ("merit_growth", 1e5, 1.0),
     ("chord_fall", 0.1, 0.0),
     ("chord_steps", 4.0, 0.0),
     ("damping", 1e-6, 0.0),
@@ -37,7 +37,7 @@ const CONSTANTS: [(&str, f64, f64); 25] = [
     ("near", 1e-3, 0.0),
     ("jammed", 0.1, 0.0),
     ("longest_path", 30.0, 1e9),
-    ("lift", 9.0, 1.0),
+    ("tau_raise", 9.0, 1.0),
     ("sweeps_at_jam", 5.0, 0.0),
     ("jams_to_best", 3.0, 1e9),
     ("jams_to_anywhere", 12.0, 1e9),

@@ -1,79 +1,170 @@
-//! The factor of the mass matrix and the Delassus operator.
+//! The Delassus operator `W = H M⁻¹ Hᵀ` of contacts and joint rows, with their compliance.
 
-use super::{Factor, scales};
-use crate::laws::{Laws, Room};
-use crate::linalg::blocks::{ContactMatrix, block, inverse};
-use crate::linalg::cholesky::factorise;
-use crate::linalg::hints::{opaque, rolled};
+use super::Factor;
+use crate::linalg::blocks::{ContactMatrix, block, inverse, multiply_transposed};
+use crate::linalg::cholesky::{axpy, dot, factorise};
 use crate::linalg::sparsity::Support;
+use crate::linalg::stacked::{Counts, Stacked};
 use crate::linalg::substitution::{Scaled, solve_upper_block};
-use crate::problem::residual::larger;
 use crate::{Contact, Error, Real, Scene};
 use heapless::Vec;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T, N, D, C, L> {
+/// `W`, symmetric: the blocks of contacts, of joint rows with contacts, and of joint rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Delassus<T, const D: usize, const C: usize, const R: usize> {
+    pub(crate) contacts: ContactMatrix<T, D, C>,
+    pub(crate) coupling: [[[T; D]; C]; R],
+    pub(crate) rows: [[T; R]; R],
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, R> {
+    pub(crate) const fn zero() -> Self {
+        Self {
+            contacts: [[[[T::ZERO; D]; C]; D]; C],
+            coupling: [[[T::ZERO; D]; C]; R],
+            rows: [[T::ZERO; R]; R],
+        }
+    }
+
+    /// `y = W x` over what is in use.
+    #[inline]
+    pub(crate) fn times(
+        &self,
+        x: &Stacked<T, D, C, R>,
+        y: &mut Stacked<T, D, C, R>,
+        counts: Counts,
+    ) {
+        let used = x.contacts.get(..counts.contacts).unwrap_or_default();
+        let contacts = y.contacts.get_mut(..counts.contacts).unwrap_or_default();
+        multiply_transposed(&self.contacts, used, contacts);
+        let rows = self.coupling.iter().zip(&self.rows);
+        let rows = rows.zip(x.rows.iter().zip(&mut y.rows)).take(counts.rows);
+        for ((coupling, row), (&own, product)) in rows {
+            *product = dot(coupling.as_flattened(), used.as_flattened())
+                + dot(row.get(..counts.rows).unwrap_or_default(), &x.rows);
+            if own != T::ZERO {
+                axpy(own, coupling.as_flattened(), contacts.as_flattened_mut());
+            }
+        }
+    }
+
+    /// Entry `k` of the diagonal of `W_ii`.
+    pub(crate) fn inverse_mass(&self, contact: usize, k: usize) -> T {
+        let row = self.contacts.get(contact).and_then(|rows| rows.get(k));
+        let block = row.and_then(|row| row.get(contact));
+        let entry = block.and_then(|block| block.get(k));
+        entry.copied().unwrap_or(T::ZERO)
+    }
+
+    /// `trace(W_ii)`
+    pub(crate) fn trace(&self, contact: usize) -> T {
+        (0..D).fold(T::ZERO, |trace, k| trace + self.inverse_mass(contact, k))
+    }
+
+    /// `W_jj` of a joint row.
+    pub(crate) fn row_inverse_mass(&self, row: usize) -> T {
+        let entry = self.rows.get(row).and_then(|entries| entries.get(row));
+        entry.copied().unwrap_or(T::ZERO)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Factor<T, N, D, C, R>
+{
     /// Computes the Cholesky factor, `W` and the effective masses.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn compute_delassus(&mut self, scene: &Scene<T, N, D, C, L>) -> Result<(), Error> {
-        (self.contacts, self.fingerprint) = (0, 0);
+    pub(super) fn compute_delassus(&mut self, scene: &Scene<T, N, D, C, R>) -> Result<(), Error> {
+        (self.counts.contacts, self.fingerprint) = (0, 0);
         let mass = &scene.mass().data.0; // symmetric: columns are rows
         let floor = T::literal(32.0) * T::EPSILON;
-        let mut reach = [usize::MAX; N]; // zeros would call memset
-        factorise(mass, floor, &mut self.mass, &mut reach)
+        let mut envelope = [usize::MAX; N]; // zeros would call memset
+        factorise(mass, floor, &mut self.mass, &mut envelope)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.measure_uncertainty(mass, scene.delassus_gap());
-        self.take_in(scene, 0, &reach);
+        self.counts = scene.counts();
+        self.fingerprint = scene.fingerprint();
+        self.append_contacts(scene, &envelope);
+        self.append_rows(scene, 0, &envelope);
         Ok(())
     }
 
-    /// Computes what belongs to the slots of a scene from `first` on, with the last row of `U` that has an entry in each
-    /// column.
+    /// Computes what belongs to the contacts of a scene, with the last row of `U` that has an entry in each column.
     #[inline]
-    pub(super) fn take_in(
-        &mut self,
-        scene: &Scene<T, N, D, C, L>,
-        first: usize,
-        reach: &[usize; N],
-    ) {
-        (self.contacts, self.fingerprint) = (scene.contacts().len(), scene.fingerprint());
+    fn append_contacts(&mut self, scene: &Scene<T, N, D, C, R>, envelope: &[usize; N]) {
         let mut scaled = Vec::new();
-        for (i, contact) in opaque(scene.contacts()).iter().enumerate().skip(first) {
-            rolled();
+        for (i, contact) in scene.contacts().iter().enumerate() {
             let Some(whitened) = self.whitened.get_mut(i) else {
                 break;
             };
             let transpose = &contact.jacobian.data.0; // D rows in N columns
             scaled.clear();
-            solve_upper_block(&self.mass, reach, transpose, whitened, &mut scaled);
-            if L::MIXED {
-                let scales = scene.slot(i).map(|slot| {
-                    let own = products(&scaled, whitened);
-                    let scales = scales::of(slot, &own, scene.reference_mass(), &reaches(contact));
-                    scales::apply(&scales, whitened, &mut scaled);
-                    scales
-                });
-                if let Some(place) = self.scales.get_mut(i) {
-                    *place = scales.map_or(L::Room::EMPTY, L::Room::with);
+            solve_upper_block(&self.mass, envelope, transpose, whitened, &mut scaled);
+            let scaling = scene.scaling(i);
+            if let Some(scaling) = scaling {
+                for row in &mut scaled {
+                    row.entry = scaling.scale(row.entry);
+                }
+                for row in whitened {
+                    *row = scaling.scale(*row);
                 }
             }
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
-                rolled();
                 let block = products(&scaled, y);
                 for (a, entries) in block.into_iter().enumerate() {
-                    set(&mut self.delassus, [i, j], a, entries);
+                    set(&mut self.delassus.contacts, [i, j], a, entries);
                 }
             }
-            if L::MIXED
-                && let (Some(slot), Some(scales)) = (scene.slot(i), self.scales(i).copied())
-            {
-                scales::comply(&mut self.delassus, i, slot, &scales, scene.reference_mass());
+            if let Some(scaling) = scaling {
+                let rows = self.delassus.contacts.get_mut(i).into_iter().flatten();
+                for (k, (row, &compliance)) in rows.zip(&scaling.compliance).enumerate() {
+                    if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(k)) {
+                        *entry += compliance;
+                    }
+                }
             }
             if let Some(support) = self.supports.get_mut(i) {
                 *support = Support::of::<N>(scaled.iter().map(|row| row.place));
             }
-            let own = block(&self.delassus, i, i);
+            let own = block(&self.delassus.contacts, i, i);
             if let (Some(mass), Some(own)) = (self.effective_mass.get_mut(i), own) {
                 *mass = inverse(&own);
+            }
+        }
+    }
+
+    /// Computes what belongs to the joint rows of a scene from `first` on.
+    pub(super) fn append_rows(
+        &mut self,
+        scene: &Scene<T, N, D, C, R>,
+        first: usize,
+        envelope: &[usize; N],
+    ) {
+        let contacts = self.counts.contacts;
+        let mut scaled = Vec::new();
+        for (j, row) in scene.rows().iter().enumerate().skip(first) {
+            let Some(whitened) = self.whitened_rows.get_mut(j) else {
+                break;
+            };
+            let [entries] = row.row.data.0;
+            scaled.clear();
+            let column = entries.map(|entry| [entry]);
+            solve_upper_block(&self.mass, envelope, &column, whitened, &mut scaled);
+            if let Some(coupling) = self.delassus.coupling.get_mut(j) {
+                for (block, y) in coupling.iter_mut().zip(&self.whitened).take(contacts) {
+                    [*block] = products(&scaled, y);
+                }
+            }
+            for (k, y) in self.whitened_rows.iter().enumerate().take(j + 1) {
+                let [[mut entry]] = products(&scaled, y);
+                if k == j {
+                    entry += row.compliance;
+                }
+                for (a, b) in [(j, k), (k, j)] {
+                    let place = self.delassus.rows.get_mut(a).and_then(|row| row.get_mut(b));
+                    if let Some(place) = place {
+                        *place = entry;
+                    }
+                }
             }
         }
     }
@@ -82,28 +173,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
     /// random scenes in single precision.
     fn measure_uncertainty(&mut self, mass: &[[T; N]; N], delassus_gap: T) {
         let mut growth = T::ONE;
-        for (k, (mass, factor)) in opaque(mass).iter().zip(&self.mass).enumerate() {
-            rolled();
+        for (k, (mass, factor)) in mass.iter().zip(&self.mass).enumerate() {
             if let (Some(&diagonal), Some(&reciprocal)) = (mass.get(k), factor.get(k)) {
-                growth = larger(growth, &[diagonal], reciprocal);
+                growth = growth.max((diagonal * reciprocal).abs());
             }
         }
         self.uncertainty = T::literal(64.0) * T::EPSILON * growth + delassus_gap;
     }
 }
 
-/// Which rows of a slot have an entry that is not zero?
-pub(super) fn reaches<T: Real, const N: usize, const D: usize>(
-    slot: &Contact<T, N, D>,
-) -> [bool; D] {
-    let mut reaches = [false; D];
-    for column in &slot.jacobian.data.0 {
-        rolled();
-        for (reaches, &entry) in reaches.iter_mut().zip(column) {
-            *reaches |= entry != T::ZERO;
-        }
-    }
-    reaches
+/// Has the normal row of a contact an entry that is not zero?
+pub(super) fn normal_moves<T: Real, const N: usize, const D: usize>(
+    contact: &Contact<T, N, D>,
+) -> bool {
+    let columns = contact.jacobian.data.0.iter();
+    let mut normal = columns.filter_map(|column| column.first());
+    normal.any(|&entry| entry != T::ZERO)
 }
 
 /// Writes row `a` of the block of two contacts, and its mirror image: `W` stays symmetric to the bit, a
@@ -128,13 +213,12 @@ fn set<T: Real, const D: usize, const C: usize>(
 
 /// `Σ_k x_k y_kᵀ`
 #[inline]
-fn products<T: Real, const N: usize, const D: usize>(
-    x: &[Scaled<'_, T, N, D>],
-    y: &[[T; D]; N],
-) -> [[T; D]; D] {
-    let mut sums = [[T::ZERO; D]; D];
+fn products<T: Real, const N: usize, const K: usize, const L: usize>(
+    x: &[Scaled<'_, T, N, K>],
+    y: &[[T; L]; N],
+) -> [[T; L]; K] {
+    let mut sums = [[T::ZERO; L]; K];
     for Scaled { place, entry, .. } in x.iter().rev() {
-        rolled();
         let Some(y) = y.get(*place) else { break };
         for (sums, &x) in sums.iter_mut().zip(entry) {
             for (sum, &y) in sums.iter_mut().zip(y) {

@@ -10,26 +10,24 @@
 //! That needs `(D·C)²` multiplications against `N² + 2·N·D·C` through the factor of `A`, and a new
 //! `rho` never touches the `N × N` factor again.
 
-use crate::factor::delassus::reaches;
+use crate::factor::delassus::normal_moves;
 use crate::factor::penalty::moved_dofs;
-use crate::laws::{Coulomb, Laws, Room};
-use crate::linalg::blocks::ContactMatrix;
-use crate::linalg::hints::opaque;
+use crate::linalg::cholesky::envelope;
 use crate::linalg::sparsity::Support;
+use crate::linalg::stacked::{Counts, Stacked};
 use crate::{Error, Real, Scene};
 use nalgebra::SVector;
 
 mod admm_factor;
+mod baked;
 mod delassus;
-mod extended;
-mod parts;
 mod penalty;
 mod products;
 pub(crate) mod resolvent;
-mod scales;
 
 pub use admm_factor::{AdmmFactor, AdmmFactorParts};
-pub use parts::FactorParts;
+pub use baked::FactorParts;
+pub(crate) use delassus::Delassus;
 
 /// The fingerprint of a factor from [`Factor::from_parts`], which is not checked.
 const BAKED: u64 = u64::MAX;
@@ -59,11 +57,12 @@ const BAKED: u64 = u64::MAX;
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb> {
-    contacts: usize,
+pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
+    /// Contacts and joint rows.
+    counts: Counts,
     /// Fingerprint of the scene's `M` and `H`; 0 if empty, [`BAKED`] if it comes from [`Self::from_parts`].
     fingerprint: u64,
-    /// Number of dofs that contacts move.
+    /// Number of dofs that contacts and joint rows move.
     moved: usize,
     /// Bound on the rounding of `W`, relative to it.
     uncertainty: T,
@@ -71,32 +70,44 @@ pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, L: La
     mass: [[T; N]; N],
     /// `X_i`, `Uᵀ D⁻¹ X_i = H_iᵀ`
     whitened: [[[T; D]; N]; C],
+    /// The same of joint rows.
+    whitened_rows: [[[T; 1]; N]; R],
     /// Nonzero columns of the `X_iᵀ`.
     supports: [Support; C],
     /// `W = H M⁻¹ Hᵀ`.
-    delassus: ContactMatrix<T, D, C>,
+    delassus: Delassus<T, D, C, R>,
     /// `W_ii⁻¹`; zero where that is singular, or nearly so.
     effective_mass: [[[T; D]; D]; C],
-    /// By what the rows of `H` are scaled: those of joint rows to unit `W_jj`.
-    scales: [L::Room<[T; D]>; C],
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T, N, D, C, L> {
+/// How far a factor reaches, before it takes in more joint rows.
+pub(crate) struct Checkpoint {
+    counts: Counts,
+    fingerprint: u64,
+    moved: usize,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Factor<T, N, D, C, R>
+{
     /// An empty factor, to be filled by [`Self::prepare`]: all zeros, so that a `static` of it takes
     /// no flash.
     #[must_use]
     pub const fn empty() -> Self {
         Self {
-            contacts: 0,
+            counts: Counts {
+                contacts: 0,
+                rows: 0,
+            },
             fingerprint: 0,
             moved: 0,
             uncertainty: T::ZERO,
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; D]; N]; C],
+            whitened_rows: [[[T::ZERO; 1]; N]; R],
             supports: [Support::none(); C],
-            delassus: [[[[T::ZERO; D]; C]; D]; C],
+            delassus: Delassus::zero(),
             effective_mass: [[[T::ZERO; D]; D]; C],
-            scales: [const { L::Room::EMPTY }; C],
         }
     }
 
@@ -104,7 +115,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
     ///
     /// # Errors
     /// As [`Self::prepare`].
-    pub fn new(scene: &Scene<T, N, D, C, L>) -> Result<Self, Error> {
+    pub fn new(scene: &Scene<T, N, D, C, R>) -> Result<Self, Error> {
         let mut factor = Self::empty();
         factor.prepare(scene)?;
         Ok(factor)
@@ -114,7 +125,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
     ///
     /// # Errors
     /// [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOutOfRange`] and [`Error::RowOutOfRange`]. The factor is then empty.
-    pub fn prepare(&mut self, scene: &Scene<T, N, D, C, L>) -> Result<(), Error> {
+    pub fn prepare(&mut self, scene: &Scene<T, N, D, C, R>) -> Result<(), Error> {
         let result = self.compute_delassus(scene);
         let result = result.and_then(|()| self.check(scene));
         if result.is_err() {
@@ -123,32 +134,70 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         result
     }
 
-    /// Is `W` in the range of the number type? Counts the dofs that contacts move.
-    fn check(&mut self, scene: &Scene<T, N, D, C, L>) -> Result<(), Error> {
+    /// Is `W` in the range of the number type? Counts the dofs that contacts and joint rows move.
+    fn check(&mut self, scene: &Scene<T, N, D, C, R>) -> Result<(), Error> {
         self.moved = moved_dofs(scene);
-        for (contact, source) in opaque(scene.contacts()).iter().enumerate() {
-            if let Some(rows) = scene.slot(contact).and_then(|slot| slot.rows) {
-                let scales = self.scales(contact).into_iter().flatten();
-                let mut keys = scales
-                    .zip(rows.keys)
-                    .filter(|(scale, _)| !scale.is_finite());
-                if let Some((_, key)) = keys.next() {
-                    return Err(Error::RowOutOfRange { key });
-                }
-            }
+        for (contact, source) in scene.contacts().iter().enumerate() {
             // A normal that only seems to move nothing would be called immovable.
-            let normal = self.inverse_mass(contact, 0);
-            let vanishes = normal < T::least_normal() && reaches(source).first() == Some(&true);
-            if vanishes || !self.trace(contact).is_finite() {
+            let normal = self.delassus.inverse_mass(contact, 0);
+            let vanishes = normal < T::least_normal() && normal_moves(source);
+            if vanishes || !self.delassus.trace(contact).is_finite() {
                 return Err(Error::DelassusOutOfRange { contact });
+            }
+        }
+        for (j, row) in scene.rows().iter().enumerate() {
+            let own = self.delassus.row_inverse_mass(j);
+            let moves = row.compliance > T::ZERO || row.row.iter().any(|&entry| entry != T::ZERO);
+            if !own.is_finite() || own < T::least_normal() && moves {
+                return Err(Error::RowOutOfRange { key: row.key });
             }
         }
         Ok(())
     }
 
+    /// Takes in the joint rows of a scene from `first` on. `M`, the contacts and the rows before have to be those that it has.
+    pub(crate) fn extend(
+        &mut self,
+        scene: &Scene<T, N, D, C, R>,
+        first: usize,
+    ) -> Result<(), Error> {
+        let envelope = envelope(&self.mass);
+        self.counts = scene.counts();
+        self.append_rows(scene, first, &envelope);
+        self.check(scene)
+    }
+
+    /// How far it reaches.
+    pub(crate) const fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            counts: self.counts,
+            fingerprint: self.fingerprint,
+            moved: self.moved,
+        }
+    }
+
+    /// Lets go of the rows that it has taken in since.
+    pub(crate) const fn go_back(&mut self, to: &Checkpoint) {
+        (self.counts, self.fingerprint, self.moved) = (to.counts, to.fingerprint, to.moved);
+    }
+
+    /// `v_free = M⁻¹ p`
+    pub(crate) fn free_velocity(&self, free_impulse: &SVector<T, N>) -> SVector<T, N> {
+        let [mut whitened] = free_impulse.data.0;
+        self.whiten(&mut whitened);
+        let mut velocity = *free_impulse;
+        let [v] = &mut velocity.data.0;
+        self.velocity(&whitened, &Stacked::zero(), v);
+        velocity
+    }
+
     /// Empties it.
     fn clear(&mut self) {
-        (self.contacts, self.fingerprint) = (0, 0);
+        self.counts = Counts {
+            contacts: 0,
+            rows: 0,
+        };
+        self.fingerprint = 0;
     }
 
     /// Number of dofs that contacts move.
@@ -157,38 +206,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
     }
 
     /// True if it belongs to the scene's current `M` and `H`. Compared by a 64-bit hash. A factor from
-    /// [`Self::from_parts`] only needs the same number of contacts.
+    /// [`Self::from_parts`] only needs the same number of contacts and joint rows.
     #[must_use]
-    pub fn is_current(&self, scene: &Scene<T, N, D, C, L>) -> bool {
-        self.contacts == scene.contacts().len()
+    pub fn is_current(&self, scene: &Scene<T, N, D, C, R>) -> bool {
+        self.counts == scene.counts()
             && (self.fingerprint == BAKED || self.fingerprint == scene.fingerprint())
     }
 
     /// Number of contacts of the scene this was computed for.
     #[must_use]
     pub const fn contacts(&self) -> usize {
-        self.contacts
-    }
-
-    /// Entry `k` of the diagonal of `W_ii`.
-    fn inverse_mass(&self, contact: usize, k: usize) -> T {
-        let row = self.delassus.get(contact).and_then(|rows| rows.get(k));
-        let block = row.and_then(|row| row.get(contact));
-        block
-            .and_then(|block| block.get(k))
-            .copied()
-            .unwrap_or(T::ZERO)
-    }
-
-    /// `trace(W_ii)`
-    fn trace(&self, contact: usize) -> T {
-        (0..D).fold(T::ZERO, |trace, k| trace + self.inverse_mass(contact, k))
+        self.counts.contacts
     }
 
     /// Mean effective mass `alpha_i = D / trace(W_ii)` (kg) of a contact, the step of the natural map; 0 for a contact
     /// that nothing moves.
     pub(crate) fn natural_map_step(&self, contact: usize) -> T {
-        let trace = self.trace(contact);
+        let trace = self.delassus.trace(contact);
         if trace > T::ZERO {
             T::count(D) / trace
         } else {
@@ -196,41 +230,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         }
     }
 
+    /// Effective mass `alpha_j = 1 / W_jj` of a joint row, its step of the natural map; 0 if nothing moves it.
+    pub(crate) fn row_step(&self, row: usize) -> T {
+        let own = self.delassus.row_inverse_mass(row);
+        if own > T::ZERO { T::ONE / own } else { T::ZERO }
+    }
+
     /// `W`
-    pub(crate) const fn delassus(&self) -> &ContactMatrix<T, D, C> {
+    pub(crate) const fn delassus(&self) -> &Delassus<T, D, C, R> {
         &self.delassus
     }
 
     /// `W_ii⁻¹`
     pub(crate) const fn effective_mass(&self) -> &[[[T; D]; D]; C] {
         &self.effective_mass
-    }
-
-    /// By what the rows of a slot are scaled, if they are.
-    #[inline]
-    pub(crate) fn scales(&self, slot: usize) -> Option<&[T; D]> {
-        self.scales.get(slot).and_then(Room::get)
-    }
-
-    /// A velocity in the scaled rows of a slot; the physical one of an impulse there.
-    #[inline]
-    pub(crate) fn scaled(&self, slot: usize, velocity: SVector<T, D>) -> SVector<T, D> {
-        match self.scales(slot) {
-            Some(&scales) => velocity.component_mul(&scales.into()),
-            None => velocity,
-        }
-    }
-
-    /// An impulse in the scaled rows of a slot; the physical one of a velocity there. Nothing is left of a row that is
-    /// scaled by 0.
-    #[inline]
-    pub(crate) fn unscaled(&self, slot: usize, impulse: SVector<T, D>) -> SVector<T, D> {
-        let Some(scales) = self.scales(slot) else {
-            return impulse;
-        };
-        impulse.zip_map(&(*scales).into(), |r, scale| {
-            if scale > T::ZERO { r / scale } else { T::ZERO }
-        })
     }
 
     /// Bound on the rounding of `W`, relative to it.

@@ -1,7 +1,5 @@
-//! The penalty `rho` of the augmented Lagrangian, and which dofs contacts move.
+//! The penalty `rho` of the augmented Lagrangian, and which dofs are moved.
 
-use crate::laws::Laws;
-use crate::linalg::hints::{opaque_mut, rolled};
 use crate::linalg::sparsity::GROUP;
 use crate::{Real, Scene};
 
@@ -18,58 +16,82 @@ pub(crate) fn is_usable<T: Real>(rho: T) -> bool {
 /// serves stacks of unlike bodies, where the trace of `W` sees only the lightest; taken over binary
 /// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn default_penalty<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
-    scene: &Scene<T, N, D, C, L>,
+pub(crate) fn default_penalty<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+>(
+    scene: &Scene<T, N, D, C, R>,
 ) -> T {
-    let reach = reach(scene);
-    let moved = reach.iter().filter(|&&reach| reach > T::ZERO);
-    let exponents = moved.clone().map(|reach| reach.exponent()).sum::<i32>();
+    let participation = participation(scene);
+    let moved = participation
+        .iter()
+        .filter(|&&participation| participation > T::ZERO);
+    let exponents = moved
+        .clone()
+        .map(|participation| participation.exponent())
+        .sum::<i32>();
     let count = i32::try_from(moved.count()).unwrap_or(0);
     let mean = exponents.checked_div_euclid(count);
     mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean))
 }
 
-/// Number of dofs that contacts move.
-pub(crate) fn moved_dofs<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
-    scene: &Scene<T, N, D, C, L>,
+/// Number of dofs that contacts and joint rows move.
+pub(crate) fn moved_dofs<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+>(
+    scene: &Scene<T, N, D, C, R>,
 ) -> usize {
-    let reach = reach(scene);
-    reach.iter().filter(|&&reach| reach > T::ZERO).count()
+    let participation = participation(scene);
+    participation
+        .iter()
+        .filter(|&&participation| participation > T::ZERO)
+        .count()
 }
 
 /// `(HᵀH)_jj / M_jj`; 0 if that is rounding relative to the largest.
 #[cfg_attr(target_os = "none", inline(never))]
-fn reach<T: Real, const N: usize, const D: usize, const C: usize, L: Laws>(
-    scene: &Scene<T, N, D, C, L>,
+fn participation<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    scene: &Scene<T, N, D, C, R>,
 ) -> [T; N] {
-    let mut reach = [T::ZERO; N];
-    let (groups, last) = reach.as_chunks_mut::<GROUP>();
+    let mut participation = [T::ZERO; N];
+    let (groups, last) = participation.as_chunks_mut::<GROUP>();
     for (contact, support) in scene.supported() {
         let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
         for group in support.groups::<N>() {
-            rolled();
-            if let (Some(columns), Some(reach)) = (columns.get(group), groups.get_mut(group)) {
-                add_squares(columns, reach);
+            if let (Some(columns), Some(participation)) =
+                (columns.get(group), groups.get_mut(group))
+            {
+                add_squares(columns, participation);
             }
         }
         add_squares(rest, last);
     }
+    for row in scene.rows() {
+        for (sum, &entry) in participation.iter_mut().zip(row.row.iter()) {
+            *sum += entry * entry;
+        }
+    }
     let mut largest = T::ZERO;
     let masses = scene.mass().data.0.iter();
-    for (j, (reach, masses)) in opaque_mut(&mut reach).iter_mut().zip(masses).enumerate() {
-        rolled();
-        *reach /= masses.get(j).copied().unwrap_or(T::ONE);
-        if *reach > largest {
-            largest = *reach;
+    for (j, (participation, masses)) in participation.iter_mut().zip(masses).enumerate() {
+        *participation /= masses.get(j).copied().unwrap_or(T::ONE);
+        if *participation > largest {
+            largest = *participation;
         }
     }
-    for reach in opaque_mut(&mut reach) {
-        rolled();
-        if *reach <= largest * T::literal(1e-9) {
-            *reach = T::ZERO;
+    for participation in &mut participation {
+        if *participation <= largest * T::literal(1e-9) {
+            *participation = T::ZERO;
         }
     }
-    reach
+    participation
 }
 
 /// `sums_j += |column_j|²`

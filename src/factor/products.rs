@@ -1,33 +1,29 @@
-//! Products with `W`, `H M⁻¹` and `M⁻¹ Hᵀ`.
+//! Products with `H M⁻¹` and `M⁻¹ Hᵀ`, by way of the whitened rows.
 
 use super::Factor;
 use crate::Real;
-use crate::laws::Laws;
-use crate::linalg::blocks::{ContactVector, multiply_transposed};
-use crate::linalg::hints::{opaque, opaque_mut, rolled};
+use crate::linalg::cholesky::{axpy, dot};
 use crate::linalg::sparsity::{GROUP, Support, add_columns, add_products};
+use crate::linalg::stacked::Stacked;
 use crate::linalg::substitution::{solve_lower, solve_upper};
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T, N, D, C, L> {
-    /// `y = W x`
-    #[inline]
-    pub(crate) fn delassus_times(&self, mut x: &[[T; D]], y: &mut [[T; D]]) {
-        if L::MIXED {
-            // Stops that are not reached stand behind the contacts.
-            while let Some((last, others)) = x.split_last()
-                && *last == [T::ZERO; D]
-            {
-                x = others;
-            }
-        }
-        multiply_transposed(&self.delassus, x, y);
-    }
-
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Factor<T, N, D, C, R>
+{
     /// `X_i` and its nonzero columns, for the contacts in use.
     #[inline]
-    fn whitened(&self) -> impl Iterator<Item = (&[[T; D]; N], Support)> {
-        let whitened = self.whitened.get(..self.contacts).unwrap_or_default();
-        opaque(whitened).iter().zip(self.supports.iter().copied())
+    fn whitened_contacts(&self) -> impl Iterator<Item = (&[[T; D]; N], Support)> {
+        let whitened = self.whitened.get(..self.counts.contacts);
+        let whitened = whitened.unwrap_or_default().iter();
+        whitened.zip(self.supports.iter().copied())
+    }
+
+    /// The `x_j` of the joint rows in use.
+    #[inline]
+    fn whitened_rows(&self) -> impl Iterator<Item = &[T]> {
+        let whitened = self.whitened_rows.get(..self.counts.rows);
+        let whitened = whitened.unwrap_or_default().iter();
+        whitened.map(|row| row.as_flattened())
     }
 
     /// Whitens `g`: replaces it by the `x` of `Uᵀ D⁻¹ x = g`, from which [`Self::contact_velocity`] and [`Self::velocity`]
@@ -38,25 +34,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
 
     /// `H M⁻¹ g` for a `g` that was whitened. Returns `gᵀ M⁻¹ g`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut [[T; D]]) -> T {
+    pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut Stacked<T, D, C, R>) -> T {
         let mut scaled = *g;
         let mut energy = T::ZERO;
-        for (i, (scaled, row)) in opaque_mut(&mut scaled)
-            .iter_mut()
-            .zip(&self.mass)
-            .enumerate()
-        {
-            rolled();
+        for (i, (scaled, row)) in scaled.iter_mut().zip(&self.mass).enumerate() {
             let g = *scaled;
             *scaled *= row.get(i).copied().unwrap_or(T::ZERO);
             energy += g * *scaled;
         }
+        for (u, whitened) in u.rows.iter_mut().zip(self.whitened_rows()) {
+            *u = dot(whitened, &scaled);
+        }
         let (scaled, last) = scaled.as_chunks::<GROUP>();
-        for (u, (whitened, support)) in opaque_mut(u).iter_mut().zip(self.whitened()) {
+        for (u, (whitened, support)) in u.contacts.iter_mut().zip(self.whitened_contacts()) {
             let (columns, rest) = whitened.as_chunks::<GROUP>();
             let mut sums = [T::ZERO; D];
             for group in support.groups::<N>() {
-                rolled();
                 if let (Some(columns), Some(g)) = (columns.get(group), scaled.get(group)) {
                     add_columns(columns, g, &mut sums);
                 }
@@ -67,41 +60,34 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
         energy
     }
 
-    /// `H M⁻¹ (g + Hᵀ r)` for a `g` that was whitened.
+    /// `H M⁻¹ (g + Hᵀ r)` for a `g` that was whitened. Returns `|g + Hᵀ r|²` in the norm of `M⁻¹`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn impulse_velocity(&self, g: &[T; N], r: &[[T; D]], u: &mut [[T; D]]) {
+    pub(crate) fn impulse_velocity(
+        &self,
+        g: &[T; N],
+        r: &Stacked<T, D, C, R>,
+        u: &mut Stacked<T, D, C, R>,
+    ) -> T {
         let mut momentum = *g;
         self.add_whitened(r, &mut momentum);
-        let _ = self.contact_velocity(&momentum, u);
-    }
-
-    /// `m W d` without compliance in the first `K` rows of each slot, and `|Hᵀ d|` in the norm of `m M⁻¹`, with a reference mass
-    /// `m`; by way of `Hᵀ d`, so that both are small where that is.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn row_products<const K: usize>(
-        &self,
-        d: &ContactVector<T, K, C>,
-        mass: T,
-    ) -> (ContactVector<T, K, C>, T) {
-        let mut momentum = [T::ZERO; N];
-        let mut rows = d.map(first_rows);
-        self.add_whitened(&rows, &mut momentum);
-        let energy = self.contact_velocity(&momentum, &mut rows);
-        let products = rows.map(|row| first_rows(row.map(|entry| entry * mass)));
-        (products, (energy * mass).max(T::ZERO).square_root())
+        self.contact_velocity(&momentum, u)
     }
 
     /// Adds `Hᵀ r`, whitened, to `g`.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn add_whitened(&self, r: &[[T; D]], g: &mut [T; N]) {
+    fn add_whitened(&self, r: &Stacked<T, D, C, R>, g: &mut [T; N]) {
+        for (&r, whitened) in r.rows.iter().zip(self.whitened_rows()) {
+            if r != T::ZERO {
+                axpy(r, whitened, g);
+            }
+        }
         let (g, last) = g.as_chunks_mut::<GROUP>();
-        for (&r, (whitened, support)) in opaque(r).iter().zip(self.whitened()) {
+        for (&r, (whitened, support)) in r.contacts.iter().zip(self.whitened_contacts()) {
             if r == [T::ZERO; D] {
                 continue;
             }
             let (columns, rest) = whitened.as_chunks::<GROUP>();
             for group in support.groups::<N>() {
-                rolled();
                 if let (Some(columns), Some(g)) = (columns.get(group), g.get_mut(group)) {
                     add_products(columns, r, g);
                 }
@@ -111,18 +97,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Factor<T,
     }
 
     /// `v = M⁻¹ (Hᵀ r + g)` for a `g` that was whitened.
-    pub(crate) fn velocity(&self, g: &[T; N], r: &[[T; D]], v: &mut [T; N]) {
+    pub(crate) fn velocity(&self, g: &[T; N], r: &Stacked<T, D, C, R>, v: &mut [T; N]) {
         *v = *g;
         self.add_whitened(r, v);
         solve_lower(&self.mass, v);
     }
-}
-
-/// The first rows of a slot, as many as both have; zeros behind them.
-fn first_rows<T: Real, const FROM: usize, const TO: usize>(rows: [T; FROM]) -> [T; TO] {
-    let mut first = [T::ZERO; TO];
-    for (first, row) in first.iter_mut().zip(rows) {
-        *first = row;
-    }
-    first
 }

@@ -4,7 +4,6 @@ use crate::factor::penalty::is_usable;
 use crate::linalg::blocks::{
     ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose,
 };
-use crate::linalg::hints::rolled;
 use crate::linalg::pivot::{Pivot, subtract_row};
 use crate::{Error, Factor, Real};
 use heapless::Vec;
@@ -36,11 +35,10 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         }
         self.penalty = penalty;
         let (contacts, compliance) = (factor.contacts(), T::ONE / penalty);
-        let blocks = self.matrix.iter_mut().zip(factor.delassus());
+        let blocks = self.matrix.iter_mut().zip(&factor.delassus().contacts);
         for (i, (rows, sources)) in blocks.take(contacts).enumerate() {
             for (a, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
                 for (block, source) in row.iter_mut().zip(source).take(i + 1) {
-                    rolled();
                     *block = *source;
                 }
                 if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(a)) {
@@ -63,7 +61,6 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         // y_i = L⁻¹ A_ki, of which the triangle has A_ik beyond k; in the place of k itself -L⁻¹.
         let mut row = Vec::<[[T; D]; D], C>::new();
         for i in 0..contacts {
-            rolled();
             let mut y = if i < k {
                 block(&self.matrix, k, i)?
             } else if i > k {
@@ -75,14 +72,12 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             row.push(y).ok()?;
         }
         for (i, y) in row.iter().enumerate() {
-            rolled();
             let mut factors = *y;
             pivot.scale(&mut factors);
             if i != k && factors != [[T::ZERO; D]; D] {
                 let rows = self.matrix.get_mut(i)?;
                 let factors = transpose(&factors);
                 for (j, y) in row.get(..=i)?.iter().enumerate() {
-                    rolled();
                     if j != k {
                         subtract(rows, j, &factors, y);
                     }
@@ -104,7 +99,6 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         let scale = -T::ONE / self.penalty;
         for i in 0..contacts {
             for j in 0..=i {
-                rolled();
                 let block = times(scale, &block(&self.matrix, i, j)?);
                 if !block.as_flattened().iter().all(T::is_finite) {
                     return None;

@@ -1,22 +1,20 @@
 //! Limits that stay out of `W` until they are reached.
 
 use super::Kernel;
-use crate::linalg::hints::rolled;
 use crate::scene::check_finite;
 use crate::solver::Call;
-use crate::{Error, Input, JointRow, Mixed, Real, RowLaw, Settings, Solution, Status};
+use crate::{Error, Input, JointRow, List, Real, RowLaw, Settings, Solution, Status};
 use core::mem;
 use nalgebra::SVector;
 
-/// Which limit stands at each place of the slots behind the scene's own.
-type Places<const D: usize, const C: usize> = [[Option<usize>; D]; C];
-
-impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C, Mixed> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Kernel<T, N, D, C, R>
+{
     /// Solves the scene with as many of these limits as are reached, as [`Self::solve`].
     ///
     /// A robot has a dozen joint limits and reaches two. Those that the free motion violates, and those that pushed in the last
-    /// solve (by [`JointRow::key`]), stand behind the scene's own slots from the start, those that a solution violates from then on;
-    /// the others cost one product `row · v` each. A slot takes up to `D` of them. The solution is that of a scene with all of
+    /// solve (by [`JointRow::key`]), stand behind the scene's own joint rows from the start, those that a solution violates from then on;
+    /// the others cost one product `row · v` each. The solution is that of a scene with all of
     /// them, and so are its error and its promise: `row · v + offset >= 0` holds exactly for what was left out.
     /// [`Solution::row_by_key`] tells what those do that were not (give each a key that no other limit and no row of the scene
     /// has). Rows of other laws than [`RowLaw::Limit`] are never left out.
@@ -26,16 +24,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
     ///
     /// ```
     /// use nalgebra::{Matrix2, vector};
-    /// use stiction::time_stepping::joint_limit;
+    /// use stiction::time_stepping::JointLimit;
     /// use stiction::{Kernel, RowMode, Settings};
     ///
     /// // Two joints, 1 ms. The first is 2 µrad from its lower stop and falls towards it at 10 mrad/s.
-    /// let (h, mut kernel) = (1e-3, Kernel::<f64, 2, 1, 1, _>::mixed());
+    /// let (h, mut kernel) = (1e-3, Kernel::<f64, 2, 1, 0, 2>::new());
     /// kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    /// let stop = |distance| JointLimit { distance, recovery: 0.1, reach: 100.0 };
     /// let limits = [
-    ///     joint_limit(vector![1.0, 0.0], 2e-6, h, 0.1, 100.0, 0)?,
-    ///     joint_limit(vector![-1.0, 0.0], 3.0, h, 0.1, 100.0, 1)?,
-    ///     joint_limit(vector![0.0, 1.0], 1.5, h, 0.1, 100.0, 2)?,
+    ///     stop(2e-6).row(vector![1.0, 0.0], h, 0)?,
+    ///     stop(3.0).row(vector![-1.0, 0.0], h, 1)?,
+    ///     stop(1.5).row(vector![0.0, 1.0], h, 2)?,
     /// ];
     /// let solution = kernel.solve_with_limits(&limits, &vector![-0.01, 0.0], &Settings::new(1e-9))?;
     /// let reached = solution.row_by_key(0).expect("reached");
@@ -46,7 +45,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
     /// ```
     ///
     /// # Errors
-    /// As [`Self::solve`], and as [`crate::Scene::push_row`] for a limit: [`Error::ContactListFull`] if more are reached on the way
+    /// As [`Self::solve`], and as [`crate::Scene::push_row`] for a limit: [`Error::ListFull`] if more are reached on the way
     /// than there is room for, [`Error::NotFinite`] with [`Input::Limit`]. [`Self::solution`] is then that of an earlier solve,
     /// or without some of the limits: that one is [`Status::Unsolved`], with an infinite error.
     pub fn solve_with_limits(
@@ -54,24 +53,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
         limits: &[JointRow<T, N>],
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C, Mixed>, Error> {
+    ) -> Result<&Solution<T, N, D, C, R>, Error> {
         check_finite(free_impulse, Input::FreeImpulse)?;
         self.prepare()?;
-        let (own, extent) = (self.scene.contacts().len(), self.factor.extent());
+        let (own, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
         let (mut call, mut remembers) = (Call::Begin, true);
         let result = loop {
             let data = (limits, free_impulse, settings);
             let result = self.solve_reached(own, data, &mut call, remembers);
-            self.scene.truncate(own);
-            self.factor.shrink(&extent);
+            self.scene.truncate_rows(own);
+            self.factor.go_back(&checkpoint);
             // Perhaps those of the last solve alone take the room.
-            let is_full = matches!(result, Err(Error::ContactListFull { .. }));
+            let list = List::Rows;
+            let is_full = matches!(result, Err(Error::ListFull { list: full, .. }) if full == list);
             if !(is_full && mem::take(&mut remembers)) {
                 break result;
             }
         };
-        if result.is_err() && call == Call::Again {
-            self.solver.disown();
+        if result.is_err() && call == Call::Append {
+            self.solver.invalidate();
         }
         result?;
         Ok(self.solver.solution())
@@ -85,46 +85,46 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
         call: &mut Call,
         remembers: bool,
     ) -> Result<(), Error> {
-        let mut places = [[None; D]; C];
+        // Which limit stands in each place behind the scene's own rows.
+        let mut reached = [usize::MAX; R];
         let velocity = self.factor.free_velocity(free_impulse);
-        let mut first = self.take_in((own, &mut places), limits, &velocity, remembers)?;
+        self.append((own, &mut reached), limits, &velocity, remembers)?;
+        let mut first = own;
         loop {
-            if let Some(first) = first {
+            if self.scene.rows().len() > first {
                 self.factor.extend(&self.scene, first)?;
             }
             let mut left = *settings;
-            if *call == Call::Again {
+            if *call == Call::Append {
                 let spent = self.solver.solution().work.total();
                 left.budget = settings.budget.saturating_sub(spent);
             }
             let data = (&self.scene, &self.factor, free_impulse, &left);
             let solution = self.solver.run(data, *call)?;
-            *call = Call::Again;
+            *call = Call::Append;
             if solution.status == Status::Infeasible {
                 return Ok(());
             }
             let velocity = solution.velocity;
-            first = self.take_in((own, &mut places), limits, &velocity, false)?;
-            if first.is_none() {
+            first = self.scene.rows().len();
+            self.append((own, &mut reached), limits, &velocity, false)?;
+            if self.scene.rows().len() == first {
                 return Ok(());
             }
         }
     }
 
-    /// Pushes the limits that a velocity violates, and those that pushed in the last solve if it remembers them. Returns the
-    /// first slot that has changed.
-    fn take_in(
+    /// Appends the limits that a velocity violates, and those that pushed in the last solve if it remembers them.
+    fn append(
         &mut self,
-        (own, places): (usize, &mut Places<D, C>),
+        (own, reached): (usize, &mut [usize; R]),
         limits: &[JointRow<T, N>],
         velocity: &SVector<T, N>,
         remembers: bool,
-    ) -> Result<Option<usize>, Error> {
-        let mut first = None;
+    ) -> Result<(), Error> {
         for (limit, row) in limits.iter().enumerate() {
             let (mut speed, mut size) = (row.offset, row.offset.abs());
             for (&entry, &v) in row.row.as_slice().iter().zip(velocity.as_slice()) {
-                rolled();
                 let product = entry * v;
                 speed += product;
                 size += product.abs();
@@ -136,19 +136,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel<T, N, D, C,
                 && row.law == RowLaw::Limit
                 && row.compliance >= T::ZERO
                 && !(remembers && self.solver.has_pushed(row.key));
-            if is_open || places.as_flattened().contains(&Some(limit)) {
+            let behind = reached.get(own..self.scene.rows().len());
+            if is_open || behind.is_some_and(|behind| behind.contains(&limit)) {
                 continue;
             }
-            let slot = self.scene.room_behind(own);
-            let placed = self.scene.place_row(slot, row);
-            let index = placed.map_err(|error| named(error, limit))?;
-            let place = places.get_mut(index.slot);
-            if let Some(place) = place.and_then(|places| places.get_mut(index.row)) {
-                *place = Some(limit);
+            let place = self
+                .scene
+                .place_row(row)
+                .map_err(|error| named(error, limit))?;
+            if let Some(place) = reached.get_mut(place) {
+                *place = limit;
             }
-            first = Some(first.map_or(index.slot, |first: usize| first.min(index.slot)));
         }
-        Ok(first)
+        Ok(())
     }
 }
 

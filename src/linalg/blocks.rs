@@ -1,8 +1,9 @@
 //! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
 
 use crate::Real;
-use crate::linalg::hints::rolled;
+use crate::linalg::stacked::Stacked;
 use core::array::from_fn;
+use core::ops::Range;
 
 /// A vector in contact space.
 pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
@@ -91,7 +92,6 @@ pub(crate) fn multiply_transposed<T: Real, const D: usize, const C: usize>(
         if let Some([one, more @ ..]) = columns::<T, D, C, 4>(matrix, first, x) {
             *y = one;
             for (y, sums) in others.iter_mut().zip(&more) {
-                rolled();
                 *y = *sums;
             }
             rest = others.get_mut(3..).unwrap_or_default();
@@ -117,7 +117,6 @@ fn columns<T: Real, const D: usize, const C: usize, const B: usize>(
     let mut sums = [[T::ZERO; D]; B];
     let rows = matrix.as_flattened().iter().zip(x.as_flattened());
     for (row, &x) in rows {
-        rolled();
         let row = row.get(first..)?.first_chunk::<B>()?;
         for (sums, row) in sums.iter_mut().zip(row) {
             for (sum, &entry) in sums.iter_mut().zip(row) {
@@ -128,25 +127,42 @@ fn columns<T: Real, const D: usize, const C: usize, const B: usize>(
     Some(sums)
 }
 
-/// `row -= Σ_d factors[d] rows[d]` from scalar column `first` on, up to `last`.
+/// `row -= Σ_d factors[d] rows[d]` in some columns of contacts, and in some of joint rows.
 #[inline(always)]
 #[allow(clippy::inline_always)] // the factors would go through memory, and be waited for
-pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize>(
-    row: &mut ContactVector<T, D, C>,
+pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize, const R: usize>(
+    row: &mut Stacked<T, D, C, R>,
     factors: &[T; D],
-    rows: &[ContactVector<T, D, C>; D],
-    first: usize,
-    last: usize,
+    rows: &[Stacked<T, D, C, R>; D],
+    contacts: Range<usize>,
+    joints: Range<usize>,
 ) {
-    let row = row.as_flattened_mut();
-    for k in first..last.min(D * C) {
-        if let Some(entry) = row.get_mut(k) {
-            let mut sum = *entry;
-            for (&factor, row) in factors.iter().zip(rows) {
-                sum -= factor * row.as_flattened().get(k).copied().unwrap_or(T::ZERO);
-            }
-            *entry = sum;
+    let target = row.contacts.as_flattened_mut();
+    for k in contacts.start..contacts.end.min(D * C) {
+        subtract(target.get_mut(k), factors, rows, |row| {
+            row.contacts.as_flattened().get(k)
+        });
+    }
+    for k in joints.start..joints.end.min(R) {
+        subtract(row.rows.get_mut(k), factors, rows, |row| row.rows.get(k));
+    }
+}
+
+/// `entry -= Σ_d factors[d] entry(rows[d])`
+#[inline(always)]
+#[allow(clippy::inline_always)] // as above
+pub(crate) fn subtract<T: Real, const D: usize, V>(
+    target: Option<&mut T>,
+    factors: &[T; D],
+    rows: &[V; D],
+    entry: impl Fn(&V) -> Option<&T>,
+) {
+    if let Some(target) = target {
+        let mut sum = *target;
+        for (&factor, row) in factors.iter().zip(rows) {
+            sum -= factor * entry(row).copied().unwrap_or(T::ZERO);
         }
+        *target = sum;
     }
 }
 

@@ -11,7 +11,6 @@
 //! are not added where they are multiplied by zero.
 
 use crate::Real;
-use crate::linalg::hints::{opaque, rolled};
 
 /// Scalar product over the common length, in four running sums.
 #[inline(never)]
@@ -21,14 +20,12 @@ pub(crate) fn dot<T: Real>(x: &[T], y: &[T]) -> T {
     let (ys, y_rest) = y.get(..length).unwrap_or(y).as_chunks::<4>();
     let mut sums = [T::ZERO; 4];
     for (x, y) in xs.iter().zip(ys) {
-        rolled();
         for ((sum, &x), &y) in sums.iter_mut().zip(x).zip(y) {
             *sum += x * y;
         }
     }
     let mut rest = T::ZERO;
     for (&x, &y) in x_rest.iter().zip(y_rest) {
-        rolled();
         rest += x * y;
     }
     let [a, b, c, d] = sums;
@@ -42,13 +39,11 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
     let (xs, x_rest) = x.get(..length).unwrap_or(x).as_chunks::<4>();
     let (ys, y_rest) = y.split_at_mut_checked(length & !3).unwrap_or_default();
     for (y, x) in ys.as_chunks_mut::<4>().0.iter_mut().zip(xs) {
-        rolled();
         for (y, &x) in y.iter_mut().zip(x) {
             *y += a * x;
         }
     }
     for (y, &x) in y_rest.iter_mut().zip(x_rest) {
-        rolled();
         *y += a * x;
     }
 }
@@ -66,13 +61,13 @@ pub(crate) fn factorise<T: Real, const N: usize>(
     a: &[[T; N]; N],
     floor: T,
     u: &mut [[T; N]; N],
-    reach: &mut [usize; N],
+    envelope: &mut [usize; N],
 ) -> Result<(), usize> {
     for k in (0..N).rev() {
         let (above, below) = u.split_at_mut_checked(k + 1).ok_or(k)?;
         let (row, source) = (above.last_mut().ok_or(k)?, a.get(k).ok_or(k)?);
         let below = reaching(below, k);
-        *reach.get_mut(k).ok_or(k)? = k + below.len();
+        *envelope.get_mut(k).ok_or(k)? = k + below.len();
         let mut next = 0;
         while next <= k {
             if N < BLOCK {
@@ -97,13 +92,13 @@ pub(crate) fn factorise<T: Real, const N: usize>(
 }
 
 /// The last row with an entry in each column of a factor.
-pub(crate) fn reach<T: Real, const N: usize>(u: &[[T; N]; N]) -> [usize; N] {
-    let mut reach = [usize::MAX; N];
-    for (k, reach) in reach.iter_mut().enumerate() {
+pub(crate) fn envelope<T: Real, const N: usize>(u: &[[T; N]; N]) -> [usize; N] {
+    let mut envelope = [usize::MAX; N];
+    for (k, last) in envelope.iter_mut().enumerate() {
         let below = u.get(k + 1..).unwrap_or_default();
-        *reach = k + reaching(below, k).len();
+        *last = k + reaching(below, k).len();
     }
-    reach
+    envelope
 }
 
 /// The rows below row `k` up to the last with an entry in its column: no fill-in comes beyond.
@@ -112,7 +107,6 @@ fn reaching<T: Real, const N: usize>(mut below: &[[T; N]], k: usize) -> &[[T; N]
     while let Some((last, rest)) = below.split_last()
         && last.get(k) == Some(&T::ZERO)
     {
-        rolled();
         below = rest;
     }
     below
@@ -128,8 +122,7 @@ fn reduce<T: Real, const N: usize, const K: usize>(
     row: &mut [T; N],
 ) -> Option<()> {
     let mut sums = *source.get(first..)?.first_chunk::<K>()?;
-    for (pivot, others) in (k + 1..N).zip(opaque(below)) {
-        rolled();
+    for (pivot, others) in (k + 1..N).zip(below) {
         let factor = *others.get(k)? * *others.get(pivot)?;
         for (sum, &entry) in sums
             .iter_mut()

@@ -5,7 +5,6 @@
 //! groups that are all zero.
 
 use crate::Real;
-use crate::linalg::hints::rolled;
 use core::iter::from_fn;
 
 /// Columns at a time.
@@ -39,7 +38,6 @@ impl Support {
         }
         let mut bits = 0;
         for column in columns {
-            rolled();
             let group = column.div_euclid(GROUP);
             if group < KNOWN {
                 bits |= 1 << group;

@@ -2,8 +2,6 @@
 
 use crate::Real;
 use crate::linalg::cholesky::BLOCK;
-use crate::linalg::hints::rolled;
-use core::hint::black_box;
 use heapless::Vec;
 
 /// Were all entries found where they were looked for? A wrong index is an error of this file: tests stop at it.
@@ -15,7 +13,7 @@ fn found(all: Option<()>) {
 /// Solves `Uᵀ D⁻¹ y = b` in place.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
-    let mut end = black_box(N);
+    let mut end = N;
     while end > 0 {
         if N < BLOCK {
             found(upper_block::<T, N, 1>(u, x, end - 1, end));
@@ -41,7 +39,6 @@ fn upper_block<T: Real, const N: usize, const K: usize>(
     let mut sums = *here;
     let place = first + K;
     for (k, (row, &known)) in below.iter().zip(&*known).enumerate().rev() {
-        rolled();
         let entry = known * *row.get(place + k)?;
         for (sum, &u) in sums.iter_mut().zip(row.get(first..)?.first_chunk::<K>()?) {
             *sum -= entry * u;
@@ -73,14 +70,13 @@ pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     u: &'a [[T; N]; N],
-    reach: &[usize; N],
+    envelope: &[usize; N],
     b: &[[T; K]; N],
     y: &mut [[T; K]; N],
     scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
 ) {
-    let rows = y.iter_mut().zip(b).zip(u.iter().zip(reach));
+    let rows = y.iter_mut().zip(b).zip(u.iter().zip(envelope));
     for (place, ((y, b), (row, &last))) in rows.enumerate().rev() {
-        rolled();
         let mut sums = *b;
         // Rows behind the last have no entry here.
         let mut known = scaled.as_slice();
@@ -92,7 +88,6 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
                 .1;
         }
         for Scaled { entry, row, .. } in known {
-            rolled();
             let u = row.get(place).copied().unwrap_or(T::ZERO);
             for (sum, &entry) in sums.iter_mut().zip(entry) {
                 *sum -= u * entry;
@@ -112,7 +107,7 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
 /// Solves `U x = y` in place.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
-    let (mut next, end) = (0, black_box(N));
+    let (mut next, end) = (0, N);
     while next < end {
         if N < BLOCK {
             found(lower_block::<T, N, 1>(u, x, next, next));
@@ -141,7 +136,6 @@ fn lower_block<T: Real, const N: usize, const K: usize>(
         .map(|row| row.get(..first).unwrap_or_default());
     let mut sums = *here;
     for (k, &known) in known.iter().enumerate() {
-        rolled();
         for (sum, row) in sums.iter_mut().zip(before) {
             *sum -= *row.get(k)? * known;
         }

@@ -1,25 +1,15 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
-use crate::cone::square;
-use crate::laws::{Coulomb, Laws, Room};
-use crate::linalg::blocks::{ContactVector, block};
-use crate::linalg::hints::{opaque, opaque_mut, rolled};
+use crate::linalg::stacked::Stacked;
 use crate::scene::check_finite;
+use crate::sets::contact::natural_map;
+use crate::sets::energy::EnergyScale;
+use crate::sets::{ContactSet, RowSet, Sets};
 use crate::{Contact, Error, Factor, FrictionCone, Input, Model, Real, Scene, Settings};
-pub(crate) use contact_law::ContactLaw;
-use energies::Energies;
 use nalgebra::SVector;
 
-mod contact_law;
-mod dynamics;
-pub(crate) mod energies;
-mod evaluation;
 pub(crate) mod infeasibility;
-mod proof_search;
-pub(crate) mod residual;
-pub(crate) mod rounding;
-pub(crate) mod row_laws;
-mod slots;
+pub(crate) mod judge;
 
 /// The data of one solve.
 pub(crate) struct Problem<
@@ -28,40 +18,40 @@ pub(crate) struct Problem<
     const N: usize,
     const D: usize,
     const C: usize,
-    L: Laws = Coulomb,
+    const R: usize,
 > {
-    pub(crate) scene: &'a Scene<T, N, D, C, L>,
-    pub(crate) factor: &'a Factor<T, N, D, C, L>,
+    pub(crate) scene: &'a Scene<T, N, D, C, R>,
+    pub(crate) factor: &'a Factor<T, N, D, C, R>,
     /// `p = M v_free`, minus the `f` of the note.
     pub(crate) free_impulse: &'a SVector<T, N>,
     pub(crate) model: Model,
     /// The free impulse, whitened.
     pub(crate) whitened: [T; N],
-    laws: [ContactLaw<T, D, L>; C],
+    pub(crate) sets: Sets<T, D, C, R>,
     /// `|r0|` (N·s): the impulses that contacts would take if each were alone.
-    pub(crate) alone: T,
+    pub(crate) r0_norm: T,
     /// An upper bound on `|stop|²`, up to a constant factor.
     stopping_bound: T,
     /// Does `|stop|` count in the size?
     pub(crate) counts_stopping: bool,
-    /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses, see [`residual`].
-    pub(crate) size: T,
+    /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses of contacts, see [`natural_map`].
+    pub(crate) reference_impulse: T,
     /// Does nothing move a contact or a row, although it asks for another velocity?
-    is_hopeless: bool,
+    is_immovable_and_violated: bool,
     /// Are velocities those of a momentum, and not of `W`? See [`Self::velocities`].
     by_momentum: bool,
-    /// What the error of joint rows is relative to.
-    pub(crate) energies: L::Room<Energies<T>>,
+    /// What the error of joint rows is relative to, in a scene that is mixed.
+    pub(crate) energy: EnergyScale<T>,
 }
 
-impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
-    Problem<'a, T, N, D, C, L>
+impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Problem<'a, T, N, D, C, R>
 {
     /// Checks the data of a solve.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check(
-        scene: &Scene<T, N, D, C, L>,
-        factor: &Factor<T, N, D, C, L>,
+        scene: &Scene<T, N, D, C, R>,
+        factor: &Factor<T, N, D, C, R>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<(), Error> {
@@ -74,7 +64,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             return Err(Error::StaleFactor);
         }
         let invalid = |contact: &Contact<T, N, D>| !FrictionCone::is_valid(contact.mu);
-        match opaque(scene.contacts()).iter().position(invalid) {
+        match scene.contacts().iter().position(invalid) {
             Some(contact) => Err(Error::InvalidFriction { contact }),
             None => Ok(()),
         }
@@ -84,8 +74,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     /// would stand on the stack twice.)
     #[inline]
     pub(crate) fn new(
-        scene: &'a Scene<T, N, D, C, L>,
-        factor: &'a Factor<T, N, D, C, L>,
+        scene: &'a Scene<T, N, D, C, R>,
+        factor: &'a Factor<T, N, D, C, R>,
         free_impulse: &'a SVector<T, N>,
         model: Model,
     ) -> Self {
@@ -95,63 +85,74 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             free_impulse,
             model,
             whitened: [T::ZERO; N],
-            laws: [ContactLaw::none(); C],
-            alone: T::ZERO,
+            sets: Sets::of(scene.counts()),
+            r0_norm: T::ZERO,
             stopping_bound: T::ZERO,
             counts_stopping: false,
-            size: T::ZERO,
-            is_hopeless: false,
+            reference_impulse: T::ZERO,
+            is_immovable_and_violated: false,
             by_momentum: false,
-            energies: L::Room::EMPTY,
+            energy: EnergyScale::none(),
         }
     }
 
-    /// The free motion and the laws of the contacts. `may_use_momentum`: see [`Self::velocities`].
+    /// The free motion and the sets. `may_use_momentum`: see [`Self::velocities`].
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn fill(&mut self, may_use_momentum: bool) {
-        let factor = self.factor;
+        let (scene, factor) = (self.scene, self.factor);
         let [free_impulse] = self.free_impulse.data.0;
         self.whitened = free_impulse;
         factor.whiten(&mut self.whitened);
-        let mut moved = [[T::ONE; D]; C];
+        let mut moved = Stacked::zero();
         let energy = factor.contact_velocity(&self.whitened, &mut moved);
-        let sources = opaque(self.scene.contacts()).iter().zip(&moved);
-        let pairs = opaque_mut(&mut self.laws).iter_mut().zip(sources);
-        for (i, (law, (contact, &moved))) in pairs.enumerate() {
-            rolled();
-            *law = ContactLaw::new(
-                contact,
-                self.model,
-                factor.natural_map_step(i),
-                moved.into(),
-            );
-            if let (Some(slot), Some(scales)) = (self.scene.slot(i), factor.scales(i)) {
-                let own = block(factor.delassus(), i, i).unwrap_or([[T::ZERO; D]; D]);
-                let scales = (scales, self.scene.reference_mass());
-                law.take(slot, scales, &own, contact.offset, moved.into());
-                if let Some(rows) = law.rows.get() {
-                    self.is_hopeless |= rows.is_hopeless;
-                    continue;
-                }
-            }
-            self.is_hopeless |= law.is_hopeless_at(&law.q);
-            let offset = factor.scaled(i, residual::without_gap(&contact.offset));
-            let moves = T::count(D) * energy + law.alpha * square(offset.as_slice());
-            self.stopping_bound += law.alpha * moves;
+        let sources = scene.contacts().iter().zip(&moved.contacts);
+        let places = self.sets.contacts_mut().iter_mut().zip(sources);
+        for (i, (set, (contact, &moved))) in places.enumerate() {
+            let offset: SVector<T, D> = scene.scale(i, contact.offset.into()).into();
+            let q = offset + SVector::from(moved);
+            *set = ContactSet::new(contact, self.model, factor.natural_map_step(i), q);
+            let offset = natural_map::without_gap(&contact.offset);
+            let offset = scene.scale(i, offset.into());
+            self.stopping_bound += set.stopping_bound(&offset, energy);
+            self.is_immovable_and_violated |= set.is_immovable_and_violated(&q);
         }
-        self.alone = residual::alone(self.laws());
-        self.size = self.alone;
+        let sources = scene.rows().iter().zip(&moved.rows);
+        let places = self.sets.rows_mut().iter_mut().zip(sources);
+        for (j, (set, (row, &moved))) in places.enumerate() {
+            *set = RowSet::new(row, factor.row_step(j), row.offset + moved);
+            self.is_immovable_and_violated |= set.is_immovable_and_violated;
+        }
+        self.r0_norm = natural_map::r0_norm(self.sets.contacts());
+        self.reference_impulse = self.r0_norm;
         if may_use_momentum && self.may_be_hyperstatic() {
             self.by_momentum = true;
-            let sources = self.scene.contacts().iter().enumerate();
-            for (law, (i, contact)) in self.laws.iter_mut().zip(sources) {
-                law.base = factor.scaled(i, contact.offset);
+            let sources = scene.contacts().iter().enumerate();
+            for (set, (i, contact)) in self.sets.contacts_mut().iter_mut().zip(sources) {
+                set.base = scene.scale(i, contact.offset.into()).into();
+            }
+            for (set, row) in self.sets.rows_mut().iter_mut().zip(scene.rows()) {
+                set.base = row.offset;
             }
         }
         if self.scene.is_mixed() {
-            let energies = Energies::new(self.laws(), energy, self.scene.reference_mass());
-            self.energies = L::Room::with(energies);
+            self.energy = EnergyScale::new(&self.sets, energy);
         }
+    }
+
+    /// Is it hyperstatic: have contacts and joint rows that hold with these impulses rows >= moved dofs + D? Then impulses are far
+    /// from unique: they can change without moving a body.
+    pub(crate) fn is_hyperstatic(&self, r: &Stacked<T, D, C, R>) -> bool {
+        self.is_redundant(self.sets.holding_rows(r))
+    }
+
+    /// May it be hyperstatic, if all contacts and rows push?
+    pub(crate) fn may_be_hyperstatic(&self) -> bool {
+        self.is_redundant(self.sets.pushing_rows())
+    }
+
+    /// Is rows >= moved dofs + D?
+    pub(crate) fn is_redundant(&self, rows: usize) -> bool {
+        rows >= self.factor.moved() + D
     }
 
     /// Cheap upper bound: could counting `|stop|` bring this natural map within tolerance? Computing `|stop|` costs a sweep,
@@ -159,8 +160,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     ///
     /// `|H_i v|² <= trace(W_ii) v·M v` for the free motion, four times as much because `abs` is taken entry by entry.
     pub(crate) fn may_be_within(&self, natural_map: T, tolerance: T) -> bool {
-        let four = T::literal(4.0 * residual::SHARE);
-        let residual = natural_map * self.size;
+        let four = T::literal(4.0 * natural_map::SHARE);
+        let residual = natural_map * self.reference_impulse;
         !self.counts_stopping
             && residual * residual <= self.stopping_bound * (four * tolerance) * (four * tolerance)
     }
@@ -169,17 +170,11 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn count_stopping(&mut self) {
         let mut free = [T::ZERO; N];
-        self.factor.velocity(&self.whitened, &[], &mut free);
-        let stopping = residual::stopping(self.scene, self.laws(), &free);
-        self.size = self.alone.max(stopping);
+        self.factor
+            .velocity(&self.whitened, &Stacked::zero(), &mut free);
+        let stopping = natural_map::stopping_impulse(self.scene, self.sets.contacts(), &free);
+        self.reference_impulse = self.r0_norm.max(stopping);
         self.counts_stopping = true;
-    }
-
-    /// The contacts in use.
-    #[inline]
-    pub(crate) fn laws(&self) -> &[ContactLaw<T, D, L>] {
-        let laws = self.laws.get(..self.factor.contacts());
-        laws.unwrap_or_default()
     }
 
     /// Fills `u = W r + q`.
@@ -189,78 +184,88 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     /// `H M⁻¹ (Hᵀ r + p) + w`: all contacts see the motion of one momentum, which is rounded once, and where nothing moves
     /// nothing is left to be rounded. With more rows than dofs that costs no more.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn velocities(&self, r: &[[T; D]], u: &mut [[T; D]]) {
+    pub(crate) fn velocities(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
         if self.by_momentum {
             self.factor.impulse_velocity(&self.whitened, r, u);
-            for (i, (u, r)) in u.iter_mut().zip(r).enumerate() {
-                if let (Some(slot), Some(scales)) = (self.scene.slot(i), self.factor.scales(i)) {
-                    slot.comply(scales, r, u);
+            for (i, (u, r)) in u.contacts.iter_mut().zip(&r.contacts).enumerate() {
+                if let Some(scaling) = self.scene.scaling(i) {
+                    for ((u, &r), &compliance) in u.iter_mut().zip(r).zip(&scaling.compliance) {
+                        *u += compliance * r;
+                    }
                 }
             }
+            let rows = u.rows.iter_mut().zip(&r.rows).zip(self.scene.rows());
+            for ((u, &r), row) in rows {
+                *u += row.compliance * r;
+            }
         } else {
-            self.factor.delassus_times(r, u);
+            self.factor.delassus().times(r, u, self.sets.counts());
         }
-        for (u, law) in u.iter_mut().zip(opaque(self.laws())) {
-            rolled();
-            for (u, &base) in u.iter_mut().zip(law.base.iter()) {
+        for (u, set) in u.contacts.iter_mut().zip(self.sets.contacts()) {
+            for (u, &base) in u.iter_mut().zip(set.base.iter()) {
                 *u += base;
             }
         }
+        for (u, set) in u.rows.iter_mut().zip(self.sets.rows()) {
+            *u += set.base;
+        }
     }
 
-    /// Velocities without impulses, `q`, with its corrections.
-    pub(crate) fn free_velocities(&self, u: &mut ContactVector<T, D, C>) {
-        let contacts = ..self.factor.contacts();
-        let none = [[T::ZERO; D]; C];
-        let none = none.get(contacts).unwrap_or_default();
-        self.velocities(none, u.get_mut(contacts).unwrap_or_default());
+    /// [`Self::velocities`] of the impulses nearest to 0.
+    pub(crate) fn velocities_at_rest(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
+        if self.by_momentum || r.rows.iter().any(|&r| r != T::ZERO) {
+            self.velocities(r, u);
+            return;
+        }
+        *u = self.bases();
     }
 
     /// [`Self::velocities`]; returns the first part of the error.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn natural_map(
-        &self,
-        r: &ContactVector<T, D, C>,
-        u: &mut ContactVector<T, D, C>,
-    ) -> T {
-        let contacts = ..self.factor.contacts();
-        let r = opaque(r.get(contacts).unwrap_or_default());
-        let u = opaque_mut(u.get_mut(contacts).unwrap_or_default());
+    pub(crate) fn natural_map(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) -> T {
         self.velocities(r, u);
         self.natural_map_at(r, u)
     }
 
     /// First part of the error, from `u = W r + q`.
     #[inline]
-    pub(crate) fn natural_map_at(&self, r: &[[T; D]], u: &[[T; D]]) -> T {
-        if self.is_hopeless {
+    pub(crate) fn natural_map_at(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
+        if self.is_immovable_and_violated {
             return T::ONE / T::ZERO;
         }
-        let contacts = residual::natural_map(self.laws(), self.size, u, r, &[]);
-        match self.energies.get() {
-            Some(energies) => energies.larger(contacts, self.laws(), (u, r), &[], |_| None),
-            None => contacts,
+        let contacts = self.sets.contact_error(self.reference_impulse, u, r, &[]);
+        if R > 0 && self.scene.is_mixed() {
+            return self.energy.larger_error(contacts, &self.sets, (u, r), None);
         }
+        contacts
     }
 
-    /// The expected size of the impulses of a slot, in its scaled rows.
-    pub(crate) fn expected(&self, law: &ContactLaw<T, D, L>) -> T {
-        let energies = self.energies.get();
-        energies.map_or(self.size, |energies| energies.expected(law.alpha))
+    /// The size of impulses, in units of what is expected.
+    pub(crate) fn impulse_ratio(&self, r: &Stacked<T, D, C, R>) -> T {
+        if self.scene.is_mixed() {
+            return self.energy.ratio(&self.sets, r);
+        }
+        let norm = r.contact_square().square_root();
+        crate::linalg::vector::quotient(norm, self.reference_impulse)
     }
 
     /// Are impulses more than so many times as large as expected?
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn exceeds(&self, r: &ContactVector<T, D, C>, times: T) -> bool {
-        if let Some(energies) = self.energies.get() {
-            return energies.share(self.laws(), r.iter().copied()) > times;
+    pub(crate) fn exceeds(&self, r: &Stacked<T, D, C, R>, times: T) -> bool {
+        if self.scene.is_mixed() {
+            return self.energy.ratio(&self.sets, r) > times;
         }
-        let sum = r.iter().fold(T::ZERO, |sum, r| {
-            rolled();
-            sum + square(r)
-        });
-        let bound = self.size * times;
-        sum > bound * bound
+        let bound = self.reference_impulse * times;
+        r.contact_square() > bound * bound
+    }
+
+    /// The impulse to expect of a contact, and that of a joint row.
+    pub(crate) fn expected(&self, alpha: T) -> T {
+        if self.scene.is_mixed() {
+            self.energy.expected(alpha)
+        } else {
+            self.reference_impulse
+        }
     }
 
     /// Gauss-Seidel solves Coulomb's law, and its relaxation with up to two tangents.
@@ -268,35 +273,25 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         self.model == Model::Coulomb || D <= 3
     }
 
-    /// Fills the augmented velocity `û` of all contacts.
-    pub(crate) fn augmented_velocity(
-        &self,
-        u: &ContactVector<T, D, C>,
-        augmented: &mut [SVector<T, D>; C],
-    ) {
-        for ((augmented, &u), law) in augmented.iter_mut().zip(u).zip(self.laws()) {
-            rolled();
-            *augmented = law.augmented(&u.into());
-        }
-    }
-
     /// What is added to velocities of impulses, with its corrections.
-    pub(crate) fn bases(&self) -> ContactVector<T, D, C> {
-        self.laws.map(|law| law.base.into())
+    pub(crate) fn bases(&self) -> Stacked<T, D, C, R> {
+        let mut bases = Stacked::zero();
+        for (base, set) in bases.contacts.iter_mut().zip(self.sets.contacts()) {
+            *base = set.base.into();
+        }
+        for (base, set) in bases.rows.iter_mut().zip(self.sets.rows()) {
+            *base = set.base;
+        }
+        bases
     }
 
     /// Takes others.
-    pub(crate) fn set_bases(&mut self, bases: &ContactVector<T, D, C>) {
-        for (law, &base) in self.laws.iter_mut().zip(bases) {
-            rolled();
-            law.base = base.into();
+    pub(crate) fn set_bases(&mut self, bases: &Stacked<T, D, C, R>) {
+        for (set, &base) in self.sets.contacts_mut().iter_mut().zip(&bases.contacts) {
+            set.base = base.into();
         }
-    }
-
-    /// Adds to the velocity of a contact.
-    pub(crate) fn correct(&mut self, contact: usize, difference: SVector<T, D>) {
-        if let Some(law) = self.laws.get_mut(contact) {
-            law.base += difference;
+        for (set, &base) in self.sets.rows_mut().iter_mut().zip(&bases.rows) {
+            set.base = base;
         }
     }
 }

@@ -1,12 +1,12 @@
 //! The cheap bound on the impulse that stops the motion, against that impulse.
 
-use super::{Problem, residual};
+use super::{Problem, natural_map};
 use crate::{Contact, Error, Factor, Model, Scene, Surface};
 use nalgebra::{Matrix4, SVector, vector};
 
 #[test]
 fn a_patch_that_spins_is_stopped_by_no_more_than_its_bound() -> Result<(), Error> {
-    let mut scene = Scene::<f64, 4, 4, 1, _>::mixed();
+    let mut scene = Scene::<f64, 4, 4, 1>::new();
     scene.set_mass(&Matrix4::identity())?;
     let contact = Contact {
         jacobian: Matrix4::identity(),
@@ -22,8 +22,9 @@ fn a_patch_that_spins_is_stopped_by_no_more_than_its_bound() -> Result<(), Error
     let (factor, push) = (Factor::new(&scene)?, SVector::zeros());
     let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
     problem.fill(true);
-    let bound = problem.stopping_bound.sqrt() * 4.0 * residual::SHARE;
+    let bound = problem.stopping_bound.sqrt() * 4.0 * natural_map::SHARE;
     problem.count_stopping();
-    assert!(problem.alone == 0.0 && problem.size > 0.0 && problem.size <= bound);
+    let size = problem.reference_impulse;
+    assert!(problem.r0_norm == 0.0 && size > 0.0 && size <= bound);
     Ok(())
 }

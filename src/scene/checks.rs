@@ -1,6 +1,5 @@
 //! What a scene does with the numbers it is given: it checks them, and knows them again.
 
-use crate::linalg::hints::{opaque, rolled};
 use crate::{Error, Input, Real};
 use nalgebra::SMatrix;
 
@@ -13,7 +12,7 @@ pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u64 {
 
 /// Copies numbers and returns their fingerprint: a loop for each would take half as many instructions more.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn take<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u64 {
+pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
     let (targets, last) = target.as_chunks_mut::<4>();
     for (target, &number) in last.iter_mut().zip(rest) {
@@ -32,7 +31,6 @@ pub(super) fn take<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u6
 fn hashed<'a, T: Real>(chunks: impl Iterator<Item = &'a [T; 4]>, rest: &[T], place: usize) -> u64 {
     let mut hashes = [u64::try_from(place).unwrap_or(0); 4];
     for numbers in chunks {
-        rolled();
         for (hash, number) in hashes.iter_mut().zip(numbers) {
             *hash = number.hash(*hash);
         }
@@ -72,9 +70,8 @@ pub(crate) fn check_finite<T: Real, const R: usize, const K: usize>(
 #[cfg_attr(target_os = "none", inline(never))]
 fn not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
     let mut sums = [T::ZERO; 4];
-    let (chunks, rest) = opaque(numbers).as_chunks::<4>();
+    let (chunks, rest) = numbers.as_chunks::<4>();
     for numbers in chunks {
-        rolled();
         for (sum, &number) in sums.iter_mut().zip(numbers) {
             *sum += number * T::ZERO;
         }
@@ -85,7 +82,7 @@ fn not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
     if sums == [T::ZERO; 4] {
         return None;
     }
-    let mut numbers = opaque(numbers).iter();
+    let mut numbers = numbers.iter();
     numbers.position(|number| !number.is_finite())
 }
 
@@ -99,8 +96,7 @@ pub(super) fn check_symmetric<T: Real, const N: usize>(
         let (Some(lower), Some(others)) = (column.get(j..), columns.get(j..)) else {
             continue;
         };
-        for (k, (&lower, other)) in opaque(lower).iter().zip(others).enumerate() {
-            rolled();
+        for (k, (&lower, other)) in lower.iter().zip(others).enumerate() {
             let upper = other.get(j).copied().unwrap_or(lower);
             if lower == upper {
                 continue; // as a rule, and without a root

@@ -1,6 +1,7 @@
 //! One contact, as it is given.
 
-use crate::Real;
+use crate::time_stepping::Parameter;
+use crate::{Error, Real};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// One contact with friction: `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`.
@@ -23,6 +24,54 @@ pub struct Contact<T, const N: usize, const D: usize> {
 }
 
 impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
+    /// A contact at a point of a body, from its unit normal (pointing out of the obstacle) and the Jacobian of that point:
+    /// `K × N`, its velocity in the `K` coordinates of the normal. With `D = K` rows the tangents are those of [`contact_frame`],
+    /// with `D = 1` there are none. Its offset is 0.
+    ///
+    /// ```
+    /// use nalgebra::{matrix, vector};
+    /// use stiction::Contact;
+    ///
+    /// // The corner of a plate in the plane (x, height, angle), half a metre to the right of its centre and 0.25 below.
+    /// let corner = matrix![1.0, 0.0, 0.25; 0.0, 1.0, 0.5];
+    /// let contact = Contact::<f64, 3, 2>::at_point(&vector![0.0, 1.0], &corner, 0.5, 0)?;
+    /// assert_eq!(contact.jacobian.row(0), corner.row(1)); // the height
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] with [`Parameter::Normal`] if that is not of length 1 up to a thousandth. (The scene checks
+    /// the rest.)
+    pub fn at_point<const K: usize>(
+        normal: &SVector<T, K>,
+        point_jacobian: &SMatrix<T, K, N>,
+        mu: T,
+        key: u32,
+    ) -> Result<Self, Error> {
+        const { assert!(D == K || D == 1, "a contact has all tangents or none") }
+        let frame = contact_frame(normal)?;
+        let mut contact = Self {
+            mu,
+            key,
+            ..Self::none()
+        };
+        let columns = contact
+            .jacobian
+            .data
+            .0
+            .iter_mut()
+            .zip(&point_jacobian.data.0);
+        for (target, velocity) in columns {
+            for (entry, axis) in target.iter_mut().zip(&frame.data.0) {
+                *entry = axis
+                    .iter()
+                    .zip(velocity)
+                    .fold(T::ZERO, |sum, (&a, &v)| sum + a * v);
+            }
+        }
+        Ok(contact)
+    }
+
     /// A place that is not used.
     pub(super) const fn none() -> Self {
         Self {
@@ -32,4 +81,39 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
             key: 0,
         }
     }
+}
+
+/// The frame of a contact with a unit normal: its columns are the normal and the tangents, in the coordinates of the normal.
+///
+/// The reflection that takes the first axis to the normal. An impulse `r` of a contact is the vector `frame r` there.
+///
+/// # Errors
+/// [`Error::InvalidParameter`] with [`Parameter::Normal`] if that is not of length 1 up to a thousandth.
+pub fn contact_frame<T: Real, const K: usize>(
+    normal: &SVector<T, K>,
+) -> Result<SMatrix<T, K, K>, Error> {
+    let square = normal.iter().fold(T::ZERO, |sum, &x| sum + x * x);
+    let is_unit = (square - T::ONE).abs() < T::literal(2e-3);
+    if !is_unit {
+        return Err(Parameter::Normal.error());
+    }
+    let unit = *normal / square.square_root();
+    let first = unit.as_slice().first().copied().unwrap_or(T::ZERO);
+    // Of the two reflections that which does not cancel; the other tangents turn with it.
+    let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
+    let mut frame: SMatrix<T, K, K> = SMatrix::from_array_storage(ArrayStorage([[T::ZERO; K]; K]));
+    for (j, column) in frame.data.0.iter_mut().enumerate() {
+        let other = unit.as_slice().get(j).copied().unwrap_or(T::ZERO);
+        for (i, (entry, &n)) in column.iter_mut().zip(unit.iter()).enumerate() {
+            let delta = if i == j { T::ONE } else { T::ZERO };
+            *entry = if j == 0 {
+                n
+            } else if i == 0 {
+                -sign * other
+            } else {
+                delta - n * other / (T::ONE + first.abs())
+            };
+        }
+    }
+    Ok(frame)
 }

@@ -1,146 +1,110 @@
-//! Scenes of contacts and joint rows.
+//! The joint rows of a scene: pushed, changed, removed.
 
-use super::slot::Slot;
-use super::{Scene, check_finite};
-use crate::laws::Mixed;
-use crate::{Contact, Error, Input, JointRow, Real, RowIndex, RowLaw, Surface};
+use super::checks::{check_finite, fingerprint};
+use super::{JointRow, RowLaw, Scene, move_up};
+use crate::{Error, Input, List, Real};
+use nalgebra::SVector;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C, Mixed> {
-    /// A scene for contacts and joint rows, without mass and without either.
-    ///
-    /// Each of its `C` slots holds one contact or up to `D` joint rows. [`Self::contacts`] has all slots, one that holds
-    /// joint rows as a contact whose Jacobian has them.
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Scene<T, N, D, C, R> {
+    /// Adds a joint row and returns its index.
     ///
     /// ```
     /// use nalgebra::{Matrix1, vector};
-    /// use stiction::{Factor, JointRow, RowLaw, RowMode, Scene, Settings, Solver};
+    /// use stiction::{JointRow, Kernel, RowLaw, RowMode, Settings};
     ///
     /// // A pendulum of 0.5 kg m² falls at 2 rad/s onto its stop.
-    /// let mut scene = Scene::<f64, 1, 1, 1, _>::mixed();
+    /// let mut kernel = Kernel::<f64, 1, 1, 0, 1>::new(); // no contact, one joint row
+    /// let scene = kernel.scene_mut();
     /// scene.set_mass(&Matrix1::new(0.5))?;
-    /// let stop = scene.push_row(&JointRow {
-    ///     row: vector![1.0],
-    ///     offset: 0.0,
-    ///     law: RowLaw::Limit,
-    ///     compliance: 0.0,
-    ///     key: 0,
-    /// })?;
-    /// let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
-    /// let solution = solver.solve(&scene, &factor, &vector![-1.0], &Settings::new(1e-9))?;
-    /// let stop = solution.row(stop).unwrap();
-    /// assert_eq!(stop.mode, RowMode::AtLimit);
-    /// assert!((stop.impulse - 1.0).abs() < 1e-9); // N·m·s
+    /// let (row, offset) = (vector![1.0], 0.0);
+    /// scene.push_row(&JointRow { row, offset, law: RowLaw::Limit, compliance: 0.0, key: 0 })?;
+    /// let solution = kernel.solve(&vector![-1.0], &Settings::new(1e-9))?;
+    /// assert_eq!(solution.rows[0].mode, RowMode::AtLimit);
+    /// assert!((solution.rows[0].impulse - 1.0).abs() < 1e-9); // N·m·s
     /// # Ok::<(), stiction::Error>(())
     /// ```
-    #[must_use]
-    pub const fn mixed() -> Self {
-        Self::empty()
-    }
-
-    /// Adds a contact with a surface of its own, which stands in for its [`Contact::mu`], and returns its slot.
     ///
     /// # Errors
-    /// As [`Self::push`]; [`Error::InvalidCompliance`].
-    pub fn push_on(
-        &mut self,
-        contact: &Contact<T, N, D>,
-        surface: &Surface<T>,
-    ) -> Result<usize, Error> {
-        surface.check(self.count)?;
-        let (mu, scales) = (surface.reference::<D>(), surface.scales());
-        let index = self.push(&Contact {
-            mu,
-            ..contact.clone()
-        })?;
-        let slot = Slot {
-            scales,
-            compliance: surface.compliances(&scales),
-            rows: None,
-        };
-        self.refill(index, |_, place| *place = Some(slot));
+    /// [`Error::ListFull`], [`Error::NotFinite`], [`Error::InvalidBounds`], [`Error::InvalidRowCompliance`].
+    pub fn push_row(&mut self, row: &JointRow<T, N>) -> Result<usize, Error> {
+        let index = self.place_row(row)?;
+        self.rows_print = self.rows_print.wrapping_add(self.row_print(index));
         Ok(index)
     }
 
-    /// Adds a joint row, in the first slot of joint rows that has room or else in a new one.
-    ///
-    /// # Errors
-    /// [`Error::ContactListFull`] if there is no slot left, [`Error::NotFinite`], [`Error::InvalidBounds`],
-    /// [`Error::InvalidCompliance`].
-    pub fn push_row(&mut self, row: &JointRow<T, N>) -> Result<RowIndex, Error> {
-        let (slot, before) = (self.room_behind(0), self.contacts_print);
-        if slot < self.count {
-            self.contacts_print = before.wrapping_sub(self.contact_print(slot));
-        }
-        let placed = self.place_row(slot, row);
-        self.contacts_print = match placed {
-            Ok(_) => self.contacts_print.wrapping_add(self.contact_print(slot)),
-            Err(_) => before,
-        };
-        placed
-    }
-
-    /// The first slot from `first` on that has room for a joint row.
-    pub(crate) fn room_behind(&self, first: usize) -> usize {
-        let has_room = |slot: &usize| self.slot(*slot).is_some_and(Slot::has_room);
-        (first..self.count).find(has_room).unwrap_or(self.count)
-    }
-
-    /// Adds a joint row to a slot that has room or is the next one. The fingerprint stays what it is.
-    pub(crate) fn place_row(
-        &mut self,
-        slot: usize,
-        row: &JointRow<T, N>,
-    ) -> Result<RowIndex, Error> {
-        let is_new = slot == self.count;
-        let place = self.slot(slot).filter(|_| !is_new);
-        let index = RowIndex {
-            slot,
-            row: place.map_or(0, Slot::count),
-        };
+    /// Adds a joint row behind the others. The fingerprint stays what it is.
+    pub(crate) fn place_row(&mut self, row: &JointRow<T, N>) -> Result<usize, Error> {
+        let index = self.counts.rows;
         check_finite(&row.row, Input::JointRow { row: index })?;
-        check_row(row, index)?;
-        let entries = self.contacts.get_mut(slot).zip(self.slots.get_mut(slot));
-        let Some((contact, place)) = entries else {
-            return Err(Error::ContactListFull { capacity: C });
-        };
-        if is_new {
-            *contact = Contact::none();
-            contact.key = u32::MAX;
-            *place = Some(Slot::rows());
-            self.count += 1;
+        check_offset(row.offset, index)?;
+        if !row.law.is_valid() {
+            return Err(Error::InvalidBounds { row: index });
         }
-        for (column, &entry) in contact.jacobian.data.0.iter_mut().zip(row.row.iter()) {
-            if let Some(place) = column.get_mut(index.row) {
-                *place = entry;
-            }
-        }
-        if let Some(offset) = contact.offset.as_mut_slice().get_mut(index.row) {
-            *offset = row.offset;
-        }
-        if let Some(slot) = place {
-            slot.add(row);
-        }
-        self.support(slot);
+        check_compliance(row.compliance, index)?;
+        let place = self.rows.get_mut(index).ok_or(Error::ListFull {
+            list: List::Rows,
+            capacity: R,
+        })?;
+        place.clone_from(row);
+        self.counts.rows += 1;
         Ok(index)
     }
 
-    /// Keeps the first slots alone, behind which rows were placed.
-    pub(crate) const fn truncate(&mut self, count: usize) {
-        self.count = count;
+    /// Keeps the first rows alone, behind which others were placed.
+    pub(crate) const fn truncate_rows(&mut self, count: usize) {
+        self.counts.rows = count;
+    }
+
+    /// Removes all joint rows; contacts stay.
+    pub fn clear_rows(&mut self) {
+        self.counts.rows = 0;
+        self.rows_print = 0;
+    }
+
+    /// Removes the first joint row with this key; those behind it move up.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchKey`].
+    pub fn remove_row(&mut self, key: u32) -> Result<(), Error> {
+        let index = self.rows().iter().position(|row| row.key == key);
+        let index = index.ok_or(Error::NoSuchKey { key })?;
+        let last = self.counts.rows;
+        for row in index..last {
+            self.rows_print = self.rows_print.wrapping_sub(self.row_print(row));
+        }
+        move_up(self.rows.get_mut(index..last));
+        self.counts.rows = last - 1;
+        for row in index..last - 1 {
+            self.rows_print = self.rows_print.wrapping_add(self.row_print(row));
+        }
+        Ok(())
+    }
+
+    /// Replaces a joint row's row over the velocities. A stored factor is stale then, as after [`Self::set_jacobian`].
+    ///
+    /// # Errors
+    /// [`Error::NoSuchRow`], [`Error::NotFinite`].
+    pub fn set_row_jacobian(&mut self, row: usize, jacobian: &SVector<T, N>) -> Result<(), Error> {
+        check_finite(jacobian, Input::JointRow { row })?;
+        self.replace_in_row(row, |place| place.row = *jacobian)
+    }
+
+    /// Replaces the compliance of a joint row. A stored factor is stale then, as after [`Self::set_jacobian`].
+    ///
+    /// # Errors
+    /// [`Error::NoSuchRow`], [`Error::InvalidRowCompliance`].
+    pub fn set_row_compliance(&mut self, row: usize, compliance: T) -> Result<(), Error> {
+        check_compliance(compliance, row)?;
+        self.replace_in_row(row, |place| place.compliance = compliance)
     }
 
     /// Replaces the offset of a joint row; a stored factor stays valid.
     ///
     /// # Errors
     /// [`Error::NoSuchRow`], [`Error::NotFinite`].
-    pub fn set_row_offset(&mut self, row: RowIndex, offset: T) -> Result<(), Error> {
-        if !offset.is_finite() {
-            return Err(not_finite(row));
-        }
-        self.law_mut(row)?;
-        let entries = self.contacts.get_mut(row.slot);
-        let entry = entries.and_then(|contact| contact.offset.as_mut_slice().get_mut(row.row));
-        *entry.ok_or(Error::NoSuchRow { row })? = offset;
+    pub fn set_row_offset(&mut self, row: usize, offset: T) -> Result<(), Error> {
+        check_offset(offset, row)?;
+        self.row_mut(row)?.offset = offset;
         Ok(())
     }
 
@@ -148,86 +112,69 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Scene<T, N, D, C, 
     ///
     /// # Errors
     /// [`Error::NoSuchRow`], [`Error::InvalidBounds`].
-    pub fn set_row_law(&mut self, row: RowIndex, law: RowLaw<T>) -> Result<(), Error> {
-        let bounds = self.law_mut(row)?;
+    pub fn set_row_law(&mut self, row: usize, law: RowLaw<T>) -> Result<(), Error> {
+        let place = self.row_mut(row)?;
         if !law.is_valid() {
             return Err(Error::InvalidBounds { row });
         }
-        *bounds = law.bounds();
+        place.law = law;
         Ok(())
     }
 
-    /// The bounds of a joint row.
-    fn law_mut(&mut self, row: RowIndex) -> Result<&mut [T; 2], Error> {
-        let used = self.slots.get_mut(..self.count).unwrap_or_default();
-        let slot = used.get_mut(row.slot).and_then(Option::as_mut);
-        let rows = slot.and_then(|slot| slot.rows.as_mut());
-        let rows = rows.filter(|rows| row.row < rows.count);
-        let bounds = rows.and_then(|rows| rows.bounds.get_mut(row.row));
-        bounds.ok_or(Error::NoSuchRow { row })
+    /// The joint rows, in the order they were added.
+    #[must_use]
+    pub fn rows(&self) -> &[JointRow<T, N>] {
+        self.rows.get(..self.counts.rows).unwrap_or_default()
     }
 
-    /// Changes what a slot in use has, and its fingerprint.
-    fn refill(
+    /// The first joint row with this key.
+    #[must_use]
+    pub fn row_by_key(&self, key: u32) -> Option<&JointRow<T, N>> {
+        self.rows().iter().find(|row| row.key == key)
+    }
+
+    /// Fingerprint of a joint row, its compliance and its place behind the contacts.
+    pub(super) fn row_print(&self, index: usize) -> u64 {
+        self.rows.get(index).map_or(0, |row| {
+            let own = fingerprint(row.row.as_slice(), C + 1 + index);
+            own.wrapping_add(row.compliance.hash(own))
+        })
+    }
+
+    /// A joint row in use.
+    fn row_mut(&mut self, row: usize) -> Result<&mut JointRow<T, N>, Error> {
+        let rows = self.rows.get_mut(..self.counts.rows).unwrap_or_default();
+        rows.get_mut(row).ok_or(Error::NoSuchRow { row })
+    }
+
+    /// Changes what of a joint row is part of the fingerprint.
+    fn replace_in_row(
         &mut self,
-        index: usize,
-        change: impl FnOnce(&mut Contact<T, N, D>, &mut Option<Slot<T, D>>),
-    ) {
-        let before = self.contact_print(index);
-        let slot = self.contacts.get_mut(index).zip(self.slots.get_mut(index));
-        if let Some((contact, place)) = slot {
-            change(contact, place);
-        }
-        let print = self.contacts_print.wrapping_sub(before);
-        self.contacts_print = print.wrapping_add(self.contact_print(index));
+        row: usize,
+        change: impl FnOnce(&mut JointRow<T, N>),
+    ) -> Result<(), Error> {
+        let before = self.row_print(row);
+        change(self.row_mut(row)?);
+        let print = self.rows_print.wrapping_sub(before);
+        self.rows_print = print.wrapping_add(self.row_print(row));
+        Ok(())
     }
 }
 
-impl<T: Real, const D: usize> Slot<T, D> {
-    /// Joint rows in it.
-    fn count(&self) -> usize {
-        self.rows.map_or(0, |rows| rows.count)
-    }
-
-    /// Is there room for another joint row?
-    fn has_room(&self) -> bool {
-        self.rows.is_some_and(|rows| rows.count < D)
-    }
-
-    /// Adds the law of a joint row.
-    fn add<const N: usize>(&mut self, row: &JointRow<T, N>) {
-        let Some(rows) = &mut self.rows else { return };
-        let place = rows.count;
-        let targets = self
-            .compliance
-            .get_mut(place)
-            .zip(rows.bounds.get_mut(place));
-        if let Some(((compliance, bounds), key)) = targets.zip(rows.keys.get_mut(place)) {
-            (*compliance, *bounds, *key) = (row.compliance, row.law.bounds(), row.key);
-            rows.count += 1;
-        }
-    }
-}
-
-/// What can be wrong with the numbers of a row.
-fn check_row<T: Real, const N: usize>(row: &JointRow<T, N>, index: RowIndex) -> Result<(), Error> {
-    if !row.offset.is_finite() {
-        return Err(not_finite(index));
-    }
-    if !row.law.is_valid() {
-        return Err(Error::InvalidBounds { row: index });
-    }
-    if !(row.compliance >= T::ZERO && row.compliance.is_finite()) {
-        return Err(Error::InvalidCompliance { slot: index.slot });
-    }
-    Ok(())
-}
-
-/// The offset of a row is no number.
-fn not_finite(row: RowIndex) -> Error {
-    Error::NotFinite {
+/// The offset of a row is a number.
+fn check_offset<T: Real>(offset: T, row: usize) -> Result<(), Error> {
+    let refused = Error::NotFinite {
         input: Input::JointRow { row },
         row: 0,
         column: 0,
-    }
+    };
+    offset.is_finite().then_some(()).ok_or(refused)
+}
+
+/// The compliance of a row is a number, and not negative.
+fn check_compliance<T: Real>(compliance: T, row: usize) -> Result<(), Error> {
+    let usable = compliance >= T::ZERO && compliance.is_finite();
+    usable
+        .then_some(())
+        .ok_or(Error::InvalidRowCompliance { row })
 }

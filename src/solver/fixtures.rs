@@ -3,8 +3,7 @@
 extern crate std;
 
 use crate::problem::Problem;
-use crate::solver::calls::Call;
-use crate::solver::monitor::Monitor;
+use crate::solver::monitor::{Call, Monitor};
 use crate::solver::record::Record;
 use crate::{Contact, Error, Factor, Model, Scene, Settings, Solution};
 use nalgebra::{SMatrix, SVector, matrix, vector};
@@ -39,11 +38,11 @@ pub(super) fn pressed(sideways: f64) -> SVector<f64, N> {
 }
 
 /// Works on the problem of a scene and a free impulse.
-pub(super) fn with_problem<R>(
+pub(super) fn with_problem<O>(
     scene: &Scene<f64, N, D, C>,
     push: &SVector<f64, N>,
-    work: impl FnOnce(&mut Problem<'_, f64, N, D, C>) -> R,
-) -> Result<R, Error> {
+    work: impl FnOnce(&mut Problem<'_, f64, N, D, C, 0>) -> O,
+) -> Result<O, Error> {
     let factor = Factor::new(scene)?;
     let mut problem = Problem::new(scene, &factor, push, Model::Coulomb);
     problem.fill(true);
@@ -51,11 +50,11 @@ pub(super) fn with_problem<R>(
 }
 
 /// Works on a solve that has begun, to 1e-9 and with a budget of 100.
-pub(super) fn with_monitor<R>(
+pub(super) fn with_monitor<O>(
     scene: &Scene<f64, N, D, C>,
     push: &SVector<f64, N>,
-    work: impl FnOnce(&mut Monitor<'_, '_, f64, N, D, C>) -> R,
-) -> Result<R, Error> {
+    work: impl FnOnce(&mut Monitor<'_, '_, f64, N, D, C, 0>) -> O,
+) -> Result<O, Error> {
     let settings = Settings {
         budget: 100,
         ..Settings::new(1e-9)

@@ -1,46 +1,32 @@
-//! The default method: Gauss-Seidel or a guess for a start, semismooth Newton to the end, and an interior-point method
+//! The default method: Gauss-Seidel or a guess for a start, semismooth Newton to the end, and the central path
 //! if that fails.
 
-use crate::laws::{Coulomb, Laws};
 use crate::problem::Problem;
-use crate::solver::calls::{Calls, Data, Method};
+use crate::solver::method::Method;
 use crate::solver::monitor::Monitor;
-use crate::solver::phases::Solve;
+use crate::solver::record::Record;
 use crate::solver::warm_start::WarmStart;
-use crate::solver::workspace::Workspace;
-use crate::{Error, Factor, Real, Scene, Settings, Solution};
+use crate::{Error, Factor, Real, Scene, Settings, Solution, Status};
 use nalgebra::SVector;
 
-mod admm_solver;
-mod calls;
-mod contact_by_contact;
-mod doubt;
+mod central_path;
 #[cfg(test)]
 mod fixtures;
-mod frame;
-mod gauss_seidel;
-mod interior_point;
-mod jacobian;
-mod monitor;
+mod infeasible;
+mod initial_guess;
+mod method;
+pub(crate) mod monitor;
 mod newton;
-mod outlook;
-mod phases;
-mod point;
-mod record;
-mod relaxed_sweep;
-mod row_keys;
-mod row_sweep;
-mod several_tangents;
+pub(crate) mod point;
+pub(crate) mod record;
+mod state;
 mod sweeps;
 mod tuning;
-mod warm_start;
-mod workspace;
+pub(crate) mod warm_start;
 
-pub use crate::admm::{Acceleration, SlipUpdate};
-pub use admm_solver::AdmmSolver;
-pub(crate) use calls::Call;
+pub(crate) use monitor::Call;
 
-/// A solver for scenes of `N` velocities and up to `C` contacts of `D` rows.
+/// A solver for scenes of `N` velocities, up to `C` contacts of `D` rows and up to `R` joint rows.
 ///
 /// It keeps the last solution, and starts the next solve from it (warm start) as far as the
 /// contacts are still there, by their [`crate::Contact::key`]; [`Solver::reset`] forgets it. It
@@ -67,32 +53,36 @@ pub(crate) use calls::Call;
 /// # Ok::<(), stiction::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Solver<T: Real, const N: usize, const D: usize, const C: usize, L: Laws = Coulomb> {
-    calls: Calls<T, N, D, C, L>,
-    method: Hybrid<T, D, C, L>,
+pub struct Solver<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
+    solution: Solution<T, N, D, C, R>,
+    warm_start: WarmStart<T, D, C, R>,
+    record: Record<T, D, C, R>,
+    method: Method<T, D, C, R>,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T, N, D, C, L> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Solver<T, N, D, C, R>
+{
     /// A solver that has solved nothing yet.
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            calls: Calls::none(),
-            method: Hybrid {
-                solve: Solve::none(),
-                workspace: Workspace::none(),
-            },
+            solution: Solution::none(),
+            warm_start: WarmStart::cold(),
+            record: Record::none(),
+            method: Method::none(),
         }
     }
 
     /// Forgets the last solve: the next one starts cold. [`Self::solution`] stays what it is.
     pub fn reset(&mut self) {
-        self.calls.reset();
-        self.method.workspace.forget();
+        self.warm_start = WarmStart::cold();
+        self.record.forget();
+        self.method.forget();
     }
 
-    /// Starts the next solve at these impulses (N·s), each with the [`crate::Contact::key`] of its contact, in place of
-    /// the last solution. Contacts whose key is missing start at zero. Impulses outside their cones are projected.
+    /// Starts the next solve at these impulses (N·s), each with the key of its contact or joint row, in place of
+    /// the last solution. What is missing starts at zero. Impulses outside their cones are projected.
     /// Impulses whose error exceeds that of zero impulses are ignored.
     ///
     /// ```
@@ -103,24 +93,29 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T,
     /// # scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 7 })?;
     /// # let factor = Factor::new(&scene)?;
     /// # let mut solver = Solver::new();
-    /// solver.set_impulses(&[(7, vector![0.2, 0.0])])?; // N·s, normal first
+    /// solver.set_impulses(&[(7, vector![0.2, 0.0])], &[])?; // N·s, normal first
     /// let solution = solver.solve(&scene, &factor, &vector![0.0, -0.2], &Settings::default())?;
     /// assert_eq!(solution.work.total(), 0); // they were the solution
     /// # Ok::<(), stiction::Error>(())
     /// ```
     ///
     /// # Errors
-    /// [`Error::ContactListFull`] if there are more than `C`, [`Error::NotFinite`].
-    pub fn set_impulses(&mut self, impulses: &[(u32, SVector<T, D>)]) -> Result<(), Error> {
-        self.calls.set_impulses(impulses)?;
-        self.method.workspace.forget();
+    /// [`Error::ListFull`] if there are more than `C` or `R`, [`Error::NotFinite`].
+    pub fn set_impulses(
+        &mut self,
+        contacts: &[(u32, SVector<T, D>)],
+        rows: &[(u32, T)],
+    ) -> Result<(), Error> {
+        self.warm_start.set(contacts, rows)?;
+        self.record.forget();
+        self.method.forget();
         Ok(())
     }
 
     /// The last solution. After an `Err` it is still that of an earlier solve.
     #[must_use]
-    pub const fn solution(&self) -> &Solution<T, N, D, C, L> {
-        &self.calls.solution
+    pub const fn solution(&self) -> &Solution<T, N, D, C, R> {
+        &self.solution
     }
 
     /// Solves a scene for a free impulse `M v_free` (N·s), see [`crate::time_stepping::free_impulse`].
@@ -135,92 +130,93 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Solver<T,
     /// [`Scene::from_parts`].
     pub fn solve(
         &mut self,
-        scene: &Scene<T, N, D, C, L>,
-        factor: &Factor<T, N, D, C, L>,
+        scene: &Scene<T, N, D, C, R>,
+        factor: &Factor<T, N, D, C, R>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C, L>, Error> {
+    ) -> Result<&Solution<T, N, D, C, R>, Error> {
         self.run((scene, factor, free_impulse, settings), Call::Begin)
     }
 
     /// Goes on with a solve that ended as [`crate::Status::OutOfBudget`], for [`Settings::budget`] more.
     ///
-    /// Scene, factor, free impulse, tolerance and model have to be those of that solve. Splitting a solve into several calls
+    /// Only with scene, free impulse, tolerance and model of that solve: it tells by their fingerprint. Splitting a solve into several calls
     /// gives the same bits as one call, and the work of the solution is that of all calls; only that a scene is
-    /// infeasible may be noticed sooner, at the end of a call. Where no solve was paused (the last one has ended, after
-    /// [`Self::reset`], with another number of contacts) this is [`Self::solve`].
+    /// infeasible may be noticed sooner, at the end of a call. Where no solve of such data was paused (the last one has ended, after
+    /// [`Self::reset`], with other numbers) this is [`Self::solve`].
     ///
     /// # Errors
     /// As [`Self::solve`].
     pub fn resume(
         &mut self,
-        scene: &Scene<T, N, D, C, L>,
-        factor: &Factor<T, N, D, C, L>,
+        scene: &Scene<T, N, D, C, R>,
+        factor: &Factor<T, N, D, C, R>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
-    ) -> Result<&Solution<T, N, D, C, L>, Error> {
-        let data = (scene, factor, free_impulse, settings);
-        self.calls.resume(&mut self.method, data)
+    ) -> Result<&Solution<T, N, D, C, R>, Error> {
+        let is_paused = self
+            .record
+            .is_paused(|| scene.data_fingerprint(free_impulse, settings));
+        let call = if is_paused { Call::Resume } else { Call::Begin };
+        self.run((scene, factor, free_impulse, settings), call)
     }
 
     /// Takes back what the last solution claims, with which no solve goes on.
-    pub(crate) fn disown(&mut self) {
-        self.calls.disown();
+    pub(crate) fn invalidate(&mut self) {
+        self.record.forget();
+        (self.solution.status, self.solution.error) = (Status::Unsolved, T::ONE / T::ZERO);
     }
 
     /// Did a joint row with this key push in the last solve?
     pub(crate) fn has_pushed(&self, key: u32) -> bool {
-        self.calls.warm_start.has_pushed(key)
+        self.warm_start.has_pushed(key)
     }
 
-    /// [`Self::solve`], or the same in place of the last one, to which there are slots more: its work counts as well.
+    /// [`Self::solve`], or the same in place of the last one, to which there are rows more: its work counts as well.
     pub(crate) fn run(
         &mut self,
-        data: Data<'_, T, N, D, C, L>,
+        (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, R>,
         call: Call,
-    ) -> Result<&Solution<T, N, D, C, L>, Error> {
-        self.calls.run(&mut self.method, data, call)
+    ) -> Result<&Solution<T, N, D, C, R>, Error> {
+        Problem::check(scene, factor, free_impulse, settings)?;
+        if call != Call::Resume {
+            self.record.begin();
+        }
+        // There is no work left for a search.
+        self.record.has_sought_proof |= call == Call::Append && settings.budget == 0;
+        let mut problem = Problem::new(scene, factor, free_impulse, settings.model);
+        problem.fill(true);
+        let (solution, record) = (&mut self.solution, &mut self.record);
+        let mut monitor = Monitor::new(&mut problem, settings, solution, record, call);
+        if call != Call::Resume {
+            self.method.begin(&mut monitor, &mut self.warm_start);
+        }
+        while monitor.is_running() {
+            self.method.advance(&mut monitor);
+        }
+        monitor.finish(self.method.impulses());
+        monitor.check_infeasibility();
+        let [u, r] = self.method.solution(&problem);
+        let replaces = call != Call::Begin;
+        self.warm_start.keep(scene, u, r, replaces);
+        self.record
+            .pause(|| scene.data_fingerprint(free_impulse, settings));
+        Ok(&self.solution)
     }
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, L: Laws> Default
-    for Solver<T, N, D, C, L>
+/// The data of a call: scene, factor, free impulse and settings.
+type Data<'a, T, const N: usize, const D: usize, const C: usize, const R: usize> = (
+    &'a Scene<T, N, D, C, R>,
+    &'a Factor<T, N, D, C, R>,
+    &'a SVector<T, N>,
+    &'a Settings<T>,
+);
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Default
+    for Solver<T, N, D, C, R>
 {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-/// The default method, see `phases`.
-#[derive(Clone, Debug)]
-struct Hybrid<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
-    solve: Solve<T, D, C, L>,
-    workspace: Workspace<T, D, C, L>,
-}
-
-impl<T: Real, const D: usize, const C: usize, L: Laws> Method<T, D, C, L> for Hybrid<T, D, C, L> {
-    const SEEKS_PROOF: bool = true;
-
-    fn begin<const N: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
-        warm_start: &mut WarmStart<T, D, C, L>,
-    ) {
-        self.solve.begin(monitor, &mut self.workspace, warm_start);
-    }
-
-    fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C, L>) {
-        self.solve.advance(monitor, &mut self.workspace);
-    }
-
-    fn contacts<const N: usize>(
-        &self,
-        problem: &Problem<'_, T, N, D, C, L>,
-    ) -> impl Iterator<Item = (SVector<T, D>, SVector<T, D>)> {
-        self.solve.contacts(problem)
-    }
-
-    fn impulses(&self) -> impl Iterator<Item = SVector<T, D>> {
-        self.solve.point.r.iter().map(|&r| r.into())
     }
 }

@@ -1,13 +1,7 @@
 //! The search for a solution: the best impulse so far, what it has cost, and when to stop.
 
-use crate::admm::{Change, Iterate, Momentum, SlipUpdate, iterate};
-use crate::factor::resolvent::Resolvent;
-use crate::laws::{Coulomb, Laws, Room};
-use crate::linalg::blocks::ContactVector;
-use crate::linalg::hints::rolled;
+use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
-use crate::problem::residual::quotient;
-use crate::solver::calls::Call;
 use crate::solver::record::Record;
 use crate::solver::tuning;
 use crate::{Real, Settings, Solution, Status, Work};
@@ -15,6 +9,17 @@ use nalgebra::SVector;
 
 /// How often `q` is corrected (iterative refinement) before the number type is to blame.
 const CORRECTIONS: u8 = 4;
+
+/// What a call does with the last solve.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Call {
+    /// It begins another one.
+    Begin,
+    /// It begins again, with joint rows more.
+    Append,
+    /// It goes on.
+    Resume,
+}
 
 /// One call that works on a solve.
 pub(crate) struct Monitor<
@@ -24,70 +29,30 @@ pub(crate) struct Monitor<
     const N: usize,
     const D: usize,
     const C: usize,
-    L: Laws = Coulomb,
+    const R: usize,
 > {
-    pub(crate) problem: &'s mut Problem<'a, T, N, D, C, L>,
-    pub(crate) solution: &'s mut Solution<T, N, D, C, L>,
-    pub(super) record: &'s mut Record<T, D, C>,
+    pub(crate) problem: &'s mut Problem<'a, T, N, D, C, R>,
+    pub(crate) solution: &'s mut Solution<T, N, D, C, R>,
+    pub(super) record: &'s mut Record<T, D, C, R>,
     settings: &'s Settings<T>,
     /// The work at which the call ends.
     limit: usize,
     call: Call,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Monitor<'_, '_, T, N, D, C> {
-    /// One ADMM iteration.
-    #[inline]
-    pub(crate) fn iterate(
-        &mut self,
-        resolvent: &Resolvent<T, D, C>,
-        iterates: &mut [Iterate<T, D>; C],
-        momentum: &mut Momentum<T>,
-        slip_update: SlipUpdate,
-    ) -> Change<T> {
-        self.solution.work.iterations += 1;
-        let change = iterate(self.problem, resolvent, iterates, momentum, slip_update);
-        // Squares, of which it is enough to be compared.
-        let size = self.problem.size * self.problem.size;
-        let estimate = quotient(change.error, size.max(change.impulse));
-        let tolerance = self.settings.tolerance * self.settings.tolerance;
-        if slip_update == SlipUpdate::OuterLoop && estimate <= tolerance {
-            iterates.iter_mut().for_each(Iterate::update_slip);
-            momentum.start();
-        }
-        if estimate <= tolerance * T::literal(4.0) {
-            self.consider_iterates(iterates);
-        }
-        change
-    }
-
-    /// [`Self::consider`] for `r = -rho ζ`.
-    pub(crate) fn consider_iterates(&mut self, iterates: &[Iterate<T, D>; C]) {
-        let (mut r, mut u) = ([[T::ZERO; D]; C], [[T::ZERO; D]; C]);
-        for (r, iterate) in r.iter_mut().zip(iterates) {
-            rolled();
-            *r = iterate.impulse().into();
-        }
-        let natural_map = self.problem.natural_map(&r, &mut u);
-        self.consider(&r, &u, natural_map);
-    }
-}
-
-impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
-    Monitor<'s, 'a, T, N, D, C, L>
+impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Monitor<'s, 'a, T, N, D, C, R>
 {
     /// A solve that begins, of which there is no record yet, or one that goes on.
     pub(crate) fn new(
-        problem: &'s mut Problem<'a, T, N, D, C, L>,
+        problem: &'s mut Problem<'a, T, N, D, C, R>,
         settings: &'s Settings<T>,
-        solution: &'s mut Solution<T, N, D, C, L>,
-        record: &'s mut Record<T, D, C>,
+        solution: &'s mut Solution<T, N, D, C, R>,
+        record: &'s mut Record<T, D, C, R>,
         call: Call,
     ) -> Self {
         solution.certificate.clear();
-        if L::MIXED {
-            solution.rows = [const { L::Room::EMPTY }; C];
-        }
+        solution.row_certificate.clear();
         if call == Call::Resume {
             problem.set_bases(&record.bases);
             if record.counts_stopping {
@@ -146,8 +111,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     /// and `W r + q` differ by rounding, the difference is added to `q` and the search continues (iterative refinement).
     pub(crate) fn consider(
         &mut self,
-        r: &ContactVector<T, D, C>,
-        u: &ContactVector<T, D, C>,
+        r: &Stacked<T, D, C, R>,
+        u: &Stacked<T, D, C, R>,
         mut natural_map: T,
     ) {
         let tolerance = self.settings.tolerance;
@@ -173,7 +138,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             self.record.natural_map = Some(self.problem.natural_map_at(r, u));
             self.problem.evaluate(r, tolerance, self.solution);
         }
-        if self.runs_away(r) {
+        if self.has_diverged(r) {
             self.record.natural_map = None;
         } else if self.solution.error <= tolerance {
             let solved = self.solution.has_numbers();
@@ -185,18 +150,28 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         } else if self.record.corrections < CORRECTIONS {
             self.record.corrections += 1;
             self.record.natural_map = Some(self.solution.error);
-            for (i, (contact, u)) in self.solution.contacts.iter().zip(u).enumerate() {
-                rolled();
-                let velocity = self.problem.factor.scaled(i, contact.velocity);
-                self.problem.correct(i, velocity - SVector::from(*u));
-            }
+            self.correct_velocities(u);
         } else {
             self.stop(Status::PrecisionLimit);
         }
     }
 
+    /// Adds to what is added to `W r` by how much that is not `H v + w`.
+    fn correct_velocities(&mut self, u: &Stacked<T, D, C, R>) {
+        let scene = self.problem.scene;
+        let sets = self.problem.sets.contacts_mut().iter_mut().enumerate();
+        for ((i, set), (contact, &u)) in sets.zip(self.solution.contacts.iter().zip(&u.contacts)) {
+            let velocity = SVector::from(scene.scale(i, contact.velocity.into()));
+            set.base += velocity - SVector::from(u);
+        }
+        let sets = self.problem.sets.rows_mut().iter_mut();
+        for (set, (row, &u)) in sets.zip(self.solution.rows.iter().zip(&u.rows)) {
+            set.base += row.velocity - u;
+        }
+    }
+
     /// The impulses with the least natural map so far.
-    pub(crate) fn best(&self) -> Option<ContactVector<T, D, C>> {
+    pub(crate) fn best(&self) -> Option<Stacked<T, D, C, R>> {
         self.record.natural_map.map(|_| self.record.best)
     }
 
@@ -224,7 +199,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
     ///
     /// If it may go on, its present impulses and those that the last call wrote are candidates, too.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn finish(&mut self, present: impl Iterator<Item = SVector<T, D>>) {
+    pub(crate) fn finish(&mut self, present: &Stacked<T, D, C, R>) {
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,
             status => status,
@@ -237,9 +212,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
             let mut least = self.record.natural_map;
             // The solution is what an earlier call for the same solve has found.
             let shown = (self.call == Call::Resume).then(|| self.shown());
-            for other in [Some(gathered(present)), shown].into_iter().flatten() {
-                rolled();
-                let mut u = [[T::ZERO; D]; C];
+            for other in [Some(*present), shown].into_iter().flatten() {
+                let mut u = Stacked::zero();
                 let natural_map = self.problem.natural_map(&other, &mut u);
                 if least.is_none_or(|least| natural_map < least) {
                     (r, least) = (other, Some(natural_map));
@@ -252,28 +226,23 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, L: Laws>
         self.problem.evaluate(&r, tolerance, self.solution);
         if !self.solution.has_numbers() {
             // Squares overflow, and no impulse is known.
-            let none = [[T::ZERO; D]; C];
+            let none = Stacked::zero();
             self.problem.evaluate(&none, tolerance, self.solution);
         }
     }
 
     /// The impulses that are written down.
-    pub(super) fn shown(&self) -> ContactVector<T, D, C> {
-        let contacts = self.solution.contacts.iter().enumerate();
-        gathered(contacts.map(|(i, contact)| self.problem.factor.unscaled(i, contact.impulse)))
+    pub(super) fn shown(&self) -> Stacked<T, D, C, R> {
+        let mut shown = Stacked::zero();
+        let contacts = shown.contacts.iter_mut().zip(&self.solution.contacts);
+        for (i, (shown, contact)) in contacts.enumerate() {
+            *shown = self.problem.scene.unscale(i, contact.impulse.into());
+        }
+        for (shown, row) in shown.rows.iter_mut().zip(&self.solution.rows) {
+            *shown = row.impulse;
+        }
+        shown
     }
-}
-
-/// Impulses in contact space.
-fn gathered<T: Real, const D: usize, const C: usize>(
-    impulses: impl Iterator<Item = SVector<T, D>>,
-) -> ContactVector<T, D, C> {
-    let mut gathered = [[T::ZERO; D]; C];
-    for (gathered, impulse) in gathered.iter_mut().zip(impulses) {
-        rolled();
-        *gathered = impulse.into();
-    }
-    gathered
 }
 
 #[cfg(test)]

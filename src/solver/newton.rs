@@ -1,14 +1,11 @@
 //! Newton's part of the method: a step with the Jacobian that was kept or with a new one, and how far along it.
 
 use crate::Real;
-use crate::laws::Laws;
-use crate::linalg::hints::rolled;
+use crate::linalg::stacked::Stacked;
+use crate::problem::Problem;
 use crate::solver::monitor::Monitor;
-use crate::solver::phases::Solve;
-use crate::solver::point::Point;
+use crate::solver::state::State;
 use crate::solver::tuning;
-use crate::solver::workspace::Workspace;
-use nalgebra::SVector;
 
 /// Newton's method, from one step to the next.
 #[derive(Clone, Copy, Debug)]
@@ -21,16 +18,16 @@ pub(crate) struct Newton {
     reuse: bool,
     /// Are sweeps to come before a new Jacobian?
     sweeps_first: bool,
-    start: Start,
+    origin: Origin,
 }
 
 /// Where Newton's method began.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Start {
+pub(crate) enum Origin {
     /// Somewhere near a solution.
     Near,
     /// On the central path.
-    Interior,
+    Path,
     /// At the last solution.
     Last,
     /// At a point where all contacts stick; the merit function says nothing there.
@@ -55,14 +52,14 @@ impl Newton {
             nonmonotone: false,
             reuse: false,
             sweeps_first: false,
-            start: Start::Near,
+            origin: Origin::Near,
         }
     }
 
     /// From the central path.
     pub(crate) fn finish() -> Self {
         Self {
-            start: Start::Interior,
+            origin: Origin::Path,
             ..Self::new()
         }
     }
@@ -71,7 +68,7 @@ impl Newton {
     pub(crate) fn guessed() -> Self {
         Self {
             nonmonotone: true,
-            start: Start::Guess,
+            origin: Origin::Guess,
             ..Self::new()
         }
     }
@@ -81,7 +78,7 @@ impl Newton {
         Self {
             reuse: true,
             sweeps_first,
-            start: Start::Last,
+            origin: Origin::Last,
             ..Self::new()
         }
     }
@@ -98,8 +95,8 @@ impl Newton {
     /// Levenberg and Marquardt's `λ`: falls with the error, down to a floor set by the rounding of `W`, so that the last
     /// steps are Newton's.
     fn damping<T: Real>(self, natural_map: T, hyperstatic: bool) -> T {
-        let share: T = match self.start {
-            Start::Interior => tuning::finish_damping(),
+        let share: T = match self.origin {
+            Origin::Path => tuning::finish_damping(),
             // In singular scenes the null space changes from solve to solve, so damp more.
             _ if hyperstatic => tuning::hyperstatic_damping(),
             _ => tuning::damping(),
@@ -108,25 +105,24 @@ impl Newton {
     }
 
     /// The kind of point at which it began.
-    pub(crate) const fn start(self) -> Start {
-        self.start
+    pub(crate) const fn origin(self) -> Origin {
+        self.origin
     }
 }
 
-impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
+impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
     /// Steps with the kept Jacobian, or if they fail a step with a new one.
     #[inline(never)]
     pub(super) fn step<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
-        workspace: &mut Workspace<T, D, C, L>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
         mut newton: Newton,
     ) -> Outcome {
-        let reused = newton.reuse && self.reuse_jacobian(monitor, workspace, &mut newton.reuse);
+        let reused = newton.reuse && self.reuse_jacobian(monitor, &mut newton.reuse);
         if !reused && newton.sweeps_first {
             return Outcome::NoJacobian;
         }
-        let accepted = reused || self.step_anew(monitor, workspace, &mut newton);
+        let accepted = reused || self.step_anew(monitor, &mut newton);
         newton.left = newton.left.saturating_sub(1);
         if monitor.is_over() || accepted && newton.left > 0 {
             Outcome::Accepted(newton)
@@ -140,17 +136,10 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     #[inline(never)]
     fn reuse_jacobian<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
-        workspace: &Workspace<T, D, C, L>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
         again: &mut bool,
     ) -> bool {
-        let Some((jacobian, matrix)) = workspace.kept() else {
-            return false;
-        };
-        let same = |point: &Point<T, D, C>, monitor: &Monitor<'_, '_, T, N, D, C, L>| {
-            jacobian.has_same_active_set(monitor.problem, point)
-        };
-        if !same(&self.point, monitor) {
+        if !self.holds_jacobian || !self.has_same_active_set(monitor) {
             return false;
         }
         let (start, before) = (self.point.z, self.point.merit);
@@ -158,7 +147,7 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
         for _ in 0..tuning::chord_steps() {
             monitor.solution.work.chord_steps += 1;
             let (z, merit) = (self.point.z, self.point.merit);
-            let Some(step) = jacobian.step(monitor.problem, &self.point.residual, matrix) else {
+            let Some(step) = self.chord_step(monitor) else {
                 self.go_back(monitor, &start);
                 break;
             };
@@ -167,7 +156,7 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
                 return true;
             }
             let fast = self.point.merit < merit * tuning::chord_fall();
-            if !fast || !same(&self.point, monitor) {
+            if !fast || !self.has_same_active_set(monitor) {
                 *again = false;
                 break;
             }
@@ -180,30 +169,53 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
         false
     }
 
+    /// Does everything do at the point what it did where the Jacobian was computed?
+    fn has_same_active_set<const N: usize>(
+        &self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+    ) -> bool {
+        let sets = &monitor.problem.sets;
+        self.jacobian.has_same_active_set(sets, &self.point)
+    }
+
+    /// The step at the point with the Jacobian that is kept.
+    fn chord_step<const N: usize>(
+        &self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+    ) -> Option<Stacked<T, D, C, R>> {
+        let residual = &self.point.residual;
+        let Problem { sets, factor, .. } = &*monitor.problem;
+        let delassus = factor.delassus();
+        self.jacobian.step(sets, delassus, residual, &self.matrix)
+    }
+
     /// A step with a new Jacobian.
     #[inline(never)]
     fn step_anew<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
-        workspace: &mut Workspace<T, D, C, L>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
         newton: &mut Newton,
     ) -> bool {
         monitor.solution.work.newton_steps += 1;
         let problem = &*monitor.problem;
-        let settled = matches!(newton.start, Start::Last | Start::Near);
+        let settled = matches!(newton.origin, Origin::Last | Origin::Near);
         let centred = settled && problem.is_hyperstatic(&self.point.r);
         let damping = newton.damping(self.point.natural_map, centred);
-        let computed = workspace.linearise(problem, &self.point, damping);
-        let step = computed.and_then(|(jacobian, matrix)| {
+        self.forget();
+        let (jacobian, matrix) = (&mut self.jacobian, &mut self.matrix);
+        let (sets, delassus) = (&problem.sets, problem.factor.delassus());
+        let computed = jacobian.compute(sets, delassus, &self.point, damping, matrix);
+        self.holds_jacobian = computed.is_some();
+        let step = computed.and_then(|()| {
             let residual = if centred {
-                jacobian.centred(&self.point)
+                self.jacobian.centred(&self.point)
             } else {
                 self.point.residual
             };
-            jacobian.step(problem, &residual, matrix)
+            self.jacobian.step(sets, delassus, &residual, &self.matrix)
         });
         let before = self.point.merit;
-        let rise = newton.nonmonotone.then(tuning::rise);
+        let rise = newton.nonmonotone.then(tuning::merit_growth);
         let length = step.and_then(|step| self.search_line(monitor, &step, rise));
         if length == Some(T::ONE) {
             newton.nonmonotone &= self.point.merit < before;
@@ -220,13 +232,12 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     #[inline(never)]
     fn search_line<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
-        step: &[SVector<T, D>; C],
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        step: &Stacked<T, D, C, R>,
         rise: Option<T>,
     ) -> Option<T> {
         let (start, before) = (self.point.z, self.point.merit);
         for length in tuning::LENGTHS {
-            rolled();
             let length = T::literal(length);
             self.evaluate_at(monitor, &start, step, length);
             let share = rise.filter(|_| length == T::ONE).unwrap_or(T::ONE);
@@ -241,12 +252,12 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     /// Goes to `start + length step`, and shows what is there to the monitor.
     fn evaluate_at<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
-        start: &[SVector<T, D>; C],
-        step: &[SVector<T, D>; C],
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        start: &Stacked<T, D, C, R>,
+        step: &Stacked<T, D, C, R>,
         length: T,
     ) {
-        self.point.go(start, step, length);
+        self.point.z = Stacked::along(start, step, length);
         self.point.update(monitor.problem);
         self.consider(monitor);
     }
@@ -254,8 +265,8 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
     /// Goes back to a `z` that was shown before.
     fn go_back<const N: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, L>,
-        start: &[SVector<T, D>; C],
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        start: &Stacked<T, D, C, R>,
     ) {
         self.point.z = *start;
         self.point.update(monitor.problem);

@@ -1,21 +1,23 @@
 //! The record of a solve that is under way.
 
-use crate::linalg::blocks::ContactVector;
+use crate::linalg::stacked::Stacked;
 use crate::{Real, Status};
 
 /// What a solve has found so far.
 #[derive(Clone, Debug)]
-pub(crate) struct Record<T, const D: usize, const C: usize> {
+pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     /// Was one begun?
     is_begun: bool,
+    /// Fingerprint of its data, once a call has ended without an end of the solve.
+    fingerprint: u64,
     /// How it ended; `Unsolved` if it has not.
     pub(super) status: Status,
     /// The best impulse so far, and the first part of its error as contact space sees it.
-    pub(super) best: ContactVector<T, D, C>,
+    pub(super) best: Stacked<T, D, C, R>,
     pub(super) natural_map: Option<T>,
     /// Number of corrections, see [`super::monitor::Monitor::consider`], and what they left at the last pause.
     pub(super) corrections: u8,
-    pub(super) bases: ContactVector<T, D, C>,
+    pub(super) bases: Stacked<T, D, C, R>,
     /// Does the problem count `|stop|`?
     pub(super) counts_stopping: bool,
     /// Was a proof of infeasibility looked for?
@@ -24,17 +26,18 @@ pub(crate) struct Record<T, const D: usize, const C: usize> {
     pub(super) milestone: Option<(T, usize)>,
 }
 
-impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
+impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
     /// No solve yet.
     pub(crate) const fn none() -> Self {
         Self {
             is_begun: false,
+            fingerprint: 0,
             status: Status::Unsolved,
-            best: [[T::ZERO; D]; C],
+            best: Stacked::zero(),
             natural_map: None,
             counts_stopping: false,
             corrections: 0,
-            bases: [[T::ZERO; D]; C],
+            bases: Stacked::zero(),
             has_sought_proof: false,
             milestone: None,
         }
@@ -57,9 +60,16 @@ impl<T: Real, const D: usize, const C: usize> Record<T, D, C> {
         self.is_begun = true;
     }
 
-    /// Is there a solve to go on with?
-    pub(crate) fn is_paused(&self) -> bool {
-        self.is_begun && !self.is_over()
+    /// Remembers of which data the solve is, if it has not ended with the call.
+    pub(crate) fn pause(&mut self, fingerprint: impl FnOnce() -> u64) {
+        if !self.is_over() {
+            self.fingerprint = fingerprint();
+        }
+    }
+
+    /// Is there a solve of such data to go on with?
+    pub(crate) fn is_paused(&self, fingerprint: impl FnOnce() -> u64) -> bool {
+        self.is_begun && !self.is_over() && self.fingerprint == fingerprint()
     }
 
     /// Has the solve ended, not just its budget?

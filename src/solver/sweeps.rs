@@ -3,24 +3,14 @@
 //! A Newton step costs as much as five sweeps. Sweeps go on while they are fast, or while five more at the present rate
 //! reach the tolerance (`after_five`).
 
-use crate::laws::Laws;
+use crate::Real;
+use crate::problem::Problem;
+use crate::sets::sweep;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
-use crate::solver::phases::{Phase, Solve};
-use crate::solver::{gauss_seidel, relaxed_sweep, tuning};
-use crate::{Model, Real};
+use crate::solver::state::{State, Sweeps};
+use crate::solver::tuning;
 use core::mem;
-
-/// Sweeps, from one to the next.
-#[derive(Clone, Debug)]
-pub(crate) struct Sweeps<T, const C: usize> {
-    /// Slip multiplier `λ` of each contact.
-    pub(super) lambdas: [T; C],
-    /// Sweeps so far.
-    done: usize,
-    /// Did they begin without impulses?
-    is_cold: bool,
-}
 
 /// How sweeps get on.
 pub(crate) enum Pace {
@@ -30,57 +20,50 @@ pub(crate) enum Pace {
     Enough,
 }
 
-impl<T: Real, const C: usize> Sweeps<T, C> {
-    /// No sweep yet.
-    pub(crate) const fn none() -> Self {
-        Self {
-            lambdas: [T::ZERO; C],
-            done: 0,
-            is_cold: false,
-        }
+impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
+    /// Sweeps from the impulses and `u` of the point.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn begin_sweeps<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+    ) {
+        self.sweeps = Sweeps {
+            is_cold: monitor.problem.sets.are_at_rest(&self.point.r),
+            ..Sweeps::none()
+        };
     }
 
-    /// The Newton steps that are to follow.
-    pub(crate) fn then(&self) -> Newton {
-        if self.is_cold {
+    /// The Newton steps that are to follow the sweeps.
+    pub(super) fn newton_after_sweeps(&self) -> Newton {
+        if self.sweeps.is_cold {
             Newton::new()
         } else {
             Newton::warm(false)
         }
-    }
-}
-
-impl<T: Real, const D: usize, const C: usize, L: Laws> Solve<T, D, C, L> {
-    /// Sweeps from the impulses and `u` of the point.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn begin_sweeps(&mut self) -> Phase {
-        self.sweeps = Sweeps {
-            is_cold: self.point.r == [[T::ZERO; D]; C],
-            ..Sweeps::none()
-        };
-        Phase::Sweeps
     }
 
     /// One sweep, and its work.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep_once<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
     ) {
         monitor.solution.work.sweeps += 1;
         let (r, u) = (&mut self.point.r, &mut self.point.u);
-        let lambdas = &mut self.sweeps.lambdas;
-        match monitor.problem.model {
-            Model::Coulomb => gauss_seidel::sweep(monitor.problem, r, u, lambdas),
-            Model::ConvexRelaxation => relaxed_sweep::sweep(monitor.problem, r, u, lambdas),
-        }
+        let Problem {
+            sets,
+            factor,
+            model,
+            ..
+        } = &*monitor.problem;
+        sweep::sweep(sets, factor, *model, r, u, &mut self.sweeps.multipliers);
     }
 
     /// One sweep, and how they get on.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep<const N: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, L>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
     ) -> Pace {
         self.sweep_once(monitor);
         let (r, u) = (&self.point.r, &self.point.u);

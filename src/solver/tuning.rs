@@ -48,8 +48,8 @@ macro_rules! counts {
 }
 
 numbers! {
-    /// Cold start: `alpha_i q_N` over the size of the impulses to expect above which a contact clearly parts.
-    parting: 0.03;
+    /// Cold start: `alpha_i q_N` over the size of the impulses to expect above which a contact clearly separates.
+    open_threshold: 0.03;
     /// Cold start: share of the tangential velocity below which an approach does not tell how hard a contact will be
     /// pressed, and is left out of account.
     grazing: 1e-4;
@@ -62,7 +62,7 @@ numbers! {
     diverging: 2.0;
 
     /// Newton: the step from the guess that all contacts stick may raise the merit so many times.
-    rise: 1e5;
+    merit_growth: 1e5;
     /// Newton: a Jacobian is used again as long as each of its steps leaves at most this share of the merit.
     chord_fall: 0.1;
 
@@ -86,7 +86,7 @@ numbers! {
     /// Interior point: it has jammed if a step goes less far than this.
     jammed: 0.1;
     /// Interior point: out of a jam `tau` is raised so many times, in the next round of [`WEIGHTS`] twice as high, and so on.
-    lift: 9.0;
+    tau_raise: 9.0;
 }
 
 counts! {

@@ -1,203 +1,207 @@
-//! What survives between solves: the warm start.
+//! What survives between solves: velocities and impulses by key, and where a solve starts from them.
 
-use crate::admm::Iterate;
-use crate::laws::{Coulomb, Laws, Room};
-use crate::linalg::hints::rolled;
+use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::scene::check_finite;
-use crate::solution::zeros;
-use crate::solver::doubt::LOST;
+use crate::sets::jacobian::Places;
 use crate::solver::point::Point;
-use crate::solver::row_keys::RowKeys;
-use crate::{Contact, Error, Factor, Input, Real, Scene};
-use core::mem;
+use crate::{Error, Input, List, Real, Scene};
+use core::array::from_fn;
 use nalgebra::SVector;
+use table::{Entry, Table};
 
-mod state;
+mod table;
 
-pub(super) use state::ContactState;
+/// Impulses this many times as large as expected are rejected, unless error times impulse is small, too.
+pub(super) const MAX_IMPULSE_RATIO: f64 = 1e8;
 
 /// What is known where a solve starts.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Known {
+pub(crate) enum WarmStartKind {
     /// Nothing: it starts without impulses.
-    Nothing,
+    None,
     /// The last solution, which sweeps may go on from, because impulses are unique.
     Isostatic,
     /// The last solution, where they are not.
     Hyperstatic,
 }
 
-/// `ũ` and `r` of the last solve and `r` of the one before, in the order of the last one's contacts.
+/// `ũ` and `r` of the last solve and `r` of the one before.
 #[derive(Clone, Debug)]
-pub(crate) struct WarmStart<T: Real, const D: usize, const C: usize, L: Laws = Coulomb> {
-    /// `None` for a contact that was not in the last solve, and behind the contacts in use.
-    pub(super) contacts: [Option<ContactState<T, D>>; C],
-    /// Of slots of joint rows: the keys of the rows.
-    pub(super) rows: [L::Room<Option<RowKeys<D>>>; C],
+pub(crate) struct WarmStart<T, const D: usize, const C: usize, const R: usize> {
+    contacts: Table<T, D, C>,
+    rows: Table<T, 1, R>,
 }
 
-impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
+impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C, R> {
     /// Nothing solved yet.
     pub(crate) const fn cold() -> Self {
         Self {
-            contacts: [None; C],
-            rows: [const { L::Room::EMPTY }; C],
+            contacts: Table::empty(),
+            rows: Table::empty(),
         }
     }
 
-    /// Forgets the last solve for impulses that are given, each with the key of its contact.
-    pub(crate) fn set(&mut self, impulses: &[(u32, SVector<T, D>)]) -> Result<(), Error> {
-        if impulses.len() > C {
-            return Err(Error::ContactListFull { capacity: C });
-        }
-        for (contact, (_, r)) in impulses.iter().enumerate() {
+    /// Forgets the last solve for impulses that are given, each with the key of its contact or joint row.
+    pub(crate) fn set(
+        &mut self,
+        contacts: &[(u32, SVector<T, D>)],
+        rows: &[(u32, T)],
+    ) -> Result<(), Error> {
+        let fits = |given: usize, list: List, capacity: usize| {
+            let full = Error::ListFull { list, capacity };
+            (given <= capacity).then_some(()).ok_or(full)
+        };
+        fits(contacts.len(), List::InitialImpulses, C)?;
+        fits(rows.len(), List::InitialRowImpulses, R)?;
+        for (contact, (_, r)) in contacts.iter().enumerate() {
             check_finite(r, Input::InitialImpulse { contact })?;
         }
-        *self = Self::cold();
-        for (state, &(key, r)) in self.contacts.iter_mut().zip(impulses) {
-            *state = Some(ContactState {
-                key,
-                u: zeros(),
-                r,
-                before: zeros(),
-                solves: 0,
-            });
+        for (row, &(_, r)) in rows.iter().enumerate() {
+            check_finite(&SVector::from([r]), Input::InitialRowImpulse { row })?;
         }
+        self.contacts
+            .set(contacts.iter().map(|&(key, r)| (key, r.into())));
+        self.rows.set(rows.iter().map(|&(key, r)| (key, [r])));
         Ok(())
     }
 
-    /// Reorders the state for the contacts of the next solve: the first contact of a key takes what the first of that
-    /// key left, the second what the second left. What nobody takes is forgotten.
-    ///
-    /// Returns the old place of each contact if any has changed its place; `C` for a new contact.
+    /// Is anything known?
+    fn is_cold(&self) -> bool {
+        self.contacts.known().next().is_none() && self.rows.known().next().is_none()
+    }
+
+    /// Goes over to the contacts and joint rows of the next solve. Returns their old places if any has changed its place.
     pub(crate) fn follow<const N: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C, L>,
-    ) -> Option<[usize; C]> {
-        let contacts = scene.contacts();
-        let last = self.contacts.iter().map_while(Option::as_ref);
-        let mut last = last.map(|last| last.key).peekable();
-        let keys = contacts.iter().map(|contact| contact.key);
-        let mut moved = last.peek().is_some() && !last.eq(keys);
-        if L::MIXED {
-            moved |= self.contacts.iter().any(Option::is_some) && !self.has_rows_of(scene);
-            return moved.then(|| self.reorder_slots(scene));
+        scene: &Scene<T, N, D, C, R>,
+    ) -> Option<Places<C, R>> {
+        let contacts = || scene.contacts().iter().map(|contact| contact.key);
+        let rows = || scene.rows().iter().map(|row| row.key);
+        let moved = self.contacts.is_out_of_order(contacts());
+        let rows_moved = self.rows.is_out_of_order(rows());
+        if self.is_cold() || !moved && !rows_moved {
+            return None;
         }
-        moved.then(|| self.reorder(contacts))
+        let mut places = Places {
+            contacts: from_fn(|i| i),
+            rows: from_fn(|j| j),
+        };
+        if moved {
+            places.contacts = self.contacts.reorder(contacts());
+        }
+        if rows_moved {
+            places.rows = self.rows.reorder(rows());
+        }
+        Some(places)
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn reorder<const N: usize>(&mut self, contacts: &[Contact<T, N, D>]) -> [usize; C] {
-        let mut last = mem::replace(&mut self.contacts, [None; C]);
-        let mut places = [C; C];
-        let states = self.contacts.iter_mut().zip(&mut places);
-        for ((state, place), contact) in states.zip(contacts) {
-            rolled();
-            let same = |left: &Option<ContactState<T, D>>| {
-                left.is_some_and(|left| left.key == contact.key)
-            };
-            if let Some(found) = last.iter().position(same) {
-                *place = found;
-                *state = last.get_mut(found).and_then(Option::take);
-            }
-        }
-        places
-    }
-
-    /// Keeps `ũ` and `r` of the contacts of a solve, or in place of those that the last call left.
+    /// Keeps `ũ` and `r` of a solve, in scaled rows, or in place of those that the last call left.
     pub(crate) fn keep<const N: usize>(
         &mut self,
-        (scene, factor): (&Scene<T, N, D, C, L>, &Factor<T, N, D, C, L>),
-        values: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>,
+        scene: &Scene<T, N, D, C, R>,
+        u: &Stacked<T, D, C, R>,
+        r: &Stacked<T, D, C, R>,
         replaces: bool,
     ) {
-        let pairs = scene.contacts().iter().zip(values).enumerate();
-        for (state, (i, (&Contact { key, .. }, (u, r)))) in self.contacts.iter_mut().zip(pairs) {
-            rolled();
-            // Physical ones: the scales of joint rows change with `M`.
-            let (u, r) = (factor.unscaled(i, u), factor.scaled(i, r));
-            let (before, solves) = match state {
-                Some(last) if replaces => (last.before, last.solves),
-                Some(last) => (last.r, last.solves.saturating_add(1)),
-                None => (zeros(), 1),
-            };
-            *state = Some(ContactState {
-                key,
-                u,
-                r,
-                before,
-                solves,
-            });
+        let values = u.contacts.iter().zip(&r.contacts);
+        for (i, (contact, (&u, &r))) in scene.contacts().iter().zip(values).enumerate() {
+            let (u, r) = (scene.unscale(i, u), scene.scale(i, r));
+            self.contacts.keep(i, contact.key, u, r, replaces);
         }
-        if L::MIXED {
-            self.keep_keys(scene);
+        let values = u.rows.iter().zip(&r.rows);
+        for (j, (row, (&u, &r))) in scene.rows().iter().zip(values).enumerate() {
+            self.rows.keep(j, row.key, [u], [r], replaces);
         }
     }
 
-    /// The first iterates of ADMM: the last ones, or at rest without impulse.
-    pub(crate) fn iterates<const N: usize>(
+    /// Did a joint row with this key push in the last solve?
+    pub(crate) fn has_pushed(&self, key: u32) -> bool {
+        let mut rows = self.rows.known();
+        rows.any(|entry| entry.key == key && entry.r != [T::ZERO])
+    }
+
+    /// `ũ` and `r` of the last solve, in scaled rows; `None` if some are not those of a solve.
+    #[inline]
+    fn recall<const N: usize>(
+        &self,
+        scene: &Scene<T, N, D, C, R>,
+        u: &mut Stacked<T, D, C, R>,
+        r: &mut Stacked<T, D, C, R>,
+    ) {
+        let places = u.contacts.iter_mut().zip(&mut r.contacts);
+        for (i, ((u, r), entry)) in places.zip(&self.contacts.entries).enumerate() {
+            let known = entry
+                .as_ref()
+                .map(|entry| (scene.scale(i, entry.u), scene.unscale(i, entry.r)));
+            (*u, *r) = known.unwrap_or(([T::ZERO; D], [T::ZERO; D]));
+        }
+        let places = u.rows.iter_mut().zip(&mut r.rows);
+        for ((u, r), entry) in places.zip(&self.rows.entries) {
+            let known = entry.as_ref().map(|&Entry { u: [u], r: [r], .. }| (u, r));
+            (*u, *r) = known.unwrap_or((T::ZERO, T::ZERO));
+        }
+    }
+
+    /// `ũ` and `r` of the last solve for ADMM, impulses projected into their sets.
+    pub(crate) fn last<const N: usize>(
         &mut self,
-        problem: &Problem<'_, T, N, D, C, L>,
-        penalty: T,
-    ) -> [Iterate<T, D>; C] {
+        problem: &Problem<'_, T, N, D, C, R>,
+    ) -> [Stacked<T, D, C, R>; 2] {
         let _ = self.follow(problem.scene);
-        let mut iterates = [Iterate::at(zeros(), zeros(), penalty); C];
-        let pairs = problem.laws().iter().zip(&self.contacts);
-        for (iterate, (law, contact)) in iterates.iter_mut().zip(pairs) {
-            if let Some(ContactState { u, r, .. }) = contact {
-                *iterate = Iterate::at(*u, law.cone.nearest(r), penalty);
-            }
-        }
-        iterates
+        let [mut u, mut r] = [Stacked::zero(); 2];
+        self.recall(problem.scene, &mut u, &mut r);
+        problem.sets.project(&mut r);
+        [u, r]
     }
 
-    /// Where a solve starts, for the contacts that were followed: at the last solution, if its error now is less than that
+    /// Where a solve starts, for what was followed: at the last solution, if its error now is less than that
     /// of zero impulses. (The error is relative: impulses of a glitch, far beyond what is expected, do not count.)
     ///
-    /// Unique impulses are extrapolated if the solve is to go `onwards` from one tick to the next. Hyperstatic ones can change without effect, and would be carried to the boundaries of
-    /// the cones: they stay as they were.
+    /// Unique impulses are extrapolated if the solve is to go `onwards` from one tick to the next. Hyperstatic ones can change
+    /// without effect, and would be carried to the boundaries of the cones: they stay as they were.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn start<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, L>,
+        problem: &Problem<'_, T, N, D, C, R>,
         (tolerance, onwards): (T, bool),
-        point: &mut Point<T, D, C>,
-    ) -> Known {
+        point: &mut Point<T, D, C, R>,
+    ) -> WarmStartKind {
         point.set_zero_impulse(problem);
         let rest = point.natural_map;
-        if self.contacts.iter().any(Option::is_some) && rest > tolerance {
+        if !self.is_cold() && rest > tolerance {
             self.impulses(problem, false, &mut point.r);
             let unique = problem.can_be_swept() && !problem.is_hyperstatic(&point.r);
             if unique && onwards {
-                self.go_on(problem, tolerance, point);
+                self.extrapolate(problem, tolerance, point);
             } else if unique {
                 point.natural_map = problem.natural_map(&point.r, &mut point.u);
             } else {
                 self.stay(problem, tolerance, point);
             }
-            if point.natural_map < rest && !problem.exceeds(&point.r, T::literal(LOST)) {
+            let ratio = T::literal(MAX_IMPULSE_RATIO);
+            if point.natural_map < rest && !problem.exceeds(&point.r, ratio) {
                 return if unique {
-                    Known::Isostatic
+                    WarmStartKind::Isostatic
                 } else {
-                    Known::Hyperstatic
+                    WarmStartKind::Hyperstatic
                 };
             }
             point.set_zero_impulse(problem);
         }
-        Known::Nothing
+        WarmStartKind::None
     }
 
     /// Extrapolates the impulses of a point; but if both the extrapolated and the last impulses are within tolerance, keeps the
     /// last: a body at rest must not drift with the errors of its impulses.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn go_on<const N: usize>(
+    fn extrapolate<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, L>,
+        problem: &Problem<'_, T, N, D, C, R>,
         tolerance: T,
-        point: &mut Point<T, D, C>,
+        point: &mut Point<T, D, C, R>,
     ) {
-        let (r, mut u) = (point.r, [[T::ZERO; D]; C]);
+        let (r, mut u) = (point.r, Stacked::zero());
         self.impulses(problem, true, &mut point.r);
         point.natural_map = problem.natural_map(&point.r, &mut point.u);
         if point.natural_map <= tolerance {
@@ -208,51 +212,67 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
         }
     }
 
-    /// The last impulses, or the extrapolated ones if `onwards`.
+    /// The last impulses, or the extrapolated ones if `onwards`, projected into their sets.
     #[cfg_attr(target_os = "none", inline(never))]
     fn impulses<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, L>,
+        problem: &Problem<'_, T, N, D, C, R>,
         onwards: bool,
-        r: &mut [[T; D]; C],
+        r: &mut Stacked<T, D, C, R>,
     ) {
-        let pairs = problem.laws().iter().zip(&self.contacts).enumerate();
-        for (r, (i, (law, contact))) in r.iter_mut().zip(pairs) {
-            rolled();
-            if let Some(contact) = contact {
-                let push = if onwards { contact.ahead() } else { contact.r };
-                let push = problem.factor.unscaled(i, push);
-                *r = law.project(&push).into();
+        for (i, (r, entry)) in r
+            .contacts
+            .iter_mut()
+            .zip(&self.contacts.entries)
+            .enumerate()
+        {
+            if let Some(entry) = entry {
+                let impulse = if onwards {
+                    entry.extrapolated()
+                } else {
+                    entry.r
+                };
+                *r = problem.scene.unscale(i, impulse);
             }
         }
+        for (r, entry) in r.rows.iter_mut().zip(&self.rows.entries) {
+            if let Some(entry) = entry {
+                [*r] = if onwards {
+                    entry.extrapolated()
+                } else {
+                    entry.r
+                };
+            }
+        }
+        problem.sets.project(r);
     }
 
     /// Moves a point from the last impulses to the last solution.
     ///
-    /// Candidates: `z = û - r / rho_i` with the last impulse and the velocity that it causes now, and the last `z`. The one
+    /// Candidates: `z = û - r / alpha_i` with the last impulse and the velocity that it causes now, and the last `z`. The one
     /// with the least error is taken. (The energy is a poor judge: if a heavy body stands on a light one, it sees only the
     /// light one.)
     #[cfg_attr(target_os = "none", inline(never))]
     fn stay<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, L>,
+        problem: &Problem<'_, T, N, D, C, R>,
         tolerance: T,
-        point: &mut Point<T, D, C>,
+        point: &mut Point<T, D, C, R>,
     ) {
-        let (r, mut u) = (point.r, [[T::ZERO; D]; C]);
+        let (r, mut u) = (point.r, Stacked::zero());
         let last = problem.natural_map(&r, &mut u);
         let mut as_it_was = None;
         if last > tolerance && self.is_a_solution() {
-            self.look_back(problem, point);
+            self.move_back(problem, point);
             as_it_was = Some(point.natural_map);
         }
         if as_it_was.is_none_or(|error| error * T::literal(3.0) > last) {
             (point.r, point.u, point.natural_map) = (r, u, last);
-            problem.augmented_velocity(&u, &mut point.p);
+            problem.sets.augment(&u, &mut point.p);
             if let Some(error) = as_it_was {
                 point.rebuild(problem);
                 if error < point.natural_map {
-                    self.look_back(problem, point);
+                    self.move_back(problem, point);
                 }
             }
         }
@@ -260,27 +280,18 @@ impl<T: Real, const D: usize, const C: usize, L: Laws> WarmStart<T, D, C, L> {
 
     /// Are `ũ` and `r` those of a solve?
     fn is_a_solution(&self) -> bool {
-        let mut contacts = self.contacts.iter().flatten();
-        contacts.all(|contact| contact.solves > 0)
+        self.contacts.known().all(|entry| entry.solves > 0)
+            && self.rows.known().all(|entry| entry.solves > 0)
     }
 
-    /// Moves a point to `z = ũ - r / rho_i` as it was.
+    /// Moves a point to `z = ũ - r / alpha_i` as it was.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn look_back<const N: usize>(
+    fn move_back<const N: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, L>,
-        point: &mut Point<T, D, C>,
+        problem: &Problem<'_, T, N, D, C, R>,
+        point: &mut Point<T, D, C, R>,
     ) {
-        let pairs = point.p.iter_mut().zip(&mut point.r);
-        for (i, ((velocity, impulse), contact)) in pairs.zip(&self.contacts).enumerate() {
-            rolled();
-            let known = contact.as_ref().map(|contact| {
-                let (u, r) = (contact.u, contact.r);
-                let factor = problem.factor;
-                (factor.scaled(i, u), factor.unscaled(i, r).into())
-            });
-            (*velocity, *impulse) = known.unwrap_or((zeros(), [T::ZERO; D]));
-        }
+        self.recall(problem.scene, &mut point.p, &mut point.r);
         point.rebuild(problem);
     }
 }

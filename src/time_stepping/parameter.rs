@@ -6,13 +6,13 @@ use core::fmt;
 /// Argument of a helper of [`crate::time_stepping`] that an [`Error::InvalidParameter`] speaks of.
 ///
 /// Its text says what was asked of it. All have to be finite, but for a distance to what is not there, for bounds
-/// (`recovery` and `reach`), and for the stiffness of [`crate::time_stepping::compliance`].
+/// (`recovery` and `reach`), and for the stiffness of [`super::Spring`].
 ///
 /// ```
 /// use stiction::Error;
-/// use stiction::time_stepping::{Parameter, gap};
+/// use stiction::time_stepping::{Gap, Parameter};
 ///
-/// let refused = gap(0.01, 0.0, 0.1, 10.0);
+/// let refused = Gap { distance: 0.01, ..Gap::default() }.offset(0.0);
 /// assert_eq!(refused, Err(Error::InvalidParameter { parameter: Parameter::Step }));
 /// assert_eq!(Parameter::Step.to_string(), "step is not a positive number that can be divided by");
 /// ```
@@ -61,6 +61,10 @@ pub enum Parameter {
     Stiffness,
     /// The relaxation time of what gives way (s).
     Relaxation,
+    /// The force of a suction cup (N).
+    Suction,
+    /// The normal of a contact.
+    Normal,
 }
 
 impl fmt::Display for Parameter {
@@ -92,13 +96,15 @@ impl fmt::Display for Parameter {
             Self::Target => "target velocity of a motor is not finite or too large",
             Self::Stiffness => "stiffness is not positive, or too small to be divided by",
             Self::Relaxation => "relaxation time is negative, not finite or too large",
+            Self::Suction => "force of suction is negative, not finite or too large",
+            Self::Normal => "normal of a contact is no vector of length 1",
         })
     }
 }
 
 impl Parameter {
     /// The error that names it.
-    pub(super) const fn error(self) -> Error {
+    pub(crate) const fn error(self) -> Error {
         Error::InvalidParameter { parameter: self }
     }
 

@@ -3,10 +3,7 @@
 use super::cases::is_tame;
 use super::steps::Step;
 use nalgebra::{SMatrix, SVector};
-use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Coulomb, Kernel, Laws, Model, Real, Scene, Settings, Solution,
-    Status,
-};
+use stiction::{AdmmFactor, AdmmSolver, Contact, Model, Real, Scene, Settings, Solution, Status};
 use testbed::measure;
 use testbed::scene_file::SceneFile;
 
@@ -35,22 +32,18 @@ pub(super) fn contact<T: Real, const N: usize, const D: usize>(
     }
 }
 
-/// Which laws a scene has, and what comes with that.
-pub(super) trait Kind<T: Real, const N: usize, const D: usize, const C: usize>:
-    Laws
-{
+/// What goes into a scene, and what comes with that.
+pub(super) trait Kind<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> {
     /// What is remembered beside the kernel.
     type Beside: Default;
 
-    fn kernel() -> Kernel<T, N, D, C, Self>;
-
-    /// Calls that only some scenes have.
-    fn call(beside: &mut Self::Beside, scene: &mut Scene<T, N, D, C, Self>, step: &Step);
+    /// Calls that only some scenes have. Those that all have come afterwards.
+    fn call(beside: &mut Self::Beside, scene: &mut Scene<T, N, D, C, R>, step: &Step);
 
     /// Checks that come with a solve.
     fn check(
         beside: &mut Self::Beside,
-        scene: &Scene<T, N, D, C, Self>,
+        scene: &Scene<T, N, D, C, R>,
         push: &SVector<T, N>,
         settings: &Settings<T>,
     );
@@ -58,19 +51,18 @@ pub(super) trait Kind<T: Real, const N: usize, const D: usize, const C: usize>:
     /// The error of a solution, unless f64 cannot tell; and whether its proof is one.
     fn judge(
         beside: &Self::Beside,
-        scene: &Scene<T, N, D, C, Self>,
+        scene: &Scene<T, N, D, C, R>,
         push: &SVector<T, N>,
-        solution: &Solution<T, N, D, C, Self>,
+        solution: &Solution<T, N, D, C, R>,
         model: Model,
     ) -> Option<(f64, bool)>;
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C> for Coulomb {
-    type Beside = AdmmSolver<T, N, D, C>;
+/// Rigid contacts of one friction coefficient.
+pub(super) struct Contacts;
 
-    fn kernel() -> Kernel<T, N, D, C> {
-        Kernel::new()
-    }
+impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C, 0> for Contacts {
+    type Beside = AdmmSolver<T, N, D, C>;
 
     fn call(_: &mut Self::Beside, scene: &mut Scene<T, N, D, C>, step: &Step) {
         if let Step::Push(x, mu, key) = step {
@@ -79,8 +71,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C> f
         if let Step::Delassus(x) = step {
             let root = SMatrix::<T, D, N>::from_fn(|i, j| at(x, i * N + j));
             let block = root * root.transpose();
-            let row = |i: usize| core::array::from_fn(|_| core::array::from_fn(|j| block[(i, j)]));
-            let _ = scene.set_delassus(&[core::array::from_fn(row); C]);
+            let size = D * scene.contacts().len();
+            let entry = |place: usize| block[(place / size % D, place % D)];
+            let delassus: Vec<T> = (0..size * size).map(entry).collect();
+            let _ = scene.set_delassus(&delassus);
         }
     }
 
@@ -95,7 +89,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C> f
             return;
         };
         if let Ok(solution) = admm.solve(scene, &factor, push, settings) {
-            super::is_true::<T, N, D, C, Self>(&AdmmSolver::new(), scene, push, solution, settings);
+            super::is_true::<T, N, D, C, 0, Self>(
+                &AdmmSolver::new(),
+                scene,
+                push,
+                solution,
+                settings,
+            );
             assert!(solution.work.total() <= settings.budget + 27);
         }
     }

@@ -2,10 +2,10 @@
 
 use super::cases::cases;
 use super::kind::{Kind, at, double, vector};
-use super::mixed::{Record, is_measurable};
+use super::mixed::{Mixed, Record, is_measurable, proof_of};
 use super::steps::{self, Budget, Step};
 use proptest::prelude::*;
-use stiction::{JointRow, Kernel, Mixed, Model, Real, RowLaw, Settings, Status};
+use stiction::{JointRow, Kernel, Model, Real, RowLaw, RowSolution, Settings, Status};
 use testbed::mixed::Joint;
 use testbed::mixed_measure;
 
@@ -13,11 +13,8 @@ use testbed::mixed_measure;
 const FIRST: u32 = 100;
 
 /// Takes a sequence of calls, of which rows that are limits are given to the solves.
-pub(super) fn run<T: Real, const N: usize, const D: usize, const C: usize>(steps: &[Step])
-where
-    Mixed: Kind<T, N, D, C, Beside = Record>,
-{
-    let mut kernel = Box::new(Kernel::<T, N, D, C, Mixed>::mixed());
+pub(super) fn run<T: Real, const N: usize, const C: usize, const R: usize>(steps: &[Step]) {
+    let mut kernel = Box::new(Kernel::<T, N, 3, C, R>::new());
     let (mut record, mut limits) = (Record::default(), Vec::new());
     for step in steps {
         match step {
@@ -37,7 +34,7 @@ where
                     .set_mass(&(root * root.transpose() + more));
             }
             Step::Clear => {
-                kernel.scene_mut().clear_contacts();
+                kernel.scene_mut().clear();
                 limits.clear();
                 Mixed::call(&mut record, kernel.scene_mut(), step);
             }
@@ -50,8 +47,8 @@ where
     }
 }
 
-fn solve<T: Real, const N: usize, const D: usize, const C: usize>(
-    kernel: &mut Kernel<T, N, D, C, Mixed>,
+fn solve<T: Real, const N: usize, const C: usize, const R: usize>(
+    kernel: &mut Kernel<T, N, 3, C, R>,
     record: &Record,
     limits: &[JointRow<T, N>],
     (push, budget): (&[f64], Budget),
@@ -62,9 +59,9 @@ fn solve<T: Real, const N: usize, const D: usize, const C: usize>(
         budget: budget.work,
         model: Model::Coulomb,
     };
-    let slots = kernel.scene().contacts().len();
+    let rows = kernel.scene().rows().to_vec();
     let done = kernel.solve_with_limits(limits, &push, &settings).is_ok();
-    assert_eq!(kernel.scene().contacts().len(), slots);
+    assert!(kernel.scene().rows() == rows);
     if !done {
         return;
     }
@@ -91,25 +88,23 @@ fn solve<T: Real, const N: usize, const D: usize, const C: usize>(
         return;
     }
     let v: Vec<f64> = solution.velocity.iter().map(|x| double(*x)).collect();
-    let contacts = || record.contacts.iter().map(|(slot, ..)| *slot);
-    let r = contacts().flat_map(|slot| solution.contacts[slot].impulse.iter());
+    let r = solution.contacts.iter();
+    let r = r.flat_map(|contact| contact.impulse.iter());
     let r: Vec<f64> = r.map(|x| double(*x)).collect();
-    let own = record.rows.iter().map(|(index, ..)| solution.row(*index));
-    let rows: Vec<_> = own.chain(limits.iter().map(|row| of(row.key))).collect();
-    let lambda =
-        |row: &Option<_>| row.map_or(0.0, |row: stiction::RowSolution<T>| double(row.impulse));
+    // The scene's own rows, and then the limits; those that were left out have no impulse.
+    let place = |key| solution.rows.iter().position(|row| row.key == key);
+    let own = (0..rows.len()).map(Some);
+    let places: Vec<_> = own.chain(limits.iter().map(|row| place(row.key))).collect();
     if solution.is_solved() {
-        let lambda: Vec<f64> = rows.iter().map(lambda).collect();
+        let impulse = |row: &RowSolution<T>| double(row.impulse);
+        let lambda = |place: &Option<usize>| place.map_or(0.0, |i| impulse(&solution.rows[i]));
+        let lambda: Vec<f64> = places.iter().map(lambda).collect();
         let error = mixed_measure::error(&file, &v, &r, &lambda);
         assert!(error <= double(tolerance), "solved to {error:e}");
     }
     if solution.status == Status::Infeasible && double(T::EPSILON) < 1e-10 {
-        let normals: Vec<f64> = contacts()
-            .map(|slot| double(solution.certificate[slot]))
-            .collect();
-        let joints = rows
-            .iter()
-            .map(|row| row.map_or(0.0, |row| double(row.certificate)));
+        let [normals, joints] = proof_of(solution);
+        let joints = places.iter().map(|place| place.map_or(0.0, |i| joints[i]));
         let joints: Vec<f64> = joints.collect();
         assert!(
             mixed_measure::proves(&file, &normals, &joints),
@@ -123,11 +118,11 @@ proptest! {
 
     #[test]
     fn limits_in_double_precision(steps in steps::sequence()) {
-        run::<f64, 3, 3, 4>(&steps);
+        run::<f64, 3, 4, 6>(&steps);
     }
 
     #[test]
     fn limits_in_single_precision(steps in steps::sequence()) {
-        run::<f32, 3, 3, 4>(&steps);
+        run::<f32, 3, 4, 6>(&steps);
     }
 }

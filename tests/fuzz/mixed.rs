@@ -3,21 +3,26 @@
 use super::cases::is_tame;
 use super::kind::{Kind, at, contact, double, vector};
 use super::steps::{Law, Step};
-use nalgebra::SVector;
+use nalgebra::{DMatrix, SVector};
 use stiction::{
-    JointRow, Kernel, Mixed, Model, Real, RowIndex, RowLaw, Scene, Settings, Solution, Status,
-    Surface,
+    JointRow, Model, Real, RowLaw, RowSolution, Scene, Settings, Solution, Status, Surface,
 };
 use testbed::mixed::{Friction, Joint, MixedFile};
 use testbed::mixed_measure;
 
-/// What went into a scene and cannot be read there.
+/// Contacts of three rows, on surfaces or not, and joint rows.
+pub(super) struct Mixed;
+
+/// Contacts that spin and roll, and joint rows.
+pub(super) struct Rolling;
+
+/// What went into a scene, in its order.
 #[derive(Default)]
 pub(super) struct Record {
-    /// Slot, shares of the friction coefficient, compliance.
-    pub(super) contacts: Vec<(usize, Option<Vec<f64>>, [f64; 2])>,
-    /// Place, law, compliance.
-    pub(super) rows: Vec<(RowIndex, Law, f64)>,
+    /// Shares of the friction coefficient, compliance.
+    pub(super) contacts: Vec<(Option<Vec<f64>>, [f64; 2])>,
+    /// Law, compliance.
+    pub(super) rows: Vec<(Law, f64)>,
 }
 
 fn law<T: Real>((law, lower, upper): Law) -> RowLaw<T> {
@@ -30,9 +35,9 @@ fn law<T: Real>((law, lower, upper): Law) -> RowLaw<T> {
 }
 
 impl Record {
-    fn push_on<T: Real, const N: usize, const D: usize, const C: usize>(
+    fn push_on<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
         &mut self,
-        scene: &mut Scene<T, N, D, C, Mixed>,
+        scene: &mut Scene<T, N, D, C, R>,
         (x, surface, key): (&[f64], &[f64], u32),
     ) {
         let s: Vec<T> = surface.iter().map(|x| T::literal(*x)).collect();
@@ -42,8 +47,9 @@ impl Record {
             roll: [s[3], s[4]],
             compliance: [s[5], s[6]],
         };
-        if let Ok(slot) = scene.push_on(&contact(x, 0.0, key), &surface) {
-            let reference = scene.contacts()[slot].mu;
+        if let Ok(place) = scene.push_on(&contact(x, 0.0, key), &surface) {
+            assert_eq!(place, self.contacts.len());
+            let reference = scene.contacts()[place].mu;
             let share = |mu: &T| {
                 if reference > T::ZERO {
                     double(*mu / reference)
@@ -53,13 +59,13 @@ impl Record {
             };
             let shares = s[..D - 1].iter().map(share);
             let soft = surface.compliance.map(double);
-            self.contacts.push((slot, Some(shares.collect()), soft));
+            self.contacts.push((Some(shares.collect()), soft));
         }
     }
 
-    fn push_row<T: Real, const N: usize, const D: usize, const C: usize>(
+    fn push_row<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
         &mut self,
-        scene: &mut Scene<T, N, D, C, Mixed>,
+        scene: &mut Scene<T, N, D, C, R>,
         (x, bounds, compliance, key): (&[f64], Law, f64, u32),
     ) {
         let row = JointRow {
@@ -69,17 +75,20 @@ impl Record {
             compliance: T::literal(compliance),
             key,
         };
-        if let Ok(index) = scene.push_row(&row) {
-            self.rows.push((index, bounds, double(row.compliance)));
+        if let Ok(place) = scene.push_row(&row) {
+            assert_eq!(place, self.rows.len());
+            self.rows.push((bounds, double(row.compliance)));
         }
     }
 
     /// All of a scene, contacts first.
-    pub(super) fn file<T: Real, const N: usize, const D: usize, const C: usize>(
+    pub(super) fn file<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
         &self,
-        scene: &Scene<T, N, D, C, Mixed>,
+        scene: &Scene<T, N, D, C, R>,
         push: &SVector<T, N>,
     ) -> MixedFile {
+        let counts = (scene.contacts().len(), scene.rows().len());
+        assert_eq!(counts, (self.contacts.len(), self.rows.len()));
         let mut file = MixedFile {
             name: String::new(),
             n_dof: N,
@@ -99,13 +108,10 @@ impl Record {
         file.mass = mass
             .map(|row| row.iter().map(|x| double(*x)).collect())
             .collect();
-        let row = |(slot, k): (usize, usize)| -> Vec<f64> {
-            let jacobian = &scene.contacts()[slot].jacobian;
-            jacobian.row(k).iter().map(|x| double(*x)).collect()
-        };
-        for (slot, shares, soft) in &self.contacts {
-            let contact = &scene.contacts()[*slot];
-            file.h.extend((0..D).map(|k| row((*slot, k))));
+        for ((shares, soft), contact) in self.contacts.iter().zip(scene.contacts()) {
+            let rows = contact.jacobian.row_iter();
+            file.h
+                .extend(rows.map(|row| row.iter().map(|x| double(*x)).collect::<Vec<_>>()));
             file.w.extend(contact.offset.iter().map(|x| double(*x)));
             let mu = double(contact.mu);
             file.mu
@@ -114,17 +120,92 @@ impl Record {
                 }));
             file.compliance.push(*soft);
         }
-        for (index, (law, lower, upper), compliance) in &self.rows {
+        for (((law, lower, upper), compliance), row) in self.rows.iter().zip(scene.rows()) {
             file.joints.push(Joint {
                 kind: ["limit", "equality", "box"][usize::from(*law)].to_owned(),
-                row: row((index.slot, index.row)),
-                offset: double(scene.contacts()[index.slot].offset[index.row]),
+                row: row.row.iter().map(|x| double(*x)).collect(),
+                offset: double(row.offset),
                 lower: Some(double(T::literal(*lower))),
                 upper: Some(double(T::literal(*upper))),
                 compliance: *compliance,
             });
         }
         file
+    }
+
+    /// Calls but for those that push a contact without a surface.
+    fn call<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+        &mut self,
+        scene: &mut Scene<T, N, D, C, R>,
+        step: &Step,
+    ) {
+        match step {
+            Step::PushOn(x, surface, key) => self.push_on(scene, (x, surface, *key)),
+            Step::PushRow(x, law, soft, key) => self.push_row(scene, (x, *law, *soft, *key)),
+            Step::RowLaw(i, bounds) => {
+                let changed = scene.set_row_law(*i, law(*bounds));
+                assert!(changed.is_err() || *i < self.rows.len());
+                if let (Ok(()), Some((law, _))) = (changed, self.rows.get_mut(*i)) {
+                    *law = *bounds;
+                }
+            }
+            Step::RowCompliance(i, soft) => {
+                let soft = T::literal(*soft);
+                let changed = scene.set_row_compliance(*i, soft);
+                if let (Ok(()), Some((_, compliance))) = (changed, self.rows.get_mut(*i)) {
+                    *compliance = double(soft);
+                }
+            }
+            Step::RemoveContact(key) => {
+                let mut contacts = scene.contacts().iter();
+                if let Some(place) = contacts.position(|contact| contact.key == *key) {
+                    self.contacts.remove(place);
+                }
+            }
+            Step::RemoveRow(key) => {
+                if let Some(place) = scene.rows().iter().position(|row| row.key == *key) {
+                    self.rows.remove(place);
+                }
+            }
+            Step::Delassus(x) => {
+                let size = D * scene.contacts().len() + scene.rows().len();
+                let root = DMatrix::<T>::from_fn(size, N, |i, j| at(x, i * N + j));
+                let _ = scene.set_delassus((&root * root.transpose()).as_slice());
+            }
+            Step::Clear => *self = Self::default(),
+            Step::ClearContacts => self.contacts.clear(),
+            Step::ClearRows => self.rows.clear(),
+            _ => {}
+        }
+    }
+
+    /// The error of a solution, unless f64 cannot tell; and whether its proof is one.
+    fn judge<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+        &self,
+        scene: &Scene<T, N, D, C, R>,
+        push: &SVector<T, N>,
+        solution: &Solution<T, N, D, C, R>,
+        model: Model,
+    ) -> Option<(f64, bool)> {
+        let file = self.file(scene, push);
+        if model == Model::ConvexRelaxation || !is_measurable::<T>(&file) {
+            return None;
+        }
+        let counts = (solution.contacts.len(), solution.rows.len());
+        assert_eq!(counts, (file.n_contacts, file.joints.len()));
+        let v: Vec<f64> = solution.velocity.iter().map(|x| double(*x)).collect();
+        let r = solution.contacts.iter();
+        let r = r.flat_map(|contact| contact.impulse.iter());
+        let r: Vec<f64> = r.map(|x| double(*x)).collect();
+        let lambda = |row: &RowSolution<T>| double(row.impulse);
+        let lambda: Vec<f64> = solution.rows.iter().map(lambda).collect();
+        let mut proof = true;
+        if solution.status == Status::Infeasible && double(T::EPSILON) < 1e-10 {
+            let [normals, joints] = proof_of(solution);
+            assert_eq!((normals.len(), joints.len()), counts);
+            proof = mixed_measure::proves(&file, &normals, &joints);
+        }
+        Some((mixed_measure::error(&file, &v, &r, &lambda), proof))
     }
 }
 
@@ -153,75 +234,62 @@ pub(super) fn is_measurable<T: Real>(file: &MixedFile) -> bool {
     is_tame::<T>(all) && file.mass().cholesky().is_some()
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C> for Mixed {
+impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 3, C, R> for Mixed {
     type Beside = Record;
 
-    fn kernel() -> Kernel<T, N, D, C, Mixed> {
-        Kernel::mixed()
-    }
-
-    fn call(record: &mut Record, scene: &mut Scene<T, N, D, C, Mixed>, step: &Step) {
-        match step {
-            Step::Push(x, mu, key) => {
-                if let Ok(slot) = scene.push(&contact(x, *mu, *key)) {
-                    record.contacts.push((slot, None, [0.0; 2]));
-                }
-            }
-            Step::PushOn(x, surface, key) => record.push_on(scene, (x, surface, *key)),
-            Step::PushRow(x, law, soft, key) => record.push_row(scene, (x, *law, *soft, *key)),
-            Step::RowLaw(i, bounds) => {
-                let nowhere = RowIndex { slot: *i, row: *i };
-                let place = record.rows.get_mut(*i);
-                let index = place.as_ref().map_or(nowhere, |(index, ..)| *index);
-                let changed = scene.set_row_law(index, law(*bounds));
-                if let (Ok(()), Some((_, law, _))) = (changed, place) {
-                    *law = *bounds;
-                }
-            }
-            Step::RowOffset(i, offset) => {
-                let nowhere = RowIndex { slot: *i, row: *i };
-                let index = record.rows.get(*i).map_or(nowhere, |(index, ..)| *index);
-                let _ = scene.set_row_offset(index, T::literal(*offset));
-            }
-            Step::Clear => *record = Record::default(),
-            _ => {}
+    fn call(record: &mut Record, scene: &mut Scene<T, N, 3, C, R>, step: &Step) {
+        let Step::Push(x, mu, key) = step else {
+            return record.call(scene, step);
+        };
+        if scene.push(&contact(x, *mu, *key)).is_ok() {
+            record.contacts.push((None, [0.0; 2]));
         }
     }
 
-    fn check(_: &mut Record, _: &Scene<T, N, D, C, Mixed>, _: &SVector<T, N>, _: &Settings<T>) {}
+    fn check(_: &mut Record, _: &Scene<T, N, 3, C, R>, _: &SVector<T, N>, _: &Settings<T>) {}
 
     fn judge(
         record: &Record,
-        scene: &Scene<T, N, D, C, Mixed>,
+        scene: &Scene<T, N, 3, C, R>,
         push: &SVector<T, N>,
-        solution: &Solution<T, N, D, C, Mixed>,
+        solution: &Solution<T, N, 3, C, R>,
         model: Model,
     ) -> Option<(f64, bool)> {
-        let file = record.file(scene, push);
-        if model == Model::ConvexRelaxation || !is_measurable::<T>(&file) {
-            return None;
-        }
-        let v: Vec<f64> = solution.velocity.iter().map(|x| double(*x)).collect();
-        let slots = record.contacts.iter().map(|(slot, ..)| *slot);
-        let r = slots
-            .clone()
-            .flat_map(|slot| solution.contacts[slot].impulse.iter());
-        let r: Vec<f64> = r.map(|x| double(*x)).collect();
-        let rows = || {
-            record
-                .rows
-                .iter()
-                .filter_map(|(index, ..)| solution.row(*index))
-        };
-        let lambda: Vec<f64> = rows().map(|row| double(row.impulse)).collect();
-        let mut proof = true;
-        if solution.status == Status::Infeasible && double(T::EPSILON) < 1e-10 {
-            let normals: Vec<f64> = slots
-                .map(|slot| double(solution.certificate[slot]))
-                .collect();
-            let joints: Vec<f64> = rows().map(|row| double(row.certificate)).collect();
-            proof = mixed_measure::proves(&file, &normals, &joints);
-        }
-        Some((mixed_measure::error(&file, &v, &r, &lambda), proof))
+        record.judge(scene, push, solution, model)
     }
+}
+
+impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 6, C, R> for Rolling {
+    type Beside = Record;
+
+    fn call(record: &mut Record, scene: &mut Scene<T, N, 6, C, R>, step: &Step) {
+        let Step::Push(x, mu, key) = step else {
+            return record.call(scene, step);
+        };
+        let all = [*mu, *mu, *mu, *mu, *mu, 0.0, 0.0];
+        record.push_on(scene, (x, &all, *key));
+    }
+
+    fn check(_: &mut Record, _: &Scene<T, N, 6, C, R>, _: &SVector<T, N>, _: &Settings<T>) {}
+
+    fn judge(
+        record: &Record,
+        scene: &Scene<T, N, 6, C, R>,
+        push: &SVector<T, N>,
+        solution: &Solution<T, N, 6, C, R>,
+        model: Model,
+    ) -> Option<(f64, bool)> {
+        record.judge(scene, push, solution, model)
+    }
+}
+
+/// The certificates of contacts and of joint rows.
+pub(super) fn proof_of<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    solution: &Solution<T, N, D, C, R>,
+) -> [Vec<f64>; 2] {
+    let numbers = |d: &[T]| d.iter().map(|x| double(*x)).collect();
+    [
+        numbers(&solution.certificate),
+        numbers(&solution.row_certificate),
+    ]
 }

@@ -19,10 +19,18 @@ pub(super) enum Step {
     Friction(usize, f64),
     RowLaw(usize, Law),
     RowOffset(usize, f64),
+    RowJacobian(usize, Vec<f64>),
+    RowCompliance(usize, f64),
+    /// By their keys.
+    RemoveContact(u32),
+    RemoveRow(u32),
     Delassus(Vec<f64>),
     Clear,
+    ClearContacts,
+    ClearRows,
     Reset,
-    Impulses(Vec<(u32, f64)>),
+    /// Of contacts, and of joint rows.
+    Impulses(Vec<(u32, f64)>, Vec<(u32, f64)>),
     Solve(Vec<f64>, Budget),
     Resume(Vec<f64>, Budget),
 }
@@ -119,7 +127,7 @@ fn surface() -> impl Strategy<Value = Vec<f64>> {
 
 fn step() -> impl Strategy<Value = Step> {
     let place = || 0..5_usize;
-    let impulses = vec((key(), wild()), 0..6);
+    let impulses = || vec((key(), wild()), 0..5);
     prop_oneof![
         1 => (numbers(), prop::bool::weighted(0.2)).prop_map(|(root, raw)| Step::Mass(root, raw)),
         4 => (numbers(), friction(), key()).prop_map(|(x, mu, key)| Step::Push(x, mu, key)),
@@ -131,10 +139,14 @@ fn step() -> impl Strategy<Value = Step> {
         1 => (place(), friction()).prop_map(|(i, mu)| Step::Friction(i, mu)),
         1 => (place(), law()).prop_map(|(i, law)| Step::RowLaw(i, law)),
         1 => (place(), wild()).prop_map(|(i, x)| Step::RowOffset(i, x)),
+        1 => (place(), numbers()).prop_map(|(i, x)| Step::RowJacobian(i, x)),
+        1 => (place(), compliance()).prop_map(|(i, soft)| Step::RowCompliance(i, soft)),
+        1 => key().prop_map(Step::RemoveContact),
+        1 => key().prop_map(Step::RemoveRow),
         1 => numbers().prop_map(Step::Delassus),
-        1 => Just(Step::Clear),
+        1 => prop_oneof![Just(Step::Clear), Just(Step::ClearContacts), Just(Step::ClearRows)],
         1 => Just(Step::Reset),
-        1 => impulses.prop_map(Step::Impulses),
+        1 => (impulses(), impulses()).prop_map(|(of_contacts, of_rows)| Step::Impulses(of_contacts, of_rows)),
         8 => (numbers(), budget()).prop_map(|(push, budget)| Step::Solve(push, budget)),
         3 => (numbers(), budget()).prop_map(|(push, budget)| Step::Resume(push, budget)),
     ]

@@ -121,9 +121,18 @@ impl Ball {
     /// One step of a ball whose lowest point is at `position.y`.
     pub(crate) fn advance<T: Real>(&self, ball: &mut Motion<T, 3, 2, 1>) -> Result<(), Error> {
         let threshold = T::literal(4.0 * GRAVITY) * ball.step;
-        let gap = law::gap(ball.position.y, ball.step, T::ZERO, T::literal(REACH))?;
-        let e = T::literal(self.restitution);
-        ball.offset(0, law::restitution(e, ball.velocity.y, threshold, gap)?)?;
+        let gap = law::Gap {
+            distance: ball.position.y,
+            recovery: T::ZERO,
+            reach: T::literal(REACH),
+        }
+        .offset(ball.step)?;
+        let coefficient = T::literal(self.restitution);
+        let law = law::Restitution {
+            coefficient,
+            threshold,
+        };
+        ball.offset(0, law.offset(ball.velocity.y, gap)?)?;
         ball.advance()
     }
 }

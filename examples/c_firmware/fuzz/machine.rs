@@ -1,34 +1,24 @@
 //! A `stiction` of C, and a kernel in Rust that is given the same.
 
-use crate::pointers::{Fault, Memory};
-use crate::steps::{Budget, Step};
-use c_firmware as c;
-use c_firmware::{C, D, N, Real, Status};
+use crate::c;
+use crate::c::{D, Kernel, N, Real, Status};
+use crate::given::{
+    at, contact, joint_row, joint_row_of_c, law, number, rows, surface, surface_of_c, vector,
+};
+use crate::pointers::{Fault, Memory, ROOM};
+use crate::scene::Surfaces;
+use crate::steps::{Budget, Law, Step};
 use nalgebra::{SMatrix, SVector};
+use std::mem::size_of;
 use std::ptr::{null, null_mut};
-use stiction::{Contact, Error, Kernel, Settings};
-
-fn number(x: f64) -> Real {
-    stiction::Real::literal(x)
-}
-
-fn at(numbers: &[f64], i: usize) -> Real {
-    number(numbers[i % numbers.len()])
-}
-
-fn vector<const K: usize>(numbers: &[f64]) -> SVector<Real, K> {
-    SVector::from_fn(|i, _| at(numbers, i))
-}
-
-/// A matrix row by row, as C has it.
-fn rows<const K: usize>(matrix: &SMatrix<Real, K, N>) -> [[Real; N]; K] {
-    matrix.transpose().into()
-}
+use stiction::{Error, Settings};
 
 pub(crate) struct Machine {
     pub(crate) memory: Box<Memory>,
     raw: Box<Memory>,
-    pub(crate) mirror: Box<Kernel<Real, N, D, C>>,
+    pub(crate) mirror: Box<Kernel>,
+    /// What of the mirror cannot be read there.
+    pub(crate) surfaces: Surfaces,
     pub(crate) error: Option<Error>,
     /// Free impulse and tolerance of a solve that can be resumed.
     paused: Option<(SVector<Real, N>, Real)>,
@@ -40,6 +30,7 @@ impl Machine {
             memory: Memory::new(),
             raw: Memory::new(),
             mirror: Box::new(Kernel::new()),
+            surfaces: Surfaces::default(),
             error: None,
             paused: None,
         };
@@ -48,10 +39,19 @@ impl Machine {
     }
 
     fn init(&mut self) {
-        // SAFETY: the memory is as large as C declares it.
-        let status = unsafe { c::stiction_init(self.memory.solver()) };
-        assert_eq!(status, Status::Solved);
+        let (room, solution) = (ROOM, size_of::<c::Solution>());
+        for (bytes, solution_bytes, expected) in [
+            (room - 8, solution, Status::WrongSizes),
+            (room, solution + 4, Status::WrongSizes),
+            (room, solution, Status::Solved),
+        ] {
+            // SAFETY: the memory is as large as C declares it.
+            let status =
+                unsafe { c::stiction_init_sized(self.memory.solver(), bytes, solution_bytes) };
+            assert_eq!(status, expected);
+        }
         *self.mirror = Kernel::new();
+        self.surfaces.clear();
         (self.error, self.paused) = (None, None);
     }
 
@@ -61,7 +61,7 @@ impl Machine {
         fault: Fault,
         pointers: u8,
         in_c: impl FnOnce(*mut c::Solver) -> Status,
-        in_rust: impl FnOnce(&mut Kernel<Real, N, D, C>) -> Result<Status, Error>,
+        in_rust: impl FnOnce(&mut Kernel) -> Result<Status, Error>,
     ) -> bool {
         let solver = match fault {
             Fault::NullSolver => null_mut(),
@@ -103,7 +103,6 @@ impl Machine {
 
     /// Calls that do not solve. Did one reach the solver?
     fn change(&mut self, step: &Step, fault: Fault) -> bool {
-        let done = |result: Result<(), Error>| result.map(|()| Status::Solved);
         // SAFETY: of all calls here: pointers are null or good, as `stiction.h` asks for.
         match step {
             Step::Mass(x, raw) => {
@@ -121,8 +120,35 @@ impl Machine {
                     done(k.scene_mut().set_mass(&mass).map_err(c::turned))
                 })
             }
+            Step::Clear => {
+                let call = |s| unsafe { c::stiction_clear(s) };
+                let reached = self.both(fault, 0, call, |k| {
+                    k.scene_mut().clear();
+                    Ok(Status::Solved)
+                });
+                if reached {
+                    self.surfaces.clear();
+                }
+                reached
+            }
+            Step::Reset => {
+                let call = |s| unsafe { c::stiction_reset(s) };
+                self.both(fault, 0, call, |k| {
+                    k.solver_mut().reset();
+                    Ok(Status::Solved)
+                })
+            }
+            Step::Impulses(contacts, rows) => self.impulses(contacts, rows, fault),
+            _ => self.change_contacts(step, fault) || self.change_rows(step, fault),
+        }
+    }
+
+    /// Calls for contacts.
+    fn change_contacts(&mut self, step: &Step, fault: Fault) -> bool {
+        // SAFETY: of all calls here: pointers are null or good, as `stiction.h` asks for.
+        match step {
             Step::Push(x, mu, key) => self.push(x, *mu, *key, fault),
-            Step::PushOn(x, surface, key) => self.push(x, surface[0], *key, fault),
+            Step::PushOn(x, surface, key) => self.push_on(x, surface, *key, fault),
             Step::Jacobian(i, x) => {
                 let jacobian = SMatrix::from_fn(|row, dof| at(x, row * N + dof));
                 let given = rows(&jacobian);
@@ -146,17 +172,69 @@ impl Machine {
                 let call = |s| unsafe { c::stiction_set_friction(s, *i as u32, mu) };
                 self.both(fault, 0, call, |k| done(k.scene_mut().set_friction(*i, mu)))
             }
-            Step::Clear => {
+            Step::RemoveContact(key) => {
+                let contacts = self.mirror.scene().contacts();
+                let place = contacts.iter().position(|contact| contact.key == *key);
+                let call = |s| unsafe { c::stiction_remove_contact(s, *key) };
+                let reached =
+                    self.both(fault, 0, call, |k| done(k.scene_mut().remove_contact(*key)));
+                if let Some(place) = place.filter(|_| reached) {
+                    self.surfaces.remove(place);
+                }
+                reached
+            }
+            Step::ClearContacts => {
                 let call = |s| unsafe { c::stiction_clear_contacts(s) };
-                self.both(fault, 0, call, |k| {
+                let reached = self.both(fault, 0, call, |k| {
                     k.scene_mut().clear_contacts();
                     Ok(Status::Solved)
+                });
+                if reached {
+                    self.surfaces.clear();
+                }
+                reached
+            }
+            _ => false,
+        }
+    }
+
+    /// Calls for joint rows.
+    fn change_rows(&mut self, step: &Step, fault: Fault) -> bool {
+        // SAFETY: of all calls here: pointers are null or good, as `stiction.h` asks for.
+        match step {
+            Step::PushRow(x, law, soft, key) => self.push_row(x, *law, *soft, *key, fault),
+            Step::RowLaw(i, bounds) => self.row_law(*i, *bounds, fault),
+            Step::RowOffset(i, offset) => {
+                let offset = number(*offset);
+                let call = |s| unsafe { c::stiction_set_row_offset(s, *i as u32, offset) };
+                self.both(fault, 0, call, |k| {
+                    done(k.scene_mut().set_row_offset(*i, offset))
                 })
             }
-            Step::Reset => {
-                let call = |s| unsafe { c::stiction_reset(s) };
+            Step::RowJacobian(i, x) => {
+                let jacobian = vector::<N>(x);
+                let given: [Real; N] = jacobian.into();
+                let given = fault.pointer(1, &given);
+                let call = |s| unsafe { c::stiction_set_row_jacobian(s, *i as u32, given) };
+                self.both(fault, 1, call, |k| {
+                    done(k.scene_mut().set_row_jacobian(*i, &jacobian))
+                })
+            }
+            Step::RowCompliance(i, soft) => {
+                let soft = number(*soft);
+                let call = |s| unsafe { c::stiction_set_row_compliance(s, *i as u32, soft) };
                 self.both(fault, 0, call, |k| {
-                    k.solver_mut().reset();
+                    done(k.scene_mut().set_row_compliance(*i, soft))
+                })
+            }
+            Step::RemoveRow(key) => {
+                let call = |s| unsafe { c::stiction_remove_row(s, *key) };
+                self.both(fault, 0, call, |k| done(k.scene_mut().remove_row(*key)))
+            }
+            Step::ClearRows => {
+                let call = |s| unsafe { c::stiction_clear_rows(s) };
+                self.both(fault, 0, call, |k| {
+                    k.scene_mut().clear_rows();
                     Ok(Status::Solved)
                 })
             }
@@ -165,18 +243,92 @@ impl Machine {
     }
 
     fn push(&mut self, x: &[f64], mu: f64, key: u32, fault: Fault) -> bool {
-        let contact: Contact<Real, N, D> = Contact {
-            jacobian: SMatrix::from_fn(|row, dof| at(x, row * N + dof)),
-            offset: SVector::from_fn(|row, _| at(x, D * N + row)),
-            mu: number(mu),
-            key,
-        };
+        let contact = contact(x, mu, key);
         let (jacobian, offset): (_, [Real; D]) = (rows(&contact.jacobian), contact.offset.into());
         let (jacobian, offset) = (fault.pointer(1, &jacobian), fault.pointer(2, &offset));
         // SAFETY: pointers are null or good.
         let call = |s| unsafe { c::stiction_add_contact(s, jacobian, offset, contact.mu, key) };
-        self.both(fault, 2, call, |k| {
+        let before = self.mirror.scene().contacts().len();
+        let reached = self.both(fault, 2, call, |k| {
             k.scene_mut().push(&contact).map(|_| Status::Solved)
+        });
+        if self.mirror.scene().contacts().len() > before {
+            self.surfaces.push(None);
+        }
+        reached
+    }
+
+    fn push_on(&mut self, x: &[f64], coefficients: &[f64], key: u32, fault: Fault) -> bool {
+        let (contact, surface) = (contact(x, 0.0, key), surface(coefficients));
+        let (jacobian, offset): (_, [Real; D]) = (rows(&contact.jacobian), contact.offset.into());
+        let (jacobian, offset) = (fault.pointer(1, &jacobian), fault.pointer(2, &offset));
+        let given = [surface_of_c(&surface)];
+        let given = fault.pointer(3, &given);
+        // SAFETY: pointers are null or good.
+        let call = |s| unsafe { c::stiction_add_contact_on(s, jacobian, offset, given, key) };
+        let before = self.mirror.scene().contacts().len();
+        let reached = self.both(fault, 3, call, |k| {
+            k.scene_mut()
+                .push_on(&contact, &surface)
+                .map(|_| Status::Solved)
+        });
+        if let Some(contact) = self.mirror.scene().contacts().get(before) {
+            self.surfaces.push(Some((&surface, contact.mu)));
+        }
+        reached
+    }
+
+    fn push_row(&mut self, x: &[f64], bounds: Law, soft: f64, key: u32, fault: Fault) -> bool {
+        let row = joint_row(x, bounds, soft, key);
+        let given = [joint_row_of_c(&row, fault.law(bounds.0), bounds)];
+        let given = fault.pointer(1, &given);
+        // SAFETY: pointers are null or good.
+        let call = |s| unsafe { c::stiction_add_row(s, given) };
+        self.both(fault, 1, call, |k| match fault {
+            Fault::Law(_) => Ok(Status::InvalidLaw),
+            _ => k.scene_mut().push_row(&row).map(|_| Status::Solved),
+        })
+    }
+
+    fn row_law(&mut self, place: usize, bounds: Law, fault: Fault) -> bool {
+        let (kind, lower, upper) = bounds;
+        let (kind, lower, upper) = (fault.law(kind), number(lower), number(upper));
+        // SAFETY: the pointer is null or good.
+        let call = |s| unsafe { c::stiction_set_row_law(s, place as u32, kind, lower, upper) };
+        self.both(fault, 0, call, |k| match fault {
+            Fault::Law(_) => Ok(Status::InvalidLaw),
+            _ => done(k.scene_mut().set_row_law(place, law(bounds))),
+        })
+    }
+
+    fn impulses(&mut self, contacts: &[(u32, f64)], joints: &[(u32, f64)], fault: Fault) -> bool {
+        let contacts: Vec<(u32, SVector<Real, D>)> = contacts
+            .iter()
+            .map(|(key, x)| (*key, vector(&[*x, x / 2.0, -x / 3.0])))
+            .collect();
+        let joints: Vec<_> = joints.iter().map(|(key, x)| (*key, number(*x))).collect();
+        let of_contacts = contacts.iter().map(|&(key, r)| c::ContactImpulse {
+            key,
+            impulse: r.into(),
+        });
+        let of_joints = joints
+            .iter()
+            .map(|&(key, impulse)| c::RowImpulse { key, impulse });
+        let of_contacts = of_contacts.collect::<Vec<_>>();
+        let of_joints = of_joints.collect::<Vec<_>>();
+        let first = fault.pointer(1, &of_contacts);
+        let second = fault.pointer(2, &of_joints);
+        let counts = (contacts.len() as u32, joints.len() as u32);
+        // SAFETY: pointers are null or good.
+        let call = |s| unsafe { c::stiction_set_impulses(s, first, counts.0, second, counts.1) };
+        // A list of none may be null.
+        let fault = match fault {
+            Fault::Null(1) if contacts.is_empty() => Fault::No,
+            Fault::Null(2) if joints.is_empty() => Fault::No,
+            fault => fault,
+        };
+        self.both(fault, 2, call, |k| {
+            done(k.solver_mut().set_impulses(&contacts, &joints))
         })
     }
 
@@ -190,7 +342,7 @@ impl Machine {
         let given = fault.pointer(1, &given);
         // SAFETY: pointers are null or good.
         let call = |s| unsafe { c::stiction_solve(s, given, tolerance, budget.work as u32) };
-        let solve = |k: &mut Kernel<Real, N, D, C>| Ok(k.solve(&push, &settings)?.status.into());
+        let solve = |k: &mut Kernel| Ok(k.solve(&push, &settings)?.status.into());
         let before = self.error.take();
         if self.both(fault, 1, call, solve) && self.error.is_none() {
             self.paused = Some((push, tolerance));
@@ -210,7 +362,7 @@ impl Machine {
         let given = fault.pointer(1, &given);
         // SAFETY: pointers are null or good.
         let call = |s| unsafe { c::stiction_resume(s, given, tolerance, budget.work as u32) };
-        let resume = |k: &mut Kernel<Real, N, D, C>| Ok(k.resume(&push, &settings)?.status.into());
+        let resume = |k: &mut Kernel| Ok(k.resume(&push, &settings)?.status.into());
         let before = self.error.take();
         if self.both(fault, 1, call, resume) && self.error.is_none() && self.paused.is_some() {
             self.is_true(&push, tolerance);
@@ -224,10 +376,23 @@ impl Machine {
         unsafe {
             assert!(!c::stiction_is_usable(null(), 1.0));
             assert!(!c::stiction_is_usable(self.raw.solver(), 1.0));
-            assert_eq!(
-                c::stiction_read(self.memory.solver(), null_mut()),
-                Status::Null
-            );
+            let solver = self.memory.solver();
+            assert_eq!(c::stiction_read(solver, null_mut()), Status::Null);
+            for solver in [solver, null_mut()] {
+                for status in [
+                    c::stiction_contact_at(solver, 0, null_mut()),
+                    c::stiction_contact_by_key(solver, 0, null_mut()),
+                    c::stiction_row_at(solver, 0, null_mut()),
+                    c::stiction_row_by_key(solver, 0, null_mut()),
+                    c::stiction_worst_violation(solver, null_mut()),
+                ] {
+                    assert_eq!(status, Status::Null);
+                }
+            }
         }
     }
+}
+
+fn done(result: Result<(), Error>) -> Result<Status, Error> {
+    result.map(|()| Status::Solved)
 }

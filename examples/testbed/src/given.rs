@@ -3,7 +3,6 @@
 use crate::generate::Given;
 use crate::measure::{double, error_given};
 use nalgebra::{SMatrix, SVector};
-use std::array::from_fn;
 use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
 
 /// What the kernel said, and the error as a stranger measures it.
@@ -38,9 +37,11 @@ pub fn solve<T: Real>(scene: &Given, settings: &Settings<f64>) -> Result<Outcome
     }
     let entry = |i: usize, j: usize| scene.delassus.get(i).and_then(|row| row.get(j));
     let entry = |i: usize, j: usize| T::literal(entry(i, j).copied().unwrap_or(0.0));
-    kernel.set_delassus(&from_fn(|i| {
-        from_fn(|k| from_fn(|j| from_fn(|l| entry(D * i + k, D * j + l))))
-    }))?;
+    let size = D * scene.mu.len();
+    let delassus: Vec<T> = (0..size * size)
+        .map(|place| entry(place / size, place % size))
+        .collect();
+    kernel.set_delassus(&delassus)?;
     let (factor, mut solver) = (Factor::new(&kernel)?, Solver::new());
     let solution = solver.solve(&kernel, &factor, &SVector::zeros(), &settings)?;
     let r: Vec<f64> = solution

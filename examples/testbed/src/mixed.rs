@@ -8,8 +8,7 @@ use serde::Deserialize;
 use std::path::Path;
 use std::time::Instant;
 use stiction::{
-    Contact, Error, JointRow, Kernel, Mixed, Real, RowLaw, RowSolution, Scene, Settings, Solution,
-    Status, Surface,
+    Contact, Error, JointRow, Kernel, Real, RowLaw, Scene, Settings, Solution, Status, Surface,
 };
 
 /// A scene of contacts and joint rows as it stands in a file.
@@ -171,11 +170,6 @@ impl MixedFile {
         Ok(())
     }
 
-    /// Slots that it needs.
-    pub fn slots(&self) -> usize {
-        self.n_contacts + self.joints.len().div_ceil(self.dim)
-    }
-
     /// The key of a contact or a joint row, counted on.
     fn key(&self, place: usize) -> u32 {
         let own = place.checked_sub(self.n_contacts).unwrap_or(place);
@@ -185,9 +179,9 @@ impl MixedFile {
 
     /// Fills a scene in the kernel's types, padded with decoupled velocities of the first mass. Limits that are not to be inside are
     /// returned.
-    pub fn fill<T: Real, const N: usize, const D: usize, const C: usize>(
+    pub fn fill<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
         &self,
-        scene: &mut Scene<T, N, D, C, Mixed>,
+        scene: &mut Scene<T, N, D, C, R>,
     ) -> Result<Vec<JointRow<T, N>>, Error> {
         scene.set_mass(&SMatrix::from_fn(|i, j| {
             // No heavier one than there is: momenta are compared with that of the heaviest.
@@ -197,19 +191,14 @@ impl MixedFile {
         }))?;
         for (i, mu) in self.mu.iter().enumerate() {
             let row = |k: usize| &self.h[i * D + k];
-            let mut contact = Contact {
+            let contact = Contact {
                 jacobian: SMatrix::from_fn(|k, j| T::literal(*row(k).get(j).unwrap_or(&0.0))),
                 offset: SVector::from_fn(|k, _| T::literal(self.w[i * D + k])),
                 mu: T::ZERO,
                 key: self.key(i),
             };
             let compliance = self.compliance.get(i).copied().unwrap_or_default();
-            if let (Friction::Isotropic(mu), [0.0, 0.0]) = (mu, compliance) {
-                contact.mu = T::literal(*mu);
-                scene.push(&contact)?;
-            } else {
-                scene.push_on(&contact, &surface(mu, compliance.map(T::literal)))?;
-            }
+            scene.push_on(&contact, &surface(mu, compliance.map(T::literal)))?;
         }
         let mut limits = Vec::new();
         for (joint, place) in self.joints.iter().zip(self.n_contacts..) {
@@ -278,13 +267,21 @@ pub fn solve<T: Real>(
     repeat: u32,
 ) -> Result<(Answer, Times), String> {
     let said = |error: Error| error.to_string();
-    match (file.n_dof, file.dim, file.slots()) {
-        (..=30, 2, ..=24) => solve_in::<T, 30, 2, 24>(file, settings, repeat).map_err(said),
-        (..=30, 3, ..=24) => solve_in::<T, 30, 3, 24>(file, settings, repeat).map_err(said),
-        (..=30, 4, ..=12) => solve_in::<T, 30, 4, 12>(file, settings, repeat).map_err(said),
-        (..=30, 6, ..=12) => solve_in::<T, 30, 6, 12>(file, settings, repeat).map_err(said),
-        (dofs, dim, slots) => Err(format!(
-            "{dofs} dofs, dim {dim} and {slots} slots: too many"
+    match (file.n_dof, file.dim, file.n_contacts, file.joints.len()) {
+        (..=30, 2, ..=12, ..=36) => {
+            solve_in::<T, 30, 2, 12, 36>(file, settings, repeat).map_err(said)
+        }
+        (..=30, 3, ..=12, ..=36) => {
+            solve_in::<T, 30, 3, 12, 36>(file, settings, repeat).map_err(said)
+        }
+        (..=30, 4, ..=12, ..=36) => {
+            solve_in::<T, 30, 4, 12, 36>(file, settings, repeat).map_err(said)
+        }
+        (..=30, 6, ..=12, ..=36) => {
+            solve_in::<T, 30, 6, 12, 36>(file, settings, repeat).map_err(said)
+        }
+        (dofs, dim, contacts, rows) => Err(format!(
+            "{dofs} dofs, dim {dim}, {contacts} contacts and {rows} joint rows: too many"
         )),
     }
 }
@@ -295,27 +292,28 @@ pub fn solve_all<T: Real>(
     settings: &Settings<f64>,
 ) -> Vec<Result<Answer, String>> {
     const N: usize = 24;
-    const C: usize = 24;
+    const C: usize = 12;
+    const R: usize = 36;
     match files.first().map_or(3, |file| file.dim) {
-        2 => solve_all_in::<T, N, 2, C>(files, settings),
-        3 => solve_all_in::<T, N, 3, C>(files, settings),
-        4 => solve_all_in::<T, N, 4, C>(files, settings),
-        _ => solve_all_in::<T, N, 6, C>(files, settings),
+        2 => solve_all_in::<T, N, 2, C, R>(files, settings),
+        3 => solve_all_in::<T, N, 3, C, R>(files, settings),
+        4 => solve_all_in::<T, N, 4, C, R>(files, settings),
+        _ => solve_all_in::<T, N, 6, C, R>(files, settings),
     }
 }
 
-fn solve_all_in<T: Real, const N: usize, const D: usize, const C: usize>(
+fn solve_all_in<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     files: &[MixedFile],
     settings: &Settings<f64>,
 ) -> Vec<Result<Answer, String>> {
-    let mut kernel = Box::new(Kernel::<T, N, D, C, _>::mixed());
+    let mut kernel = Box::new(Kernel::<T, N, D, C, R>::new());
     let settings = Settings {
         tolerance: T::literal(settings.tolerance),
         budget: settings.budget,
         model: settings.model,
     };
     let mut solve = |file: &MixedFile| {
-        kernel.scene_mut().clear_contacts();
+        kernel.scene_mut().clear();
         let limits = file.fill(kernel.scene_mut())?;
         let push = file.free_impulse();
         kernel.solve_with_limits(&limits, &push, &settings)?;
@@ -325,12 +323,12 @@ fn solve_all_in<T: Real, const N: usize, const D: usize, const C: usize>(
     files.iter().map(|file| solve(file).map_err(said)).collect()
 }
 
-fn solve_in<T: Real, const N: usize, const D: usize, const C: usize>(
+fn solve_in<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     file: &MixedFile,
     settings: &Settings<f64>,
     repeat: u32,
 ) -> Result<(Answer, Times), Error> {
-    let mut kernel = Box::new(Kernel::<T, N, D, C, _>::mixed());
+    let mut kernel = Box::new(Kernel::<T, N, D, C, R>::new());
     let limits = file.fill(kernel.scene_mut())?;
     let push = file.free_impulse();
     let settings = Settings {
@@ -360,18 +358,21 @@ fn solve_in<T: Real, const N: usize, const D: usize, const C: usize>(
 }
 
 /// The solution in f64, without padding.
-fn answer<T: Real, const N: usize, const D: usize, const C: usize>(
+fn answer<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     file: &MixedFile,
-    solution: &Solution<T, N, D, C, Mixed>,
+    solution: &Solution<T, N, D, C, R>,
 ) -> Answer {
     let double = |x: &T| measure::double(x);
     // A limit that was left out has no impulse.
     let rows = || {
         let places = (file.n_contacts..).take(file.joints.len());
-        places.map(|place| solution.row_by_key(file.key(place)))
-    };
-    let of = |row: Option<RowSolution<T>>, value: fn(&RowSolution<T>) -> T| {
-        row.map_or(0.0, |row| double(&value(&row)))
+        places.map(|place| {
+            let row = solution
+                .rows
+                .iter()
+                .position(|row| row.key == file.key(place));
+            row.map(|row| (solution.rows[row], solution.row_certificate.get(row)))
+        })
     };
     let contacts = || solution.contacts.iter().take(file.n_contacts);
     let v = solution.velocity.iter().take(file.n_dof);
@@ -387,10 +388,12 @@ fn answer<T: Real, const N: usize, const D: usize, const C: usize>(
             .collect(),
         modes: contacts().map(|contact| contact.mode).collect(),
         certificate: certificate.map(double).collect(),
-        lambda: rows().map(|row| of(row, |row| row.impulse)).collect(),
+        lambda: rows()
+            .map(|row| row.map_or(0.0, |(row, _)| double(&row.impulse)))
+            .collect(),
         certificate_lambda: rows()
             .filter(|_| proved)
-            .map(|row| of(row, |row| row.certificate))
+            .map(|row| row.and_then(|(_, d)| d).map_or(0.0, double))
             .collect(),
     }
 }

@@ -11,9 +11,7 @@ fn judged(file: &MixedFile) -> judge::Scene {
         let mut scales = vec![Wide::from(1.0); d];
         let soft = file.compliance.get(i).copied().unwrap_or_default();
         let coefficient = match mu {
-            Friction::Isotropic(mu) if *mu > 0.0 || soft.iter().all(|&soft| soft <= 0.0) => {
-                Wide::from(*mu)
-            }
+            Friction::Isotropic(mu) if *mu > 0.0 => Wide::from(*mu),
             Friction::Rows(list) if list.iter().any(|&mu| mu > 0.0) => {
                 let largest = list.iter().take(2).fold(0.0_f64, |m, &mu| m.max(mu));
                 let largest = Wide::from(if largest > 0.0 { largest } else { 1.0 });

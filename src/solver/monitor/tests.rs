@@ -1,24 +1,22 @@
 //! What the monitor keeps, and when it stops.
 #![allow(clippy::indexing_slicing, clippy::float_cmp)]
 
-use crate::linalg::blocks::ContactVector;
+use crate::linalg::stacked::Stacked;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::monitor::Monitor;
 use crate::solver::tuning;
 use crate::{Error, Status};
-use nalgebra::{SVector, vector};
+use nalgebra::vector;
 
 /// Each of four corners carries this share of the weight.
-fn carried(share: f64) -> ContactVector<f64, D, C> {
-    [[share, 0.0, 0.0]; C]
+fn carried(share: f64) -> Stacked<f64, D, C, 0> {
+    Stacked {
+        contacts: [[share, 0.0, 0.0]; C],
+        rows: [],
+    }
 }
 
-/// Ends a call with these impulses at present.
-fn finish(monitor: &mut Monitor<'_, '_, f64, N, D, C>, present: ContactVector<f64, D, C>) {
-    monitor.finish(present.into_iter().map(SVector::from));
-}
-
-fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C>, r: &ContactVector<f64, D, C>) {
+fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C, 0>, r: &Stacked<f64, D, C, 0>) {
     let mut u = carried(0.0);
     let natural_map = monitor.problem.natural_map(r, &mut u);
     monitor.consider(r, &u, natural_map);
@@ -31,7 +29,7 @@ fn the_solution_ends_a_solve() -> Result<(), Error> {
         assert!(monitor.is_running());
         show(monitor, &carried(0.25));
         assert!(monitor.is_over());
-        finish(monitor, carried(0.0));
+        monitor.finish(&carried(0.0));
         assert_eq!(monitor.solution.status, Status::Solved);
         assert!(monitor.solution.error <= 1e-9);
     })
@@ -43,11 +41,11 @@ fn the_best_of_what_was_shown_is_kept() -> Result<(), Error> {
         for share in [0.1, 0.24, 0.4, 0.0] {
             show(monitor, &carried(share));
         }
-        finish(monitor, carried(0.3));
+        monitor.finish(&carried(0.3));
         assert_eq!(monitor.solution.status, Status::OutOfBudget);
         assert_eq!(monitor.solution.contacts[2].impulse.x, 0.24);
         // What is there at present counts too, if it is better.
-        finish(monitor, carried(0.249));
+        monitor.finish(&carried(0.249));
         assert_eq!(monitor.solution.contacts[2].impulse.x, 0.249);
     })
 }
@@ -95,8 +93,8 @@ fn walls_that_close_are_proved() -> Result<(), Error> {
     }
     with_monitor(&scene, &pressed(0.0), |monitor| {
         show(monitor, &carried(0.0));
-        finish(monitor, carried(0.0));
-        monitor.doubt();
+        monitor.finish(&carried(0.0));
+        monitor.check_infeasibility();
         assert_eq!(monitor.solution.status, Status::Infeasible);
         assert_eq!(monitor.solution.work.proof_searches, 1);
         let d = &monitor.solution.certificate;
@@ -110,9 +108,11 @@ fn large_impulses_are_suspicious_once() -> Result<(), Error> {
     let mut scene = cube(2, 0.5)?;
     scene.set_offset(0, &vector![-0.1, 0.0, 0.0])?; // a floor that rises
     with_monitor(&scene, &pressed(0.0), |monitor| {
-        let size = monitor.problem.size;
+        let size = monitor.problem.reference_impulse;
         for (share, searches) in [(1.9, 0), (2.1, 1), (3.0, 1)] {
-            monitor.suspect(&[[share * size, 0.0, 0.0], [0.0; D], [0.0; D], [0.0; D]]);
+            let mut r = Stacked::zero();
+            r.contacts[0] = [share * size, 0.0, 0.0];
+            monitor.check_divergence(&r);
             assert_eq!(monitor.solution.work.proof_searches, searches);
             assert!(!monitor.is_over());
         }

@@ -1,32 +1,36 @@
-//! Steps of Newton's method: accepted, shortened, rejected, and with the Jacobian of the step before.
+//! Steps of Newton's state: accepted, shortened, rejected, and with the Jacobian of the step before.
 #![allow(clippy::indexing_slicing)]
 
 use crate::Error;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Outcome};
-use crate::solver::phases::Solve;
-use crate::solver::workspace::Workspace;
+use crate::solver::state::State;
 use nalgebra::vector;
 
+/// Moves to the guess that all contacts stick.
+fn go_to_guess(state: &mut State<f64, D, C, 0>, monitor: &Monitor<'_, '_, f64, N, D, C, 0>) {
+    monitor.problem.all_sticking(&mut state.point.z);
+    state.point.update(monitor.problem);
+}
+
 /// A solve at the guess that all contacts stick.
-fn guess(monitor: &Monitor<'_, '_, f64, N, D, C>) -> Solve<f64, D, C> {
-    let mut solve = Solve::none();
-    monitor.problem.all_sticking(&mut solve.point.z);
-    solve.point.update(monitor.problem);
-    solve
+fn guess(monitor: &Monitor<'_, '_, f64, N, D, C, 0>) -> State<f64, D, C, 0> {
+    let mut state = State::none();
+    go_to_guess(&mut state, monitor);
+    state
 }
 
 #[test]
 fn one_step_all_but_solves_what_sticks() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.2), |monitor| {
-        let (mut solve, mut workspace) = (guess(monitor), Workspace::none());
-        let outcome = solve.step(monitor, &mut workspace, Newton::guessed());
+        let mut state = guess(monitor);
+        let outcome = state.step(monitor, Newton::guessed());
         let Outcome::Accepted(newton) = outcome else {
             unreachable!("a linear problem")
         };
-        assert!(solve.point.natural_map < 1e-3); // what damping has left
-        solve.step(monitor, &mut workspace, newton);
+        assert!(state.point.natural_map < 1e-3); // what damping has left
+        state.step(monitor, newton);
         assert!(monitor.is_over());
     })
 }
@@ -35,9 +39,9 @@ fn one_step_all_but_solves_what_sticks() -> Result<(), Error> {
 #[test]
 fn the_last_step_may_solve() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.2), |monitor| {
-        let (mut solve, mut workspace) = (guess(monitor), Workspace::none());
-        solve.step(monitor, &mut workspace, Newton::guessed());
-        let outcome = solve.step(monitor, &mut workspace, Newton::last());
+        let mut state = guess(monitor);
+        state.step(monitor, Newton::guessed());
+        let outcome = state.step(monitor, Newton::last());
         assert!(monitor.is_over() && matches!(outcome, Outcome::Accepted(_)));
     })
 }
@@ -47,17 +51,17 @@ fn the_last_step_may_solve() -> Result<(), Error> {
 fn every_accepted_step_lowers_the_merit() -> Result<(), Error> {
     for sideways in [0.1, 0.45, 0.6, 2.0] {
         with_monitor(&cube(4, 0.5)?, &pressed(sideways), |monitor| {
-            let (mut solve, mut workspace) = (guess(monitor), Workspace::none());
-            solve.point.set_zero_impulse(monitor.problem);
-            solve.point.rebuild(monitor.problem);
+            let mut state = guess(monitor);
+            state.point.set_zero_impulse(monitor.problem);
+            state.point.rebuild(monitor.problem);
             let mut newton = Newton::new();
             while !monitor.is_over() {
-                let before = solve.point.merit;
-                match solve.step(monitor, &mut workspace, newton) {
+                let before = state.point.merit;
+                match state.step(monitor, newton) {
                     Outcome::Accepted(next) => newton = next,
                     _ => break,
                 }
-                assert!(solve.point.merit < before, "{sideways}");
+                assert!(state.point.merit < before, "{sideways}");
             }
         })?;
     }
@@ -73,11 +77,11 @@ fn a_rejected_step_changes_nothing() -> Result<(), Error> {
         scene.set_offset(contact, &vector![-0.1, 0.3, 0.0])?;
     }
     with_monitor(&scene, &pressed(0.2), |monitor| {
-        let (mut solve, mut workspace) = (guess(monitor), Workspace::none());
+        let mut state = guess(monitor);
         for _ in 0..100 {
-            let before = (solve.point.z, solve.point.r, solve.point.merit);
-            if let Outcome::Rejected = solve.step(monitor, &mut workspace, Newton::new()) {
-                assert_eq!(before, (solve.point.z, solve.point.r, solve.point.merit));
+            let before = (state.point.z, state.point.r, state.point.merit);
+            if let Outcome::Rejected = state.step(monitor, Newton::new()) {
+                assert_eq!(before, (state.point.z, state.point.r, state.point.merit));
                 return;
             }
         }
@@ -88,18 +92,39 @@ fn a_rejected_step_changes_nothing() -> Result<(), Error> {
 /// Where each contact does what it did, the Jacobian of the last solve serves again, for a fifth of the price.
 #[test]
 fn a_kept_jacobian_saves_a_new_one() -> Result<(), Error> {
-    let mut workspace = Workspace::none();
+    let mut state = State::none();
     let scene = cube(1, 5.0)?; // sticks
     for (sideways, expected) in [(0.10, 1), (0.11, 0)] {
         with_monitor(&scene, &pressed(sideways), |monitor| {
-            let mut solve = guess(monitor);
+            go_to_guess(&mut state, monitor);
             let newton = Newton::warm(false);
             while !monitor.is_over() {
-                solve.step(monitor, &mut workspace, newton);
+                state.step(monitor, newton);
             }
             assert_eq!(monitor.solution.work.newton_steps, expected, "{sideways}");
         })?;
     }
-    assert!(workspace.holds_jacobian());
+    assert!(state.holds_jacobian);
     Ok(())
+}
+
+/// There is one matrix: the central path takes it away from a Jacobian, and a new one takes it back.
+#[test]
+fn a_jacobian_is_kept_until_the_matrix_is_lent() -> Result<(), Error> {
+    with_monitor(&cube(4, 0.5)?, &pressed(0.6), |monitor| {
+        let mut state = guess(monitor);
+        assert!(!state.holds_jacobian);
+        let mut newton = Newton::guessed();
+        state.step_anew(monitor, &mut newton);
+        assert!(state.holds_jacobian);
+        state.begin_path(monitor);
+        assert!(state.holds_jacobian);
+        state.path_step(monitor);
+        assert!(!state.holds_jacobian && !monitor.is_over());
+        go_to_guess(&mut state, monitor);
+        state.step_anew(monitor, &mut newton);
+        assert!(state.holds_jacobian);
+        state.forget();
+        assert!(!state.holds_jacobian && !state.reuse_jacobian(monitor, &mut true));
+    })
 }

@@ -1,12 +1,13 @@
-//! Which contact takes what from which, against the sentence of [`crate::Contact::key`].
+//! Which contact and which joint row takes what from which, against the sentence of [`crate::Contact::key`].
 #![allow(clippy::float_cmp, clippy::indexing_slicing)]
 
 extern crate std;
 
 use super::WarmStart;
+use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::solver::point::Point;
-use crate::{Contact, Error, Factor, Model, Scene};
+use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, Scene};
 use nalgebra::{Matrix1, Vector1};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -14,8 +15,10 @@ use std::string::ToString;
 use std::vec::Vec;
 
 const C: usize = 5;
+const R: usize = 3;
 
-fn scene(keys: &[u32]) -> Result<Scene<f64, 1, 1, C>, Error> {
+/// A mass with contacts and joint rows of these keys.
+fn scene<const R: usize>(keys: &[u32], rows: &[u32]) -> Result<Scene<f64, 1, 1, C, R>, Error> {
     let mut scene = Scene::new();
     scene.set_mass(&Matrix1::new(1.0))?;
     let contact = |&key| Contact {
@@ -27,6 +30,15 @@ fn scene(keys: &[u32]) -> Result<Scene<f64, 1, 1, C>, Error> {
     for contact in keys.iter().map(contact) {
         scene.push(&contact)?;
     }
+    for &key in rows {
+        scene.push_row(&JointRow {
+            row: Vector1::new(1.0),
+            offset: 0.0,
+            law: RowLaw::Limit,
+            compliance: 0.0,
+            key,
+        })?;
+    }
     Ok(scene)
 }
 
@@ -36,51 +48,123 @@ fn name(keys: &[u32], i: usize) -> (u32, usize) {
     (keys[i], before.count())
 }
 
+/// What each of a list left: its name and its impulse.
+type Left = Vec<((u32, usize), f64)>;
+
+/// What a list leaves if no two of it, and no two of its kind in all steps, leave the same.
+fn leave(keys: &[u32], step: u32, first: f64) -> Left {
+    let names = (0..keys.len()).map(|i| name(keys, i));
+    let numbered = (0_u32..).zip(names);
+    numbered
+        .map(|(i, name)| (name, first + f64::from(i) + 10.0 * f64::from(step)))
+        .collect()
+}
+
+/// What those of a list take of what was left, and from which place.
+fn taken(keys: &[u32], i: usize, left: &Left) -> Option<(usize, f64)> {
+    let name = (i < keys.len()).then(|| name(keys, i))?;
+    let place = left.iter().position(|&(other, _)| other == name)?;
+    Some((place, left[place].1))
+}
+
+/// Goes from one pair of lists to the next.
+fn check<const R: usize>(lists: &[(Vec<u32>, Vec<u32>)]) -> Result<(), TestCaseError> {
+    let mut state = WarmStart::<f64, 1, C, R>::cold();
+    let [mut last, mut last_rows] = [Left::new(), Left::new()];
+    for (step, (keys, rows)) in (0..).zip(lists) {
+        let rows = &rows[..rows.len().min(R)];
+        let scene = scene::<R>(keys, rows);
+        let scene = scene.map_err(|error| TestCaseError::fail(error.to_string()))?;
+        let places = state.follow(&scene);
+        let contacts: Vec<_> = (0..C).map(|i| taken(keys, i, &last)).collect();
+        let joints: Vec<_> = (0..R).map(|j| taken(rows, j, &last_rows)).collect();
+        for (entry, taken) in state.contacts.entries.iter().zip(&contacts) {
+            prop_assert_eq!(entry.map(|c| c.r[0]), taken.map(|(_, r)| r));
+        }
+        for (entry, taken) in state.rows.entries.iter().zip(&joints) {
+            prop_assert_eq!(entry.map(|c| c.r[0]), taken.map(|(_, r)| r));
+        }
+        if let Some(places) = places {
+            for (i, &place) in places.contacts.iter().enumerate().take(keys.len()) {
+                prop_assert_eq!(place, contacts[i].map_or(C, |(place, _)| place));
+            }
+            for (j, &place) in places.rows.iter().enumerate().take(rows.len()) {
+                prop_assert_eq!(place, joints[j].map_or(R, |(place, _)| place));
+            }
+        } else {
+            // Nothing is known, or all stay where they are.
+            let stays = |keys: &[u32], last: &Left| {
+                last.iter()
+                    .map(|&(name, _)| name)
+                    .eq((0..keys.len()).map(|i| name(keys, i)))
+            };
+            let known = last.len() + last_rows.len() > 0;
+            prop_assert!(!known || stays(keys, &last) && stays(rows, &last_rows));
+        }
+        // Each contact and each joint row of each step leaves something of its own.
+        (last, last_rows) = (leave(keys, step, 0.0), leave(rows, step, 0.5));
+        let mut r = Stacked::zero();
+        for (r, &(_, left)) in r.contacts.iter_mut().zip(&last) {
+            *r = [left];
+        }
+        for (r, &(_, left)) in r.rows.iter_mut().zip(&last_rows) {
+            *r = left;
+        }
+        let mut u = r;
+        u.iter_mut().for_each(|u| *u = -*u);
+        state.keep(&scene, &u, &r, false);
+    }
+    Ok(())
+}
+
 proptest! {
     #[test]
     fn the_kth_of_a_key_takes_what_the_kth_left(
-        lists in vec(vec(0_u32..4, 0..=C), 2..6),
+        lists in vec((vec(0_u32..4, 0..=C), vec(0_u32..3, 0..=R)), 2..6),
     ) {
-        let mut state = WarmStart::<f64, 1, C>::cold();
-        let mut last: Vec<((u32, usize), f64)> = Vec::new();
-        for (step, keys) in lists.iter().enumerate() {
-            let scene = scene(keys).map_err(|error| TestCaseError::fail(error.to_string()))?;
-            let factor = Factor::new(&scene);
-            let factor = factor.map_err(|error| TestCaseError::fail(error.to_string()))?;
-            state.follow(&scene);
-            let names: Vec<_> = (0..keys.len()).map(|i| name(keys, i)).collect();
-            for (i, contact) in state.contacts.iter().enumerate() {
-                let left = last.iter().find(|(name, _)| names.get(i) == Some(name));
-                prop_assert_eq!(contact.map(|c| c.r.x), left.map(|&(_, r)| r));
-            }
-            // Each contact of each step leaves something of its own.
-            let values = (0_u32..).zip(&names).map(|(i, &name)| {
-                let number = f64::from(i) + 10.0 * f64::from(u32::try_from(step).unwrap_or(0));
-                (name, number)
-            });
-            last = values.collect();
-            let left = last.iter().map(|&(_, r)| (Vector1::new(-r), Vector1::new(r)));
-            state.keep((&scene, &factor), left, false);
-        }
+        check::<0>(&lists)?;
+        check::<R>(&lists)?;
     }
 }
 
 /// Impulses go on from tick to tick; a second pass of the same tick begins where the first has ended.
 #[test]
 fn impulses_are_extrapolated_once_a_tick() -> Result<(), Error> {
-    let scene = scene(&[0])?;
+    let scene = scene::<0>(&[0], &[])?;
     let (factor, push) = (Factor::new(&scene)?, Vector1::new(-4.0));
     let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
     problem.fill(true);
-    let mut state = WarmStart::<f64, 1, C>::cold();
+    let mut state = WarmStart::<f64, 1, C, 0>::cold();
     for r in [1.0, 2.0] {
-        let left = [(Vector1::new(0.0), Vector1::new(r))].into_iter();
-        state.keep((&scene, &factor), left, false);
+        let mut left = Stacked::zero();
+        left.contacts[0] = [r];
+        state.keep(&scene, &Stacked::zero(), &left, false);
     }
     for (onwards, r) in [(true, 3.0), (false, 2.0)] {
         let mut point = Point::none();
         state.start(&problem, (1e-9, onwards), &mut point);
-        assert_eq!(point.r[0], [r]);
+        assert_eq!(point.r.contacts[0], [r]);
+    }
+    Ok(())
+}
+
+/// The same of a joint row alone.
+#[test]
+fn impulses_of_joint_rows_are_extrapolated_once_a_tick() -> Result<(), Error> {
+    let scene = scene::<R>(&[], &[0])?;
+    let (factor, push) = (Factor::new(&scene)?, Vector1::new(-4.0));
+    let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+    problem.fill(true);
+    let mut state = WarmStart::<f64, 1, C, R>::cold();
+    for r in [1.0, 2.0] {
+        let mut left = Stacked::zero();
+        left.rows[0] = r;
+        state.keep(&scene, &Stacked::zero(), &left, false);
+    }
+    for (onwards, r) in [(true, 3.0), (false, 2.0)] {
+        let mut point = Point::none();
+        state.start(&problem, (1e-9, onwards), &mut point);
+        assert_eq!(point.r.rows[0], r);
     }
     Ok(())
 }

@@ -1,0 +1,224 @@
+//! The first-order methods of the note as a solver of their own, without Newton's method.
+
+use crate::admm::iterate::{Iterate, Momentum, iterate};
+use crate::admm::{Acceleration, SlipUpdate};
+use crate::factor::resolvent::Resolvent;
+use crate::linalg::stacked::Stacked;
+use crate::linalg::vector::quotient;
+use crate::problem::Problem;
+use crate::solver::monitor::{Call, Monitor};
+use crate::solver::record::Record;
+use crate::solver::warm_start::WarmStart;
+use crate::{AdmmFactor, Error, Real, Scene, Settings, Solution};
+use nalgebra::SVector;
+
+/// ADMM with the penalty of the factor: Algorithm 2 of the note, Algorithm 1, or without acceleration.
+///
+/// For firmware that does without Newton's method: less code and RAM than [`crate::Solver`], but five times the work to
+/// an error of 1e-6, and no proof of infeasibility. It keeps the last solution for a warm start, as [`crate::Solver`]
+/// does, and never allocates.
+///
+/// ```
+/// use nalgebra::{Matrix2, matrix, vector};
+/// use stiction::{AdmmFactor, AdmmSolver, Contact, Scene, Settings};
+///
+/// let mut scene = Scene::<f32, 2, 2, 1>::new();
+/// scene.set_mass(&(Matrix2::identity() * 2.0))?;
+/// scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
+/// let factor = AdmmFactor::new(&scene)?; // with the resolvent (I + rho W)⁻¹
+/// let mut solver = AdmmSolver::new();
+/// let solution = solver.solve(&scene, &factor, &vector![0.3, -0.2], &Settings::new(1e-4))?;
+/// assert!(solution.is_solved() && solution.work.iterations == solution.work.total());
+/// # Ok::<(), stiction::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct AdmmSolver<T: Real, const N: usize, const D: usize, const C: usize> {
+    solution: Solution<T, N, D, C>,
+    warm_start: WarmStart<T, D, C, 0>,
+    record: Record<T, D, C, 0>,
+    iterates: [Iterate<T, D>; C],
+    momentum: Momentum<T>,
+    slip_update: SlipUpdate,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D, C> {
+    /// A solver by Algorithm 2 that updates `s` at every iteration, and has solved nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self::with(Acceleration::Restart, SlipUpdate::EveryIteration)
+    }
+
+    /// A solver with these options, see [`Acceleration`] and [`SlipUpdate`].
+    #[must_use]
+    pub const fn with(acceleration: Acceleration, slip_update: SlipUpdate) -> Self {
+        Self {
+            solution: Solution::none(),
+            warm_start: WarmStart::cold(),
+            record: Record::none(),
+            iterates: [const { Iterate::none() }; C],
+            momentum: Momentum::none(acceleration),
+            slip_update,
+        }
+    }
+
+    /// Forgets the last solve, as [`crate::Solver::reset`].
+    pub fn reset(&mut self) {
+        self.warm_start = WarmStart::cold();
+        self.record.forget();
+    }
+
+    /// Starts the next solve at these impulses, as [`crate::Solver::set_impulses`].
+    ///
+    /// # Errors
+    /// Same errors as [`crate::Solver::set_impulses`].
+    pub fn set_impulses(&mut self, impulses: &[(u32, SVector<T, D>)]) -> Result<(), Error> {
+        self.warm_start.set(impulses, &[])?;
+        self.record.forget();
+        Ok(())
+    }
+
+    /// The last solution.
+    #[must_use]
+    pub const fn solution(&self) -> &Solution<T, N, D, C> {
+        &self.solution
+    }
+
+    /// Solves a scene for a free impulse `M v_free` (N·s), as [`crate::Solver::solve`].
+    ///
+    /// # Errors
+    /// Same errors as [`crate::Solver::solve`].
+    pub fn solve(
+        &mut self,
+        scene: &Scene<T, N, D, C>,
+        factor: &AdmmFactor<T, N, D, C>,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        self.run(scene, factor, free_impulse, settings, Call::Begin)
+    }
+
+    /// Goes on with a solve whose budget has ended, as [`crate::Solver::resume`].
+    ///
+    /// # Errors
+    /// As for [`Self::solve`].
+    pub fn resume(
+        &mut self,
+        scene: &Scene<T, N, D, C>,
+        factor: &AdmmFactor<T, N, D, C>,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        let is_paused = self
+            .record
+            .is_paused(|| scene.data_fingerprint(free_impulse, settings));
+        let call = if is_paused { Call::Resume } else { Call::Begin };
+        self.run(scene, factor, free_impulse, settings, call)
+    }
+
+    /// Begins a solve, or goes on.
+    fn run(
+        &mut self,
+        scene: &Scene<T, N, D, C>,
+        factor: &AdmmFactor<T, N, D, C>,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+        call: Call,
+    ) -> Result<&Solution<T, N, D, C>, Error> {
+        Problem::check(scene, factor.factor(), free_impulse, settings)?;
+        let mut problem = Problem::new(scene, factor.factor(), free_impulse, settings.model);
+        problem.fill(false);
+        let resolvent = factor.resolvent();
+        if call == Call::Begin {
+            self.record.begin();
+            self.begin(&problem, resolvent.penalty);
+        }
+        let (iterates, momentum) = (&mut self.iterates, &mut self.momentum);
+        let (solution, record) = (&mut self.solution, &mut self.record);
+        let mut monitor = Monitor::new(&mut problem, settings, solution, record, call);
+        if call == Call::Begin {
+            monitor.count_stopping();
+            consider(&mut monitor, iterates);
+        }
+        while monitor.is_running() {
+            step(
+                &mut monitor,
+                resolvent,
+                iterates,
+                momentum,
+                self.slip_update,
+            );
+        }
+        let r = impulses(iterates);
+        monitor.finish(&r);
+        let mut u = Stacked::zero();
+        for (u, iterate) in u.contacts.iter_mut().zip(&*iterates) {
+            *u = iterate.u.into();
+        }
+        self.warm_start.keep(scene, &u, &r, call != Call::Begin);
+        self.record
+            .pause(|| scene.data_fingerprint(free_impulse, settings));
+        Ok(&self.solution)
+    }
+
+    /// The first iterates: the last ones, or at rest without impulse.
+    fn begin(&mut self, problem: &Problem<'_, T, N, D, C, 0>, penalty: T) {
+        let [u, r] = self.warm_start.last(problem);
+        let pairs = u.contacts.iter().zip(&r.contacts);
+        for (iterate, (&u, &r)) in self.iterates.iter_mut().zip(pairs) {
+            *iterate = Iterate::at(u.into(), r.into(), penalty);
+        }
+        self.momentum.start();
+    }
+}
+
+/// One iteration, and a look at where it has led if that may be within tolerance.
+#[inline]
+fn step<T: Real, const N: usize, const D: usize, const C: usize>(
+    monitor: &mut Monitor<'_, '_, T, N, D, C, 0>,
+    resolvent: &Resolvent<T, D, C>,
+    iterates: &mut [Iterate<T, D>; C],
+    momentum: &mut Momentum<T>,
+    slip_update: SlipUpdate,
+) {
+    monitor.solution.work.iterations += 1;
+    let problem = &*monitor.problem;
+    let change = iterate(problem, resolvent, iterates, momentum, slip_update);
+    // Squares, of which it is enough to be compared.
+    let size = problem.reference_impulse * problem.reference_impulse;
+    let estimate = quotient(change.error, size.max(change.impulse));
+    let tolerance = monitor.tolerance() * monitor.tolerance();
+    if slip_update == SlipUpdate::OuterLoop && estimate <= tolerance {
+        iterates.iter_mut().for_each(Iterate::update_slip);
+        momentum.start();
+    }
+    if estimate <= tolerance * T::literal(4.0) {
+        consider(monitor, iterates);
+    }
+}
+
+/// Shows iterates to the monitor.
+fn consider<T: Real, const N: usize, const D: usize, const C: usize>(
+    monitor: &mut Monitor<'_, '_, T, N, D, C, 0>,
+    iterates: &[Iterate<T, D>; C],
+) {
+    let (r, mut u) = (impulses(iterates), Stacked::zero());
+    let natural_map = monitor.problem.natural_map(&r, &mut u);
+    monitor.consider(&r, &u, natural_map);
+}
+
+/// `r = -rho ζ`
+fn impulses<T: Real, const D: usize, const C: usize>(
+    iterates: &[Iterate<T, D>; C],
+) -> Stacked<T, D, C, 0> {
+    let mut r = Stacked::zero();
+    for (r, iterate) in r.contacts.iter_mut().zip(iterates) {
+        *r = iterate.impulse().into();
+    }
+    r
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize> Default for AdmmSolver<T, N, D, C> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,170 @@
+//! Scene, factor and solver in one value.
+
+use crate::{Error, Factor, Real, Scene, Settings, Solution, Solver};
+use nalgebra::SVector;
+
+mod limits;
+
+/// A scene, its factor and its solver in one value, for a `static`.
+///
+/// It recomputes the factor when `M` or a Jacobian has changed. Its size is that of its three parts.
+///
+/// ```
+/// use nalgebra::{Matrix2, matrix, vector};
+/// use stiction::{Contact, Kernel, Settings};
+///
+/// let mut kernel = Kernel::<f32, 2, 2, 1>::new(); // `const`
+/// let scene = kernel.scene_mut();
+/// scene.set_mass(&(Matrix2::identity() * 2.0))?;
+/// scene.push(&Contact {
+///     jacobian: matrix![0.0, 1.0; 1.0, 0.0],
+///     offset: vector![0.0, 0.0],
+///     mu: 0.5,
+///     key: 0,
+/// })?;
+/// let solution = kernel.solve(&vector![0.0, -0.2], &Settings::default())?;
+/// assert!(solution.is_solved() && solution.velocity.norm() < 1e-5);
+/// # Ok::<(), stiction::Error>(())
+/// ```
+///
+/// In a `static`, behind the mutex of the platform (`critical_section::Mutex` with a `RefCell` in firmware); a `static mut`
+/// inside the `main` of `cortex_m_rt::entry` does as well (`examples/firmware`):
+///
+/// ```
+/// use nalgebra::SVector;
+/// use std::sync::Mutex;
+/// use stiction::{Kernel, Settings};
+///
+/// static QUADRUPED: Mutex<Kernel<f32, 18, 3, 4>> = Mutex::new(Kernel::new()); // all zeros: no flash
+///
+/// let mut kernel = QUADRUPED.lock().unwrap();
+/// let refused = kernel.solve(&SVector::zeros(), &Settings::default()); // it has no mass yet
+/// assert!(refused.is_err());
+/// ```
+#[derive(Clone, Debug)]
+pub struct Kernel<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
+    scene: Scene<T, N, D, C, R>,
+    factor: Factor<T, N, D, C, R>,
+    solver: Solver<T, N, D, C, R>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Kernel<T, N, D, C, R>
+{
+    /// An empty scene, and nothing solved yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            scene: Scene::new(),
+            factor: Factor::empty(),
+            solver: Solver::new(),
+        }
+    }
+
+    /// The contact with the largest residual in the last solution, see [`Solution::worst_contact`].
+    #[must_use]
+    pub fn worst_contact(&self, settings: &Settings<T>) -> Option<usize> {
+        let solution = self.solution();
+        solution.worst_contact(&self.scene, &self.factor, settings)
+    }
+
+    /// The [`Settings::budget`] whose worst case takes at most so many microseconds at a clock of so many megahertz, in `f32` on a
+    /// Cortex-M4F with all contacts and joint rows in use; 0 if not even a call without budget fits.
+    ///
+    /// With the constants of [`crate::guide::error`]: a budget of `B` costs `(B + 27) a + b` multiplications, and each
+    /// of them seven cycles. Memory that makes the core wait costs more: measure, and give a slower clock.
+    ///
+    /// ```
+    /// use stiction::{Kernel, Settings};
+    ///
+    /// const TICK: Settings<f32> = Settings {
+    ///     budget: Kernel::<f32, 18, 3, 4>::budget_within(2_000, 168),
+    ///     ..Settings::new(1e-4)
+    /// };
+    /// assert!(TICK.budget > 80);
+    /// ```
+    #[must_use]
+    pub const fn budget_within(microseconds: usize, megahertz: usize) -> usize {
+        const CYCLES: usize = 7;
+        let (n, m, c) = (N, D * C + R, C + R);
+        // In thirtieths, of which a Newton step has whole ones.
+        let a = m * m * m + 45 * m * m;
+        let b = 19 * N * N + 38 * n * m + 8 * m * m + c * c * c * c;
+        let multiplications = microseconds.saturating_mul(megahertz).div_euclid(CYCLES);
+        let left = multiplications.saturating_sub(b).saturating_mul(30);
+        match left.checked_div(a) {
+            Some(budget) => budget.saturating_sub(27),
+            None => 0,
+        }
+    }
+
+    /// The scene.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene<T, N, D, C, R> {
+        &self.scene
+    }
+
+    /// The scene, to be filled or changed.
+    pub const fn scene_mut(&mut self) -> &mut Scene<T, N, D, C, R> {
+        &mut self.scene
+    }
+
+    /// The solver, to [`Solver::reset`] it or to [`Solver::set_impulses`].
+    pub const fn solver_mut(&mut self) -> &mut Solver<T, N, D, C, R> {
+        &mut self.solver
+    }
+
+    /// The last solution. After an `Err` it is still that of an earlier solve.
+    #[must_use]
+    pub const fn solution(&self) -> &Solution<T, N, D, C, R> {
+        self.solver.solution()
+    }
+
+    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]. Recomputes the factor first if `M` or `H`
+    /// has changed (`N³/6 + m N²/2 + m² N/2` multiplications for `m` contact rows).
+    ///
+    /// # Errors
+    /// As [`Factor::prepare`] and [`Solver::solve`].
+    pub fn solve(
+        &mut self,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C, R>, Error> {
+        self.prepare()?;
+        let solver = &mut self.solver;
+        solver.solve(&self.scene, &self.factor, free_impulse, settings)
+    }
+
+    /// Goes on with a solve whose budget has ended, as [`Solver::resume`].
+    ///
+    /// # Errors
+    /// As for [`Self::solve`].
+    pub fn resume(
+        &mut self,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C, R>, Error> {
+        self.prepare()?;
+        let solver = &mut self.solver;
+        solver.resume(&self.scene, &self.factor, free_impulse, settings)
+    }
+
+    /// Computes the factor now, if `M` or a Jacobian has changed; otherwise the next solve does.
+    ///
+    /// # Errors
+    /// As [`Factor::prepare`].
+    pub fn prepare(&mut self) -> Result<(), Error> {
+        if self.factor.is_current(&self.scene) {
+            return Ok(());
+        }
+        self.factor.prepare(&self.scene)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Default
+    for Kernel<T, N, D, C, R>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,162 @@
+//! Elimination among the equations of one contact, and the multipliers that it leaves.
+
+use crate::Real;
+use crate::linalg::stacked::Stacked;
+use core::ops::Range;
+
+/// The entries of a row in the first columns from `start` on, as many as a contact may have.
+#[inline]
+pub(super) fn own_columns<T: Real, const D: usize, const C: usize, const R: usize>(
+    row: &Stacked<T, D, C, R>,
+    start: usize,
+) -> Option<[T; D]> {
+    let own = row.contacts.as_flattened().get(start..)?;
+    own.first_chunk::<D>().copied()
+}
+
+/// The same, to be changed.
+#[inline]
+pub(super) fn own_columns_mut<T: Real, const D: usize, const C: usize, const R: usize>(
+    row: &mut Stacked<T, D, C, R>,
+    start: usize,
+) -> Option<&mut [T; D]> {
+    let own = row.contacts.as_flattened_mut().get_mut(start..)?;
+    own.first_chunk_mut::<D>()
+}
+
+/// Writes multipliers into the columns of a contact, as many as it has.
+#[inline]
+pub(super) fn keep<T: Real, const D: usize>(own: &mut [T; D], factors: &[T; D], count: usize) {
+    for (p, (own, &factor)) in own.iter_mut().zip(factors).enumerate() {
+        if p < count {
+            *own = factor;
+        }
+    }
+}
+
+/// Multipliers of a symmetric matrix: the entries of a contact's equations in one column, divided by their pivots.
+#[inline]
+pub(super) fn multiply<T: Real, const D: usize, V>(
+    rows: &[V; D],
+    entry: impl Fn(&V) -> Option<T>,
+    reciprocals: &[T; D],
+) -> [T; D] {
+    let mut factors = *reciprocals;
+    for (factor, row) in factors.iter_mut().zip(rows) {
+        *factor *= entry(row).unwrap_or(T::ZERO);
+    }
+    factors
+}
+
+/// `x U⁻¹`, with a block that holds `U` above its diagonal, and the reciprocals of that.
+#[inline]
+pub(super) fn divide<T: Real, const D: usize>(
+    x: &[T; D],
+    block: &[[T; D]; D],
+    reciprocals: &[T; D],
+) -> [T; D] {
+    let mut quotient = *x;
+    for (p, (row, &reciprocal)) in block.iter().zip(reciprocals).enumerate() {
+        let mut factor = T::ZERO;
+        if let Some(place) = quotient.get_mut(p) {
+            *place *= reciprocal;
+            factor = *place;
+        }
+        for (q, (x, &u)) in quotient.iter_mut().zip(row).enumerate() {
+            if q > p {
+                *x -= factor * u;
+            }
+        }
+    }
+    quotient
+}
+
+/// Eliminates among the rows of one contact: first in its own columns, then in those behind.
+#[inline(never)]
+pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: usize>(
+    rows: &mut [Stacked<T, D, C, R>; D],
+    columns: Range<usize>,
+    [last, last_row]: [usize; 2],
+    reciprocals: &mut [T; D],
+    order: &mut [usize; D],
+    symmetric: bool,
+) -> Option<()> {
+    let count = columns.len();
+    let mut block = [[T::ZERO; D]; D];
+    for (block, row) in block.iter_mut().zip(&*rows) {
+        *block = own_columns(row, columns.start)?;
+    }
+    *reciprocals = [T::ZERO; D];
+    for (p, (reciprocal, taken)) in reciprocals.iter_mut().zip(order).enumerate().take(count) {
+        // Rows that are not used have nothing to offer, being zero.
+        let (mut largest, mut index) = (T::ZERO, p);
+        let end = if symmetric { p + 1 } else { D };
+        for i in p..end {
+            let size = block.get(i)?.get(p)?.abs();
+            if size > largest {
+                (largest, index) = (size, i);
+            }
+        }
+        *taken = index;
+        if index != p && index < D {
+            rows.swap(p, index);
+            block.swap(p, index);
+        }
+        let source = *block.get(p)?;
+        *reciprocal = T::ONE / *source.get(p)?;
+        let usable = largest > T::ZERO && reciprocal.abs() > T::ZERO;
+        if !usable {
+            return None;
+        }
+        for i in p + 1..D {
+            let row = block.get_mut(i)?;
+            let factor = *row.get(p)? * *reciprocal;
+            for (q, (entry, &source)) in row.iter_mut().zip(&source).enumerate() {
+                if q > p {
+                    *entry -= factor * source;
+                }
+            }
+            *row.get_mut(p)? = factor;
+        }
+    }
+    for (row, block) in rows.iter_mut().zip(&block).take(count) {
+        let own = row.contacts.as_flattened_mut();
+        *own.get_mut(columns.start..)?.first_chunk_mut::<D>()? = *block;
+    }
+    for (i, row) in block.iter_mut().enumerate() {
+        for (p, factor) in row.iter_mut().enumerate() {
+            if p >= i || i >= count {
+                *factor = T::ZERO;
+            }
+        }
+    }
+    for k in columns.start + D..last.min(D * C) {
+        eliminate_column(rows, &block, |row| {
+            row.contacts.as_flattened_mut().get_mut(k)
+        });
+    }
+    for k in 0..last_row {
+        eliminate_column(rows, &block, |row| row.rows.get_mut(k));
+    }
+    Some(())
+}
+
+/// Eliminates in one column behind a contact's own, with the multipliers of its block.
+#[inline]
+fn eliminate_column<T: Real, const D: usize, V>(
+    rows: &mut [V; D],
+    factors: &[[T; D]; D],
+    entry: impl Fn(&mut V) -> Option<&mut T>,
+) {
+    let mut x = [T::ZERO; D];
+    for (i, (row, factors)) in rows.iter_mut().zip(factors).enumerate() {
+        if let Some(entry) = entry(row) {
+            for (&x, &factor) in x.iter().zip(factors).take(i) {
+                *entry -= factor * x;
+            }
+            if let Some(x) = x.get_mut(i) {
+                *x = *entry;
+            }
+        }
+    }
+}

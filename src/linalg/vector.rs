@@ -1,0 +1,53 @@
+//! Vectors, and norms that neither overflow nor vanish.
+
+use crate::Real;
+use nalgebra::{ArrayStorage, SVector};
+
+/// A vector of zeros in a constant.
+pub(crate) const fn zeros<T: Real, const K: usize>() -> SVector<T, K> {
+    SVector::from_array_storage(ArrayStorage([[T::ZERO; K]; 1]))
+}
+
+/// A quotient of norms in which 0/0 is 0, and whatever is not a number is infinite.
+pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
+    if numerator == T::ZERO && denominator.is_finite() {
+        T::ZERO
+    } else if numerator.is_finite() && denominator.is_finite() {
+        numerator / denominator
+    } else {
+        T::ONE / T::ZERO
+    }
+}
+
+/// `(sqrt(residual) + sqrt(noise)) / sqrt(size)`, of squares: what rounding may hide of an error adds to it.
+#[inline]
+pub(crate) fn root_sum<T: Real>(residual: T, noise: T, size: T) -> T {
+    let error = quotient(residual, size).square_root();
+    if noise == T::ZERO {
+        return error;
+    }
+    error + quotient(noise, size).square_root()
+}
+
+/// A power of two that brings the largest of some numbers near 1, so that their squares neither
+/// overflow nor vanish.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn unit<T: Real>(largest: T) -> T {
+    if largest > T::ZERO && largest.is_finite() {
+        T::power_of_two(-largest.exponent())
+    } else {
+        T::ONE
+    }
+}
+
+/// The largest of a number and of some sizes; sizes that are not numbers do not count.
+#[inline]
+pub(crate) fn larger<T: Real>(mut largest: T, values: &[T], scale: T) -> T {
+    for &value in values {
+        let size = (value * scale).abs();
+        if size > largest {
+            largest = size;
+        }
+    }
+    largest
+}

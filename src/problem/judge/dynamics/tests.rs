@@ -1,0 +1,23 @@
+//! The error of the dynamics in any unit.
+
+use super::momentum;
+use crate::Scene;
+use crate::linalg::stacked::Stacked;
+use proptest::array::uniform3;
+use proptest::prelude::*;
+
+proptest! {
+    /// Where squares overflow or vanish a unit is found in which they do not.
+    #[test]
+    fn the_error_of_the_dynamics_has_no_unit(
+        mass in uniform3(uniform3(-1.0_f32..1.0)),
+        (f, v) in (uniform3(-1.0_f32..1.0), uniform3(-1.0_f32..1.0)),
+        exponent in -90..90,
+    ) {
+        let scaled = |x: [f32; 3]| x.map(|x| x * 2_f32.powi(exponent));
+        let scene = Scene::<_, 3, 1, 0>::from_parts(mass.into(), [], []);
+        let r = Stacked::zero();
+        let error = |f, v| momentum(&scene, &f, &v, &r, &mut r.clone()).plain.error(0.0);
+        prop_assert_eq!(error(f, v).to_bits(), error(scaled(f), scaled(v)).to_bits());
+    }
+}

@@ -1,0 +1,251 @@
+//! The judge: from an impulse to a solution, its velocity and its error.
+
+use crate::linalg::stacked::Stacked;
+use crate::linalg::vector::{larger, zeros};
+use crate::problem::Problem;
+use crate::sets::ContactSet;
+use crate::sets::contact::natural_map;
+use crate::{ContactSolution, Factor, Real, RowSolution, Scene, Settings, Solution};
+use dynamics::Dynamics;
+use rounding::Rounding;
+
+pub(crate) mod dynamics;
+pub(crate) mod rounding;
+
+/// Impulses as they are written, and as they are judged: of contacts in scaled rows.
+struct Impulses<T, const D: usize, const C: usize, const R: usize> {
+    written: Stacked<T, D, C, R>,
+    judged: Stacked<T, D, C, R>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Problem<'_, T, N, D, C, R>
+{
+    /// Writes velocity, contacts, joint rows and error of an impulse into a solution. The error includes a bound on rounding. If it
+    /// exceeds the tolerance, what it is made of is computed again with twice the digits.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn evaluate(
+        &self,
+        r: &Stacked<T, D, C, R>,
+        tolerance: T,
+        solution: &mut Solution<T, N, D, C, R>,
+    ) {
+        let [v] = &mut solution.velocity.data.0;
+        self.factor.velocity(&self.whitened, r, v);
+        if self.scene.is_mixed() {
+            let impulses = self.written(r);
+            self.judge(&impulses.written, &impulses.judged, tolerance, solution);
+        } else {
+            self.judge(r, r, tolerance, solution);
+        }
+    }
+
+    /// Impulses as they are written, in rows that are not scaled, those of joint rows within their bounds; and what of them is
+    /// judged.
+    fn written(&self, r: &Stacked<T, D, C, R>) -> Impulses<T, D, C, R> {
+        let mut impulses = Impulses {
+            written: *r,
+            judged: *r,
+        };
+        let contacts = impulses
+            .written
+            .contacts
+            .iter_mut()
+            .zip(&mut impulses.judged.contacts);
+        for (i, (written, judged)) in contacts.enumerate().take(self.sets.contacts().len()) {
+            *written = self.scene.scale(i, *written);
+            *judged = self.scene.unscale(i, *written);
+        }
+        let rows = impulses
+            .written
+            .rows
+            .iter_mut()
+            .zip(&mut impulses.judged.rows);
+        for ((written, judged), set) in rows.zip(self.sets.rows()) {
+            *written = set.project(*written);
+            *judged = *written;
+        }
+        impulses
+    }
+
+    /// Writes what impulses do, and their error.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn judge(
+        &self,
+        written: &Stacked<T, D, C, R>,
+        judged: &Stacked<T, D, C, R>,
+        tolerance: T,
+        solution: &mut Solution<T, N, D, C, R>,
+    ) {
+        let mut u = Stacked {
+            contacts: [[T::ONE; D]; C], // all that is used is overwritten, and zeros would call memset
+            rows: [T::ONE; R],
+        };
+        let ([v], [free]) = (&solution.velocity.data.0, &self.free_impulse.data.0);
+        let mut momentum = dynamics::momentum(self.scene, free, v, written, &mut u);
+        self.add_compliance(written, &mut u);
+        self.set_floors(&mut momentum);
+        let rounding = rounding::bound(self, v, judged, &momentum);
+        solution.error = self.error(&momentum, &u, judged, &rounding);
+        if solution.error > tolerance {
+            let places = (&mut u, &mut momentum);
+            let rounding = rounding::refine(self, v, [judged, written], places, &rounding);
+            self.add_compliance(written, &mut u);
+            solution.error = self.error(&momentum, &u, judged, &rounding);
+        }
+        self.write(written, judged, &u, solution);
+    }
+
+    /// Adds to `u = H v + w` the velocities of compliance.
+    #[inline]
+    fn add_compliance(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
+        for (i, (u, r)) in u.contacts.iter_mut().zip(&r.contacts).enumerate() {
+            if let Some(scaling) = self.scene.scaling(i) {
+                for (u, added) in u.iter_mut().zip(scaling.compliance_velocity(r)) {
+                    *u += added;
+                }
+            }
+        }
+        let rows = u.rows.iter_mut().zip(&r.rows).zip(self.scene.rows());
+        for ((u, &r), row) in rows {
+            *u += row.compliance * r;
+        }
+    }
+
+    /// Sets what momenta are compared with at least in a mixed scene.
+    #[inline]
+    fn set_floors(&self, momentum: &mut Dynamics<T>) {
+        if let Some(weighted) = &mut momentum.weighted {
+            let diagonal = self.scene.mass().data.0.iter().enumerate();
+            let heaviest = diagonal.fold(T::ZERO, |largest, (k, column)| {
+                column.get(k).map_or(largest, |&mass| largest.max(mass))
+            });
+            weighted.compare_with(self.energy.momentum_floor(weighted.unit));
+            let plain = self.energy.momentum_floor(momentum.plain.unit);
+            momentum.plain.compare_with(plain * heaviest);
+        }
+    }
+
+    /// Error of velocities, not scaled, and impulses, with bounds on rounding added: of `W`, which gives the steps `alpha_i` and
+    /// the sizes, of the sums, and of this evaluation.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn error(
+        &self,
+        momentum: &Dynamics<T>,
+        u: &Stacked<T, D, C, R>,
+        r: &Stacked<T, D, C, R>,
+        rounding: &Rounding<T, C, R>,
+    ) -> T {
+        if self.is_immovable_and_violated {
+            return T::ONE / T::ZERO;
+        }
+        let noise = &rounding.velocities;
+        let mut error = if self.scene.is_mixed() {
+            let mut scaled = *u;
+            for (i, u) in scaled.contacts.iter_mut().enumerate() {
+                *u = self.scene.scale(i, *u);
+            }
+            let sets = &self.sets;
+            let contacts = sets.contact_error(self.reference_impulse, &scaled, r, &noise.contacts);
+            self.energy
+                .larger_error(contacts, sets, (&scaled, r), Some(noise))
+        } else {
+            let contacts = &noise.contacts;
+            self.sets
+                .contact_error(self.reference_impulse, u, r, contacts)
+        };
+        error = error.max(momentum.plain.error(rounding.momentum));
+        if let Some(weighted) = &momentum.weighted {
+            error = error.max(weighted.error(rounding.weighted));
+        }
+        if error > T::ZERO {
+            let uncertainty = self.factor.uncertainty();
+            return error * (T::ONE + uncertainty) + T::literal(4.0) * T::EPSILON;
+        }
+        error
+    }
+
+    /// Writes down impulses, velocities and modes.
+    fn write(
+        &self,
+        written: &Stacked<T, D, C, R>,
+        judged: &Stacked<T, D, C, R>,
+        u: &Stacked<T, D, C, R>,
+        solution: &mut Solution<T, N, D, C, R>,
+    ) {
+        solution.contacts.clear();
+        let sources = self.sets.contacts().iter().zip(self.scene.contacts());
+        let values = u
+            .contacts
+            .iter()
+            .zip(written.contacts.iter().zip(&judged.contacts));
+        for (i, ((set, contact), (&velocity, (&impulse, &r)))) in sources.zip(values).enumerate() {
+            let u = self.scene.scale(i, velocity);
+            // There is room: the scene has no more contacts than the solution.
+            let _ = solution.contacts.push(ContactSolution {
+                key: contact.key,
+                impulse: impulse.into(),
+                velocity: velocity.into(),
+                mode: natural_map::mode(set, &u.into(), &r.into()),
+            });
+        }
+        solution.rows.clear();
+        let sources = self.sets.rows().iter().zip(self.scene.rows());
+        for ((set, row), (&velocity, &impulse)) in sources.zip(u.rows.iter().zip(&written.rows)) {
+            let _ = solution.rows.push(RowSolution {
+                key: row.key,
+                impulse,
+                velocity,
+                mode: set.mode(row, impulse, velocity),
+            });
+        }
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Solution<T, N, D, C, R>
+{
+    /// Index of the contact with the largest error, or `None` if all are exact. Pass the scene, factor and settings of the
+    /// solve.
+    ///
+    /// The error of a contact is the largest entry of `r_i - Π_K(r_i - alpha_i û_i)` (N·s), see [`crate::guide::error`].
+    /// [`crate::Kernel::worst_contact`] needs the settings alone.
+    ///
+    /// ```
+    /// # use nalgebra::{Matrix2, matrix, vector};
+    /// # use stiction::{Contact, Kernel, Settings};
+    /// # let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    /// # let scene = kernel.scene_mut();
+    /// # scene.set_mass(&(Matrix2::identity() * 2.0))?;
+    /// # scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
+    /// let settings = Settings { budget: 0, ..Settings::new(1e-9) };
+    /// kernel.solve(&vector![0.0, -0.2], &settings)?;
+    /// assert_eq!(kernel.worst_contact(&settings), Some(0)); // nothing has pushed it yet
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    #[must_use]
+    pub fn worst_contact(
+        &self,
+        scene: &Scene<T, N, D, C, R>,
+        factor: &Factor<T, N, D, C, R>,
+        settings: &Settings<T>,
+    ) -> Option<usize> {
+        let (mut largest, mut worst) = (T::ZERO, None);
+        for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
+            let alpha = factor.natural_map_step(i);
+            let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
+            let velocity = scene.scale(i, found.velocity.into()).into();
+            let impulse = scene.unscale(i, found.impulse.into()).into();
+            if set.is_immovable_and_violated(&velocity) {
+                return Some(i);
+            }
+            let pushed = velocity * alpha;
+            let (residual, _) = natural_map::natural_map(&set, &pushed, &impulse);
+            let size = larger(largest, residual.as_slice(), T::ONE);
+            if size > largest {
+                (largest, worst) = (size, Some(i));
+            }
+        }
+        worst
+    }
+}

@@ -1,0 +1,229 @@
+//! The contacts of a scene: pushed, changed, removed.
+
+use super::checks::{check_finite, copy_and_hash, fingerprint};
+use super::surface::Scaling;
+use super::{Contact, Scene, Surface, move_up};
+use crate::linalg::sparsity::{GROUP, Support};
+use crate::{Error, FrictionCone, Input, List, Real};
+use nalgebra::{SMatrix, SVector};
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Scene<T, N, D, C, R> {
+    /// Adds a contact and returns its index. One with rows for spin or roll needs [`Self::push_on`], which asks for their
+    /// lengths.
+    ///
+    /// # Errors
+    /// [`Error::ListFull`], [`Error::NotFinite`], [`Error::InvalidFriction`].
+    pub fn push(&mut self, contact: &Contact<T, N, D>) -> Result<usize, Error> {
+        const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
+        self.append(contact, contact.mu, &Scaling::plain())
+    }
+
+    /// Adds a contact with a surface of its own, which stands in for its [`Contact::mu`], and returns its index.
+    ///
+    /// # Errors
+    /// As [`Self::push`]; [`Error::InvalidCompliance`].
+    pub fn push_on(
+        &mut self,
+        contact: &Contact<T, N, D>,
+        surface: &Surface<T>,
+    ) -> Result<usize, Error> {
+        surface.check(self.counts.contacts)?;
+        let scaling = Scaling::of(surface);
+        let index = self.append(contact, surface.reference::<D>(), &scaling)?;
+        self.has_surfaces = true;
+        Ok(index)
+    }
+
+    /// Adds a contact with this friction coefficient.
+    fn append(
+        &mut self,
+        contact: &Contact<T, N, D>,
+        mu: T,
+        scaling: &Scaling<T, D>,
+    ) -> Result<usize, Error> {
+        let index = self.counts.contacts;
+        let Some(place) = self.contacts.get_mut(index) else {
+            return Err(Error::ListFull {
+                list: List::Contacts,
+                capacity: C,
+            });
+        };
+        check_finite(&contact.jacobian, Input::Jacobian { contact: index })?;
+        check_finite(&contact.offset, Input::Offset { contact: index })?;
+        if !FrictionCone::is_valid(mu) {
+            return Err(Error::InvalidFriction { contact: index });
+        }
+        (place.offset, place.mu, place.key) = (contact.offset, mu, contact.key);
+        let (target, numbers) = (place.jacobian.as_mut_slice(), contact.jacobian.as_slice());
+        let print = copy_and_hash(target, numbers, index);
+        if let Some(place) = self.scalings.get_mut(index) {
+            *place = *scaling;
+        }
+        self.contacts_print = self.contacts_print.wrapping_add(print);
+        self.contacts_print = self.contacts_print.wrapping_add(scaling.fingerprint(index));
+        self.counts.contacts += 1;
+        self.find_support(index);
+        Ok(index)
+    }
+
+    /// Removes all contacts; joint rows stay.
+    pub fn clear_contacts(&mut self) {
+        self.counts.contacts = 0;
+        self.contacts_print = 0;
+        self.has_surfaces = false;
+    }
+
+    /// Removes the first contact with this key; those behind it move up.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchKey`].
+    pub fn remove_contact(&mut self, key: u32) -> Result<(), Error> {
+        let index = self
+            .contacts()
+            .iter()
+            .position(|contact| contact.key == key);
+        let index = index.ok_or(Error::NoSuchKey { key })?;
+        let last = self.counts.contacts;
+        for contact in index..last {
+            self.contacts_print = self
+                .contacts_print
+                .wrapping_sub(self.contact_print(contact));
+        }
+        move_up(self.contacts.get_mut(index..last));
+        move_up(self.scalings.get_mut(index..last));
+        move_up(self.supports.get_mut(index..last));
+        self.counts.contacts = last - 1;
+        let mut left = self.scalings.iter().take(last - 1);
+        self.has_surfaces = left.any(|scaling| scaling.is_surface);
+        for contact in index..last - 1 {
+            self.contacts_print = self
+                .contacts_print
+                .wrapping_add(self.contact_print(contact));
+        }
+        Ok(())
+    }
+
+    /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor is stale then: a solve refuses it
+    /// ([`Error::StaleFactor`]) until it is prepared again. A factor from [`crate::Factor::from_parts`] is never refused: do
+    /// not change Jacobians with it.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchContact`], [`Error::NotFinite`].
+    pub fn set_jacobian(
+        &mut self,
+        contact: usize,
+        jacobian: &SMatrix<T, D, N>,
+    ) -> Result<(), Error> {
+        check_finite(jacobian, Input::Jacobian { contact })?;
+        self.contact_mut(contact)?;
+        let before = self.contact_print(contact);
+        self.contact_mut(contact)?.jacobian.copy_from(jacobian);
+        self.find_support(contact);
+        let print = self.contacts_print.wrapping_sub(before);
+        self.contacts_print = print.wrapping_add(self.contact_print(contact));
+        Ok(())
+    }
+
+    /// Replaces the offset `w_i` of a contact; a stored factor stays valid.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchContact`], [`Error::NotFinite`].
+    pub fn set_offset(&mut self, contact: usize, offset: &SVector<T, D>) -> Result<(), Error> {
+        check_finite(offset, Input::Offset { contact })?;
+        self.contact_mut(contact)?.offset = *offset;
+        Ok(())
+    }
+
+    /// Replaces the friction coefficient `mu_i` of a contact; a stored factor stays valid. It is the larger one of a surface of
+    /// [`Self::push_on`], which scales the others with it, and there it cannot become 0 or cease to be: push the contact anew.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchContact`], [`Error::InvalidFriction`].
+    pub fn set_friction(&mut self, contact: usize, mu: T) -> Result<(), Error> {
+        let surface = self
+            .scaling(contact)
+            .copied()
+            .filter(|scaling| scaling.is_surface);
+        let place = &mut self.contact_mut(contact)?.mu;
+        let fits = surface
+            .is_none_or(|scaling| scaling.has_tangents() && mu > T::ZERO && *place > T::ZERO);
+        if !FrictionCone::is_valid(mu) || !fits {
+            return Err(Error::InvalidFriction { contact });
+        }
+        *place = mu;
+        Ok(())
+    }
+
+    /// The contacts, in the order they were added.
+    #[must_use]
+    pub fn contacts(&self) -> &[Contact<T, N, D>] {
+        self.contacts
+            .get(..self.counts.contacts)
+            .unwrap_or_default()
+    }
+
+    /// The first contact with this key.
+    #[must_use]
+    pub fn contact_by_key(&self, key: u32) -> Option<&Contact<T, N, D>> {
+        self.contacts().iter().find(|contact| contact.key == key)
+    }
+
+    /// Scales and compliance of the contacts, if there is a surface among them.
+    #[inline]
+    pub(crate) fn scaling(&self, contact: usize) -> Option<&Scaling<T, D>> {
+        self.scalings.get(contact).filter(|_| self.has_surfaces)
+    }
+
+    /// The contacts, each with where its Jacobian has entries.
+    #[inline]
+    pub(crate) fn supported(&self) -> impl Iterator<Item = (&Contact<T, N, D>, Support)> {
+        self.contacts().iter().zip(self.supports.iter().copied())
+    }
+
+    /// A velocity in the scaled rows of a contact; the physical one of an impulse there.
+    #[inline]
+    pub(crate) fn scale(&self, contact: usize, x: [T; D]) -> [T; D] {
+        self.scaling(contact).map_or(x, |scaling| scaling.scale(x))
+    }
+
+    /// An impulse in the scaled rows of a contact; the physical one of a velocity there. Nothing is left of a row that is
+    /// scaled by 0.
+    #[inline]
+    pub(crate) fn unscale(&self, contact: usize, x: [T; D]) -> [T; D] {
+        self.scaling(contact)
+            .map_or(x, |scaling| scaling.unscale(x))
+    }
+
+    /// Fingerprint of a contact and its place.
+    pub(super) fn contact_print(&self, contact: usize) -> u64 {
+        let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
+        let own = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));
+        let scaling = self.scalings.get(contact);
+        own.wrapping_add(scaling.map_or(0, |scaling| scaling.fingerprint(contact)))
+    }
+
+    /// A contact in use.
+    fn contact_mut(&mut self, contact: usize) -> Result<&mut Contact<T, N, D>, Error> {
+        let contacts = self
+            .contacts
+            .get_mut(..self.counts.contacts)
+            .unwrap_or_default();
+        contacts
+            .get_mut(contact)
+            .ok_or(Error::NoSuchContact { contact })
+    }
+
+    /// Finds out what a Jacobian moves.
+    fn find_support(&mut self, contact: usize) {
+        let supports = self.supports.get_mut(contact);
+        if let (Some(support), Some(contact)) = (supports, self.contacts.get(contact)) {
+            let groups = contact
+                .jacobian
+                .as_slice()
+                .chunks_exact(GROUP * D)
+                .enumerate();
+            let moved = groups.filter(|(_, group)| group.iter().any(|&entry| entry != T::ZERO));
+            *support = Support::of::<N>(moved.map(|(group, _)| group * GROUP));
+        }
+    }
+}

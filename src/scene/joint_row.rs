@@ -1,0 +1,73 @@
+//! Joint rows: one row over the generalised velocities each, with a law of its own.
+
+use crate::Real;
+use crate::linalg::vector::zeros;
+use nalgebra::SVector;
+
+/// One row beside the contacts, `s = row · v + offset + R λ`, and the law that binds `s` to its impulse `λ`.
+///
+/// [`crate::time_stepping`] makes them of what a robot has: limits, dry friction, motors, loops.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointRow<T, const N: usize> {
+    /// The row over the velocities; a unit row for the limit of a joint.
+    pub row: SVector<T, N>,
+    /// What is added to `row · v`, in the unit of that.
+    pub offset: T,
+    /// What binds `λ` to `s`.
+    pub law: RowLaw<T>,
+    /// Compliance `R >= 0`, in the unit of `s` over that of `λ`; 0 is rigid.
+    pub compliance: T,
+    /// Which row it is, for a warm start, as [`crate::Contact::key`] (rows and contacts apart).
+    pub key: u32,
+}
+
+impl<T: Real, const N: usize> JointRow<T, N> {
+    /// A place that is not used.
+    pub(super) const fn none() -> Self {
+        Self {
+            row: zeros(),
+            offset: T::ZERO,
+            law: RowLaw::Limit,
+            compliance: T::ZERO,
+            key: 0,
+        }
+    }
+}
+
+/// The law of a joint row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RowLaw<T> {
+    /// `0 <= λ ⟂ s >= 0`: a joint's stop.
+    Limit,
+    /// `s = 0`, whatever `λ` that takes: a loop that is closed, a gear. Redundant ones may stand side by side.
+    Equality,
+    /// `lower <= λ <= upper`, at `lower` while `s > 0` and at `upper` while `s < 0`: dry friction, a motor with a
+    /// torque limit.
+    Box {
+        /// Least impulse, in the unit of `λ`.
+        lower: T,
+        /// Largest impulse, not below the least.
+        upper: T,
+    },
+}
+
+impl<T: Real> RowLaw<T> {
+    /// The least and the largest `λ`.
+    pub(crate) fn bounds(&self) -> [T; 2] {
+        let infinity = T::ONE / T::ZERO;
+        match *self {
+            Self::Limit => [T::ZERO, infinity],
+            Self::Equality => [-infinity, infinity],
+            Self::Box { lower, upper } => [lower, upper],
+        }
+    }
+
+    /// Are its bounds numbers, and in order?
+    pub(crate) fn is_valid(&self) -> bool {
+        match *self {
+            Self::Box { lower, upper } => lower.is_finite() && upper.is_finite() && lower <= upper,
+            _ => true,
+        }
+    }
+}

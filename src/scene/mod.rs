@@ -1,0 +1,236 @@
+//! The scene: generalised mass matrix, contacts and joint rows, checked where they enter.
+
+use crate::linalg::sparsity::Support;
+use crate::linalg::stacked::Counts;
+use crate::{Error, Input, Model, Real, Settings};
+use checks::{check_symmetric, copy_and_hash, fingerprint};
+use nalgebra::{ArrayStorage, SMatrix, SVector};
+pub(crate) use surface::Scaling;
+
+mod checks;
+mod contact;
+mod contacts;
+mod delassus;
+mod joint_row;
+mod rows;
+mod surface;
+
+pub(crate) use checks::check_finite;
+pub use contact::{Contact, contact_frame};
+pub use joint_row::{JointRow, RowLaw};
+pub use surface::Surface;
+
+/// A generalised mass matrix, up to `C` contacts of `D` rows each and up to `R` joint rows, over `N` velocities.
+///
+/// How many contacts and rows there are is chosen at run time, the sizes at compile time. A scene can stand in
+/// a `static`. What is in it has been checked; but after an `Err` halfway through filling it is half a scene, which a
+/// solve would solve: call [`Self::clear`] then.
+///
+/// Everything is replaced in place. What a change costs before the next solve, with `m` contact and joint rows:
+///
+/// | change | to be done | multiplications |
+/// |---|---|---|
+/// | the free impulse; an offset, [`Self::set_offset`]; a friction coefficient, [`Self::set_friction`]; a joint row's law, [`Self::set_row_law`] | nothing | 0 |
+/// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts and rows in use, each step | [`crate::Factor::prepare`], in place | `N³/6 + m N²/2 + m² N/2` |
+/// | the same, for [`crate::AdmmSolver`] | [`crate::AdmmFactor::prepare`], in place | `m³/2` more |
+/// | the penalty of ADMM | [`crate::AdmmFactor::set_penalty`] | `m³/2` |
+///
+/// Contacts that come and go are pushed again, with the keys they had ([`Contact::key`]). A contact that opens for a while
+/// is cheaper kept, with its gap as an offset ([`crate::time_stepping::Gap`]).
+///
+/// ```
+/// use nalgebra::{Matrix2, matrix, vector};
+/// use stiction::{Contact, Error, List, Scene};
+///
+/// // A 2 kg point mass in the plane (x, height) over a floor.
+/// let mut scene = Scene::<f32, 2, 2, 1>::new();
+/// scene.set_mass(&(Matrix2::identity() * 2.0))?;
+/// let floor = Contact {
+///     jacobian: matrix![0.0, 1.0; 1.0, 0.0], // normal row first
+///     offset: vector![0.0, 0.0],
+///     mu: 0.5,
+///     key: 0,
+/// };
+/// assert_eq!(scene.push(&floor), Ok(0));
+/// assert_eq!(scene.push(&floor), Err(Error::ListFull { list: List::Contacts, capacity: 1 }));
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Scene<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
+    mass: SMatrix<T, N, N>,
+    contacts: [Contact<T, N, D>; C],
+    /// Scales and compliance of the contacts' rows.
+    scalings: [Scaling<T, D>; C],
+    /// Nonzero columns of their Jacobians.
+    supports: [Support; C],
+    rows: [JointRow<T, N>; R],
+    /// Contacts and rows in use.
+    counts: Counts,
+    /// Is there a contact with a surface of its own?
+    has_surfaces: bool,
+    /// Fingerprint of `M`.
+    mass_print: u64,
+    /// Sums of the fingerprints of contacts and of joint rows.
+    contacts_print: u64,
+    rows_print: u64,
+    /// By how much `H Hᵀ` differs from a `W` that was given, relative to its diagonal; 0 if none was.
+    delassus_gap: T,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Scene<T, N, D, C, R> {
+    /// A scene without mass, contacts and joint rows; give it a mass matrix before it is factorised.
+    #[must_use]
+    pub const fn new() -> Self {
+        const {
+            assert!(
+                N >= 1 && C + R >= 1,
+                "a scene has velocities, and room for a contact or a joint row"
+            );
+            assert!(
+                matches!(D, 1..=4 | 6),
+                "a contact has 1, 2, 3, 4 or 6 rows: normal, tangents, spin, two rolls"
+            );
+        }
+        Self {
+            mass: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; N]; N])),
+            contacts: [const { Contact::none() }; C],
+            scalings: [Scaling::none(); C],
+            supports: [Support::none(); C],
+            rows: [const { JointRow::none() }; R],
+            counts: Counts {
+                contacts: 0,
+                rows: 0,
+            },
+            has_surfaces: false,
+            mass_print: 0,
+            contacts_print: 0,
+            rows_print: 0,
+            delassus_gap: T::ZERO,
+        }
+    }
+
+    /// A scene with all its `C` contacts and `R` joint rows from constants, to stand in a `static`.
+    ///
+    /// Unchecked: use numbers that [`Self::set_mass`], [`Self::push`] and [`Self::push_row`] accepted on the host
+    /// (`examples/bake`, and the example of [`crate::Factor::from_parts`]). Other numbers end in an error or a status other than
+    /// [`crate::Status::Solved`], never in a panic. A factor that is computed for such a scene is not told from that of another
+    /// one with as many contacts and rows.
+    #[must_use]
+    pub const fn from_parts(
+        mass: SMatrix<T, N, N>,
+        contacts: [Contact<T, N, D>; C],
+        rows: [JointRow<T, N>; R],
+    ) -> Self {
+        const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
+        Self {
+            mass,
+            contacts,
+            scalings: [Scaling::plain(); C],
+            supports: [Support::all(); C],
+            rows,
+            counts: Counts {
+                contacts: C,
+                rows: R,
+            },
+            has_surfaces: false,
+            mass_print: 1,
+            contacts_print: 0,
+            rows_print: 0,
+            delassus_gap: T::ZERO,
+        }
+    }
+
+    /// Sets the generalised mass matrix `M` (`N × N`; kg, kg m, kg m² by the units of the dofs). A stored factor is
+    /// stale then, see [`Self::set_jacobian`].
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if `M_ij` and `M_ji` differ by more than `sqrt(eps |M_ii M_jj|)`.
+    /// Whether `M` is positive definite is checked by [`crate::Factor::prepare`].
+    pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
+        check_finite(mass, Input::Mass)?;
+        check_symmetric(mass)?;
+        self.mass_print = copy_and_hash(self.mass.as_mut_slice(), mass.as_slice(), C + R);
+        self.delassus_gap = T::ZERO;
+        Ok(())
+    }
+
+    /// Removes all contacts and joint rows.
+    pub fn clear(&mut self) {
+        self.clear_contacts();
+        self.clear_rows();
+        self.delassus_gap = T::ZERO;
+    }
+
+    /// A mass that changes with the unit of mass as all others do: the power of two below `M_00`. What is scaled by it does
+    /// so exactly.
+    pub(crate) fn reference_mass(&self) -> T {
+        let first = self.mass.as_slice().first();
+        first.map_or(T::ONE, |mass| T::power_of_two(mass.exponent()))
+    }
+
+    /// By how much `H Hᵀ` differs from a `W` that was given: `W_ab` by so many `sqrt(W_aa W_bb)` at most.
+    pub(crate) const fn delassus_gap(&self) -> T {
+        self.delassus_gap
+    }
+
+    /// 64-bit hash of `M`, `H`, joint rows and compliance. Neither 0 nor the largest number. (Of 32 bits two scenes of a
+    /// simulation have the same one every few hours.)
+    pub(crate) fn fingerprint(&self) -> u64 {
+        let sum = self.mass_print.wrapping_add(self.contacts_print);
+        let sum = sum.wrapping_add(self.rows_print);
+        sum.clamp(1, u64::MAX - 1)
+    }
+
+    /// Fingerprint of all that a solve depends on.
+    pub(crate) fn data_fingerprint(
+        &self,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> u64 {
+        let mut hash = fingerprint(free_impulse.as_slice(), self.counts.rows);
+        for contact in self.contacts() {
+            hash = contact.mu.hash(hash)
+                ^ fingerprint(contact.offset.as_slice(), self.counts.contacts);
+        }
+        for row in self.rows() {
+            let [lower, upper] = row.law.bounds();
+            hash = row.offset.hash(lower.hash(upper.hash(hash)));
+        }
+        hash = settings.tolerance.hash(hash) ^ u64::from(settings.model == Model::Coulomb);
+        hash.wrapping_add(self.fingerprint())
+    }
+
+    /// Contacts and rows in use.
+    pub(crate) const fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// The generalised mass matrix `M`.
+    #[must_use]
+    pub const fn mass(&self) -> &SMatrix<T, N, N> {
+        &self.mass
+    }
+
+    /// Is there anything but rigid contacts of one friction coefficient?
+    #[inline]
+    pub(crate) const fn is_mixed(&self) -> bool {
+        self.has_surfaces || R > 0 && self.counts.rows > 0
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Default
+    for Scene<T, N, D, C, R>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Those behind the first move up, and it stands last.
+fn move_up<V>(places: Option<&mut [V]>) {
+    if let Some(places) = places
+        && !places.is_empty()
+    {
+        places.rotate_left(1);
+    }
+}

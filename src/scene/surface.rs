@@ -1,0 +1,189 @@
+//! Surfaces: shapes of friction other than a round cone, and compliance.
+
+use super::checks::fingerprint;
+use crate::cone::FrictionCone;
+use crate::{Error, Real};
+
+/// How a contact rubs and gives way, where that is not one coefficient.
+///
+/// The cone is elliptic, `Σ (r_k / mu_k)² <= r_N²` over the tangents, the spin about the normal and the roll about the
+/// tangents, as far as the contact has such rows ([`crate::Contact::jacobian`] in this order: normal, two tangents, spin,
+/// two rolls; `D` = 2, 3, 4 or 6). A coefficient of 0 lets its row go free.
+///
+/// ```
+/// use stiction::Surface;
+///
+/// // A track: grips along, slips across, and resists turning like a patch of 4 cm.
+/// let track = Surface { friction: [0.9, 0.5], spin: 0.04, ..Surface::isotropic(0.0) };
+/// assert_eq!(track.compliance, [0.0, 0.0]);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Surface<T> {
+    /// Friction coefficients along the two tangents.
+    pub friction: [T; 2],
+    /// Torsional coefficient, a length (m).
+    pub spin: T,
+    /// Rolling coefficients about the two tangents, lengths (m).
+    pub roll: [T; 2],
+    /// Compliance along the normal and along the tangents (1/kg), see [`crate::time_stepping::Spring::compliance`]; 0 is rigid.
+    ///
+    /// Spin and roll have that of the tangents over the square of their lengths in units of the friction coefficient.
+    pub compliance: [T; 2],
+}
+
+impl<T: Real> Surface<T> {
+    /// Rigid, with one friction coefficient, and without resistance to spin and roll.
+    #[must_use]
+    pub const fn isotropic(mu: T) -> Self {
+        Self {
+            friction: [mu, mu],
+            spin: T::ZERO,
+            roll: [T::ZERO; 2],
+            compliance: [T::ZERO; 2],
+        }
+    }
+
+    /// The coefficients in the order of the rows.
+    fn coefficients(&self) -> [T; 5] {
+        let ([x, y], [about_x, about_y]) = (self.friction, self.roll);
+        [x, y, self.spin, about_x, about_y]
+    }
+
+    /// What can be wrong with it.
+    pub(crate) fn check(&self, contact: usize) -> Result<(), Error> {
+        let coefficients = self.coefficients();
+        if !coefficients.iter().all(|&mu| FrictionCone::is_valid(mu)) {
+            return Err(Error::InvalidFriction { contact });
+        }
+        let valid = |&compliance: &T| compliance >= T::ZERO && compliance.is_finite();
+        if !self.compliance.iter().all(valid) {
+            return Err(Error::InvalidCompliance { contact });
+        }
+        Ok(())
+    }
+
+    /// The larger coefficient of the tangents: that of the round cone once rows are scaled. Where both are 0 any number
+    /// does if it spins or rolls, and without friction it is 0.
+    pub(crate) fn reference<const D: usize>(&self) -> T {
+        let tangents = self.friction.into_iter().take(D - 1);
+        let largest = tangents.fold(T::ZERO, T::max);
+        let mut others = self.coefficients().into_iter().take(D - 1);
+        if largest == T::ZERO && others.any(|mu| mu > T::ZERO) {
+            return T::ONE;
+        }
+        largest
+    }
+}
+
+/// By what the rows of a contact are scaled, so that its cone is round, and the compliance of the scaled rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scaling<T, const D: usize> {
+    scales: [T; D],
+    pub(crate) compliance: [T; D],
+    /// Does it come from a surface? Then the scales are those of its coefficients.
+    pub(super) is_surface: bool,
+}
+
+impl<T: Real, const D: usize> Scaling<T, D> {
+    /// That of a place that is not used.
+    pub(super) const fn none() -> Self {
+        Self {
+            scales: [T::ZERO; D],
+            compliance: [T::ZERO; D],
+            is_surface: false,
+        }
+    }
+
+    /// That of a rigid contact with one friction coefficient.
+    pub(super) const fn plain() -> Self {
+        Self {
+            scales: [T::ONE; D],
+            compliance: [T::ZERO; D],
+            is_surface: false,
+        }
+    }
+
+    /// That of a surface. Without friction tangents are scaled by 1, as those of [`crate::Scene::push`], and spin and roll,
+    /// of another unit, by 0.
+    pub(super) fn of(surface: &Surface<T>) -> Self {
+        let reference = surface.reference::<D>();
+        let mut scales = [T::ONE; D];
+        let rows = scales.iter_mut().skip(1).zip(surface.coefficients());
+        for (k, (scale, mu)) in rows.enumerate() {
+            if reference > T::ZERO {
+                *scale = mu / reference;
+            } else if k >= 2 {
+                *scale = T::ZERO;
+            }
+        }
+        let [normal, tangential] = surface.compliance;
+        let mut compliance = [normal; D];
+        for (k, (compliance, &scale)) in compliance.iter_mut().zip(&scales).enumerate().skip(1) {
+            *compliance = match k {
+                1 | 2 => tangential * scale * scale,
+                _ if scale > T::ZERO => tangential,
+                _ => T::ZERO,
+            };
+        }
+        Self {
+            scales,
+            compliance,
+            is_surface: true,
+        }
+    }
+
+    /// Does the contact rub along a tangent?
+    pub(super) fn has_tangents(&self) -> bool {
+        let mut tangents = self.scales.iter().skip(1).take(2);
+        tangents.any(|&scale| scale > T::ZERO)
+    }
+
+    /// Fingerprint of what a factor depends on.
+    pub(super) fn fingerprint(&self, place: usize) -> u64 {
+        if !self.is_surface {
+            return 0;
+        }
+        let scales = fingerprint(&self.scales, place).rotate_left(7);
+        fingerprint(&self.compliance, place).wrapping_add(scales)
+    }
+
+    /// A velocity in the scaled rows; the physical one of an impulse there.
+    #[inline]
+    pub(crate) fn scale(&self, mut x: [T; D]) -> [T; D] {
+        for (x, &scale) in x.iter_mut().zip(&self.scales) {
+            *x *= scale;
+        }
+        x
+    }
+
+    /// An impulse in the scaled rows; the physical one of a velocity there. Nothing is left of a row that is scaled by 0.
+    #[inline]
+    pub(crate) fn unscale(&self, mut x: [T; D]) -> [T; D] {
+        for (x, &scale) in x.iter_mut().zip(&self.scales) {
+            *x = if scale > T::ZERO { *x / scale } else { T::ZERO };
+        }
+        x
+    }
+
+    /// Is it compliant?
+    pub(crate) fn is_compliant(&self) -> bool {
+        self.compliance
+            .iter()
+            .any(|&compliance| compliance > T::ZERO)
+    }
+
+    /// The velocity that compliance adds for an impulse in rows that are not scaled, `R r` in such rows.
+    pub(crate) fn compliance_velocity(&self, r: &[T; D]) -> [T; D] {
+        let mut added = self.compliance;
+        for ((added, &r), &scale) in added.iter_mut().zip(r).zip(&self.scales) {
+            *added *= if scale > T::ZERO {
+                r / (scale * scale)
+            } else {
+                T::ZERO
+            };
+        }
+        added
+    }
+}

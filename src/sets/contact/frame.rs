@@ -1,0 +1,255 @@
+//! What a contact does at a point, and its linearisation.
+
+use crate::Real;
+use crate::cone::{add_to_normal, norm, split};
+use crate::linalg::blocks::product;
+use crate::sets::ContactSet;
+use nalgebra::SVector;
+
+/// What a contact does at a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// `DP = I`
+    Open,
+    /// `DP = 0`
+    Stick,
+    Slip,
+    /// Pushes without friction: `K*` is a half-space.
+    Smooth,
+}
+
+impl Kind {
+    pub(crate) fn of<T: Real, const D: usize>(
+        set: &ContactSet<T, D>,
+        velocity: &SVector<T, D>,
+        r: &[T; D],
+    ) -> Self {
+        if *r == [T::ZERO; D] {
+            Self::Open
+        } else if set.cone.friction() == T::ZERO {
+            Self::Smooth
+        } else if velocity.iter().all(|&u| u == T::ZERO) {
+            Self::Stick
+        } else {
+            Self::Slip
+        }
+    }
+}
+
+/// Linearisation of a contact, in a frame in which most of it decouples.
+///
+/// The step of a slipping contact is
+///
+/// `d = a p + b k + Σ_j c_j τ_j`
+///
+/// with the boundary ray `p = (mu, e)` of `K*`, the ray `k = (-1, mu e)` of `-K`, and the tangents `τ_j` across the sliding
+/// direction `e`. The derivative of the projection acts on them as
+///
+/// - `DP p = p`: `a` changes no impulse, except by `λ`, which is neglected;
+/// - `DP k = 0`: `b` is an unknown;
+/// - `DP τ_j = turn τ_j` with `turn = |P_T| / |z_T|`: each `c_j` is an unknown.
+///
+/// With `x` the impulses that the unknowns of all contacts add, two scalar equations remain, one along `e` and one along
+/// the normal:
+///
+/// - `(1 + λ) a + λ mu b + e·W x = e·E`, which gives `a`;
+/// - `(mu - mu_i) a + λ (mu a - b) + (W x)_N = E_N`, with the `mu_i` of `DS`, which is 0 in the convex relaxation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame<T: Real, const D: usize> {
+    pub(crate) kind: Kind,
+    /// `e` of a contact that slips or is open, with normal component 0; all zero if nothing slides.
+    direction: [T; D],
+    /// `|P_T| / |z_T|`. Used by slipping contacts only, as the next two.
+    pub(crate) turn: T,
+    /// Multiple of the tangential equation (along `e`) subtracted from the normal one to eliminate `a`.
+    pub(crate) skew: T,
+    /// `λ mu`
+    pub(crate) tilt: T,
+    /// `λ` of the tangential rows of a contact that sticks.
+    pub(crate) tangential_damping: T,
+    /// `1 / (rho (1 + λ))`, of a contact that sticks or is smooth: its unknowns are impulses, and `d = compliance × unknown`.
+    pub(crate) compliance: T,
+    /// Maps the unknowns of a slipping contact to impulses: column `j` is what unknown `j` adds to `rho (I - DP + λI) d`.
+    pushes: [[T; D]; D],
+    /// The combination of rows that makes each equation of a slipping contact.
+    tests: [[T; D]; D],
+}
+
+impl<T: Real, const D: usize> Frame<T, D> {
+    /// A place that is not used.
+    pub(crate) const fn none() -> Self {
+        Self {
+            kind: Kind::Open,
+            direction: [T::ZERO; D],
+            turn: T::ZERO,
+            skew: T::ZERO,
+            tangential_damping: T::ZERO,
+            tilt: T::ZERO,
+            compliance: T::ZERO,
+            pushes: [[T::ZERO; D]; D],
+            tests: [[T::ZERO; D]; D],
+        }
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn count(&self) -> usize {
+        match self.kind {
+            Kind::Open => 0,
+            Kind::Smooth => 1,
+            Kind::Slip => D - 1,
+            Kind::Stick => D,
+        }
+    }
+
+    /// Linearises a contact at `z`, with Levenberg and Marquardt's `λ`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn set(
+        &mut self,
+        set: &ContactSet<T, D>,
+        kind: Kind,
+        z: &SVector<T, D>,
+        damping: T,
+    ) {
+        self.kind = kind;
+        let rho = set.alpha;
+        let along = rho * (T::ONE + damping);
+        if matches!(kind, Kind::Stick | Kind::Smooth) {
+            self.compliance = T::ONE / along;
+            return;
+        }
+        let (normal, tangent) = split(z);
+        let length = norm(tangent);
+        self.direction = [T::ZERO; D];
+        if length > T::ZERO {
+            self.direction = (*z * (T::ONE / length)).into();
+        }
+        if let Some(first) = self.direction.first_mut() {
+            *first = T::ZERO;
+        }
+        if kind == Kind::Slip {
+            self.turn = set.cone.dual().along(normal, length) / length;
+            let mu = set.cone.friction();
+            self.skew = (mu - set.shift_factor + damping * mu) / (T::ONE + damping);
+            self.tilt = damping * mu;
+            let across = rho * (T::ONE - self.turn + damping);
+            self.set_slip(set, along, across);
+        }
+    }
+
+    /// Sets the unknowns along `k` and the `τ_j`. The `τ_j` are all columns except the first of the reflection that takes
+    /// the first tangent to `±e`.
+    fn set_slip(&mut self, set: &ContactSet<T, D>, along: T, across: T) {
+        let mu = set.cone.friction();
+        let e = self.direction;
+        let first = e.get(1).copied().unwrap_or(T::ZERO);
+        let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
+        let factor = T::ONE / (T::ONE + first.abs());
+        for (j, (push, test)) in self.pushes.iter_mut().zip(&mut self.tests).enumerate() {
+            let Some(&other) = e.get(j + 1) else { break };
+            for (k, ((push, test), &e)) in push.iter_mut().zip(test).zip(&e).enumerate() {
+                (*push, *test) = match (j, k) {
+                    (0, 0) => (-along, T::ONE),
+                    (0, _) => (along * mu * e, -self.skew * e),
+                    (_, 0) => (T::ZERO, T::ZERO),
+                    _ => {
+                        let reflected = if k == 1 { e + sign } else { e };
+                        let unit = if k == j + 1 { T::ONE } else { T::ZERO };
+                        let across_e = unit - factor * other * reflected;
+                        (across_e * across, across_e)
+                    }
+                };
+            }
+        }
+    }
+
+    /// The combination of rows that makes an equation; `None` if it is a single row.
+    pub(crate) fn combination(&self, equation: usize) -> Option<&[T; D]> {
+        self.tests.get(equation).filter(|_| self.kind == Kind::Slip)
+    }
+
+    /// What damping and the derivatives of the projection add to its equation `k`, in the column of its unknown `k`.
+    pub(crate) fn diagonal(&self, k: usize, damping: T) -> T {
+        match (self.kind, k) {
+            (Kind::Slip, 0) => -damping - self.skew * self.tilt,
+            (Kind::Slip, _) => self.turn + damping,
+            (Kind::Stick, 1..) => self.tangential_damping * self.compliance,
+            _ => damping * self.compliance,
+        }
+    }
+
+    /// The right-hand sides of its equations.
+    pub(crate) fn test(&self, residual: &[T; D]) -> [T; D] {
+        if self.kind == Kind::Slip {
+            self.tests.each_ref().map(|test| product(test, residual))
+        } else {
+            *residual
+        }
+    }
+
+    /// Maps unknowns to impulses.
+    pub(crate) fn impulse(&self, unknowns: &[T]) -> [T; D] {
+        let mut push = [T::ZERO; D];
+        if self.kind == Kind::Slip {
+            for (&unknown, column) in unknowns.iter().zip(&self.pushes) {
+                for (push, &column) in push.iter_mut().zip(column) {
+                    *push += unknown * column;
+                }
+            }
+        } else {
+            for (push, &unknown) in push.iter_mut().zip(unknowns) {
+                *push = unknown;
+            }
+        }
+        push
+    }
+
+    /// `source` times the map from unknowns to impulses.
+    #[inline]
+    pub(crate) fn columns(&self, source: &[T; D]) -> [T; D] {
+        if self.kind == Kind::Slip {
+            return self.pushes.each_ref().map(|push| product(source, push));
+        }
+        let mut entries = *source;
+        if self.kind == Kind::Smooth {
+            for entry in entries.iter_mut().skip(1) {
+                *entry = T::ZERO;
+            }
+        }
+        entries
+    }
+
+    /// The step `d` of this contact, from its unknowns and the rest `E - W x` of its equations.
+    pub(crate) fn step(
+        &self,
+        set: &ContactSet<T, D>,
+        unknowns: &[T],
+        left: SVector<T, D>,
+        undamped: T,
+    ) -> SVector<T, D> {
+        let direction = SVector::from(self.direction);
+        let mut step = left * undamped;
+        match self.kind {
+            Kind::Stick | Kind::Smooth => {
+                for (step, &unknown) in step.iter_mut().zip(unknowns) {
+                    *step = unknown * self.compliance;
+                }
+            }
+            Kind::Open => {
+                let slip = set.shift_factor * direction.dot(&step);
+                add_to_normal(&mut step, slip * undamped);
+            }
+            Kind::Slip => {
+                let mu = set.cone.friction();
+                let mut unknowns = unknowns.iter();
+                let along = unknowns.next().copied().unwrap_or(T::ZERO);
+                let ahead = direction.dot(&step) - self.tilt * along * undamped;
+                step = direction * (ahead + mu * along);
+                add_to_normal(&mut step, mu * ahead - along);
+                for (&across, test) in unknowns.zip(self.tests.iter().skip(1)) {
+                    step += SVector::from(*test) * across;
+                }
+            }
+        }
+        step
+    }
+}

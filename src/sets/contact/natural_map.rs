@@ -1,0 +1,243 @@
+//! The error a solution is judged by; [`crate::problem::rounding`] bounds what rounding may hide of it.
+//!
+//! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |stop|), |M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|))`
+//! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w`, `alpha_i = D / trace(W_ii)` and two impulses
+//! (N·s): `r0_i = Π_K(-alpha_i q̂_i)`, that of contact `i` if it were alone, and
+//! `stop_i = alpha_i (abs(H_i) abs(v_free) + abs(w_i)) / 100`, entry by entry, in which a positive `w_N` (gap) counts as 0.
+//!
+//! It is the natural-map residual of FCLIB and Siconos made independent of units and relative to impulses: a fast slide or
+//! a far gap does not loosen it. If bodies that touch fall together, `q` is rounding alone, and the reference is 1 % of the
+//! impulse that would stop them. 0/0 counts as 0. Sums are of squares, with one root at the end.
+
+use crate::cone::{add_to_normal, norm, split, square};
+use crate::linalg::sparsity::GROUP;
+use crate::linalg::vector::{larger, quotient, root_sum, unit, zeros};
+use crate::sets::ContactSet;
+use crate::{ContactMode, Real, Scene};
+use nalgebra::SVector;
+
+/// Argument `r - alpha û` of the natural map of one contact.
+#[inline]
+fn argument<T: Real, const D: usize>(
+    set: &ContactSet<T, D>,
+    u: &SVector<T, D>,
+    r: &SVector<T, D>,
+) -> SVector<T, D> {
+    r - set.augmented(u) * set.alpha
+}
+
+/// What rounding may add to the natural map of a contact that slips, over its impulse: half an `eps` for each of the twenty
+/// operations on its way, counted in [`crate::guide::error`].
+const SLIP_ROUNDING: f64 = 10.0;
+
+/// Natural map of one contact, `r - Π_K(z)` with `z = r - alpha û` (N·s), from `r` and `alpha u`. If `z` is projected onto the
+/// boundary of `K`, also by how much a change of `alpha u_T` changes it at most.
+///
+/// There a fast slide makes `z_N` and `mu |z_T|` large, and `(z_N + mu |z_T|) / (1 + mu²)`, the normal impulse, their small
+/// difference. Without it, with `d = |z_T| - alpha |u_T| = r_T · (z_T - alpha u_T) / (|z_T| + alpha |u_T|)`, that is
+/// `(r_N - alpha u_N + mu d) / (1 + mu²)`, which is rounded as impulses are.
+pub(crate) fn natural_map<T: Real, const D: usize>(
+    set: &ContactSet<T, D>,
+    pushed: &SVector<T, D>,
+    r: &SVector<T, D>,
+) -> (SVector<T, D>, Option<T>) {
+    let ((pushed_normal, pushed_tangent), (r_normal, r_tangent)) = (split(pushed), split(r));
+    let (mu, speed) = (set.cone.friction(), norm(pushed_tangent));
+    let mut push = *pushed;
+    add_to_normal(&mut push, set.shift_factor * speed);
+    let z = r - push;
+    if set.cone.holds(&z) {
+        return (push, None);
+    }
+    let tangent = split(&z).1;
+    let length = norm(tangent);
+    let pairs = r_tangent.iter().zip(tangent.iter().zip(pushed_tangent));
+    let product = pairs.fold(T::ZERO, |sum, (&r, (&z, &u))| sum + r * (z - u));
+    let mut difference = T::ZERO;
+    if product != T::ZERO {
+        difference = product / (length + speed);
+    }
+    let excess = (mu - set.shift_factor) * speed;
+    let normal = (r_normal - pushed_normal + excess + mu * difference) * set.cone.shrink();
+    if normal <= T::ZERO {
+        return (*r, None);
+    }
+    let mut projection = zeros();
+    if length > T::ZERO {
+        projection = z * (mu * normal / length);
+    }
+    if let Some(first) = projection.as_mut_slice().first_mut() {
+        *first = normal;
+    }
+    // Along a fast slide `d` hardly changes, and across it `z_T` turns little.
+    let mut change = T::ONE + mu;
+    if set.shift_factor == mu && speed > T::ZERO {
+        let turn = norm(r_tangent) / speed + normal / length;
+        change = change.min((mu + mu) * turn);
+    }
+    (r - projection, Some(change))
+}
+
+/// What a contact does, read off the argument of the natural map.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn mode<T: Real, const D: usize>(
+    set: &ContactSet<T, D>,
+    u: &SVector<T, D>,
+    r: &SVector<T, D>,
+) -> ContactMode {
+    if r.iter().all(|&r| r == T::ZERO) {
+        ContactMode::Open
+    } else if set.cone.is_interior(&argument(set, u, r)) {
+        ContactMode::Stick
+    } else {
+        ContactMode::Slip
+    }
+}
+
+/// Impulses are never compared with less than this share of the impulse that would stop the motion.
+pub(crate) const SHARE: f64 = 1e-2;
+
+/// `|r0|`
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn r0_norm<T: Real, const D: usize>(sets: &[ContactSet<T, D>]) -> T {
+    let mut largest = T::ZERO;
+    for set in sets {
+        largest = larger(largest, set.q.as_slice(), set.alpha);
+    }
+    let unit = unit(largest);
+    let mut squares = T::ZERO;
+    for set in sets {
+        let argument = -set.augmented(&(set.q * (set.alpha * unit)));
+        squares += set.cone.projected_square(&argument);
+    }
+    squares.square_root() / unit
+}
+
+/// `|stop|` (N·s)
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn stopping_impulse<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+>(
+    scene: &Scene<T, N, D, C, R>,
+    sets: &[ContactSet<T, D>],
+    free: &[T; N],
+) -> T {
+    let (groups, last) = free.as_chunks::<GROUP>();
+    let mut speeds = [[T::ZERO; D]; C];
+    let mut largest = T::ZERO;
+    let contacts = scene.supported().zip(sets).zip(&mut speeds);
+    for (i, (((contact, support), set), speeds)) in contacts.enumerate() {
+        *speeds = without_gap(&contact.offset).abs().into();
+        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+        for group in support.groups::<N>() {
+            if let (Some(columns), Some(free)) = (columns.get(group), groups.get(group)) {
+                add_sizes(columns, free, speeds);
+            }
+        }
+        add_sizes(rest, last, speeds);
+        *speeds = scene.scale(i, *speeds).map(|speed| speed * set.alpha);
+        largest = larger(largest, speeds, T::ONE);
+    }
+    let unit = unit(largest);
+    let mut squares = T::ZERO;
+    for speeds in speeds.iter().take(sets.len()) {
+        squares += square(&speeds.map(|speed| speed * unit));
+    }
+    squares.square_root() * (T::literal(SHARE) / unit)
+}
+
+/// An offset with a positive normal entry (a gap) replaced by 0.
+pub(crate) fn without_gap<T: Real, const D: usize>(offset: &SVector<T, D>) -> SVector<T, D> {
+    let mut offset = *offset;
+    if let Some(normal) = offset.as_mut_slice().first_mut() {
+        *normal = normal.min(T::ZERO);
+    }
+    offset
+}
+
+/// `sums += Σ_j |v_j| |column_j|`
+#[inline]
+fn add_sizes<T: Real, const D: usize>(columns: &[[T; D]], v: &[T], sums: &mut [T; D]) {
+    for (column, &v) in columns.iter().zip(v) {
+        for (sum, &entry) in sums.iter_mut().zip(column) {
+            *sum += (entry * v).abs();
+        }
+    }
+}
+
+/// First part of the error, from `u = W r + q` or `u = H v + w`.
+///
+/// `size` is the larger of `|r0|` and `|stop|` (N·s). `noise[i]`: squares of bounds on the rounding of `u_i` and of `u_Ni`; added
+/// unless the contact is open and separates faster. With bounds what rounding adds on the way is added as well.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn error<T: Real, const D: usize>(
+    sets: &[ContactSet<T, D>],
+    size: T,
+    u: &[[T; D]],
+    r: &[[T; D]],
+    noise: &[[T; 2]],
+) -> T {
+    let mut largest = size;
+    // Beside a size that is not zero small impulses do not count, and the squares of such large
+    // ones as overflow are an infinite error.
+    if size == T::ZERO {
+        for r in r.iter().take(sets.len()) {
+            largest = larger(largest, r, T::ONE);
+        }
+    }
+    let unit = unit(largest);
+    let size = size * unit;
+    let [mut residual, mut impulse, mut slipping, mut noises] = [T::ZERO; 4];
+    let is_final = !noise.is_empty();
+    let mut noise = noise.iter();
+    for ((set, u), r) in sets.iter().zip(u).zip(r) {
+        let r = SVector::from(*r) * unit;
+        let pushed = SVector::from(*u) * (set.alpha * unit);
+        let (left, slips) = natural_map(set, &pushed, &r);
+        residual += square(left.as_slice());
+        let own = square(r.as_slice());
+        impulse += own;
+        if slips.is_some() {
+            slipping += own;
+        }
+        if let Some(&[noise, normal]) = noise.next()
+            && !(r == zeros::<T, D>() && separates(set, u, noise))
+        {
+            let all = T::ONE + set.shift_factor;
+            let mut moved = all * all * noise;
+            if let Some(change) = slips {
+                // Of a sum of two the square is at most twice the sum of their squares.
+                moved = moved.min((normal + change * change * noise) * T::literal(2.0));
+            }
+            let scale = set.alpha * unit;
+            noises += scale * scale * moved;
+        }
+    }
+    let size = impulse.max(size * size);
+    if residual == T::ZERO && noises == T::ZERO {
+        return T::ZERO; // also if nothing moves and nothing pushes
+    }
+    let error = root_sum(residual, noises, size);
+    if is_final && slipping > T::ZERO {
+        let rounding = T::EPSILON * T::literal(SLIP_ROUNDING);
+        return error + rounding * quotient(slipping, size).square_root();
+    }
+    error
+}
+
+/// Is the contact open for every velocity within the rounding bound `noise`, (m/s)²?
+fn separates<T: Real, const D: usize>(set: &ContactSet<T, D>, u: &[T; D], noise: T) -> bool {
+    let u = SVector::from(*u);
+    let (normal, tangent) = split(&u);
+    let mu = set.cone.friction();
+    let margin = normal + (set.shift_factor - mu) * norm(tangent);
+    let reach = T::ONE + mu;
+    margin > T::ZERO && margin * margin > reach * reach * noise
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,255 @@
+//! One contact on the central path: its impulse, its velocity and the algebra of its cone.
+//!
+//! With `Λ = diag(1, mu, ..., mu)` and `r = Λ x`, `y = Λ u` the friction cone is that of Lorentz, `x_N >= |x_T|`. `∘` is
+//! the Jordan product of that cone, `a ∘ b = (a·b, a_N b_T + b_N a_T)`, `J = diag(1, -1, ..., -1)`,
+//! `det a = a_N² - |a_T|²` and `Q(a) b = 2 a (a·b) - det(a) J b`.
+
+use crate::Real;
+use crate::cone::{add_to_normal, norm, split};
+use crate::linalg::vector::zeros;
+use crate::sets::ContactSet;
+use crate::sets::contact::lorentz::{
+    across, divide, first, joined, jordan, keep_inside, max_step, size,
+};
+use nalgebra::SVector;
+
+/// The part of a contact that is on the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// Nothing: nothing moves it.
+    Nothing,
+    /// Its normal row: it has no friction.
+    Normal,
+    /// All rows, the normal one apart: Coulomb's set.
+    Coulomb,
+    /// All rows as one: the convex relaxation.
+    Cone,
+}
+
+impl Part {
+    pub(crate) fn of<T: Real, const D: usize>(set: &ContactSet<T, D>) -> Self {
+        if set.alpha <= T::ZERO {
+            Self::Nothing
+        } else if set.pushing_rows() == 1 {
+            Self::Normal
+        } else if set.shift_factor > T::ZERO {
+            Self::Coulomb
+        } else {
+            Self::Cone
+        }
+    }
+
+    /// Are its rows bound to each other?
+    pub(crate) fn is_cone<const D: usize>(self) -> bool {
+        D > 1 && matches!(self, Self::Coulomb | Self::Cone)
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn count<const D: usize>(self) -> usize {
+        match self {
+            Self::Nothing => 0,
+            Self::Normal => 1,
+            Self::Coulomb | Self::Cone => D,
+        }
+    }
+}
+
+/// A contact on the central path, or how it moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair<T: Real, const D: usize> {
+    pub(crate) part: Part,
+    /// `x = Λ⁻¹ r`
+    pub(crate) x: SVector<T, D>,
+    /// `(s, y_T)`: an extra unknown `s >= |y_T|`, and the tangential velocity. In the convex relaxation `s` is `y_N`.
+    pub(crate) dual: SVector<T, D>,
+    /// `y_N`; unused in the convex relaxation, where `dual[0]` is `y_N`.
+    pub(crate) normal: T,
+}
+
+/// `Λ v`
+pub(crate) fn widen<T: Real, const D: usize>(
+    set: &ContactSet<T, D>,
+    v: &SVector<T, D>,
+) -> SVector<T, D> {
+    let mut wide = *v;
+    for wide in wide.iter_mut().skip(1) {
+        *wide *= set.cone.friction();
+    }
+    wide
+}
+
+/// `Λ_kk`
+pub(crate) fn width<T: Real, const D: usize>(set: &ContactSet<T, D>, k: usize) -> T {
+    if k == 0 { T::ONE } else { set.cone.friction() }
+}
+
+/// `Λ⁻¹ v`
+fn narrow<T: Real, const D: usize>(set: &ContactSet<T, D>, v: &SVector<T, D>) -> SVector<T, D> {
+    joined(first(v), v / set.cone.friction())
+}
+
+impl<T: Real, const D: usize> Pair<T, D> {
+    /// No contact yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            part: Part::Nothing,
+            x: zeros(),
+            dual: zeros(),
+            normal: T::ZERO,
+        }
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn count(&self) -> usize {
+        self.part.count::<D>()
+    }
+
+    /// The CHKS-smoothed pair (Chen, Harker, Kanzow, Smale) with the same `gain w - x / (gain alpha)` as an impulse and a
+    /// velocity.
+    pub(crate) fn centred(
+        set: &ContactSet<T, D>,
+        r: &SVector<T, D>,
+        u: &SVector<T, D>,
+        tau: T,
+        gain: T,
+        beta: T,
+    ) -> Self {
+        let part = Part::of(set);
+        let mass = gain * set.alpha;
+        let z = match part {
+            Part::Nothing => return Self::none(),
+            Part::Normal => joined(first(u) * gain - first(r) / mass, zeros()),
+            _ => widen(set, u) * gain - narrow(set, r) / mass,
+        };
+        let (two, square) = (T::literal(2.0), tau / set.alpha);
+        let smooth = |l: T| smoothed(l, square);
+        let (normal, tangent) = split(&z);
+        let length = norm(tangent);
+        let direction = if length > T::ZERO { z / length } else { z };
+        let vector = |low: T, high: T| joined((low + high) / two, direction * ((high - low) / two));
+        let dual = vector(smooth(normal - length), smooth(normal + length));
+        let x = vector(smooth(length - normal), smooth(-normal - length)) * mass;
+        Self {
+            part,
+            x,
+            dual: dual * (beta / gain),
+            normal: tau / first(&x),
+        }
+    }
+
+    /// The products that are to become `tau`.
+    pub(crate) fn products(&self, beta: T) -> [Option<T>; 2] {
+        let normal = first(&self.x) * self.normal;
+        let cone = self.x.dot(&self.dual) / beta;
+        match self.part {
+            Part::Nothing => [None; 2],
+            Part::Normal => [Some(normal), None],
+            Part::Cone => [Some(cone), None],
+            Part::Coulomb => [Some(normal), Some(cone)],
+        }
+    }
+
+    /// The greatest length up to a limit with which it may move.
+    pub(crate) fn max_step(&self, step: &Self, mut limit: T) -> T {
+        if self.part.is_cone::<D>() {
+            limit = max_step(&self.x, &step.x, limit);
+            limit = max_step(&self.dual, &step.dual, limit);
+        } else if first(&step.x) < T::ZERO {
+            limit = limit.min(-first(&self.x) / first(&step.x));
+        }
+        if step.normal < T::ZERO {
+            limit = limit.min(-self.normal / step.normal);
+        }
+        limit
+    }
+
+    /// Moves it.
+    pub(crate) fn advance(&mut self, step: &Self, length: T) {
+        self.x += step.x * length;
+        self.dual += step.dual * length;
+        self.normal += step.normal * length;
+        if self.part.is_cone::<D>() {
+            keep_inside(&mut self.x);
+            keep_inside(&mut self.dual);
+        }
+    }
+}
+
+/// The positive root of `x (x - l) = square`, without cancellation.
+pub(in crate::sets) fn smoothed<T: Real>(l: T, square: T) -> T {
+    let [two, four] = [2.0, 4.0].map(T::literal);
+    let root = (l * l + four * square).square_root();
+    if l > T::ZERO {
+        (l + root) / two
+    } else {
+        two * square / (root - l)
+    }
+}
+
+/// The Nesterov-Todd scaling of a pair: the `V = sqrt(stretch)⁻¹ V(ω)` with `V w = V⁻¹ x`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scaling<T, const D: usize> {
+    /// `ω`, of determinant 1.
+    omega: SVector<T, D>,
+    /// `sqrt(det w / det x)`
+    stretch: T,
+}
+
+impl<T: Real, const D: usize> Scaling<T, D> {
+    pub(crate) const fn none() -> Self {
+        Self {
+            omega: zeros(),
+            stretch: T::ZERO,
+        }
+    }
+
+    pub(crate) fn of(pair: &Pair<T, D>) -> Self {
+        let (of_x, of_w) = (size(&pair.x), size(&pair.dual));
+        let (x, w) = (pair.x / of_x, pair.dual / of_w);
+        let mirrored = joined(first(&w), -w);
+        let half = (T::ONE + x.dot(&w)) * T::literal(0.5);
+        Self {
+            omega: (x + mirrored) / (half.square_root() * T::literal(2.0)),
+            stretch: of_w / of_x,
+        }
+    }
+
+    /// `V(ω) a`, or `V(ω)⁻¹ a` with the sign -1.
+    fn turn(&self, a: &SVector<T, D>, sign: T) -> SVector<T, D> {
+        let (normal, shared) = (first(&self.omega), across(&self.omega, a));
+        let tilt = sign * first(a) + shared / (T::ONE + normal);
+        joined(normal * first(a) + sign * shared, a + self.omega * tilt)
+    }
+
+    /// `V⁻² a = stretch Q(Jω) a`
+    pub(crate) fn compliance(&self, a: &SVector<T, D>) -> SVector<T, D> {
+        let (normal, shared) = (first(&self.omega), across(&self.omega, a));
+        let twice = (normal * first(a) - shared) * T::literal(2.0);
+        let rest = joined(normal * twice - first(a), a - self.omega * twice);
+        rest * self.stretch
+    }
+
+    /// Row `k` of `V⁻²`; in a separate normal row `y_N / x_N`.
+    pub(crate) fn row(&self, pair: &Pair<T, D>, k: usize) -> SVector<T, D> {
+        let mut unit: SVector<T, D> = zeros();
+        if k == 0 && pair.part != Part::Cone {
+            return joined(pair.normal / first(&pair.x), unit);
+        }
+        if let Some(entry) = unit.as_mut_slice().get_mut(k) {
+            *entry = T::ONE;
+        }
+        self.compliance(&unit) // symmetric
+    }
+
+    /// Right-hand side of the linearised equation
+    /// `λ ∘ (V dw + V⁻¹ dx) = goal e - λ ∘ λ - V⁻¹ dx ∘ V dw` with `λ = V w = V⁻¹ x`, solved for `dw + V⁻² dx`:
+    /// `V⁻¹ (λ \ (goal e - λ ∘ λ - V⁻¹ dx ∘ V dw))`.
+    pub(crate) fn corrected(&self, pair: &Pair<T, D>, step: &Pair<T, D>, goal: T) -> SVector<T, D> {
+        let inverse = |a: &SVector<T, D>| self.turn(a, -T::ONE);
+        let (of_x, of_w) = (inverse(&pair.x), self.turn(&pair.dual, T::ONE));
+        let second = jordan(&inverse(&step.x), &self.turn(&step.dual, T::ONE));
+        let mut left = -jordan(&of_x, &of_w) - second;
+        add_to_normal(&mut left, goal);
+        inverse(&divide(&of_x, &left))
+    }
+}

@@ -1,0 +1,101 @@
+//! The equations of a Newton step, written into the matrix that is factorised.
+
+use super::Jacobian;
+use crate::Real;
+use crate::factor::Delassus;
+use crate::linalg::blocks::{product, row_times};
+use crate::linalg::stacked::StackedMatrix;
+use crate::sets::Sets;
+use crate::sets::contact::frame::Kind;
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, R> {
+    /// Writes the equations of contacts in the unknowns of contacts.
+    pub(super) fn assemble_contacts(
+        &self,
+        delassus: &Delassus<T, D, C, R>,
+        symmetric: bool,
+        matrix: &mut StackedMatrix<T, D, C, R>,
+    ) -> Option<()> {
+        let delassus = &delassus.contacts;
+        let frames = self.frames.get(..self.counts.contacts)?;
+        let damping = self.damping;
+        for (j, frame) in frames.iter().enumerate() {
+            let start = self.elimination.columns(j).start;
+            if frame.kind == Kind::Open {
+                continue;
+            }
+            for (i, (rows, tested)) in matrix.contacts.iter_mut().zip(frames).enumerate() {
+                if symmetric && i > j {
+                    break;
+                }
+                if tested.kind == Kind::Open {
+                    continue;
+                }
+                let mut block = [[T::ZERO; D]; D];
+                for (entries, source) in block.iter_mut().zip(delassus.get(i)?) {
+                    *entries = frame.columns(source.get(j)?);
+                }
+                for (k, row) in rows.iter_mut().enumerate() {
+                    let mut entries = [T::ZERO; D];
+                    if k < tested.count() {
+                        entries = match tested.combination(k) {
+                            Some(rows) => row_times(rows, &block),
+                            None => *block.get(k)?,
+                        };
+                        if i == j {
+                            *entries.get_mut(k)? += frame.diagonal(k, damping);
+                        }
+                    }
+                    // Excess entries are overwritten by the next contact, or zero.
+                    let target = row.contacts.as_flattened_mut().get_mut(start..)?;
+                    *target.first_chunk_mut()? = entries;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Writes the equations of joint rows, and their unknowns in those of contacts.
+    pub(super) fn assemble_rows(
+        &self,
+        sets: &Sets<T, D, C, R>,
+        delassus: &Delassus<T, D, C, R>,
+        symmetric: bool,
+        matrix: &mut StackedMatrix<T, D, C, R>,
+    ) -> Option<()> {
+        let frames = self.frames.get(..self.counts.contacts)?;
+        for (place, j) in self.holding_rows().enumerate() {
+            let (coupling, own) = (delassus.coupling.get(j)?, delassus.rows.get(j)?);
+            let target = matrix.rows.get_mut(place)?;
+            for (entry, k) in target.rows.iter_mut().zip(self.holding_rows()) {
+                *entry = *own.get(k)?;
+            }
+            // `λ A⁻¹ / (1 + λ)`, as for contacts that stick.
+            let set = sets.rows().get(j)?;
+            let damped = self.damping / (set.alpha * (T::ONE + self.damping));
+            *target.rows.get_mut(place)? += damped;
+            for (i, (frame, source)) in frames.iter().zip(coupling).enumerate() {
+                if frame.kind == Kind::Open {
+                    continue;
+                }
+                if !symmetric {
+                    let entries = frame.columns(source);
+                    let target = target.contacts.as_flattened_mut();
+                    let start = self.elimination.columns(i).start;
+                    *target.get_mut(start..)?.first_chunk_mut()? = entries;
+                }
+                for (k, row) in matrix.contacts.get_mut(i)?.iter_mut().enumerate() {
+                    let mut entry = T::ZERO;
+                    if k < frame.count() {
+                        entry = match frame.combination(k) {
+                            Some(test) => product(test, source),
+                            None => *source.get(k)?,
+                        };
+                    }
+                    *row.rows.get_mut(place)? = entry;
+                }
+            }
+        }
+        Some(())
+    }
+}

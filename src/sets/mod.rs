@@ -1,0 +1,216 @@
+//! The sets that impulses lie in: friction cones of contacts, intervals of joint rows.
+//!
+//! What a solve asks of them is the same list for both. It stands here and in the files of this folder, once over all of them,
+//! and in `contact` and `row` for one of each:
+//!
+//! | asked | contact (cone, De Saxcé shift) | joint row (interval) |
+//! |---|---|---|
+//! | nearest impulse, natural map, mode | `contact`, `contact::natural_map` | `row` |
+//! | augmented velocity `û` | `u + mu \|u_T\| e_N` | `u` |
+//! | impulse while the others are held (`sweep`) | `contact::coulomb_sweep`, `contact::relaxed_sweep` | `row` |
+//! | linearisation (`jacobian`) | `contact::frame` | holds or not |
+//! | central path (`pairs`, `path_system`) | `contact::pair` | `row::pair` |
+//! | what its error is relative to | `natural_map` | `energy` |
+
+use crate::Real;
+use crate::cone::{add_to_normal, square};
+use crate::linalg::stacked::{Counts, Stacked};
+use contact::natural_map;
+
+pub(crate) mod contact;
+pub(crate) mod energy;
+pub(crate) mod jacobian;
+pub(crate) mod pairs;
+pub(crate) mod path_system;
+pub(crate) mod point;
+pub(crate) mod row;
+pub(crate) mod sweep;
+
+pub(crate) use contact::ContactSet;
+pub(crate) use row::RowSet;
+
+/// The sets of a solve.
+#[derive(Clone, Debug)]
+pub(crate) struct Sets<T: Real, const D: usize, const C: usize, const R: usize> {
+    contacts: [ContactSet<T, D>; C],
+    rows: [RowSet<T>; R],
+    counts: Counts,
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
+    /// Places for so many.
+    pub(crate) const fn of(counts: Counts) -> Self {
+        Self {
+            contacts: [ContactSet::none(); C],
+            rows: [RowSet::none(); R],
+            counts,
+        }
+    }
+
+    /// How many are in use.
+    pub(crate) const fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Those of the contacts in use.
+    #[inline]
+    pub(crate) fn contacts(&self) -> &[ContactSet<T, D>] {
+        self.contacts
+            .get(..self.counts.contacts)
+            .unwrap_or_default()
+    }
+
+    /// Those of the contacts in use, to be changed.
+    #[inline]
+    pub(crate) fn contacts_mut(&mut self) -> &mut [ContactSet<T, D>] {
+        let used = self.contacts.get_mut(..self.counts.contacts);
+        used.unwrap_or_default()
+    }
+
+    /// Those of the joint rows in use.
+    #[inline]
+    pub(crate) fn rows(&self) -> &[RowSet<T>] {
+        self.rows.get(..self.counts.rows).unwrap_or_default()
+    }
+
+    /// Those of the joint rows in use, to be changed.
+    #[inline]
+    pub(crate) fn rows_mut(&mut self) -> &mut [RowSet<T>] {
+        self.rows.get_mut(..self.counts.rows).unwrap_or_default()
+    }
+
+    /// Rows along which they may push.
+    pub(crate) fn pushing_rows(&self) -> usize {
+        let contacts = self.contacts().iter().map(ContactSet::pushing_rows);
+        contacts.sum::<usize>() + self.counts.rows
+    }
+
+    /// Rows whose impulses may change with such impulses: those of contacts that push, and joint rows between their bounds. (A row
+    /// at its bound is pushed by what is known.)
+    pub(crate) fn holding_rows(&self, r: &Stacked<T, D, C, R>) -> usize {
+        let contacts = self.contacts().iter().zip(&r.contacts);
+        let contacts = contacts.map(|(set, r)| {
+            if *r == [T::ZERO; D] {
+                0
+            } else {
+                set.pushing_rows()
+            }
+        });
+        let rows = self.rows().iter().zip(&r.rows);
+        contacts.sum::<usize>() + rows.filter(|(set, r)| set.holds(**r)).count()
+    }
+
+    /// Replaces impulses by the nearest ones in the sets.
+    pub(crate) fn project(&self, r: &mut Stacked<T, D, C, R>) {
+        for (r, set) in r.contacts.iter_mut().zip(self.contacts()) {
+            *r = set.cone.nearest(&(*r).into()).into();
+        }
+        for (r, set) in r.rows.iter_mut().zip(self.rows()) {
+            *r = set.project(*r);
+        }
+    }
+
+    /// Are impulses those nearest to 0?
+    pub(crate) fn are_at_rest(&self, r: &Stacked<T, D, C, R>) -> bool {
+        let mut contacts = r.contacts.iter();
+        let mut rows = self.rows().iter().zip(&r.rows);
+        contacts.all(|r| *r == [T::ZERO; D]) && rows.all(|(set, &r)| r == set.project(T::ZERO))
+    }
+
+    /// Fills the augmented velocities `û`.
+    pub(crate) fn augment(&self, u: &Stacked<T, D, C, R>, augmented: &mut Stacked<T, D, C, R>) {
+        let pairs = augmented.contacts.iter_mut().zip(&u.contacts);
+        for ((augmented, &u), set) in pairs.zip(self.contacts()) {
+            *augmented = set.augmented(&u.into()).into();
+        }
+        augmented.rows = u.rows;
+    }
+
+    /// Fills `z_i = P_i - r_i / alpha_i`.
+    pub(crate) fn join(
+        &self,
+        p: &Stacked<T, D, C, R>,
+        r: &Stacked<T, D, C, R>,
+        z: &mut Stacked<T, D, C, R>,
+    ) {
+        let pairs = z
+            .contacts
+            .iter_mut()
+            .zip(p.contacts.iter().zip(&r.contacts));
+        for ((z, (velocity, impulse)), set) in pairs.zip(self.contacts()) {
+            *z = *velocity;
+            if set.alpha > T::ZERO {
+                let scale = T::ONE / set.alpha;
+                for (z, &impulse) in z.iter_mut().zip(impulse) {
+                    *z -= impulse * scale;
+                }
+            }
+        }
+        let pairs = z.rows.iter_mut().zip(p.rows.iter().zip(&r.rows));
+        for ((z, (&velocity, &impulse)), set) in pairs.zip(self.rows()) {
+            *z = velocity;
+            if set.alpha > T::ZERO {
+                *z -= impulse / set.alpha;
+            }
+        }
+    }
+
+    /// Splits `z` into a velocity and an impulse that are complementary, `P_i - r_i / alpha_i` (Moreau), and fills `S - P`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn split(
+        &self,
+        z: &Stacked<T, D, C, R>,
+        p: &mut Stacked<T, D, C, R>,
+        r: &mut Stacked<T, D, C, R>,
+        residual: &mut Stacked<T, D, C, R>,
+    ) {
+        let targets = p.contacts.iter_mut().zip(&mut r.contacts);
+        let targets = targets.zip(&mut residual.contacts);
+        let sources = self.contacts().iter().zip(&z.contacts);
+        for ((set, &z), ((velocity, impulse), residual)) in sources.zip(targets) {
+            let z = z.into();
+            let (projection, slip) = set.cone.dual().project_with_length(&z);
+            *velocity = projection.into();
+            *impulse = ((projection - z) * set.alpha).into();
+            let mut rest = -projection;
+            add_to_normal(&mut rest, set.shift_factor * slip);
+            *residual = rest.into();
+        }
+        let targets = p.rows.iter_mut().zip(&mut r.rows);
+        let targets = targets.zip(&mut residual.rows);
+        let sources = self.rows().iter().zip(&z.rows);
+        for ((set, &z), ((velocity, impulse), residual)) in sources.zip(targets) {
+            *impulse = set.project(-z * set.alpha);
+            // Whoever holds is to have no velocity, to the bit.
+            *velocity = if set.holds(*impulse) {
+                T::ZERO
+            } else if set.alpha > T::ZERO {
+                z + *impulse / set.alpha
+            } else {
+                z
+            };
+            *residual = -*velocity;
+        }
+    }
+
+    /// Merit function `Σ alpha_i |E_i|²`. An energy, and not its root, so that units scaled by powers of two change nothing but
+    /// exponents.
+    pub(crate) fn merit(&self, residual: &Stacked<T, D, C, R>) -> T {
+        let contacts = self.contacts().iter().zip(&residual.contacts);
+        let merit = contacts.fold(T::ZERO, |sum, (set, e)| sum + set.alpha * square(e));
+        let rows = self.rows().iter().zip(&residual.rows);
+        rows.fold(merit, |sum, (set, &e)| sum + set.alpha * (e * e))
+    }
+
+    /// First part of the error of contacts, see [`natural_map`].
+    #[inline]
+    pub(crate) fn contact_error(
+        &self,
+        size: T,
+        u: &Stacked<T, D, C, R>,
+        r: &Stacked<T, D, C, R>,
+        noise: &[[T; 2]],
+    ) -> T {
+        natural_map::error(self.contacts(), size, &u.contacts, &r.contacts, noise)
+    }
+}

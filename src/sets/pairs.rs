@@ -1,0 +1,106 @@
+//! Contacts and joint rows on the central path.
+
+use crate::Real;
+use crate::linalg::stacked::Stacked;
+use crate::sets::Sets;
+use crate::sets::contact::pair::{Pair, Part, widen};
+use crate::sets::row::pair::RowPair;
+
+/// Contacts and joint rows on the central path, or how they move.
+#[derive(Clone, Debug)]
+pub(crate) struct Pairs<T: Real, const D: usize, const C: usize, const R: usize> {
+    pub(super) contacts: [Pair<T, D>; C],
+    pub(super) rows: [RowPair<T>; R],
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> {
+    /// Nothing yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            contacts: [Pair::none(); C],
+            rows: [RowPair::none(); R],
+        }
+    }
+
+    /// Fills the pairs near impulses and velocities.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn enter(
+        &mut self,
+        sets: &Sets<T, D, C, R>,
+        (r, u): (&Stacked<T, D, C, R>, &Stacked<T, D, C, R>),
+        tau: T,
+        gain: T,
+        beta: T,
+    ) {
+        *self = Self::none();
+        let sources = sets
+            .contacts()
+            .iter()
+            .zip(r.contacts.iter().zip(&u.contacts));
+        for (pair, (set, (&r, &u))) in self.contacts.iter_mut().zip(sources) {
+            let velocity = set.augmented(&u.into());
+            *pair = Pair::centred(set, &r.into(), &velocity, tau, gain, beta);
+        }
+        let sources = sets.rows().iter().zip(r.rows.iter().zip(&u.rows));
+        for (pair, (set, (&r, &u))) in self.rows.iter_mut().zip(sources) {
+            *pair = RowPair::centred(set, r, u, tau, gain);
+        }
+    }
+
+    /// Writes their impulses.
+    pub(crate) fn impulses(&self, sets: &Sets<T, D, C, R>, r: &mut Stacked<T, D, C, R>) {
+        let pairs = self.contacts.iter().zip(sets.contacts());
+        for (r, (pair, set)) in r.contacts.iter_mut().zip(pairs) {
+            *r = widen(set, &pair.x).into();
+        }
+        let pairs = self.rows.iter().zip(sets.rows());
+        for (r, (pair, set)) in r.rows.iter_mut().zip(pairs) {
+            *r = set.project(pair.impulse);
+        }
+    }
+
+    /// The mean of the products that are to vanish.
+    pub(crate) fn tau(&self, beta: T) -> T {
+        let contacts = self.contacts.iter().map(|pair| pair.products(beta));
+        let rows = self.rows.iter().map(RowPair::products);
+        let (mut sum, mut count) = (T::ZERO, T::ZERO);
+        for product in contacts.chain(rows).flatten().flatten() {
+            sum += product;
+            count += T::ONE;
+        }
+        sum / count.max(T::ONE)
+    }
+
+    /// The greatest length up to a limit of a step inside the sets.
+    pub(crate) fn max_step(&self, step: &Self, limit: T) -> T {
+        let contacts = self.contacts.iter().zip(&step.contacts);
+        let limit = contacts.fold(limit, |limit, (pair, step)| pair.max_step(step, limit));
+        let rows = self.rows.iter().zip(&step.rows);
+        rows.fold(limit, |limit, (pair, step)| pair.max_step(step, limit))
+    }
+
+    /// Moves them.
+    pub(crate) fn advance(&mut self, step: &Self, length: T) {
+        for (pair, step) in self.contacts.iter_mut().zip(&step.contacts) {
+            pair.advance(step, length);
+        }
+        for (pair, step) in self.rows.iter_mut().zip(&step.rows) {
+            pair.advance(step, length);
+        }
+    }
+}
+
+/// `tau` with which the first path begins, but for a factor: the mean of `alpha |q|²`.
+pub(crate) fn mean_energy<T: Real, const D: usize, const C: usize, const R: usize>(
+    sets: &Sets<T, D, C, R>,
+) -> T {
+    let contacts = sets.contacts().iter();
+    let contacts = contacts.map(|set| set.energy(Part::of(set).count::<D>()));
+    let rows = sets.rows().iter().map(|set| set.alone_energy(T::ONE));
+    let (mut energy, mut count) = (T::ZERO, T::ZERO);
+    for own in contacts.chain(rows) {
+        energy += own;
+        count += T::ONE;
+    }
+    energy / count
+}

@@ -1,0 +1,229 @@
+//! The linearised equations of the central path: two or three solves with one matrix, the predictor and the corrector of
+//! Mehrotra.
+
+use crate::Real;
+use crate::factor::Delassus;
+use crate::linalg::elimination::Elimination;
+use crate::linalg::stacked::{Stacked, StackedMatrix};
+use crate::linalg::vector::zeros;
+use crate::sets::Sets;
+use crate::sets::contact::lorentz::{first, joined};
+use crate::sets::contact::pair::{Pair, Part, Scaling, widen, width};
+use crate::sets::pairs::Pairs;
+use core::array::from_fn;
+use nalgebra::SVector;
+
+/// What a step is to achieve at one contact.
+#[derive(Clone, Copy)]
+struct Goal<T, const D: usize> {
+    /// What is to come of `dw + V⁻² dx`, with the `w` of the pair's `dual`.
+    cone: SVector<T, D>,
+    /// What is to come of `dy_N + y_N dx_N / x_N`.
+    normal: T,
+}
+
+/// What a step is to achieve: of joint rows by how much `p` and `n` are to change.
+struct Goals<T, const D: usize, const C: usize, const R: usize> {
+    contacts: [Goal<T, D>; C],
+    rows: [[T; 2]; R],
+}
+
+/// The linearised equations of a point, factorised.
+pub(crate) struct PathSystem<'a, T: Real, const D: usize, const C: usize, const R: usize> {
+    scalings: [Scaling<T, D>; C],
+    pairs: &'a Pairs<T, D, C, R>,
+    /// `y = Λ u`
+    velocities: Stacked<T, D, C, R>,
+    matrix: &'a StackedMatrix<T, D, C, R>,
+    elimination: &'a Elimination<T, D, C, R>,
+}
+
+impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a, T, D, C, R> {
+    /// Linearises at pairs with `u = W r + q`, and factorises `Λ W Λ + V⁻²`; the normal row of Coulomb's law has `y_N / x_N`
+    /// in place of `V⁻²`, a joint row its response. `None` if that is singular.
+    #[inline(never)]
+    pub(crate) fn new(
+        all: &Sets<T, D, C, R>,
+        delassus: &Delassus<T, D, C, R>,
+        pairs: &'a Pairs<T, D, C, R>,
+        u: &Stacked<T, D, C, R>,
+        matrix: &'a mut StackedMatrix<T, D, C, R>,
+        elimination: &'a mut Elimination<T, D, C, R>,
+    ) -> Option<Self> {
+        let sets = all.contacts();
+        let mut scalings = [Scaling::none(); C];
+        let mut velocities = *u;
+        let contacts = sets.iter().zip(&pairs.contacts);
+        let places = scalings.iter_mut().zip(&mut velocities.contacts);
+        for ((scaling, velocity), (set, pair)) in places.zip(contacts) {
+            if pair.part.is_cone::<D>() {
+                *scaling = Scaling::of(pair);
+            }
+            *velocity = widen(set, &(*velocity).into()).into();
+        }
+        let rows = pairs.rows.iter().filter(|pair| pair.is_free).count();
+        elimination.lay_out(pairs.contacts.iter().map(Pair::count), rows);
+        for (j, (set, pair)) in sets.iter().zip(&pairs.contacts).enumerate() {
+            let (start, count) = (elimination.columns(j).start, pair.count());
+            let rows = matrix.contacts.iter_mut().zip(&delassus.contacts);
+            let tested = sets.iter().zip(&pairs.contacts);
+            for (i, ((rows, sources), tested)) in rows.zip(tested).enumerate() {
+                if count == 0 || tested.1.count() == 0 {
+                    continue;
+                }
+                for (k, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
+                    let mut entries = [T::ZERO; D];
+                    if k < tested.1.count() {
+                        let mut wide = widen(set, &(*source.get(j)?).into());
+                        if k > 0 {
+                            wide *= width(tested.0, k);
+                        }
+                        if i == j {
+                            wide += scalings.get(i)?.row(pair, k);
+                        }
+                        for (entry, &wide) in entries.iter_mut().zip(wide.iter()).take(count) {
+                            *entry = wide;
+                        }
+                    }
+                    // Excess entries are overwritten by the next contact, or zero.
+                    let target = row.contacts.as_flattened_mut().get_mut(start..)?;
+                    *target.first_chunk_mut()? = entries;
+                }
+            }
+        }
+        let free = || {
+            let rows = pairs.rows.iter().enumerate();
+            rows.filter(|(_, pair)| pair.is_free)
+        };
+        for (place, (j, pair)) in free().enumerate() {
+            let (coupling, own) = (delassus.coupling.get(j)?, delassus.rows.get(j)?);
+            let target = matrix.rows.get_mut(place)?;
+            for (entry, (k, _)) in target.rows.iter_mut().zip(free()) {
+                *entry = *own.get(k)?;
+            }
+            let alpha = all.rows().get(j)?.alpha;
+            *target.rows.get_mut(place)? += pair.response(alpha);
+            let contacts = sets.iter().zip(&pairs.contacts).zip(coupling);
+            for (i, ((set, pair), &source)) in contacts.enumerate() {
+                let wide = widen(set, &source.into());
+                let own = elimination.columns(i);
+                let entries = target.contacts.as_flattened_mut().get_mut(own)?;
+                for (entry, &wide) in entries.iter_mut().zip(wide.iter()) {
+                    *entry = wide;
+                }
+                let rows = matrix.contacts.get_mut(i)?.iter_mut();
+                for (k, (row, &wide)) in rows.zip(wide.iter()).enumerate() {
+                    let used = k < pair.count();
+                    *row.rows.get_mut(place)? = if used { wide } else { T::ZERO };
+                }
+            }
+        }
+        elimination.factorise(matrix, false)?;
+        Some(Self {
+            scalings,
+            pairs,
+            velocities,
+            matrix,
+            elimination,
+        })
+    }
+
+    /// Solves for the step that makes `dw + V⁻² dx = goal`, and the normal row `dy_N + y_N dx_N / x_N` its goal; `None` if
+    /// `dx` or `dw` is not finite.
+    #[inline(never)]
+    fn solve(&self, goals: &Goals<T, D, C, R>) -> Option<Pairs<T, D, C, R>> {
+        let mut unknowns = Stacked::zero();
+        let of_contacts = unknowns.contacts.as_flattened_mut();
+        for (i, (pair, goal)) in self.pairs.contacts.iter().zip(&goals.contacts).enumerate() {
+            let velocity = SVector::from(*self.velocities.contacts.get(i)?);
+            let mut right = pair.dual + goal.cone - velocity;
+            if pair.part != Part::Cone {
+                right = joined(pair.normal + goal.normal - first(&velocity), right);
+            }
+            let own = of_contacts.get_mut(self.elimination.columns(i))?;
+            for (unknown, right) in own.iter_mut().zip(right.iter()) {
+                *unknown = *right;
+            }
+        }
+        let rows = self.pairs.rows.iter().zip(&goals.rows);
+        let rows = rows.zip(&self.velocities.rows);
+        let free = rows.filter(|((pair, _), _)| pair.is_free);
+        for (unknown, ((pair, [p, n]), &velocity)) in unknowns.rows.iter_mut().zip(free) {
+            *unknown = pair.velocity() - velocity + (*p - *n);
+        }
+        self.elimination.solve(self.matrix, &mut unknowns)?;
+        let mut steps: Pairs<T, D, C, R> = Pairs::none();
+        let contacts = self.pairs.contacts.iter().zip(&goals.contacts);
+        let contacts = contacts.zip(&self.scalings);
+        for (i, (step, ((pair, goal), scaling))) in
+            steps.contacts.iter_mut().zip(contacts).enumerate()
+        {
+            let of_contacts = unknowns.contacts.as_flattened();
+            let own = of_contacts.get(self.elimination.columns(i))?;
+            for (x, unknown) in step.x.iter_mut().zip(own) {
+                *x = *unknown;
+            }
+            if matches!(pair.part, Part::Normal | Part::Coulomb) {
+                step.normal = goal.normal - pair.normal / first(&pair.x) * first(&step.x);
+            }
+            if pair.part.is_cone::<D>() {
+                step.dual = goal.cone - scaling.compliance(&step.x);
+            }
+        }
+        let rows = self.pairs.rows.iter().zip(&goals.rows);
+        let rows = steps.rows.iter_mut().zip(rows);
+        let free = rows.filter(|(_, (pair, _))| pair.is_free);
+        for ((step, (pair, goals)), &moved) in free.zip(&unknowns.rows) {
+            *step = pair.step(moved, goals);
+        }
+        let mut contacts = steps.contacts.iter();
+        let finite = contacts.all(|step| step.x.iter().chain(step.dual.iter()).all(T::is_finite))
+            && steps.rows.iter().all(|step| step.impulse.is_finite());
+        finite.then_some(steps)
+    }
+
+    /// The predictor: the step to `tau = 0`.
+    pub(crate) fn predict(&self) -> Option<Pairs<T, D, C, R>> {
+        self.solve(&Goals {
+            contacts: self.pairs.contacts.map(|pair| Goal {
+                cone: -pair.dual,
+                normal: -pair.normal,
+            }),
+            rows: self.pairs.rows.map(|pair| pair.goals(None, T::ZERO)),
+        })
+    }
+
+    /// The corrector: the step to the pairs of a smaller `tau`, with the products of another step taken into account.
+    pub(crate) fn correct(
+        &self,
+        step: &Pairs<T, D, C, R>,
+        tau: T,
+        beta: T,
+    ) -> Option<Pairs<T, D, C, R>> {
+        let mut goals = Goals {
+            contacts: [Goal {
+                cone: zeros(),
+                normal: T::ZERO,
+            }; C],
+            rows: from_fn(|j| {
+                let pair = self.pairs.rows.get(j);
+                pair.map_or([T::ZERO; 2], |pair| pair.goals(step.rows.get(j), tau))
+            }),
+        };
+        let contacts = self.pairs.contacts.iter().zip(&step.contacts);
+        let contacts = contacts.zip(&self.scalings);
+        for (goal, ((pair, step), scaling)) in goals.contacts.iter_mut().zip(contacts) {
+            if pair.part != Part::Nothing {
+                let normal = first(&pair.x);
+                goal.normal = (tau - normal * pair.normal - first(&step.x) * step.normal) / normal;
+            }
+            if pair.part.is_cone::<D>() {
+                goal.cone = scaling.corrected(pair, step, tau * beta);
+            }
+        }
+        self.solve(&goals)
+    }
+}
+
+#[cfg(test)]
+mod tests;

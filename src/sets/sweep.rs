@@ -1,0 +1,101 @@
+//! Gauss-Seidel: contact by contact and row by row, each with the impulses of the others as they are by then.
+
+use crate::factor::Factor;
+use crate::linalg::blocks::{block, subtract};
+use crate::linalg::cholesky::axpy;
+use crate::linalg::stacked::Stacked;
+use crate::sets::Sets;
+use crate::sets::contact::local::Local;
+use crate::sets::contact::{coulomb_sweep, relaxed_sweep};
+use crate::{Model, Real};
+
+/// One sweep, which keeps `u = W r + q`. The multiplier `λ` of each contact is sought near where the last one was.
+pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    sets: &Sets<T, D, C, R>,
+    factor: &Factor<T, N, D, C, R>,
+    model: Model,
+    r: &mut Stacked<T, D, C, R>,
+    u: &mut Stacked<T, D, C, R>,
+    multipliers: &mut [T; C],
+) {
+    match model {
+        Model::Coulomb => each(sets, factor, r, u, multipliers, |local, multiplier| {
+            coulomb_sweep::solve_local(local, multiplier)
+        }),
+        Model::ConvexRelaxation => each(sets, factor, r, u, multipliers, |local, _| {
+            relaxed_sweep::solve_local(local)
+        }),
+    }
+}
+
+/// Goes from contact to contact and from row to row.
+#[inline(always)]
+#[allow(clippy::inline_always)] // one loop for each law
+fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    sets: &Sets<T, D, C, R>,
+    factor: &Factor<T, N, D, C, R>,
+    impulses: &mut Stacked<T, D, C, R>,
+    velocities: &mut Stacked<T, D, C, R>,
+    multipliers: &mut [T; C],
+    solve_local: impl Fn(&Local<'_, T, D>, &mut T) -> [T; D],
+) {
+    let delassus = factor.delassus();
+    let counts = sets.counts();
+    let masses = factor.effective_mass();
+    let contacts = sets.contacts().iter().zip(&delassus.contacts).zip(masses);
+    let places = impulses.contacts.iter_mut().zip(multipliers);
+    for ((i, ((set, rows), mass)), (r, multiplier)) in contacts.enumerate().zip(places) {
+        let (Some(own), Some(&u)) = (block(&delassus.contacts, i, i), velocities.contacts.get(i))
+        else {
+            return;
+        };
+        let local = Local {
+            set,
+            own,
+            mass,
+            u,
+            r: *r,
+        };
+        let new = solve_local(&local, multiplier);
+        let mut taken = *r;
+        for (taken, &new) in taken.iter_mut().zip(&new) {
+            *taken -= new;
+        }
+        *r = new;
+        if taken != [T::ZERO; D] {
+            let contacts = velocities.contacts.as_flattened_mut();
+            for k in 0..(D * counts.contacts).min(D * C) {
+                subtract(contacts.get_mut(k), &taken, rows, |row| {
+                    row.as_flattened().get(k)
+                });
+            }
+            let coupling = delassus.coupling.iter().zip(&mut velocities.rows);
+            for (blocks, u) in coupling.take(counts.rows) {
+                for (&taken, &entry) in taken.iter().zip(blocks.get(i).into_iter().flatten()) {
+                    *u -= taken * entry;
+                }
+            }
+        }
+    }
+    let rows = sets
+        .rows()
+        .iter()
+        .zip(&delassus.coupling)
+        .zip(&delassus.rows);
+    for ((j, ((set, coupling), row)), r) in rows.enumerate().zip(&mut impulses.rows) {
+        let Some(&u) = velocities.rows.get(j) else {
+            return;
+        };
+        let new = set.solve_local(*r, u);
+        let change = new - *r;
+        // Open stops stay open and saturated motors saturated: most rows of a robot most of the time.
+        if change != T::ZERO {
+            *r = new;
+            let contacts = velocities.contacts.as_flattened_mut();
+            let used = contacts.get_mut(..D * counts.contacts).unwrap_or_default();
+            axpy(change, coupling.as_flattened(), used);
+            let used = velocities.rows.get_mut(..counts.rows).unwrap_or_default();
+            axpy(change, row, used);
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The central path of a smoothed Coulomb law, an interior-point method: what follows a rejected Newton step.
+//!
+//! With `r = Λ x`, `y = Λ u`, `Λ = diag(1, mu, ..., mu)` and `e = (1, 0, ..., 0)` the central path is
+//!
+//! `y_N x_N = tau`, `(x_N, x_T) ∘ (s, y_T) = beta tau e`, `y = Λ W Λ x + Λ q`, `tau -> 0`
+//!
+//! where `s` is an extra unknown with `s >= |y_T|`. That is `u_N = tau / r_N` and `y_T = -beta tau x_T / det x`: Coulomb's
+//! law, smoothed, without the De Saxcé shift. The equations are linear but for the two bilinear products, so that
+//! Mehrotra's corrector is exact to second order. Hyperstatic impulses stay in the interior of their cones. (In the convex
+//! relaxation `s` is `y_N`.) The field `dual` of a pair is `(s, y_T)`.
+//!
+//! Coulomb's law is not monotone: the path can have folds. If it jams, sweeps lead away, and another path is entered, with
+//! another weight `beta`. Every path that reaches `tau = 0` ends at a solution.
+
+use crate::Real;
+use crate::sets::pairs::mean_energy;
+use crate::sets::path_system::PathSystem;
+use crate::solver::monitor::Monitor;
+use crate::solver::state::{State, Sweeps};
+use crate::solver::tuning;
+
+/// What came of a step.
+pub(super) enum Progress {
+    /// There are more to come.
+    Far,
+    /// Newton's method may finish from the point.
+    Near,
+    /// The path leads nowhere from here.
+    Jammed,
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
+    /// Begins the interior-point method at the impulses of the point, after a search for a proof of infeasibility.
+    ///
+    /// `tau` starts at 10 times the mean of `alpha |q|²`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn begin_path<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+    ) {
+        monitor.look_for_proof();
+        self.path.jams = 0;
+        let tau = mean_energy(&monitor.problem.sets) * tuning::first_tau();
+        self.enter_path(monitor, tau, tuning::first_gain(), T::ONE);
+        self.back_to_path(monitor);
+    }
+
+    /// Pairs of a central path near the impulses and `u` of the point.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn enter_path<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        tau: T,
+        gain: T,
+        beta: T,
+    ) {
+        self.path.beta = beta;
+        self.path.tau = tau;
+        self.path.steps = 0;
+        self.path.tried = None;
+        let (r, u) = (&self.point.r, &self.point.u);
+        let pairs = &mut self.path.pairs;
+        pairs.enter(&monitor.problem.sets, (r, u), tau, gain, beta);
+    }
+
+    /// Moves the point to the impulses of the pairs.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn back_to_path<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+    ) {
+        let sets = &monitor.problem.sets;
+        self.path.pairs.impulses(sets, &mut self.point.r);
+        let (r, u) = (&self.point.r, &mut self.point.u);
+        self.point.natural_map = monitor.problem.natural_map(r, u);
+    }
+
+    /// A step along the central path.
+    #[inline(never)]
+    pub(super) fn path_step<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+    ) -> Progress {
+        monitor.solution.work.newton_steps += 1;
+        let length = self.move_pairs(monitor);
+        self.back_to_path(monitor);
+        self.consider(monitor);
+        if monitor.is_over() {
+            return Progress::Far;
+        }
+        if self.is_near(monitor) {
+            self.point.rebuild_from_velocity(monitor.problem);
+            let (merit, tried) = (self.point.merit, self.path.tried);
+            // Each time at half the residual at most.
+            if tried.is_none_or(|tried| merit * T::literal(4.0) < tried) {
+                self.path.tried = Some(merit);
+                return Progress::Near;
+            }
+            self.back_to_path(monitor);
+        }
+        let tau = self.path.pairs.tau(self.path.beta);
+        if tau.is_finite() {
+            self.path.tau = tau;
+        }
+        self.path.steps += 1;
+        let too_long = self.path.steps >= tuning::longest_path();
+        if too_long || length.is_none_or(|length| length < tuning::jammed()) {
+            Progress::Jammed
+        } else {
+            Progress::Far
+        }
+    }
+
+    /// Moves the pairs by a step of Mehrotra's predictor-corrector method. Returns its length; `None` if there is no step.
+    fn move_pairs<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+    ) -> Option<T> {
+        self.forget();
+        let (matrix, elimination) = (&mut self.matrix, &mut self.jacobian.elimination);
+        let (pairs, beta) = (&self.path.pairs, self.path.beta);
+        let (sets, delassus) = (&monitor.problem.sets, monitor.problem.factor.delassus());
+        let u = &self.point.u;
+        let system = PathSystem::new(sets, delassus, pairs, u, matrix, elimination)?;
+        // The fraction to the boundary
+        let fraction = T::ONE - tuning::margin::<T>();
+        let limit = T::ONE / fraction;
+        let predicted = system.predict()?;
+        let left = T::ONE - pairs.max_step(&predicted, limit).min(T::ONE);
+        let tau = left * left * left * pairs.tau(beta);
+        let mut step = system.correct(&predicted, tau, beta)?;
+        let mut longest = pairs.max_step(&step, limit);
+        if longest < tuning::correct_again() {
+            let other = system.correct(&step, tau, beta)?;
+            let farther = pairs.max_step(&other, limit);
+            if farther > longest {
+                (step, longest) = (other, farther);
+            }
+        }
+        let length = (fraction * longest).min(T::ONE);
+        self.path.pairs.advance(&step, length);
+        Some(length)
+    }
+
+    /// May Newton's method finish from the point?
+    fn is_near<const N: usize>(&self, monitor: &Monitor<'_, '_, T, N, D, C, R>) -> bool {
+        let near = tuning::near::<T>().max(T::literal(10.0) * monitor.tolerance());
+        self.point.natural_map < near
+    }
+
+    /// Moves to pseudo-random impulses of the expected size, seeded by the number of jams.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn restart_at_random<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        jams: usize,
+    ) {
+        let mut state = u32::try_from(jams).unwrap_or(0);
+        let mut random = |size: T| {
+            // Numerical Recipes' generator, of which the upper half is random enough
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let share = T::count(usize::from((state >> 16) as u16)) / T::literal(32768.0);
+            size * (share - T::ONE)
+        };
+        let (problem, r) = (&*monitor.problem, &mut self.point.r);
+        for (r, set) in r.contacts.iter_mut().zip(problem.sets.contacts()) {
+            let size = problem.expected(set.alpha);
+            *r = r.map(|_| random(size));
+        }
+        for (r, set) in r.rows.iter_mut().zip(problem.sets.rows()) {
+            *r = random(problem.expected(set.alpha));
+        }
+        problem.sets.project(r);
+    }
+
+    /// Leaves a jam by some sweeps, and enters another central path. Returns whether Newton's method may finish from where the
+    /// sweeps have led.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn leave_jam<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+    ) -> bool {
+        monitor.note_failure();
+        let tau = self.path.tau;
+        let jams = self.path.jams;
+        self.path.jams = jams.wrapping_add(1);
+        if jams > tuning::jams_to_anywhere() && jams % 4 == 1 {
+            self.restart_at_random(monitor, jams);
+        } else if (jams + 1).is_multiple_of(tuning::jams_to_best())
+            && let Some(best) = monitor.best()
+        {
+            self.point.r = best;
+        }
+        let (r, u) = (&self.point.r, &mut self.point.u);
+        self.point.natural_map = monitor.problem.natural_map(r, u);
+        if !self.point.natural_map.is_finite() {
+            self.point.set_zero_impulse(monitor.problem);
+        }
+        if monitor.problem.can_be_swept() {
+            self.sweeps = Sweeps::none();
+            for _ in 0..tuning::sweeps_at_jam() {
+                self.sweep_once(monitor);
+            }
+        }
+        let value = |values: &[f64]| {
+            let value = values.get(jams % values.len().max(1));
+            value.map_or(T::ONE, |&value| T::literal(value))
+        };
+        let (gain, beta) = (value(&tuning::GAINS), value(&tuning::WEIGHTS));
+        // Higher with each round of weights, so that none repeats another.
+        let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
+        self.enter_path(monitor, tau * tuning::tau_raise() * round, gain, beta);
+        let (r, u) = (&self.point.r, &mut self.point.u);
+        self.point.natural_map = monitor.problem.natural_map(r, u);
+        self.consider(monitor);
+        let is_near = self.is_near(monitor);
+        if is_near {
+            self.point.rebuild_from_velocity(monitor.problem);
+        }
+        is_near
+    }
+}

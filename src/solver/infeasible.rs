@@ -1,0 +1,81 @@
+//! When the monitor doubts a solution: impulses that diverge, and scenes that have none.
+
+use crate::linalg::stacked::Stacked;
+use crate::problem::infeasibility;
+use crate::solver::monitor::Monitor;
+use crate::solver::tuning;
+use crate::solver::warm_start::MAX_IMPULSE_RATIO;
+use crate::{Real, Status};
+
+/// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
+/// a proof; five times as much would call slow walls solved.)
+const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Monitor<'_, '_, T, N, D, C, R>
+{
+    /// Is the error small only because the impulses diverge? Then it is not small relative to the expected size.
+    pub(super) fn has_diverged(&mut self, r: &Stacked<T, D, C, R>) -> bool {
+        let ratio = self.problem.impulse_ratio(r);
+        if ratio > T::literal(MAX_IMPULSE_RATIO) {
+            // With the finest bound on rounding.
+            self.problem.evaluate(r, T::ZERO, self.solution);
+            return ratio * self.solution.error > T::literal(0.1);
+        }
+        false
+    }
+
+    /// Looks for a proof if sweeps have led to impulses that are larger than expected: if walls close on a body, each sweep
+    /// adds to them.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn check_divergence(&mut self, r: &Stacked<T, D, C, R>) {
+        if self.problem.exceeds(r, tuning::diverging()) {
+            self.look_for_proof();
+        }
+    }
+
+    /// Stops the monitor if the scene is infeasible, and writes down the certificate. Once in a solve, for it depends on
+    /// the scene alone.
+    pub(crate) fn look_for_proof(&mut self) {
+        if self.record.has_sought_proof {
+            return;
+        }
+        if !infeasibility::is_conceivable(self.problem.scene) {
+            return;
+        }
+        self.record.has_sought_proof = true;
+        self.solution.work.proof_searches += 1;
+        let Some(proof) = infeasibility::certificate(self.problem) else {
+            return;
+        };
+        // There is room: a solution holds as many as a scene.
+        let counts = self.problem.sets.counts();
+        self.solution.certificate.clear();
+        for [d] in proof.contacts.into_iter().take(counts.contacts) {
+            let _ = self.solution.certificate.push(d);
+        }
+        self.solution.row_certificate.clear();
+        for d in proof.rows.into_iter().take(counts.rows) {
+            let _ = self.solution.row_certificate.push(d);
+        }
+        self.stop(Status::Infeasible);
+    }
+
+    /// Looks for a proof that the scene is infeasible, unless the solution is convincing.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn check_infeasibility(&mut self) {
+        let convincing = match self.record.status {
+            Status::Solved => {
+                let ratio = self.problem.impulse_ratio(&self.record.best);
+                ratio <= T::literal(DOUBTFUL_IMPULSE_RATIO)
+            }
+            status => status == Status::Infeasible,
+        };
+        if !convincing {
+            self.look_for_proof();
+            if self.record.status == Status::Infeasible {
+                self.solution.status = Status::Infeasible;
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Are impulses unique, and do contacts stick? The answers decide how a cold solve starts: with Newton's method at a guess, or
+//! with sweeps.
+
+use crate::cone::{add_to_normal, norm, split};
+use crate::linalg::stacked::Stacked;
+use crate::linalg::vector::zeros;
+use crate::problem::Problem;
+use crate::solver::tuning;
+use crate::{Model, Real};
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Problem<'_, T, N, D, C, R>
+{
+    /// Does a cold solve sweep, if it does not guess? The convex relaxation only where impulses are unique: elsewhere Newton's
+    /// method goes faster from rest.
+    pub(crate) fn begins_with_sweeps(&self) -> bool {
+        let unique = || self.can_be_swept() && !self.may_be_hyperstatic();
+        self.model == Model::Coulomb || unique()
+    }
+
+    /// `alpha_i q_N` (N·s) above which a contact clearly separates.
+    fn open_threshold(&self) -> T {
+        self.reference_impulse * tuning::open_threshold::<T>()
+    }
+
+    /// Is the scene hyperstatic, and is the total friction that sticking needs available, if each contact is stopped alone?
+    pub(crate) fn is_likely_to_stick(&self) -> bool {
+        if !self.may_be_hyperstatic() {
+            return false;
+        }
+        let threshold = self.open_threshold();
+        let rows = self.sets.rows().iter();
+        let mut holding = rows
+            .filter(|set| set.holds(set.solve_local(T::ZERO, set.q)))
+            .count();
+        let (mut demand, mut grip) = (T::ZERO, T::ZERO);
+        for set in self.sets.contacts() {
+            let (normal, tangent) = split(&set.q);
+            if set.alpha * normal > threshold {
+                continue;
+            }
+            let (slip, held) = (norm(tangent), -set.cone.friction() * normal);
+            holding += set.pushing_rows();
+            let approaches = normal < -tuning::grazing::<T>() * slip;
+            if approaches && set.pushing_rows() > 1 {
+                demand += set.alpha * slip;
+                grip += set.alpha * held;
+            }
+        }
+        self.is_redundant(holding) && demand <= tuning::sticking::<T>() * grip
+    }
+
+    /// A `z` at which every contact sticks that does not clearly separate, pushed by the impulse that would stop it alone, and
+    /// every joint row has the impulse that it would have alone.
+    pub(crate) fn all_sticking(&self, z: &mut Stacked<T, D, C, R>) {
+        let threshold = self.open_threshold();
+        for (z, set) in z.contacts.iter_mut().zip(self.sets.contacts()) {
+            let mut start = set.augmented(&set.q);
+            let normal = split(&set.q).0;
+            if set.alpha > T::ZERO && set.alpha * normal <= threshold {
+                start = zeros();
+                add_to_normal(&mut start, normal.min(-threshold / set.alpha));
+            }
+            *z = start.into();
+        }
+        for (z, set) in z.rows.iter_mut().zip(self.sets.rows()) {
+            *z = set.q;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

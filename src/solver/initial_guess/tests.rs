@@ -1,0 +1,88 @@
+//! What a cold solve expects, of a cube that lies, is pushed, slides and flies.
+
+#![allow(clippy::indexing_slicing)]
+
+use crate::linalg::stacked::Stacked;
+use crate::problem::Problem;
+use crate::solver::fixtures::{cube, pressed, with_problem};
+use crate::{Error, Factor, JointRow, Model, RowLaw, Scene};
+use nalgebra::SVector;
+
+/// Is a cube on so many corners, pushed sideways and lifted, likely to stick?
+fn likely(corners: usize, mu: f64, sideways: f64, up: f64) -> Result<bool, Error> {
+    let mut push = pressed(sideways);
+    push.z += up;
+    with_problem(&cube(corners, mu)?, &push, |problem| {
+        problem.is_likely_to_stick()
+    })
+}
+
+#[test]
+fn a_cube_is_seen_as_what_it_does() -> Result<(), Error> {
+    assert!(likely(4, 0.5, 0.0, 0.0)?);
+    assert!(likely(4, 0.5, 0.3, 0.0)?);
+    assert!(!likely(1, 0.5, 0.0, 0.0)?); // three rows, six dofs
+    assert!(!likely(4, 0.5, 0.6, 0.0)?); // more than friction holds
+    assert!(!likely(4, 0.5, 4.0, 0.0)?); // slides: one row a contact
+    assert!(!likely(4, 0.5, 0.0, 2.0)?); // parts
+    assert!(!likely(4, 0.0, 0.0, 0.0)?); // no friction, no tangential rows
+    Ok(())
+}
+
+#[test]
+fn the_guess_has_every_contact_pushed_and_sticking() -> Result<(), Error> {
+    with_problem(&cube(4, 0.5)?, &pressed(0.1), |problem| {
+        let mut z = Stacked::zero();
+        problem.all_sticking(&mut z);
+        assert_eq!(problem.sets.contacts().len(), z.contacts.len());
+        for (&z, set) in z.contacts.iter().zip(problem.sets.contacts()) {
+            let z = SVector::from(z);
+            let impulse = set.cone.dual().nearest(&z) - z;
+            assert!(set.cone.is_interior(&impulse), "{impulse}");
+        }
+    })
+}
+
+#[test]
+fn impulses_of_a_corner_are_unique_and_those_of_four_are_not() -> Result<(), Error> {
+    with_problem(&cube(4, 0.5)?, &pressed(0.0), |problem| {
+        let push = [1.0, 0.0, 0.0];
+        let pushed = |contacts| Stacked { contacts, rows: [] };
+        assert!(problem.is_hyperstatic(&pushed([push; 4])));
+        assert!(!problem.is_hyperstatic(&pushed([push, [0.0; 3], [0.0; 3], [0.0; 3]])));
+    })
+}
+
+/// Friction of joints that slips, beside three corners: what slips pushes with what is known.
+#[test]
+fn rows_at_their_bounds_make_no_impulse_ambiguous() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 6, 3, 3, 6>::new();
+    for contact in cube(3, 0.5)?.contacts() {
+        scene.set_mass(cube(3, 0.5)?.mass())?;
+        scene.push(contact)?;
+    }
+    for axis in 0..6 {
+        let mut row = SVector::zeros();
+        row[axis] = 1.0;
+        let (lower, upper) = (-0.1, 0.1);
+        scene.push_row(&JointRow {
+            row,
+            offset: 0.0,
+            law: RowLaw::Box { lower, upper },
+            compliance: 0.0,
+            key: 0,
+        })?;
+    }
+    let (factor, push) = (Factor::new(&scene)?, pressed(0.0));
+    let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+    problem.fill(true);
+    let corner = [1.0, 0.0, 0.0];
+    let pushed = |rows| Stacked {
+        contacts: [corner, corner, [0.0; 3]],
+        rows,
+    };
+    let (slipping, holding) = ([1e3; 6], [0.0; 6]);
+    assert!(!problem.is_hyperstatic(&pushed(slipping)));
+    assert!(problem.is_hyperstatic(&pushed(holding)));
+    Ok(())
+}

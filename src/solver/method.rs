@@ -1,0 +1,199 @@
+//! The method: sweep or guess; then Newton's method; if that fails, the central path.
+//!
+//! The whole diagram and a table of the transitions stand in [`crate::guide::method`]; in short:
+//!
+//! ```text
+//! Sweeps ── enough ──► Newton ── rejected ──► CentralPath ── jam ──► CentralPath (another one)
+//! Newton ── rejected, began at the last solution or at a guess ──► cold start, without a guess
+//! CentralPath ── near the end, also after a jam ──► Newton
+//! Sweeps or Newton ── impulses too large, or rejected ──► search for a proof, once in a solve
+//! ```
+//!
+//! A phase does one piece of work at a time and says what came of it. [`Method::advance`] alone decides what is next. A last
+//! solution whose impulses are nearly unique is swept too, if no Jacobian was kept. Only [`Method`] and
+//! the monitor's record are carried from one piece to the next: a solve can pause after any of them and continue later with
+//! the same bits.
+
+use crate::Real;
+use crate::linalg::stacked::Stacked;
+use crate::problem::Problem;
+use crate::solver::central_path::Progress;
+use crate::solver::monitor::Monitor;
+use crate::solver::newton::{Newton, Origin, Outcome};
+use crate::solver::point::Point;
+use crate::solver::state::State;
+use crate::solver::sweeps::Pace;
+use crate::solver::warm_start::{WarmStart, WarmStartKind};
+
+/// What comes next.
+#[derive(Clone, Copy, Debug)]
+#[repr(u8)] // so that `Idle` is zero, and a new solver takes no flash
+pub(crate) enum Phase {
+    /// Nothing: no solve was begun.
+    Idle,
+    /// A Gauss-Seidel sweep.
+    Sweeps,
+    /// A step of Newton's method.
+    Newton(Newton),
+    /// A step along the central path.
+    CentralPath,
+}
+
+/// The state of a solve, and what comes next.
+#[derive(Clone, Debug)]
+pub(crate) struct Method<T: Real, const D: usize, const C: usize, const R: usize> {
+    pub(super) phase: Phase,
+    pub(super) state: State<T, D, C, R>,
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R> {
+    /// No solve yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            phase: Phase::Idle,
+            state: State::none(),
+        }
+    }
+
+    /// Forgets the Jacobian that is kept.
+    pub(crate) fn forget(&mut self) {
+        self.state.forget();
+    }
+
+    /// The impulses as they stand.
+    pub(crate) const fn impulses(&self) -> &Stacked<T, D, C, R> {
+        &self.state.point.r
+    }
+
+    /// Begins a solve at the last solution, or without impulses.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn begin<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        warm_start: &mut WarmStart<T, D, C, R>,
+    ) {
+        if let Some(places) = warm_start.follow(monitor.problem.scene) {
+            self.state.jacobian.follow(&places);
+        }
+        let tolerance = monitor.tolerance();
+        let onwards = monitor.is_first_call();
+        let known = warm_start.start(monitor.problem, (tolerance, onwards), &mut self.state.point);
+        self.state.consider(monitor);
+        // Good enough for contact space, but not once its velocity was known?
+        let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();
+        let newton = Newton::warm(known == WarmStartKind::Isostatic);
+        self.phase = match known {
+            WarmStartKind::None if !corrected => self.begin_cold(monitor, true),
+            WarmStartKind::Isostatic if !corrected && !self.state.holds_jacobian => {
+                self.begin_sweeps(monitor)
+            }
+            WarmStartKind::None | WarmStartKind::Isostatic => self.begin_newton(monitor, newton),
+            WarmStartKind::Hyperstatic => {
+                if corrected {
+                    self.state.point.rebuild(monitor.problem);
+                }
+                Phase::Newton(newton)
+            }
+        };
+    }
+
+    /// One piece of work, and what comes after it.
+    pub(crate) fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C, R>) {
+        self.phase = match self.phase {
+            Phase::Idle => Phase::Idle,
+            Phase::Sweeps => match self.state.sweep(monitor) {
+                Pace::Continue => Phase::Sweeps,
+                Pace::Enough => {
+                    monitor.check_divergence(&self.state.point.r);
+                    self.begin_newton(monitor, self.state.newton_after_sweeps())
+                }
+            },
+            Phase::Newton(newton) => match self.state.step(monitor, newton) {
+                Outcome::Accepted(newton) => Phase::Newton(newton),
+                Outcome::NoJacobian => {
+                    self.forget();
+                    self.begin_sweeps(monitor)
+                }
+                Outcome::Rejected => match newton.origin() {
+                    Origin::Near => self.begin_path(monitor),
+                    Origin::Path => {
+                        self.state.back_to_path(monitor);
+                        Phase::CentralPath
+                    }
+                    Origin::Last | Origin::Guess => {
+                        monitor.look_for_proof();
+                        self.state.point.set_zero_impulse(monitor.problem);
+                        self.begin_cold(monitor, false)
+                    }
+                },
+            },
+            Phase::CentralPath => match self.state.path_step(monitor) {
+                Progress::Far => Phase::CentralPath,
+                Progress::Near => Phase::Newton(Newton::finish()),
+                Progress::Jammed => {
+                    if self.state.leave_jam(monitor) {
+                        Phase::Newton(Newton::finish())
+                    } else {
+                        self.state.back_to_path(monitor);
+                        Phase::CentralPath
+                    }
+                }
+            },
+        };
+    }
+
+    /// A cold start: a guess, sweeps, or Newton's method from rest.
+    fn begin_cold<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        may_guess: bool,
+    ) -> Phase {
+        if may_guess && monitor.problem.is_likely_to_stick() {
+            monitor.problem.all_sticking(&mut self.state.point.z);
+            self.state.point.update(monitor.problem);
+            Phase::Newton(Newton::guessed())
+        } else if monitor.problem.begins_with_sweeps() {
+            self.begin_sweeps(monitor)
+        } else {
+            self.begin_newton(monitor, Newton::new())
+        }
+    }
+
+    /// Sweeps from the impulses and `u` of the point.
+    fn begin_sweeps<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C, R>) -> Phase {
+        self.state.begin_sweeps(monitor);
+        Phase::Sweeps
+    }
+
+    /// The central path from the impulses of the point.
+    fn begin_path<const N: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+    ) -> Phase {
+        self.state.begin_path(monitor);
+        Phase::CentralPath
+    }
+
+    /// Newton's method from the impulses and `u` of the point.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn begin_newton<const N: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        newton: Newton,
+    ) -> Phase {
+        self.state.point.rebuild_from_velocity(monitor.problem);
+        Phase::Newton(newton)
+    }
+
+    /// `ũ` and `r` as they stand. (A sweep and a step along the central path have left `u` alone.)
+    pub(crate) fn solution<const N: usize>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C, R>,
+    ) -> [&Stacked<T, D, C, R>; 2] {
+        let Point { p, r, u, .. } = &mut self.state.point;
+        if let Phase::Sweeps | Phase::CentralPath = self.phase {
+            problem.sets.augment(u, p);
+        }
+        [p, r]
+    }
+}

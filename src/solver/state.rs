@@ -1,0 +1,101 @@
+//! What a solve carries from one piece of work to the next.
+
+use crate::Real;
+use crate::linalg::stacked::StackedMatrix;
+use crate::sets::jacobian::Jacobian;
+use crate::sets::pairs::Pairs;
+use crate::solver::monitor::Monitor;
+use crate::solver::point::Point;
+
+/// Where a solve is, for all phases.
+#[derive(Clone, Debug)]
+pub(crate) struct State<T: Real, const D: usize, const C: usize, const R: usize> {
+    pub(super) point: Point<T, D, C, R>,
+    pub(super) sweeps: Sweeps<T, C>,
+    pub(super) path: CentralPath<T, D, C, R>,
+    /// What of the Jacobian is not in the matrix.
+    pub(super) jacobian: Jacobian<T, D, C, R>,
+    /// The one matrix that a solve needs beside the factor, factorised: by turns that of a Newton step and that of the central
+    /// path.
+    pub(super) matrix: StackedMatrix<T, D, C, R>,
+    /// Is the matrix that of the Jacobian?
+    pub(super) holds_jacobian: bool,
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
+    /// No solve yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            point: Point::none(),
+            sweeps: Sweeps::none(),
+            path: CentralPath::none(),
+            jacobian: Jacobian::none(),
+            matrix: StackedMatrix::zero(),
+            holds_jacobian: false,
+        }
+    }
+
+    /// Forgets the Jacobian that is kept.
+    pub(super) fn forget(&mut self) {
+        self.holds_jacobian = false;
+    }
+
+    /// Shows the point to the monitor.
+    pub(super) fn consider<const N: usize>(&self, monitor: &mut Monitor<'_, '_, T, N, D, C, R>) {
+        let Point {
+            r, u, natural_map, ..
+        } = &self.point;
+        monitor.consider(r, u, *natural_map);
+    }
+}
+
+/// Sweeps, from one to the next.
+#[derive(Clone, Debug)]
+pub(crate) struct Sweeps<T, const C: usize> {
+    /// Slip multiplier `λ` of each contact.
+    pub(super) multipliers: [T; C],
+    /// Sweeps so far.
+    pub(super) done: usize,
+    /// Did they begin without impulses?
+    pub(super) is_cold: bool,
+}
+
+impl<T: Real, const C: usize> Sweeps<T, C> {
+    /// No sweep yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            multipliers: [T::ZERO; C],
+            done: 0,
+            is_cold: false,
+        }
+    }
+}
+
+/// Where on a central path a solve is.
+#[derive(Clone, Debug)]
+pub(crate) struct CentralPath<T: Real, const D: usize, const C: usize, const R: usize> {
+    pub(super) pairs: Pairs<T, D, C, R>,
+    /// Weight of friction.
+    pub(super) beta: T,
+    /// `tau` of the last point that had one.
+    pub(super) tau: T,
+    /// Steps on this path.
+    pub(super) steps: usize,
+    /// The merit at Newton's last trial on this path.
+    pub(super) tried: Option<T>,
+    pub(super) jams: usize,
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> CentralPath<T, D, C, R> {
+    /// No solve yet.
+    pub(crate) const fn none() -> Self {
+        Self {
+            pairs: Pairs::none(),
+            beta: T::ZERO,
+            tau: T::ZERO,
+            steps: 0,
+            tried: None,
+            jams: 0,
+        }
+    }
+}

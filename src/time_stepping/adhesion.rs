@@ -1,0 +1,74 @@
+//! Contacts that pull.
+
+use super::Parameter;
+use crate::{Error, Real};
+use nalgebra::{SMatrix, SVector};
+
+/// A contact that pulls with up to a force before it lets go: a suction cup, a magnet.
+///
+/// With the largest pull `a = h force` the impulse `r + a e_N` lies in the friction cone (pressed by its suction, the contact also
+/// rubs more). So a scene is solved in which all of them are pushed back by `a`, and `a` is taken from what it gives.
+///
+/// ```
+/// use nalgebra::{Matrix1, matrix, vector};
+/// use stiction::{Contact, Kernel, Settings, time_stepping::Suction};
+///
+/// // 1 kg hangs from a suction cup at the ceiling: the contact's normal points down.
+/// let (step, cup, contact_jacobian) = (0.5, Suction { force: 16.0 }, matrix![-1.0]);
+/// let mut kernel = Kernel::<f64, 1, 1, 1>::new();
+/// kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
+/// let (jacobian, offset) = (contact_jacobian, vector![0.0]);
+/// kernel.scene_mut().push(&Contact { jacobian, offset, mu: 0.0, key: 0 })?;
+/// let mut push = vector![-9.81 * step];
+/// cup.push_back(&contact_jacobian, step, &mut push)?;
+/// let solution = kernel.solve(&push, &Settings::new(1e-9))?;
+/// let impulse = cup.impulse(&solution.contacts[0].impulse, step)?;
+/// assert!(solution.velocity[0].abs() < 1e-9 && (impulse[0] + 9.81 * step).abs() < 1e-8); // it pulls
+/// # Ok::<(), stiction::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Suction<T> {
+    /// Largest pull, not negative (N).
+    pub force: T,
+}
+
+impl<T: Real> Suction<T> {
+    /// Takes the pull of a contact with this Jacobian, over a `step > 0` (s), from the free impulse.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] with [`Parameter::Suction`] or the step.
+    pub fn push_back<const N: usize, const D: usize>(
+        &self,
+        jacobian: &SMatrix<T, D, N>,
+        step: T,
+        free_impulse: &mut SVector<T, N>,
+    ) -> Result<(), Error> {
+        let pull = self.pull(step)?;
+        for (impulse, column) in free_impulse.iter_mut().zip(&jacobian.data.0) {
+            *impulse -= pull * column.first().copied().unwrap_or(T::ZERO);
+        }
+        Ok(())
+    }
+
+    /// The impulse of the contact (N·s), which may pull, from that of the solution.
+    ///
+    /// # Errors
+    /// As of [`Self::push_back`].
+    pub fn impulse<const D: usize>(
+        &self,
+        solved: &SVector<T, D>,
+        step: T,
+    ) -> Result<SVector<T, D>, Error> {
+        let mut impulse = *solved;
+        crate::cone::add_to_normal(&mut impulse, -self.pull(step)?);
+        Ok(impulse)
+    }
+
+    /// Largest pull over a step (N·s).
+    fn pull(&self, step: T) -> Result<T, Error> {
+        let force = Parameter::Suction.not_negative(self.force)?;
+        Parameter::Suction.finite(Parameter::Step.positive(step)? * force)
+    }
+}

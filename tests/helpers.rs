@@ -1,0 +1,385 @@
+//! Helpers beside the solver, each with numbers to be checked by hand: frames of contacts, suction, static friction, what a mechanic
+//! measures, the budget of a tick, and scenes of joint rows alone.
+
+#![allow(
+    clippy::float_cmp,
+    clippy::items_after_statements,
+    clippy::large_stack_arrays
+)] // numbers are exact here
+
+use crate::support::random::{draws, numbers};
+use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector3, matrix, vector};
+use stiction::time_stepping::{Parameter, StaticFriction, Suction};
+use stiction::{
+    Contact, ContactMode, Error, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Status,
+    Surface, contact_frame,
+};
+
+/// Normals along all axes, either way, next to them, and anywhere.
+fn normals() -> Vec<Vector3<f64>> {
+    let axes = (0..3).flat_map(|k| [1.0, -1.0].map(|sign| Vector3::ith(k, sign)));
+    let near = vector![-1.0, 1e-9, -1e-12].normalize();
+    let any = draws(numbers(3), 200).map(|x| Vector3::from_column_slice(&x));
+    let any = any.filter(|x| x.norm() > 1e-3).map(|x| x.normalize());
+    axes.chain([near, -near]).chain(any).collect()
+}
+
+#[test]
+fn a_frame_is_orthonormal_and_begins_with_its_normal() -> Result<(), Error> {
+    for normal in normals() {
+        let frame = contact_frame(&normal)?;
+        assert!((frame.column(0) - normal).amax() <= 1e-15);
+        let off = frame.transpose() * frame - Matrix3::identity();
+        assert!(off.amax() <= 1e-15, "{normal:?}: {:e}", off.amax());
+        // In the plane, too.
+        let flat = vector![normal.x, normal.y];
+        if flat.norm() > 1e-3 {
+            let frame = contact_frame(&flat.normalize())?;
+            assert!((frame.column(0) - flat.normalize()).amax() <= 1e-15);
+            assert!((frame.transpose() * frame - Matrix2::identity()).amax() <= 1e-15);
+        }
+    }
+    // By hand: tangents of the three axes.
+    let up = contact_frame(&vector![0.0, 0.0, 1.0])?;
+    assert_eq!(up, matrix![0.0, 0.0, -1.0; 0.0, 1.0, 0.0; 1.0, 0.0, 0.0]);
+    assert_eq!(contact_frame(&vector![1.0])?, Matrix1::new(1.0));
+    Ok(())
+}
+
+/// What an impulse does to the body it does at the point as well: `Hᵀ r = Jᵀ (frame r)`.
+#[test]
+fn the_impulse_of_a_contact_at_a_point_is_a_vector_there() -> Result<(), Error> {
+    for (normal, x) in normals().iter().zip(draws(numbers(24), 1_000)) {
+        let point = SMatrix::<f64, 3, 6>::from_column_slice(&x[..18]);
+        let contact = Contact::<f64, 6, 3>::at_point(normal, &point, 0.7, 9)?;
+        assert_eq!((contact.mu, contact.key), (0.7, 9));
+        assert_eq!(contact.offset, Vector3::zeros());
+        let r = Vector3::from_column_slice(&x[18..21]);
+        let there = contact_frame(normal)? * r;
+        let off = contact.jacobian.transpose() * r - point.transpose() * there;
+        assert!(off.amax() <= 1e-14, "{off:?}");
+        assert!((contact.jacobian.row(0) - normal.transpose() * point).amax() <= 1e-15);
+        // A contact without tangents has the normal row.
+        let smooth = Contact::<f64, 6, 1>::at_point(normal, &point, 0.0, 9)?;
+        assert_eq!(smooth.jacobian.row(0), contact.jacobian.row(0));
+    }
+    Ok(())
+}
+
+/// 3 kg on a slope of 0.3 rad, whose friction holds 0.25 rad: it slides down by `h g (sin - mu cos)`, along the slope.
+#[test]
+fn a_contact_at_a_point_slides_down_its_slope() -> Result<(), Error> {
+    let (mass, slope, step, gravity) = (3.0, 0.3_f64, 0.01, 9.81);
+    let mu = f64::tan(0.25);
+    let normal = vector![slope.sin(), 0.0, slope.cos()];
+    let mut kernel = Kernel::<f64, 3, 3, 1>::new();
+    let scene = kernel.scene_mut();
+    scene.set_mass(&(Matrix3::identity() * mass))?;
+    scene.push(&Contact::at_point(&normal, &Matrix3::identity(), mu, 0)?)?;
+    let push = vector![0.0, 0.0, -mass * gravity * step];
+    let solution = kernel.solve(&push, &Settings::new(1e-12))?;
+    let speed = step * gravity * (slope.sin() - mu * slope.cos());
+    let wanted = vector![slope.cos(), 0.0, -slope.sin()] * speed;
+    assert!((solution.velocity - wanted).norm() < 1e-12);
+    assert_eq!(solution.contacts[0].mode, ContactMode::Slip);
+    Ok(())
+}
+
+#[test]
+fn a_normal_is_as_long_as_one() -> Result<(), Error> {
+    let refused = Err(Error::InvalidParameter {
+        parameter: Parameter::Normal,
+    });
+    let point = Matrix3::identity();
+    for wrong in [
+        vector![0.0, 0.0, 0.0],
+        vector![0.0, 0.0, 1.01],
+        vector![0.6, 0.0, 0.79],
+        vector![f64::NAN, 0.0, 1.0],
+        vector![f64::INFINITY, 0.0, 0.0],
+        vector![1e200, 0.0, 0.0],
+    ] {
+        assert_eq!(contact_frame(&wrong), refused);
+        let contact = Contact::<f64, 3, 3>::at_point(&wrong, &point, 0.5, 0);
+        assert_eq!(contact.map(|_| point), refused);
+    }
+    // Rounded numbers are made one, and no more is.
+    let frame = contact_frame(&vector![0.0, 0.6004, 0.8])?;
+    assert!((frame.transpose() * frame - point).amax() <= 1e-15);
+    Ok(())
+}
+
+/// 2 kg at a ceiling (x, height), held by a cup of 16 N for half a second, on rubber of coefficient 0.5.
+fn hang(weight: f64, sideways: f64) -> Result<(SVector<f64, 2>, SVector<f64, 2>), Error> {
+    let (step, cup) = (0.5, Suction { force: 16.0 });
+    let jacobian = matrix![0.0, -1.0; 1.0, 0.0]; // out of the ceiling is down
+    let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    let scene = kernel.scene_mut();
+    scene.set_mass(&(Matrix2::identity() * 2.0))?;
+    scene.push(&Contact {
+        jacobian,
+        offset: vector![0.0, 0.0],
+        mu: 0.5,
+        key: 0,
+    })?;
+    let mut push = vector![sideways, -weight] * step;
+    cup.push_back(&jacobian, step, &mut push)?;
+    let solution = kernel.solve(&push, &Settings::new(1e-12))?;
+    assert!(solution.is_solved());
+    let impulse = cup.impulse(&solution.contacts[0].impulse, step)?;
+    Ok((solution.velocity, impulse))
+}
+
+#[test]
+fn a_suction_cup_holds_up_to_its_force_and_lets_go_above() -> Result<(), Error> {
+    let near = |x: SVector<f64, 2>, y: [f64; 2]| (x - SVector::from(y)).norm() < 1e-10;
+    // Below its force it pulls as much as hangs there, 7.95 N·s of 8.
+    let (velocity, impulse) = hang(15.9, 0.0)?;
+    assert!(near(velocity, [0.0, 0.0]) && near(impulse, [-7.95, 0.0]));
+    // Above it pulls as much as it can, and what is left falls: (17 - 16) 0.5 / 2 kg.
+    let (velocity, impulse) = hang(17.0, 0.0)?;
+    assert!(near(velocity, [0.0, -0.25]) && near(impulse, [-8.0, 0.0]));
+    // Pressed onto the ceiling it is a contact like any other.
+    let (velocity, impulse) = hang(-4.0, 0.0)?;
+    assert!(near(velocity, [0.0, 0.0]) && near(impulse, [2.0, 0.0]));
+    Ok(())
+}
+
+/// With 10 N hanging there 6 of the cup's 16 N press it on, and 3 N of them hold sideways: `mu (r_N + a)`.
+#[test]
+fn a_suction_cup_holds_sideways_what_its_pull_presses() -> Result<(), Error> {
+    let near = |x: SVector<f64, 2>, y: [f64; 2]| (x - SVector::from(y)).norm() < 1e-10;
+    let (velocity, impulse) = hang(10.0, 2.9)?;
+    assert!(near(velocity, [0.0, 0.0]) && near(impulse, [-5.0, -1.45]));
+    let (velocity, impulse) = hang(10.0, 5.0)?;
+    assert!(near(velocity, [0.5, 0.0]) && near(impulse, [-5.0, -1.5])); // (5 - 3) 0.5 / 2 kg
+    let (velocity, impulse) = hang(-4.0, 11.0)?;
+    assert!(near(velocity, [0.25, 0.0]) && near(impulse, [2.0, -5.0])); // 0.5 (4 + 16) N of 11
+    Ok(())
+}
+
+/// 1 kg that weighs 10 N: 5 N hold it while it stands, 3 N brake it while it slides. Steps of 0.1 s, pushed by what is given.
+#[test]
+fn what_slides_is_braked_by_less_than_what_stands() -> Result<(), Error> {
+    let (friction, step) = (
+        StaticFriction {
+            at_rest: 0.5,
+            sliding: 0.3,
+        },
+        0.1,
+    );
+    let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    let scene = kernel.scene_mut();
+    scene.set_mass(&Matrix2::identity())?;
+    scene.push(&Contact {
+        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
+        offset: vector![0.0, 0.0],
+        mu: friction.at_rest,
+        key: 7,
+    })?;
+    let mut velocity = vector![0.0, 0.0];
+    for (tick, (force, wanted)) in [
+        (4.0, 0.0),
+        (6.0, 0.1), // it stood until now: 5 N are overcome
+        (6.0, 0.4), // and now 3 N
+        (4.0, 0.5), // which would not have moved it
+        (1.0, 0.3),
+        (1.0, 0.1),
+        (1.0, 0.0), // it stops
+        (4.0, 0.0), // and stands
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mode = kernel.solution().contact_by_key(7).map(|found| found.mode);
+        assert_eq!(mode.is_none(), tick == 0);
+        kernel.scene_mut().set_friction(0, friction.mu(mode))?;
+        let push = velocity + vector![force, -10.0] * step;
+        velocity = kernel.solve(&push, &Settings::new(1e-12))?.velocity;
+        assert!((velocity.x - wanted).abs() < 1e-10, "{tick}: {velocity:?}");
+    }
+    for mode in [ContactMode::Open, ContactMode::Stick] {
+        assert_eq!(friction.mu(Some(mode)), 0.5);
+    }
+    Ok(())
+}
+
+fn close(x: f64, y: f64) -> bool {
+    (x - y).abs() < 1e-10
+}
+
+/// In m/s and N·s: what falls through a floor, and what friction holds that it cannot.
+#[test]
+fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Result<(), Error> {
+    // Two bodies of 2 kg (x, height each) on one floor.
+    let mut kernel = Kernel::<f64, 4, 2, 2>::new();
+    let scene = kernel.scene_mut();
+    scene.set_mass(&(SMatrix::identity() * 2.0))?;
+    for (key, body) in [(0, 0), (1, 2)] {
+        let mut jacobian = SMatrix::zeros();
+        (jacobian[(0, body + 1)], jacobian[(1, body)]) = (1.0, 1.0);
+        scene.push(&Contact {
+            jacobian,
+            offset: vector![0.0, 0.0],
+            mu: 0.5,
+            key,
+        })?;
+    }
+    let push = vector![4.0, -2.0, 9.0, -6.0];
+    let none = Settings {
+        budget: 0,
+        ..Settings::new(1e-12)
+    };
+    // Nothing pushes yet: they fall at 1 m/s and at 3.
+    let violation = kernel.solve(&push, &none)?.clone();
+    let violation = violation.violation(kernel.scene());
+    assert_eq!(
+        (violation.closing_speed, violation.outside_cone),
+        (3.0, 0.0)
+    );
+    // Solved, with friction of 1 N·s and 3.
+    let solution = kernel.solve(&push, &Settings::new(1e-12))?.clone();
+    let violation = solution.violation(kernel.scene());
+    assert!(violation.closing_speed < 1e-11 && violation.outside_cone < 1e-11);
+    // On a floor that holds 0.2 of 2 N·s and of 6 they would be too much by 0.6 and 1.8; on the first alone by 0.6.
+    kernel.scene_mut().set_friction(0, 0.2)?;
+    assert!(close(solution.violation(kernel.scene()).outside_cone, 0.6));
+    kernel.scene_mut().set_friction(1, 0.2)?;
+    assert!(close(solution.violation(kernel.scene()).outside_cone, 1.8));
+    Ok(())
+}
+
+/// On a surface in the rows in which its cone is round: of 0.8 along and 0.4 across 10 N·s hold 8 along, and 4 across.
+#[test]
+fn a_violation_on_a_surface_is_measured_where_its_cone_is_round() -> Result<(), Error> {
+    let jacobian = matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0];
+    for push in [vector![20.0, 0.0, -10.0], vector![0.0, 20.0, -10.0]] {
+        let mut kernel = Kernel::<f64, 3, 3, 1>::new();
+        let scene = kernel.scene_mut();
+        scene.set_mass(&Matrix3::identity())?;
+        let contact = Contact {
+            jacobian,
+            offset: SVector::zeros(),
+            mu: 0.0,
+            key: 0,
+        };
+        let surface = Surface {
+            friction: [0.8, 0.4],
+            ..Surface::isotropic(0.0)
+        };
+        scene.push_on(&contact, &surface)?;
+        let solution = kernel.solve(&push, &Settings::new(1e-12))?.clone();
+        assert!(solution.violation(kernel.scene()).outside_cone < 1e-10);
+        kernel.scene_mut().set_friction(0, 0.6)?; // and 0.3
+        assert!(close(solution.violation(kernel.scene()).outside_cone, 2.0));
+    }
+    Ok(())
+}
+
+/// Multiplications that a budget may cost, times 30: "From the time of a tick to a budget" in `src/guide/error.md`.
+fn worst_case([n, d, c, r]: [u128; 4], budget: u128) -> u128 {
+    let (m, all) = (d * c + r, c + r);
+    let a = m.pow(3) + 45 * m.pow(2); // m³/30 + 3 m²/2
+    let b = 19 * n.pow(2) + 38 * n * m + 8 * m.pow(2) + all.pow(4);
+    (budget + 27) * a + 30 * b
+}
+
+fn is_the_largest_that_fits<const N: usize, const D: usize, const C: usize, const R: usize>() {
+    let sizes = [N, D, C, R].map(|size| size as u128);
+    let budget = Kernel::<f32, N, D, C, R>::budget_within;
+    let mut most = 0;
+    for megahertz in [1, 16, 64, 168, 480] {
+        let mut last = 0;
+        for microseconds in (0..200).map(|k| k * k) {
+            let found = budget(microseconds, megahertz);
+            assert!(found >= last, "more time, and less budget");
+            assert!(found <= budget(microseconds, megahertz + 1));
+            last = found;
+            // Seven cycles for a multiplication.
+            let multiplications = 30 * ((microseconds * megahertz) as u128 / 7);
+            let fits = |budget| worst_case(sizes, budget) <= multiplications;
+            assert!(found == 0 || fits(found as u128), "{found} takes too long");
+            assert!(!fits(found as u128 + 1), "more than {found} fits");
+        }
+        most = most.max(last);
+    }
+    assert!(most > 100, "{most}");
+    assert_eq!(budget(0, 168), 0);
+    assert!(budget(usize::MAX, usize::MAX) > budget(1_000_000, 168));
+}
+
+#[test]
+fn a_budget_within_a_time_is_the_largest_whose_worst_case_fits() {
+    is_the_largest_that_fits::<18, 3, 4, 0>();
+    is_the_largest_that_fits::<6, 3, 4, 2>();
+    is_the_largest_that_fits::<2, 1, 1, 0>();
+    is_the_largest_that_fits::<7, 3, 0, 14>();
+    // The quadruped of the guide: 2 ms at 168 MHz are 48,000 multiplications, of which b takes 15,772 and each unit 273.6.
+    const QUADRUPED: usize = Kernel::<f32, 18, 3, 4>::budget_within(2_000, 168);
+    assert_eq!(QUADRUPED, 90);
+}
+
+/// A finger of two joints between a stop and a motor: with room for contacts or without, to the last bit.
+#[test]
+fn a_scene_without_room_for_contacts_solves_its_joint_rows() -> Result<(), Error> {
+    let mut alone = Kernel::<f64, 2, 3, 0, 2>::new();
+    let mut roomy = Kernel::<f64, 2, 3, 2, 5>::new();
+    let mass = matrix![0.4, 0.1; 0.1, 0.2];
+    let stop = JointRow {
+        row: vector![1.0, 0.0],
+        offset: 0.25,
+        law: RowLaw::Limit,
+        compliance: 0.0,
+        key: 3,
+    };
+    let (lower, upper) = (-0.05, 0.05);
+    let motor = JointRow {
+        row: vector![0.0, 1.0],
+        offset: -0.5,
+        law: RowLaw::Box { lower, upper },
+        key: 4,
+        ..stop
+    };
+    fn fill<const C: usize, const R: usize>(
+        scene: &mut Scene<f64, 2, 3, C, R>,
+        mass: &Matrix2<f64>,
+        rows: [&JointRow<f64, 2>; 2],
+    ) -> Result<(), Error> {
+        scene.set_mass(mass)?;
+        for row in rows {
+            scene.push_row(row)?;
+        }
+        Ok(())
+    }
+    fill(alone.scene_mut(), &mass, [&stop, &motor])?;
+    fill(roomy.scene_mut(), &mass, [&stop, &motor])?;
+    let contact = Contact {
+        jacobian: SMatrix::zeros(),
+        offset: SVector::zeros(),
+        mu: 0.0,
+        key: 0,
+    };
+    let (list, capacity) = (List::Contacts, 0);
+    let full = Err(Error::ListFull { list, capacity });
+    assert_eq!(alone.scene_mut().push(&contact), full);
+    for push in [vector![-0.3, 0.02], vector![-0.2, 0.01], vector![0.3, 0.3]] {
+        let settings = Settings::new(1e-12);
+        let one = alone.solve(&push, &settings)?;
+        let other = roomy.solve(&push, &settings)?;
+        assert_eq!((one.status, one.work), (Status::Solved, other.work));
+        assert_eq!((one.velocity, one.error), (other.velocity, other.error));
+        assert_eq!(one.rows[..], other.rows[..]);
+        assert!(one.contacts.is_empty() && other.contacts.is_empty());
+    }
+    // By hand: the motor gives all it has, and the stop lets the first joint close at 0.25 rad/s:
+    // M v = (-0.3 + λ, 0.02 + 0.05) with v_1 = -0.25.
+    let solution = alone.solve(&vector![-0.3, 0.02], &Settings::new(1e-12))?;
+    let second = (0.07 + 0.1 * 0.25) / 0.2;
+    assert!((solution.velocity - vector![-0.25, second]).norm() < 1e-12);
+    let limit = 0.3 - 0.4 * 0.25 + 0.1 * second;
+    assert!((solution.rows[0].impulse - limit).abs() < 1e-12);
+    let modes = [RowMode::AtLimit, RowMode::AtUpper];
+    assert_eq!([solution.rows[0].mode, solution.rows[1].mode], modes);
+    assert_eq!(solution.rows[1].impulse, upper);
+    Ok(())
+}

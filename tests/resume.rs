@@ -1,0 +1,224 @@
+//! A paused solve goes on with its own data, and with no other.
+
+#![allow(
+    clippy::float_cmp,
+    clippy::items_after_statements,
+    clippy::large_stack_arrays
+)] // numbers are exact here
+
+use crate::support::boxes::{BRICK, point_jacobian};
+use nalgebra::{SVector, vector};
+use stiction::{
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, JointRow, Kernel, Model, RowLaw, Scene,
+    Settings, Solution, Solver, Status,
+};
+
+/// A standing body of two contacts, and joints of three laws.
+type Small = Solver<f64, 6, 3, 2, 3>;
+
+fn small_scene() -> Result<Scene<f64, 6, 3, 2, 3>, Error> {
+    let mut scene = Scene::new();
+    scene.set_mass(&BRICK.mass_matrix())?;
+    for (key, corner) in (0..).zip(BRICK.corners().into_iter().take(2)) {
+        scene.push(&Contact {
+            jacobian: point_jacobian(&corner),
+            offset: vector![0.01, 0.02, -0.01],
+            mu: 0.4,
+            key,
+        })?;
+    }
+    let (lower, upper) = (-0.02, 0.03);
+    for (key, law) in (0..).zip([
+        RowLaw::Limit,
+        RowLaw::Equality,
+        RowLaw::Box { lower, upper },
+    ]) {
+        let entry = |k: usize| 0.3 * f64::from(u8::try_from(7 * k % 5).unwrap_or(0)) - 0.4;
+        scene.push_row(&JointRow {
+            row: SVector::from_fn(|k, _| entry(k + usize::try_from(key).unwrap_or(0))),
+            offset: -0.05,
+            law,
+            compliance: 0.0,
+            key,
+        })?;
+    }
+    Ok(scene)
+}
+
+const PUSH: [f64; 6] = [0.3, -0.1, -0.6, 0.01, -0.02, 0.005];
+
+/// A change of what a solve depends on.
+type Change =
+    fn(&mut Scene<f64, 6, 3, 2, 3>, &mut SVector<f64, 6>, &mut Settings<f64>) -> Result<(), Error>;
+
+const CHANGES: [(&str, Change); 14] = [
+    ("offset", |scene, _, _| {
+        scene.set_offset(1, &vector![0.01, 0.02, -0.02])
+    }),
+    ("sign of an offset", |scene, _, _| {
+        scene.set_offset(1, &vector![0.01, 0.02, 0.01])
+    }),
+    ("offsets of two contacts, in the same way", |scene, _, _| {
+        scene.set_offset(0, &vector![0.01, 0.02, 0.01])?;
+        scene.set_offset(1, &vector![0.01, 0.02, 0.01])
+    }),
+    ("friction", |scene, _, _| scene.set_friction(0, 0.3)),
+    ("row offset", |scene, _, _| scene.set_row_offset(2, -0.04)),
+    ("signs of row offsets", |scene, _, _| {
+        scene.set_row_offset(0, 0.05)?;
+        scene.set_row_offset(1, 0.05)
+    }),
+    ("row law", |scene, _, _| {
+        scene.set_row_law(0, RowLaw::Equality)
+    }),
+    ("bound", |scene, _, _| {
+        let (lower, upper) = (-0.02, 0.04);
+        scene.set_row_law(2, RowLaw::Box { lower, upper })
+    }),
+    ("row", |scene, _, _| {
+        scene.set_row_jacobian(1, &SVector::repeat(0.2))
+    }),
+    ("compliance", |scene, _, _| scene.set_row_compliance(1, 0.1)),
+    ("mass", |scene, _, _| {
+        scene.set_mass(&(BRICK.mass_matrix() * 1.25))
+    }),
+    ("free impulse", |_, push, _| {
+        push[5] = -push[5];
+        Ok(())
+    }),
+    ("tolerance", |_, _, settings| {
+        settings.tolerance = 1e-8;
+        Ok(())
+    }),
+    ("model", |_, _, settings| {
+        settings.model = Model::ConvexRelaxation;
+        Ok(())
+    }),
+];
+
+fn all_of<const N: usize, const D: usize, const C: usize, const R: usize>(
+    solution: &Solution<f64, N, D, C, R>,
+) -> String {
+    format!("{solution:?}") // each number to the last bit
+}
+
+/// What a solve was paused with must not answer for other data: it is begun anew, with a warm start as always.
+#[test]
+fn a_paused_solve_of_other_data_is_begun_anew() -> Result<(), Error> {
+    let settings = Settings {
+        budget: 10_000,
+        ..Settings::new(1e-10)
+    };
+    for budget in [5, 30, 50] {
+        let pause = Settings { budget, ..settings };
+        let (scene, push) = (small_scene()?, SVector::from(PUSH));
+        let (factor, mut paused) = (Factor::new(&scene)?, Small::new());
+        paused.solve(&scene, &factor, &push, &pause)?;
+        assert_eq!(paused.solution().status, Status::OutOfBudget);
+        // With the same data it goes on, and counts the work of both.
+        let (mut same, mut whole) = (paused.clone(), Small::new());
+        let same = same.resume(&scene, &factor, &push, &settings)?;
+        let whole = whole.solve(&scene, &factor, &push, &settings)?;
+        assert_eq!(all_of(same), all_of(whole));
+        let mut anew = paused.clone();
+        let anew = anew.solve(&scene, &factor, &push, &settings)?;
+        // ... which is not what it does when it begins.
+        assert_ne!(all_of(same), all_of(anew));
+
+        for (name, change) in CHANGES {
+            let (mut scene, mut push, mut settings) = (scene.clone(), push, settings);
+            change(&mut scene, &mut push, &mut settings)?;
+            let factor = Factor::new(&scene)?;
+            let [mut resumed, mut begun] = [paused.clone(), paused.clone()];
+            let resumed = resumed.resume(&scene, &factor, &push, &settings)?;
+            let begun = begun.solve(&scene, &factor, &push, &settings)?;
+            assert_eq!(all_of(resumed), all_of(begun), "{name}, after {budget}");
+            assert!(resumed.is_solved(), "{name}: {}", resumed.status);
+        }
+    }
+    Ok(())
+}
+
+/// The budget is no part of the data, and neither is what is changed and changed back.
+#[test]
+fn a_paused_solve_goes_on_with_data_that_is_the_same_again() -> Result<(), Error> {
+    let settings = Settings {
+        budget: 10_000,
+        ..Settings::new(1e-10)
+    };
+    let pause = Settings {
+        budget: 30,
+        ..settings
+    };
+    let mut kernel = Kernel::<f64, 6, 3, 2, 3>::new();
+    *kernel.scene_mut() = small_scene()?;
+    let push = SVector::from(PUSH);
+    let whole = all_of(kernel.clone().solve(&push, &settings)?);
+    kernel.solve(&push, &pause)?;
+    let scene = kernel.scene_mut();
+    scene.set_friction(1, 0.1)?;
+    scene.set_row_offset(0, 0.5)?;
+    scene.set_friction(1, 0.4)?;
+    scene.set_row_offset(0, -0.05)?;
+    scene.remove_row(2)?;
+    *scene = small_scene()?;
+    assert_eq!(all_of(kernel.resume(&push, &settings)?), whole);
+    Ok(())
+}
+
+/// [`Kernel::resume`] knows nothing of limits that were given to a solve.
+#[test]
+fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
+    let settings = Settings::new(1e-10);
+    let pause = Settings {
+        budget: 1,
+        ..settings
+    };
+    let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
+    let source = small_scene()?;
+    let scene = kernel.scene_mut();
+    scene.set_mass(source.mass())?;
+    for contact in source.contacts() {
+        scene.push(contact)?;
+    }
+    let (limit, own) = source.rows().split_first().expect("three rows");
+    for row in own {
+        scene.push_row(row)?;
+    }
+    let push = SVector::from(PUSH);
+    let paused = kernel.solve_with_limits(std::slice::from_ref(limit), &push, &pause)?;
+    assert_eq!(paused.status, Status::OutOfBudget);
+    let mut begun = kernel.clone();
+    let resumed = all_of(kernel.resume(&push, &settings)?);
+    assert_eq!(resumed, all_of(begun.solve(&push, &settings)?));
+    Ok(())
+}
+
+#[test]
+fn admm_begins_anew_with_other_data_too() -> Result<(), Error> {
+    let scene = BRICK.on_plane::<f64>(0.3)?;
+    let (factor, push) = (AdmmFactor::new(&scene)?, BRICK.free_impulse(0.5, 0.01));
+    let settings = Settings::new(1e-8);
+    let few = Settings {
+        budget: 7,
+        ..settings
+    };
+    let mut paused = AdmmSolver::new();
+    paused.solve(&scene, &factor, &push, &few)?;
+    let mut other = scene.clone();
+    other.set_friction(2, 0.2)?;
+    let looser = Settings::new(1e-7);
+    for (scene, push, settings) in [
+        (&other, push, settings),
+        (&scene, push * 1.001, settings),
+        (&scene, push, looser),
+    ] {
+        let [mut resumed, mut begun] = [paused.clone(), paused.clone()];
+        let resumed = resumed.resume(scene, &factor, &push, &settings)?;
+        assert_eq!(
+            all_of(resumed),
+            all_of(begun.solve(scene, &factor, &push, &settings)?)
+        );
+    }
+    Ok(())
+}
