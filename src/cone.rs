@@ -90,7 +90,12 @@ impl<T: Real> FrictionCone<T> {
     /// Is `x` in the cone?
     #[must_use]
     pub fn contains<const D: usize>(&self, x: &SVector<T, D>) -> bool {
-        self.holds(&(x * unit_of(x)))
+        self.holds(&(x * unit_of(x))) && !self.is_beside_ray(x)
+    }
+
+    /// Is the cone a ray, and has `x` a tangential part? Beside a large normal one its square may vanish.
+    fn is_beside_ray<const D: usize>(&self, x: &SVector<T, D>) -> bool {
+        self.radial == T::ZERO && split(x).1.iter().any(|&x| x != T::ZERO)
     }
 
     /// [`Self::contains`], of numbers whose squares neither overflow nor vanish.
@@ -121,7 +126,13 @@ impl<T: Real> FrictionCone<T> {
     #[must_use]
     pub fn project<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
         let unit = unit_of(x);
-        self.nearest(&(x * unit)) / unit
+        let mut projection = self.nearest(&(x * unit)) / unit;
+        if self.is_beside_ray(x) {
+            for tangent in projection.iter_mut().skip(1) {
+                *tangent = T::ZERO;
+            }
+        }
+        projection
     }
 
     /// [`Self::project`], of numbers whose squares neither overflow nor vanish.

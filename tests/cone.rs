@@ -201,6 +201,17 @@ fn is_exact_without_friction<T: Real, const D: usize>(x: [f64; 4]) -> Property {
     Ok(())
 }
 
+/// Beside a normal of 1e12 the square of a tangent vanishes that is not zero.
+#[test]
+fn a_ray_has_no_tangent_however_small() -> Property {
+    for mu in [0.0, 0.5] {
+        everywhere!(is_membership(mu, [6.9e11, 2.2e-12, 0.0, 0.0]));
+    }
+    everywhere!(is_exact_without_friction([6.9e11, 2.2e-12, 0.0, 0.0]));
+    everywhere!(f64, is_exact_without_friction([1e140, 0.0, 1e-150, 0.0]));
+    Ok(())
+}
+
 proptest! {
     #[test]
     fn a_cone_contains_what_its_definition_says(mu in friction(), x in point()) {
