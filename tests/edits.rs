@@ -1,11 +1,5 @@
 //! What is changed in a scene leaves it as one that was filled anew: the same factor, and the same bits of a solution.
 
-#![allow(
-    clippy::float_cmp,
-    clippy::items_after_statements,
-    clippy::large_stack_arrays
-)] // numbers are exact here
-
 use crate::support::random::{draws, numbers};
 use nalgebra::{SMatrix, SVector, vector};
 use stiction::{
@@ -110,7 +104,7 @@ impl Parts {
         assert!(Factor::new(&anew)?.is_current(&scene));
         assert!(!before.is_current(&scene));
         for is_warm in [false, true] {
-            let [mut one, mut other] = [Kernel::new(), Kernel::new()];
+            let (mut one, mut other) = (Kernel::new(), Kernel::new());
             self.fill(one.scene_mut())?;
             self.fill(other.scene_mut())?;
             if is_warm {

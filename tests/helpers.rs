@@ -1,11 +1,6 @@
 //! Helpers beside the solver, each with numbers to be checked by hand: frames of contacts, suction, static friction, what a mechanic
 //! measures, the budget of a tick, and scenes of joint rows alone.
-
-#![allow(
-    clippy::float_cmp,
-    clippy::items_after_statements,
-    clippy::large_stack_arrays
-)] // numbers are exact here
+#![allow(clippy::float_cmp)] // to the last bit
 
 use crate::support::random::{draws, numbers};
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector3, matrix, vector};
@@ -308,15 +303,28 @@ fn is_the_largest_that_fits<const N: usize, const D: usize, const C: usize, cons
     assert!(budget(usize::MAX, usize::MAX) > budget(1_000_000, 168));
 }
 
+/// The quadruped of the guide: 2 ms at 168 MHz are 48,000 multiplications, of which b takes 15,772 and each unit 273.6.
+const QUADRUPED: usize = Kernel::<f32, 18, 3, 4>::budget_within(2_000, 168);
+
 #[test]
 fn a_budget_within_a_time_is_the_largest_whose_worst_case_fits() {
     is_the_largest_that_fits::<18, 3, 4, 0>();
     is_the_largest_that_fits::<6, 3, 4, 2>();
     is_the_largest_that_fits::<2, 1, 1, 0>();
     is_the_largest_that_fits::<7, 3, 0, 14>();
-    // The quadruped of the guide: 2 ms at 168 MHz are 48,000 multiplications, of which b takes 15,772 and each unit 273.6.
-    const QUADRUPED: usize = Kernel::<f32, 18, 3, 4>::budget_within(2_000, 168);
     assert_eq!(QUADRUPED, 90);
+}
+
+fn fill<const C: usize, const R: usize>(
+    scene: &mut Scene<f64, 2, 3, C, R>,
+    mass: &Matrix2<f64>,
+    rows: [&JointRow<f64, 2>; 2],
+) -> Result<(), Error> {
+    scene.set_mass(mass)?;
+    for row in rows {
+        scene.push_row(row)?;
+    }
+    Ok(())
 }
 
 /// A finger of two joints between a stop and a motor: with room for contacts or without, to the last bit.
@@ -340,17 +348,6 @@ fn a_scene_without_room_for_contacts_solves_its_joint_rows() -> Result<(), Error
         key: 4,
         ..stop
     };
-    fn fill<const C: usize, const R: usize>(
-        scene: &mut Scene<f64, 2, 3, C, R>,
-        mass: &Matrix2<f64>,
-        rows: [&JointRow<f64, 2>; 2],
-    ) -> Result<(), Error> {
-        scene.set_mass(mass)?;
-        for row in rows {
-            scene.push_row(row)?;
-        }
-        Ok(())
-    }
     fill(alone.scene_mut(), &mass, [&stop, &motor])?;
     fill(roomy.scene_mut(), &mass, [&stop, &motor])?;
     let contact = Contact {

@@ -309,7 +309,7 @@ fn suction_names_what_it_refuses() {
             .push_back(&up, 0.5, &mut push)
             .is_err()
     );
-    assert!((push[0] - 3.0_f64).abs() < 1e-15);
+    assert_eq!(push, vector![3.0]);
 }
 
 #[test]

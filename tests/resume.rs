@@ -1,11 +1,5 @@
 //! A paused solve goes on with its own data, and with no other.
 
-#![allow(
-    clippy::float_cmp,
-    clippy::items_after_statements,
-    clippy::large_stack_arrays
-)] // numbers are exact here
-
 use crate::support::boxes::{BRICK, point_jacobian};
 use nalgebra::{SVector, vector};
 use stiction::{

@@ -48,7 +48,7 @@ enum stiction_status {
     STICTION_SOLVED = 0, /* the error is at most the tolerance */
     STICTION_OUT_OF_BUDGET = 1,   /* the budget is used up: the best solution so far; stiction_resume goes on */
     STICTION_PRECISION_LIMIT = 2, /* the error is above the tolerance, and the number type allows hardly less */
-    STICTION_INFEASIBLE = 3,      /* no velocity satisfies all contacts: look at their offsets, and do not use this */
+    STICTION_INFEASIBLE = 3,      /* no velocity satisfies all contacts and joint rows: see their offsets, and do not use this */
     STICTION_UNSOLVED = 4,        /* nothing was solved yet */
 
     STICTION_NULL = -1,                       /* a null pointer */
@@ -133,8 +133,8 @@ typedef struct stiction_culprit {
     int64_t key;                /* of what is told by its key */
 } stiction_culprit;
 
-/* How a contact rubs and gives way, where that is not one coefficient. The cone is elliptic, the sum of (r_k / mu_k)^2 over the rows
-   behind the normal at most r_N^2. What a contact has no row for does not count; a coefficient of 0 lets its row go free. */
+/* How a contact rubs and gives way, where that is not one coefficient. The cone is elliptic, the sum of (r_k / mu_k)^2 over the
+   rows behind the normal at most r_N^2. What a contact has no row for does not count; a coefficient of 0 lets its row go free. */
 typedef struct stiction_surface {
     stiction_real friction[2];   /* along the two tangents */
     stiction_real spin;          /* about the normal, m; STICTION_D = 4 and 6 */
@@ -145,7 +145,7 @@ typedef struct stiction_surface {
 /* A joint row, to be added. What is not written in {.row = {[KNEE] = 1}} is 0: a rigid limit at its stop. */
 typedef struct stiction_joint_row {
     stiction_real row[STICTION_N]; /* J_j: velocity of the row from those of the robot; a unit row at a joint */
-    stiction_real offset;          /* w_j, m/s or rad/s: of a limit the way to its stop over the time step, of a loop its drift */
+    stiction_real offset;          /* w_j, m/s or rad/s: way to the stop or drift of the loop over the time step */
     enum stiction_law law;
     stiction_real lower, upper; /* of STICTION_BOX, N s or N m s: of dry friction -/+ its torque times the time step */
     stiction_real compliance;   /* R_j, unit of s over that of the impulse; 0 is rigid */
@@ -253,15 +253,15 @@ enum stiction_status stiction_set_row_law(stiction *s, uint32_t row, enum sticti
                                           stiction_real upper);
 enum stiction_status stiction_set_row_compliance(stiction *s, uint32_t row, stiction_real compliance);
 
-/* Starts the next solve at these impulses, in place of the last solution: those of an earlier run, of a plan. What is missing starts
-   at 0, and all of it if that is better. A list of none may be null. */
+/* Starts the next solve at these impulses, in place of the last solution. What is missing starts at 0, what is outside of its cone
+   or its bounds is projected, and impulses that are worse than none are ignored. A list of none may be null. */
 enum stiction_status stiction_set_impulses(stiction *s, const stiction_contact_impulse *contacts, uint32_t contact_count,
                                            const stiction_row_impulse *rows, uint32_t row_count);
 
 /* Solves for a free impulse M v_free (N s) to an error of `tolerance`; 1e-4 suits float. A call does at most `budget` work
-   and 27 more: a Newton step counts 10, a sweep 2. If the budget has ended, resume goes on, with the same free impulse and
-   tolerance, and in how many calls makes no difference, except that STICTION_INFEASIBLE may come sooner. Otherwise resume
-   solves. */
+   and 27 more: a Newton step counts 10, a sweep 2. If the budget has ended, resume goes on, with the same scene, free impulse and
+   tolerance, and in how many calls makes no difference, except that STICTION_INFEASIBLE may come sooner. Otherwise, and with
+   anything else, resume solves. */
 enum stiction_status stiction_solve(stiction *s, const stiction_real free_impulse[STICTION_N], stiction_real tolerance,
                                     uint32_t budget);
 enum stiction_status stiction_resume(stiction *s, const stiction_real free_impulse[STICTION_N], stiction_real tolerance,

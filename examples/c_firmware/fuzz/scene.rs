@@ -75,9 +75,9 @@ impl Surfaces {
             n_dof: N,
             n_contacts: scene.contacts().len(),
             dim: D,
-            mass: scene.mass().row_iter().map(|row| all(&row)).collect(),
+            mass: scene.mass().row_iter().map(|row| all(row.iter())).collect(),
             h: contacts()
-                .flat_map(|contact| (0..D).map(|k| all(&contact.jacobian.row(k))))
+                .flat_map(|contact| (0..D).map(|k| all(contact.jacobian.row(k).iter())))
                 .collect(),
             f: push.iter().map(|x| -double(*x)).collect(),
             w: contacts()
