@@ -7,6 +7,7 @@ use stiction::{
     Contact, Error, Factor, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Solver,
     Status,
 };
+use testbed::generate;
 use testbed::measure::{Law, error_given, error_of};
 use testbed::mixed::{Joint, MixedFile};
 use testbed::mixed_measure;
@@ -373,4 +374,26 @@ fn a_given_delassus_operator_is_the_one_that_counts() -> Result<(), Error> {
     }
     assert!(ended[1] > 2_000, "{ended:?}");
     Ok(())
+}
+
+/// One rigid contact of one coefficient and no joint row, pushed with a surface, on masses of condition 1e10: momenta are compared
+/// with those that there are, as of any other contact.
+#[test]
+fn a_rigid_surface_loosens_no_dynamics() {
+    let tolerance = f64::from(1e-4_f32);
+    let settings = Settings {
+        budget: 2_000,
+        ..Settings::new(1e-4)
+    };
+    for (index, step) in [(46_630, 3), (55_420, 0), (83_973, 2)] {
+        let files = generate::time_steps(4, index);
+        let answers = kernels_f32::solve_all(&files, &settings);
+        let file = files[step].rounded::<f32>();
+        let is_soft = file.compliance.iter().flatten().any(|&soft| soft > 0.0);
+        assert!(file.n_contacts == 1 && file.joints.is_empty() && !is_soft);
+        let answer = answers[step].as_ref().expect("numbers in range");
+        let error = mixed_measure::error(&file, &answer.v, &answer.r, &answer.lambda);
+        let is_solved = answer.status == Status::Solved;
+        assert!(!is_solved || error <= tolerance, "{index}: {error:e}");
+    }
 }

@@ -3,6 +3,7 @@
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{larger, zeros};
 use crate::problem::Problem;
+use crate::scene::Scaling;
 use crate::sets::ContactSet;
 use crate::sets::contact::natural_map;
 use crate::{ContactSolution, Factor, Real, RowSolution, Scene, Settings, Solution};
@@ -112,11 +113,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
     }
 
-    /// Sets what momenta are compared with at least in a mixed scene.
+    /// Sets what momenta are compared with at least where there are joint rows or compliance. (A rigid contact on a surface is
+    /// judged as every other one.)
     #[inline]
     fn set_floors(&self, momentum: &mut Dynamics<T>) {
+        let scene = self.scene;
+        let mut scalings = (0..scene.counts().contacts).filter_map(|i| scene.scaling(i));
+        if scene.rows().is_empty() && !scalings.any(Scaling::is_compliant) {
+            return;
+        }
         if let Some(weighted) = &mut momentum.weighted {
-            let diagonal = self.scene.mass().data.0.iter().enumerate();
+            let diagonal = scene.mass().data.0.iter().enumerate();
             let heaviest = diagonal.fold(T::ZERO, |largest, (k, column)| {
                 column.get(k).map_or(largest, |&mass| largest.max(mass))
             });
