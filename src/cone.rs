@@ -6,8 +6,8 @@
 //! `(mu, 1)`. All formulas of the note multiplied out by `mu` then serve both cones, `mu = 0`
 //! included (`K` a ray, `K*` a half-space), exactly and without a division by `mu`.
 
-use crate::Real;
-use crate::linalg::vector::zeros;
+use crate::linalg::vector::{norm, square, zeros};
+use crate::real::Real;
 use nalgebra::SVector;
 
 /// A friction cone in any dimension `D >= 1`, normal component first.
@@ -188,22 +188,6 @@ pub(crate) fn split<T: Real, const D: usize>(x: &SVector<T, D>) -> (T, &[T]) {
         Some((&normal, tangent)) => (normal, tangent),
         None => (T::ZERO, &[]),
     }
-}
-
-/// Euclidean norm; a planar contact (one tangent) needs no square root.
-#[inline]
-pub(crate) fn norm<T: Real>(tangent: &[T]) -> T {
-    match tangent {
-        [] => T::ZERO,
-        [only] => only.abs(),
-        more => square(more).square_root(),
-    }
-}
-
-/// Square of the Euclidean norm.
-#[inline]
-pub(crate) fn square<T: Real>(x: &[T]) -> T {
-    x.iter().fold(T::ZERO, |sum, &x| sum + x * x)
 }
 
 /// `factor |tangent| <= bound`, without a square root.

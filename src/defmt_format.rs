@@ -1,6 +1,7 @@
 //! `defmt::Format` for what a derive does not reach: nalgebra's vectors have none.
 
-use crate::{ContactSolution, Real, Solution};
+use crate::real::Real;
+use crate::solution::{ContactSolution, Solution};
 use defmt::{Format, Formatter, write};
 
 impl<T: Format, const D: usize> Format for ContactSolution<T, D> {

@@ -1,6 +1,6 @@
 //! What can be wrong with the data of a solve.
 
-use crate::time_stepping::Parameter;
+use crate::parameter::Parameter;
 use core::fmt;
 
 /// Which input of a scene an [`Error`] speaks of.
@@ -55,6 +55,8 @@ pub enum Input {
 pub enum List {
     /// The contacts of a scene.
     Contacts,
+    /// The contacts of a scene that may have a surface of their own: its first `S`.
+    Surfaces,
     /// The joint rows of a scene; limits of [`crate::Kernel::solve_with_limits`] that are reached stand behind them.
     Rows,
     /// The impulses of contacts that a solve was to start at.
@@ -193,6 +195,7 @@ impl fmt::Display for List {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Contacts => "contacts",
+            Self::Surfaces => "contacts with surfaces",
             Self::Rows => "joint rows",
             Self::InitialImpulses => "initial impulses",
             Self::InitialRowImpulses => "initial impulses of joint rows",

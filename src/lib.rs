@@ -97,6 +97,7 @@ mod factor;
 pub mod guide;
 mod kernel;
 mod linalg;
+mod parameter;
 mod problem;
 mod real;
 mod scene;

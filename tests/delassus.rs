@@ -148,7 +148,7 @@ fn joint_rows_may_be_given_as_w_too() -> Result<(), Error> {
 #[test]
 fn contacts_and_joint_rows_do_the_same_whether_m_and_h_or_w_and_q_are_given() -> Result<(), Error> {
     const N: usize = 10;
-    type Mixed = Scene<f64, N, 3, 2, 3>;
+    type Mixed = Scene<f64, N, 3, 2, 3, 1>;
     let surface = Surface {
         friction: [0.7, 0.3],
         compliance: [0.05, 0.02],

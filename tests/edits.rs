@@ -11,7 +11,7 @@ const D: usize = 3;
 const C: usize = 4;
 const R: usize = 4;
 
-type Whole = Scene<f64, N, D, C, R>;
+type Whole = Scene<f64, N, D, C, R, C>;
 
 /// What a scene is filled with; each contact with a surface, if it has one.
 #[derive(Clone)]

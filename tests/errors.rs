@@ -415,6 +415,7 @@ fn extreme_numbers_do_not_panic() -> Result<(), Error> {
 
 #[test]
 fn every_error_says_which_datum_is_wrong() {
+    let full = |list, capacity| Error::ListFull { list, capacity };
     let texts = [
         (
             Error::NotFinite {
@@ -462,20 +463,12 @@ fn every_error_says_which_datum_is_wrong() {
         ),
         (Error::MassNotPositiveDefinite { dof: 8 }, "dof 8"),
         (Error::InvalidFriction { contact: 9 }, "mu of contact 9"),
-        (
-            Error::ListFull {
-                list: List::Contacts,
-                capacity: 10,
-            },
-            "contacts are full (room for 10)",
-        ),
+        (full(List::Contacts, 10), "contacts are full (room for 10)"),
         (Error::NoSuchContact { contact: 11 }, "no contact 11"),
+        (full(List::Rows, 36), "joint rows are full (room for 36)"),
         (
-            Error::ListFull {
-                list: List::Rows,
-                capacity: 36,
-            },
-            "joint rows are full (room for 36)",
+            full(List::Surfaces, 2),
+            "contacts with surfaces are full (room for 2)",
         ),
         (Error::NoSuchKey { key: 12 }, "nothing with key 12"),
         (Error::NoSuchRow { row: 13 }, "no joint row 13"),

@@ -110,7 +110,7 @@ fn a_factor_of_joint_rows_goes_by_way_of_its_numbers() -> Result<(), Error> {
     let factor = Factor::new(&scene)?;
     let parts = factor.parts().expect("all places are taken");
     let baked = (
-        Scene::from_parts(mass, [contact], rows),
+        Scene::<_, 3, 2, 1, 2>::from_parts(mass, [contact], rows),
         Factor::from_parts(&parts),
     );
     let [mut one, mut other] = [Solver::new(), Solver::new()];

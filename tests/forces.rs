@@ -16,7 +16,7 @@ fn share(
     feet: usize,
     wanted: &SVector<f64, 6>,
 ) -> (SMatrix<f64, 6, 12>, SVector<f64, 12>) {
-    let mut kernel = Kernel::<f64, 6, 3, 4>::new();
+    let mut kernel = Kernel::<f64, 6, 3, 4, 0, 4>::new();
     let scene = kernel.scene_mut();
     let masses = SMatrix::from_diagonal(&weights.map(|weight| 1.0 / weight));
     scene.set_mass(&masses).expect("positive weights");

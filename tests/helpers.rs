@@ -249,7 +249,7 @@ fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Resul
 fn a_violation_on_a_surface_is_measured_where_its_cone_is_round() -> Result<(), Error> {
     let jacobian = matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0];
     for push in [vector![20.0, 0.0, -10.0], vector![0.0, 20.0, -10.0]] {
-        let mut kernel = Kernel::<f64, 3, 3, 1>::new();
+        let mut kernel = Kernel::<f64, 3, 3, 1, 0, 1>::new();
         let scene = kernel.scene_mut();
         scene.set_mass(&Matrix3::identity())?;
         let contact = Contact {

@@ -119,7 +119,7 @@ fn what_cannot_be_is_refused_by_name() -> Result<(), Error> {
 
 #[test]
 fn a_contact_that_gives_way_backwards_is_refused() -> Result<(), Error> {
-    let mut scene = Scene::<f64, 3, 3, 2>::new();
+    let mut scene = Scene::<f64, 3, 3, 2, 0, 2>::new();
     scene.set_mass(&Matrix3::identity())?;
     let contact = Contact {
         jacobian: Matrix3::identity(),

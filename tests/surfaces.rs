@@ -3,7 +3,9 @@
 use crate::support::boxes::GRAVITY;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
-use stiction::{Contact, ContactMode, Error, Factor, Kernel, Scene, Settings, Solver, Surface};
+use stiction::{
+    Contact, ContactMode, Error, Factor, Kernel, List, Scene, Settings, Solver, Surface,
+};
 
 #[test]
 fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error> {
@@ -12,7 +14,7 @@ fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error
         stiffness,
         relaxation,
     };
-    let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    let mut kernel = Kernel::<f64, 2, 2, 1, 0, 1>::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * mass))?;
     let contact = Contact {
         jacobian: matrix![0.0, 1.0; 1.0, 0.0],
@@ -52,7 +54,7 @@ fn rolling(
     moment: f64,
     radius: f64,
     surface: &Surface<f64>,
-) -> Result<(Scene<f64, 6, 6, 1>, SMatrix<f64, 6, 6>), Error> {
+) -> Result<(Scene<f64, 6, 6, 1, 0, 1>, SMatrix<f64, 6, 6>), Error> {
     let matrix = SMatrix::from_diagonal(&vector![mass, mass, mass, moment, moment, moment]);
     let mut scene = Scene::new();
     scene.set_mass(&matrix)?;
@@ -144,7 +146,7 @@ fn torsional_friction_stops_a_spinning_ball_at_the_time_of_its_momentum() -> Res
 #[test]
 fn elliptic_friction_slides_as_maximum_dissipation_says() -> Result<(), Error> {
     let mass = 2.0;
-    let mut scene = Scene::<f64, 3, 3, 1>::new();
+    let mut scene = Scene::<f64, 3, 3, 1, 0, 1>::new();
     scene.set_mass(&(Matrix3::identity() * mass))?;
     let contact = Contact {
         jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
@@ -178,7 +180,7 @@ fn elliptic_friction_slides_as_maximum_dissipation_says() -> Result<(), Error> {
 /// A surface without friction is a contact without friction.
 #[test]
 fn what_slides_on_a_surface_without_friction_slips() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 3, 3, 1>::new();
+    let mut kernel = Kernel::<f64, 3, 3, 1, 0, 1>::new();
     kernel.scene_mut().set_mass(&Matrix3::identity())?;
     let contact = Contact {
         jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
@@ -208,5 +210,68 @@ fn what_slides_on_a_surface_without_friction_slips() -> Result<(), Error> {
     };
     scene.push_on(&contact, &spins)?;
     assert_eq!(scene.set_friction(0, 0.1), refused);
+    Ok(())
+}
+
+/// The impulses of a body that slides into a corner, to the last bit.
+fn impulses<const S: usize>(scene: &Scene<f64, 3, 3, 2, 0, S>) -> Result<Vec<u64>, Error> {
+    let (factor, mut solver) = (Factor::new(scene)?, Solver::new());
+    let push = vector![-0.7, 0.4, -1.0];
+    let solution = solver.solve(scene, &factor, &push, &Settings::new(1e-10))?;
+    assert!(solution.is_solved());
+    let impulses = solution.contacts.iter().flat_map(|c| c.impulse.iter());
+    Ok(impulses.map(|x| x.to_bits()).collect())
+}
+
+/// The place counts: contacts move up to those that may have one, and others move away from them.
+#[test]
+fn the_first_contacts_of_a_scene_may_have_surfaces() -> Result<(), Error> {
+    let floor = Contact {
+        jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
+        offset: SVector::zeros(),
+        mu: 0.5,
+        key: 0,
+    };
+    let wall = Contact {
+        jacobian: Matrix3::identity(),
+        key: 1,
+        ..floor
+    };
+    let track = Surface {
+        friction: [0.5, 0.2],
+        compliance: [0.1, 0.0],
+        ..Surface::isotropic(0.0)
+    };
+    let mut plain = Scene::<f64, 3, 3, 2>::new();
+    plain.set_mass(&Matrix3::identity())?;
+    plain.push(&wall)?;
+    let mut scene = Scene::<f64, 3, 3, 2, 0, 1>::new();
+    scene.set_mass(&Matrix3::identity())?;
+    assert_eq!(scene.push_on(&floor, &track), Ok(0));
+    let (before, alone) = (scene.clone(), impulses(&scene)?);
+    let full = Err(Error::ListFull {
+        list: List::Surfaces,
+        capacity: 1,
+    });
+    let is_as_before = |scene: &Scene<f64, 3, 3, 2, 0, 1>| -> Result<bool, Error> {
+        let is_current = Factor::new(&before)?.is_current(scene);
+        Ok(is_current && scene.contacts() == before.contacts() && impulses(scene)? == alone)
+    };
+    assert_eq!(scene.push_on(&wall, &track), full);
+    assert!(is_as_before(&scene)?);
+    // One without a surface comes and goes behind it.
+    assert_eq!(scene.push(&wall), Ok(1));
+    assert_eq!(impulses(&scene)?.len(), 6);
+    scene.remove_contact(wall.key)?;
+    assert!(is_as_before(&scene)?);
+    // And takes its place.
+    scene.push(&wall)?;
+    scene.remove_contact(floor.key)?;
+    assert!(Factor::new(&plain)?.is_current(&scene));
+    assert_eq!(impulses(&scene)?, impulses(&plain)?);
+    assert_eq!(scene.push_on(&floor, &track), full);
+    scene.clear_contacts();
+    assert_eq!(scene.push_on(&floor, &track), Ok(0));
+    assert!(is_as_before(&scene)?);
     Ok(())
 }

@@ -39,7 +39,10 @@ impl Units {
     }
 
     /// A kernel with a scene drawn from some numbers, and a free impulse.
-    fn kernel<T: Real>(self, x: &[f64]) -> Result<(Kernel<T, N, D, C, R>, SVector<T, N>), Error> {
+    fn kernel<T: Real>(
+        self,
+        x: &[f64],
+    ) -> Result<(Kernel<T, N, D, C, R, C>, SVector<T, N>), Error> {
         let mut x = x.iter().copied();
         let mut next = || x.next().unwrap_or(0.5);
         let mut kernel = Kernel::new();

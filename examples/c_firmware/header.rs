@@ -11,6 +11,8 @@ pub const D: usize = size("STICTION_D");
 pub const C: usize = size("STICTION_C");
 /// Most joint rows.
 pub const R: usize = size("STICTION_R");
+/// Contacts that may have a surface: the first so many.
+pub const S: usize = size("STICTION_S");
 /// Bytes of one `stiction`.
 pub const BYTES: usize = size("STICTION_BYTES");
 
@@ -20,6 +22,11 @@ pub type Real = <Bits<{ is(SIZES, "STICTION_REAL", "double") }> as Number>::Type
 const _: () = assert!(
     is(SIZES, "STICTION_REAL", "double") || is(SIZES, "STICTION_REAL", "float"),
     "STICTION_REAL is float or double"
+);
+
+const _: () = assert!(
+    D <= 3 || C.saturating_sub(S) == 0,
+    "contacts with spin or roll all have a surface: where STICTION_D is 4 or 6, write STICTION_S as large as STICTION_C"
 );
 
 /// The number type by name: is it `double`?

@@ -9,7 +9,7 @@ mod solver;
 mod status;
 
 pub use calls::*;
-pub use header::{BYTES, C, D, N, R, Real};
+pub use header::{BYTES, C, D, N, R, Real, S};
 pub use outcome::{ContactOutcome, RowOutcome, Solution, Violation};
 pub use solver::{ContactImpulse, JointRow, Kernel, LawNumber, RowImpulse, Solver, Surface};
 pub use status::{Culprit, Law, Mode, RowMode, Source, Status, turned};

@@ -1,6 +1,6 @@
 //! What lives in the caller's memory, and the structs of `stiction.h` that go into it.
 
-use super::header::{BYTES, C, D, N, R, Real, ending};
+use super::header::{BYTES, C, D, N, R, Real, S, ending};
 use super::status::{Law, Status};
 use core::fmt::{self, Write};
 use core::mem::{align_of, size_of};
@@ -8,7 +8,7 @@ use stiction::nalgebra::SVector;
 use stiction::{Contact, Error, List, RowLaw, Scene, Settings};
 
 /// The kernel of the sizes in `stiction_sizes.h`.
-pub type Kernel = stiction::Kernel<Real, N, D, C, R>;
+pub type Kernel = stiction::Kernel<Real, N, D, C, R, S>;
 pub(super) type Outcome = stiction::Solution<Real, N, D, C, R>;
 type Solve =
     for<'a> fn(&'a mut Kernel, &SVector<Real, N>, &Settings<Real>) -> Result<&'a Outcome, Error>;
@@ -81,7 +81,7 @@ impl Solver {
     /// Changes the scene, and remembers what was wrong with that.
     pub(super) fn change(
         &mut self,
-        change: impl FnOnce(&mut Scene<Real, N, D, C, R>) -> Result<(), Error>,
+        change: impl FnOnce(&mut Scene<Real, N, D, C, R, S>) -> Result<(), Error>,
     ) -> Status {
         let result = change(self.kernel.scene_mut());
         self.end(result)
@@ -162,14 +162,14 @@ struct OneCoefficient<const TANGENTS: bool>;
 /// What stands behind [`OneCoefficient`]. The number of rows is a parameter, so that what cannot be is not compiled.
 trait Push {
     fn push<const ROWS: usize>(
-        scene: &mut Scene<Real, N, ROWS, C, R>,
+        scene: &mut Scene<Real, N, ROWS, C, R, S>,
         contact: &Contact<Real, N, ROWS>,
     ) -> Result<usize, Error>;
 }
 
 impl Push for OneCoefficient<true> {
     fn push<const ROWS: usize>(
-        scene: &mut Scene<Real, N, ROWS, C, R>,
+        scene: &mut Scene<Real, N, ROWS, C, R, S>,
         contact: &Contact<Real, N, ROWS>,
     ) -> Result<usize, Error> {
         scene.push(contact)
@@ -179,7 +179,7 @@ impl Push for OneCoefficient<true> {
 impl Push for OneCoefficient<false> {
     /// `stiction.h` declares no such call then: spin and roll have lengths. Whoever calls it gets a contact that has none.
     fn push<const ROWS: usize>(
-        scene: &mut Scene<Real, N, ROWS, C, R>,
+        scene: &mut Scene<Real, N, ROWS, C, R, S>,
         contact: &Contact<Real, N, ROWS>,
     ) -> Result<usize, Error> {
         scene.push_on(contact, &stiction::Surface::isotropic(contact.mu))

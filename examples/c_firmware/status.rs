@@ -57,6 +57,7 @@ enum_of_the_header! {
     NoSuchRow = "STICTION_NO_SUCH_ROW",
     InvalidParameter = "STICTION_INVALID_PARAMETER",
     RowListFull = "STICTION_ROW_LIST_FULL",
+    SurfaceListFull = "STICTION_SURFACE_LIST_FULL",
     ImpulseListFull = "STICTION_IMPULSE_LIST_FULL",
     NoSuchKey = "STICTION_NO_SUCH_KEY",
     RowOutOfRange = "STICTION_ROW_OUT_OF_RANGE",
@@ -150,6 +151,7 @@ impl From<Error> for Status {
             Error::InvalidFriction { .. } => Self::InvalidFriction,
             Error::ListFull { list, .. } => match list {
                 List::Contacts => Self::ContactListFull,
+                List::Surfaces => Self::SurfaceListFull,
                 List::Rows => Self::RowListFull,
                 List::InitialImpulses | List::InitialRowImpulses => Self::ImpulseListFull,
                 _ => Self::Unknown,
@@ -281,7 +283,7 @@ impl From<Error> for Culprit {
             Error::InvalidCompliance { contact } => of(Source::Compliance).contact(contact),
             Error::InvalidRowCompliance { row } => of(Source::Compliance).joint_row(row),
             Error::ListFull { list, capacity } => match list {
-                List::Contacts => of(Source::None).contact(capacity),
+                List::Contacts | List::Surfaces => of(Source::None).contact(capacity),
                 List::InitialImpulses => of(Source::InitialImpulse).contact(capacity),
                 List::Rows => of(Source::None).joint_row(capacity),
                 List::InitialRowImpulses => of(Source::InitialRowImpulse).joint_row(capacity),

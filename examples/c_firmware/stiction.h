@@ -72,6 +72,7 @@ enum stiction_status {
     STICTION_INVALID_ROW_COMPLIANCE = -23,    /* the compliance of a joint row is negative or not finite */
     STICTION_INVALID_LAW = -24,               /* a number that is none of enum stiction_law */
     STICTION_WRONG_SIZES = -25,               /* the library was built with another stiction_sizes.h: build all anew */
+    STICTION_SURFACE_LIST_FULL = -27,         /* a surface for a contact that is none of the first STICTION_S */
     /* Errors of stiction that no call of this header can cause. */
     STICTION_INVALID_PENALTY = -12,
     STICTION_STALE_FACTOR = -13,
@@ -224,7 +225,8 @@ enum stiction_status stiction_clear_rows(stiction *s);
 
 /* Contacts, anew at each tick if they come and go: Jacobian H_i, offset w_i (m/s: moving surface, gap over time step,
    restitution), friction coefficient or surface, and a number of your own that says which contact it is: a warm start follows it.
-   One with rows for spin or roll has a surface: their coefficients are lengths. */
+   The first STICTION_S contacts of a scene may have a surface. With rows for spin or roll all of them have one, whose coefficients
+   are lengths, and STICTION_S is as large as STICTION_C. */
 #if STICTION_D <= 3
 enum stiction_status stiction_add_contact(stiction *s, const stiction_real jacobian[STICTION_D][STICTION_N],
                                           const stiction_real offset[STICTION_D], stiction_real mu, uint32_t key);

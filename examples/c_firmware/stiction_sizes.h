@@ -8,9 +8,10 @@
 #define STICTION_D 3        /* rows of a contact: 1 frictionless, 2 planar, 3 spatial, 4 and spin, 6 and roll */
 #define STICTION_C 5        /* most contacts */
 #define STICTION_R 0        /* most joint rows: stops, motors, dry friction; 0 takes neither memory nor time */
+#define STICTION_S 0        /* contacts that may have a surface: the first so many; 0 takes neither memory nor time */
 
 /* Bytes of one `stiction`. If they are too few, or more than a quarter too many, the build of the library ends with the number to
    write here, and `make` writes it. A 64-bit machine, where `make test` runs, needs a few more than a microcontroller. */
-#define STICTION_BYTES 9240
+#define STICTION_BYTES 9104
 
 #endif

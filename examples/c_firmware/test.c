@@ -1,5 +1,5 @@
 /* The C interface on this machine, `make test`: answers known on paper, every kind of refusal, nothing written beyond its
-   place. Holds for any sizes with at least three velocities, without room for contacts or for joint rows as well. */
+   place. Holds for any sizes with at least three velocities, without room for contacts, surfaces or joint rows as well. */
 #include "stiction.h"
 #include <math.h>
 #include <stdio.h>
@@ -183,6 +183,13 @@ static void refusals(void)
     CHECK(stiction_clear_contacts(s) == STICTION_OK);
     CHECK(stiction_add_contact_on(s, h, offset, &surface, 5) == STICTION_INVALID_COMPLIANCE);
     CHECK(culprit().input == STICTION_INPUT_COMPLIANCE && culprit().contact == 0 && culprit().joint_row == -1);
+    if (STICTION_S < STICTION_C) {
+        surface.compliance[1] = 0;
+        for (int i = 0; i < STICTION_S; i++) CHECK(stiction_add_contact_on(s, h, offset, &surface, 1) == STICTION_OK);
+        CHECK(stiction_add_contact_on(s, h, offset, &surface, 1) == STICTION_SURFACE_LIST_FULL);
+        CHECK(culprit().contact == STICTION_S && culprit().input == STICTION_INPUT_NONE && culprit().key == -1);
+        CHECK(stiction_clear_contacts(s) == STICTION_OK);
+    }
     CHECK(stiction_remove_contact(s, 5) == STICTION_NO_SUCH_KEY && culprit().key == 5);
     stiction_contact_impulse impulses[STICTION_C + 1] = {{.key = 1}};
     CHECK(stiction_set_impulses(s, impulses, STICTION_C + 1, NULL, 0) == STICTION_IMPULSE_LIST_FULL);
@@ -206,6 +213,12 @@ static void refusals(void)
     CHECK(stiction_is_usable(s, 0) && stiction_read(s, &solution) == STICTION_OK && solution.count == 1);
 }
 
+/* Is this the speed at which it still falls? */
+static bool falls(double speed)
+{
+    return solve(-2, 0, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK && near(solution.velocity[0], -speed);
+}
+
 /* Contacts by index and key, their surfaces, impulses to start at. */
 static void one_by_one(void)
 {
@@ -227,6 +240,7 @@ static void one_by_one(void)
     CHECK(stiction_reset(s) == STICTION_OK && stiction_set_impulses(s, &known, 1, NULL, 0) == STICTION_OK);
     CHECK(solve(-2, 0, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK && solution.work == 0);
 
+    if (STICTION_S == 0) return;
     /* A sole that gives way by 0.5 m/s an N s: 2 v = -2 + r, v + r / 2 = 0. */
     const stiction_surface soft = {.friction = {1, 1}, .compliance = {(stiction_real)0.5, 0}};
     CHECK(stiction_remove_contact(s, 42) == STICTION_OK && stiction_add_contact_on(s, h, offset, &soft, 3) == STICTION_OK);
@@ -241,6 +255,14 @@ static void one_by_one(void)
         CHECK(solve(-2, 0, 1000) == STICTION_SOLVED && stiction_contact_at(s, 0, &found) == STICTION_OK);
         CHECK(found.mode == STICTION_SLIP && near(found.impulse[2], -0.5));
         free_impulse[2] = 0;
+    }
+    if (STICTION_S < STICTION_C) { /* a rigid contact behind all the soles that there is room for */
+        CHECK(stiction_clear_contacts(s) == STICTION_OK);
+        for (int i = 0; i < STICTION_S; i++) CHECK(stiction_add_contact_on(s, h, offset, &soft, 3) == STICTION_OK);
+        CHECK(add(h, offset, 1, 4) == STICTION_OK && falls(0));
+        CHECK(stiction_remove_contact(s, 4) == STICTION_OK && falls(1 / (1.0 + STICTION_S))); /* the others are still soft */
+        CHECK(add(h, offset, 1, 4) == STICTION_OK && stiction_remove_contact(s, 3) == STICTION_OK && falls(0));
+        CHECK(stiction_contact_at(s, STICTION_S - 1, &found) == STICTION_OK && found.key == 4 && near(found.impulse[0], 2));
     }
 }
 

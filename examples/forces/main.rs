@@ -27,7 +27,7 @@ type Forces = SVector<f64, 12>;
 type Wrench = SVector<f64, 6>;
 /// `A`, which maps foot forces to their wrench about the centre of mass.
 type Grasp = SMatrix<f64, 6, 12>;
-type Cones = Kernel<f64, 6, 3, 4>;
+type Cones = Kernel<f64, 6, 3, 4, 0, 4>;
 
 /// Carries the weight and pushes with so much of what friction holds, at an angle in degrees.
 fn wanted(push: f64, angle: f64) -> Wrench {

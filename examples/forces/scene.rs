@@ -20,7 +20,7 @@ const FEET: [[f64; 3]; 4] = [
 ];
 
 /// `M = S⁻¹`, `H = Aᵀ` and compliance `α`.
-pub(crate) fn fill<T: Real>(scene: &mut Scene<T, 6, 3, 4>) -> Result<(), Error> {
+pub(crate) fn fill<T: Real>(scene: &mut Scene<T, 6, 3, 4, 0, 4>) -> Result<(), Error> {
     let masses = SVector::from(WEIGHTS.map(|weight| T::literal(1.0 / weight)));
     scene.set_mass(&SMatrix::from_diagonal(&masses))?;
     for (key, [x, y, z]) in (0..).zip(FEET) {

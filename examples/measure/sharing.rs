@@ -9,7 +9,7 @@ use nalgebra::SVector;
 use stiction::{Factor, Real, Scene, Solver};
 
 pub(crate) struct Sharing<T: Real> {
-    scene: Scene<T, 6, 3, 4>,
+    scene: Scene<T, 6, 3, 4, 0, 4>,
     factor: Factor<T, 6, 3, 4>,
     solver: Solver<T, 6, 3, 4>,
 }

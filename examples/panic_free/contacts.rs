@@ -9,16 +9,16 @@ use stiction::{
     Settings, SlipUpdate, Solver, Surface,
 };
 
-pub(crate) struct Bench<T: Real, const N: usize, const D: usize, const C: usize> {
-    scene: Scene<T, N, D, C>,
+pub(crate) struct Bench<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> {
+    scene: Scene<T, N, D, C, 0, S>,
     factor: Factor<T, N, D, C>,
     admm_factor: AdmmFactor<T, N, D, C>,
     solver: Solver<T, N, D, C>,
     admm: AdmmSolver<T, N, D, C>,
-    kernel: Kernel<T, N, D, C>,
+    kernel: Kernel<T, N, D, C, 0, S>,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Bench<T, N, D, C> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Bench<T, N, D, C, S> {
     pub(crate) const fn new() -> Self {
         Self {
             scene: Scene::new(),
@@ -137,6 +137,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Bench<T, N, D, C> 
         kernel.solver_mut().reset();
         kernel.scene_mut().clear_contacts();
         let (microseconds, megahertz) = black_box((2_000, 168));
-        black_box(Kernel::<T, N, D, C>::budget_within(microseconds, megahertz));
+        black_box(Kernel::<T, N, D, C, 0, S>::budget_within(
+            microseconds,
+            megahertz,
+        ));
     }
 }

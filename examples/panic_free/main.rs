@@ -58,14 +58,14 @@ mod proof {
 
     #[entry]
     fn main() -> ! {
-        static mut QUADRUPED: Bench<f32, 18, 3, 4> = Bench::new();
-        static mut STACK: Bench<f32, 18, 3, 12> = Bench::new();
-        static mut WALKER: Bench<f32, 9, 2, 4> = Bench::new();
-        static mut FRICTIONLESS: Bench<f64, 6, 1, 4> = Bench::new();
-        static mut COINS: Rows<f32, 12, 6, 4, 12> = Rows::new();
-        static mut ROVER: Rows<f32, 9, 3, 3, 3> = Rows::new();
-        static mut TRACKS: Rows<f64, 6, 4, 2, 1> = Rows::new();
-        static mut PENDULUM: Rows<f64, 2, 1, 0, 4> = Rows::new();
+        static mut QUADRUPED: Bench<f32, 18, 3, 4, 0> = Bench::new();
+        static mut STACK: Bench<f32, 18, 3, 12, 12> = Bench::new();
+        static mut WALKER: Bench<f32, 9, 2, 4, 2> = Bench::new();
+        static mut FRICTIONLESS: Bench<f64, 6, 1, 4, 0> = Bench::new();
+        static mut COINS: Rows<f32, 12, 6, 4, 12, 4> = Rows::new();
+        static mut ROVER: Rows<f32, 9, 3, 3, 3, 0> = Rows::new();
+        static mut TRACKS: Rows<f64, 6, 4, 2, 1, 1> = Rows::new();
+        static mut PENDULUM: Rows<f64, 2, 1, 0, 4, 0> = Rows::new();
         black_box(QUADRUPED).call();
         black_box(STACK).call();
         black_box(WALKER).call();

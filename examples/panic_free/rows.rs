@@ -8,13 +8,22 @@ use nalgebra::{SMatrix, SVector};
 use stiction::{Contact, Factor, JointRow, Kernel, Real, RowLaw, Scene, Settings, Solver, Surface};
 
 /// A kernel, and a factor and a solver of their own.
-pub(crate) struct Rows<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> {
-    kernel: Kernel<T, N, D, C, R>,
+pub(crate) struct Rows<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+> {
+    kernel: Kernel<T, N, D, C, R, S>,
     factor: Factor<T, N, D, C, R>,
     solver: Solver<T, N, D, C, R>,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Rows<T, N, D, C, R> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Rows<T, N, D, C, R, S>
+{
     pub(crate) const fn new() -> Self {
         Self {
             kernel: Kernel::new(),
@@ -103,7 +112,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Ro
         black_box((solution.is_solved(), solution.is_usable(number)));
         black_box(kernel.worst_contact(settings));
         let (microseconds, megahertz) = black_box((2_000, 168));
-        let budget = Kernel::<T, N, D, C, R>::budget_within(microseconds, megahertz);
+        let budget = Kernel::<T, N, D, C, R, S>::budget_within(microseconds, megahertz);
         black_box(budget);
         kernel.solver_mut().reset();
     }
@@ -144,8 +153,9 @@ pub(crate) fn call_constants<
     const D: usize,
     const C: usize,
     const R: usize,
+    const S: usize,
 >(
-    bench: &mut Rows<T, N, D, C, R>,
+    bench: &mut Rows<T, N, D, C, R, S>,
 ) {
     let contacts = from_fn(|_| Contact {
         jacobian: SMatrix::zeros(),

@@ -36,7 +36,7 @@ type Drive = (Vec<(f64, f64)>, Vec<(f64, f64)>);
 fn drive(across: f64) -> Result<Drive, Box<dyn Error>> {
     let moments = vector![1.2, 2.0, 2.6];
     let mass = Matrix6::from_diagonal(&vector![MASS, MASS, MASS, moments.x, moments.y, moments.z]);
-    let mut kernel = Kernel::<f64, 6, 3, 4>::new();
+    let mut kernel = Kernel::<f64, 6, 3, 4, 0, 4>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&mass)?;
     let surface = Surface {

@@ -32,7 +32,7 @@ fn run(spin: f64) -> Result<Run, Box<dyn Error>> {
     let across = 0.25 * MASS * RADIUS * RADIUS;
     let axle = 2.0 * across;
     let masses = vector![MASS, MASS, MASS, across, axle, across];
-    let mut kernel = Kernel::<f64, 6, 6, 1, 2>::new();
+    let mut kernel = Kernel::<f64, 6, 6, 1, 2, 1>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix6::from_diagonal(&masses))?;
     let mut jacobian = SMatrix::<f64, 6, 6>::zeros();

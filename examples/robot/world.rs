@@ -35,7 +35,7 @@ pub struct World<const N: usize> {
     pub trees: Vec<Tree>,
     /// Velocities of all trees, one after the other.
     pub velocity: SVector<f64, N>,
-    pub(crate) kernel: Box<Kernel<f64, N, 3, CONTACTS, ROWS>>,
+    pub(crate) kernel: Box<Kernel<f64, N, 3, CONTACTS, ROWS, CONTACTS>>,
 }
 
 /// A contact that pushes.

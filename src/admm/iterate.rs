@@ -5,13 +5,13 @@
 //! starts from `û` where it prints `ũ`, and steps 6-8 extrapolate from the new iterate,
 //! `ûᵏ⁺¹ = ũᵏ⁺¹ + c (ũᵏ⁺¹ - ũᵏ)` where they print `ûᵏ + …`.
 
-use crate::Real;
 use crate::admm::{Acceleration, SlipUpdate};
-use crate::cone::{add_to_normal, norm, split, square};
+use crate::cone::{add_to_normal, split};
 use crate::factor::resolvent::Resolvent;
 use crate::linalg::blocks::ContactVector;
-use crate::linalg::vector::zeros;
+use crate::linalg::vector::{norm, square, zeros};
 use crate::problem::Problem;
+use crate::real::Real;
 use crate::sets::ContactSet;
 use nalgebra::SVector;
 
@@ -132,8 +132,8 @@ impl<T: Real> Momentum<T> {
 
 /// Steps 2-4 and the extrapolation, for all contacts.
 #[inline(never)]
-pub(crate) fn iterate<T: Real, const N: usize, const D: usize, const C: usize>(
-    problem: &Problem<'_, T, N, D, C, 0>,
+pub(crate) fn iterate<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>(
+    problem: &Problem<'_, T, N, D, C, 0, S>,
     resolvent: &Resolvent<T, D, C>,
     iterates: &mut [Iterate<T, D>; C],
     momentum: &mut Momentum<T>,

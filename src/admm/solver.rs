@@ -2,14 +2,18 @@
 
 use crate::admm::iterate::{Iterate, Momentum, iterate};
 use crate::admm::{Acceleration, SlipUpdate};
+use crate::error::Error;
+use crate::factor::AdmmFactor;
 use crate::factor::resolvent::Resolvent;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
-use crate::solver::monitor::{Call, Monitor};
-use crate::solver::record::Record;
+use crate::real::Real;
+use crate::scene::Scene;
+use crate::solution::{Settings, Solution};
+use crate::solver::monitor::Monitor;
+use crate::solver::record::{Call, Record, fingerprint};
 use crate::solver::warm_start::WarmStart;
-use crate::{AdmmFactor, Error, Real, Scene, Settings, Solution};
 use nalgebra::SVector;
 
 /// ADMM with the penalty of the factor: Algorithm 2 of the note, Algorithm 1, or without acceleration.
@@ -87,9 +91,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     ///
     /// # Errors
     /// Same errors as [`crate::Solver::solve`].
-    pub fn solve(
+    pub fn solve<const S: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C>,
+        scene: &Scene<T, N, D, C, 0, S>,
         factor: &AdmmFactor<T, N, D, C>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
@@ -101,24 +105,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     ///
     /// # Errors
     /// As for [`Self::solve`].
-    pub fn resume(
+    pub fn resume<const S: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C>,
+        scene: &Scene<T, N, D, C, 0, S>,
         factor: &AdmmFactor<T, N, D, C>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        let is_paused = self
-            .record
-            .is_paused(|| scene.data_fingerprint(free_impulse, settings));
-        let call = if is_paused { Call::Resume } else { Call::Begin };
+        let data = || fingerprint(scene, free_impulse, settings);
+        let call = self.record.resume(data);
         self.run(scene, factor, free_impulse, settings, call)
     }
 
     /// Begins a solve, or goes on.
-    fn run(
+    fn run<const S: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C>,
+        scene: &Scene<T, N, D, C, 0, S>,
         factor: &AdmmFactor<T, N, D, C>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
@@ -156,12 +158,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         }
         self.warm_start.keep(scene, &u, &r, call != Call::Begin);
         self.record
-            .pause(|| scene.data_fingerprint(free_impulse, settings));
+            .pause(|| fingerprint(scene, free_impulse, settings));
         Ok(&self.solution)
     }
 
     /// The first iterates: the last ones, or at rest without impulse.
-    fn begin(&mut self, problem: &Problem<'_, T, N, D, C, 0>, penalty: T) {
+    fn begin<const S: usize>(&mut self, problem: &Problem<'_, T, N, D, C, 0, S>, penalty: T) {
         let [u, r] = self.warm_start.last(problem);
         let pairs = u.contacts.iter().zip(&r.contacts);
         for (iterate, (&u, &r)) in self.iterates.iter_mut().zip(pairs) {
@@ -173,8 +175,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
 
 /// One iteration, and a look at where it has led if that may be within tolerance.
 #[inline]
-fn step<T: Real, const N: usize, const D: usize, const C: usize>(
-    monitor: &mut Monitor<'_, '_, T, N, D, C, 0>,
+fn step<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>(
+    monitor: &mut Monitor<'_, '_, T, N, D, C, 0, S>,
     resolvent: &Resolvent<T, D, C>,
     iterates: &mut [Iterate<T, D>; C],
     momentum: &mut Momentum<T>,
@@ -197,8 +199,8 @@ fn step<T: Real, const N: usize, const D: usize, const C: usize>(
 }
 
 /// Shows iterates to the monitor.
-fn consider<T: Real, const N: usize, const D: usize, const C: usize>(
-    monitor: &mut Monitor<'_, '_, T, N, D, C, 0>,
+fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>(
+    monitor: &mut Monitor<'_, '_, T, N, D, C, 0, S>,
     iterates: &[Iterate<T, D>; C],
 ) {
     let (r, mut u) = (impulses(iterates), Stacked::zero());

@@ -1,9 +1,11 @@
 //! A factor with the resolvent that ADMM needs.
 
 use super::{Factor, FactorParts};
+use crate::error::Error;
 use crate::factor::penalty::default_penalty;
 use crate::factor::resolvent::Resolvent;
-use crate::{Error, Real, Scene};
+use crate::real::Real;
+use crate::scene::Scene;
 
 /// A [`Factor`] with its resolvent `(I + rho W)⁻¹`, for [`crate::AdmmSolver`], where an example stands.
 #[derive(Clone, Debug)]
@@ -26,7 +28,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
     ///
     /// # Errors
     /// As [`Self::prepare`].
-    pub fn new(scene: &Scene<T, N, D, C>) -> Result<Self, Error> {
+    pub fn new<const S: usize>(scene: &Scene<T, N, D, C, 0, S>) -> Result<Self, Error> {
         let mut factor = Self::empty();
         factor.prepare(scene)?;
         Ok(factor)
@@ -37,7 +39,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
     /// # Errors
     /// As [`Factor::prepare`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows, or `W` is spread so wide that `I + rho W` is
     /// singular in this number type. The factor is then empty.
-    pub fn prepare(&mut self, scene: &Scene<T, N, D, C>) -> Result<(), Error> {
+    pub fn prepare<const S: usize>(
+        &mut self,
+        scene: &Scene<T, N, D, C, 0, S>,
+    ) -> Result<(), Error> {
         self.factor.prepare(scene)?;
         let result = self.resolvent.compute(&self.factor, default_penalty(scene));
         if result.is_err() {

@@ -1,9 +1,9 @@
 //! A factor in numbers, to be baked into firmware.
 
 use super::{BAKED, Delassus, Factor};
-use crate::Real;
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::Counts;
+use crate::real::Real;
 
 /// The numbers of a [`Factor`] with `C` contacts and `R` joint rows, to be written by the host and read by firmware.
 ///

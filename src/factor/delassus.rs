@@ -1,12 +1,14 @@
 //! The Delassus operator `W = H M⁻¹ Hᵀ` of contacts and joint rows, with their compliance.
 
 use super::Factor;
+use crate::error::Error;
 use crate::linalg::blocks::{ContactMatrix, block, inverse, multiply_transposed};
 use crate::linalg::cholesky::{axpy, dot, factorise};
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::{Counts, Stacked};
 use crate::linalg::substitution::{Scaled, solve_upper_block};
-use crate::{Contact, Error, Real, Scene};
+use crate::real::Real;
+use crate::scene::{Contact, Scene};
 use heapless::Vec;
 
 /// `W`, symmetric: the blocks of contacts, of joint rows with contacts, and of joint rows.
@@ -73,7 +75,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 {
     /// Computes the Cholesky factor, `W` and the effective masses.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn compute_delassus(&mut self, scene: &Scene<T, N, D, C, R>) -> Result<(), Error> {
+    pub(super) fn compute_delassus<const S: usize>(
+        &mut self,
+        scene: &Scene<T, N, D, C, R, S>,
+    ) -> Result<(), Error> {
         (self.counts.contacts, self.fingerprint) = (0, 0);
         let mass = &scene.mass().data.0; // symmetric: columns are rows
         let floor = T::literal(32.0) * T::EPSILON;
@@ -90,7 +95,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 
     /// Computes what belongs to the contacts of a scene, with the last row of `U` that has an entry in each column.
     #[inline]
-    fn append_contacts(&mut self, scene: &Scene<T, N, D, C, R>, envelope: &[usize; N]) {
+    fn append_contacts<const S: usize>(
+        &mut self,
+        scene: &Scene<T, N, D, C, R, S>,
+        envelope: &[usize; N],
+    ) {
         let mut scaled = Vec::new();
         for (i, contact) in scene.contacts().iter().enumerate() {
             let Some(whitened) = self.whitened.get_mut(i) else {
@@ -133,9 +142,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     /// Computes what belongs to the joint rows of a scene from `first` on.
-    pub(super) fn append_rows(
+    pub(super) fn append_rows<const S: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         first: usize,
         envelope: &[usize; N],
     ) {

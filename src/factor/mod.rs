@@ -10,12 +10,14 @@
 //! That needs `(D·C)²` multiplications against `N² + 2·N·D·C` through the factor of `A`, and a new
 //! `rho` never touches the `N × N` factor again.
 
+use crate::error::Error;
 use crate::factor::delassus::normal_moves;
 use crate::factor::penalty::moved_dofs;
 use crate::linalg::cholesky::envelope;
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::{Counts, Stacked};
-use crate::{Error, Real, Scene};
+use crate::real::Real;
+use crate::scene::Scene;
 use nalgebra::SVector;
 
 mod admm_factor;
@@ -115,7 +117,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     ///
     /// # Errors
     /// As [`Self::prepare`].
-    pub fn new(scene: &Scene<T, N, D, C, R>) -> Result<Self, Error> {
+    pub fn new<const S: usize>(scene: &Scene<T, N, D, C, R, S>) -> Result<Self, Error> {
         let mut factor = Self::empty();
         factor.prepare(scene)?;
         Ok(factor)
@@ -125,7 +127,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     ///
     /// # Errors
     /// [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOutOfRange`] and [`Error::RowOutOfRange`]. The factor is then empty.
-    pub fn prepare(&mut self, scene: &Scene<T, N, D, C, R>) -> Result<(), Error> {
+    pub fn prepare<const S: usize>(
+        &mut self,
+        scene: &Scene<T, N, D, C, R, S>,
+    ) -> Result<(), Error> {
         let result = self.compute_delassus(scene);
         let result = result.and_then(|()| self.check(scene));
         if result.is_err() {
@@ -135,7 +140,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     /// Is `W` in the range of the number type? Counts the dofs that contacts and joint rows move.
-    fn check(&mut self, scene: &Scene<T, N, D, C, R>) -> Result<(), Error> {
+    fn check<const S: usize>(&mut self, scene: &Scene<T, N, D, C, R, S>) -> Result<(), Error> {
         self.moved = moved_dofs(scene);
         for (contact, source) in scene.contacts().iter().enumerate() {
             // A normal that only seems to move nothing would be called immovable.
@@ -156,9 +161,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     /// Takes in the joint rows of a scene from `first` on. `M`, the contacts and the rows before have to be those that it has.
-    pub(crate) fn extend(
+    pub(crate) fn extend<const S: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         first: usize,
     ) -> Result<(), Error> {
         let envelope = envelope(&self.mass);
@@ -208,7 +213,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// True if it belongs to the scene's current `M` and `H`. Compared by a 64-bit hash. A factor from
     /// [`Self::from_parts`] only needs the same number of contacts and joint rows.
     #[must_use]
-    pub fn is_current(&self, scene: &Scene<T, N, D, C, R>) -> bool {
+    pub fn is_current<const S: usize>(&self, scene: &Scene<T, N, D, C, R, S>) -> bool {
         self.counts == scene.counts()
             && (self.fingerprint == BAKED || self.fingerprint == scene.fingerprint())
     }

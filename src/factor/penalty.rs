@@ -1,7 +1,8 @@
 //! The penalty `rho` of the augmented Lagrangian, and which dofs are moved.
 
 use crate::linalg::sparsity::GROUP;
-use crate::{Real, Scene};
+use crate::real::Real;
+use crate::scene::Scene;
 
 /// Is it a penalty that can be used?
 #[inline]
@@ -22,8 +23,9 @@ pub(crate) fn default_penalty<
     const D: usize,
     const C: usize,
     const R: usize,
+    const S: usize,
 >(
-    scene: &Scene<T, N, D, C, R>,
+    scene: &Scene<T, N, D, C, R, S>,
 ) -> T {
     let participation = participation(scene);
     let moved = participation
@@ -45,8 +47,9 @@ pub(crate) fn moved_dofs<
     const D: usize,
     const C: usize,
     const R: usize,
+    const S: usize,
 >(
-    scene: &Scene<T, N, D, C, R>,
+    scene: &Scene<T, N, D, C, R, S>,
 ) -> usize {
     let participation = participation(scene);
     participation
@@ -57,8 +60,15 @@ pub(crate) fn moved_dofs<
 
 /// `(HᵀH)_jj / M_jj`; 0 if that is rounding relative to the largest.
 #[cfg_attr(target_os = "none", inline(never))]
-fn participation<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
-    scene: &Scene<T, N, D, C, R>,
+fn participation<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    scene: &Scene<T, N, D, C, R, S>,
 ) -> [T; N] {
     let mut participation = [T::ZERO; N];
     let (groups, last) = participation.as_chunks_mut::<GROUP>();

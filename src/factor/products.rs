@@ -1,11 +1,11 @@
 //! Products with `H M⁻¹` and `M⁻¹ Hᵀ`, by way of the whitened rows.
 
 use super::Factor;
-use crate::Real;
 use crate::linalg::cholesky::{axpy, dot};
 use crate::linalg::sparsity::{GROUP, Support, add_columns, add_products};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::substitution::{solve_lower, solve_upper};
+use crate::real::Real;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     Factor<T, N, D, C, R>

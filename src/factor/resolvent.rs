@@ -1,11 +1,13 @@
 //! The resolvent `B = (I + rho W)⁻¹` of the Delassus operator: all that depends on the penalty.
 
+use crate::error::Error;
+use crate::factor::Factor;
 use crate::factor::penalty::is_usable;
 use crate::linalg::blocks::{
     ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose,
 };
 use crate::linalg::pivot::{Pivot, subtract_row};
-use crate::{Error, Factor, Real};
+use crate::real::Real;
 use heapless::Vec;
 
 /// `B = (I + rho W)⁻¹` and its penalty `rho` (kg).

@@ -1,14 +1,16 @@
 //! Limits that stay out of `W` until they are reached.
 
 use super::Kernel;
-use crate::scene::check_finite;
+use crate::error::{Error, Input, List};
+use crate::real::Real;
+use crate::scene::{JointRow, RowLaw, check_finite};
+use crate::solution::{Settings, Solution, Status};
 use crate::solver::Call;
-use crate::{Error, Input, JointRow, List, Real, RowLaw, Settings, Solution, Status};
 use core::mem;
 use nalgebra::SVector;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Kernel<T, N, D, C, R>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Kernel<T, N, D, C, R, S>
 {
     /// Solves the scene with as many of these limits as are reached, as [`Self::solve`].
     ///

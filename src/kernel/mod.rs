@@ -1,6 +1,11 @@
 //! Scene, factor and solver in one value.
 
-use crate::{Error, Factor, Real, Scene, Settings, Solution, Solver};
+use crate::error::Error;
+use crate::factor::Factor;
+use crate::real::Real;
+use crate::scene::Scene;
+use crate::solution::{Settings, Solution};
+use crate::solver::Solver;
 use nalgebra::SVector;
 
 mod limits;
@@ -42,14 +47,21 @@ mod limits;
 /// assert!(refused.is_err());
 /// ```
 #[derive(Clone, Debug)]
-pub struct Kernel<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
-    scene: Scene<T, N, D, C, R>,
+pub struct Kernel<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize = 0,
+    const S: usize = 0,
+> {
+    scene: Scene<T, N, D, C, R, S>,
     factor: Factor<T, N, D, C, R>,
     solver: Solver<T, N, D, C, R>,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Kernel<T, N, D, C, R>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Kernel<T, N, D, C, R, S>
 {
     /// An empty scene, and nothing solved yet.
     #[must_use]
@@ -100,12 +112,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 
     /// The scene.
     #[must_use]
-    pub const fn scene(&self) -> &Scene<T, N, D, C, R> {
+    pub const fn scene(&self) -> &Scene<T, N, D, C, R, S> {
         &self.scene
     }
 
     /// The scene, to be filled or changed.
-    pub const fn scene_mut(&mut self) -> &mut Scene<T, N, D, C, R> {
+    pub const fn scene_mut(&mut self) -> &mut Scene<T, N, D, C, R, S> {
         &mut self.scene
     }
 
@@ -161,8 +173,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Default
-    for Kernel<T, N, D, C, R>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Default for Kernel<T, N, D, C, R, S>
 {
     fn default() -> Self {
         Self::new()

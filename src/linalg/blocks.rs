@@ -1,7 +1,7 @@
 //! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
 
-use crate::Real;
 use crate::linalg::stacked::Stacked;
+use crate::real::Real;
 use core::array::from_fn;
 use core::ops::Range;
 

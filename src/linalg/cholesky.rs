@@ -10,7 +10,7 @@
 //! factorization of the joint-space inertia matrix for branched kinematic trees*, 2005), and rows
 //! are not added where they are multiplied by zero.
 
-use crate::Real;
+use crate::real::Real;
 
 /// Scalar product over the common length, in four running sums.
 #[inline(never)]

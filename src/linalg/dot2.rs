@@ -1,6 +1,6 @@
 //! Sums of products that carry their rounding errors along (T. Ogita, S. M. Rump, S. Oishi, *Accurate Sum and Dot Product*, 2005).
 
-use crate::Real;
+use crate::real::Real;
 
 /// A sum of `n` products, off by `eps / 2` of its value and `(n eps / 2)²` of the sum of the magnitudes of its terms, where
 /// nothing overflows and no product is within `1 / eps²` of the least number.

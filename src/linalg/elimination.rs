@@ -6,10 +6,10 @@
 //! among those of all joint rows. The multipliers stay where they have eliminated. Of a symmetric matrix they are the rows that
 //! eliminate, divided by their pivots (`L D Lᵀ`): pivots stay on the diagonal, and what stands above it is enough.
 
-use crate::Real;
 use crate::linalg::blocks::subtract_rows;
 use crate::linalg::cholesky::dot;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
+use crate::real::Real;
 use contact::{divide, keep, multiply, own_columns, own_columns_mut, triangularise};
 use core::ops::Range;
 
@@ -172,8 +172,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
                 let factor = *own * reciprocal;
                 *row.rows.get_mut(k)? = factor;
                 let first = if symmetric { i } else { k + 1 };
-                let entries = row.rows.iter_mut().zip(&source).take(self.rows);
-                for (entry, &source) in entries.skip(first) {
+                let entries = row.rows.get_mut(first..self.rows)?;
+                for (entry, &source) in entries.iter_mut().zip(source.get(first..)?) {
                     *entry -= factor * source;
                 }
             }

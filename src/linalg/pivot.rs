@@ -1,6 +1,6 @@
 //! `A = L D Lᵀ` of the block of one contact.
 
-use crate::Real;
+use crate::real::Real;
 
 /// Below the diagonal `L`, which has ones on it, and the reciprocals of `D`.
 pub(crate) struct Pivot<T, const D: usize> {

@@ -4,7 +4,7 @@
 //! them on a quadruped. Products with the Jacobian take groups of three columns, as joints and bodies come, and leave out
 //! groups that are all zero.
 
-use crate::Real;
+use crate::real::Real;
 use core::iter::from_fn;
 
 /// Columns at a time.
@@ -73,6 +73,16 @@ pub(crate) fn add_columns<T: Real, const D: usize>(columns: &[[T; D]], g: &[T], 
     }
 }
 
+/// `sums += Σ_j |g_j| |column_j|`
+#[inline]
+pub(crate) fn add_sizes<T: Real, const D: usize>(columns: &[[T; D]], g: &[T], sums: &mut [T; D]) {
+    for (column, &g) in columns.iter().zip(g) {
+        for (sum, &entry) in sums.iter_mut().zip(column) {
+            *sum += (entry * g).abs();
+        }
+    }
+}
+
 /// `g_j += r · column_j`
 #[inline]
 pub(crate) fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D], g: &mut [T]) {
@@ -82,6 +92,40 @@ pub(crate) fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D
             sum += r * entry;
         }
         *g = sum;
+    }
+}
+
+/// [`add_columns`], and to `sizes` the magnitudes of what is added.
+#[inline]
+pub(crate) fn add_columns_and_sizes<T: Real, const D: usize>(
+    columns: &[[T; D]],
+    g: &[T],
+    (sums, sizes): (&mut [T; D], &mut [T; D]),
+) {
+    for (column, &g) in columns.iter().zip(g) {
+        for ((sum, size), &entry) in sums.iter_mut().zip(&mut *sizes).zip(column) {
+            let product = entry * g;
+            *sum += product;
+            *size += product.abs();
+        }
+    }
+}
+
+/// [`add_products`], and to `sizes` the magnitudes of what is added.
+#[inline]
+pub(crate) fn add_products_and_sizes<T: Real, const D: usize>(
+    columns: &[[T; D]],
+    r: [T; D],
+    (g, sizes): (&mut [T], &mut [T]),
+) {
+    for ((g, size), column) in g.iter_mut().zip(sizes).zip(columns) {
+        let (mut sum, mut terms) = (*g, *size);
+        for (r, &entry) in r.into_iter().zip(column) {
+            let product = r * entry;
+            sum += product;
+            terms += product.abs();
+        }
+        (*g, *size) = (sum, terms);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Vectors and matrices over all that may push: `D` rows for each of up to `C` contacts, and up to `R` joint rows.
 
-use crate::Real;
-use crate::cone::square;
+use crate::linalg::vector::square;
+use crate::real::Real;
 
 /// A vector with `D` entries for each contact and one for each joint row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,9 +35,7 @@ impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
         let contacts = self.contacts.as_flattened_mut();
         contacts.iter_mut().chain(&mut self.rows)
     }
-}
 
-impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
     /// The entries of the contacts and joint rows in use.
     pub(crate) fn in_use(&self, counts: Counts) -> impl Iterator<Item = &T> {
         let contacts = self.contacts.iter().take(counts.contacts).flatten();

@@ -1,7 +1,7 @@
 //! Solves with the factor `A = Uᵀ D⁻¹ U` of [`crate::linalg::cholesky`], backward and forward.
 
-use crate::Real;
 use crate::linalg::cholesky::BLOCK;
+use crate::real::Real;
 use heapless::Vec;
 
 /// Were all entries found where they were looked for? A wrong index is an error of this file: tests stop at it.

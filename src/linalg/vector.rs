@@ -1,11 +1,27 @@
 //! Vectors, and norms that neither overflow nor vanish.
 
-use crate::Real;
+use crate::real::Real;
 use nalgebra::{ArrayStorage, SVector};
 
 /// A vector of zeros in a constant.
 pub(crate) const fn zeros<T: Real, const K: usize>() -> SVector<T, K> {
     SVector::from_array_storage(ArrayStorage([[T::ZERO; K]; 1]))
+}
+
+/// Euclidean norm; a planar contact (one tangent) needs no square root.
+#[inline]
+pub(crate) fn norm<T: Real>(tangent: &[T]) -> T {
+    match tangent {
+        [] => T::ZERO,
+        [only] => only.abs(),
+        more => square(more).square_root(),
+    }
+}
+
+/// Square of the Euclidean norm.
+#[inline]
+pub(crate) fn square<T: Real>(x: &[T]) -> T {
+    x.iter().fold(T::ZERO, |sum, &x| sum + x * x)
 }
 
 /// A quotient of norms in which 0/0 is 0, and whatever is not a number is infinite.

@@ -1,14 +1,18 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
+use crate::cone::FrictionCone;
+use crate::error::{Error, Input};
+use crate::factor::Factor;
 use crate::linalg::stacked::Stacked;
-use crate::scene::check_finite;
+use crate::real::Real;
+use crate::scene::{Contact, Scene, check_finite};
 use crate::sets::contact::natural_map;
 use crate::sets::energy::EnergyScale;
 use crate::sets::{ContactSet, RowSet, Sets};
-use crate::{Contact, Error, Factor, FrictionCone, Input, Model, Real, Scene, Settings};
+use crate::solution::{Model, Settings};
 use nalgebra::SVector;
 
-pub(crate) mod infeasibility;
+mod infeasibility;
 pub(crate) mod judge;
 
 /// The data of one solve.
@@ -19,8 +23,9 @@ pub(crate) struct Problem<
     const D: usize,
     const C: usize,
     const R: usize,
+    const S: usize,
 > {
-    pub(crate) scene: &'a Scene<T, N, D, C, R>,
+    pub(crate) scene: &'a Scene<T, N, D, C, R, S>,
     pub(crate) factor: &'a Factor<T, N, D, C, R>,
     /// `p = M v_free`, minus the `f` of the note.
     pub(crate) free_impulse: &'a SVector<T, N>,
@@ -44,13 +49,13 @@ pub(crate) struct Problem<
     pub(crate) energy: EnergyScale<T>,
 }
 
-impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Problem<'a, T, N, D, C, R>
+impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Problem<'a, T, N, D, C, R, S>
 {
     /// Checks the data of a solve.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check(
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         factor: &Factor<T, N, D, C, R>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
@@ -74,7 +79,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     /// would stand on the stack twice.)
     #[inline]
     pub(crate) fn new(
-        scene: &'a Scene<T, N, D, C, R>,
+        scene: &'a Scene<T, N, D, C, R, S>,
         factor: &'a Factor<T, N, D, C, R>,
         free_impulse: &'a SVector<T, N>,
         model: Model,
@@ -217,7 +222,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             self.velocities(r, u);
             return;
         }
-        *u = self.bases();
+        *u = self.sets.bases();
     }
 
     /// [`Self::velocities`]; returns the first part of the error.
@@ -271,28 +276,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     /// Gauss-Seidel solves Coulomb's law, and its relaxation with up to two tangents.
     pub(crate) fn can_be_swept(&self) -> bool {
         self.model == Model::Coulomb || D <= 3
-    }
-
-    /// What is added to velocities of impulses, with its corrections.
-    pub(crate) fn bases(&self) -> Stacked<T, D, C, R> {
-        let mut bases = Stacked::zero();
-        for (base, set) in bases.contacts.iter_mut().zip(self.sets.contacts()) {
-            *base = set.base.into();
-        }
-        for (base, set) in bases.rows.iter_mut().zip(self.sets.rows()) {
-            *base = set.base;
-        }
-        bases
-    }
-
-    /// Takes others.
-    pub(crate) fn set_bases(&mut self, bases: &Stacked<T, D, C, R>) {
-        for (set, &base) in self.sets.contacts_mut().iter_mut().zip(&bases.contacts) {
-            set.base = base.into();
-        }
-        for (set, &base) in self.sets.rows_mut().iter_mut().zip(&bases.rows) {
-            set.base = base;
-        }
     }
 }
 

@@ -6,7 +6,7 @@ use nalgebra::{Matrix4, SVector, vector};
 
 #[test]
 fn a_patch_that_spins_is_stopped_by_no_more_than_its_bound() -> Result<(), Error> {
-    let mut scene = Scene::<f64, 4, 4, 1>::new();
+    let mut scene = Scene::<f64, 4, 4, 1, 0, 1>::new();
     scene.set_mass(&Matrix4::identity())?;
     let contact = Contact {
         jacobian: Matrix4::identity(),

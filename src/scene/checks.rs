@@ -1,6 +1,7 @@
 //! What a scene does with the numbers it is given: it checks them, and knows them again.
 
-use crate::{Error, Input, Real};
+use crate::error::{Error, Input};
+use crate::real::Real;
 use nalgebra::SMatrix;
 
 /// Fingerprint of some numbers and their place among others.

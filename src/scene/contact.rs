@@ -1,7 +1,8 @@
 //! One contact, as it is given.
 
-use crate::time_stepping::Parameter;
-use crate::{Error, Real};
+use crate::error::Error;
+use crate::parameter::Parameter;
+use crate::real::Real;
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// One contact with friction: `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`.
@@ -95,7 +96,8 @@ pub fn contact_frame<T: Real, const K: usize>(
     let square = normal.iter().fold(T::ZERO, |sum, &x| sum + x * x);
     let is_unit = (square - T::ONE).abs() < T::literal(2e-3);
     if !is_unit {
-        return Err(Parameter::Normal.error());
+        let parameter = Parameter::Normal;
+        return Err(Error::InvalidParameter { parameter });
     }
     let unit = *normal / square.square_root();
     let first = unit.as_slice().first().copied().unwrap_or(T::ZERO);

@@ -3,11 +3,15 @@
 use super::checks::{check_finite, copy_and_hash, fingerprint};
 use super::surface::Scaling;
 use super::{Contact, Scene, Surface, move_up};
+use crate::cone::FrictionCone;
+use crate::error::{Error, Input, List};
 use crate::linalg::sparsity::{GROUP, Support};
-use crate::{Error, FrictionCone, Input, List, Real};
+use crate::real::Real;
 use nalgebra::{SMatrix, SVector};
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Scene<T, N, D, C, R> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Scene<T, N, D, C, R, S>
+{
     /// Adds a contact and returns its index. One with rows for spin or roll needs [`Self::push_on`], which asks for their
     /// lengths.
     ///
@@ -18,7 +22,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
         self.append(contact, contact.mu, &Scaling::plain())
     }
 
-    /// Adds a contact with a surface of its own, which stands in for its [`Contact::mu`], and returns its index.
+    /// Adds a contact with a surface of its own, which stands in for its [`Contact::mu`], and returns its index: one of the first
+    /// `S`.
     ///
     /// # Errors
     /// As [`Self::push`]; [`Error::InvalidCompliance`].
@@ -28,6 +33,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
         surface: &Surface<T>,
     ) -> Result<usize, Error> {
         surface.check(self.counts.contacts)?;
+        if (S..C).contains(&self.counts.contacts) {
+            let (list, capacity) = (List::Surfaces, S);
+            return Err(Error::ListFull { list, capacity });
+        }
         let scaling = Scaling::of(surface);
         let index = self.append(contact, surface.reference::<D>(), &scaling)?;
         self.has_surfaces = true;
@@ -84,22 +93,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
             .position(|contact| contact.key == key);
         let index = index.ok_or(Error::NoSuchKey { key })?;
         let last = self.counts.contacts;
-        for contact in index..last {
-            self.contacts_print = self
-                .contacts_print
-                .wrapping_sub(self.contact_print(contact));
-        }
         move_up(self.contacts.get_mut(index..last));
-        move_up(self.scalings.get_mut(index..last));
+        move_up(self.scalings.get_mut(index..last.min(S)));
+        if let Some(scaling) = self.scalings.last_mut().filter(|_| index < S && last > S) {
+            *scaling = Scaling::plain(); // that of the first contact behind them
+        }
         move_up(self.supports.get_mut(index..last));
         self.counts.contacts = last - 1;
         let mut left = self.scalings.iter().take(last - 1);
         self.has_surfaces = left.any(|scaling| scaling.is_surface);
-        for contact in index..last - 1 {
-            self.contacts_print = self
-                .contacts_print
-                .wrapping_add(self.contact_print(contact));
-        }
+        self.contacts_print = self.prints_of_contacts();
         Ok(())
     }
 
@@ -194,8 +197,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
             .map_or(x, |scaling| scaling.unscale(x))
     }
 
+    /// Sum of the fingerprints of the contacts in use.
+    pub(super) fn prints_of_contacts(&self) -> u64 {
+        let prints = (0..self.counts.contacts).map(|contact| self.contact_print(contact));
+        prints.fold(0, u64::wrapping_add)
+    }
+
     /// Fingerprint of a contact and its place.
-    pub(super) fn contact_print(&self, contact: usize) -> u64 {
+    fn contact_print(&self, contact: usize) -> u64 {
         let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
         let own = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));
         let scaling = self.scalings.get(contact);

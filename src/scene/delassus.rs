@@ -2,16 +2,19 @@
 
 use super::Scene;
 use super::checks::fingerprint;
+use crate::error::{Error, Input};
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::{Counts, Stacked};
-use crate::{Error, Input, Real};
+use crate::real::Real;
 use nalgebra::{ArrayStorage, SMatrix};
 
 /// The root of `W`, column by column.
 type Root<T, const N: usize, const D: usize, const C: usize, const R: usize> =
     [Stacked<T, D, C, R>; N];
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Scene<T, N, D, C, R> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Scene<T, N, D, C, R, S>
+{
     /// Takes the Delassus operator `W = H M⁻¹ Hᵀ` in place of `M` and `H`, for dynamics that give it directly.
     ///
     /// Push contacts and joint rows first, with any Jacobian and with `q_i = H_i v_free + w_i` as offsets, and solve with a free
@@ -65,26 +68,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
             }
         }
         self.mass_print = fingerprint(self.mass.as_slice(), C + R);
-        (self.contacts_print, self.rows_print) = (0, 0);
-        for i in 0..counts.contacts {
-            if let Some(contact) = self.contacts.get_mut(i) {
-                for (column, root) in contact.jacobian.data.0.iter_mut().zip(&root) {
-                    *column = root.contacts.get(i).copied().unwrap_or([T::ZERO; D]);
-                }
+        let contacts = self.contacts.iter_mut().zip(&mut self.supports);
+        for (i, (contact, support)) in contacts.enumerate().take(counts.contacts) {
+            for (column, root) in contact.jacobian.data.0.iter_mut().zip(&root) {
+                *column = root.contacts.get(i).copied().unwrap_or([T::ZERO; D]);
             }
-            if let Some(support) = self.supports.get_mut(i) {
-                *support = Support::all();
-            }
-            self.contacts_print = self.contacts_print.wrapping_add(self.contact_print(i));
+            *support = Support::all();
         }
-        for j in 0..counts.rows {
-            if let Some(row) = self.rows.get_mut(j) {
-                for (entry, root) in row.row.iter_mut().zip(&root) {
-                    *entry = root.rows.get(j).copied().unwrap_or(T::ZERO);
-                }
+        for (j, row) in self.rows.iter_mut().enumerate().take(counts.rows) {
+            for (entry, root) in row.row.iter_mut().zip(&root) {
+                *entry = root.rows.get(j).copied().unwrap_or(T::ZERO);
             }
-            self.rows_print = self.rows_print.wrapping_add(self.row_print(j));
         }
+        self.contacts_print = self.prints_of_contacts();
+        self.rows_print = self.prints_of_rows();
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Joint rows: one row over the generalised velocities each, with a law of its own.
 
-use crate::Real;
 use crate::linalg::vector::zeros;
+use crate::real::Real;
 use nalgebra::SVector;
 
 /// One row beside the contacts, `s = row · v + offset + R λ`, and the law that binds `s` to its impulse `λ`.

@@ -1,8 +1,9 @@
 //! The scene: generalised mass matrix, contacts and joint rows, checked where they enter.
 
+use crate::error::{Error, Input};
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::Counts;
-use crate::{Error, Input, Model, Real, Settings};
+use crate::real::Real;
 use checks::{check_symmetric, copy_and_hash, fingerprint};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 pub(crate) use surface::Scaling;
@@ -20,7 +21,8 @@ pub use contact::{Contact, contact_frame};
 pub use joint_row::{JointRow, RowLaw};
 pub use surface::Surface;
 
-/// A generalised mass matrix, up to `C` contacts of `D` rows each and up to `R` joint rows, over `N` velocities.
+/// A generalised mass matrix, up to `C` contacts of `D` rows each and up to `R` joint rows, over `N` velocities. The first `S`
+/// contacts may have a [`Surface`] of their own.
 ///
 /// How many contacts and rows there are is chosen at run time, the sizes at compile time. A scene can stand in
 /// a `static`. What is in it has been checked; but after an `Err` halfway through filling it is half a scene, which a
@@ -56,11 +58,18 @@ pub use surface::Surface;
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Scene<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
+pub struct Scene<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize = 0,
+    const S: usize = 0,
+> {
     mass: SMatrix<T, N, N>,
     contacts: [Contact<T, N, D>; C],
     /// Scales and compliance of the contacts' rows.
-    scalings: [Scaling<T, D>; C],
+    scalings: [Scaling<T, D>; S],
     /// Nonzero columns of their Jacobians.
     supports: [Support; C],
     rows: [JointRow<T, N>; R],
@@ -77,7 +86,9 @@ pub struct Scene<T: Real, const N: usize, const D: usize, const C: usize, const 
     delassus_gap: T,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Scene<T, N, D, C, R> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Scene<T, N, D, C, R, S>
+{
     /// A scene without mass, contacts and joint rows; give it a mass matrix before it is factorised.
     #[must_use]
     pub const fn new() -> Self {
@@ -94,7 +105,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
         Self {
             mass: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; N]; N])),
             contacts: [const { Contact::none() }; C],
-            scalings: [Scaling::none(); C],
+            scalings: [Scaling::none(); S],
             supports: [Support::none(); C],
             rows: [const { JointRow::none() }; R],
             counts: Counts {
@@ -103,37 +114,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
             },
             has_surfaces: false,
             mass_print: 0,
-            contacts_print: 0,
-            rows_print: 0,
-            delassus_gap: T::ZERO,
-        }
-    }
-
-    /// A scene with all its `C` contacts and `R` joint rows from constants, to stand in a `static`.
-    ///
-    /// Unchecked: use numbers that [`Self::set_mass`], [`Self::push`] and [`Self::push_row`] accepted on the host
-    /// (`examples/bake`, and the example of [`crate::Factor::from_parts`]). Other numbers end in an error or a status other than
-    /// [`crate::Status::Solved`], never in a panic. A factor that is computed for such a scene is not told from that of another
-    /// one with as many contacts and rows.
-    #[must_use]
-    pub const fn from_parts(
-        mass: SMatrix<T, N, N>,
-        contacts: [Contact<T, N, D>; C],
-        rows: [JointRow<T, N>; R],
-    ) -> Self {
-        const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
-        Self {
-            mass,
-            contacts,
-            scalings: [Scaling::plain(); C],
-            supports: [Support::all(); C],
-            rows,
-            counts: Counts {
-                contacts: C,
-                rows: R,
-            },
-            has_surfaces: false,
-            mass_print: 1,
             contacts_print: 0,
             rows_print: 0,
             delassus_gap: T::ZERO,
@@ -181,12 +161,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
         sum.clamp(1, u64::MAX - 1)
     }
 
-    /// Fingerprint of all that a solve depends on.
-    pub(crate) fn data_fingerprint(
-        &self,
-        free_impulse: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) -> u64 {
+    /// Fingerprint of all that a solve depends on, but its settings.
+    pub(crate) fn data_fingerprint(&self, free_impulse: &SVector<T, N>) -> u64 {
         let mut hash = fingerprint(free_impulse.as_slice(), self.counts.rows);
         for contact in self.contacts() {
             hash = contact.mu.hash(hash)
@@ -196,7 +172,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
             let [lower, upper] = row.law.bounds();
             hash = row.offset.hash(lower.hash(upper.hash(hash)));
         }
-        hash = settings.tolerance.hash(hash) ^ u64::from(settings.model == Model::Coulomb);
         hash.wrapping_add(self.fingerprint())
     }
 
@@ -214,12 +189,45 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
     /// Is there anything but rigid contacts of one friction coefficient?
     #[inline]
     pub(crate) const fn is_mixed(&self) -> bool {
-        self.has_surfaces || R > 0 && self.counts.rows > 0
+        S > 0 && self.has_surfaces || R > 0 && self.counts.rows > 0
     }
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Default
-    for Scene<T, N, D, C, R>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Scene<T, N, D, C, R> {
+    /// A scene with all its `C` contacts and `R` joint rows from constants, to stand in a `static`.
+    ///
+    /// Unchecked: use numbers that [`Self::set_mass`], [`Self::push`] and [`Self::push_row`] accepted on the host
+    /// (`examples/bake`, and the example of [`crate::Factor::from_parts`]). Other numbers end in an error or a status other than
+    /// [`crate::Status::Solved`], never in a panic. A factor that is computed for such a scene is not told from that of another
+    /// one with as many contacts and rows.
+    #[must_use]
+    pub const fn from_parts(
+        mass: SMatrix<T, N, N>,
+        contacts: [Contact<T, N, D>; C],
+        rows: [JointRow<T, N>; R],
+    ) -> Self {
+        const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
+        Self {
+            mass,
+            contacts,
+            scalings: [],
+            supports: [Support::all(); C],
+            rows,
+            counts: Counts {
+                contacts: C,
+                rows: R,
+            },
+            has_surfaces: false,
+            mass_print: 1,
+            contacts_print: 0,
+            rows_print: 0,
+            delassus_gap: T::ZERO,
+        }
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Default for Scene<T, N, D, C, R, S>
 {
     fn default() -> Self {
         Self::new()

@@ -2,10 +2,13 @@
 
 use super::checks::{check_finite, fingerprint};
 use super::{JointRow, RowLaw, Scene, move_up};
-use crate::{Error, Input, List, Real};
+use crate::error::{Error, Input, List};
+use crate::real::Real;
 use nalgebra::SVector;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Scene<T, N, D, C, R> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Scene<T, N, D, C, R, S>
+{
     /// Adds a joint row and returns its index.
     ///
     /// ```
@@ -69,14 +72,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
         let index = self.rows().iter().position(|row| row.key == key);
         let index = index.ok_or(Error::NoSuchKey { key })?;
         let last = self.counts.rows;
-        for row in index..last {
-            self.rows_print = self.rows_print.wrapping_sub(self.row_print(row));
-        }
         move_up(self.rows.get_mut(index..last));
         self.counts.rows = last - 1;
-        for row in index..last - 1 {
-            self.rows_print = self.rows_print.wrapping_add(self.row_print(row));
-        }
+        self.rows_print = self.prints_of_rows();
         Ok(())
     }
 
@@ -133,8 +131,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
         self.rows().iter().find(|row| row.key == key)
     }
 
+    /// Sum of the fingerprints of the joint rows in use.
+    pub(super) fn prints_of_rows(&self) -> u64 {
+        let prints = (0..self.counts.rows).map(|row| self.row_print(row));
+        prints.fold(0, u64::wrapping_add)
+    }
+
     /// Fingerprint of a joint row, its compliance and its place behind the contacts.
-    pub(super) fn row_print(&self, index: usize) -> u64 {
+    fn row_print(&self, index: usize) -> u64 {
         self.rows.get(index).map_or(0, |row| {
             let own = fingerprint(row.row.as_slice(), C + 1 + index);
             own.wrapping_add(row.compliance.hash(own))
@@ -153,10 +157,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sc
         row: usize,
         change: impl FnOnce(&mut JointRow<T, N>),
     ) -> Result<(), Error> {
-        let before = self.row_print(row);
         change(self.row_mut(row)?);
-        let print = self.rows_print.wrapping_sub(before);
-        self.rows_print = print.wrapping_add(self.row_print(row));
+        self.rows_print = self.prints_of_rows();
         Ok(())
     }
 }

@@ -2,7 +2,8 @@
 
 use super::checks::fingerprint;
 use crate::cone::FrictionCone;
-use crate::{Error, Real};
+use crate::error::Error;
+use crate::real::Real;
 
 /// How a contact rubs and gives way, where that is not one coefficient.
 ///

@@ -9,10 +9,9 @@
 //!
 //! A stop that is far from being reached, or a redundant loop that holds against itself, loosens nothing.
 
-use crate::Real;
-use crate::cone::square;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::{larger, quotient, root_sum};
+use crate::linalg::vector::{larger, quotient, root_sum, square};
+use crate::real::Real;
 use crate::sets::Sets;
 
 /// The share of the free motion's energy that impulses are not compared with less than.

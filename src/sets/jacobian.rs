@@ -6,11 +6,11 @@
 //! three for a spatial contact that sticks, two for one that slips, one without friction, none for
 //! an open one; one for a joint row that holds, none for one at its bound. Where none slips the system is symmetric in what they push.
 
-use crate::Real;
 use crate::cone::split;
 use crate::factor::Delassus;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Counts, Stacked, StackedMatrix};
+use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::frame::{Frame, Kind};
 use crate::sets::point::Point;

@@ -12,9 +12,10 @@
 //! | central path (`pairs`, `path_system`) | `contact::pair` | `row::pair` |
 //! | what its error is relative to | `natural_map` | `energy` |
 
-use crate::Real;
-use crate::cone::{add_to_normal, square};
+use crate::cone::add_to_normal;
 use crate::linalg::stacked::{Counts, Stacked};
+use crate::linalg::vector::square;
+use crate::real::Real;
 use contact::natural_map;
 
 pub(crate) mod contact;
@@ -77,6 +78,28 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
     #[inline]
     pub(crate) fn rows_mut(&mut self) -> &mut [RowSet<T>] {
         self.rows.get_mut(..self.counts.rows).unwrap_or_default()
+    }
+
+    /// What is added to velocities of impulses, with its corrections.
+    pub(crate) fn bases(&self) -> Stacked<T, D, C, R> {
+        let mut bases = Stacked::zero();
+        for (base, set) in bases.contacts.iter_mut().zip(self.contacts()) {
+            *base = set.base.into();
+        }
+        for (base, set) in bases.rows.iter_mut().zip(self.rows()) {
+            *base = set.base;
+        }
+        bases
+    }
+
+    /// Replaces what is added to velocities of impulses.
+    pub(crate) fn set_bases(&mut self, bases: &Stacked<T, D, C, R>) {
+        for (set, &base) in self.contacts_mut().iter_mut().zip(&bases.contacts) {
+            set.base = base.into();
+        }
+        for (set, &base) in self.rows_mut().iter_mut().zip(&bases.rows) {
+            set.base = base;
+        }
     }
 
     /// Rows along which they may push.

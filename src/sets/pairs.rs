@@ -1,7 +1,7 @@
 //! Contacts and joint rows on the central path.
 
-use crate::Real;
 use crate::linalg::stacked::Stacked;
+use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::pair::{Pair, Part, widen};
 use crate::sets::row::pair::RowPair;

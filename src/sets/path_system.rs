@@ -1,11 +1,11 @@
 //! The linearised equations of the central path: two or three solves with one matrix, the predictor and the corrector of
 //! Mehrotra.
 
-use crate::Real;
 use crate::factor::Delassus;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::linalg::vector::zeros;
+use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::lorentz::{first, joined};
 use crate::sets::contact::pair::{Pair, Part, Scaling, widen, width};

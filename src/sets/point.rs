@@ -9,8 +9,8 @@
 //! effective mass `rho_i = alpha_i`; a joint row too, with an interval in place of the cone. A step `d` solves the linearised
 //! equation, see [`crate::sets::jacobian`].
 
-use crate::Real;
 use crate::linalg::stacked::Stacked;
+use crate::real::Real;
 
 /// A point `z` and what follows from it.
 #[derive(Clone, Debug)]

@@ -4,10 +4,11 @@ use crate::factor::Factor;
 use crate::linalg::blocks::{block, subtract};
 use crate::linalg::cholesky::axpy;
 use crate::linalg::stacked::Stacked;
+use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::local::Local;
 use crate::sets::contact::{coulomb_sweep, relaxed_sweep};
-use crate::{Model, Real};
+use crate::solution::Model;
 
 /// One sweep, which keeps `u = W r + q`. The multiplier `λ` of each contact is sought near where the last one was.
 pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(

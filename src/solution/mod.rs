@@ -1,8 +1,7 @@
 //! What comes out of a solve.
 
-use crate::cone::{norm, split};
 use crate::linalg::vector::zeros;
-use crate::{Real, Scene};
+use crate::real::Real;
 use core::fmt;
 use heapless::Vec;
 use nalgebra::SVector;
@@ -127,38 +126,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             Status::OutOfBudget | Status::PrecisionLimit => self.error <= error,
             Status::Infeasible | Status::Unsolved => false,
         }
-    }
-
-    /// How far the impulses are from what contacts allow, in the units of the scene: an error that a mechanic would measure.
-    ///
-    /// ```
-    /// # use nalgebra::{Matrix2, matrix, vector};
-    /// # use stiction::{Contact, Kernel, Settings};
-    /// # let mut kernel = Kernel::<f64, 2, 2, 1>::new();
-    /// # let scene = kernel.scene_mut();
-    /// # scene.set_mass(&(Matrix2::identity() * 2.0))?;
-    /// # scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
-    /// let settings = Settings { budget: 0, ..Settings::new(1e-9) };
-    /// kernel.solve(&vector![0.0, -0.2], &settings)?;
-    /// // Nothing has pushed it yet: it falls through the floor.
-    /// assert_eq!(kernel.solution().violation(kernel.scene()).closing_speed, 0.1);
-    /// # Ok::<(), stiction::Error>(())
-    /// ```
-    #[must_use]
-    pub fn violation(&self, scene: &Scene<T, N, D, C, R>) -> Violation<T> {
-        let mut worst = Violation {
-            closing_speed: T::ZERO,
-            outside_cone: T::ZERO,
-        };
-        for (i, (found, contact)) in self.contacts.iter().zip(scene.contacts()).enumerate() {
-            let (normal, _) = split(&found.velocity);
-            worst.closing_speed = worst.closing_speed.max(-normal);
-            let impulse = scene.unscale(i, found.impulse.into()).into();
-            let (normal, tangent) = split(&impulse);
-            let excess = norm(tangent) - contact.mu * normal.max(T::ZERO);
-            worst.outside_cone = worst.outside_cone.max(excess).max(-normal);
-        }
-        worst
     }
 
     /// Is all of it finite?

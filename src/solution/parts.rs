@@ -1,6 +1,6 @@
 //! What a contact and a joint row of a solution do.
 
-use crate::Real;
+use crate::real::Real;
 use nalgebra::SVector;
 
 /// What a contact does.

@@ -1,6 +1,6 @@
 //! How exactly and how long to solve, and the work that a solve has taken.
 
-use crate::Real;
+use crate::real::Real;
 
 /// The contact law that is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@
 //! Coulomb's law is not monotone: the path can have folds. If it jams, sweeps lead away, and another path is entered, with
 //! another weight `beta`. Every path that reaches `tau = 0` ends at a solution.
 
-use crate::Real;
+use crate::real::Real;
 use crate::sets::pairs::mean_energy;
 use crate::sets::path_system::PathSystem;
 use crate::solver::monitor::Monitor;
@@ -34,9 +34,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ///
     /// `tau` starts at 10 times the mean of `alpha |q|²`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn begin_path<const N: usize>(
+    pub(super) fn begin_path<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         monitor.look_for_proof();
         self.path.jams = 0;
@@ -47,9 +47,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
 
     /// Pairs of a central path near the impulses and `u` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn enter_path<const N: usize>(
+    fn enter_path<const N: usize, const S: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
         tau: T,
         gain: T,
         beta: T,
@@ -65,9 +65,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
 
     /// Moves the point to the impulses of the pairs.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn back_to_path<const N: usize>(
+    pub(super) fn back_to_path<const N: usize, const S: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         let sets = &monitor.problem.sets;
         self.path.pairs.impulses(sets, &mut self.point.r);
@@ -77,9 +77,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
 
     /// A step along the central path.
     #[inline(never)]
-    pub(super) fn path_step<const N: usize>(
+    pub(super) fn path_step<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Progress {
         monitor.solution.work.newton_steps += 1;
         let length = self.move_pairs(monitor);
@@ -112,9 +112,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Moves the pairs by a step of Mehrotra's predictor-corrector method. Returns its length; `None` if there is no step.
-    fn move_pairs<const N: usize>(
+    fn move_pairs<const N: usize, const S: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Option<T> {
         self.forget();
         let (matrix, elimination) = (&mut self.matrix, &mut self.jacobian.elimination);
@@ -143,16 +143,19 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// May Newton's method finish from the point?
-    fn is_near<const N: usize>(&self, monitor: &Monitor<'_, '_, T, N, D, C, R>) -> bool {
+    fn is_near<const N: usize, const S: usize>(
+        &self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+    ) -> bool {
         let near = tuning::near::<T>().max(T::literal(10.0) * monitor.tolerance());
         self.point.natural_map < near
     }
 
     /// Moves to pseudo-random impulses of the expected size, seeded by the number of jams.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn restart_at_random<const N: usize>(
+    fn restart_at_random<const N: usize, const S: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
         jams: usize,
     ) {
         let mut state = u32::try_from(jams).unwrap_or(0);
@@ -176,9 +179,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     /// Leaves a jam by some sweeps, and enters another central path. Returns whether Newton's method may finish from where the
     /// sweeps have led.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn leave_jam<const N: usize>(
+    pub(super) fn leave_jam<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> bool {
         monitor.note_failure();
         let tau = self.path.tau;

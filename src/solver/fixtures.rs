@@ -2,10 +2,13 @@
 
 extern crate std;
 
+use crate::error::Error;
+use crate::factor::Factor;
 use crate::problem::Problem;
-use crate::solver::monitor::{Call, Monitor};
-use crate::solver::record::Record;
-use crate::{Contact, Error, Factor, Model, Scene, Settings, Solution};
+use crate::scene::{Contact, Scene};
+use crate::solution::{Model, Settings, Solution};
+use crate::solver::monitor::Monitor;
+use crate::solver::record::{Call, Record};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 
 pub(super) const N: usize = 6;
@@ -41,7 +44,7 @@ pub(super) fn pressed(sideways: f64) -> SVector<f64, N> {
 pub(super) fn with_problem<O>(
     scene: &Scene<f64, N, D, C>,
     push: &SVector<f64, N>,
-    work: impl FnOnce(&mut Problem<'_, f64, N, D, C, 0>) -> O,
+    work: impl FnOnce(&mut Problem<'_, f64, N, D, C, 0, 0>) -> O,
 ) -> Result<O, Error> {
     let factor = Factor::new(scene)?;
     let mut problem = Problem::new(scene, &factor, push, Model::Coulomb);
@@ -53,7 +56,7 @@ pub(super) fn with_problem<O>(
 pub(super) fn with_monitor<O>(
     scene: &Scene<f64, N, D, C>,
     push: &SVector<f64, N>,
-    work: impl FnOnce(&mut Monitor<'_, '_, f64, N, D, C, 0>) -> O,
+    work: impl FnOnce(&mut Monitor<'_, '_, f64, N, D, C, 0, 0>) -> O,
 ) -> Result<O, Error> {
     let settings = Settings {
         budget: 100,

@@ -1,18 +1,18 @@
 //! When the monitor doubts a solution: impulses that diverge, and scenes that have none.
 
 use crate::linalg::stacked::Stacked;
-use crate::problem::infeasibility;
+use crate::real::Real;
+use crate::solution::Status;
 use crate::solver::monitor::Monitor;
 use crate::solver::tuning;
 use crate::solver::warm_start::MAX_IMPULSE_RATIO;
-use crate::{Real, Status};
 
 /// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
 /// a proof; five times as much would call slow walls solved.)
 const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Monitor<'_, '_, T, N, D, C, R>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Monitor<'_, '_, T, N, D, C, R, S>
 {
     /// Is the error small only because the impulses diverge? Then it is not small relative to the expected size.
     pub(super) fn has_diverged(&mut self, r: &Stacked<T, D, C, R>) -> bool {
@@ -40,12 +40,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         if self.record.has_sought_proof {
             return;
         }
-        if !infeasibility::is_conceivable(self.problem.scene) {
+        if !self.problem.scene.is_conceivably_infeasible() {
             return;
         }
         self.record.has_sought_proof = true;
         self.solution.work.proof_searches += 1;
-        let Some(proof) = infeasibility::certificate(self.problem) else {
+        let Some(proof) = self.problem.certificate() else {
             return;
         };
         // There is room: a solution holds as many as a scene.

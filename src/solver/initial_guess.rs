@@ -1,15 +1,16 @@
 //! Are impulses unique, and do contacts stick? The answers decide how a cold solve starts: with Newton's method at a guess, or
 //! with sweeps.
 
-use crate::cone::{add_to_normal, norm, split};
+use crate::cone::{add_to_normal, split};
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::zeros;
+use crate::linalg::vector::{norm, zeros};
 use crate::problem::Problem;
+use crate::real::Real;
+use crate::solution::Model;
 use crate::solver::tuning;
-use crate::{Model, Real};
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Problem<'_, T, N, D, C, R>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Problem<'_, T, N, D, C, R, S>
 {
     /// Does a cold solve sweep, if it does not guess? The convex relaxation only where impulses are unique: elsewhere Newton's
     /// method goes faster from rest.

@@ -14,9 +14,9 @@
 //! the monitor's record are carried from one piece to the next: a solve can pause after any of them and continue later with
 //! the same bits.
 
-use crate::Real;
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
+use crate::real::Real;
 use crate::solver::central_path::Progress;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin, Outcome};
@@ -67,9 +67,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
 
     /// Begins a solve at the last solution, or without impulses.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn begin<const N: usize>(
+    pub(crate) fn begin<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         warm_start: &mut WarmStart<T, D, C, R>,
     ) {
         if let Some(places) = warm_start.follow(monitor.problem.scene) {
@@ -98,7 +98,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
     }
 
     /// One piece of work, and what comes after it.
-    pub(crate) fn advance<const N: usize>(&mut self, monitor: &mut Monitor<'_, '_, T, N, D, C, R>) {
+    pub(crate) fn advance<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
         self.phase = match self.phase {
             Phase::Idle => Phase::Idle,
             Phase::Sweeps => match self.state.sweep(monitor) {
@@ -143,9 +146,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
     }
 
     /// A cold start: a guess, sweeps, or Newton's method from rest.
-    fn begin_cold<const N: usize>(
+    fn begin_cold<const N: usize, const S: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
         may_guess: bool,
     ) -> Phase {
         if may_guess && monitor.problem.is_likely_to_stick() {
@@ -160,15 +163,18 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
     }
 
     /// Sweeps from the impulses and `u` of the point.
-    fn begin_sweeps<const N: usize>(&mut self, monitor: &Monitor<'_, '_, T, N, D, C, R>) -> Phase {
+    fn begin_sweeps<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+    ) -> Phase {
         self.state.begin_sweeps(monitor);
         Phase::Sweeps
     }
 
     /// The central path from the impulses of the point.
-    fn begin_path<const N: usize>(
+    fn begin_path<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Phase {
         self.state.begin_path(monitor);
         Phase::CentralPath
@@ -176,9 +182,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
 
     /// Newton's method from the impulses and `u` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn begin_newton<const N: usize>(
+    fn begin_newton<const N: usize, const S: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
         newton: Newton,
     ) -> Phase {
         self.state.point.rebuild_from_velocity(monitor.problem);
@@ -186,9 +192,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
     }
 
     /// `ũ` and `r` as they stand. (A sweep and a step along the central path have left `u` alone.)
-    pub(crate) fn solution<const N: usize>(
+    pub(crate) fn solution<const N: usize, const S: usize>(
         &mut self,
-        problem: &Problem<'_, T, N, D, C, R>,
+        problem: &Problem<'_, T, N, D, C, R, S>,
     ) -> [&Stacked<T, D, C, R>; 2] {
         let Point { p, r, u, .. } = &mut self.state.point;
         if let Phase::Sweeps | Phase::CentralPath = self.phase {

@@ -1,12 +1,16 @@
 //! The default method: Gauss-Seidel or a guess for a start, semismooth Newton to the end, and the central path
 //! if that fails.
 
+use crate::error::Error;
+use crate::factor::Factor;
 use crate::problem::Problem;
+use crate::real::Real;
+use crate::scene::Scene;
+use crate::solution::{Settings, Solution, Status};
 use crate::solver::method::Method;
 use crate::solver::monitor::Monitor;
-use crate::solver::record::Record;
+use crate::solver::record::{Record, fingerprint};
 use crate::solver::warm_start::WarmStart;
-use crate::{Error, Factor, Real, Scene, Settings, Solution, Status};
 use nalgebra::SVector;
 
 mod central_path;
@@ -24,7 +28,7 @@ mod sweeps;
 mod tuning;
 pub(crate) mod warm_start;
 
-pub(crate) use monitor::Call;
+pub(crate) use record::Call;
 
 /// A solver for scenes of `N` velocities, up to `C` contacts of `D` rows and up to `R` joint rows.
 ///
@@ -128,9 +132,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// [`Error::NotFinite`] for the free impulse; [`Error::StaleFactor`] unless the factor belongs to the scene's current `M`,
     /// `H` and number of contacts; [`Error::InvalidTolerance`]; [`Error::InvalidFriction`], only in a scene from
     /// [`Scene::from_parts`].
-    pub fn solve(
+    pub fn solve<const S: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         factor: &Factor<T, N, D, C, R>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
@@ -147,17 +151,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     ///
     /// # Errors
     /// As [`Self::solve`].
-    pub fn resume(
+    pub fn resume<const S: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         factor: &Factor<T, N, D, C, R>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        let is_paused = self
-            .record
-            .is_paused(|| scene.data_fingerprint(free_impulse, settings));
-        let call = if is_paused { Call::Resume } else { Call::Begin };
+        let data = || fingerprint(scene, free_impulse, settings);
+        let call = self.record.resume(data);
         self.run((scene, factor, free_impulse, settings), call)
     }
 
@@ -173,9 +175,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     /// [`Self::solve`], or the same in place of the last one, to which there are rows more: its work counts as well.
-    pub(crate) fn run(
+    pub(crate) fn run<const S: usize>(
         &mut self,
-        (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, R>,
+        (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, R, S>,
         call: Call,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
         Problem::check(scene, factor, free_impulse, settings)?;
@@ -200,14 +202,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         let replaces = call != Call::Begin;
         self.warm_start.keep(scene, u, r, replaces);
         self.record
-            .pause(|| scene.data_fingerprint(free_impulse, settings));
+            .pause(|| fingerprint(scene, free_impulse, settings));
         Ok(&self.solution)
     }
 }
 
 /// The data of a call: scene, factor, free impulse and settings.
-type Data<'a, T, const N: usize, const D: usize, const C: usize, const R: usize> = (
-    &'a Scene<T, N, D, C, R>,
+type Data<'a, T, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> = (
+    &'a Scene<T, N, D, C, R, S>,
     &'a Factor<T, N, D, C, R>,
     &'a SVector<T, N>,
     &'a Settings<T>,

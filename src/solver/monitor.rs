@@ -2,24 +2,14 @@
 
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
-use crate::solver::record::Record;
+use crate::real::Real;
+use crate::solution::{Settings, Solution, Status, Work};
+use crate::solver::record::{Call, Record};
 use crate::solver::tuning;
-use crate::{Real, Settings, Solution, Status, Work};
 use nalgebra::SVector;
 
 /// How often `q` is corrected (iterative refinement) before the number type is to blame.
 const CORRECTIONS: u8 = 4;
-
-/// What a call does with the last solve.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Call {
-    /// It begins another one.
-    Begin,
-    /// It begins again, with joint rows more.
-    Append,
-    /// It goes on.
-    Resume,
-}
 
 /// One call that works on a solve.
 pub(crate) struct Monitor<
@@ -30,8 +20,9 @@ pub(crate) struct Monitor<
     const D: usize,
     const C: usize,
     const R: usize,
+    const S: usize,
 > {
-    pub(crate) problem: &'s mut Problem<'a, T, N, D, C, R>,
+    pub(crate) problem: &'s mut Problem<'a, T, N, D, C, R, S>,
     pub(crate) solution: &'s mut Solution<T, N, D, C, R>,
     pub(super) record: &'s mut Record<T, D, C, R>,
     settings: &'s Settings<T>,
@@ -40,12 +31,20 @@ pub(crate) struct Monitor<
     call: Call,
 }
 
-impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Monitor<'s, 'a, T, N, D, C, R>
+impl<
+    's,
+    'a,
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+> Monitor<'s, 'a, T, N, D, C, R, S>
 {
     /// A solve that begins, of which there is no record yet, or one that goes on.
     pub(crate) fn new(
-        problem: &'s mut Problem<'a, T, N, D, C, R>,
+        problem: &'s mut Problem<'a, T, N, D, C, R, S>,
         settings: &'s Settings<T>,
         solution: &'s mut Solution<T, N, D, C, R>,
         record: &'s mut Record<T, D, C, R>,
@@ -54,7 +53,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         solution.certificate.clear();
         solution.row_certificate.clear();
         if call == Call::Resume {
-            problem.set_bases(&record.bases);
+            problem.sets.set_bases(&record.bases);
             if record.counts_stopping {
                 problem.count_stopping();
             }
@@ -219,7 +218,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
                     (r, least) = (other, Some(natural_map));
                 }
             }
-            self.record.bases = self.problem.bases();
+            self.record.bases = self.problem.sets.bases();
         }
         self.problem.count_stopping();
         let tolerance = self.settings.tolerance;

@@ -1,8 +1,8 @@
 //! Newton's part of the method: a step with the Jacobian that was kept or with a new one, and how far along it.
 
-use crate::Real;
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
+use crate::real::Real;
 use crate::solver::monitor::Monitor;
 use crate::solver::state::State;
 use crate::solver::tuning;
@@ -113,9 +113,9 @@ impl Newton {
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
     /// Steps with the kept Jacobian, or if they fail a step with a new one.
     #[inline(never)]
-    pub(super) fn step<const N: usize>(
+    pub(super) fn step<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         mut newton: Newton,
     ) -> Outcome {
         let reused = newton.reuse && self.reuse_jacobian(monitor, &mut newton.reuse);
@@ -134,9 +134,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     /// Up to [`tuning::chord_steps`] steps with the Jacobian of an earlier point, while the active set stays the same and the
     /// merit falls tenfold. Goes back and returns false if together they do not lower the merit.
     #[inline(never)]
-    fn reuse_jacobian<const N: usize>(
+    fn reuse_jacobian<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         again: &mut bool,
     ) -> bool {
         if !self.holds_jacobian || !self.has_same_active_set(monitor) {
@@ -170,18 +170,18 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Does everything do at the point what it did where the Jacobian was computed?
-    fn has_same_active_set<const N: usize>(
+    fn has_same_active_set<const N: usize, const S: usize>(
         &self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> bool {
         let sets = &monitor.problem.sets;
         self.jacobian.has_same_active_set(sets, &self.point)
     }
 
     /// The step at the point with the Jacobian that is kept.
-    fn chord_step<const N: usize>(
+    fn chord_step<const N: usize, const S: usize>(
         &self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Option<Stacked<T, D, C, R>> {
         let residual = &self.point.residual;
         let Problem { sets, factor, .. } = &*monitor.problem;
@@ -191,9 +191,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
 
     /// A step with a new Jacobian.
     #[inline(never)]
-    fn step_anew<const N: usize>(
+    fn step_anew<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         newton: &mut Newton,
     ) -> bool {
         monitor.solution.work.newton_steps += 1;
@@ -230,9 +230,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     /// Takes the first of [`tuning::LENGTHS`] of a step that lowers the merit (a full one may raise it by a `rise`); if none
     /// does, stays.
     #[inline(never)]
-    fn search_line<const N: usize>(
+    fn search_line<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         step: &Stacked<T, D, C, R>,
         rise: Option<T>,
     ) -> Option<T> {
@@ -250,9 +250,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Goes to `start + length step`, and shows what is there to the monitor.
-    fn evaluate_at<const N: usize>(
+    fn evaluate_at<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         start: &Stacked<T, D, C, R>,
         step: &Stacked<T, D, C, R>,
         length: T,
@@ -263,9 +263,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Goes back to a `z` that was shown before.
-    fn go_back<const N: usize>(
+    fn go_back<const N: usize, const S: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
         start: &Stacked<T, D, C, R>,
     ) {
         self.point.z = *start;

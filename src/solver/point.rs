@@ -1,18 +1,18 @@
 //! How a point of Newton's method is evaluated.
 
-use crate::Real;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
+use crate::real::Real;
 pub(crate) use crate::sets::point::Point;
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> {
     /// Sets `r = 0` and `P = 0`, from where sweeps set off; `z`, residual and merit are stale until [`Self::rebuild`]. Joint rows
     /// whose bounds leave out 0 have the nearest impulse.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn set_zero_impulse<const N: usize>(
+    pub(crate) fn set_zero_impulse<const N: usize, const S: usize>(
         &mut self,
-        problem: &Problem<'_, T, N, D, C, R>,
+        problem: &Problem<'_, T, N, D, C, R, S>,
     ) {
         (self.p, self.r) = (Stacked::zero(), Stacked::zero());
         for (r, set) in self.r.rows.iter_mut().zip(problem.sets.rows()) {
@@ -28,16 +28,19 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
 
     /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = alpha_i`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn rebuild<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C, R>) {
+    pub(crate) fn rebuild<const N: usize, const S: usize>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C, R, S>,
+    ) {
         problem.sets.join(&self.p, &self.r, &mut self.z);
         self.update(problem);
     }
 
     /// Moves to `z_i = û_i - r_i / rho_i` of its own `r` and `u`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn rebuild_from_velocity<const N: usize>(
+    pub(crate) fn rebuild_from_velocity<const N: usize, const S: usize>(
         &mut self,
-        problem: &Problem<'_, T, N, D, C, R>,
+        problem: &Problem<'_, T, N, D, C, R, S>,
     ) {
         problem.sets.augment(&self.u, &mut self.p);
         self.rebuild(problem);
@@ -45,7 +48,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
 
     /// Evaluates what follows from `z`, with `rho_i = alpha_i`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn update<const N: usize>(&mut self, problem: &Problem<'_, T, N, D, C, R>) {
+    pub(crate) fn update<const N: usize, const S: usize>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C, R, S>,
+    ) {
         let sets = &problem.sets;
         sets.split(&self.z, &mut self.p, &mut self.r, &mut self.residual);
         self.natural_map = problem.natural_map(&self.r, &mut self.u);

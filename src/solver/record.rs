@@ -1,7 +1,21 @@
 //! The record of a solve that is under way.
 
 use crate::linalg::stacked::Stacked;
-use crate::{Real, Status};
+use crate::real::Real;
+use crate::scene::Scene;
+use crate::solution::{Model, Settings, Status};
+use nalgebra::SVector;
+
+/// What a call does with the last solve.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Call {
+    /// It begins another one.
+    Begin,
+    /// It begins again, with joint rows more.
+    Append,
+    /// It goes on.
+    Resume,
+}
 
 /// What a solve has found so far.
 #[derive(Clone, Debug)]
@@ -67,13 +81,34 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         }
     }
 
-    /// Is there a solve of such data to go on with?
-    pub(crate) fn is_paused(&self, fingerprint: impl FnOnce() -> u64) -> bool {
-        self.is_begun && !self.is_over() && self.fingerprint == fingerprint()
+    /// Goes on if there is a solve of such data to go on with.
+    pub(crate) fn resume(&self, fingerprint: impl FnOnce() -> u64) -> Call {
+        if self.is_begun && !self.is_over() && self.fingerprint == fingerprint() {
+            Call::Resume
+        } else {
+            Call::Begin
+        }
     }
 
     /// Has the solve ended, not just its budget?
     pub(crate) fn is_over(&self) -> bool {
         self.status != Status::Unsolved
     }
+}
+
+/// Fingerprint of all that a solve depends on.
+pub(crate) fn fingerprint<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    scene: &Scene<T, N, D, C, R, S>,
+    free_impulse: &SVector<T, N>,
+    settings: &Settings<T>,
+) -> u64 {
+    let data = scene.data_fingerprint(free_impulse);
+    settings.tolerance.hash(data) ^ u64::from(settings.model == Model::Coulomb)
 }

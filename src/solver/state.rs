@@ -1,7 +1,7 @@
 //! What a solve carries from one piece of work to the next.
 
-use crate::Real;
 use crate::linalg::stacked::StackedMatrix;
+use crate::real::Real;
 use crate::sets::jacobian::Jacobian;
 use crate::sets::pairs::Pairs;
 use crate::solver::monitor::Monitor;
@@ -41,7 +41,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Shows the point to the monitor.
-    pub(super) fn consider<const N: usize>(&self, monitor: &mut Monitor<'_, '_, T, N, D, C, R>) {
+    pub(super) fn consider<const N: usize, const S: usize>(
+        &self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
         let Point {
             r, u, natural_map, ..
         } = &self.point;

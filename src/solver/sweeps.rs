@@ -3,8 +3,8 @@
 //! A Newton step costs as much as five sweeps. Sweeps go on while they are fast, or while five more at the present rate
 //! reach the tolerance (`after_five`).
 
-use crate::Real;
 use crate::problem::Problem;
+use crate::real::Real;
 use crate::sets::sweep;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
@@ -23,9 +23,9 @@ pub(crate) enum Pace {
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
     /// Sweeps from the impulses and `u` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn begin_sweeps<const N: usize>(
+    pub(super) fn begin_sweeps<const N: usize, const S: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         self.sweeps = Sweeps {
             is_cold: monitor.problem.sets.are_at_rest(&self.point.r),
@@ -44,9 +44,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
 
     /// One sweep, and its work.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn sweep_once<const N: usize>(
+    pub(super) fn sweep_once<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         monitor.solution.work.sweeps += 1;
         let (r, u) = (&mut self.point.r, &mut self.point.u);
@@ -61,9 +61,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
 
     /// One sweep, and how they get on.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn sweep<const N: usize>(
+    pub(super) fn sweep<const N: usize, const S: usize>(
         &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Pace {
         self.sweep_once(monitor);
         let (r, u) = (&self.point.r, &self.point.u);

@@ -2,7 +2,7 @@
 //!
 //! With `--cfg stiction_tuning` a variable of the environment replaces a constant: `examples/tuning` measures so.
 
-use crate::Real;
+use crate::real::Real;
 
 /// The value of a constant.
 #[cfg(not(stiction_tuning))]

@@ -1,11 +1,12 @@
 //! What survives between solves: velocities and impulses by key, and where a solve starts from them.
 
+use crate::error::{Error, Input, List};
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
-use crate::scene::check_finite;
+use crate::real::Real;
+use crate::scene::{Scene, check_finite};
 use crate::sets::jacobian::Places;
 use crate::solver::point::Point;
-use crate::{Error, Input, List, Real, Scene};
 use core::array::from_fn;
 use nalgebra::SVector;
 use table::{Entry, Table};
@@ -66,15 +67,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         Ok(())
     }
 
-    /// Is anything known?
+    /// Is nothing known?
     fn is_cold(&self) -> bool {
         self.contacts.known().next().is_none() && self.rows.known().next().is_none()
     }
 
     /// Goes over to the contacts and joint rows of the next solve. Returns their old places if any has changed its place.
-    pub(crate) fn follow<const N: usize>(
+    pub(crate) fn follow<const N: usize, const S: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
     ) -> Option<Places<C, R>> {
         let contacts = || scene.contacts().iter().map(|contact| contact.key);
         let rows = || scene.rows().iter().map(|row| row.key);
@@ -97,9 +98,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     }
 
     /// Keeps `ũ` and `r` of a solve, in scaled rows, or in place of those that the last call left.
-    pub(crate) fn keep<const N: usize>(
+    pub(crate) fn keep<const N: usize, const S: usize>(
         &mut self,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         u: &Stacked<T, D, C, R>,
         r: &Stacked<T, D, C, R>,
         replaces: bool,
@@ -121,11 +122,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         rows.any(|entry| entry.key == key && entry.r != [T::ZERO])
     }
 
-    /// `ũ` and `r` of the last solve, in scaled rows; `None` if some are not those of a solve.
+    /// `ũ` and `r` of the last solve, in scaled rows; zeros of what was not there.
     #[inline]
-    fn recall<const N: usize>(
+    fn recall<const N: usize, const S: usize>(
         &self,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         u: &mut Stacked<T, D, C, R>,
         r: &mut Stacked<T, D, C, R>,
     ) {
@@ -144,9 +145,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     }
 
     /// `ũ` and `r` of the last solve for ADMM, impulses projected into their sets.
-    pub(crate) fn last<const N: usize>(
+    pub(crate) fn last<const N: usize, const S: usize>(
         &mut self,
-        problem: &Problem<'_, T, N, D, C, R>,
+        problem: &Problem<'_, T, N, D, C, R, S>,
     ) -> [Stacked<T, D, C, R>; 2] {
         let _ = self.follow(problem.scene);
         let [mut u, mut r] = [Stacked::zero(); 2];
@@ -161,9 +162,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     /// Unique impulses are extrapolated if the solve is to go `onwards` from one tick to the next. Hyperstatic ones can change
     /// without effect, and would be carried to the boundaries of the cones: they stay as they were.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn start<const N: usize>(
+    pub(crate) fn start<const N: usize, const S: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, R>,
+        problem: &Problem<'_, T, N, D, C, R, S>,
         (tolerance, onwards): (T, bool),
         point: &mut Point<T, D, C, R>,
     ) -> WarmStartKind {
@@ -195,9 +196,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     /// Extrapolates the impulses of a point; but if both the extrapolated and the last impulses are within tolerance, keeps the
     /// last: a body at rest must not drift with the errors of its impulses.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn extrapolate<const N: usize>(
+    fn extrapolate<const N: usize, const S: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, R>,
+        problem: &Problem<'_, T, N, D, C, R, S>,
         tolerance: T,
         point: &mut Point<T, D, C, R>,
     ) {
@@ -214,9 +215,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
 
     /// The last impulses, or the extrapolated ones if `onwards`, projected into their sets.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn impulses<const N: usize>(
+    fn impulses<const N: usize, const S: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, R>,
+        problem: &Problem<'_, T, N, D, C, R, S>,
         onwards: bool,
         r: &mut Stacked<T, D, C, R>,
     ) {
@@ -227,21 +228,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
             .enumerate()
         {
             if let Some(entry) = entry {
-                let impulse = if onwards {
-                    entry.extrapolated()
-                } else {
-                    entry.r
-                };
-                *r = problem.scene.unscale(i, impulse);
+                *r = problem.scene.unscale(i, entry.impulse(onwards));
             }
         }
         for (r, entry) in r.rows.iter_mut().zip(&self.rows.entries) {
             if let Some(entry) = entry {
-                [*r] = if onwards {
-                    entry.extrapolated()
-                } else {
-                    entry.r
-                };
+                [*r] = entry.impulse(onwards);
             }
         }
         problem.sets.project(r);
@@ -253,9 +245,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     /// with the least error is taken. (The energy is a poor judge: if a heavy body stands on a light one, it sees only the
     /// light one.)
     #[cfg_attr(target_os = "none", inline(never))]
-    fn stay<const N: usize>(
+    fn stay<const N: usize, const S: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, R>,
+        problem: &Problem<'_, T, N, D, C, R, S>,
         tolerance: T,
         point: &mut Point<T, D, C, R>,
     ) {
@@ -286,9 +278,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
 
     /// Moves a point to `z = ũ - r / alpha_i` as it was.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn move_back<const N: usize>(
+    fn move_back<const N: usize, const S: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, R>,
+        problem: &Problem<'_, T, N, D, C, R, S>,
         point: &mut Point<T, D, C, R>,
     ) {
         self.recall(problem.scene, &mut point.p, &mut point.r);

@@ -1,7 +1,8 @@
 //! Contacts that pull.
 
 use super::Parameter;
-use crate::{Error, Real};
+use crate::error::Error;
+use crate::real::Real;
 use nalgebra::{SMatrix, SVector};
 
 /// A contact that pulls with up to a force before it lets go: a suction cup, a magnet.

@@ -1,6 +1,7 @@
 //! Friction that falls once a contact slips.
 
-use crate::{ContactMode, Real};
+use crate::real::Real;
+use crate::solution::ContactMode;
 
 /// Static and kinetic friction: a contact that slipped in the last step has the lower coefficient in this one.
 ///

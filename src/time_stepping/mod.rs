@@ -32,21 +32,22 @@
 //! # Ok::<(), stiction::Error>(())
 //! ```
 
-use crate::Real;
 use crate::linalg::cholesky::axpy;
 use crate::linalg::vector::zeros;
+use crate::real::Real;
 use nalgebra::{SMatrix, SVector};
 
 mod adhesion;
+mod checks;
 mod friction;
 mod offsets;
-mod parameter;
+
 mod rows;
 
+pub use crate::parameter::Parameter;
 pub use adhesion::Suction;
 pub use friction::StaticFriction;
 pub use offsets::{Gap, Restitution, Spring, moving_surface};
-pub use parameter::Parameter;
 pub use rows::{ClosedLoop, DryFriction, JointLimit, Motor};
 
 /// Free impulse of a step, `M v + h F` (N·s): `M v_free`, and `-f` in the note.

@@ -1,9 +1,10 @@
 //! Offsets of contacts: gaps, springs, restitution, moving surfaces.
 
 use super::Parameter;
+use crate::error::Error;
 use crate::linalg::cholesky::axpy;
 use crate::linalg::vector::zeros;
-use crate::{Error, Real};
+use crate::real::Real;
 use nalgebra::{SMatrix, SVector};
 
 /// The distance of a contact, which may close within the step, and no further.

@@ -2,7 +2,9 @@
 
 use super::Parameter;
 use super::offsets::{Gap, closing_speed, reciprocal};
-use crate::{Error, JointRow, Real, RowLaw};
+use crate::error::Error;
+use crate::real::Real;
+use crate::scene::{JointRow, RowLaw};
 use nalgebra::SVector;
 
 /// Stop of a joint, `0 <= λ ⟂ row · v + distance / h >= 0`.

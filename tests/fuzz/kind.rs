@@ -33,17 +33,25 @@ pub(super) fn contact<T: Real, const N: usize, const D: usize>(
 }
 
 /// What goes into a scene, and what comes with that.
-pub(super) trait Kind<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> {
+pub(super) trait Kind<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>
+{
     /// What is remembered beside the kernel.
     type Beside: Default;
 
     /// Calls that only some scenes have. Those that all have come afterwards.
-    fn call(beside: &mut Self::Beside, scene: &mut Scene<T, N, D, C, R>, step: &Step);
+    fn call(beside: &mut Self::Beside, scene: &mut Scene<T, N, D, C, R, S>, step: &Step);
 
     /// Checks that come with a solve.
     fn check(
         beside: &mut Self::Beside,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         push: &SVector<T, N>,
         settings: &Settings<T>,
     );
@@ -51,7 +59,7 @@ pub(super) trait Kind<T: Real, const N: usize, const D: usize, const C: usize, c
     /// The error of a solution, unless f64 cannot tell; and whether its proof is one.
     fn judge(
         beside: &Self::Beside,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         push: &SVector<T, N>,
         solution: &Solution<T, N, D, C, R>,
         model: Model,
@@ -61,7 +69,7 @@ pub(super) trait Kind<T: Real, const N: usize, const D: usize, const C: usize, c
 /// Rigid contacts of one friction coefficient.
 pub(super) struct Contacts;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C, 0> for Contacts {
+impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C, 0, 0> for Contacts {
     type Beside = AdmmSolver<T, N, D, C>;
 
     fn call(_: &mut Self::Beside, scene: &mut Scene<T, N, D, C>, step: &Step) {
@@ -89,7 +97,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C, 0
             return;
         };
         if let Ok(solution) = admm.solve(scene, &factor, push, settings) {
-            super::is_true::<T, N, D, C, 0, Self>(
+            super::is_true::<T, N, D, C, 0, 0, Self>(
                 &AdmmSolver::new(),
                 scene,
                 push,

@@ -14,7 +14,7 @@ const FIRST: u32 = 100;
 
 /// Takes a sequence of calls, of which rows that are limits are given to the solves.
 pub(super) fn run<T: Real, const N: usize, const C: usize, const R: usize>(steps: &[Step]) {
-    let mut kernel = Box::new(Kernel::<T, N, 3, C, R>::new());
+    let mut kernel = Box::new(Kernel::<T, N, 3, C, R, C>::new());
     let (mut record, mut limits) = (Record::default(), Vec::new());
     for step in steps {
         match step {
@@ -48,7 +48,7 @@ pub(super) fn run<T: Real, const N: usize, const C: usize, const R: usize>(steps
 }
 
 fn solve<T: Real, const N: usize, const C: usize, const R: usize>(
-    kernel: &mut Kernel<T, N, 3, C, R>,
+    kernel: &mut Kernel<T, N, 3, C, R, C>,
     record: &Record,
     limits: &[JointRow<T, N>],
     (push, budget): (&[f64], Budget),

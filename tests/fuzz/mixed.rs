@@ -35,9 +35,16 @@ fn law<T: Real>((law, lower, upper): Law) -> RowLaw<T> {
 }
 
 impl Record {
-    fn push_on<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    fn push_on<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        const C: usize,
+        const R: usize,
+        const S: usize,
+    >(
         &mut self,
-        scene: &mut Scene<T, N, D, C, R>,
+        scene: &mut Scene<T, N, D, C, R, S>,
         (x, surface, key): (&[f64], &[f64], u32),
     ) {
         let s: Vec<T> = surface.iter().map(|x| T::literal(*x)).collect();
@@ -63,9 +70,16 @@ impl Record {
         }
     }
 
-    fn push_row<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    fn push_row<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        const C: usize,
+        const R: usize,
+        const S: usize,
+    >(
         &mut self,
-        scene: &mut Scene<T, N, D, C, R>,
+        scene: &mut Scene<T, N, D, C, R, S>,
         (x, bounds, compliance, key): (&[f64], Law, f64, u32),
     ) {
         let row = JointRow {
@@ -82,9 +96,16 @@ impl Record {
     }
 
     /// All of a scene, contacts first.
-    pub(super) fn file<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    pub(super) fn file<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        const C: usize,
+        const R: usize,
+        const S: usize,
+    >(
         &self,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         push: &SVector<T, N>,
     ) -> MixedFile {
         let counts = (scene.contacts().len(), scene.rows().len());
@@ -134,9 +155,16 @@ impl Record {
     }
 
     /// Calls but for those that push a contact without a surface.
-    fn call<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    fn call<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        const C: usize,
+        const R: usize,
+        const S: usize,
+    >(
         &mut self,
-        scene: &mut Scene<T, N, D, C, R>,
+        scene: &mut Scene<T, N, D, C, R, S>,
         step: &Step,
     ) {
         match step {
@@ -180,9 +208,16 @@ impl Record {
     }
 
     /// The error of a solution, unless f64 cannot tell; and whether its proof is one.
-    fn judge<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    fn judge<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        const C: usize,
+        const R: usize,
+        const S: usize,
+    >(
         &self,
-        scene: &Scene<T, N, D, C, R>,
+        scene: &Scene<T, N, D, C, R, S>,
         push: &SVector<T, N>,
         solution: &Solution<T, N, D, C, R>,
         model: Model,
@@ -234,10 +269,12 @@ pub(super) fn is_measurable<T: Real>(file: &MixedFile) -> bool {
     is_tame::<T>(all) && file.mass().cholesky().is_some()
 }
 
-impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 3, C, R> for Mixed {
+impl<T: Real, const N: usize, const C: usize, const R: usize, const S: usize> Kind<T, N, 3, C, R, S>
+    for Mixed
+{
     type Beside = Record;
 
-    fn call(record: &mut Record, scene: &mut Scene<T, N, 3, C, R>, step: &Step) {
+    fn call(record: &mut Record, scene: &mut Scene<T, N, 3, C, R, S>, step: &Step) {
         let Step::Push(x, mu, key) = step else {
             return record.call(scene, step);
         };
@@ -246,11 +283,11 @@ impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 3, C, R
         }
     }
 
-    fn check(_: &mut Record, _: &Scene<T, N, 3, C, R>, _: &SVector<T, N>, _: &Settings<T>) {}
+    fn check(_: &mut Record, _: &Scene<T, N, 3, C, R, S>, _: &SVector<T, N>, _: &Settings<T>) {}
 
     fn judge(
         record: &Record,
-        scene: &Scene<T, N, 3, C, R>,
+        scene: &Scene<T, N, 3, C, R, S>,
         push: &SVector<T, N>,
         solution: &Solution<T, N, 3, C, R>,
         model: Model,
@@ -259,10 +296,10 @@ impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 3, C, R
     }
 }
 
-impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 6, C, R> for Rolling {
+impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 6, C, R, C> for Rolling {
     type Beside = Record;
 
-    fn call(record: &mut Record, scene: &mut Scene<T, N, 6, C, R>, step: &Step) {
+    fn call(record: &mut Record, scene: &mut Scene<T, N, 6, C, R, C>, step: &Step) {
         let Step::Push(x, mu, key) = step else {
             return record.call(scene, step);
         };
@@ -270,11 +307,11 @@ impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 6, C, R
         record.push_on(scene, (x, &all, *key));
     }
 
-    fn check(_: &mut Record, _: &Scene<T, N, 6, C, R>, _: &SVector<T, N>, _: &Settings<T>) {}
+    fn check(_: &mut Record, _: &Scene<T, N, 6, C, R, C>, _: &SVector<T, N>, _: &Settings<T>) {}
 
     fn judge(
         record: &Record,
-        scene: &Scene<T, N, 6, C, R>,
+        scene: &Scene<T, N, 6, C, R, C>,
         push: &SVector<T, N>,
         solution: &Solution<T, N, 6, C, R>,
         model: Model,

@@ -4,7 +4,8 @@
 //! and the bits of the kernel in Rust, a text for each error, nothing called solved that is not, no NaN in what may be
 //! used, and nothing written beside the `stiction`.
 //!
-//! `rows.rs` is the same for double precision and room for joint rows; here there is none, and calls for them are refused.
+//! `rows.rs` is the same for double precision and room for joint rows and surfaces; here there is none, and calls for them are
+//! refused.
 //!
 //! `PROPTEST_CASES=100000 cargo test --release -p c_calls` takes as long as you like. A copy of the folder above needs
 //! none of this.

@@ -1,4 +1,4 @@
-//! `lib.rs` once more, for double precision and with room for joint rows.
+//! `lib.rs` once more, for double precision and with room for joint rows and surfaces.
 #![allow(unsafe_code)]
 #![allow(clippy::cast_possible_truncation)] // budgets and places are small
 

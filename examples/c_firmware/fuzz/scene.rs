@@ -1,6 +1,6 @@
 //! The scene of the kernel in Rust, for a stranger to judge.
 
-use crate::c::{D, N, R, Real};
+use crate::c::{D, N, R, Real, S};
 use crate::cases::is_tame;
 use nalgebra::SVector;
 use stiction::{RowLaw, Scene, Surface};
@@ -49,7 +49,7 @@ impl Surfaces {
     /// All of a scene.
     pub(crate) fn file<const C: usize>(
         &self,
-        scene: &Scene<Real, N, D, C, R>,
+        scene: &Scene<Real, N, D, C, R, S>,
         push: &SVector<Real, N>,
     ) -> MixedFile {
         let contacts = || scene.contacts().iter();

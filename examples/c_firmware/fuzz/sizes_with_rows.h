@@ -4,4 +4,5 @@
 #define STICTION_D 3
 #define STICTION_C 3
 #define STICTION_R 4
+#define STICTION_S 2
 #define STICTION_BYTES 7832

@@ -12,7 +12,7 @@ mod solver;
 mod status;
 
 pub use calls::*;
-pub use header::{BYTES, C, D, N, R, Real};
+pub use header::{BYTES, C, D, N, R, Real, S};
 pub use outcome::{ContactOutcome, RowOutcome, Solution, Violation};
 pub use solver::{ContactImpulse, JointRow, Kernel, RowImpulse, Solver, Surface};
 pub use status::{Culprit, Mode, RowMode, Status, turned};

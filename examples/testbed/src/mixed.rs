@@ -179,9 +179,16 @@ impl MixedFile {
 
     /// Fills a scene in the kernel's types, padded with decoupled velocities of the first mass. Limits that are not to be inside are
     /// returned.
-    pub fn fill<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    pub fn fill<
+        T: Real,
+        const N: usize,
+        const D: usize,
+        const C: usize,
+        const R: usize,
+        const S: usize,
+    >(
         &self,
-        scene: &mut Scene<T, N, D, C, R>,
+        scene: &mut Scene<T, N, D, C, R, S>,
     ) -> Result<Vec<JointRow<T, N>>, Error> {
         scene.set_mass(&SMatrix::from_fn(|i, j| {
             // No heavier one than there is: momenta are compared with that of the heaviest.
@@ -306,7 +313,7 @@ fn solve_all_in<T: Real, const N: usize, const D: usize, const C: usize, const R
     files: &[MixedFile],
     settings: &Settings<f64>,
 ) -> Vec<Result<Answer, String>> {
-    let mut kernel = Box::new(Kernel::<T, N, D, C, R>::new());
+    let mut kernel = Box::new(Kernel::<T, N, D, C, R, C>::new());
     let settings = Settings {
         tolerance: T::literal(settings.tolerance),
         budget: settings.budget,
@@ -328,7 +335,7 @@ fn solve_in<T: Real, const N: usize, const D: usize, const C: usize, const R: us
     settings: &Settings<f64>,
     repeat: u32,
 ) -> Result<(Answer, Times), Error> {
-    let mut kernel = Box::new(Kernel::<T, N, D, C, R>::new());
+    let mut kernel = Box::new(Kernel::<T, N, D, C, R, C>::new());
     let limits = file.fill(kernel.scene_mut())?;
     let push = file.free_impulse();
     let settings = Settings {

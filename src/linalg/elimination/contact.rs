@@ -1,7 +1,7 @@
 //! Elimination among the equations of one contact, and the multipliers that it leaves.
 
-use crate::Real;
 use crate::linalg::stacked::Stacked;
+use crate::real::Real;
 use core::ops::Range;
 
 /// The entries of a row in the first columns from `start` on, as many as a contact may have.

@@ -8,10 +8,11 @@
 //! 1e9-fold (f32: 4,200). And `Hᵀ d` is zero in each entry up to rounding, so that it is not a heavy body that makes it
 //! small.
 
-use crate::factor::Delassus;
+use crate::factor::{Delassus, Factor};
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::problem::Problem;
-use crate::{Factor, Real, RowLaw, Scene};
+use crate::real::Real;
+use crate::scene::{RowLaw, Scene};
 use search::{Demand, Search};
 
 mod search;
@@ -19,134 +20,165 @@ mod search;
 /// One number for the normal of each contact, and one for each joint row.
 pub(crate) type Proof<T, const C: usize, const R: usize> = Stacked<T, 1, C, R>;
 
-/// What each contact's normal and each joint row asks for.
-fn demands<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
-    scene: &Scene<T, N, D, C, R>,
-) -> Proof<Demand, C, R> {
-    let mut demands = Proof {
-        contacts: [[Demand::Nothing]; C],
-        rows: [Demand::Nothing; R],
-    };
-    for (i, [demand]) in demands
-        .contacts
-        .iter_mut()
-        .enumerate()
-        .take(scene.contacts().len())
-    {
-        let compliance = scene
-            .scaling(i)
-            .and_then(|scaling| scaling.compliance.first());
-        if compliance.is_none_or(|&compliance| compliance == T::ZERO) {
-            *demand = Demand::NotNegative;
-        }
-    }
-    for (demand, row) in demands.rows.iter_mut().zip(scene.rows()) {
-        if row.compliance == T::ZERO {
-            *demand = match row.law {
-                RowLaw::Limit => Demand::NotNegative,
-                RowLaw::Equality => Demand::Zero,
-                RowLaw::Box { .. } => Demand::Nothing,
-            };
-        }
-    }
-    demands
-}
-
-/// Normal offsets of contacts, and offsets of joint rows.
-fn offsets<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
-    scene: &Scene<T, N, D, C, R>,
-) -> Proof<T, C, R> {
-    let mut offsets = Proof::zero();
-    for ([offset], contact) in offsets.contacts.iter_mut().zip(scene.contacts()) {
-        *offset = contact.offset.iter().next().copied().unwrap_or(T::ZERO);
-    }
-    for (offset, row) in offsets.rows.iter_mut().zip(scene.rows()) {
-        *offset = row.offset;
-    }
-    offsets
-}
-
-/// Is there anything to be proved? Not if standing still meets all demands.
-pub(crate) fn is_conceivable<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
->(
-    scene: &Scene<T, N, D, C, R>,
-) -> bool {
-    let (demands, offsets) = (demands(scene), offsets(scene));
-    let mut rows = demands.iter().zip(offsets.iter());
-    rows.any(|(demand, &offset)| demand.is_violated(offset))
-}
-
-/// Looks for a `d` that proves the scene infeasible, in the rows as they were given; `None` if there is none to be found.
-#[inline(never)]
-pub(crate) fn certificate<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
->(
-    problem: &Problem<'_, T, N, D, C, R>,
-) -> Option<Proof<T, C, R>> {
-    let (scene, factor) = (problem.scene, problem.factor);
-    let (mut demands, mut offsets) = (demands(scene), offsets(scene));
-    let mass = scene.reference_mass();
-    // Roots of effective masses, over that of the reference mass; 0 where nothing is asked for.
-    let mut scales = Proof::zero();
-    let contacts = (0..C).map(|i| factor.delassus().inverse_mass(i, 0));
-    let inertias = contacts.chain((0..R).map(|j| factor.delassus().row_inverse_mass(j)));
-    let rows = demands
-        .iter_mut()
-        .zip(offsets.iter_mut().zip(scales.iter_mut()));
-    let mut immovable = None;
-    for (place, ((demand, (offset, scale)), inertia)) in rows.zip(inertias).enumerate() {
-        if *demand == Demand::Nothing || inertia <= T::ZERO {
-            if demand.is_violated(*offset) {
-                immovable = Some((place, *offset));
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Problem<'_, T, N, D, C, R, S>
+{
+    /// Looks for a `d` that proves the scene infeasible, in the rows as they were given; `None` if there is none to be found.
+    #[inline(never)]
+    pub(crate) fn certificate(&self) -> Option<Proof<T, C, R>> {
+        let (scene, factor) = (self.scene, self.factor);
+        let (mut demands, mut offsets) = (scene.demands(), scene.offsets());
+        let mass = scene.reference_mass();
+        // Roots of effective masses, over that of the reference mass; 0 where nothing is asked for.
+        let mut scales = Proof::zero();
+        let contacts = (0..C).map(|i| factor.delassus().inverse_mass(i, 0));
+        let inertias = contacts.chain((0..R).map(|j| factor.delassus().row_inverse_mass(j)));
+        let rows = demands
+            .iter_mut()
+            .zip(offsets.iter_mut().zip(scales.iter_mut()));
+        let mut immovable = None;
+        for (place, ((demand, (offset, scale)), inertia)) in rows.zip(inertias).enumerate() {
+            if *demand == Demand::Nothing || inertia <= T::ZERO {
+                if demand.is_violated(*offset) {
+                    immovable = Some((place, *offset));
+                }
+                (*demand, *offset) = (Demand::Nothing, T::ZERO);
+                continue;
             }
-            (*demand, *offset) = (Demand::Nothing, T::ZERO);
-            continue;
+            *scale = T::ONE / (inertia * mass).square_root();
+            *offset *= *scale;
         }
-        *scale = T::ONE / (inertia * mass).square_root();
-        *offset *= *scale;
+        if let Some((place, offset)) = immovable {
+            // Nothing moves it: it is the proof.
+            let mut alone = Proof::zero();
+            let sign = if offset < T::ZERO { T::ONE } else { -T::ONE };
+            *alone.iter_mut().nth(place)? = sign;
+            return Some(alone);
+        }
+        let mut search = Search {
+            demands,
+            gram: StackedMatrix::zero(),
+            offsets,
+        };
+        normalised(factor.delassus(), mass, &scales, &mut search.gram);
+        let fastest = offsets.iter();
+        let fastest = fastest.fold(T::ZERO, |fastest, g| fastest.max(g.abs()));
+        let mut d = search.minimise(fastest)?;
+        search.purify(&mut d)?;
+        // What rounding left of W d, taken away twice.
+        for _ in 0..2 {
+            let (left, _) = row_products(factor, &product(&d, &scales), mass);
+            search.correct(&mut d, &product(&left, &scales))?;
+        }
+        let approach = -product(&d, &offsets)
+            .iter()
+            .fold(T::ZERO, |sum, &x| sum + x);
+        let proof = product(&d, &scales);
+        let (_, mut leak) = row_products(factor, &proof, mass);
+        for d in d.iter() {
+            leak += d.abs() * T::literal(0.25) * T::EPSILON; // what rounding may hide
+        }
+        let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);
+        let is_strong = approach > T::ZERO && leak * proportion * fastest <= approach;
+        (is_strong && scene.cancels(&proof, &d)).then_some(proof)
     }
-    if let Some((place, offset)) = immovable {
-        // Nothing moves it: it is the proof.
-        let mut alone = Proof::zero();
-        let sign = if offset < T::ZERO { T::ONE } else { -T::ONE };
-        *alone.iter_mut().nth(place)? = sign;
-        return Some(alone);
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Scene<T, N, D, C, R, S>
+{
+    /// What each contact's normal and each joint row asks for.
+    fn demands(&self) -> Proof<Demand, C, R> {
+        let mut demands = Proof {
+            contacts: [[Demand::Nothing]; C],
+            rows: [Demand::Nothing; R],
+        };
+        for (i, [demand]) in demands
+            .contacts
+            .iter_mut()
+            .enumerate()
+            .take(self.contacts().len())
+        {
+            let compliance = self
+                .scaling(i)
+                .and_then(|scaling| scaling.compliance.first());
+            if compliance.is_none_or(|&compliance| compliance == T::ZERO) {
+                *demand = Demand::NotNegative;
+            }
+        }
+        for (demand, row) in demands.rows.iter_mut().zip(self.rows()) {
+            if row.compliance == T::ZERO {
+                *demand = match row.law {
+                    RowLaw::Limit => Demand::NotNegative,
+                    RowLaw::Equality => Demand::Zero,
+                    RowLaw::Box { .. } => Demand::Nothing,
+                };
+            }
+        }
+        demands
     }
-    let mut search = Search {
-        demands,
-        gram: StackedMatrix::zero(),
-        offsets,
-    };
-    normalised(factor.delassus(), mass, &scales, &mut search.gram);
-    let fastest = offsets.iter();
-    let fastest = fastest.fold(T::ZERO, |fastest, g| fastest.max(g.abs()));
-    let mut d = search.minimise(fastest)?;
-    search.purify(&mut d)?;
-    // What rounding left of W d, taken away twice.
-    for _ in 0..2 {
-        let (left, _) = row_products(factor, &product(&d, &scales), mass);
-        search.correct(&mut d, &product(&left, &scales))?;
+
+    /// Normal offsets of contacts, and offsets of joint rows.
+    fn offsets(&self) -> Proof<T, C, R> {
+        let mut offsets = Proof::zero();
+        for ([offset], contact) in offsets.contacts.iter_mut().zip(self.contacts()) {
+            *offset = contact.offset.iter().next().copied().unwrap_or(T::ZERO);
+        }
+        for (offset, row) in offsets.rows.iter_mut().zip(self.rows()) {
+            *offset = row.offset;
+        }
+        offsets
     }
-    let approach = -product(&d, &offsets)
-        .iter()
-        .fold(T::ZERO, |sum, &x| sum + x);
-    let proof = product(&d, &scales);
-    let (_, mut leak) = row_products(factor, &proof, mass);
-    for d in d.iter() {
-        leak += d.abs() * T::literal(0.25) * T::EPSILON; // what rounding may hide
+
+    /// Is there anything to be proved? Not if standing still meets all demands.
+    pub(crate) fn is_conceivably_infeasible(&self) -> bool {
+        let (demands, offsets) = (self.demands(), self.offsets());
+        let mut rows = demands.iter().zip(offsets.iter());
+        rows.any(|(demand, &offset)| demand.is_violated(offset))
     }
-    let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);
-    let is_strong = approach > T::ZERO && leak * proportion * fastest <= approach;
-    (is_strong && cancels(scene, &proof, &d)).then_some(proof)
+
+    /// Is `H_Nᵀ d + Jᵀ d` zero, but for a billionth of what one row would be, or for rounding? Rows are weighed by their effective
+    /// mass, as `weights` are `d` of.
+    #[inline(never)]
+    fn cancels(&self, d: &Proof<T, C, R>, weights: &Proof<T, C, R>) -> bool {
+        let [mut sums, mut sizes] = [[T::ZERO; N]; 2];
+        let mut add = |column: usize, entry: T, d: T, weight: T| {
+            let places = sums.get_mut(column).zip(sizes.get_mut(column));
+            if let Some((sum, size)) = places.filter(|_| weight != T::ZERO) {
+                *sum += entry * d;
+                *size = size.max((entry * d / weight).abs());
+            }
+        };
+        let pairs = d.contacts.iter().zip(&weights.contacts);
+        for (contact, (&[d], &[weight])) in self.contacts().iter().zip(pairs) {
+            for (column, entries) in contact.jacobian.data.0.iter().enumerate() {
+                add(
+                    column,
+                    entries.first().copied().unwrap_or(T::ZERO),
+                    d,
+                    weight,
+                );
+            }
+        }
+        let pairs = d.rows.iter().zip(&weights.rows);
+        for (row, (&d, &weight)) in self.rows().iter().zip(pairs) {
+            for (column, &entry) in row.row.iter().enumerate() {
+                add(column, entry, d, weight);
+            }
+        }
+        let total = weights
+            .iter()
+            .fold(T::ZERO, |sum, weight| sum + weight.abs());
+        let share = T::literal(1e-9).max(T::literal(8.0) * T::EPSILON) * total;
+        let reference = self.reference_mass();
+        let masses = self.mass().data.0.iter().enumerate();
+        let mut entries = sums.iter().zip(&sizes).zip(masses);
+        entries.all(|((sum, &size), (j, column))| {
+            // An entry that is rounding beside the mass is none.
+            let mass = column.get(j).copied().unwrap_or(T::ZERO) / reference;
+            sum.abs() <= share * (size + mass.square_root() * T::literal(1e-6))
+        })
+    }
 }
 
 /// The Gram matrix of rows, times the reference mass, with a unit diagonal.
@@ -216,53 +248,6 @@ fn row_products<T: Real, const N: usize, const D: usize, const C: usize, const R
     }
     products.rows = velocities.rows.map(|velocity| velocity * mass);
     (products, (energy * mass).max(T::ZERO).square_root())
-}
-
-/// Is `H_Nᵀ d + Jᵀ d` zero, but for a billionth of what one row would be, or for rounding? Rows are weighed by their effective
-/// mass, as `weights` are `d` of.
-#[inline(never)]
-fn cancels<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
-    scene: &Scene<T, N, D, C, R>,
-    d: &Proof<T, C, R>,
-    weights: &Proof<T, C, R>,
-) -> bool {
-    let [mut sums, mut sizes] = [[T::ZERO; N]; 2];
-    let mut add = |column: usize, entry: T, d: T, weight: T| {
-        let places = sums.get_mut(column).zip(sizes.get_mut(column));
-        if let Some((sum, size)) = places.filter(|_| weight != T::ZERO) {
-            *sum += entry * d;
-            *size = size.max((entry * d / weight).abs());
-        }
-    };
-    let pairs = d.contacts.iter().zip(&weights.contacts);
-    for (contact, (&[d], &[weight])) in scene.contacts().iter().zip(pairs) {
-        for (column, entries) in contact.jacobian.data.0.iter().enumerate() {
-            add(
-                column,
-                entries.first().copied().unwrap_or(T::ZERO),
-                d,
-                weight,
-            );
-        }
-    }
-    let pairs = d.rows.iter().zip(&weights.rows);
-    for (row, (&d, &weight)) in scene.rows().iter().zip(pairs) {
-        for (column, &entry) in row.row.iter().enumerate() {
-            add(column, entry, d, weight);
-        }
-    }
-    let total = weights
-        .iter()
-        .fold(T::ZERO, |sum, weight| sum + weight.abs());
-    let share = T::literal(1e-9).max(T::literal(8.0) * T::EPSILON) * total;
-    let reference = scene.reference_mass();
-    let masses = scene.mass().data.0.iter().enumerate();
-    let mut entries = sums.iter().zip(&sizes).zip(masses);
-    entries.all(|((sum, &size), (j, column))| {
-        // An entry that is rounding beside the mass is none.
-        let mass = column.get(j).copied().unwrap_or(T::ZERO) / reference;
-        sum.abs() <= share * (size + mass.square_root() * T::literal(1e-6))
-    })
 }
 
 /// Entry by entry.

@@ -4,9 +4,9 @@
 //! Inverse iteration then brings the minimiser to the null space of `W`.
 
 use super::Proof;
-use crate::Real;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
+use crate::real::Real;
 
 /// What a row asks of its velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,59 +1,59 @@
 //! The second part of the error, `|M v - M v_free - Hᵀ r|`, and `u = H v + w` on the way.
 
-use crate::cone::square;
 use crate::linalg::cholesky::{BLOCK, axpy, dot};
-use crate::linalg::sparsity::{GROUP, add_columns, add_products};
+use crate::linalg::sparsity::{GROUP, add_columns_and_sizes, add_products_and_sizes};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{larger, root_sum};
-use crate::{Real, Scene};
+use crate::real::Real;
+use crate::scene::Scene;
 
-/// Bytes of sums that fit into registers, with a quarter left for the terms: 32 words on a Cortex-M4F, 32 doubles in 16
-/// vectors on a desktop.
-const SUMS: usize = if cfg!(target_os = "none") { 96 } else { 192 };
+/// Bytes of sums and of as many sizes that fit into registers, with a quarter left for the terms: 32 words on a Cortex-M4F, 32
+/// doubles in 16 vectors on a desktop.
+const SUMS: usize = if cfg!(target_os = "none") { 48 } else { 96 };
 
 /// The dynamics in the norm of momenta, and in a mixed scene also in the norm `Σ e_k² / M_kk`, in which no light
 /// finger is lost beside a heavy body.
 pub(crate) struct Dynamics<T: Real> {
     pub(crate) plain: Norms<T>,
-    /// `Σ_a r_a² |H_a|²` over the rows, a bound on the sums of magnitudes in `Hᵀ r`.
-    pub(crate) pushed: T,
     pub(crate) weighted: Option<Norms<T>>,
 }
 
-/// `|M v - M v_free - Hᵀ r|` and the largest of `|M v_free|`, `|M v|` and `|Hᵀ r|`, both squared, in a unit in which
-/// neither overflows nor vanishes.
+/// `|M v - M v_free - Hᵀ r|`, the largest of `|M v_free|`, `|M v|` and `|Hᵀ r|`, and the norm of the sums of the magnitudes of all
+/// terms; each squared, in a unit in which neither of the first two overflows nor vanishes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Norms<T> {
     residual: T,
     size: T,
-    /// `|M v_free|²`
-    pub(crate) free: T,
+    pub(crate) magnitude: T,
     pub(crate) unit: T,
 }
 
+/// The momenta `M v_free`, `M v` and `Hᵀ r`, and the sums of the magnitudes of the terms of the last two.
+struct Momenta<'a, T, const N: usize> {
+    free: &'a [T; N],
+    inertia: [T; N],
+    pushed: [T; N],
+    magnitudes: [T; N],
+}
+
 impl<T: Real> Norms<T> {
-    /// From `M v_free`, `M v` and `Hᵀ r`.
     #[inline]
-    fn of<const N: usize>(
-        free: &[T; N],
-        inertia: &[T; N],
-        pushed: &[T; N],
-        weight: impl Fn(usize) -> T + Copy,
-    ) -> Self {
-        let norms = Self::in_unit(free, inertia, pushed, T::ONE, weight);
+    fn of<const N: usize>(momenta: &Momenta<'_, T, N>, weight: impl Fn(usize) -> T + Copy) -> Self {
+        let norms = Self::in_unit(momenta, T::ONE, weight);
         if norms.is_safe() {
             return norms;
         }
         // Twice the exponent of the unit: a bound on that of each square.
         let mut exponent = None;
-        for (k, ((&free, &inertia), &pushed)) in free.iter().zip(inertia).zip(pushed).enumerate() {
+        let sums = momenta.inertia.iter().zip(&momenta.pushed);
+        for (k, (&free, (&inertia, &pushed))) in momenta.free.iter().zip(sums).enumerate() {
             let largest = larger(T::ZERO, &[free, inertia, pushed], T::ONE);
             if largest > T::ZERO && largest.is_finite() {
                 exponent = exponent.max(Some(2 * largest.exponent() + weight(k).exponent()));
             }
         }
         let unit = exponent.map_or(T::ONE, |exponent: i32| T::power_of_two(-(exponent >> 1)));
-        Self::in_unit(free, inertia, pushed, unit, weight)
+        Self::in_unit(momenta, unit, weight)
     }
 
     /// Can none of its squares have overflown or vanished?
@@ -64,26 +64,33 @@ impl<T: Real> Norms<T> {
 
     #[cfg_attr(target_os = "none", inline(never))]
     fn in_unit<const N: usize>(
-        free: &[T; N],
-        inertia: &[T; N],
-        pushed: &[T; N],
+        momenta: &Momenta<'_, T, N>,
         unit: T,
         weight: impl Fn(usize) -> T,
     ) -> Self {
-        let [mut residual, mut size_free, mut size_v, mut size_r] = [T::ZERO; 4];
-        let sums = free.iter().zip(inertia).zip(pushed).enumerate();
-        for (k, ((&free, &inertia), &pushed)) in sums {
+        let [
+            mut residual,
+            mut size_free,
+            mut size_v,
+            mut size_r,
+            mut magnitude,
+        ] = [T::ZERO; 5];
+        let sums = momenta.inertia.iter().zip(&momenta.pushed);
+        let sums = momenta.free.iter().zip(sums).zip(&momenta.magnitudes);
+        for (k, ((&free, (&inertia, &pushed)), &terms)) in sums.enumerate() {
             let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed);
             let (gap, weight) = (inertia - free - pushed, weight(k));
+            let terms = unit * terms + free.abs();
             residual += gap * gap * weight;
             size_free += free * free * weight;
             size_v += inertia * inertia * weight;
             size_r += pushed * pushed * weight;
+            magnitude += terms * terms * weight;
         }
         Self {
             residual,
             size: size_free.max(size_v).max(size_r),
-            free: size_free,
+            magnitude,
             unit,
         }
     }
@@ -132,102 +139,115 @@ fn weights<T: Real, const N: usize>(mass: &[[T; N]; N]) -> impl Fn(usize) -> T +
     }
 }
 
-/// Evaluates the dynamics, and fills `u = H v + w`, without compliance, of impulses in rows that are not scaled.
+/// Evaluates the dynamics, and fills `u = H v + w`, without compliance, of impulses in rows that are not scaled; and the sums of the
+/// magnitudes of the terms of `u`.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn momentum<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
-    scene: &Scene<T, N, D, C, R>,
+pub(crate) fn momentum<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    scene: &Scene<T, N, D, C, R, S>,
     free: &[T; N],
     v: &[T; N],
     r: &Stacked<T, D, C, R>,
     u: &mut Stacked<T, D, C, R>,
+    sizes: &mut Stacked<T, D, C, R>,
 ) -> Dynamics<T> {
     let mass = &scene.mass().data.0;
-    // M v and Hᵀ r, by dofs.
-    let mut inertia = [T::ONE; N]; // all of it is overwritten, and zeros would call memset
-    let mut pushed = [T::ZERO; N];
+    let mut momenta = Momenta {
+        free,
+        inertia: [T::ONE; N], // all of it is overwritten, and zeros would call memset
+        pushed: [T::ZERO; N],
+        magnitudes: [T::ONE; N],
+    };
+    let Momenta {
+        inertia,
+        pushed,
+        magnitudes,
+        ..
+    } = &mut momenta;
     if N * size_of::<T>() <= SUMS {
-        multiply::<T, N, N>(mass, 0, v, &mut inertia);
+        multiply::<T, N, N>(mass, 0, v, (&mut *inertia, &mut *magnitudes));
     } else {
         // The last block repeats some rows, so that all blocks have the same size.
         let (mut first, last) = (0, N - BLOCK);
         while first < last + BLOCK {
-            multiply::<T, N, BLOCK>(mass, first.min(last), v, &mut inertia);
+            let places = (&mut *inertia, &mut *magnitudes);
+            multiply::<T, N, BLOCK>(mass, first.min(last), v, places);
             first += BLOCK;
         }
     }
-    let mut magnitudes = T::ZERO;
-    for (row, (&r, u)) in scene.rows().iter().zip(r.rows.iter().zip(&mut u.rows)) {
+    let places = u.rows.iter_mut().zip(&mut sizes.rows);
+    for (row, (&r, (u, size))) in scene.rows().iter().zip(r.rows.iter().zip(places)) {
         let [entries] = &row.row.data.0;
         *u = dot(entries, v) + row.offset;
+        *size = row.offset.abs();
+        for (&entry, &v) in entries.iter().zip(v) {
+            *size += (entry * v).abs();
+        }
         if r != T::ZERO {
-            axpy(r, entries, &mut pushed);
-            magnitudes += r * r * square(entries);
+            axpy(r, entries, pushed);
+            for (magnitude, &entry) in magnitudes.iter_mut().zip(entries) {
+                *magnitude += (r * entry).abs();
+            }
         }
     }
     let (groups, last) = v.as_chunks::<GROUP>();
     let (places, place) = pushed.as_chunks_mut::<GROUP>();
-    let contacts = scene.supported().zip(&r.contacts).zip(&mut u.contacts);
-    for (((contact, support), r), u) in contacts {
+    let (size_places, size_place) = magnitudes.as_chunks_mut::<GROUP>();
+    let targets = u.contacts.iter_mut().zip(&mut sizes.contacts);
+    let contacts = scene.supported().zip(&r.contacts).zip(targets);
+    for (((contact, support), r), (u, size)) in contacts {
         let mut velocity: [T; D] = contact.offset.into();
-        let mut squares = [T::ZERO; D];
+        let mut terms = velocity.map(|offset| offset.abs());
         let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
         for group in support.groups::<N>() {
-            let columns = columns.get(group);
-            if let (Some(columns), Some(v), Some(pushed)) =
-                (columns, groups.get(group), places.get_mut(group))
-            {
-                add_columns(columns, v, &mut velocity);
-                add_products(columns, *r, pushed);
-                add_row_squares(columns, &mut squares);
+            let columns = columns.get(group).zip(groups.get(group));
+            let targets = places.get_mut(group).zip(size_places.get_mut(group));
+            if let (Some((columns, v)), Some((pushed, magnitudes))) = (columns, targets) {
+                add_columns_and_sizes(columns, v, (&mut velocity, &mut terms));
+                add_products_and_sizes(columns, *r, (pushed, magnitudes));
             }
         }
-        add_columns(rest, last, &mut velocity);
-        add_products(rest, *r, place);
-        add_row_squares(rest, &mut squares);
-        for (&r, square) in r.iter().zip(squares) {
-            magnitudes += r * r * square;
-        }
-        *u = velocity;
+        add_columns_and_sizes(rest, last, (&mut velocity, &mut terms));
+        add_products_and_sizes(rest, *r, (&mut *place, &mut *size_place));
+        (*u, *size) = (velocity, terms);
     }
+    let is_mixed = scene.is_mixed();
     Dynamics {
-        plain: Norms::of(free, &inertia, &pushed, |_| T::ONE),
-        pushed: magnitudes,
-        weighted: scene
-            .is_mixed()
-            .then(|| Norms::of(free, &inertia, &pushed, weights(mass))),
+        plain: Norms::of(&momenta, |_| T::ONE),
+        weighted: is_mixed.then(|| Norms::of(&momenta, weights(mass))),
     }
 }
 
-/// `sums_d += Σ_j column_jd²`
-#[inline]
-fn add_row_squares<T: Real, const D: usize>(columns: &[[T; D]], sums: &mut [T; D]) {
-    for column in columns {
-        for (sum, &entry) in sums.iter_mut().zip(column) {
-            *sum += entry * entry;
-        }
-    }
-}
-
-/// `K` entries of `M v` from row `first` on.
+/// `K` entries of `M v` from row `first` on, and the sums of the magnitudes of their terms.
 #[inline]
 fn multiply<T: Real, const N: usize, const K: usize>(
     mass: &[[T; N]; N],
     first: usize,
     v: &[T; N],
-    products: &mut [T; N],
+    (products, magnitudes): (&mut [T; N], &mut [T; N]),
 ) {
-    let mut sums = [T::ZERO; K];
+    let mut sums = [[T::ZERO; 2]; K];
     // All of it unrolled at once would have more sums than registers.
     for (column, &v) in mass.as_slice().iter().zip(v) {
         let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<K>) else {
             break;
         };
-        for (sum, &mass) in sums.iter_mut().zip(column) {
-            *sum += mass * v;
+        for ([sum, size], &mass) in sums.iter_mut().zip(column) {
+            let product = mass * v;
+            *sum += product;
+            *size += product.abs();
         }
     }
-    for (product, sum) in products.iter_mut().skip(first).zip(sums) {
-        *product = sum;
+    let products = products.get_mut(first..).unwrap_or_default();
+    let magnitudes = magnitudes.get_mut(first..).unwrap_or_default();
+    for ((product, magnitude), [sum, size]) in products.iter_mut().zip(magnitudes).zip(sums) {
+        (*product, *magnitude) = (sum, size);
     }
 }
 

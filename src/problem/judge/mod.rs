@@ -1,17 +1,17 @@
 //! The judge: from an impulse to a solution, its velocity and its error.
 
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::{larger, zeros};
 use crate::problem::Problem;
+use crate::real::Real;
 use crate::scene::Scaling;
-use crate::sets::ContactSet;
 use crate::sets::contact::natural_map;
-use crate::{ContactSolution, Factor, Real, RowSolution, Scene, Settings, Solution};
+use crate::solution::{ContactSolution, RowSolution, Solution};
 use dynamics::Dynamics;
 use rounding::Rounding;
 
 pub(crate) mod dynamics;
 pub(crate) mod rounding;
+mod worst;
 
 /// Impulses as they are written, and as they are judged: of contacts in scaled rows.
 struct Impulses<T, const D: usize, const C: usize, const R: usize> {
@@ -19,8 +19,8 @@ struct Impulses<T, const D: usize, const C: usize, const R: usize> {
     judged: Stacked<T, D, C, R>,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Problem<'_, T, N, D, C, R>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Problem<'_, T, N, D, C, R, S>
 {
     /// Writes velocity, contacts, joint rows and error of an impulse into a solution. The error includes a bound on rounding. If it
     /// exceeds the tolerance, what it is made of is computed again with twice the digits.
@@ -83,10 +83,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             rows: [T::ONE; R],
         };
         let ([v], [free]) = (&solution.velocity.data.0, &self.free_impulse.data.0);
-        let mut momentum = dynamics::momentum(self.scene, free, v, written, &mut u);
+        let mut sizes = u;
+        let mut momentum = dynamics::momentum(self.scene, free, v, written, &mut u, &mut sizes);
         self.add_compliance(written, &mut u);
         self.set_floors(&mut momentum);
-        let rounding = rounding::bound(self, v, judged, &momentum);
+        let rounding = rounding::bound(self, [judged, written], &sizes, &momentum);
         solution.error = self.error(&momentum, &u, judged, &rounding);
         if solution.error > tolerance {
             let places = (&mut u, &mut momentum);
@@ -206,53 +207,5 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
                 mode: set.mode(row, impulse, velocity),
             });
         }
-    }
-}
-
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Solution<T, N, D, C, R>
-{
-    /// Index of the contact with the largest error, or `None` if all are exact. Pass the scene, factor and settings of the
-    /// solve.
-    ///
-    /// The error of a contact is the largest entry of `r_i - Π_K(r_i - alpha_i û_i)` (N·s), see [`crate::guide::error`].
-    /// [`crate::Kernel::worst_contact`] needs the settings alone.
-    ///
-    /// ```
-    /// # use nalgebra::{Matrix2, matrix, vector};
-    /// # use stiction::{Contact, Kernel, Settings};
-    /// # let mut kernel = Kernel::<f64, 2, 2, 1>::new();
-    /// # let scene = kernel.scene_mut();
-    /// # scene.set_mass(&(Matrix2::identity() * 2.0))?;
-    /// # scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
-    /// let settings = Settings { budget: 0, ..Settings::new(1e-9) };
-    /// kernel.solve(&vector![0.0, -0.2], &settings)?;
-    /// assert_eq!(kernel.worst_contact(&settings), Some(0)); // nothing has pushed it yet
-    /// # Ok::<(), stiction::Error>(())
-    /// ```
-    #[must_use]
-    pub fn worst_contact(
-        &self,
-        scene: &Scene<T, N, D, C, R>,
-        factor: &Factor<T, N, D, C, R>,
-        settings: &Settings<T>,
-    ) -> Option<usize> {
-        let (mut largest, mut worst) = (T::ZERO, None);
-        for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
-            let alpha = factor.natural_map_step(i);
-            let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
-            let velocity = scene.scale(i, found.velocity.into()).into();
-            let impulse = scene.unscale(i, found.impulse.into()).into();
-            if set.is_immovable_and_violated(&velocity) {
-                return Some(i);
-            }
-            let pushed = velocity * alpha;
-            let (residual, _) = natural_map::natural_map(&set, &pushed, &impulse);
-            let size = larger(largest, residual.as_slice(), T::ONE);
-            if size > largest {
-                (largest, worst) = (size, Some(i));
-            }
-        }
-        worst
     }
 }

@@ -2,21 +2,20 @@
 //!
 //! Each product and each sum is off by half an `eps` of what it gives at most (IEEE 754). A term of a sum of `n` products is part
 //! of `n + 1` operations, so that the sum is off by `(n + 1) eps / 2` of the sum of the magnitudes of its terms (N. J. Higham,
-//! *Accuracy and Stability of Numerical Algorithms*, section 3.1). By Cauchy-Schwarz in the norms of `M` and `W` is
-//! `|M_ij|² <= M_ii M_jj` and `|H_aj|² <= W_aa M_jj`, if `M` is positive definite and `W` belongs to the same scene: [`bound`].
+//! *Accuracy and Stability of Numerical Algorithms*, section 3.1). Those sums are added up beside the sums themselves: [`bound`].
 //!
-//! Only if this cheap bound exceeds the tolerance, [`refine`] computes the sums again, as dot products that carry their error along
+//! Only if this bound exceeds the tolerance, [`refine`] computes the sums again, as dot products that carry their error along
 //! ([`crate::linalg::dot2`]). They are off by half an `eps` of what they give, and by the square of `(n + 1) eps / 2` of their terms.
 
-use crate::cone::square;
 use crate::linalg::dot2::Dot2;
-use crate::linalg::sparsity::GROUP;
 use crate::linalg::stacked::Stacked;
+use crate::linalg::vector::square;
 use crate::problem::Problem;
-use crate::problem::judge::dynamics::Dynamics;
-use crate::scene::Scaling;
+use crate::problem::judge::dynamics::{Dynamics, Norms};
+use crate::real::Real;
+use crate::sets::Sets;
 use crate::sets::energy::VelocityNoise;
-use crate::{Model, Real};
+use crate::solution::Model;
 
 /// Squares of bounds on rounding.
 #[derive(Clone, Copy)]
@@ -29,92 +28,90 @@ pub(crate) struct Rounding<T: Real, const C: usize, const R: usize> {
     pub(crate) velocities: VelocityNoise<T, C, R>,
 }
 
-/// Half an `eps` for each operation that a term takes part in, squared.
+/// Half an `eps` for each operation that a term takes part in.
 fn precision<T: Real>(operations: usize) -> T {
-    let share = T::EPSILON * T::count(operations) * T::literal(0.5);
-    share * share
+    T::EPSILON * T::count(operations) * T::literal(0.5)
 }
 
 /// Of a sum of two the square is at most twice the sum of their squares.
 const TWO: f64 = 2.0;
 
-/// Bounds on the sums of magnitudes, of impulses in scaled rows.
+/// Operations that a velocity of compliance takes part in: a product of up to four, a sum, and those on the way to a momentum.
+const COMPLIANCE: usize = 8;
+
+/// Operations that a term of a momentum takes part in, at most.
+fn longest<T: Real, const D: usize, const C: usize, const R: usize>(
+    sets: &Sets<T, D, C, R>,
+    velocities: usize,
+) -> usize {
+    velocities + D * sets.contacts().len() + sets.rows().len() + 3
+}
+
+/// Bounds from the sums of magnitudes: `sizes` of velocities without compliance, of impulses in rows that are not scaled.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn bound<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
-    problem: &Problem<'_, T, N, D, C, R>,
-    v: &[T; N],
-    r: &Stacked<T, D, C, R>,
+pub(crate) fn bound<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    problem: &Problem<'_, T, N, D, C, R, S>,
+    [scaled, r]: [&Stacked<T, D, C, R>; 2],
+    sizes: &Stacked<T, D, C, R>,
     momentum: &Dynamics<T>,
 ) -> Rounding<T, C, R> {
-    let (sets, mass) = (&problem.sets, &problem.scene.mass().data.0);
-    let unit = momentum.plain.unit;
-    // `Σ M_jj`, `Σ M_jj v_j²` and `Σ W_aa r_a²`, with as many units as keep them near 1.
-    let [mut trace, mut energy, mut pushed] = [T::ZERO; 3];
-    for (j, (column, &v)) in mass.iter().zip(v).enumerate() {
-        let mass = column.get(j).copied().unwrap_or(T::ZERO);
-        trace += mass;
-        energy += unit * mass * v * v;
-    }
-    let two = T::literal(TWO);
+    let (scene, sets) = (problem.scene, &problem.sets);
     let mut velocities = VelocityNoise {
         contacts: [[T::ZERO; 2]; C],
         rows: [T::ZERO; R],
     };
-    let contacts = problem.scene.supported().enumerate();
-    let places = velocities.contacts.iter_mut().zip(contacts);
-    let sources = sets.contacts().iter().zip(&r.contacts);
-    for ((velocity, (i, (contact, support))), (set, r)) in places.zip(sources) {
-        let inertia = set.inverse_mass();
-        let offset = problem.scene.scale(i, contact.offset.into());
-        // Columns of zeros take part in nothing.
-        let columns = (GROUP * support.groups::<N>().count() + N % GROUP).max(1);
-        let moved = energy / unit * T::count(columns);
-        let mut bound = two * precision(columns + 4) * (square(&offset) + inertia * moved);
-        let scaling = problem.scene.scaling(i);
-        if scaling.is_some_and(Scaling::is_compliant) {
-            bound += two * precision(8) * square(&r.map(|r| inertia * r));
+    // Products and sums, scales, and on the way to a momentum, where parts of a relaxed contact that slides cancel.
+    let own = precision::<T>(N + 6);
+    let sources = sizes.contacts.iter().zip(&r.contacts).enumerate();
+    let sources = sources.take(sets.contacts().len());
+    for (bound, (i, (sizes, r))) in velocities.contacts.iter_mut().zip(sources) {
+        let mut bounds = sizes.map(|size| own * size);
+        if let Some(scaling) = scene.scaling(i) {
+            for (bound, added) in bounds.iter_mut().zip(scaling.compliance_velocity(r)) {
+                *bound += precision::<T>(COMPLIANCE) * added.abs();
+            }
         }
-        *velocity = [bound; 2];
-        pushed += inertia * square(&r.map(|r| unit * r));
+        *bound = squares(&scene.scale(i, bounds));
     }
-    let rows = problem.scene.rows().iter().zip(sets.rows());
-    for (velocity, ((row, set), &r)) in velocities.rows.iter_mut().zip(rows.zip(&r.rows)) {
-        if set.alpha <= T::ZERO {
-            continue;
-        }
-        let moved = energy / unit * T::count(N) / set.alpha;
-        *velocity = two * precision(N + 4) * (row.offset * row.offset + moved);
-        if row.compliance > T::ZERO {
-            *velocity += two * precision(8) * square(&[r / set.alpha]);
-        }
-        pushed += square(&[unit * r]) / set.alpha;
+    let sources = scene.rows().iter().zip(sizes.rows.iter().zip(&r.rows));
+    for (bound, (row, (&size, &r))) in velocities.rows.iter_mut().zip(sources) {
+        let added = precision::<T>(COMPLIANCE) * (row.compliance * r).abs();
+        *bound = square(&[own * size + added]);
     }
-    let terms = D * sets.contacts().len() + sets.rows().len();
-    let longest = N.max(terms);
-    let noise = |free, sums| (two + T::ONE) * precision(longest + 2) * (free + sums);
-    add_gap(problem, r, &mut velocities);
-    let energy = energy * T::count(N);
-    let terms = T::count(terms);
-    let least = (pushed * trace).min(momentum.pushed * unit * unit);
-    let sums = energy * (unit * trace) + least * terms;
-    let weighted = momentum.weighted.map(|weighted| {
-        // `|M_kj|² <= M_kk M_jj`: what is weighted has a trace of `N`.
-        let ratio = weighted.unit / unit;
-        let sums = energy * ratio * weighted.unit + pushed * ratio * ratio * terms;
-        noise(weighted.free, sums * T::count(N))
-    });
+    add_gap(problem, scaled, &mut velocities);
+    let share = precision::<T>(longest(sets, N));
+    let noise = |norms: &Norms<T>| share * share * norms.magnitude;
     Rounding {
-        momentum: noise(momentum.plain.free, sums),
-        weighted: weighted.unwrap_or(T::ZERO),
+        momentum: noise(&momentum.plain),
+        weighted: momentum.weighted.as_ref().map_or(T::ZERO, noise),
         velocities,
     }
+}
+
+/// Squares of all rows of a contact, and of the normal one.
+fn squares<T: Real, const D: usize>(bounds: &[T; D]) -> [T; 2] {
+    [square(bounds), square(bounds.get(..1).unwrap_or_default())]
 }
 
 /// Computes `u = H v + w` and `M v - M v_free - Hᵀ r` again, with twice the digits, of impulses in scaled rows and in rows that
 /// are not; `cheap` are the bounds of [`bound`]. Returns the bounds that are left.
 #[inline(never)]
-pub(crate) fn refine<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
-    problem: &Problem<'_, T, N, D, C, R>,
+pub(crate) fn refine<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    problem: &Problem<'_, T, N, D, C, R, S>,
     v: &[T; N],
     [scaled, r]: [&Stacked<T, D, C, R>; 2],
     (u, momentum): (&mut Stacked<T, D, C, R>, &mut Dynamics<T>),
@@ -159,14 +156,13 @@ pub(crate) fn refine<T: Real, const N: usize, const D: usize, const C: usize, co
         };
         let mut rounded = values.map(|value| value.abs() * T::count(times));
         if let Some(scaling) = scene.scaling(i) {
-            // A product of up to four, and a sum.
             for (rounded, added) in rounded.iter_mut().zip(scaling.compliance_velocity(r)) {
-                *rounded += added.abs() * T::literal(5.0);
+                *rounded += added.abs() * T::count(COMPLIANCE);
             }
         }
         let left = T::count(N + 4) * bound[0].square_root();
         let bounds = scene.scale(i, rounded).map(|size| half * (size + left));
-        *bound = [square(&bounds), square(bounds.get(..1).unwrap_or_default())];
+        *bound = squares(&bounds);
     }
     let places = velocities.rows.iter_mut().zip(&mut u.rows);
     for ((bound, u), (row, &r)) in places.zip(scene.rows().iter().zip(&r.rows)) {
@@ -181,7 +177,7 @@ pub(crate) fn refine<T: Real, const N: usize, const D: usize, const C: usize, co
         if value.is_finite() {
             *u = value;
             let rounded =
-                value.abs() * T::literal(TWO) + (row.compliance * r).abs() * T::literal(5.0);
+                value.abs() * T::literal(2.0) + (row.compliance * r).abs() * T::count(COMPLIANCE);
             let left = T::count(N + 4) * bound.square_root();
             *bound = square(&[half * (rounded + left)]);
         }
@@ -194,8 +190,7 @@ pub(crate) fn refine<T: Real, const N: usize, const D: usize, const C: usize, co
             ..*cheap
         };
     }
-    let terms = D * problem.sets.contacts().len() + problem.sets.rows().len();
-    let left = half * T::count(N + terms + 3);
+    let left = precision::<T>(longest(&problem.sets, N));
     let left = |cheap: T| left * left * cheap;
     momentum.replace_gaps(mass, &gaps);
     let rounded = |residual: T| half * half * residual;
@@ -213,8 +208,15 @@ pub(crate) fn refine<T: Real, const N: usize, const D: usize, const C: usize, co
 /// Adds to squares of bounds on velocities by how much a `W` that was given moves more than `H Hᵀ`:
 /// `|W_ab - H_a·H_b| <= gap sqrt(W_aa W_bb)`.
 #[inline]
-fn add_gap<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
-    problem: &Problem<'_, T, N, D, C, R>,
+fn add_gap<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    problem: &Problem<'_, T, N, D, C, R, S>,
     r: &Stacked<T, D, C, R>,
     velocities: &mut VelocityNoise<T, C, R>,
 ) {
@@ -223,20 +225,13 @@ fn add_gap<T: Real, const N: usize, const D: usize, const C: usize, const R: usi
         return;
     }
     let sets = &problem.sets;
-    let row_inertia = |alpha: T| {
-        if alpha > T::ZERO {
-            T::ONE / alpha
-        } else {
-            T::ZERO
-        }
-    };
     let mut speed = T::ZERO;
     for (set, r) in sets.contacts().iter().zip(&r.contacts) {
         let sum = r.iter().fold(T::ZERO, |sum, r| sum + r.abs());
         speed += gap * set.inverse_mass().square_root() * sum;
     }
     for (set, &r) in sets.rows().iter().zip(&r.rows) {
-        speed += gap * row_inertia(set.alpha).square_root() * r.abs();
+        speed += gap * set.inverse_mass().square_root() * r.abs();
     }
     let two = T::literal(TWO);
     for (velocity, set) in velocities.contacts.iter_mut().zip(sets.contacts()) {
@@ -244,7 +239,7 @@ fn add_gap<T: Real, const N: usize, const D: usize, const C: usize, const R: usi
         *velocity = velocity.map(|bound| (bound + gap) * two);
     }
     for (velocity, set) in velocities.rows.iter_mut().zip(sets.rows()) {
-        *velocity = (*velocity + row_inertia(set.alpha) * (speed * speed)) * two;
+        *velocity = (*velocity + set.inverse_mass() * (speed * speed)) * two;
     }
 }
 

@@ -15,9 +15,9 @@
 //! Sweeps converge slowly if contacts have more rows than dofs. A cold solve then guesses first
 //! ([`crate::solver::initial_guess`]), if sticking is likely.
 
-use crate::Real;
-use crate::cone::square;
 use crate::linalg::blocks::product;
+use crate::linalg::vector::square;
+use crate::real::Real;
 use crate::sets::contact::local::Local;
 use crate::sets::contact::several_tangents;
 

@@ -1,8 +1,9 @@
 //! What a contact does at a point, and its linearisation.
 
-use crate::Real;
-use crate::cone::{add_to_normal, norm, split};
+use crate::cone::{add_to_normal, split};
 use crate::linalg::blocks::product;
+use crate::linalg::vector::norm;
+use crate::real::Real;
 use crate::sets::ContactSet;
 use nalgebra::SVector;
 

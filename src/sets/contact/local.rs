@@ -1,6 +1,6 @@
 //! One contact, the others held.
 
-use crate::Real;
+use crate::real::Real;
 use crate::sets::ContactSet;
 
 /// A contact with what its impulse follows from while the others are held.

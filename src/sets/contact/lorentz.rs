@@ -2,8 +2,9 @@
 //!
 //! `∘` is the Jordan product, `a ∘ b = (a·b, a_N b_T + b_N a_T)`, and `det a = a_N² - |a_T|²`.
 
-use crate::Real;
-use crate::cone::{norm, split};
+use crate::cone::split;
+use crate::linalg::vector::norm;
+use crate::real::Real;
 use nalgebra::SVector;
 
 /// A vector by its parts.

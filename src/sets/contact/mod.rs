@@ -1,8 +1,10 @@
 //! What a solve asks of a contact: its cone, the De Saxcé shift, and in the files beside it the same of each method.
 
-use crate::cone::{add_to_normal, norm, split, square};
-use crate::linalg::vector::zeros;
-use crate::{Contact, FrictionCone, Model, Real};
+use crate::cone::{FrictionCone, add_to_normal, split};
+use crate::linalg::vector::{norm, square, zeros};
+use crate::real::Real;
+use crate::scene::Contact;
+use crate::solution::Model;
 use nalgebra::SVector;
 
 pub(super) mod coulomb_sweep;

@@ -1,4 +1,4 @@
-//! The error a solution is judged by; [`crate::problem::rounding`] bounds what rounding may hide of it.
+//! The error a solution is judged by; [`crate::problem::judge::rounding`] bounds what rounding may hide of it.
 //!
 //! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |stop|), |M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|))`
 //! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w`, `alpha_i = D / trace(W_ii)` and two impulses
@@ -9,11 +9,13 @@
 //! a far gap does not loosen it. If bodies that touch fall together, `q` is rounding alone, and the reference is 1 % of the
 //! impulse that would stop them. 0/0 counts as 0. Sums are of squares, with one root at the end.
 
-use crate::cone::{add_to_normal, norm, split, square};
-use crate::linalg::sparsity::GROUP;
-use crate::linalg::vector::{larger, quotient, root_sum, unit, zeros};
+use crate::cone::{add_to_normal, split};
+use crate::linalg::sparsity::{GROUP, add_sizes};
+use crate::linalg::vector::{larger, norm, quotient, root_sum, square, unit, zeros};
+use crate::real::Real;
+use crate::scene::Scene;
 use crate::sets::ContactSet;
-use crate::{ContactMode, Real, Scene};
+use crate::solution::ContactMode;
 use nalgebra::SVector;
 
 /// Argument `r - alpha û` of the natural map of one contact.
@@ -121,8 +123,9 @@ pub(crate) fn stopping_impulse<
     const D: usize,
     const C: usize,
     const R: usize,
+    const S: usize,
 >(
-    scene: &Scene<T, N, D, C, R>,
+    scene: &Scene<T, N, D, C, R, S>,
     sets: &[ContactSet<T, D>],
     free: &[T; N],
 ) -> T {
@@ -157,16 +160,6 @@ pub(crate) fn without_gap<T: Real, const D: usize>(offset: &SVector<T, D>) -> SV
         *normal = normal.min(T::ZERO);
     }
     offset
-}
-
-/// `sums += Σ_j |v_j| |column_j|`
-#[inline]
-fn add_sizes<T: Real, const D: usize>(columns: &[[T; D]], v: &[T], sums: &mut [T; D]) {
-    for (column, &v) in columns.iter().zip(v) {
-        for (sum, &entry) in sums.iter_mut().zip(column) {
-            *sum += (entry * v).abs();
-        }
-    }
 }
 
 /// First part of the error, from `u = W r + q` or `u = H v + w`.

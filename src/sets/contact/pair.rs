@@ -4,9 +4,9 @@
 //! the Jordan product of that cone, `a ∘ b = (a·b, a_N b_T + b_N a_T)`, `J = diag(1, -1, ..., -1)`,
 //! `det a = a_N² - |a_T|²` and `Q(a) b = 2 a (a·b) - det(a) J b`.
 
-use crate::Real;
-use crate::cone::{add_to_normal, norm, split};
-use crate::linalg::vector::zeros;
+use crate::cone::{add_to_normal, split};
+use crate::linalg::vector::{norm, zeros};
+use crate::real::Real;
 use crate::sets::ContactSet;
 use crate::sets::contact::lorentz::{
     across, divide, first, joined, jordan, keep_inside, max_step, size,

@@ -5,9 +5,9 @@
 //! with a `λ > 0`: one step of Newton's method along the boundary leads there from the last impulse. More steps save 4 % of the work
 //! and no time, since the other contacts move as well.
 
-use crate::Real;
-use crate::cone::{norm, square};
 use crate::linalg::blocks::product;
+use crate::linalg::vector::{norm, square};
+use crate::real::Real;
 use crate::sets::contact::local::Local;
 
 /// The impulse of one contact while the others are held.

@@ -3,10 +3,10 @@
 //! As in [`super::coulomb_sweep`], `r_T = (S + λI)⁻¹ b` with the `λ >= 0` that puts the impulse on the cone. The ratio of
 //! `mu r_N` to `|r_T|` is nearly linear in `λ` and grows with it: Newton's method, kept between bounds.
 
-use crate::Real;
-use crate::cone::{norm, square};
 use crate::linalg::blocks::product;
 use crate::linalg::pivot::Pivot;
+use crate::linalg::vector::{norm, square};
+use crate::real::Real;
 
 /// Steps of Newton's method at most; the next sweep goes on from there.
 const STEPS: usize = 12;

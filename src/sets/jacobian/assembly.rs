@@ -1,10 +1,10 @@
 //! The equations of a Newton step, written into the matrix that is factorised.
 
 use super::Jacobian;
-use crate::Real;
 use crate::factor::Delassus;
 use crate::linalg::blocks::{product, row_times};
 use crate::linalg::stacked::StackedMatrix;
+use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::frame::Kind;
 

@@ -20,7 +20,7 @@ const N: usize = 13;
 const C: usize = 3;
 
 /// A scene with more dofs than rows, so that the system is regular without damping.
-fn scene<const D: usize>(numbers: &[f64], mus: &[f64]) -> Result<Scene<f64, N, D, C>, Error> {
+fn scene<const D: usize>(numbers: &[f64], mus: &[f64]) -> Result<Scene<f64, N, D, C, 0, C>, Error> {
     let (root, rows) = numbers.split_at(N * N);
     let root = SMatrix::<f64, N, N>::from_column_slice(root);
     let mut scene = Scene::new();
@@ -45,7 +45,7 @@ fn scene<const D: usize>(numbers: &[f64], mus: &[f64]) -> Result<Scene<f64, N, D
 
 /// A point of a problem, and what follows from it.
 fn point_at<const N: usize, const D: usize, const C: usize, const R: usize>(
-    problem: &Problem<'_, f64, N, D, C, R>,
+    problem: &Problem<'_, f64, N, D, C, R, C>,
     z: &Stacked<f64, D, C, R>,
 ) -> Point<f64, D, C, R> {
     let mut point = Point::none();
@@ -57,7 +57,7 @@ fn point_at<const N: usize, const D: usize, const C: usize, const R: usize>(
 /// `J d = b` is solved for `d`; the derivative of `-E` along `d` has to be `b`. The differences, at a Jacobian; `None` if it is
 /// singular, or there is no derivative.
 fn differences<const N: usize, const D: usize, const C: usize, const R: usize>(
-    problem: &Problem<'_, f64, N, D, C, R>,
+    problem: &Problem<'_, f64, N, D, C, R, C>,
     point: &Point<f64, D, C, R>,
     b: &Stacked<f64, D, C, R>,
 ) -> Option<(Stacked<f64, D, C, R>, Jacobian<f64, D, C, R>)> {

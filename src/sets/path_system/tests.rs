@@ -130,7 +130,7 @@ fn a_pair_stays_inside() {
 /// A contact of each coefficient on a mass of one, and rows of all laws with compliance, one of which keeps its impulse.
 fn scene<const D: usize, const C: usize, const R: usize>(
     mus: [f64; C],
-) -> Result<Scene<f64, N, D, C, R>, Error> {
+) -> Result<Scene<f64, N, D, C, R, C>, Error> {
     let mut numbers = numbers();
     let mut next = || numbers.next().unwrap_or(0.0);
     let mut scene = Scene::new();

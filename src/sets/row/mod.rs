@@ -1,6 +1,8 @@
 //! What a solve asks of a joint row: an interval for its impulse, and in the file beside it the central path.
 
-use crate::{JointRow, Real, RowMode};
+use crate::real::Real;
+use crate::scene::JointRow;
+use crate::solution::RowMode;
 
 pub(super) mod pair;
 
@@ -59,6 +61,15 @@ impl<T: Real> RowSet<T> {
             bounds,
             alpha,
             ..Self::none()
+        }
+    }
+
+    /// `W_jj`; 0 if nothing moves it.
+    pub(crate) fn inverse_mass(&self) -> T {
+        if self.alpha > T::ZERO {
+            T::ONE / self.alpha
+        } else {
+            T::ZERO
         }
     }
 

@@ -3,7 +3,7 @@
 //! A row with the bounds `l` and `u` has `s = p - n`, `(λ - l) p = tau` and `(u - λ) n = tau`; where a bound is infinite its
 //! part is left out, so that a limit has one product and an equality none. Where the bounds coincide nothing is unknown.
 
-use crate::Real;
+use crate::real::Real;
 use crate::sets::RowSet;
 use crate::sets::contact::pair::smoothed;
 

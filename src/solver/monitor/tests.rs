@@ -16,7 +16,7 @@ fn carried(share: f64) -> Stacked<f64, D, C, 0> {
     }
 }
 
-fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C, 0>, r: &Stacked<f64, D, C, 0>) {
+fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C, 0, 0>, r: &Stacked<f64, D, C, 0>) {
     let mut u = carried(0.0);
     let natural_map = monitor.problem.natural_map(r, &mut u);
     monitor.consider(r, &u, natural_map);

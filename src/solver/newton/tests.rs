@@ -9,13 +9,13 @@ use crate::solver::state::State;
 use nalgebra::vector;
 
 /// Moves to the guess that all contacts stick.
-fn go_to_guess(state: &mut State<f64, D, C, 0>, monitor: &Monitor<'_, '_, f64, N, D, C, 0>) {
+fn go_to_guess(state: &mut State<f64, D, C, 0>, monitor: &Monitor<'_, '_, f64, N, D, C, 0, 0>) {
     monitor.problem.all_sticking(&mut state.point.z);
     state.point.update(monitor.problem);
 }
 
 /// A solve at the guess that all contacts stick.
-fn guess(monitor: &Monitor<'_, '_, f64, N, D, C, 0>) -> State<f64, D, C, 0> {
+fn guess(monitor: &Monitor<'_, '_, f64, N, D, C, 0, 0>) -> State<f64, D, C, 0> {
     let mut state = State::none();
     go_to_guess(&mut state, monitor);
     state

@@ -1,6 +1,6 @@
 //! What is known of contacts or joint rows after a solve, by key.
 
-use crate::Real;
+use crate::real::Real;
 use core::mem;
 
 /// `ũ` and `r` of a contact (`L` rows) or a joint row (one) in the last solve, in physical units.
@@ -16,10 +16,10 @@ pub(super) struct Entry<T, const L: usize> {
 }
 
 impl<T: Real, const L: usize> Entry<T, L> {
-    /// `r`, extrapolated from the last two solves; what is open stays open.
-    pub(super) fn extrapolated(&self) -> [T; L] {
+    /// `r`; if the solve is to go `onwards`, extrapolated from the last two solves. What is open stays open.
+    pub(super) fn impulse(&self, onwards: bool) -> [T; L] {
         let mut r = self.r;
-        if self.solves > 1 && r != [T::ZERO; L] {
+        if onwards && self.solves > 1 && r != [T::ZERO; L] {
             for ((r, &last), &before) in r.iter_mut().zip(&self.r).zip(&self.before) {
                 *r += last - before;
             }

@@ -54,8 +54,9 @@ proptest! {
         }
         let r = Stacked { contacts: r, rows: [] };
         let mut u = Stacked::zero();
-        let mut momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u);
-        let mut bounds = bound(&problem, &v, &r, &momentum);
+        let mut sizes = u;
+        let mut momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u, &mut sizes);
+        let mut bounds = bound(&problem, [&r; 2], &sizes, &momentum);
         for _ in 0..2 {
             let pairs = u.contacts.iter().zip(&exact);
             for ((u, exact), bound) in pairs.zip(bounds.velocities.contacts) {
@@ -83,7 +84,8 @@ fn momenta_of_which_squares_vanish_are_bounded() {
     let mut problem = Problem::new(&scene, &factor, &f, Model::Coulomb);
     problem.fill(true);
     let [f] = f.data.0;
-    let (r, mut u) = (Stacked::zero(), Stacked::zero());
-    let momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u);
-    assert!(bound(&problem, &v, &r, &momentum).momentum > 0.0);
+    let r = Stacked::zero();
+    let (mut u, mut sizes) = (r, r);
+    let momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u, &mut sizes);
+    assert!(bound(&problem, [&r; 2], &sizes, &momentum).momentum > 0.0);
 }

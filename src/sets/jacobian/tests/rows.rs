@@ -28,7 +28,7 @@ fn numbers() -> impl Iterator<Item = f64> {
 /// Contacts on elliptic cones, the second one without friction, and seven rows of all laws, some of which give way.
 fn scene_with_rows<const D: usize, const C: usize>(
     random: &mut impl Iterator<Item = f64>,
-) -> Result<Scene<f64, N, D, C, R>, Error> {
+) -> Result<Scene<f64, N, D, C, R, C>, Error> {
     let mut next = || random.next().unwrap_or(0.0);
     let root = SMatrix::<f64, N, N>::from_fn(|_, _| next());
     let mut scene = Scene::new();
@@ -139,9 +139,9 @@ fn the_jacobian_of_joint_rows_is_the_derivative_of_the_residual() -> Result<(), 
 
 /// `order[i]` says which contact, and which joint row, of a scene is the `i`-th of the new one.
 fn reordered(
-    scene: &Scene<f64, N, 3, 3, R>,
+    scene: &Scene<f64, N, 3, 3, R, 3>,
     order: &Places<3, 7>,
-) -> Result<Scene<f64, N, 3, 3, R>, Error> {
+) -> Result<Scene<f64, N, 3, 3, R, 3>, Error> {
     let mut other = Scene::new();
     other.set_mass(scene.mass())?;
     for &i in &order.contacts {

@@ -1,12 +1,11 @@
 //! The arguments of the helpers, and what is asked of each.
 
-use crate::{Error, Real};
 use core::fmt;
 
-/// Argument of a helper of [`crate::time_stepping`] that an [`Error::InvalidParameter`] speaks of.
+/// Argument of a helper of [`crate::time_stepping`] that an [`crate::Error::InvalidParameter`] speaks of.
 ///
 /// Its text says what was asked of it. All have to be finite, but for a distance to what is not there, for bounds
-/// (`recovery` and `reach`), and for the stiffness of [`super::Spring`].
+/// (`recovery` and `reach`), and for the stiffness of [`crate::time_stepping::Spring`].
 ///
 /// ```
 /// use stiction::Error;
@@ -43,15 +42,15 @@ pub enum Parameter {
     GapOffset,
     /// The torque of dry friction (N·m, N).
     Torque,
-    /// [`super::Motor::stiffness`] (N·m/rad, N/m).
+    /// [`crate::time_stepping::Motor::stiffness`] (N·m/rad, N/m).
     MotorStiffness,
-    /// [`super::Motor::damping`] (N·m·s/rad, N·s/m).
+    /// [`crate::time_stepping::Motor::damping`] (N·m·s/rad, N·s/m).
     MotorDamping,
     /// Both gains of a motor: 0, or too small to be divided by.
     MotorGains,
-    /// [`super::Motor::feedforward`] (N·m, N).
+    /// [`crate::time_stepping::Motor::feedforward`] (N·m, N).
     Feedforward,
-    /// [`super::Motor::limit`] (N·m, N).
+    /// [`crate::time_stepping::Motor::limit`] (N·m, N).
     TorqueLimit,
     /// How far a motor is ahead of where it is to be (rad, m).
     Ahead,
@@ -99,56 +98,5 @@ impl fmt::Display for Parameter {
             Self::Suction => "force of suction is negative, not finite or too large",
             Self::Normal => "normal of a contact is no vector of length 1",
         })
-    }
-}
-
-impl Parameter {
-    /// The error that names it.
-    pub(crate) const fn error(self) -> Error {
-        Error::InvalidParameter { parameter: self }
-    }
-
-    /// The number, if it fulfils what is asked of it.
-    fn checked<T>(self, number: T, fulfils: bool) -> Result<T, Error> {
-        if fulfils {
-            Ok(number)
-        } else {
-            Err(self.error())
-        }
-    }
-
-    /// The number, if it is finite.
-    pub(super) fn finite<T: Real>(self, number: T) -> Result<T, Error> {
-        self.checked(number, number.is_finite())
-    }
-
-    /// The number, if it is finite and positive.
-    pub(super) fn positive<T: Real>(self, number: T) -> Result<T, Error> {
-        self.checked(number, number.is_finite() && number > T::ZERO)
-    }
-
-    /// The number, if it is positive; it may be infinite.
-    pub(super) fn positive_or_infinite<T: Real>(self, number: T) -> Result<T, Error> {
-        self.checked(number, number > T::ZERO)
-    }
-
-    /// The number, if it is finite and not negative.
-    pub(super) fn not_negative<T: Real>(self, number: T) -> Result<T, Error> {
-        self.checked(number, number.is_finite() && number >= T::ZERO)
-    }
-
-    /// The number, if it is a distance: finite, or infinitely far.
-    pub(super) fn distance<T: Real>(self, number: T) -> Result<T, Error> {
-        self.checked(number, number.is_finite() || number > T::ZERO)
-    }
-
-    /// The number, if it is not negative; it may be infinite.
-    pub(super) fn bound<T: Real>(self, number: T) -> Result<T, Error> {
-        self.checked(number, number >= T::ZERO)
-    }
-
-    /// The number, if it is one from 0 to 1.
-    pub(super) fn share<T: Real>(self, number: T) -> Result<T, Error> {
-        self.checked(number, number >= T::ZERO && number <= T::ONE)
     }
 }

@@ -1,0 +1,90 @@
+//! Which contact is off most, and by how much in the units of the scene.
+
+use crate::cone::split;
+use crate::factor::Factor;
+use crate::linalg::vector::{larger, norm, zeros};
+use crate::real::Real;
+use crate::scene::Scene;
+use crate::sets::ContactSet;
+use crate::sets::contact::natural_map;
+use crate::solution::{Settings, Solution, Violation};
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
+    Solution<T, N, D, C, R>
+{
+    /// Index of the contact with the largest error, or `None` if all are exact. Pass the scene, factor and settings of the
+    /// solve.
+    ///
+    /// The error of a contact is the largest entry of `r_i - Π_K(r_i - alpha_i û_i)` (N·s), see [`crate::guide::error`].
+    /// [`crate::Kernel::worst_contact`] needs the settings alone.
+    ///
+    /// ```
+    /// # use nalgebra::{Matrix2, matrix, vector};
+    /// # use stiction::{Contact, Kernel, Settings};
+    /// # let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    /// # let scene = kernel.scene_mut();
+    /// # scene.set_mass(&(Matrix2::identity() * 2.0))?;
+    /// # scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
+    /// let settings = Settings { budget: 0, ..Settings::new(1e-9) };
+    /// kernel.solve(&vector![0.0, -0.2], &settings)?;
+    /// assert_eq!(kernel.worst_contact(&settings), Some(0)); // nothing has pushed it yet
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    #[must_use]
+    pub fn worst_contact<const S: usize>(
+        &self,
+        scene: &Scene<T, N, D, C, R, S>,
+        factor: &Factor<T, N, D, C, R>,
+        settings: &Settings<T>,
+    ) -> Option<usize> {
+        let (mut largest, mut worst) = (T::ZERO, None);
+        for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
+            let alpha = factor.natural_map_step(i);
+            let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
+            let velocity = scene.scale(i, found.velocity.into()).into();
+            let impulse = scene.unscale(i, found.impulse.into()).into();
+            if set.is_immovable_and_violated(&velocity) {
+                return Some(i);
+            }
+            let pushed = velocity * alpha;
+            let (residual, _) = natural_map::natural_map(&set, &pushed, &impulse);
+            let size = larger(largest, residual.as_slice(), T::ONE);
+            if size > largest {
+                (largest, worst) = (size, Some(i));
+            }
+        }
+        worst
+    }
+
+    /// How far the impulses are from what contacts allow, in the units of the scene: an error that a mechanic would measure.
+    ///
+    /// ```
+    /// # use nalgebra::{Matrix2, matrix, vector};
+    /// # use stiction::{Contact, Kernel, Settings};
+    /// # let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    /// # let scene = kernel.scene_mut();
+    /// # scene.set_mass(&(Matrix2::identity() * 2.0))?;
+    /// # scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
+    /// let settings = Settings { budget: 0, ..Settings::new(1e-9) };
+    /// kernel.solve(&vector![0.0, -0.2], &settings)?;
+    /// // Nothing has pushed it yet: it falls through the floor.
+    /// assert_eq!(kernel.solution().violation(kernel.scene()).closing_speed, 0.1);
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    #[must_use]
+    pub fn violation<const S: usize>(&self, scene: &Scene<T, N, D, C, R, S>) -> Violation<T> {
+        let mut worst = Violation {
+            closing_speed: T::ZERO,
+            outside_cone: T::ZERO,
+        };
+        for (i, (found, contact)) in self.contacts.iter().zip(scene.contacts()).enumerate() {
+            let (normal, _) = split(&found.velocity);
+            worst.closing_speed = worst.closing_speed.max(-normal);
+            let impulse = scene.unscale(i, found.impulse.into()).into();
+            let (normal, tangent) = split(&impulse);
+            let excess = norm(tangent) - contact.mu * normal.max(T::ZERO);
+            worst.outside_cone = worst.outside_cone.max(excess).max(-normal);
+        }
+        worst
+    }
+}
