@@ -163,6 +163,12 @@ pub enum Error {
         /// Index of the row.
         row: usize,
     },
+    /// A limit of [`crate::Kernel::solve_with_limits`] has bounds that no impulse fulfils, or a compliance that is negative or not
+    /// finite.
+    InvalidLimit {
+        /// Index of the limit.
+        limit: usize,
+    },
     /// There is no joint row of this index.
     NoSuchRow {
         /// The index asked for.
@@ -260,6 +266,9 @@ impl fmt::Display for Error {
             }
             Self::InvalidRowCompliance { row } => {
                 write!(f, "compliance of joint row {row} is negative or not finite")
+            }
+            Self::InvalidLimit { limit } => {
+                write!(f, "bounds or compliance of limit {limit} are invalid")
             }
             Self::NoSuchRow { row } => write!(f, "there is no joint row {row}"),
             Self::InvalidParameter { parameter } => write!(f, "{parameter}"),

@@ -476,6 +476,10 @@ fn every_error_says_which_datum_is_wrong() {
             Error::InvalidRowCompliance { row: 14 },
             "compliance of joint row 14",
         ),
+        (
+            Error::InvalidLimit { limit: 14 },
+            "bounds or compliance of limit 14",
+        ),
         (Error::InvalidBounds { row: 15 }, "bounds of joint row 15"),
         (Error::DelassusSize { wanted: 16 }, "16 entries"),
         (

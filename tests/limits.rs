@@ -314,3 +314,22 @@ fn a_solution_without_some_of_the_limits_is_disowned() -> Result<(), Error> {
     assert!(!solution.is_usable(1.0) && solution.status == Status::Unsolved);
     Ok(())
 }
+
+#[test]
+fn a_limit_that_is_refused_is_named() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 2, 1, 0, 2>::new();
+    kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    let mut limits = [limit(0, 1.0, 1.0, 0), limit(1, 1.0, 1.0, 1)];
+    limits[1].compliance = -1.0;
+    let settings = Settings::new(1e-9);
+    let refused = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &settings);
+    assert_eq!(refused.err(), Some(Error::InvalidLimit { limit: 1 }));
+    limits[1].compliance = 0.0;
+    limits[1].law = RowLaw::Box {
+        lower: 1.0,
+        upper: -1.0,
+    };
+    let refused = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &settings);
+    assert_eq!(refused.err(), Some(Error::InvalidLimit { limit: 1 }));
+    Ok(())
+}

@@ -5,7 +5,7 @@ use crate::support::random::{draws, numbers};
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::{
     Contact, Error, Factor, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Solver,
-    Status,
+    Status, Surface,
 };
 use testbed::generate;
 use testbed::measure::{Law, error_given, error_of};
@@ -109,7 +109,7 @@ fn a_limit_that_is_left_out_has_sound_numbers() -> Result<(), Error> {
             ..row(vector![1.0], 5.0, RowLaw::Limit, 0)
         }];
         let refused = kernel.solve_with_limits(&limits, &vector![0.0], &Settings::new(1e-9));
-        assert_eq!(refused.err(), Some(Error::InvalidRowCompliance { row: 0 }));
+        assert_eq!(refused.err(), Some(Error::InvalidLimit { limit: 0 }));
     }
     Ok(())
 }
@@ -396,4 +396,136 @@ fn a_rigid_surface_loosens_no_dynamics() {
         let is_solved = answer.status == Status::Solved;
         assert!(!is_solved || error <= tolerance, "{index}: {error:e}");
     }
+}
+
+/// A factor is that of its scene alone, also where the same numbers stand elsewhere in another one.
+#[test]
+fn a_factor_tells_a_jacobian_from_a_compliance() -> Result<(), Error> {
+    let scene = |[entry, compliance]: [f64; 2]| -> Result<_, Error> {
+        let mut scene = Scene::<f64, 5, 1, 1, 0, 1>::new();
+        scene.set_mass(&SMatrix::identity())?;
+        let surface = Surface {
+            compliance: [compliance, 0.0],
+            ..Surface::isotropic(0.0)
+        };
+        let contact = normal(vector![0.0, 0.0, 0.0, 0.0, entry], 0.0);
+        scene.push_on(&contact, &surface)?;
+        Ok(scene)
+    };
+    let factor = Factor::new(&scene([1.0, 0.5])?)?;
+    assert!(factor.is_current(&scene([1.0, 0.5])?));
+    assert!(!factor.is_current(&scene([0.5, 1.0])?));
+
+    // A mass and a row of the same numbers.
+    let scene = |[mass, entry]: [f64; 2]| -> Result<_, Error> {
+        let mut scene = Scene::<f64, 1, 1, 0, 1>::new();
+        scene.set_mass(&Matrix1::new(mass))?;
+        scene.push_row(&row(vector![entry], 0.0, RowLaw::Equality, 0))?;
+        Ok(scene)
+    };
+    let factor = Factor::new(&scene([2.0, 3.0])?)?;
+    assert!(!factor.is_current(&scene([3.0, 2.0])?));
+    Ok(())
+}
+
+/// Scenes of constants are told apart as others are, also once something in them is replaced.
+#[test]
+fn a_factor_tells_scenes_of_constants_apart() -> Result<(), Error> {
+    let scene = |mass: f64, entry: f64| {
+        let contact = normal(vector![entry], -1.0);
+        Scene::<f64, 1, 1, 1>::from_parts(Matrix1::new(mass), [contact], [])
+    };
+    let factor = Factor::new(&scene(1.0, 1.0))?;
+    assert!(factor.is_current(&scene(1.0, 1.0)));
+    assert!(!factor.is_current(&scene(2.0, 1.0)) && !factor.is_current(&scene(1.0, 2.0)));
+    let mut other = scene(3.0, 2.0);
+    other.set_mass(&Matrix1::new(1.0))?;
+    assert!(!factor.is_current(&other));
+    other.set_jacobian(0, &Matrix1::new(1.0))?;
+    assert!(factor.is_current(&other));
+
+    let mut kernel = Kernel::<f64, 1, 1, 1>::new();
+    for mass in [1.0, 4.0] {
+        *kernel.scene_mut() = scene(mass, 1.0);
+        let impulse = kernel.solve(&vector![0.0], &Settings::new(1e-9))?.contacts[0].impulse;
+        assert_eq!(impulse, vector![mass]);
+    }
+    Ok(())
+}
+
+/// What gives way is added to a velocity once, also where numbers are too large to be computed with twice the digits.
+#[test]
+fn compliance_is_added_once() -> Result<(), Error> {
+    let (entry, compliance) = (1e35_f32, 1e34_f32);
+    let mut kernel = Kernel::<f32, 1, 1, 1, 0, 1>::new();
+    let scene = kernel.scene_mut();
+    scene.set_mass(&Matrix1::new(entry))?;
+    let surface = Surface {
+        compliance: [compliance, 0.0],
+        ..Surface::isotropic(0.0)
+    };
+    scene.push_on(&normal(vector![entry], 0.0), &surface)?;
+    let solution = kernel.solve(&vector![-0.5 * entry], &Settings::new(1e-12))?;
+    let (v, contact) = (solution.velocity[0], &solution.contacts[0]);
+    let expected = f64::from(entry) * f64::from(v) + f64::from(compliance * contact.impulse[0]);
+    let terms = f64::from(compliance * contact.impulse[0]);
+    assert!(terms > 0.0);
+    assert!((f64::from(contact.velocity[0]) - expected).abs() < 1e-5 * terms);
+    Ok(())
+}
+
+/// A tangent along which hardly any friction acts is no reason for a rigid surface to end without numbers.
+#[test]
+fn a_scale_whose_square_vanishes_is_one() -> Result<(), Error> {
+    let mut kernel = Kernel::<f32, 3, 3, 1, 0, 1>::new();
+    let scene = kernel.scene_mut();
+    scene.set_mass(&Matrix3::identity())?;
+    let contact = Contact {
+        jacobian: Matrix3::identity(),
+        offset: vector![0.0, 0.0, 0.0],
+        mu: 0.0,
+        key: 0,
+    };
+    let surface = Surface {
+        friction: [1.0, 1e-23],
+        ..Surface::isotropic(0.0)
+    };
+    scene.push_on(&contact, &surface)?;
+    let solution = kernel.solve(&vector![-1.0, 0.2, 0.1], &Settings::default())?;
+    assert!(solution.is_solved(), "{:?}", solution.status);
+    assert!((solution.velocity - vector![0.0, 0.0, 0.1]).norm() < 1e-3);
+    Ok(())
+}
+
+/// The worst contact does not depend on the unit of mass.
+#[test]
+fn the_worst_contact_is_the_same_in_other_units() -> Result<(), Error> {
+    let mut found = Vec::new();
+    for unit in [1.0, 2.0_f32.powi(-80)] {
+        let mut kernel = Kernel::<f32, 6, 3, 2>::new();
+        let scene = kernel.scene_mut();
+        scene.set_mass(&(SMatrix::identity() * unit))?;
+        for body in 0..2 {
+            let jacobian = SMatrix::from_fn(|k, j| if j == 3 * body + k { 1.0 } else { 0.0 });
+            let (offset, key) = (SVector::zeros(), u32::try_from(body).unwrap_or(0));
+            scene.push(&Contact {
+                jacobian,
+                offset,
+                mu: 0.5,
+                key,
+            })?;
+        }
+        let settings = Settings {
+            budget: 0,
+            ..Settings::new(1e-5)
+        };
+        // The first is pressed a little, the second slides fast and is pressed less.
+        let push = vector![-1.0, 0.0, 0.0, -0.9, 3.0, 4.0] * unit;
+        kernel.solve(&push, &settings)?;
+        let violation = kernel.solution().violation(kernel.scene()).outside_cone / unit;
+        found.push((kernel.worst_contact(&settings), violation));
+    }
+    assert_eq!(found[0], found[1]);
+    assert_eq!(found[0].0, Some(0));
+    Ok(())
 }

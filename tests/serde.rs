@@ -125,6 +125,7 @@ fn every_kind_of_error_is_read_back() {
         Error::RowOutOfRange { key: u32::MAX },
         Error::InvalidBounds { row },
         Error::InvalidRowCompliance { row },
+        Error::InvalidLimit { limit: 3 },
         Error::ListFull { list, capacity: 4 },
         Error::NoSuchKey { key: u32::MAX },
         Error::DelassusSize { wanted: 9 },

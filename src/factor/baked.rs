@@ -52,7 +52,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// let parts: FactorParts<f32, 2, 2, 1> = Factor::new(&scene)?.parts().expect("as many contacts as there is room for");
     ///
     /// // In firmware: nothing is factorised.
-    /// let (scene, factor) = (Scene::from_parts(mass, [contact], []), Factor::from_parts(&parts));
+    /// let (scene, factor): (Scene<_, _, _, _>, _) = (Scene::from_parts(mass, [contact], []), Factor::from_parts(&parts));
     /// let mut solver = Solver::new();
     /// assert!(solver.solve(&scene, &factor, &vector![0.0, -0.2], &Settings::default())?.is_solved());
     /// # Ok::<(), stiction::Error>(())

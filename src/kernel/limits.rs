@@ -48,7 +48,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ///
     /// # Errors
     /// As [`Self::solve`], and as [`crate::Scene::push_row`] for a limit: [`Error::ListFull`] if more are reached on the way
-    /// than there is room for, [`Error::NotFinite`] with [`Input::Limit`]. [`Self::solution`] is then that of an earlier solve,
+    /// than there is room for, [`Error::NotFinite`] with [`Input::Limit`], [`Error::InvalidLimit`]. [`Self::solution`] is then that of an earlier solve,
     /// or without some of the limits: that one is [`Status::Unsolved`], with an infinite error.
     pub fn solve_with_limits(
         &mut self,
@@ -127,9 +127,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         for (limit, row) in limits.iter().enumerate() {
             let (mut speed, mut size) = (row.offset, row.offset.abs());
             for (&entry, &v) in row.row.as_slice().iter().zip(velocity.as_slice()) {
-                let product = entry * v;
-                speed += product;
-                size += product.abs();
+                // Most rows have one entry.
+                if entry != T::ZERO {
+                    let product = entry * v;
+                    speed += product;
+                    size += product.abs();
+                }
             }
             // Rounding may hide as much: half an `eps` for each operation that a term takes part in.
             let rounding = size * (T::EPSILON * T::count(N + 1) * T::literal(0.5));
@@ -154,7 +157,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 }
 
-/// Names a limit that is not made of numbers.
+/// Names a limit that is refused.
 fn named(error: Error, limit: usize) -> Error {
     match error {
         Error::NotFinite { row, column, .. } => Error::NotFinite {
@@ -162,6 +165,9 @@ fn named(error: Error, limit: usize) -> Error {
             row,
             column,
         },
+        Error::InvalidBounds { .. } | Error::InvalidRowCompliance { .. } => {
+            Error::InvalidLimit { limit }
+        }
         other => other,
     }
 }

@@ -30,7 +30,8 @@ pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usi
 /// Hash of numbers in chunks and what is left of them, in four running hashes: one alone would be waited for at each number.
 #[inline]
 fn hashed<'a, T: Real>(chunks: impl Iterator<Item = &'a [T; 4]>, rest: &[T], place: usize) -> u64 {
-    let mut hashes = [u64::try_from(place).unwrap_or(0); 4];
+    // Not 0, which zeros would leave as it is.
+    let mut hashes = [u64::try_from(place).unwrap_or(0).wrapping_add(1); 4];
     for numbers in chunks {
         for (hash, number) in hashes.iter_mut().zip(numbers) {
             *hash = number.hash(*hash);

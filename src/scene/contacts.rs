@@ -68,8 +68,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if let Some(place) = self.scalings.get_mut(index) {
             *place = *scaling;
         }
+        let print = scaling.fingerprint(print);
         self.contacts_print = self.contacts_print.wrapping_add(print);
-        self.contacts_print = self.contacts_print.wrapping_add(scaling.fingerprint(index));
         self.counts.contacts += 1;
         self.find_support(index);
         Ok(index)
@@ -82,7 +82,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.has_surfaces = false;
     }
 
-    /// Removes the first contact with this key; those behind it move up.
+    /// Removes the first contact with this key; those behind it move up. (A place for a surface that becomes free is the last of the
+    /// `S`: a contact stands there, if there are more, and keeps it.)
     ///
     /// # Errors
     /// [`Error::NoSuchKey`].
@@ -208,7 +209,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
         let own = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));
         let scaling = self.scalings.get(contact);
-        own.wrapping_add(scaling.map_or(0, |scaling| scaling.fingerprint(contact)))
+        scaling.map_or(own, |scaling| scaling.fingerprint(own))
     }
 
     /// A contact in use.

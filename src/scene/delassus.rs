@@ -67,7 +67,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 *entry = T::ONE;
             }
         }
-        self.mass_print = fingerprint(self.mass.as_slice(), C + R);
+        let print = fingerprint(self.mass.as_slice(), C + R);
+        self.mass_print = Some(self.delassus_gap.hash(print));
         let contacts = self.contacts.iter_mut().zip(&mut self.supports);
         for (i, (contact, support)) in contacts.enumerate().take(counts.contacts) {
             for (column, root) in contact.jacobian.data.0.iter_mut().zip(&root) {

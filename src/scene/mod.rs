@@ -77,8 +77,8 @@ pub struct Scene<
     counts: Counts,
     /// Is there a contact with a surface of its own?
     has_surfaces: bool,
-    /// Fingerprint of `M`.
-    mass_print: u64,
+    /// Fingerprint of `M`; `None` as long as no mass was set, and then no other is known either.
+    mass_print: Option<u64>,
     /// Sums of the fingerprints of contacts and of joint rows.
     contacts_print: u64,
     rows_print: u64,
@@ -97,6 +97,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 N >= 1 && C + R >= 1,
                 "a scene has velocities, and room for a contact or a joint row"
             );
+            assert!(S <= C, "there is room for more surfaces than contacts");
             assert!(
                 matches!(D, 1..=4 | 6),
                 "a contact has 1, 2, 3, 4 or 6 rows: normal, tangents, spin, two rolls"
@@ -113,7 +114,37 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 rows: 0,
             },
             has_surfaces: false,
-            mass_print: 0,
+            mass_print: None,
+            contacts_print: 0,
+            rows_print: 0,
+            delassus_gap: T::ZERO,
+        }
+    }
+
+    /// A scene with all its `C` contacts and `R` joint rows from constants, to stand in a `static`.
+    ///
+    /// Unchecked: use numbers that [`Self::set_mass`], [`Self::push`] and [`Self::push_row`] accepted on the host
+    /// (`examples/bake`, and the example of [`crate::Factor::from_parts`]). Other numbers end in an error or a status other than
+    /// [`crate::Status::Solved`], never in a panic.
+    #[must_use]
+    pub const fn from_parts(
+        mass: SMatrix<T, N, N>,
+        contacts: [Contact<T, N, D>; C],
+        rows: [JointRow<T, N>; R],
+    ) -> Self {
+        const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
+        Self {
+            mass,
+            contacts,
+            scalings: [Scaling::plain(); S],
+            supports: [Support::all(); C],
+            rows,
+            counts: Counts {
+                contacts: C,
+                rows: R,
+            },
+            has_surfaces: false,
+            mass_print: None,
             contacts_print: 0,
             rows_print: 0,
             delassus_gap: T::ZERO,
@@ -129,7 +160,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
         check_finite(mass, Input::Mass)?;
         check_symmetric(mass)?;
-        self.mass_print = copy_and_hash(self.mass.as_mut_slice(), mass.as_slice(), C + R);
+        if self.mass_print.is_none() {
+            self.contacts_print = self.prints_of_contacts();
+            self.rows_print = self.prints_of_rows();
+        }
+        let print = copy_and_hash(self.mass.as_mut_slice(), mass.as_slice(), C + R);
+        self.mass_print = Some(print);
         self.delassus_gap = T::ZERO;
         Ok(())
     }
@@ -156,8 +192,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// 64-bit hash of `M`, `H`, joint rows and compliance. Neither 0 nor the largest number. (Of 32 bits two scenes of a
     /// simulation have the same one every few hours.)
     pub(crate) fn fingerprint(&self) -> u64 {
-        let sum = self.mass_print.wrapping_add(self.contacts_print);
-        let sum = sum.wrapping_add(self.rows_print);
+        let [mass, contacts, rows] = match self.mass_print {
+            Some(mass) => [mass, self.contacts_print, self.rows_print],
+            None => [
+                fingerprint(self.mass.as_slice(), C + R),
+                self.prints_of_contacts(),
+                self.prints_of_rows(),
+            ],
+        };
+        let sum = mass.wrapping_add(contacts).wrapping_add(rows);
         sum.clamp(1, u64::MAX - 1)
     }
 
@@ -190,39 +233,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[inline]
     pub(crate) const fn is_mixed(&self) -> bool {
         S > 0 && self.has_surfaces || R > 0 && self.counts.rows > 0
-    }
-}
-
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Scene<T, N, D, C, R> {
-    /// A scene with all its `C` contacts and `R` joint rows from constants, to stand in a `static`.
-    ///
-    /// Unchecked: use numbers that [`Self::set_mass`], [`Self::push`] and [`Self::push_row`] accepted on the host
-    /// (`examples/bake`, and the example of [`crate::Factor::from_parts`]). Other numbers end in an error or a status other than
-    /// [`crate::Status::Solved`], never in a panic. A factor that is computed for such a scene is not told from that of another
-    /// one with as many contacts and rows.
-    #[must_use]
-    pub const fn from_parts(
-        mass: SMatrix<T, N, N>,
-        contacts: [Contact<T, N, D>; C],
-        rows: [JointRow<T, N>; R],
-    ) -> Self {
-        const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
-        Self {
-            mass,
-            contacts,
-            scalings: [],
-            supports: [Support::all(); C],
-            rows,
-            counts: Counts {
-                contacts: C,
-                rows: R,
-            },
-            has_surfaces: false,
-            mass_print: 1,
-            contacts_print: 0,
-            rows_print: 0,
-            delassus_gap: T::ZERO,
-        }
     }
 }
 

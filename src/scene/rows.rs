@@ -140,7 +140,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Fingerprint of a joint row, its compliance and its place behind the contacts.
     fn row_print(&self, index: usize) -> u64 {
         self.rows.get(index).map_or(0, |row| {
-            let own = fingerprint(row.row.as_slice(), C + 1 + index);
+            let own = fingerprint(row.row.as_slice(), C + index);
             own.wrapping_add(row.compliance.hash(own))
         })
     }

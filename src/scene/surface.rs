@@ -1,6 +1,5 @@
 //! Surfaces: shapes of friction other than a round cone, and compliance.
 
-use super::checks::fingerprint;
 use crate::cone::FrictionCone;
 use crate::error::Error;
 use crate::real::Real;
@@ -141,13 +140,13 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         tangents.any(|&scale| scale > T::ZERO)
     }
 
-    /// Fingerprint of what a factor depends on.
-    pub(super) fn fingerprint(&self, place: usize) -> u64 {
+    /// Fingerprint of what a factor depends on, from that of the contact's Jacobian.
+    pub(super) fn fingerprint(&self, jacobian: u64) -> u64 {
         if !self.is_surface {
-            return 0;
+            return jacobian;
         }
-        let scales = fingerprint(&self.scales, place).rotate_left(7);
-        fingerprint(&self.compliance, place).wrapping_add(scales)
+        let numbers = self.scales.iter().chain(&self.compliance);
+        numbers.fold(jacobian, |hash, number| number.hash(hash))
     }
 
     /// A velocity in the scaled rows; the physical one of an impulse there.
@@ -179,11 +178,9 @@ impl<T: Real, const D: usize> Scaling<T, D> {
     pub(crate) fn compliance_velocity(&self, r: &[T; D]) -> [T; D] {
         let mut added = self.compliance;
         for ((added, &r), &scale) in added.iter_mut().zip(r).zip(&self.scales) {
-            *added *= if scale > T::ZERO {
-                r / (scale * scale)
-            } else {
-                T::ZERO
-            };
+            if *added > T::ZERO {
+                *added *= r / scale / scale; // a row that is scaled by 0 has no compliance
+            }
         }
         added
     }

@@ -80,7 +80,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         self.rows.get_mut(..self.counts.rows).unwrap_or_default()
     }
 
-    /// What is added to velocities of impulses, with its corrections.
+    /// The constant terms of velocities, with their corrections.
     pub(crate) fn bases(&self) -> Stacked<T, D, C, R> {
         let mut bases = Stacked::zero();
         for (base, set) in bases.contacts.iter_mut().zip(self.contacts()) {
@@ -92,7 +92,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         bases
     }
 
-    /// Replaces what is added to velocities of impulses.
+    /// Replaces the constant terms of velocities.
     pub(crate) fn set_bases(&mut self, bases: &Stacked<T, D, C, R>) {
         for (set, &base) in self.contacts_mut().iter_mut().zip(&bases.contacts) {
             set.base = base.into();

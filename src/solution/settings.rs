@@ -96,7 +96,11 @@ impl Work {
     /// search for a proof count 10.
     #[must_use]
     pub const fn total(&self) -> usize {
-        let factorisations = self.newton_steps + self.proof_searches;
-        self.iterations + 2 * (self.sweeps + self.chord_steps) + 10 * factorisations
+        self.on_solution() + 10 * self.proof_searches
+    }
+
+    /// That without searches for a proof, which bring no solution nearer.
+    pub(crate) const fn on_solution(&self) -> usize {
+        self.iterations + 2 * (self.sweeps + self.chord_steps) + 10 * self.newton_steps
     }
 }

@@ -30,7 +30,7 @@ pub(super) enum Progress {
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
-    /// Begins the interior-point method at the impulses of the point, after a search for a proof of infeasibility.
+    /// Begins the interior-point method at the impulses of the point.
     ///
     /// `tau` starts at 10 times the mean of `alpha |q|²`.
     #[cfg_attr(target_os = "none", inline(never))]
@@ -38,7 +38,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        monitor.look_for_proof();
         self.path.jams = 0;
         let tau = mean_energy(&monitor.problem.sets) * tuning::first_tau();
         self.enter_path(monitor, tau, tuning::first_gain(), T::ONE);

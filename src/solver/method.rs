@@ -10,9 +10,9 @@
 //! ```
 //!
 //! A phase does one piece of work at a time and says what came of it. [`Method::advance`] alone decides what is next. A last
-//! solution whose impulses are nearly unique is swept too, if no Jacobian was kept. Only [`Method`] and
-//! the monitor's record are carried from one piece to the next: a solve can pause after any of them and continue later with
-//! the same bits.
+//! solution whose impulses are nearly unique is swept too, if no Jacobian was kept. Only [`Method`], the
+//! monitor's record and the solution (its work, the impulses shown) are carried from one piece to the next: a solve can pause after
+//! any of them and continue later with the same bits.
 
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
@@ -118,7 +118,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
                     self.begin_sweeps(monitor)
                 }
                 Outcome::Rejected => match newton.origin() {
-                    Origin::Near => self.begin_path(monitor),
+                    Origin::Cold => {
+                        monitor.look_for_proof();
+                        self.begin_path(monitor)
+                    }
                     Origin::Path => {
                         self.state.back_to_path(monitor);
                         Phase::CentralPath
@@ -191,7 +194,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
         Phase::Newton(newton)
     }
 
-    /// `ũ` and `r` as they stand. (A sweep and a step along the central path have left `u` alone.)
+    /// `P` and `r` as they stand. (After a sweep and after a step along the central path only `u` is current: `P` follows from it.)
     pub(crate) fn solution<const N: usize, const S: usize>(
         &mut self,
         problem: &Problem<'_, T, N, D, C, R, S>,

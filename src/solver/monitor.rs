@@ -180,8 +180,7 @@ impl<
         let Some(best) = self.record.natural_map else {
             return;
         };
-        // A search for a proof at the end of a call is no work on the solution.
-        let work = self.solution.work.total() - 10 * self.solution.work.proof_searches;
+        let work = self.solution.work.on_solution();
         let two = T::ONE + T::ONE;
         match self.record.milestone {
             Some((then, since)) if two * best >= then => {

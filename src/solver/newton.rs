@@ -24,8 +24,8 @@ pub(crate) struct Newton {
 /// Where Newton's method began.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Origin {
-    /// Somewhere near a solution.
-    Near,
+    /// At rest, or where sweeps of a cold start have led: there is no colder start.
+    Cold,
     /// On the central path.
     Path,
     /// At the last solution.
@@ -36,7 +36,7 @@ pub(crate) enum Origin {
 
 /// What came of a step.
 pub(crate) enum Outcome {
-    /// There is another to come.
+    /// There is another to come, unless the solve is over.
     Accepted(Newton),
     /// The kept Jacobian failed; a sweep finds the active set more cheaply than a new Jacobian.
     NoJacobian,
@@ -45,14 +45,14 @@ pub(crate) enum Outcome {
 }
 
 impl Newton {
-    /// From somewhere near a solution.
+    /// From rest, or from where sweeps of a cold start have led.
     pub(crate) fn new() -> Self {
         Self {
             left: u8::try_from(tuning::newton_steps()).unwrap_or(u8::MAX),
             nonmonotone: false,
             reuse: false,
             sweeps_first: false,
-            origin: Origin::Near,
+            origin: Origin::Cold,
         }
     }
 
@@ -94,11 +94,11 @@ impl Newton {
 
     /// Levenberg and Marquardt's `λ`: falls with the error, down to a floor set by the rounding of `W`, so that the last
     /// steps are Newton's.
-    fn damping<T: Real>(self, natural_map: T, hyperstatic: bool) -> T {
+    fn damping<T: Real>(self, natural_map: T, centred: bool) -> T {
         let share: T = match self.origin {
             Origin::Path => tuning::finish_damping(),
-            // In singular scenes the null space changes from solve to solve, so damp more.
-            _ if hyperstatic => tuning::hyperstatic_damping(),
+            // In hyperstatic scenes the null space changes from solve to solve, so damp more; not at a guess.
+            _ if centred => tuning::hyperstatic_damping(),
             _ => tuning::damping(),
         };
         share * natural_map.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
@@ -198,7 +198,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) -> bool {
         monitor.solution.work.newton_steps += 1;
         let problem = &*monitor.problem;
-        let settled = matches!(newton.origin, Origin::Last | Origin::Near);
+        let settled = matches!(newton.origin, Origin::Last | Origin::Cold);
         let centred = settled && problem.is_hyperstatic(&self.point.r);
         let damping = newton.damping(self.point.natural_map, centred);
         self.forget();

@@ -3,9 +3,10 @@
 use crate::linalg::cholesky::{BLOCK, axpy, dot};
 use crate::linalg::sparsity::{GROUP, add_columns_and_sizes, add_products_and_sizes};
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::{larger, root_sum};
+use crate::linalg::vector::{larger, quotient, root_sum};
 use crate::real::Real;
 use crate::scene::Scene;
+use nalgebra::ComplexField;
 
 /// Bytes of sums and of as many sizes that fit into registers, with a quarter left for the terms: 32 words on a Cortex-M4F, 32
 /// doubles in 16 vectors on a desktop.
@@ -115,6 +116,13 @@ impl<T: Real> Norms<T> {
         }
     }
 
+    /// They are compared with momenta that are less by as much as rounding may have added: `noise` is the square of that.
+    pub(crate) fn compare_with_less(&mut self, noise: T) {
+        // Of a quotient, which no unit changes.
+        let left = (T::ONE - quotient(noise, self.size).square_root()).max(T::ZERO);
+        self.size *= left * left;
+    }
+
     /// Squares of momenta are compared with no less than this, in the unit.
     pub(crate) fn compare_with(&mut self, least: T) {
         self.size = self.size.max(least);
@@ -203,7 +211,7 @@ pub(crate) fn momentum<
     let contacts = scene.supported().zip(&r.contacts).zip(targets);
     for (((contact, support), r), (u, size)) in contacts {
         let mut velocity: [T; D] = contact.offset.into();
-        let mut terms = velocity.map(|offset| offset.abs());
+        let mut terms = velocity.map(ComplexField::abs);
         let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
         for group in support.groups::<N>() {
             let columns = columns.get(group).zip(groups.get(group));

@@ -33,18 +33,18 @@ fn precision<T: Real>(operations: usize) -> T {
     T::EPSILON * T::count(operations) * T::literal(0.5)
 }
 
-/// Of a sum of two the square is at most twice the sum of their squares.
-const TWO: f64 = 2.0;
-
-/// Operations that a velocity of compliance takes part in: a product of up to four, a sum, and those on the way to a momentum.
+/// Operations that a velocity of compliance takes part in: a product of up to five, a sum, and those on the way to a momentum.
 const COMPLIANCE: usize = 8;
 
-/// Operations that a term of a momentum takes part in, at most.
-fn longest<T: Real, const D: usize, const C: usize, const R: usize>(
-    sets: &Sets<T, D, C, R>,
-    velocities: usize,
-) -> usize {
-    velocities + D * sets.contacts().len() + sets.rows().len() + 3
+/// Operations that a velocity takes part in once its terms are added up: on a surface compliance is added, and it is scaled; all are
+/// multiplied by `alpha`; and where a relaxed contact slides its parts cancel.
+fn operations_after<const D: usize>(has_surface: bool, model: Model) -> usize {
+    let on_surface = if has_surface { 2 } else { 0 };
+    let relaxed = match model {
+        Model::Coulomb => 0,
+        Model::ConvexRelaxation => 3 + usize::from(D > 3),
+    };
+    1 + on_surface + relaxed
 }
 
 /// Bounds from the sums of magnitudes: `sizes` of velocities without compliance, of impulses in rows that are not scaled.
@@ -60,20 +60,21 @@ pub(crate) fn bound<
     problem: &Problem<'_, T, N, D, C, R, S>,
     [scaled, r]: [&Stacked<T, D, C, R>; 2],
     sizes: &Stacked<T, D, C, R>,
-    momentum: &Dynamics<T>,
+    momentum: &mut Dynamics<T>,
 ) -> Rounding<T, C, R> {
     let (scene, sets) = (problem.scene, &problem.sets);
     let mut velocities = VelocityNoise {
         contacts: [[T::ZERO; 2]; C],
         rows: [T::ZERO; R],
     };
-    // Products and sums, scales, and on the way to a momentum, where parts of a relaxed contact that slides cancel.
-    let own = precision::<T>(N + 6);
     let sources = sizes.contacts.iter().zip(&r.contacts).enumerate();
     let sources = sources.take(sets.contacts().len());
     for (bound, (i, (sizes, r))) in velocities.contacts.iter_mut().zip(sources) {
+        let scaling = scene.scaling(i);
+        let after = operations_after::<D>(scaling.is_some(), problem.model);
+        let own = precision::<T>(N + 1 + after);
         let mut bounds = sizes.map(|size| own * size);
-        if let Some(scaling) = scene.scaling(i) {
+        if let Some(scaling) = scaling {
             for (bound, added) in bounds.iter_mut().zip(scaling.compliance_velocity(r)) {
                 *bound += precision::<T>(COMPLIANCE) * added.abs();
             }
@@ -81,18 +82,29 @@ pub(crate) fn bound<
         *bound = squares(&scene.scale(i, bounds));
     }
     let sources = scene.rows().iter().zip(sizes.rows.iter().zip(&r.rows));
+    let own = precision::<T>(N + 3);
     for (bound, (row, (&size, &r))) in velocities.rows.iter_mut().zip(sources) {
         let added = precision::<T>(COMPLIANCE) * (row.compliance * r).abs();
         *bound = square(&[own * size + added]);
     }
     add_gap(problem, scaled, &mut velocities);
-    let share = precision::<T>(longest(sets, N));
-    let noise = |norms: &Norms<T>| share * share * norms.magnitude;
+    // A term of `M v` or of `Hᵀ r` takes part in a sum of its own, and in two more.
+    let share = precision::<T>(N.max(rows(sets)) + 3);
+    let noise = |norms: &mut Norms<T>| {
+        let noise = share * share * norms.magnitude;
+        norms.compare_with_less(noise);
+        noise
+    };
     Rounding {
-        momentum: noise(&momentum.plain),
-        weighted: momentum.weighted.as_ref().map_or(T::ZERO, noise),
+        momentum: noise(&mut momentum.plain),
+        weighted: momentum.weighted.as_mut().map_or(T::ZERO, noise),
         velocities,
     }
+}
+
+/// Rows of contacts and joint rows in use.
+fn rows<T: Real, const D: usize, const C: usize, const R: usize>(sets: &Sets<T, D, C, R>) -> usize {
+    D * sets.contacts().len() + sets.rows().len()
 }
 
 /// Squares of all rows of a contact, and of the normal one.
@@ -148,15 +160,13 @@ pub(crate) fn refine<
             continue; // too large to be halved
         }
         *u = values;
-        // Once here, and on the way to a momentum; where a relaxed contact slides its parts cancel.
-        let times = if problem.model == Model::Coulomb {
-            2
-        } else {
-            5
-        };
+        let scaling = scene.scaling(i);
+        let times = 1 + operations_after::<D>(scaling.is_some(), problem.model);
         let mut rounded = values.map(|value| value.abs() * T::count(times));
-        if let Some(scaling) = scene.scaling(i) {
-            for (rounded, added) in rounded.iter_mut().zip(scaling.compliance_velocity(r)) {
+        if let Some(scaling) = scaling {
+            let added = u.iter_mut().zip(scaling.compliance_velocity(r));
+            for (rounded, (u, added)) in rounded.iter_mut().zip(added) {
+                *u += added;
                 *rounded += added.abs() * T::count(COMPLIANCE);
             }
         }
@@ -175,9 +185,9 @@ pub(crate) fn refine<
         }
         let value = sum.value();
         if value.is_finite() {
-            *u = value;
-            let rounded =
-                value.abs() * T::literal(2.0) + (row.compliance * r).abs() * T::count(COMPLIANCE);
+            let added = row.compliance * r;
+            *u = value + added;
+            let rounded = value.abs() * T::literal(3.0) + added.abs() * T::count(COMPLIANCE);
             let left = T::count(N + 4) * bound.square_root();
             *bound = square(&[half * (rounded + left)]);
         }
@@ -190,17 +200,17 @@ pub(crate) fn refine<
             ..*cheap
         };
     }
-    let left = precision::<T>(longest(&problem.sets, N));
-    let left = |cheap: T| left * left * cheap;
+    // Here all terms stand in one sum.
+    let left = precision::<T>(N + rows(&problem.sets) + 3);
     momentum.replace_gaps(mass, &gaps);
-    let rounded = |residual: T| half * half * residual;
-    let two = T::literal(TWO);
-    let weighted = momentum
-        .weighted
-        .map(|norms| two * (left(cheap.weighted) + rounded(norms.residual())));
+    // Of a sum of two the square is at most twice the sum of their squares.
+    let bound = |norms: &Norms<T>| {
+        let (rounded, left) = (half * half * norms.residual(), left * left);
+        T::literal(2.0) * (left * left * norms.magnitude + rounded)
+    };
     Rounding {
-        momentum: two * (left(cheap.momentum) + rounded(momentum.plain.residual())),
-        weighted: weighted.unwrap_or(T::ZERO),
+        momentum: bound(&momentum.plain),
+        weighted: momentum.weighted.as_ref().map_or(T::ZERO, bound),
         velocities,
     }
 }
@@ -233,7 +243,7 @@ fn add_gap<
     for (set, &r) in sets.rows().iter().zip(&r.rows) {
         speed += gap * set.inverse_mass().square_root() * r.abs();
     }
-    let two = T::literal(TWO);
+    let two = T::literal(2.0); // as above
     for (velocity, set) in velocities.contacts.iter_mut().zip(sets.contacts()) {
         let gap = set.inverse_mass() * (speed * speed);
         *velocity = velocity.map(|bound| (bound + gap) * two);

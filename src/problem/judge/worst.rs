@@ -2,12 +2,13 @@
 
 use crate::cone::split;
 use crate::factor::Factor;
-use crate::linalg::vector::{larger, norm, zeros};
+use crate::linalg::vector::{larger, norm, unit, zeros};
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::ContactSet;
 use crate::sets::contact::natural_map;
 use crate::solution::{Settings, Solution, Violation};
+use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     Solution<T, N, D, C, R>
@@ -46,9 +47,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             if set.is_immovable_and_violated(&velocity) {
                 return Some(i);
             }
-            let pushed = velocity * alpha;
-            let (residual, _) = natural_map::natural_map(&set, &pushed, &impulse);
-            let size = larger(largest, residual.as_slice(), T::ONE);
+            let pushed: SVector<T, D> = velocity * alpha;
+            let unit = unit_of(&[pushed, impulse]);
+            let (residual, _) = natural_map::natural_map(&set, &(pushed * unit), &(impulse * unit));
+            let size = larger(T::ZERO, residual.as_slice(), T::ONE / unit);
             if size > largest {
                 (largest, worst) = (size, Some(i));
             }
@@ -80,11 +82,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         for (i, (found, contact)) in self.contacts.iter().zip(scene.contacts()).enumerate() {
             let (normal, _) = split(&found.velocity);
             worst.closing_speed = worst.closing_speed.max(-normal);
-            let impulse = scene.unscale(i, found.impulse.into()).into();
-            let (normal, tangent) = split(&impulse);
-            let excess = norm(tangent) - contact.mu * normal.max(T::ZERO);
+            let impulse: SVector<T, D> = scene.unscale(i, found.impulse.into()).into();
+            let unit = unit_of(&[impulse]);
+            let (normal, _) = split(&impulse);
+            let excess = norm(split(&(impulse * unit)).1) / unit - contact.mu * normal.max(T::ZERO);
             worst.outside_cone = worst.outside_cone.max(excess).max(-normal);
         }
         worst
     }
+}
+
+/// A unit in which squares of these numbers neither overflow nor vanish.
+fn unit_of<T: Real, const D: usize>(vectors: &[SVector<T, D>]) -> T {
+    let largest = vectors.iter();
+    unit(largest.fold(T::ZERO, |largest, x| larger(largest, x.as_slice(), T::ONE)))
 }

@@ -27,7 +27,7 @@ pub(crate) struct ContactSet<T: Real, const D: usize> {
     pub(crate) alpha: T,
     /// `q_i = H_i v_free + w_i`.
     pub(crate) q: SVector<T, D>,
-    /// What is added to velocities of impulses: `q`, or `w` where the free motion is among them
+    /// The constant term of `u = W r + base`: `q`; or `w`, where the free motion is among what impulses do
     /// ([`crate::problem::Problem::velocities`]); with corrections of what rounding took away.
     pub(crate) base: SVector<T, D>,
 }

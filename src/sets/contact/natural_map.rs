@@ -32,11 +32,11 @@ fn argument<T: Real, const D: usize>(
 /// operations on its way, counted in [`crate::guide::error`].
 const SLIP_ROUNDING: f64 = 10.0;
 
-/// Natural map of one contact, `r - Π_K(z)` with `z = r - alpha û` (N·s), from `r` and `alpha u`. If `z` is projected onto the
-/// boundary of `K`, also by how much a change of `alpha u_T` changes it at most.
+/// Natural map of one contact, `r - Π_K(z)` with `z = r - alpha û` (N·s), from `r` and `alpha u`. Where `z` is projected onto the
+/// boundary of `K`, also a bound on how fast it changes with `alpha u_T`.
 ///
-/// There a fast slide makes `z_N` and `mu |z_T|` large, and `(z_N + mu |z_T|) / (1 + mu²)`, the normal impulse, their small
-/// difference. Without it, with `d = |z_T| - alpha |u_T| = r_T · (z_T - alpha u_T) / (|z_T| + alpha |u_T|)`, that is
+/// On the boundary the normal impulse is `(z_N + mu |z_T|) / (1 + mu²)`. During a fast slide that is a small difference of two
+/// large numbers. With `d = |z_T| - alpha |u_T| = r_T · (z_T - alpha u_T) / (|z_T| + alpha |u_T|)` it is
 /// `(r_N - alpha u_N + mu d) / (1 + mu²)`, which is rounded as impulses are.
 pub(crate) fn natural_map<T: Real, const D: usize>(
     set: &ContactSet<T, D>,

@@ -18,7 +18,7 @@ pub(crate) struct RowSet<T> {
     pub(crate) alpha: T,
     /// `q_j = row · v_free + offset`.
     pub(crate) q: T,
-    /// What is added to velocities of impulses, as of [`super::ContactSet`].
+    /// The constant term of its velocity, as of [`super::ContactSet`].
     pub(crate) base: T,
     /// Does nothing move it, although it asks for another velocity?
     pub(crate) is_immovable_and_violated: bool,
