@@ -46,7 +46,7 @@
 //! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2; a solver of its own | steps 2-15 |
 //! | `scene` | contacts, joint rows and surfaces, checked where they come in | |
 //! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |
-//! | `sets` | what a solve asks of a contact (a cone) and of a joint row (an interval) | |
+//! | `sets` | what a solve asks of a contact (a cone) and of a joint row (an interval). **Coulomb's law**: `contact/natural_map` checks it, `contact/coulomb_sweep` solves it, `ContactSet::augmented` is its shift; a row's bounds: `RowSet::project` | |
 //! | `problem` | one time step in contact space; the judge of the error that "solved" promises; Farkas' proof that there is nothing to solve | |
 //! | `solver` | [`Solver`]: **`method` decides what comes next**; sweeps, Newton, central path, warm start | |
 //! | `solution`, `error` | what comes out, what can be wrong | |

@@ -1,4 +1,4 @@
-//! The central path of a smoothed Coulomb law, an interior-point method: what follows a rejected Newton step.
+//! The central path of a smoothed Coulomb law, an interior-point method: what follows a rejected Newton step of a cold start.
 //!
 //! With `r = Λ x`, `y = Λ u`, `Λ = diag(1, mu, ..., mu)` and `e = (1, 0, ..., 0)` the central path is
 //!

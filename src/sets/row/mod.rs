@@ -73,7 +73,7 @@ impl<T: Real> RowSet<T> {
         }
     }
 
-    /// The nearest impulse within the bounds; what is no number stays so.
+    /// The nearest impulse within the bounds, a clamp; what is no number stays so.
     pub(crate) fn project(&self, r: T) -> T {
         let [lower, upper] = self.bounds;
         if r < lower {
