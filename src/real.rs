@@ -20,6 +20,8 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     const ONE: Self;
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
+    /// Positive infinity.
+    const INFINITY: Self;
 
     /// Correctly rounded square root (IEEE 754).
     #[must_use]
@@ -67,6 +69,7 @@ macro_rules! real {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const EPSILON: Self = $float::EPSILON;
+            const INFINITY: Self = $float::INFINITY;
 
             #[inline]
             fn square_root(self) -> Self {

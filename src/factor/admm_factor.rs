@@ -2,7 +2,6 @@
 
 use super::{Factor, FactorParts};
 use crate::error::Error;
-use crate::factor::penalty::default_penalty;
 use crate::factor::resolvent::Resolvent;
 use crate::real::Real;
 use crate::scene::Scene;
@@ -44,7 +43,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
         scene: &Scene<T, N, D, C, 0, S>,
     ) -> Result<(), Error> {
         self.factor.prepare(scene)?;
-        let result = self.resolvent.compute(&self.factor, default_penalty(scene));
+        let result = self
+            .resolvent
+            .compute(&self.factor, scene.default_penalty());
         if result.is_err() {
             self.factor.clear();
         }

@@ -12,7 +12,6 @@
 
 use crate::error::Error;
 use crate::factor::delassus::normal_moves;
-use crate::factor::penalty::moved_dofs;
 use crate::linalg::cholesky::envelope;
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::{Counts, Stacked};
@@ -141,7 +140,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 
     /// Is `W` in the range of the number type? Counts the dofs that contacts and joint rows move.
     fn check<const S: usize>(&mut self, scene: &Scene<T, N, D, C, R, S>) -> Result<(), Error> {
-        self.moved = moved_dofs(scene);
+        self.moved = scene.moved_dofs();
         for (contact, source) in scene.contacts().iter().enumerate() {
             // A normal that only seems to move nothing would be called immovable.
             let normal = self.delassus.inverse_mass(contact, 0);

@@ -10,98 +10,70 @@ pub(crate) fn is_usable<T: Real>(rho: T) -> bool {
     rho > T::ZERO && rho.is_finite()
 }
 
-/// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`.
-///
-/// The quotient is the mass felt by a contact that moves dof `j` alone, so `rho` has the unit of a
-/// mass; the units of the dofs, and dofs that no contact moves, do not matter. The geometric mean
-/// serves stacks of unlike bodies, where the trace of `W` sees only the lightest; taken over binary
-/// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
-#[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn default_penalty<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    scene: &Scene<T, N, D, C, R, S>,
-) -> T {
-    let participation = participation(scene);
-    let moved = participation
-        .iter()
-        .filter(|&&participation| participation > T::ZERO);
-    let exponents = moved
-        .clone()
-        .map(|participation| participation.exponent())
-        .sum::<i32>();
-    let count = i32::try_from(moved.count()).unwrap_or(0);
-    let mean = exponents.checked_div_euclid(count);
-    mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean))
-}
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Scene<T, N, D, C, R, S>
+{
+    /// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`.
+    ///
+    /// The quotient is the mass felt by a contact that moves dof `j` alone, so `rho` has the unit of a
+    /// mass; the units of the dofs, and dofs that no contact moves, do not matter. The geometric mean
+    /// serves stacks of unlike bodies, where the trace of `W` sees only the lightest; taken over binary
+    /// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn default_penalty(&self) -> T {
+        let participation = self.participation();
+        let moved = participation.iter().filter(|&&share| share > T::ZERO);
+        let exponents = moved.clone().map(|share| share.exponent()).sum::<i32>();
+        let count = i32::try_from(moved.count()).unwrap_or(0);
+        let mean = exponents.checked_div_euclid(count);
+        mean.map_or(T::ONE, |mean| T::power_of_two(2 - mean))
+    }
 
-/// Number of dofs that contacts and joint rows move.
-pub(crate) fn moved_dofs<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    scene: &Scene<T, N, D, C, R, S>,
-) -> usize {
-    let participation = participation(scene);
-    participation
-        .iter()
-        .filter(|&&participation| participation > T::ZERO)
-        .count()
-}
+    /// Number of dofs that contacts and joint rows move.
+    pub(crate) fn moved_dofs(&self) -> usize {
+        let participation = self.participation();
+        participation
+            .iter()
+            .filter(|&&share| share > T::ZERO)
+            .count()
+    }
 
-/// `(HᵀH)_jj / M_jj`; 0 if that is rounding relative to the largest.
-#[cfg_attr(target_os = "none", inline(never))]
-fn participation<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    scene: &Scene<T, N, D, C, R, S>,
-) -> [T; N] {
-    let mut participation = [T::ZERO; N];
-    let (groups, last) = participation.as_chunks_mut::<GROUP>();
-    for (contact, support) in scene.supported() {
-        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-        for group in support.groups::<N>() {
-            if let (Some(columns), Some(participation)) =
-                (columns.get(group), groups.get_mut(group))
-            {
-                add_squares(columns, participation);
+    /// `(HᵀH)_jj / M_jj`; 0 if that is rounding relative to the largest.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn participation(&self) -> [T; N] {
+        let mut participation = [T::ZERO; N];
+        let (groups, last) = participation.as_chunks_mut::<GROUP>();
+        for (contact, support) in self.supported() {
+            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+            for group in support.groups::<N>() {
+                if let (Some(columns), Some(participation)) =
+                    (columns.get(group), groups.get_mut(group))
+                {
+                    add_squares(columns, participation);
+                }
+            }
+            add_squares(rest, last);
+        }
+        for row in self.rows() {
+            for (sum, &entry) in participation.iter_mut().zip(row.row.iter()) {
+                *sum += entry * entry;
             }
         }
-        add_squares(rest, last);
-    }
-    for row in scene.rows() {
-        for (sum, &entry) in participation.iter_mut().zip(row.row.iter()) {
-            *sum += entry * entry;
+        let mut largest = T::ZERO;
+        let masses = self.mass().data.0.iter();
+        for (j, (participation, masses)) in participation.iter_mut().zip(masses).enumerate() {
+            *participation /= masses.get(j).copied().unwrap_or(T::ONE);
+            if *participation > largest {
+                largest = *participation;
+            }
         }
-    }
-    let mut largest = T::ZERO;
-    let masses = scene.mass().data.0.iter();
-    for (j, (participation, masses)) in participation.iter_mut().zip(masses).enumerate() {
-        *participation /= masses.get(j).copied().unwrap_or(T::ONE);
-        if *participation > largest {
-            largest = *participation;
+        for participation in &mut participation {
+            if *participation <= largest * T::literal(1e-9) {
+                *participation = T::ZERO;
+            }
         }
+        participation
     }
-    for participation in &mut participation {
-        if *participation <= largest * T::literal(1e-9) {
-            *participation = T::ZERO;
-        }
-    }
-    participation
 }
 
 /// `sums_j += |column_j|²`

@@ -2,6 +2,7 @@
 
 use super::Kernel;
 use crate::error::{Error, Input, List};
+use crate::linalg::vector::precision;
 use crate::real::Real;
 use crate::scene::{JointRow, RowLaw, check_finite};
 use crate::solution::{Settings, Solution, Status};
@@ -134,8 +135,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                     size += product.abs();
                 }
             }
-            // Rounding may hide as much: half an `eps` for each operation that a term takes part in.
-            let rounding = size * (T::EPSILON * T::count(N + 1) * T::literal(0.5));
+            let rounding = size * precision(N + 1);
             let is_open = speed >= rounding
                 && speed.is_finite()
                 && row.law == RowLaw::Limit

@@ -31,7 +31,7 @@ pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
     } else if numerator.is_finite() && denominator.is_finite() {
         numerator / denominator
     } else {
-        T::ONE / T::ZERO
+        T::INFINITY
     }
 }
 
@@ -66,4 +66,9 @@ pub(crate) fn larger<T: Real>(mut largest: T, values: &[T], scale: T) -> T {
         }
     }
     largest
+}
+
+/// Half an `eps` for each operation that a term takes part in.
+pub(crate) fn precision<T: Real>(operations: usize) -> T {
+    T::EPSILON * T::count(operations) * T::literal(0.5)
 }

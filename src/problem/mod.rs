@@ -199,10 +199,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
                     }
                 }
             }
-            let rows = u.rows.iter_mut().zip(&r.rows).zip(self.scene.rows());
-            for ((u, &r), row) in rows {
-                *u += row.compliance * r;
-            }
+            self.scene.add_row_compliance(&r.rows, &mut u.rows);
         } else {
             self.factor.delassus().times(r, u, self.sets.counts());
         }
@@ -236,7 +233,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     #[inline]
     pub(crate) fn natural_map_at(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
         if self.is_immovable_and_violated {
-            return T::ONE / T::ZERO;
+            return T::INFINITY;
         }
         let contacts = self.sets.contact_error(self.reference_impulse, u, r, &[]);
         if R > 0 && self.scene.is_mixed() {

@@ -55,7 +55,7 @@ pub enum RowLaw<T> {
 impl<T: Real> RowLaw<T> {
     /// The least and the largest `λ`.
     pub(crate) fn bounds(&self) -> [T; 2] {
-        let infinity = T::ONE / T::ZERO;
+        let infinity = T::INFINITY;
         match *self {
             Self::Limit => [T::ZERO, infinity],
             Self::Equality => [-infinity, infinity],

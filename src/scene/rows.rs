@@ -131,6 +131,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.rows().iter().find(|row| row.key == key)
     }
 
+    /// Adds to velocities of joint rows those of compliance.
+    #[inline]
+    pub(crate) fn add_row_compliance(&self, r: &[T; R], u: &mut [T; R]) {
+        for ((u, &r), row) in u.iter_mut().zip(r).zip(self.rows()) {
+            *u += row.compliance * r;
+        }
+    }
+
     /// Sum of the fingerprints of the joint rows in use.
     pub(super) fn prints_of_rows(&self) -> u64 {
         let prints = (0..self.counts.rows).map(|row| self.row_print(row));

@@ -166,7 +166,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// Takes back what the last solution claims, with which no solve goes on.
     pub(crate) fn invalidate(&mut self) {
         self.record.forget();
-        (self.solution.status, self.solution.error) = (Status::Unsolved, T::ONE / T::ZERO);
+        (self.solution.status, self.solution.error) = (Status::Unsolved, T::INFINITY);
     }
 
     /// Did a joint row with this key push in the last solve?

@@ -38,7 +38,7 @@ pub struct Gap<T> {
 
 impl<T: Real> Default for Gap<T> {
     fn default() -> Self {
-        let infinity = T::ONE / T::ZERO;
+        let infinity = T::INFINITY;
         Self {
             distance: T::ZERO,
             recovery: infinity,
@@ -115,7 +115,7 @@ impl<T: Real> Spring<T> {
     /// # Errors
     /// As of [`Gap::offset`], and [`Parameter::Relaxation`].
     pub fn offset(&self, gap: &Gap<T>, step: T) -> Result<T, Error> {
-        let recovery = T::ONE / T::ZERO;
+        let recovery = T::INFINITY;
         closing_speed(
             Parameter::Gap,
             &Gap { recovery, ..*gap },

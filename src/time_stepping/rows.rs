@@ -229,7 +229,7 @@ impl<T: Real> Default for ClosedLoop<T> {
     fn default() -> Self {
         Self {
             drift: T::ZERO,
-            recovery: T::ONE / T::ZERO,
+            recovery: T::INFINITY,
         }
     }
 }

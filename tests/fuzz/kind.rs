@@ -48,13 +48,14 @@ pub(super) trait Kind<
     /// Calls that only some scenes have. Those that all have come afterwards.
     fn call(beside: &mut Self::Beside, scene: &mut Scene<T, N, D, C, R, S>, step: &Step);
 
-    /// Checks that come with a solve.
+    /// Checks that come with a solve, if there are any.
     fn check(
-        beside: &mut Self::Beside,
-        scene: &Scene<T, N, D, C, R, S>,
-        push: &SVector<T, N>,
-        settings: &Settings<T>,
-    );
+        _: &mut Self::Beside,
+        _: &Scene<T, N, D, C, R, S>,
+        _: &SVector<T, N>,
+        _: &Settings<T>,
+    ) {
+    }
 
     /// The error of a solution, unless f64 cannot tell; and whether its proof is one.
     fn judge(

@@ -4,9 +4,7 @@ use super::cases::is_tame;
 use super::kind::{Kind, at, contact, double, vector};
 use super::steps::{Law, Step};
 use nalgebra::{DMatrix, SVector};
-use stiction::{
-    JointRow, Model, Real, RowLaw, RowSolution, Scene, Settings, Solution, Status, Surface,
-};
+use stiction::{JointRow, Model, Real, RowLaw, RowSolution, Scene, Solution, Status, Surface};
 use testbed::mixed::{Friction, Joint, MixedFile};
 use testbed::mixed_measure;
 
@@ -283,8 +281,6 @@ impl<T: Real, const N: usize, const C: usize, const R: usize, const S: usize> Ki
         }
     }
 
-    fn check(_: &mut Record, _: &Scene<T, N, 3, C, R, S>, _: &SVector<T, N>, _: &Settings<T>) {}
-
     fn judge(
         record: &Record,
         scene: &Scene<T, N, 3, C, R, S>,
@@ -306,8 +302,6 @@ impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 6, C, R
         let all = [*mu, *mu, *mu, *mu, *mu, 0.0, 0.0];
         record.push_on(scene, (x, &all, *key));
     }
-
-    fn check(_: &mut Record, _: &Scene<T, N, 6, C, R, C>, _: &SVector<T, N>, _: &Settings<T>) {}
 
     fn judge(
         record: &Record,

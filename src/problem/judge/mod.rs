@@ -107,10 +107,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 }
             }
         }
-        let rows = u.rows.iter_mut().zip(&r.rows).zip(self.scene.rows());
-        for ((u, &r), row) in rows {
-            *u += row.compliance * r;
-        }
+        self.scene.add_row_compliance(&r.rows, &mut u.rows);
     }
 
     /// Sets what momenta are compared with at least where there are joint rows or compliance. (A rigid contact on a surface is
@@ -144,7 +141,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         rounding: &Rounding<T, C, R>,
     ) -> T {
         if self.is_immovable_and_violated {
-            return T::ONE / T::ZERO;
+            return T::INFINITY;
         }
         let noise = &rounding.velocities;
         let mut error = if self.scene.is_mixed() {

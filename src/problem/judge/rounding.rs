@@ -9,7 +9,7 @@
 
 use crate::linalg::dot2::Dot2;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::square;
+use crate::linalg::vector::{precision, square};
 use crate::problem::Problem;
 use crate::problem::judge::dynamics::{Dynamics, Norms};
 use crate::real::Real;
@@ -26,11 +26,6 @@ pub(crate) struct Rounding<T: Real, const C: usize, const R: usize> {
     pub(crate) weighted: T,
     /// That of each velocity.
     pub(crate) velocities: VelocityNoise<T, C, R>,
-}
-
-/// Half an `eps` for each operation that a term takes part in.
-fn precision<T: Real>(operations: usize) -> T {
-    T::EPSILON * T::count(operations) * T::literal(0.5)
 }
 
 /// Operations that a velocity of compliance takes part in: a product of up to five, a sum, and those on the way to a momentum.
@@ -58,7 +53,7 @@ pub(crate) fn bound<
     const S: usize,
 >(
     problem: &Problem<'_, T, N, D, C, R, S>,
-    [scaled, r]: [&Stacked<T, D, C, R>; 2],
+    [judged, written]: [&Stacked<T, D, C, R>; 2],
     sizes: &Stacked<T, D, C, R>,
     momentum: &mut Dynamics<T>,
 ) -> Rounding<T, C, R> {
@@ -67,7 +62,7 @@ pub(crate) fn bound<
         contacts: [[T::ZERO; 2]; C],
         rows: [T::ZERO; R],
     };
-    let sources = sizes.contacts.iter().zip(&r.contacts).enumerate();
+    let sources = sizes.contacts.iter().zip(&written.contacts).enumerate();
     let sources = sources.take(sets.contacts().len());
     for (bound, (i, (sizes, r))) in velocities.contacts.iter_mut().zip(sources) {
         let scaling = scene.scaling(i);
@@ -81,13 +76,16 @@ pub(crate) fn bound<
         }
         *bound = squares(&scene.scale(i, bounds));
     }
-    let sources = scene.rows().iter().zip(sizes.rows.iter().zip(&r.rows));
+    let sources = scene
+        .rows()
+        .iter()
+        .zip(sizes.rows.iter().zip(&written.rows));
     let own = precision::<T>(N + 3);
     for (bound, (row, (&size, &r))) in velocities.rows.iter_mut().zip(sources) {
         let added = precision::<T>(COMPLIANCE) * (row.compliance * r).abs();
         *bound = square(&[own * size + added]);
     }
-    add_gap(problem, scaled, &mut velocities);
+    add_gap(problem, judged, &mut velocities);
     // A term of `M v` or of `Hᵀ r` takes part in a sum of its own, and in two more.
     let share = precision::<T>(N.max(rows(sets)) + 3);
     let noise = |norms: &mut Norms<T>| {
@@ -112,8 +110,8 @@ fn squares<T: Real, const D: usize>(bounds: &[T; D]) -> [T; 2] {
     [square(bounds), square(bounds.get(..1).unwrap_or_default())]
 }
 
-/// Computes `u = H v + w` and `M v - M v_free - Hᵀ r` again, with twice the digits, of impulses in scaled rows and in rows that
-/// are not; `cheap` are the bounds of [`bound`]. Returns the bounds that are left.
+/// Computes `u = H v + w`, with what compliance adds, and `M v - M v_free - Hᵀ r` again, with twice the digits, of impulses in scaled
+/// rows and in rows that are not; `cheap` are the bounds of [`bound`]. Returns the bounds that are left.
 #[inline(never)]
 pub(crate) fn refine<
     T: Real,
@@ -125,7 +123,7 @@ pub(crate) fn refine<
 >(
     problem: &Problem<'_, T, N, D, C, R, S>,
     v: &[T; N],
-    [scaled, r]: [&Stacked<T, D, C, R>; 2],
+    [judged, written]: [&Stacked<T, D, C, R>; 2],
     (u, momentum): (&mut Stacked<T, D, C, R>, &mut Dynamics<T>),
     cheap: &Rounding<T, C, R>,
 ) -> Rounding<T, C, R> {
@@ -142,7 +140,7 @@ pub(crate) fn refine<
     }
     let mut velocities = cheap.velocities;
     let places = velocities.contacts.iter_mut().zip(&mut u.contacts);
-    let sources = scene.contacts().iter().enumerate().zip(&r.contacts);
+    let sources = scene.contacts().iter().enumerate().zip(&written.contacts);
     for ((bound, u), ((i, contact), r)) in places.zip(sources) {
         let mut sums = <[T; D]>::from(contact.offset).map(Dot2::of);
         let columns = contact.jacobian.data.0.iter();
@@ -175,7 +173,7 @@ pub(crate) fn refine<
         *bound = squares(&bounds);
     }
     let places = velocities.rows.iter_mut().zip(&mut u.rows);
-    for ((bound, u), (row, &r)) in places.zip(scene.rows().iter().zip(&r.rows)) {
+    for ((bound, u), (row, &r)) in places.zip(scene.rows().iter().zip(&written.rows)) {
         let mut sum = Dot2::of(row.offset);
         for ((&v, &h), gap) in v.iter().zip(row.row.iter()).zip(&mut gaps) {
             if h != T::ZERO {
@@ -192,7 +190,7 @@ pub(crate) fn refine<
             *bound = square(&[half * (rounded + left)]);
         }
     }
-    add_gap(problem, scaled, &mut velocities);
+    add_gap(problem, judged, &mut velocities);
     let gaps = gaps.map(Dot2::value);
     if !gaps.iter().all(T::is_finite) {
         return Rounding {
