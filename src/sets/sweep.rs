@@ -29,6 +29,21 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, con
     }
 }
 
+/// Square of what a sweep of Coulomb's law leaves (N·s), to first order the natural map.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn residual<T: Real, const D: usize, const C: usize, const R: usize>(
+    sets: &Sets<T, D, C, R>,
+    r: &Stacked<T, D, C, R>,
+    u: &Stacked<T, D, C, R>,
+    multipliers: &[T; C],
+) -> T {
+    let values = u.contacts.iter().zip(&r.contacts).zip(multipliers);
+    let contacts = sets.contacts().iter().zip(values);
+    contacts.fold(T::ZERO, |sum, (set, ((u, r), &multiplier))| {
+        sum + coulomb_sweep::residual(set, u, r, multiplier)
+    })
+}
+
 /// Goes from contact to contact and from row to row.
 #[inline(always)]
 #[allow(clippy::inline_always)] // one loop for each law

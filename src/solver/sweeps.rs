@@ -3,9 +3,11 @@
 //! A Newton step costs as much as five sweeps. Sweeps go on while they are fast, or while five more at the present rate
 //! reach the tolerance (`after_five`).
 
+use crate::linalg::vector::quotient;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::sets::sweep;
+use crate::solution::Model;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
 use crate::solver::state::{State, Sweeps};
@@ -59,6 +61,22 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         sweep::sweep(sets, factor, *model, r, u, &mut self.sweeps.multipliers);
     }
 
+    /// What a sweep has left, as an error: of contacts alone that Coulomb's law rules what each has asked for tells it.
+    fn left_by_sweep<const N: usize, const S: usize>(
+        &self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+    ) -> T {
+        let problem = &*monitor.problem;
+        let (r, u) = (&self.point.r, &self.point.u);
+        if problem.scene.is_mixed() || problem.model == Model::ConvexRelaxation {
+            return problem.natural_map_at(r, u);
+        }
+        let left = sweep::residual(&problem.sets, r, u, &self.sweeps.multipliers);
+        let reference = problem.reference_impulse;
+        let size = r.contact_square().max(reference * reference);
+        quotient(left, size).square_root()
+    }
+
     /// One sweep, and how they get on.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep<const N: usize, const S: usize>(
@@ -66,14 +84,23 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Pace {
         self.sweep_once(monitor);
-        let (r, u) = (&self.point.r, &self.point.u);
-        let here = monitor.problem.natural_map_at(r, u);
-        let last = mem::replace(&mut self.point.natural_map, here);
-        self.consider(monitor);
-        if monitor.is_over() {
-            return Pace::Continue;
+        let tolerance = monitor.tolerance();
+        let mut here = self.left_by_sweep(monitor);
+        if here > tolerance && monitor.problem.may_be_within(here, tolerance) {
+            monitor.count_stopping();
+            here = self.left_by_sweep(monitor);
         }
-        let (sweeps, tolerance) = (&mut self.sweeps, monitor.tolerance());
+        let last = mem::replace(&mut self.point.natural_map, here);
+        if here <= tolerance {
+            let (r, u) = (&self.point.r, &self.point.u);
+            self.point.natural_map = monitor.problem.natural_map_at(r, u);
+            self.consider(monitor);
+            if monitor.is_over() {
+                return Pace::Continue;
+            }
+            here = here.max(self.point.natural_map);
+        }
+        let sweeps = &mut self.sweeps;
         sweeps.done += 1;
         // Of zero impulses the natural map says nothing.
         let first = sweeps.is_cold && sweeps.done == 1;

@@ -18,6 +18,7 @@
 use crate::linalg::blocks::product;
 use crate::linalg::vector::square;
 use crate::real::Real;
+use crate::sets::contact::ContactSet;
 use crate::sets::contact::local::Local;
 use crate::sets::contact::several_tangents;
 
@@ -41,6 +42,42 @@ pub(in crate::sets) fn solve_local<T: Real, const D: usize>(
         *left -= product(own, &local.r);
     }
     push(&local.own, &left, mu, multiplier).unwrap_or([T::ZERO; D])
+}
+
+/// Square of what a sweep leaves of a contact's law (N·s), to first order the natural map, from its velocity and impulse after the
+/// sweep and its `λ`.
+///
+/// A contact that slips had `u_N = 0` and `u_T = -λ r_T` when it was solved. Along its impulse another slip velocity asks for no
+/// other impulse; across it asks for `1 / (1 + alpha λ)` as much as where it sticks.
+#[inline]
+pub(in crate::sets) fn residual<T: Real, const D: usize>(
+    set: &ContactSet<T, D>,
+    u: &[T; D],
+    r: &[T; D],
+    multiplier: T,
+) -> T {
+    let (Some((&u_n, u_t)), Some((&r_n, r_t))) = (u.split_first(), r.split_first()) else {
+        return T::ZERO;
+    };
+    let alpha = set.alpha;
+    if r_n == T::ZERO {
+        let closing = alpha * u_n.min(T::ZERO);
+        return closing * closing;
+    }
+    let (mut slip, mut along, mut size) = (T::ZERO, T::ZERO, T::ZERO);
+    for (&u, &r) in u_t.iter().zip(r_t) {
+        let left = u + multiplier * r;
+        slip += left * left;
+        along += left * r;
+        size += r * r;
+    }
+    if multiplier > T::ZERO && size > T::ZERO {
+        let turn = T::ONE / (T::ONE + alpha * multiplier);
+        let across = (slip - along * along / size).max(T::ZERO);
+        return alpha * alpha * (set.cone.shrink() * u_n * u_n + across * turn * turn);
+    }
+    let mu = set.cone.friction();
+    alpha * alpha * (u_n * u_n + (T::ONE + mu * mu) * slip)
 }
 
 /// A contact that wedges itself would push without bound. An impulse above this many times the frictionless one is
@@ -114,11 +151,17 @@ fn floor<T: Real>() -> T {
     T::EPSILON * T::literal(64.0)
 }
 
+/// The larger of two numbers; the second if the first is none. (`max` would take four times as many instructions.)
+#[inline]
+fn at_least<T: Real>(number: T, least: T) -> T {
+    if number > least { number } else { least }
+}
+
 /// `S_kk`, at least a trusted share of `W_kk`, so that a row that nothing moves has a pivot, too.
 #[inline]
 fn pivot<T: Real>(own: T, through: T, inertia: T) -> T {
     let size = if own > T::ZERO { own } else { inertia };
-    (own - through).max(floor::<T>() * size)
+    at_least(own - through, floor::<T>() * size)
 }
 
 /// `r_N` and `r_T`; a contact slips one way or the other, `r_T = ±mu r_N`.
@@ -146,6 +189,9 @@ fn one_tangent<T: Real, const D: usize>(
 /// guess, and at the first test of the last sweep's `λ`; 2e-3 after a step from that, since the other contacts are then farther
 /// from their end.
 const NEAR: [f64; 2] = [2e-5, 2e-3];
+
+/// A gap, relative to `|r_T|²`, below which a step of Newton's method needs no root.
+const CLOSE: f64 = 0.1;
 
 /// `r_N` and `r_T`. If the contact slips, they follow from its `λ`, which starts at the last guess, or at a fresh one if
 /// there is none, and is replaced by the next guess.
@@ -176,7 +222,7 @@ fn two_tangents<T: Real, const D: usize>(
     let second = pivot(w(2, 2)?, share_y * y, inertia);
     let mixed = w(1, 2)? - share_x * y;
     let (trace, straight) = (first + second, first * second);
-    let det = (straight - mixed * mixed).max(floor::<T>() * straight);
+    let det = at_least(straight - mixed * mixed, floor::<T>() * straight);
     let c = [second * b[0] - mixed * b[1], first * b[1] - mixed * b[0]];
     // δ mu r_N = constant + λ (linear + λ square)
     let scale = -mu * compliance;
@@ -190,7 +236,7 @@ fn two_tangents<T: Real, const D: usize>(
         let divided = T::ONE / (mu * volume);
         let (normal, fit) = (normal * divided, stretch * mu * divided);
         let tangents = [(c[0] + lambda * b[0]) * fit, (c[1] + lambda * b[1]) * fit];
-        let finite = tangents.iter().all(T::is_finite);
+        let finite = (tangents[0] + tangents[1]).is_finite();
         finite.then_some((normal, tangents))
     };
     if constant >= T::ZERO && cc <= constant * constant {
@@ -208,31 +254,37 @@ fn two_tangents<T: Real, const D: usize>(
     }
     let mut last = None;
     let (mut low, mut high) = (T::ZERO, None);
-    for _ in 0..8 {
+    for step in 0..8 {
         let lambda = *multiplier;
         let normal = constant + lambda * (linear + lambda * square);
         let squares = cc + lambda * (bc + bc + lambda * bb);
-        let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
         let bound = normal * normal;
         let gap = bound - squares;
-        let near = normal > T::ZERO && gap.abs() <= enough * squares;
-        enough = after;
-        let (excess, size, stretch) = if near {
-            // `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
-            // microcontroller would compute it.
-            let three = T::literal(3.0);
-            let stretch = (three * bound + squares) / (bound + three * squares);
-            (gap * T::literal(0.5), normal, stretch)
-        } else {
-            let length = squares.square_root();
-            (normal - length, squares, normal / length)
-        };
-        if excess < T::ZERO {
-            low = lambda;
-        } else {
-            high = Some(lambda);
+        let is_within = |share: T| normal > T::ZERO && gap.abs() <= share * squares;
+        let near = is_within(enough);
+        // `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
+        // microcontroller would compute it.
+        let three = T::literal(3.0);
+        let stretch = || (three * bound + squares) / (bound + three * squares);
+        if near && step > 0 {
+            return at(lambda, normal, stretch());
         }
-        let newton = lambda - excess * (size / turn);
+        enough = after;
+        let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
+        // `(normal - √squares) squares / turn`
+        let change = if is_within(T::literal(CLOSE)) {
+            let twice = normal + normal;
+            gap * (twice * squares) / (turn * (twice * twice - gap))
+        } else {
+            (normal - squares.square_root()) * (squares / turn)
+        };
+        let newton = lambda - change;
+        let too_high = normal > T::ZERO && gap >= T::ZERO;
+        if too_high {
+            high = Some(lambda);
+        } else {
+            low = lambda;
+        }
         let inside = newton > low && high.is_none_or(|high| newton < high);
         *multiplier = match high {
             // The last step may be none, or out of bounds by what rounding left of it; only the next guess depends on it.
@@ -240,14 +292,14 @@ fn two_tangents<T: Real, const D: usize>(
             Some(high) => (low + high) * T::literal(0.5),
             None => (lambda + trace) * T::literal(2.0),
         };
-        if normal > T::ZERO {
-            last = Some((lambda, normal, stretch));
-        }
         if near {
-            break;
+            return at(lambda, normal, stretch());
+        }
+        if normal > T::ZERO {
+            last = Some((lambda, normal, squares));
         }
     }
-    last.and_then(|(lambda, normal, stretch)| at(lambda, normal, stretch))
+    last.and_then(|(lambda, normal, squares)| at(lambda, normal, normal / squares.square_root()))
 }
 
 #[cfg(test)]

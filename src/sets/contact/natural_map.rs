@@ -32,8 +32,30 @@ fn argument<T: Real, const D: usize>(
 /// operations on its way, counted in [`crate::guide::error`].
 const SLIP_ROUNDING: f64 = 10.0;
 
-/// Natural map of one contact, `r - Π_K(z)` with `z = r - alpha û` (N·s), from `r` and `alpha u`. Where `z` is projected onto the
-/// boundary of `K`, also a bound on how fast it changes with `alpha u_T`.
+/// Where the argument of the natural map is projected onto the boundary of `K`.
+pub(crate) struct Boundary<T> {
+    /// `|alpha u_T|` and `|z_T|`
+    speed: T,
+    length: T,
+    /// The normal impulse there.
+    normal: T,
+}
+
+impl<T: Real> Boundary<T> {
+    /// A bound on how fast the natural map changes with `alpha u_T`: along a fast slide `d` hardly changes, and across it `z_T` turns
+    /// little.
+    fn change<const D: usize>(&self, set: &ContactSet<T, D>, r: &SVector<T, D>) -> T {
+        let mu = set.cone.friction();
+        let any = T::ONE + mu;
+        if set.shift_factor != mu || self.speed == T::ZERO {
+            return any;
+        }
+        let turn = norm(split(r).1) / self.speed + self.normal / self.length;
+        any.min((mu + mu) * turn)
+    }
+}
+
+/// Natural map of one contact, `r - Π_K(z)` with `z = r - alpha û` (N·s), from `r` and `alpha u`.
 ///
 /// On the boundary the normal impulse is `(z_N + mu |z_T|) / (1 + mu²)`. During a fast slide that is a small difference of two
 /// large numbers. With `d = |z_T| - alpha |u_T| = r_T · (z_T - alpha u_T) / (|z_T| + alpha |u_T|)` it is
@@ -42,7 +64,7 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
     pushed: &SVector<T, D>,
     r: &SVector<T, D>,
-) -> (SVector<T, D>, Option<T>) {
+) -> (SVector<T, D>, Option<Boundary<T>>) {
     let ((pushed_normal, pushed_tangent), (r_normal, r_tangent)) = (split(pushed), split(r));
     let (mu, speed) = (set.cone.friction(), norm(pushed_tangent));
     let mut push = *pushed;
@@ -71,13 +93,12 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     if let Some(first) = projection.as_mut_slice().first_mut() {
         *first = normal;
     }
-    // Along a fast slide `d` hardly changes, and across it `z_T` turns little.
-    let mut change = T::ONE + mu;
-    if set.shift_factor == mu && speed > T::ZERO {
-        let turn = norm(r_tangent) / speed + normal / length;
-        change = change.min((mu + mu) * turn);
-    }
-    (r - projection, Some(change))
+    let boundary = Boundary {
+        speed,
+        length,
+        normal,
+    };
+    (r - projection, Some(boundary))
 }
 
 /// What a contact does, read off the argument of the natural map.
@@ -202,7 +223,8 @@ pub(crate) fn error<T: Real, const D: usize>(
         {
             let all = T::ONE + set.shift_factor;
             let mut moved = all * all * noise;
-            if let Some(change) = slips {
+            if let Some(boundary) = slips {
+                let change = boundary.change(set, &r);
                 // Of a sum of two the square is at most twice the sum of their squares.
                 moved = moved.min((normal + change * change * noise) * T::literal(2.0));
             }
