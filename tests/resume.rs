@@ -160,6 +160,43 @@ fn a_paused_solve_goes_on_with_data_that_is_the_same_again() -> Result<(), Error
     Ok(())
 }
 
+/// [`Kernel::advance`] claims nothing before the end, changes no bit, and a call without a budget shows what there is.
+#[test]
+fn a_solve_in_pieces_is_the_whole_solve() -> Result<(), Error> {
+    let settings = Settings {
+        budget: 10_000,
+        ..Settings::new(1e-10)
+    };
+    let [piece, none] = [1, 0].map(|budget| Settings { budget, ..settings });
+    let push = SVector::from(PUSH);
+    let mut kernel = Kernel::<f64, 6, 3, 2, 3>::new();
+    *kernel.scene_mut() = small_scene()?;
+    let mut whole = kernel.clone();
+    let whole = whole.solve(&push, &settings)?;
+    let mut pieces = 1;
+    let mut before = kernel.clone(); // shows what there is after each piece
+    while !kernel.advance(&push, &piece)? {
+        let paused = kernel.solution();
+        assert_eq!(paused.status, Status::Unsolved);
+        assert!(!paused.is_usable(f64::MAX));
+        before.resume(&push, &piece)?;
+        let mut shown = kernel.clone();
+        let shown = shown.resume(&push, &none)?;
+        assert_eq!(shown.status, Status::OutOfBudget);
+        assert!(shown.error >= before.solution().error); // that has seen all the points between
+        pieces += 1;
+    }
+    assert!(pieces > 3, "{pieces} pieces");
+    assert_eq!(all_of(kernel.solution()), all_of(whole));
+    // With other data it begins anew.
+    kernel.advance(&push, &piece)?;
+    kernel.scene_mut().set_friction(0, 0.2)?;
+    kernel.advance(&push, &none)?;
+    let work = kernel.resume(&push, &none)?.work;
+    assert_eq!(work.sweeps + work.newton_steps + work.chord_steps, 0);
+    Ok(())
+}
+
 /// [`Kernel::resume`] knows nothing of limits that were given to a solve.
 #[test]
 fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {

@@ -171,6 +171,7 @@ mod measure {
                 self.print(warm, count);
             }
 
+            self.measure_pieces(counter, &push)?;
             let settings = Settings::new(T::literal(1e-5));
             self.solver.reset();
             let bytes = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
@@ -188,6 +189,30 @@ mod measure {
             let all = stack_bytes(|| ok &= self.solve_by_all_phases(&push));
             self.print("stack_all_phases", bytes(all));
             ok.then_some(())
+        }
+
+        /// What a solve in pieces costs more than in one, for each piece.
+        fn measure_pieces(&mut self, counter: &mut Counter, push: &SVector<T, N>) -> Option<()> {
+            let whole = Settings::new(T::literal(1e-5));
+            let piece = Settings { budget: 1, ..whole };
+            let mut pieces = 0;
+            let mut counted = |settings: &Settings<T>| {
+                self.solver.reset();
+                counter.instructions(|| {
+                    pieces = 1;
+                    let (scene, factor) = (&self.step.scene, &self.factor);
+                    while self.solver.advance(scene, factor, push, settings) == Ok(false) {
+                        pieces += 1;
+                    }
+                })
+            };
+            let all = counted(&whole)?;
+            let in_pieces = counted(&piece)?;
+            self.print(
+                "piece",
+                in_pieces.checked_sub(all)?.checked_div(pieces - 1)?,
+            );
+            Some(())
         }
 
         /// A solve that goes through sweeps, Newton's method, a search for a proof and the interior point: its tolerance is out
@@ -220,10 +245,11 @@ mod measure {
             let count = counter.instructions(prepare)?;
             prepared?;
             let free = scene.mass().cholesky()?.solve(&push);
+            let reference = self.peer.reference(scene, &free);
             let mut of = |sweeps| {
                 let mut v = black_box(free);
                 let count = counter.instructions(|| self.peer.solve(scene, &mut v, sweeps));
-                (count, self.peer.error(scene, &v, &free))
+                (count, self.peer.error(scene, &v, reference))
             };
             let sweep = of(2).0?.checked_sub(of(1).0?)?;
             let mut needed = |tolerance: f64| {
@@ -237,6 +263,18 @@ mod measure {
             for (name, sweeps) in [("gs_sweeps_1e-3", rough), ("gs_sweeps_1e-5", fine)] {
                 if let Some(sweeps) = sweeps {
                     self.print(name, u32::try_from(sweeps).ok()?);
+                }
+            }
+            for (name, sweeps, tolerance) in [
+                ("gs_tested_1e-3", rough, 1e-3),
+                ("gs_tested_1e-5", fine, 1e-5),
+            ] {
+                if sweeps.is_some() {
+                    let mut v = black_box(free);
+                    let limit = T::literal(tolerance);
+                    let until = || self.peer.solve_until(scene, &mut v, limit);
+                    let count = counter.instructions(until)?;
+                    self.print(name, count);
                 }
             }
             Some(())

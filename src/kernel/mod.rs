@@ -161,6 +161,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         solver.resume(&self.scene, &self.factor, free_impulse, settings)
     }
 
+    /// Works for [`Settings::budget`] on a solve, and returns whether it has ended, as [`Solver::advance`].
+    ///
+    /// # Errors
+    /// As for [`Self::solve`].
+    pub fn advance(
+        &mut self,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<bool, Error> {
+        self.prepare()?;
+        let solver = &mut self.solver;
+        solver.advance(&self.scene, &self.factor, free_impulse, settings)
+    }
+
     /// Computes the factor now, if `M` or a Jacobian has changed; otherwise the next solve does.
     ///
     /// # Errors

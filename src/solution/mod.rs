@@ -131,15 +131,24 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// Is all of it finite?
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn has_numbers(&self) -> bool {
-        let contacts = self
-            .contacts
-            .iter()
-            .map(|c| c.impulse.sum() + c.velocity.sum());
-        let rows = self.rows.iter().map(|row| row.impulse + row.velocity);
-        contacts
-            .chain(rows)
-            .fold(self.velocity.sum(), T::add)
-            .is_finite()
+        let mut sum = T::ZERO;
+        for &v in &self.velocity {
+            sum += v;
+        }
+        for contact in &self.contacts {
+            for (&impulse, &velocity) in contact.impulse.iter().zip(&contact.velocity) {
+                sum += impulse + velocity;
+            }
+        }
+        for row in &self.rows {
+            sum += row.impulse + row.velocity;
+        }
+        sum.is_finite()
+    }
+
+    /// Claims nothing any more.
+    pub(crate) fn disown(&mut self) {
+        (self.status, self.error) = (Status::Unsolved, T::INFINITY);
     }
 
     /// The solution of nothing.

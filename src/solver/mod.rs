@@ -6,7 +6,7 @@ use crate::factor::Factor;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::Scene;
-use crate::solution::{Settings, Solution, Status};
+use crate::solution::{Settings, Solution};
 use crate::solver::method::Method;
 use crate::solver::monitor::Monitor;
 use crate::solver::record::{Record, fingerprint};
@@ -163,10 +163,32 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.run((scene, factor, free_impulse, settings), call)
     }
 
+    /// Works for [`Settings::budget`] on a solve, without a solution before the end. Returns whether the solve has ended.
+    ///
+    /// As [`Self::resume`], for who works on a solve in small pieces: a pause costs hardly more than the data's way to the contacts. Until
+    /// the solve has ended [`Self::solution`] is [`crate::Status::Unsolved`]; [`Self::resume`] with a budget of 0 writes down the best so far,
+    /// with its error. In what pieces it is done changes no bit.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn advance<const S: usize>(
+        &mut self,
+        scene: &Scene<T, N, D, C, R, S>,
+        factor: &Factor<T, N, D, C, R>,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<bool, Error> {
+        let call = self
+            .record
+            .resume(|| fingerprint(scene, free_impulse, settings));
+        self.go_on((scene, factor, free_impulse, settings), call, false)?;
+        Ok(self.record.is_over())
+    }
+
     /// Takes back what the last solution claims, with which no solve goes on.
     pub(crate) fn invalidate(&mut self) {
         self.record.forget();
-        (self.solution.status, self.solution.error) = (Status::Unsolved, T::INFINITY);
+        self.solution.disown();
     }
 
     /// Did a joint row with this key push in the last solve?
@@ -177,9 +199,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// [`Self::solve`], or the same in place of the last one, to which there are rows more: its work counts as well.
     pub(crate) fn run<const S: usize>(
         &mut self,
-        (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, R, S>,
+        data: Data<'_, T, N, D, C, R, S>,
         call: Call,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
+        self.go_on(data, call, true)?;
+        Ok(&self.solution)
+    }
+
+    /// Works on a solve, and writes down its solution, if that is wanted also before the end.
+    fn go_on<const S: usize>(
+        &mut self,
+        (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, R, S>,
+        call: Call,
+        writes: bool,
+    ) -> Result<(), Error> {
         Problem::check(scene, factor, free_impulse, settings)?;
         if call != Call::Resume {
             self.record.begin();
@@ -196,14 +229,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         while monitor.is_running() {
             self.method.advance(&mut monitor);
         }
-        monitor.finish(self.method.impulses());
-        monitor.check_infeasibility();
+        if writes || monitor.is_over() {
+            monitor.finish(self.method.impulses());
+            monitor.check_infeasibility();
+        } else {
+            monitor.pause();
+        }
         let [u, r] = self.method.solution(&problem);
         let replaces = call != Call::Begin;
         self.warm_start.keep(scene, u, r, replaces);
-        self.record
-            .pause(|| fingerprint(scene, free_impulse, settings));
-        Ok(&self.solution)
+        if call != Call::Resume {
+            self.record
+                .pause(|| fingerprint(scene, free_impulse, settings));
+        }
+        Ok(())
     }
 }
 

@@ -208,8 +208,8 @@ impl<
         let mut r = self.record.best;
         if self.record.status == Status::Unsolved {
             let mut least = self.record.natural_map;
-            // The solution is what an earlier call for the same solve has found.
-            let shown = (self.call == Call::Resume).then(|| self.shown());
+            // The solution may be what the last call for the same solve has found.
+            let shown = self.record.is_shown.then(|| self.shown());
             for other in [Some(*present), shown].into_iter().flatten() {
                 let mut u = Stacked::zero();
                 let natural_map = self.problem.natural_map(&other, &mut u);
@@ -218,6 +218,7 @@ impl<
                 }
             }
             self.record.bases = self.problem.sets.bases();
+            self.record.is_shown = true;
         }
         self.problem.count_stopping();
         let tolerance = self.settings.tolerance;
@@ -227,6 +228,13 @@ impl<
             let none = Stacked::zero();
             self.problem.evaluate(&none, tolerance, self.solution);
         }
+    }
+
+    /// Leaves the search for a later call, without a solution.
+    pub(crate) fn pause(&mut self) {
+        self.record.bases = self.problem.sets.bases();
+        self.record.is_shown = false;
+        self.solution.disown();
     }
 
     /// The impulses that are written down.
