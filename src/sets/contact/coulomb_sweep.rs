@@ -191,7 +191,7 @@ fn one_tangent<T: Real, const D: usize>(
 const NEAR: [f64; 2] = [2e-5, 2e-3];
 
 /// A gap, relative to `|r_T|²`, below which a step of Newton's method needs no root.
-const CLOSE: f64 = 0.1;
+const CLOSE: f64 = 0.5;
 
 /// `r_N` and `r_T`. If the contact slips, they follow from its `λ`, which starts at the last guess, or at a fresh one if
 /// there is none, and is replaced by the next guess.
