@@ -4,7 +4,8 @@ use crate::support::boxes::{BRICK, BoxScene};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use std::sync::Mutex;
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Input, List, Scene, Settings, Solution, Solver, Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, List, Scene, Settings, Solution, Solver,
+    Status,
 };
 use testbed::measure::{Law, error_of};
 
@@ -57,6 +58,27 @@ fn a_problem_like_the_last_costs_less_than_cold() -> Result<(), Error> {
     let warm = cost(warm.solve(&scene, &factor, &changed, &settings())?);
     let cold = cost(cold.solve(&scene, &factor, &changed, &settings())?);
     assert!(warm < cold, "restart: warm {warm}, cold {cold}");
+    Ok(())
+}
+
+/// Four feet have more rows than a box has dofs, but one that slips pushes along one ray only: sweeps find the rest.
+#[test]
+fn a_box_that_slides_on_is_swept() -> Result<(), Error> {
+    let (scene, factor, mut solver) = (
+        BRICK.on_plane(0.3)?,
+        Factor::new(&BRICK.on_plane(0.3)?)?,
+        Solver::new(),
+    );
+    let settings = Settings::new(1e-4);
+    for (tick, slope) in [0.5, 0.503, 0.508, 0.504, 0.51].into_iter().enumerate() {
+        let push = BRICK.free_impulse::<f64>(slope, 0.01);
+        let solution = solver.solve(&scene, &factor, &push, &settings)?;
+        let work = solution.work;
+        assert_eq!(solution.status, Status::Solved);
+        if tick > 0 {
+            assert_eq!(work.newton_steps, 0, "slope {slope}: {work:?}");
+        }
+    }
     Ok(())
 }
 
@@ -175,7 +197,7 @@ fn what_is_kept_of_a_newton_step_follows_contacts_that_change_places() -> Result
     for (order, slope) in [
         ([0, 1, 2, 3], 0.5),
         ([2, 0, 3, 1], 0.5001),
-        ([1, 3, 0, 2], 0.5002),
+        ([1, 3, 0, 2], 0.4998),
     ] {
         let push = BRICK.free_impulse(slope, 0.01);
         let solve = |solver: &mut Solver<f64, 6, 3, 4>, order: [usize; 4]| {

@@ -123,6 +123,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         contacts.sum::<usize>() + rows.filter(|(set, r)| set.holds(**r)).count()
     }
 
+    /// [`Self::holding_rows`], of which a contact that slips has one: its friction follows from the load.
+    pub(crate) fn free_rows(&self, r: &Stacked<T, D, C, R>) -> usize {
+        let contacts = self.contacts().iter().zip(&r.contacts);
+        let slipping = contacts.filter(|(set, r)| set.slips(r)).count();
+        self.holding_rows(r) - slipping * (D - 1)
+    }
+
     /// Replaces impulses by the nearest ones in the sets.
     pub(crate) fn project(&self, r: &mut Stacked<T, D, C, R>) {
         for (r, set) in r.contacts.iter_mut().zip(self.contacts()) {

@@ -71,13 +71,18 @@ pub(in crate::sets) fn residual<T: Real, const D: usize>(
         along += left * r;
         size += r * r;
     }
-    if multiplier > T::ZERO && size > T::ZERO {
-        let turn = T::ONE / (T::ONE + alpha * multiplier);
-        let across = (slip - along * along / size).max(T::ZERO);
-        return alpha * alpha * (set.cone.shrink() * u_n * u_n + across * turn * turn);
+    let slides = multiplier > T::ZERO || along < T::ZERO && set.slips(r);
+    if slides && size > T::ZERO {
+        let mut across = T::ZERO;
+        if D > 2 {
+            let turn = T::ONE / (T::ONE + alpha * multiplier);
+            across = (slip - along * along / size).max(T::ZERO) * (turn * turn);
+        }
+        return alpha * alpha * (set.cone.shrink() * u_n * u_n + across);
     }
     let mu = set.cone.friction();
-    alpha * alpha * (u_n * u_n + (T::ONE + mu * mu) * slip)
+    let holds = if mu > T::ZERO { slip } else { T::ZERO };
+    alpha * alpha * (u_n * u_n + (T::ONE + mu * mu) * holds)
 }
 
 /// A contact that wedges itself would push without bound. An impulse above this many times the frictionless one is
@@ -185,9 +190,9 @@ fn one_tangent<T: Real, const D: usize>(
     Some((normal, [slope * normal, T::ZERO]))
 }
 
-/// Accuracies of the equation for `λ`: the gap between `(mu r_N)²` and `|r_T|²`, relative to `|r_T|²`. 2e-5 from a fresh
-/// guess, and at the first test of the last sweep's `λ`; 2e-3 after a step from that, since the other contacts are then farther
-/// from their end.
+/// Accuracies of the equation for `λ`: the gap between `(mu r_N)²` and `|r_T|²`, relative to `|r_T|²`, after a step of Newton's
+/// method at least. 2e-5 from a fresh guess, and 2e-3 from the last sweep's `λ`, since the other contacts are then farther from their
+/// end.
 const NEAR: [f64; 2] = [2e-5, 2e-3];
 
 /// A gap, relative to `|r_T|²`, below which a step of Newton's method needs no root.
@@ -243,9 +248,9 @@ fn two_tangents<T: Real, const D: usize>(
         *multiplier = T::ZERO;
         return at(T::ZERO, constant, T::ONE);
     }
-    let [mut enough, mut after] = NEAR.map(T::literal);
+    let [near, mut enough] = NEAR.map(T::literal);
     if *multiplier == T::ZERO || !multiplier.is_finite() {
-        after = enough;
+        enough = near;
         // Somewhat less than what it would be if `S` were isotropic and no tangential impulse changed
         // the normal one: from below Newton's method gets there.
         let guess = bb.square_root() / square - trace;
@@ -261,20 +266,18 @@ fn two_tangents<T: Real, const D: usize>(
         let bound = normal * normal;
         let gap = bound - squares;
         let is_within = |share: T| normal > T::ZERO && gap.abs() <= share * squares;
-        let near = is_within(enough);
-        // `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
-        // microcontroller would compute it.
-        let three = T::literal(3.0);
-        let stretch = || (three * bound + squares) / (bound + three * squares);
-        if near && step > 0 {
-            return at(lambda, normal, stretch());
+        if step > 0 && is_within(enough) {
+            // `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
+            // microcontroller would compute it.
+            let three = T::literal(3.0);
+            let stretch = (three * bound + squares) / (bound + three * squares);
+            return at(lambda, normal, stretch);
         }
-        enough = after;
         let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
         // `(normal - √squares) squares / turn`
         let change = if is_within(T::literal(CLOSE)) {
             let twice = normal + normal;
-            gap * (twice * squares) / (turn * (twice * twice - gap))
+            gap / (twice * twice - gap) * twice * (squares / turn) // no product that may vanish
         } else {
             (normal - squares.square_root()) * (squares / turn)
         };
@@ -287,14 +290,11 @@ fn two_tangents<T: Real, const D: usize>(
         }
         let inside = newton > low && high.is_none_or(|high| newton < high);
         *multiplier = match high {
-            // The last step may be none, or out of bounds by what rounding left of it; only the next guess depends on it.
-            _ if inside || near && newton > T::ZERO => newton,
+            // A step may be out of bounds by what rounding left of it.
+            _ if inside || is_within(near) && newton > T::ZERO => newton,
             Some(high) => (low + high) * T::literal(0.5),
             None => (lambda + trace) * T::literal(2.0),
         };
-        if near {
-            return at(lambda, normal, stretch());
-        }
         if normal > T::ZERO {
             last = Some((lambda, normal, squares));
         }

@@ -70,6 +70,16 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
         if self.cone.friction() > T::ZERO { D } else { 1 }
     }
 
+    /// Does an impulse lie on the boundary of a cone with friction?
+    pub(crate) fn slips(&self, r: &[T; D]) -> bool {
+        let (normal, tangent) = (
+            r.first().copied().unwrap_or(T::ZERO),
+            r.get(1..).unwrap_or_default(),
+        );
+        let grip = self.cone.friction() * normal;
+        grip > T::ZERO && square(tangent) > grip * grip * T::literal(0.999)
+    }
+
     /// `alpha |q|²` over some rows.
     #[inline]
     pub(crate) fn energy(&self, rows: usize) -> T {
