@@ -1,7 +1,7 @@
 //! A quadruped's control loop in Embassy.
 //!
-//! `control` runs at 1 kHz in an executor of its own, at an interrupt's priority, and applies the last good impulses. `main` is
-//! the solver, a slice of work in each tick (`examples/embedded/slices.rs`), in the executor of thread mode: `control`
+//! `control` runs at 1 kHz in an executor of its own, at an interrupt's priority, and applies the last good impulses. `solve`
+//! does a slice of work in each tick (`examples/embedded/slices.rs`), in the executor of thread mode: `control`
 //! interrupts it, and waits for nothing but the moment in which new impulses are handed over. The watchdog is fed by
 //! `control`, as long as the solver gives signs of life: `--cfg fault` lets it hang.
 #![cfg_attr(target_os = "none", no_std, no_main)]
@@ -76,17 +76,8 @@ mod firmware {
         }
     }
 
-    #[embassy_executor::main]
-    async fn main(_spawner: Spawner) {
-        let Some(mut peripherals) = cortex_m::Peripherals::take() else {
-            exit(1)
-        };
-        let Ok(task) = control(Watchdog::start(10)) else {
-            exit(1)
-        };
-        CONTROL.start(Interrupt::GPIOA).spawn(task);
-        rtos::start_clock(&mut peripherals.SYST);
-        let feet = FEET.take();
+    #[embassy_executor::task]
+    async fn solve(feet: &'static mut Feet) {
         loop {
             let tick = BEGIN_SLICE.wait().await;
             while cfg!(fault) && tick == 20 {}
@@ -96,6 +87,16 @@ mod firmware {
                 Slice::Good(new) => IMPULSES.lock(|impulses| *impulses.borrow_mut() = new),
                 Slice::End => exit(0),
             }
+        }
+    }
+
+    #[embassy_executor::main]
+    async fn main(spawner: Spawner) {
+        let tasks = (control(Watchdog::start(10)), solve(FEET.take()));
+        if let ((Ok(control), Ok(solve)), Some(mut core)) = (tasks, cortex_m::Peripherals::take()) {
+            CONTROL.start(Interrupt::GPIOA).spawn(control);
+            spawner.spawn(solve);
+            rtos::start_clock(&mut core.SYST);
         }
     }
 }

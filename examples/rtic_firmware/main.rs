@@ -69,7 +69,7 @@ mod app {
             cx.shared.impulses.lock(|impulses| {
                 core::hint::black_box(impulses); // by key, into torques of the joints
             });
-            if cx.shared.is_alive.lock(|alive| core::mem::take(alive)) {
+            if cx.shared.is_alive.lock(core::mem::take) {
                 cx.local.watchdog.feed();
             }
         });
