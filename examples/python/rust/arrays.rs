@@ -1,0 +1,209 @@
+//! Arrays as they come from Python: their shapes checked, each complaint with the name of its argument.
+
+use crate::engine::Number;
+use crate::problem::{Dynamics, Friction, Problem, Rows};
+use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+/// One array, with the length of its leading axis if it is one of a batch.
+struct Array<'py, T: Element> {
+    name: &'static str,
+    array: PyReadonlyArrayDyn<'py, T>,
+    lead: usize,
+    is_batch: bool,
+}
+
+impl<'py, T: Element> Array<'py, T> {
+    fn new(name: &'static str, array: &Bound<'py, PyAny>, is_batch: bool) -> PyResult<Self> {
+        let array: PyReadonlyArrayDyn<'py, T> = array.extract().map_err(|_| {
+            PyValueError::new_err(format!("{name}: no array of the type asked for, or one that is being written"))
+        })?;
+        if !array.is_c_contiguous() {
+            return Err(PyValueError::new_err(format!("{name}: not contiguous, row by row")));
+        }
+        let lead = match (is_batch, array.shape().first()) {
+            (false, _) => 1,
+            (true, Some(&lead)) => lead,
+            (true, None) => return Err(PyValueError::new_err(format!("{name}: a batch has a leading axis"))),
+        };
+        Ok(Self { name, array, lead, is_batch })
+    }
+
+    fn optional(name: &'static str, array: &Bound<'py, PyAny>, is_batch: bool) -> PyResult<Option<Self>> {
+        if array.is_none() {
+            return Ok(None);
+        }
+        Self::new(name, array, is_batch).map(Some)
+    }
+
+    /// Its shape, without the leading axis.
+    fn shape(&self) -> &[usize] {
+        &self.array.shape()[usize::from(self.is_batch)..]
+    }
+
+    fn wrong(&self, wanted: &str) -> PyErr {
+        let leading = if self.is_batch { " behind the leading axis" } else { "" };
+        PyValueError::new_err(format!("{}: shape {:?} is not {wanted}{leading}", self.name, self.shape()))
+    }
+
+    /// Its shape is one of these.
+    fn expect(&self, shapes: &[&[usize]]) -> PyResult<()> {
+        if shapes.contains(&self.shape()) {
+            return Ok(());
+        }
+        let names: Vec<_> = shapes.iter().map(|shape| format!("{shape:?}")).collect();
+        Err(self.wrong(&names.join(" or ")))
+    }
+
+    /// That of a scene; of all, if the leading axis has length 1.
+    fn of(&self, scene: usize) -> &[T] {
+        let all = self.array.as_slice().unwrap_or_default();
+        let length: usize = self.shape().iter().product();
+        let place = if self.lead == 1 { 0 } else { scene };
+        &all[place * length..][..length]
+    }
+}
+
+/// The joint rows of a call.
+struct RowArrays<'py, T: Element> {
+    jacobian: Option<Array<'py, T>>,
+    /// Offset, lower and upper bound, compliance.
+    numbers: [Array<'py, T>; 4],
+    keys: Array<'py, u32>,
+}
+
+/// The arrays of a call.
+pub(crate) struct Arrays<'py, T: Element> {
+    pub(crate) n: usize,
+    pub(crate) dim: usize,
+    pub(crate) contacts: usize,
+    pub(crate) rows: usize,
+    /// Number of scenes.
+    pub(crate) lead: usize,
+    /// `M`, `H` and the free impulse, or `W`.
+    dynamics: Vec<Array<'py, T>>,
+    offsets: Array<'py, T>,
+    friction: Array<'py, T>,
+    compliance: Option<Array<'py, T>>,
+    keys: Option<Array<'py, u32>>,
+    row_arrays: Option<RowArrays<'py, T>>,
+}
+
+impl<'py, T: Number> Arrays<'py, T> {
+    /// From `(M or W, H or None, free impulse or None, w or q, mu, compliance or None, keys or None, rows or None)`; rows are
+    /// `(jacobian or None, offset, lower, upper, compliance, keys)`.
+    pub(crate) fn new(arguments: &Bound<'py, PyTuple>, is_batch: bool) -> PyResult<Self> {
+        let at = |place: usize| arguments.get_item(place);
+        let number = |name, place: usize| Array::<T>::new(name, &at(place)?, is_batch);
+        let is_delassus = at(1)?.is_none();
+        let friction = number("mu", 4)?;
+        let offsets = number(if is_delassus { "q" } else { "w" }, 3)?;
+        let contacts = *friction.shape().first().ok_or_else(|| friction.wrong("one coefficient a contact"))?;
+        let mut dynamics = vec![number(if is_delassus { "W" } else { "M" }, 0)?];
+        let n = if is_delassus {
+            crate::sizes::MOST_VELOCITIES
+        } else {
+            dynamics.push(number("H", 1)?);
+            dynamics.push(number("free_impulse", 2)?);
+            *dynamics[0].shape().first().ok_or_else(|| dynamics[0].wrong("a square"))?
+        };
+        // The rows of a contact, as `H` has them or `q`.
+        let shaped = dynamics.get(1).unwrap_or(&offsets);
+        let behind = if is_delassus { &[][..] } else { &[n][..] };
+        let dim = match (shaped.shape(), contacts) {
+            ([of, dim, rest @ ..], _) if *of == contacts && rest == behind => *dim,
+            ([_, ..], 0) => 3,
+            ([all, rest @ ..], _) if rest == behind && all % contacts == 0 => all / contacts,
+            _ => return Err(shaped.wrong(&format!("that of {contacts} contacts{}", if is_delassus { "" } else { " over the velocities" }))),
+        };
+        if !matches!(dim, 1..=4 | 6) {
+            return Err(shaped.wrong("that of contacts with 1, 2, 3, 4 or 6 rows"));
+        }
+        offsets.expect(&[&[contacts, dim], &[contacts * dim]])?;
+        let by_row = [contacts, dim - 1];
+        let round: &[&[usize]] = if dim > 3 { &[&by_row] } else { &[&[contacts], &by_row] };
+        friction.expect(round)?;
+        let compliance = Array::optional("compliance", &at(5)?, is_batch)?;
+        let keys = Array::optional("keys", &at(6)?, is_batch)?;
+        let row_arrays = Self::rows(&at(7)?, n, is_delassus, is_batch)?;
+        let rows = row_arrays.as_ref().map_or(0, |rows| rows.numbers[0].shape()[0]);
+        if is_delassus {
+            let m = dim * contacts + rows;
+            dynamics[0].expect(&[&[m, m]])?;
+        } else {
+            dynamics[0].expect(&[&[n, n]])?;
+            dynamics[1].expect(&[&[contacts, dim, n], &[contacts * dim, n]])?;
+            dynamics[2].expect(&[&[n]])?;
+        }
+        compliance.as_ref().map_or(Ok(()), |array| array.expect(&[&[contacts, 2]]))?;
+        keys.as_ref().map_or(Ok(()), |array| array.expect(&[&[contacts]]))?;
+        let mut arrays = Self { n, dim, contacts, rows, lead: 1, dynamics, offsets, friction, compliance, keys, row_arrays };
+        arrays.lead = arrays.common_lead()?;
+        Ok(arrays)
+    }
+
+    fn rows(rows: &Bound<'py, PyAny>, n: usize, is_delassus: bool, is_batch: bool) -> PyResult<Option<RowArrays<'py, T>>> {
+        if rows.is_none() {
+            return Ok(None);
+        }
+        let rows = rows.cast::<PyTuple>()?;
+        let number = |name, place: usize| Array::<T>::new(name, &rows.get_item(place)?, is_batch);
+        let jacobian = if is_delassus { None } else { Some(number("rows.jacobian", 0)?) };
+        let numbers = [
+            number("rows.offset", 1)?,
+            number("rows.lower", 2)?,
+            number("rows.upper", 3)?,
+            number("rows.compliance", 4)?,
+        ];
+        let keys = Array::new("rows.keys", &rows.get_item(5)?, is_batch)?;
+        let &[count] = numbers[0].shape() else {
+            return Err(numbers[0].wrong("one number a row"));
+        };
+        jacobian.as_ref().map_or(Ok(()), |array| array.expect(&[&[count, n]]))?;
+        numbers.iter().try_for_each(|array| array.expect(&[&[count]]))?;
+        keys.expect(&[&[count]])?;
+        Ok(Some(RowArrays { jacobian, numbers, keys }))
+    }
+
+    /// The length of the leading axis that all have which have not 1.
+    fn common_lead(&self) -> PyResult<usize> {
+        let own = self.dynamics.iter().chain([&self.offsets, &self.friction]).chain(&self.compliance);
+        let rows = self.row_arrays.iter().flat_map(|rows| rows.numbers.iter().chain(&rows.jacobian));
+        let keys = self.keys.iter().chain(self.row_arrays.iter().map(|rows| &rows.keys));
+        let leads: Vec<_> = own.chain(rows).map(|array| (array.name, array.lead)).chain(keys.map(|array| (array.name, array.lead))).collect();
+        let lead = leads.iter().map(|&(_, lead)| lead).find(|&lead| lead != 1).unwrap_or(1);
+        match leads.iter().find(|&&(_, own)| own != 1 && own != lead) {
+            None => Ok(lead),
+            Some((name, own)) => Err(PyValueError::new_err(format!(
+                "{name}: a leading axis of length {own} beside one of {lead}; 1 is broadcast"
+            ))),
+        }
+    }
+
+    /// A scene of them.
+    pub(crate) fn problem(&self, scene: usize) -> Problem<'_, T> {
+        let dynamics = match &self.dynamics[..] {
+            [mass, jacobian, push] => Dynamics::Mass(mass.of(scene), jacobian.of(scene), push.of(scene)),
+            others => Dynamics::Delassus(others[0].of(scene)),
+        };
+        let mu = self.friction.of(scene);
+        let friction = if self.friction.shape().len() == 1 { Friction::Round(mu) } else { Friction::Shaped(mu) };
+        let rows = self.row_arrays.as_ref().map_or(Rows::NONE, |rows| {
+            let [offset, lower, upper, compliance] = rows.numbers.each_ref().map(|array| array.of(scene));
+            let jacobian = rows.jacobian.as_ref().map_or(&[][..], |array| array.of(scene));
+            Rows { jacobian, offset, lower, upper, compliance, keys: rows.keys.of(scene) }
+        });
+        Problem {
+            n: self.n,
+            dim: self.dim,
+            dynamics,
+            offsets: self.offsets.of(scene),
+            friction,
+            compliance: self.compliance.as_ref().map_or(&[], |array| array.of(scene)),
+            keys: self.keys.as_ref().map_or(&[], |array| array.of(scene)),
+            rows,
+        }
+    }
+}

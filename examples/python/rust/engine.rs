@@ -1,0 +1,244 @@
+//! A kernel of one compiled size behind an interface for all: fills it, padded, and reads its solution.
+
+use crate::problem::{Dynamics, Friction, Out, Outcome, Problem};
+use numpy::Element;
+use std::cell::RefCell;
+use std::thread::LocalKey;
+use stiction::nalgebra::{SMatrix, SVector};
+use stiction::{
+    Contact, ContactMode, Error, JointRow, Kernel, Real, RowLaw, RowMode, Scene, Settings, Surface,
+};
+
+/// A kernel for each size, as far as this thread has needed them.
+pub(crate) type Engines<T> = RefCell<Vec<Option<Box<dyn Engine<T>>>>>;
+
+/// `f32` and `f64`.
+pub(crate) trait Number: Real + Element + Into<f64> {
+    fn engines() -> &'static LocalKey<Engines<Self>>;
+}
+
+macro_rules! number {
+    ($($t:ty),*) => {$(
+        impl Number for $t {
+            fn engines() -> &'static LocalKey<Engines<Self>> {
+                thread_local! {
+                    static ENGINES: Engines<$t> = const { RefCell::new(Vec::new()) };
+                }
+                &ENGINES
+            }
+        }
+    )*};
+}
+number!(f32, f64);
+
+/// A kernel of one size.
+pub(crate) trait Engine<T>: Send + Sync {
+    /// Takes a scene that fits.
+    fn load(&mut self, problem: &Problem<'_, T>) -> Result<(), Error>;
+
+    /// Solves it, or goes on.
+    fn solve(&mut self, settings: &Settings<T>, resume: bool) -> Result<Outcome, Error>;
+
+    /// Forgets the last solve.
+    fn reset(&mut self);
+
+    /// Starts the next solve at impulses of contacts with these keys.
+    fn start(&mut self, keys: &[u32], impulses: &[T]) -> Result<(), Error>;
+
+    /// Writes the last solution.
+    fn read(&self, out: &mut Out<'_, T>);
+}
+
+type Push<T, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> =
+    fn(&mut Scene<T, N, D, C, R, S>, &Contact<T, N, D>) -> Result<usize, Error>;
+
+/// The kernel of a size.
+pub(crate) struct Compiled<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> {
+    kernel: Kernel<T, N, D, C, R, S>,
+    free_impulse: SVector<T, N>,
+    push: Push<T, N, D, C, R, S>,
+}
+
+impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Compiled<T, N, D, C, R, S>
+{
+    pub(crate) fn new(push: Push<T, N, D, C, R, S>) -> Self {
+        let (kernel, free_impulse) = (Kernel::new(), SVector::zeros());
+        Self { kernel, free_impulse, push }
+    }
+
+    /// Pads `M` with unit masses, which nothing moves.
+    fn set_mass(&mut self, n: usize, mass: &[T]) -> Result<(), Error> {
+        let mut padded = SMatrix::<T, N, N>::zeros();
+        for (j, column) in padded.data.0.iter_mut().enumerate() {
+            if j < n {
+                column[..n].copy_from_slice(&mass[j * n..][..n]); // symmetric
+            } else {
+                column[j] = T::ONE;
+            }
+        }
+        self.kernel.scene_mut().set_mass(&padded)
+    }
+
+    fn push_contacts(&mut self, problem: &Problem<'_, T>) -> Result<(), Error> {
+        let n = problem.n;
+        for (i, offset) in problem.offsets.chunks_exact(D).enumerate() {
+            let mut contact = Contact::<T, N, D> {
+                jacobian: SMatrix::zeros(),
+                offset: SVector::from_column_slice(offset),
+                mu: T::ZERO,
+                key: problem.keys.get(i).copied().unwrap_or(0),
+            };
+            if let Dynamics::Mass(_, jacobian, _) = problem.dynamics {
+                let own = &jacobian[i * D * n..][..D * n];
+                for (j, column) in contact.jacobian.data.0[..n].iter_mut().enumerate() {
+                    for (entry, row) in column.iter_mut().zip(own.chunks_exact(n)) {
+                        *entry = row[j];
+                    }
+                }
+            }
+            let compliance = problem.compliance.chunks_exact(2).nth(i);
+            let scene = self.kernel.scene_mut();
+            match (problem.friction, compliance) {
+                (Friction::Round(mu), None) => {
+                    contact.mu = mu[i];
+                    (self.push)(scene, &contact)?;
+                }
+                (friction, compliance) => {
+                    let surface = surface::<T, D>(friction, compliance, i);
+                    scene.push_on(&contact, &surface)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn push_rows(&mut self, problem: &Problem<'_, T>) -> Result<(), Error> {
+        let (n, rows) = (problem.n, problem.rows);
+        for (j, (&lower, &upper)) in rows.lower.iter().zip(rows.upper).enumerate() {
+            let mut row = SVector::<T, N>::zeros();
+            if let Some(own) = rows.jacobian.get(j * n..(j + 1) * n) {
+                row.as_mut_slice()[..n].copy_from_slice(own);
+            }
+            let law = if lower == T::ZERO && upper == T::INFINITY {
+                RowLaw::Limit
+            } else if lower == -T::INFINITY && upper == T::INFINITY {
+                RowLaw::Equality
+            } else {
+                RowLaw::Box { lower, upper }
+            };
+            self.kernel.scene_mut().push_row(&JointRow {
+                row,
+                offset: rows.offset[j],
+                law,
+                compliance: rows.compliance.get(j).copied().unwrap_or(T::ZERO),
+                key: rows.keys.get(j).copied().unwrap_or(0),
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// The surface of a contact.
+fn surface<T: Real, const D: usize>(
+    friction: Friction<'_, T>,
+    compliance: Option<&[T]>,
+    contact: usize,
+) -> Surface<T> {
+    let mut surface = match friction {
+        Friction::Round(mu) => Surface::isotropic(mu[contact]),
+        Friction::Shaped(mu) => {
+            let own = &mu[contact * (D - 1)..][..D - 1];
+            let of = |row: usize| own.get(row).copied().unwrap_or(T::ZERO);
+            Surface {
+                friction: [of(0), of(1)],
+                spin: of(2),
+                roll: [of(3), of(4)],
+                ..Surface::isotropic(T::ZERO)
+            }
+        }
+    };
+    if let Some(&[normal, tangential]) = compliance {
+        surface.compliance = [normal, tangential];
+    }
+    surface
+}
+
+impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> Engine<T>
+    for Compiled<T, N, D, C, R, S>
+{
+    fn load(&mut self, problem: &Problem<'_, T>) -> Result<(), Error> {
+        self.kernel.scene_mut().clear();
+        self.free_impulse = SVector::zeros();
+        if let Dynamics::Mass(mass, _, free_impulse) = problem.dynamics {
+            self.set_mass(problem.n, mass)?;
+            self.free_impulse.as_mut_slice()[..problem.n].copy_from_slice(free_impulse);
+        }
+        self.push_contacts(problem)?;
+        self.push_rows(problem)?;
+        if let Dynamics::Delassus(delassus) = problem.dynamics {
+            self.kernel.scene_mut().set_delassus(delassus)?;
+        }
+        Ok(())
+    }
+
+    fn solve(&mut self, settings: &Settings<T>, resume: bool) -> Result<Outcome, Error> {
+        let solution = if resume {
+            self.kernel.resume(&self.free_impulse, settings)?
+        } else {
+            self.kernel.solve(&self.free_impulse, settings)?
+        };
+        Ok(Outcome {
+            status: solution.status,
+            error: solution.error.into(),
+            work: solution.work,
+        })
+    }
+
+    fn reset(&mut self) {
+        self.kernel.solver_mut().reset();
+    }
+
+    fn start(&mut self, keys: &[u32], impulses: &[T]) -> Result<(), Error> {
+        let contacts: Vec<_> = impulses
+            .chunks_exact(D)
+            .zip(keys)
+            .map(|(impulse, &key)| (key, SVector::from_column_slice(impulse)))
+            .collect();
+        self.kernel.solver_mut().set_impulses(&contacts, &[])
+    }
+
+    fn read(&self, out: &mut Out<'_, T>) {
+        let solution = self.kernel.solution();
+        out.v.copy_from_slice(&solution.velocity.as_slice()[..out.v.len()]);
+        for (i, contact) in solution.contacts.iter().enumerate() {
+            out.r[i * D..][..D].copy_from_slice(contact.impulse.as_slice());
+            out.u[i * D..][..D].copy_from_slice(contact.velocity.as_slice());
+            out.modes[i] = match contact.mode {
+                ContactMode::Open => 0,
+                ContactMode::Stick => 1,
+                ContactMode::Slip => 2,
+            };
+        }
+        copy_or_zero(out.certificate, &solution.certificate);
+        for (j, row) in solution.rows.iter().enumerate() {
+            out.row_impulses[j] = row.impulse;
+            out.row_velocities[j] = row.velocity;
+            out.row_modes[j] = match row.mode {
+                RowMode::Open => 0,
+                RowMode::AtLimit => 1,
+                RowMode::AtLower => 2,
+                RowMode::AtUpper => 3,
+                RowMode::Holding => 4,
+            };
+        }
+        copy_or_zero(out.row_certificate, &solution.row_certificate);
+    }
+}
+
+/// Without a proof all numbers are 0.
+fn copy_or_zero<T: Real>(to: &mut [T], from: &[T]) {
+    for (i, to) in to.iter_mut().enumerate() {
+        *to = from.get(i).copied().unwrap_or(T::ZERO);
+    }
+}

@@ -1,0 +1,24 @@
+//! The compiled side of the Python package `stiction`: kernels in a table of sizes, arrays checked and copied, batches
+//! on all cores, and the gathering of a MuJoCo step.
+
+use pyo3::prelude::*;
+
+mod arrays;
+mod batch;
+mod engine;
+mod kernel;
+mod mujoco;
+mod problem;
+mod sizes;
+
+#[pymodule]
+fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let sizes: Vec<_> = sizes::SIZES.iter().map(sizes::Size::tuple).collect();
+    module.add("SIZES", sizes)?;
+    module.add_class::<kernel::Kernel>()?;
+    module.add_class::<mujoco::Gather>()?;
+    module.add_function(wrap_pyfunction!(kernel::solve, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::solve_batch, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::batch_shape, module)?)?;
+    Ok(())
+}

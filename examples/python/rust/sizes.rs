@@ -1,0 +1,106 @@
+//! The sizes that are compiled.
+
+use crate::engine::{Compiled, Engine, Number};
+use crate::problem::Needs;
+use stiction::{Scene, Surface};
+
+/// A compiled size: velocities, rows of a contact, contacts, joint rows, contacts with a surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Size {
+    n: usize,
+    dim: usize,
+    contacts: usize,
+    rows: usize,
+    surfaces: usize,
+}
+
+impl Size {
+    pub(crate) fn tuple(&self) -> (usize, usize, usize, usize, usize) {
+        let Self { n, dim, contacts, rows, surfaces } = *self;
+        (n, dim, contacts, rows, surfaces)
+    }
+
+    pub(crate) fn holds(&self, needs: &Needs) -> bool {
+        needs.n <= self.n
+            && needs.dim == self.dim
+            && needs.contacts <= self.contacts
+            && needs.rows <= self.rows
+            && (!needs.surfaces || self.surfaces > 0)
+    }
+}
+
+/// The index of the first size that holds a scene.
+///
+/// # Errors
+/// No size does: what to do.
+pub(crate) fn index(needs: &Needs) -> Result<usize, String> {
+    SIZES.iter().position(|size| size.holds(needs)).ok_or_else(|| {
+        let Needs { n, dim, contacts, rows, .. } = *needs;
+        let of_dim = SIZES.iter().filter(|size| size.dim == dim);
+        match of_dim.max_by_key(|size| (size.n, size.contacts, size.rows)) {
+            Some(most) => format!(
+                "a scene of {n} velocities, {contacts} contacts of {dim} rows and {rows} joint rows: at most {}, {} and {} \
+                 are compiled; leave out velocities that no contact moves, merge contacts, leave out limits that are far, \
+                 or add a line to rust/sizes.rs",
+                most.n, most.contacts, most.rows
+            ),
+            None => format!("H: contacts of {dim} rows; 1, 2, 3, 4 or 6 have a meaning"),
+        }
+    })
+}
+
+/// The table, and a kernel of each. `push` fills in contacts with one coefficient, which spin and roll have not.
+macro_rules! sizes {
+    ($($push:ident: $(($n:literal, $d:literal, $c:literal, $r:literal, $s:literal))*;)*) => {
+        /// In the order in which they are tried.
+        pub(crate) const SIZES: &[Size] = &[$($(Size { n: $n, dim: $d, contacts: $c, rows: $r, surfaces: $s },)*)*];
+
+        /// A kernel of a size.
+        pub(crate) fn engine<T: Number>(index: usize) -> Box<dyn Engine<T>> {
+            let constructors: &[fn() -> Box<dyn Engine<T>>] =
+                &[$($(|| Box::new(Compiled::<T, $n, $d, $c, $r, $s>::new($push!())),)*)*];
+            constructors[index]()
+        }
+    };
+}
+
+macro_rules! plain {
+    () => {
+        Scene::push
+    };
+}
+
+macro_rules! on_surface {
+    () => {
+        |scene, contact| scene.push_on(contact, &Surface::isotropic(contact.mu))
+    };
+}
+
+sizes! {
+    plain:
+        (6, 3, 4, 0, 0) (12, 3, 8, 0, 0) (18, 3, 5, 0, 0) (18, 3, 12, 0, 0) (36, 3, 16, 0, 0)
+        (12, 3, 8, 12, 8) (18, 3, 12, 24, 12) (36, 3, 16, 48, 16)
+        (12, 2, 8, 12, 8) (36, 2, 16, 48, 16)
+        (36, 1, 16, 48, 16);
+    on_surface:
+        (36, 4, 16, 48, 16)
+        (12, 6, 8, 12, 8) (36, 6, 16, 48, 16);
+}
+
+/// The most velocities that any of them has.
+pub(crate) const MOST_VELOCITIES: usize = {
+    let (mut most, mut place) = (0, 0);
+    while place < SIZES.len() {
+        if SIZES[place].n > most {
+            most = SIZES[place].n;
+        }
+        place += 1;
+    }
+    most
+};
+
+/// The most contacts of so many rows that any of them has.
+pub(crate) fn most_contacts(dim: usize) -> usize {
+    let of_dim = SIZES.iter().filter(|size| size.dim == dim);
+    of_dim.map(|size| size.contacts).max().unwrap_or(0)
+}

@@ -1,0 +1,32 @@
+"""Exact Coulomb friction with unilateral contact, for small scenes.
+
+A scene has ``n`` generalised velocities and ``c`` contacts of ``d`` rows each (1 frictionless, 2 planar, 3 spatial, 4 with
+a torsional row, 6 with rolling ones). For a mass matrix ``M``, a free impulse ``M v_free``, contact Jacobians ``H_i``, offsets
+``w_i`` and friction coefficients ``mu_i`` the solver finds the velocity ``v`` and the contact impulses ``r_i`` with
+
+    M v = M v_free + Hᵀ r,   u_i = H_i v + w_i,   K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu
+
+in SI units, rows with the normal first. :func:`solve` solves one scene, :func:`solve_batch` many on all cores,
+:class:`Kernel` one after the other with warm starts, and :class:`stiction.mujoco.Stepper` steps MuJoCo's models.
+"""
+
+from ._batch import BatchSolution, solve_batch
+from ._kernel import Kernel, solve, solve_delassus
+from ._stiction import SIZES
+from ._types import Mode, RowMode, Rows, Solution, Status, Work
+
+__all__ = [
+    "SIZES",
+    "BatchSolution",
+    "Kernel",
+    "Mode",
+    "RowMode",
+    "Rows",
+    "Solution",
+    "Status",
+    "Work",
+    "solve",
+    "solve_batch",
+    "solve_delassus",
+]
+__version__ = "0.1.0"

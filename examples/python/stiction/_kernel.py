@@ -1,0 +1,170 @@
+"""One scene: from nothing, or with what the last one left."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
+
+from . import _arrays, _stiction
+from ._types import Rows, Solution, solution
+
+_DOUBLE = np.dtype(np.float64)
+
+
+def solve(
+    M: ArrayLike,
+    H: ArrayLike,
+    free_impulse: ArrayLike,
+    w: ArrayLike,
+    mu: ArrayLike,
+    *,
+    tol: float = 1e-6,
+    budget: int = 1000,
+    rows: Rows | None = None,
+    compliance: ArrayLike | None = None,
+    relaxed: bool = False,
+    dtype: DTypeLike = _DOUBLE,
+) -> Solution:
+    """Solve one time step from nothing.
+
+    Args:
+        M: generalised mass matrix, ``(n, n)``; kg, kg·m, kg·m² by the units of the velocities. Positive definite.
+        H: contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``, rows with the normal first, pointing out of the obstacle; 1 or m.
+        free_impulse: ``M v_free = M v + h F``, ``(n,)``: momentum at the end of the step without contacts; N·s, N·m·s.
+        w: offsets, ``(c, d)`` or ``(c·d,)``: gap over time step, velocity of a moving surface, restitution; m/s.
+        mu: friction coefficients, ``(c,)`` or one number; or one for each row behind the normal, ``(c, d - 1)``: two tangents,
+            spin (m), two rolls (m), which make the cone elliptic.
+        tol: error up to which the scene counts as solved; no unit, relative to the impulses.
+        budget: work that the solve may take, in the unit of :attr:`Work.total`.
+        rows: joint limits, dry friction, motors, loops.
+        compliance: of each contact along the normal and along the tangents, ``(c, 2)``, 1/kg; ``None`` is rigid.
+        relaxed: solve the convex relaxation instead, in which a contact that slides lifts off.
+        dtype: ``float64``, or ``float32`` with the bits of a microcontroller, if ``n`` is a compiled size (:data:`SIZES`).
+
+    Returns:
+        The solution, whatever its status.
+
+    Raises:
+        ValueError: an argument has the wrong shape or type, is not finite or makes no sense; its name comes first.
+    """
+    number = _arrays.number_type(dtype)
+    scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, None, rows, number)
+    return solution(_stiction.solve(scene, _arrays.settings(tol, budget, relaxed), number.itemsize == 4))
+
+
+def solve_delassus(
+    W: ArrayLike,
+    q: ArrayLike,
+    mu: ArrayLike,
+    *,
+    tol: float = 1e-6,
+    budget: int = 1000,
+    rows: Rows | None = None,
+    relaxed: bool = False,
+    dtype: DTypeLike = _DOUBLE,
+) -> Solution:
+    """Solve one time step of which the Delassus operator is given, ``u = W r + q``.
+
+    Args:
+        W: ``H M⁻¹ Hᵀ``, ``(m, m)``: ``d`` rows for each contact, then one for each joint row. Symmetric, without compliance;
+            it may be singular.
+        q: contact velocities without impulses, ``(c, d)`` or ``(c·d,)``, m/s.
+        mu: as in :func:`solve`.
+        tol: as in :func:`solve`.
+        budget: as in :func:`solve`.
+        rows: joint rows; ``offset`` is the velocity without impulses, and ``jacobian`` is not read.
+        relaxed: as in :func:`solve`.
+        dtype: as in :func:`solve`.
+
+    Returns:
+        The solution; its ``v`` has no meaning.
+
+    Raises:
+        ValueError: as in :func:`solve`.
+    """
+    number = _arrays.number_type(dtype)
+    scene = _arrays.scene((W, None, None), q, mu, None, None, rows, number)
+    return solution(_stiction.solve(scene, _arrays.settings(tol, budget, relaxed), number.itemsize == 4))
+
+
+class Kernel:
+    """A kernel that starts each solve from the last one, by the keys of contacts and rows, and can go on with it.
+
+    Several threads may use one: they wait for each other.
+    """
+
+    def __init__(
+        self,
+        n: int,
+        contacts: int,
+        *,
+        dim: int = 3,
+        rows: int = 0,
+        surfaces: bool = False,
+        dtype: DTypeLike = _DOUBLE,
+    ) -> None:
+        """Make room for a scene.
+
+        Args:
+            n: generalised velocities, at most.
+            contacts: contacts, at most.
+            dim: rows of a contact.
+            rows: joint rows, at most.
+            surfaces: will there be coefficients by row, or compliance of contacts?
+            dtype: ``float64`` or ``float32``.
+
+        Raises:
+            ValueError: no compiled size has so much room (:data:`SIZES`).
+        """
+        self._number = _arrays.number_type(dtype)
+        self._kernel = _stiction.Kernel(n, contacts, dim, rows, surfaces, self._number.itemsize == 4)
+
+    @property
+    def size(self) -> tuple[int, int, int, int, int]:
+        """Velocities, rows of a contact, contacts, joint rows, contacts with a surface that there is room for."""
+        return self._kernel.size
+
+    def solve(
+        self,
+        M: ArrayLike,
+        H: ArrayLike,
+        free_impulse: ArrayLike,
+        w: ArrayLike,
+        mu: ArrayLike,
+        *,
+        keys: ArrayLike | None = None,
+        tol: float = 1e-6,
+        budget: int = 1000,
+        rows: Rows | None = None,
+        compliance: ArrayLike | None = None,
+        relaxed: bool = False,
+    ) -> Solution:
+        """Solve one time step, from the impulses of the last one as far as its contacts are still there.
+
+        Arguments as of :func:`solve`, and ``keys``, ``(c,)``: which contact is which, also in other steps (a foot, a pair of
+        geoms). Of several with one key the first follows the first. Without keys they follow each other by their order.
+        """
+        scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, keys, rows, self._number)
+        return solution(self._kernel.solve(scene, _arrays.settings(tol, budget, relaxed)))
+
+    def resume(self, *, tol: float = 1e-6, budget: int = 1000, relaxed: bool = False) -> Solution:
+        """Go on with a solve that ended as ``Status.OUT_OF_BUDGET``, with the same ``tol``, for ``budget`` more.
+
+        Raises:
+            ValueError: there is no scene.
+        """
+        return solution(self._kernel.resume(_arrays.settings(tol, budget, relaxed)))
+
+    def reset(self) -> None:
+        """Forget the last solve: the next one starts cold."""
+        self._kernel.reset()
+
+    def start_at(self, keys: ArrayLike, r: ArrayLike) -> None:
+        """Start the next solve at impulses ``r`` ``(c, d)`` (N·s) of contacts with these keys ``(c,)``."""
+        impulses: Any = _arrays.array("r", r, self._number)
+        dim = self.size[1]
+        if impulses.ndim != 2 or impulses.shape[1] != dim:
+            raise ValueError(f"r: shape {list(impulses.shape)} is not (contacts, {dim})")
+        self._kernel.start(_arrays.keys_array("keys", keys), impulses)

@@ -1,0 +1,126 @@
+"""What goes in beside plain arrays, and what comes out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[Any]
+
+
+class Status(IntEnum):
+    """How a solve ended."""
+
+    UNSOLVED = 0
+    #: The error is at most the tolerance.
+    SOLVED = 1
+    #: The error is above the tolerance, but near what rounding in this number type allows.
+    PRECISION_LIMIT = 2
+    #: No velocity satisfies all contacts and joint rows; the certificate proves it.
+    INFEASIBLE = 3
+    #: The budget was used up; the solution is the best so far.
+    OUT_OF_BUDGET = 4
+
+
+class Mode(IntEnum):
+    """What a contact does."""
+
+    OPEN = 0
+    STICK = 1
+    SLIP = 2
+
+
+class RowMode(IntEnum):
+    """What a joint row does."""
+
+    OPEN = 0
+    AT_LIMIT = 1
+    AT_LOWER = 2
+    AT_UPPER = 3
+    HOLDING = 4
+
+
+class Work(NamedTuple):
+    """The work of a solve, by kind."""
+
+    sweeps: int
+    chord_steps: int
+    newton_steps: int
+    proof_searches: int
+
+    @property
+    def total(self) -> int:
+        """In the unit of a budget: 2 for a sweep or a chord step, 10 for the others."""
+        return 2 * (self.sweeps + self.chord_steps) + 10 * (self.newton_steps + self.proof_searches)
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Joint rows beside the contacts: ``s = jacobian v + offset + compliance λ``, with ``λ`` from ``lower`` to ``upper``.
+
+    ``λ`` is ``lower`` while ``s > 0`` and ``upper`` while ``s < 0``. So ``(0, inf)`` is a stop, ``(-inf, inf)`` an equality
+    (a loop that is closed), ``(-h τ, h τ)`` dry friction of a torque ``τ`` or a motor that it limits.
+    """
+
+    #: ``(k, n)``; anything (``None``) beside a ``W``.
+    jacobian: ArrayLike | None
+    #: ``(k,)``, m/s or rad/s; a number stands for ``k`` of them, here and below.
+    offset: ArrayLike = 0.0
+    #: The least impulse, ``(k,)``, N·s or N·m·s.
+    lower: ArrayLike = 0.0
+    #: The largest impulse, ``(k,)``.
+    upper: ArrayLike = np.inf
+    #: ``(k,)``, the unit of ``s`` over that of ``λ``; 0 is rigid.
+    compliance: ArrayLike = 0.0
+    #: Which row is which, for a warm start, ``(k,)`` unsigned integers.
+    keys: ArrayLike = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """A velocity, its impulses, and how far they are from the law."""
+
+    #: Velocity at the end of the step, ``(n,)``, m/s and rad/s. Without meaning after :func:`stiction.solve_delassus`.
+    v: Array
+    #: Contact impulses, ``(c, d)``, N·s, normal first.
+    r: Array
+    #: Contact velocities ``H_i v + w_i``, ``(c, d)``, m/s, normal first.
+    u: Array
+    #: :class:`Mode` of each contact, ``(c,)``, int8.
+    modes: NDArray[np.int8]
+    #: Proof of ``Status.INFEASIBLE``, otherwise 0: ``d >= 0`` of each contact, ``(c,)``.
+    certificate: Array
+    #: How the solve ended.
+    status: Status
+    #: How far it is from Coulomb's law and the dynamics, relative to the impulses, with a bound on rounding.
+    error: float
+    #: What it took.
+    work: Work
+    #: Impulses ``λ`` of joint rows, ``(k,)``, N·s or N·m·s.
+    row_impulses: Array
+    #: Their ``s``, ``(k,)``, m/s or rad/s.
+    row_velocities: Array
+    #: :class:`RowMode` of each, ``(k,)``, int8.
+    row_modes: NDArray[np.int8]
+    #: Their part of the proof, ``(k,)``.
+    row_certificate: Array
+
+    @property
+    def solved(self) -> bool:
+        """Is the error at most the tolerance?"""
+        return self.status is Status.SOLVED
+
+    def is_usable(self, error: float) -> bool:
+        """Solved, or ended by the budget or the number type at an error of at most ``error``."""
+        ended = self.status in (Status.OUT_OF_BUDGET, Status.PRECISION_LIMIT)
+        return self.solved or (ended and self.error <= error)
+
+
+def solution(parts: tuple[Any, ...]) -> Solution:
+    """Make a solution of what the compiled side returns."""
+    v, r, u, modes, certificate, status, error, work, *rows = parts
+    return Solution(v, r, u, modes, certificate, Status(status), error, Work(*work), *rows)
