@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _arrays
-from ._stiction import Gather
+from ._stiction import Gather, LookAhead
 from ._types import Status
 
 __all__ = ["Stepper"]
 
+_MARGINS = ("geom_margin", "body_margin", "pair_margin", "jnt_margin", "tendon_margin")
 _DISABLE = mujoco.mjtDisableBit
 _ENABLE = mujoco.mjtEnableBit
 
@@ -61,7 +62,7 @@ class Stepper:
         self.model = model
         self._settings = _arrays.settings(tol, budget, False)[:2]
         self._recovery = float(recovery)
-        self._look_ahead = look_ahead
+        self._fixed = None if look_ahead is None else float(look_ahead)
         #: Steps taken.
         self.steps = 0
         #: Steps whose error is above the tolerance. They were taken all the same, with the best that was found.
@@ -78,11 +79,13 @@ class Stepper:
         self.work = 0
         model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        names = ("geom_margin", "body_margin", "pair_margin", "jnt_margin", "tendon_margin")
-        self._margins = {name: getattr(model, name).copy() for name in names}
-        self._gather = Gather(
-            model.nv, self._margins["jnt_margin"].tolist(), self._margins["tendon_margin"].tolist()
-        )
+        self._margins = [getattr(model, name) for name in _MARGINS]
+        margins = [margin.tolist() for margin in self._margins]
+        radius = np.where(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE, 0.0, model.geom_rbound)
+        roots = model.body_rootid[model.geom_bodyid]
+        geoms = list(zip(model.geom_bodyid.tolist(), roots.tolist(), radius.tolist(), strict=True))
+        self._look_ahead = LookAhead(margins, geoms)
+        self._gather = Gather(model.nv, margins[3], margins[4])
         self._metric = np.zeros((model.nv, model.nv))
         self._no_damping = np.zeros(model.nv)
         self._data: mujoco.MjData | None = None
@@ -149,45 +152,26 @@ class Stepper:
         model.opt.disableflags = disabled | _DISABLE.mjDSBL_EULERDAMP
         mujoco.mj_Euler(model, data)
         model.opt.disableflags = disabled
-        np.copyto(self._velocity, data.qvel)
+        self._look_ahead.keep(data.qvel)
 
     def _bind(self, data: mujoco.MjData) -> None:
         """Keep what stays the same from step to step."""
         self._data = data
-        self._velocity = np.full(self.model.nv, np.nan)  # of the end of the last step
         implicit = not self.model.opt.disableflags & (_DISABLE.mjDSBL_EULERDAMP | _DISABLE.mjDSBL_DAMPER)
         damping = self.model.dof_damping if implicit else self._no_damping
         self._state = (data.qvel, data.qfrc_smooth, damping)
+        self._motion = (data.cvel, data.subtree_com, data.geom_xpos, data.qvel, data.ten_velocity)
 
     def _look(self, data: mujoco.MjData) -> None:
         """Set the margins that this step needs."""
         model = self.model
-        step = model.opt.timestep
-        if not np.array_equal(self._velocity, data.qvel):  # somebody has pushed, or it is the first step
+        if self._look_ahead.is_pushed(data.qvel):  # by somebody else, or it is the first step
             mujoco.mj_kinematics(model, data)
             mujoco.mj_comPos(model, data)
             mujoco.mj_comVel(model, data)
-        self._reach = self._look_ahead if self._look_ahead is not None else 2 * step * self._fastest(data)
-        margins = self._margins
-        np.add(margins["geom_margin"], 0.5 * self._reach, out=model.geom_margin)
-        np.add(margins["body_margin"], 0.5 * self._reach, out=model.body_margin)
-        np.add(margins["pair_margin"], self._reach, out=model.pair_margin)
-        turn = 2 * step * (1 + np.abs(data.qvel).max(initial=0.0))
-        np.add(margins["jnt_margin"], turn, out=model.jnt_margin)
-        if model.ntendon:
-            np.add(margins["tendon_margin"], turn + 2 * step * np.abs(data.ten_velocity).max(), out=model.tendon_margin)
-
-    def _fastest(self, data: mujoco.MjData) -> float:
-        """Bound the speed of any point of a geom, with what gravity adds in a step."""
-        model = self.model
-        if not model.ngeom:
-            return 0.0
-        motion = data.cvel[model.geom_bodyid]
-        turn, com = motion[:, :3], data.subtree_com[model.body_rootid[model.geom_bodyid]]
-        speed = motion[:, 3:] + np.cross(turn, data.geom_xpos - com)
-        radius = np.where(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE, 0.0, model.geom_rbound)
-        points = np.linalg.norm(speed, axis=1) + np.linalg.norm(turn, axis=1) * radius
-        return float(points.max() + model.opt.timestep * np.linalg.norm(model.opt.gravity))
+            mujoco.mj_tendon(model, data)
+        gravity = float(np.linalg.norm(model.opt.gravity))
+        self._reach = self._look_ahead.set(self._motion, self._margins, model.opt.timestep, gravity, self._fixed)
 
     def _implicit(self, data: mujoco.MjData) -> NDArray[np.float64]:
         """Add to the mass matrix what ``implicitfast`` takes implicitly beside damping of joints."""
