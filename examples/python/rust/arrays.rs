@@ -107,8 +107,13 @@ impl<'py, T: Number> Arrays<'py, T> {
         } else {
             dynamics.push(number("H", 1)?);
             dynamics.push(number("free_impulse", 2)?);
-            *dynamics[0].shape().first().ok_or_else(|| dynamics[0].wrong("a square"))?
+            let [n, behind, pushed] = [&dynamics[0], &dynamics[1], &dynamics[2]].map(|array| array.shape().last().copied().unwrap_or(0));
+            // Whom two others contradict is wrong.
+            if behind == pushed && n != behind { behind } else { n }
         };
+        if !is_delassus {
+            dynamics[0].expect(&[&[n, n]])?;
+        }
         // The rows of a contact, as `H` has them or `q`.
         let shaped = dynamics.get(1).unwrap_or(&offsets);
         let behind = if is_delassus { &[][..] } else { &[n][..] };
@@ -133,7 +138,6 @@ impl<'py, T: Number> Arrays<'py, T> {
             let m = dim * contacts + rows;
             dynamics[0].expect(&[&[m, m]])?;
         } else {
-            dynamics[0].expect(&[&[n, n]])?;
             dynamics[1].expect(&[&[contacts, dim, n], &[contacts * dim, n]])?;
             dynamics[2].expect(&[&[n]])?;
         }
@@ -158,9 +162,7 @@ impl<'py, T: Number> Arrays<'py, T> {
             number("rows.compliance", 4)?,
         ];
         let keys = Array::new("rows.keys", &rows.get_item(5)?, is_batch)?;
-        let &[count] = numbers[0].shape() else {
-            return Err(numbers[0].wrong("one number a row"));
-        };
+        let count = jacobian.as_ref().unwrap_or(&numbers[0]).shape().first().copied().unwrap_or(0);
         jacobian.as_ref().map_or(Ok(()), |array| array.expect(&[&[count, n]]))?;
         numbers.iter().try_for_each(|array| array.expect(&[&[count]]))?;
         keys.expect(&[&[count]])?;
@@ -180,6 +182,11 @@ impl<'py, T: Number> Arrays<'py, T> {
                 "{name}: a leading axis of length {own} beside one of {lead}; 1 is broadcast"
             ))),
         }
+    }
+
+    /// How many velocities a solution has: none, if `W` is given.
+    pub(crate) fn velocities(&self) -> usize {
+        if self.dynamics.len() == 1 { 0 } else { self.n }
     }
 
     /// A scene of them.

@@ -39,7 +39,7 @@ pub(crate) fn solve_batch<'py>(
 pub(crate) fn batch_shape(scenes: &Bound<'_, PyTuple>, single: bool) -> PyResult<[usize; 5]> {
     fn shape<T: Number>(scenes: &Bound<'_, PyTuple>) -> PyResult<[usize; 5]> {
         let arrays = Arrays::<T>::new(scenes, true)?;
-        Ok([arrays.lead, arrays.n, arrays.contacts, arrays.dim, arrays.rows])
+        Ok([arrays.lead, arrays.velocities(), arrays.contacts, arrays.dim, arrays.rows])
     }
     if single { shape::<f32>(scenes) } else { shape::<f64>(scenes) }
 }
@@ -52,7 +52,7 @@ fn solve_all<T: Number>(
     out: &Bound<'_, PyTuple>,
 ) -> PyResult<()> {
     let arrays = Arrays::<T>::new(scenes, true)?;
-    let (n, c, k, count) = (arrays.n, arrays.contacts, arrays.rows, arrays.lead);
+    let (n, c, k, count) = (arrays.velocities(), arrays.contacts, arrays.rows, arrays.lead);
     if count == 0 {
         return Ok(());
     }

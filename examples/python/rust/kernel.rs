@@ -111,7 +111,7 @@ pub(crate) fn solve<'py>(
         let arrays = Arrays::<T>::new(scene, false)?;
         let problem = arrays.problem(0);
         let index = sizes::index(&problem.needs()).map_err(PyValueError::new_err)?;
-        let sizes = [arrays.n, arrays.contacts, arrays.dim, arrays.rows];
+        let sizes = [arrays.velocities(), arrays.contacts, arrays.dim, arrays.rows];
         solved(py, sizes, |out| with_engine(index, |engine| run(engine, &problem, &self::settings(given), out)))
     }
     if single { cold::<f32>(py, scene, settings) } else { cold::<f64>(py, scene, settings) }
@@ -202,7 +202,7 @@ impl Kernel {
                 problem.needs()
             )));
         }
-        let sizes = [arrays.n, arrays.contacts, arrays.dim, arrays.rows];
+        let sizes = [arrays.velocities(), arrays.contacts, arrays.dim, arrays.rows];
         solved(py, sizes, |out| {
             let mut kept = lock(kept);
             kept.loaded = None; // half a scene, if it is refused

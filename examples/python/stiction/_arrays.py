@@ -39,7 +39,7 @@ def keys_array(name: str, given: ArrayLike) -> NDArray[np.uint32]:
     found = np.asarray(given)
     if found.dtype.kind not in "iu" or (found.size and (found.min() < 0 or found.max() >= 2**32)):
         raise ValueError(f"{name}: not integers from 0 to 2**32 - 1")
-    return np.ascontiguousarray(found, dtype=np.uint32)
+    return np.ascontiguousarray(found, dtype=np.uint32).reshape(found.shape)
 
 
 def friction(mu: ArrayLike, offsets: Array, dtype: np.dtype[Any], lead: int) -> Array:

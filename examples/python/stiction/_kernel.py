@@ -79,7 +79,7 @@ def solve_delassus(
         dtype: as in :func:`solve`.
 
     Returns:
-        The solution; its ``v`` has no meaning.
+        The solution; its ``v`` is empty.
 
     Raises:
         ValueError: as in :func:`solve`.

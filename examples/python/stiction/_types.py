@@ -84,7 +84,7 @@ class Rows:
 class Solution:
     """A velocity, its impulses, and how far they are from the law."""
 
-    #: Velocity at the end of the step, ``(n,)``, m/s and rad/s. Without meaning after :func:`stiction.solve_delassus`.
+    #: Velocity at the end of the step, ``(n,)``, m/s and rad/s; empty after :func:`stiction.solve_delassus`.
     v: Array
     #: Contact impulses, ``(c, d)``, N·s, normal first.
     r: Array

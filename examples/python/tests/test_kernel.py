@@ -1,0 +1,106 @@
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import stiction
+from conftest import REPOSITORY
+from judge import read
+from stiction import Status
+from test_solve import EYE, MU, PUSH, H, W
+
+N, D = 18, 3
+
+
+def records() -> list[dict[str, Any]]:
+    """The steps of ``examples/firmware/trot.bin``, as ``examples/embedded/records.rs`` describes them."""
+    data = memoryview((REPOSITORY / "examples/firmware/trot.bin").read_bytes())
+    place, steps = 0, []
+
+    def numbers(count: int) -> np.ndarray[Any, np.dtype[np.float32]]:
+        nonlocal place
+        place += 4 * count
+        return np.frombuffer(data[place - 4 * count : place], "<f4").astype(np.float32)
+
+    def word() -> int:
+        return int(struct.unpack("<I", numbers(1).tobytes())[0])
+
+    while place < len(data):
+        contacts = word()
+        M = np.zeros((N, N), np.float32)
+        M[np.tril_indices(N)] = numbers(N * (N + 1) // 2)
+        M = np.where(M != 0, M, M.T)
+        step: dict[str, Any] = {"M": M, "free_impulse": -numbers(N), "keys": [], "mu": [], "w": [], "H": []}
+        for _ in range(contacts):
+            step["keys"].append(word())
+            step["mu"].append(numbers(1)[0])
+            step["w"].append(numbers(D))
+            step["H"].append(numbers(D * N).reshape(D, N))
+        steps.append({name: np.array(value) for name, value in step.items()})
+    return steps
+
+
+def test_float32_has_the_bits_of_the_microcontroller() -> None:
+    kernel, lines = stiction.Kernel(N, 5, dtype=np.float32), []
+    assert kernel.size[0] == N  # not padded
+    for count, step in enumerate(records(), 1):
+        found = kernel.solve(**step, tol=1e-4, budget=100)
+        assert found.solved and found.r.dtype == np.float32
+        line = f"{count:2}"
+        for key, impulse in zip(step["keys"], found.r, strict=True):
+            line += f"  {key}: " + " ".join(f"{bits:08x}" for bits in impulse.view(np.uint32))
+        lines.append(line)
+    assert lines == (Path(__file__).parent / "trot.txt").read_text().splitlines()
+
+
+def test_warm_starts_take_less_work(trot: list[dict[str, Any]]) -> None:
+    names = sorted({name for step in trot for name in step["contact_names"]})
+    kernel, warm, cold = stiction.Kernel(N, 5), 0, 0
+    for step in trot:
+        keys = [names.index(name) for name in step["contact_names"]]
+        found = kernel.solve(*read(step), keys=keys, tol=1e-9)
+        again = stiction.solve(*read(step), tol=1e-9)
+        assert found.solved and again.solved
+        assert np.allclose(found.v, again.v, atol=1e-7)
+        warm, cold = warm + found.work.total, cold + again.work.total
+    assert warm < 0.9 * cold
+
+
+def test_a_budget_ends_and_resume_goes_on() -> None:
+    rng = np.random.default_rng(3)
+    J, push, mu = rng.normal(size=(5, 3, 9)), rng.normal(size=9), np.full(5, 0.6)
+    whole = stiction.solve(np.eye(9), J, push, np.zeros((5, 3)), mu, tol=1e-10)
+    kernel, calls = stiction.Kernel(9, 5), 1
+    part = kernel.solve(np.eye(9), J, push, np.zeros((5, 3)), mu, tol=1e-10, budget=2)
+    assert part.status is Status.OUT_OF_BUDGET
+    while part.status is Status.OUT_OF_BUDGET:
+        part, calls = kernel.resume(tol=1e-10, budget=2), calls + 1
+    assert calls > 2 and part.solved
+    assert np.array_equal(part.r, whole.r) and part.work == whole.work
+
+
+def test_reset_start_and_refusal() -> None:
+    kernel = stiction.Kernel(3, 1)
+    with pytest.raises(ValueError, match="no scene"):
+        kernel.resume()
+    first = kernel.solve(EYE, H, PUSH, W, MU, keys=[7], tol=1e-9)
+    assert first.work.total > 0
+    assert kernel.solve(EYE, H, PUSH, W, MU, keys=[7], tol=1e-9).work.total == 0
+    kernel.reset()
+    assert kernel.solve(EYE, H, PUSH, W, MU, keys=[7], tol=1e-9).work == first.work
+    kernel.reset()
+    kernel.start_at([7], first.r)
+    assert kernel.solve(EYE, H, PUSH, W, MU, keys=[7], tol=1e-9).work.total == 0
+    with pytest.raises(ValueError, match="^M"):
+        kernel.solve(-EYE, H, PUSH, W, MU)
+    with pytest.raises(ValueError, match="no scene"):
+        kernel.resume()
+    for keys in ([-1], [2**32], [0.5]):
+        with pytest.raises(ValueError, match="^keys"):
+            kernel.solve(EYE, H, PUSH, W, MU, keys=keys)
+    with pytest.raises(ValueError, match="^r"):
+        kernel.start_at([7], [1.0])
