@@ -10,28 +10,49 @@ use pyo3::types::PyTuple;
 /// One array, with the length of its leading axis if it is one of a batch.
 struct Array<'py, T: Element> {
     name: &'static str,
-    array: PyReadonlyArrayDyn<'py, T>,
+    values: PyReadonlyArrayDyn<'py, T>,
     lead: usize,
     is_batch: bool,
 }
 
 impl<'py, T: Element> Array<'py, T> {
     fn new(name: &'static str, array: &Bound<'py, PyAny>, is_batch: bool) -> PyResult<Self> {
-        let array: PyReadonlyArrayDyn<'py, T> = array.extract().map_err(|_| {
-            PyValueError::new_err(format!("{name}: no array of the type asked for, or one that is being written"))
-        })?;
-        if !array.is_c_contiguous() {
-            return Err(PyValueError::new_err(format!("{name}: not contiguous, row by row")));
-        }
-        let lead = match (is_batch, array.shape().first()) {
+        let values = match array.extract::<PyReadonlyArrayDyn<'py, T>>() {
+            Ok(values) if values.is_c_contiguous() => values,
+            _ => Self::converted(name, array)?,
+        };
+        let lead = match (is_batch, values.shape().first()) {
             (false, _) => 1,
             (true, Some(&lead)) => lead,
-            (true, None) => return Err(PyValueError::new_err(format!("{name}: a batch has a leading axis"))),
+            (true, None) => {
+                return Err(PyValueError::new_err(format!(
+                    "{name}: a batch has a leading axis"
+                )));
+            }
         };
-        Ok(Self { name, array, lead, is_batch })
+        Ok(Self {
+            name,
+            values,
+            lead,
+            is_batch,
+        })
     }
 
-    fn optional(name: &'static str, array: &Bound<'py, PyAny>, is_batch: bool) -> PyResult<Option<Self>> {
+    /// What is not an array of this type, or not row by row, made one.
+    fn converted(name: &str, array: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+        let py = array.py();
+        let convert = py.import("stiction._arrays")?.getattr("array")?;
+        let made = convert.call1((name, array, T::get_dtype(py)))?;
+        made.extract().map_err(|_| {
+            PyValueError::new_err(format!("{name}: an array that is being written to"))
+        })
+    }
+
+    fn optional(
+        name: &'static str,
+        array: &Bound<'py, PyAny>,
+        is_batch: bool,
+    ) -> PyResult<Option<Self>> {
         if array.is_none() {
             return Ok(None);
         }
@@ -40,12 +61,20 @@ impl<'py, T: Element> Array<'py, T> {
 
     /// Its shape, without the leading axis.
     fn shape(&self) -> &[usize] {
-        &self.array.shape()[usize::from(self.is_batch)..]
+        &self.values.shape()[usize::from(self.is_batch)..]
     }
 
     fn wrong(&self, wanted: &str) -> PyErr {
-        let leading = if self.is_batch { " behind the leading axis" } else { "" };
-        PyValueError::new_err(format!("{}: shape {:?} is not {wanted}{leading}", self.name, self.shape()))
+        let leading = if self.is_batch {
+            " behind the leading axis"
+        } else {
+            ""
+        };
+        PyValueError::new_err(format!(
+            "{}: shape {:?} is not {wanted}{leading}",
+            self.name,
+            self.shape()
+        ))
     }
 
     /// Its shape is one of these.
@@ -59,7 +88,7 @@ impl<'py, T: Element> Array<'py, T> {
 
     /// That of a scene; of all, if the leading axis has length 1.
     fn of(&self, scene: usize) -> &[T] {
-        let all = self.array.as_slice().unwrap_or_default();
+        let all = self.values.as_slice().unwrap_or_default();
         let length: usize = self.shape().iter().product();
         let place = if self.lead == 1 { 0 } else { scene };
         &all[place * length..][..length]
@@ -88,7 +117,7 @@ pub(crate) struct Arrays<'py, T: Element> {
     friction: Array<'py, T>,
     compliance: Option<Array<'py, T>>,
     keys: Option<Array<'py, u32>>,
-    row_arrays: Option<RowArrays<'py, T>>,
+    joint: Option<RowArrays<'py, T>>,
 }
 
 impl<'py, T: Number> Arrays<'py, T> {
@@ -100,16 +129,24 @@ impl<'py, T: Number> Arrays<'py, T> {
         let is_delassus = at(1)?.is_none();
         let friction = number("mu", 4)?;
         let offsets = number(if is_delassus { "q" } else { "w" }, 3)?;
-        let contacts = *friction.shape().first().ok_or_else(|| friction.wrong("one coefficient a contact"))?;
+        let contacts = *friction
+            .shape()
+            .first()
+            .ok_or_else(|| friction.wrong("one coefficient a contact"))?;
         let mut dynamics = vec![number(if is_delassus { "W" } else { "M" }, 0)?];
         let n = if is_delassus {
             crate::sizes::MOST_VELOCITIES
         } else {
             dynamics.push(number("H", 1)?);
             dynamics.push(number("free_impulse", 2)?);
-            let [n, behind, pushed] = [&dynamics[0], &dynamics[1], &dynamics[2]].map(|array| array.shape().last().copied().unwrap_or(0));
+            let [n, behind, pushed] = [&dynamics[0], &dynamics[1], &dynamics[2]]
+                .map(|array| array.shape().last().copied().unwrap_or(0));
             // Whom two others contradict is wrong.
-            if behind == pushed && n != behind { behind } else { n }
+            if behind == pushed && n != behind {
+                behind
+            } else {
+                n
+            }
         };
         if !is_delassus {
             dynamics[0].expect(&[&[n, n]])?;
@@ -121,19 +158,32 @@ impl<'py, T: Number> Arrays<'py, T> {
             ([of, dim, rest @ ..], _) if *of == contacts && rest == behind => *dim,
             ([_, ..], 0) => 3,
             ([all, rest @ ..], _) if rest == behind && all % contacts == 0 => all / contacts,
-            _ => return Err(shaped.wrong(&format!("that of {contacts} contacts{}", if is_delassus { "" } else { " over the velocities" }))),
+            _ => {
+                return Err(shaped.wrong(&format!(
+                    "that of {contacts} contacts{}",
+                    if is_delassus {
+                        ""
+                    } else {
+                        " over the velocities"
+                    }
+                )));
+            }
         };
         if !matches!(dim, 1..=4 | 6) {
             return Err(shaped.wrong("that of contacts with 1, 2, 3, 4 or 6 rows"));
         }
         offsets.expect(&[&[contacts, dim], &[contacts * dim]])?;
         let by_row = [contacts, dim - 1];
-        let round: &[&[usize]] = if dim > 3 { &[&by_row] } else { &[&[contacts], &by_row] };
+        let round: &[&[usize]] = if dim > 3 {
+            &[&by_row]
+        } else {
+            &[&[contacts], &by_row]
+        };
         friction.expect(round)?;
         let compliance = Array::optional("compliance", &at(5)?, is_batch)?;
         let keys = Array::optional("keys", &at(6)?, is_batch)?;
-        let row_arrays = Self::rows(&at(7)?, n, is_delassus, is_batch)?;
-        let rows = row_arrays.as_ref().map_or(0, |rows| rows.numbers[0].shape()[0]);
+        let joint = Self::rows(&at(7)?, n, is_delassus, is_batch)?;
+        let rows = joint.as_ref().map_or(0, |rows| rows.numbers[0].shape()[0]);
         if is_delassus {
             let m = dim * contacts + rows;
             dynamics[0].expect(&[&[m, m]])?;
@@ -141,20 +191,44 @@ impl<'py, T: Number> Arrays<'py, T> {
             dynamics[1].expect(&[&[contacts, dim, n], &[contacts * dim, n]])?;
             dynamics[2].expect(&[&[n]])?;
         }
-        compliance.as_ref().map_or(Ok(()), |array| array.expect(&[&[contacts, 2]]))?;
-        keys.as_ref().map_or(Ok(()), |array| array.expect(&[&[contacts]]))?;
-        let mut arrays = Self { n, dim, contacts, rows, lead: 1, dynamics, offsets, friction, compliance, keys, row_arrays };
+        compliance
+            .as_ref()
+            .map_or(Ok(()), |array| array.expect(&[&[contacts, 2]]))?;
+        keys.as_ref()
+            .map_or(Ok(()), |array| array.expect(&[&[contacts]]))?;
+        let mut arrays = Self {
+            n,
+            dim,
+            contacts,
+            rows,
+            lead: 1,
+            dynamics,
+            offsets,
+            friction,
+            compliance,
+            keys,
+            joint,
+        };
         arrays.lead = arrays.common_lead()?;
         Ok(arrays)
     }
 
-    fn rows(rows: &Bound<'py, PyAny>, n: usize, is_delassus: bool, is_batch: bool) -> PyResult<Option<RowArrays<'py, T>>> {
+    fn rows(
+        rows: &Bound<'py, PyAny>,
+        n: usize,
+        is_delassus: bool,
+        is_batch: bool,
+    ) -> PyResult<Option<RowArrays<'py, T>>> {
         if rows.is_none() {
             return Ok(None);
         }
         let rows = rows.cast::<PyTuple>()?;
         let number = |name, place: usize| Array::<T>::new(name, &rows.get_item(place)?, is_batch);
-        let jacobian = if is_delassus { None } else { Some(number("rows.jacobian", 0)?) };
+        let jacobian = if is_delassus {
+            None
+        } else {
+            Some(number("rows.jacobian", 0)?)
+        };
         let numbers = [
             number("rows.offset", 1)?,
             number("rows.lower", 2)?,
@@ -162,20 +236,52 @@ impl<'py, T: Number> Arrays<'py, T> {
             number("rows.compliance", 4)?,
         ];
         let keys = Array::new("rows.keys", &rows.get_item(5)?, is_batch)?;
-        let count = jacobian.as_ref().unwrap_or(&numbers[0]).shape().first().copied().unwrap_or(0);
-        jacobian.as_ref().map_or(Ok(()), |array| array.expect(&[&[count, n]]))?;
-        numbers.iter().try_for_each(|array| array.expect(&[&[count]]))?;
+        let count = jacobian
+            .as_ref()
+            .unwrap_or(&numbers[0])
+            .shape()
+            .first()
+            .copied()
+            .unwrap_or(0);
+        jacobian
+            .as_ref()
+            .map_or(Ok(()), |array| array.expect(&[&[count, n]]))?;
+        numbers
+            .iter()
+            .try_for_each(|array| array.expect(&[&[count]]))?;
         keys.expect(&[&[count]])?;
-        Ok(Some(RowArrays { jacobian, numbers, keys }))
+        Ok(Some(RowArrays {
+            jacobian,
+            numbers,
+            keys,
+        }))
     }
 
     /// The length of the leading axis that all have which have not 1.
     fn common_lead(&self) -> PyResult<usize> {
-        let own = self.dynamics.iter().chain([&self.offsets, &self.friction]).chain(&self.compliance);
-        let rows = self.row_arrays.iter().flat_map(|rows| rows.numbers.iter().chain(&rows.jacobian));
-        let keys = self.keys.iter().chain(self.row_arrays.iter().map(|rows| &rows.keys));
-        let leads: Vec<_> = own.chain(rows).map(|array| (array.name, array.lead)).chain(keys.map(|array| (array.name, array.lead))).collect();
-        let lead = leads.iter().map(|&(_, lead)| lead).find(|&lead| lead != 1).unwrap_or(1);
+        let own = self
+            .dynamics
+            .iter()
+            .chain([&self.offsets, &self.friction])
+            .chain(&self.compliance);
+        let rows = self
+            .joint
+            .iter()
+            .flat_map(|rows| rows.numbers.iter().chain(&rows.jacobian));
+        let keys = self
+            .keys
+            .iter()
+            .chain(self.joint.iter().map(|rows| &rows.keys));
+        let leads: Vec<_> = own
+            .chain(rows)
+            .map(|array| (array.name, array.lead))
+            .chain(keys.map(|array| (array.name, array.lead)))
+            .collect();
+        let lead = leads
+            .iter()
+            .map(|&(_, lead)| lead)
+            .find(|&lead| lead != 1)
+            .unwrap_or(1);
         match leads.iter().find(|&&(_, own)| own != 1 && own != lead) {
             None => Ok(lead),
             Some((name, own)) => Err(PyValueError::new_err(format!(
@@ -192,15 +298,32 @@ impl<'py, T: Number> Arrays<'py, T> {
     /// A scene of them.
     pub(crate) fn problem(&self, scene: usize) -> Problem<'_, T> {
         let dynamics = match &self.dynamics[..] {
-            [mass, jacobian, push] => Dynamics::Mass(mass.of(scene), jacobian.of(scene), push.of(scene)),
+            [mass, jacobian, push] => {
+                Dynamics::Mass(mass.of(scene), jacobian.of(scene), push.of(scene))
+            }
             others => Dynamics::Delassus(others[0].of(scene)),
         };
         let mu = self.friction.of(scene);
-        let friction = if self.friction.shape().len() == 1 { Friction::Round(mu) } else { Friction::Shaped(mu) };
-        let rows = self.row_arrays.as_ref().map_or(Rows::NONE, |rows| {
-            let [offset, lower, upper, compliance] = rows.numbers.each_ref().map(|array| array.of(scene));
-            let jacobian = rows.jacobian.as_ref().map_or(&[][..], |array| array.of(scene));
-            Rows { jacobian, offset, lower, upper, compliance, keys: rows.keys.of(scene) }
+        let friction = if self.friction.shape().len() == 1 {
+            Friction::Round(mu)
+        } else {
+            Friction::Shaped(mu)
+        };
+        let rows = self.joint.as_ref().map_or(Rows::NONE, |rows| {
+            let [offset, lower, upper, compliance] =
+                rows.numbers.each_ref().map(|array| array.of(scene));
+            let jacobian = rows
+                .jacobian
+                .as_ref()
+                .map_or(&[][..], |array| array.of(scene));
+            Rows {
+                jacobian,
+                offset,
+                lower,
+                upper,
+                compliance,
+                keys: rows.keys.of(scene),
+            }
         });
         Problem {
             n: self.n,
@@ -208,7 +331,10 @@ impl<'py, T: Number> Arrays<'py, T> {
             dynamics,
             offsets: self.offsets.of(scene),
             friction,
-            compliance: self.compliance.as_ref().map_or(&[], |array| array.of(scene)),
+            compliance: self
+                .compliance
+                .as_ref()
+                .map_or(&[], |array| array.of(scene)),
             keys: self.keys.as_ref().map_or(&[], |array| array.of(scene)),
             rows,
         }

@@ -2,9 +2,9 @@
 
 use crate::arrays::Arrays;
 use crate::engine::Number;
-use crate::kernel::{SettingsArguments, run, settings, value_error, with_engine};
 use crate::problem::{Out, Outcome};
 use crate::sizes;
+use crate::solve::{SettingsArguments, run, settings, value_error, with_engine};
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -26,12 +26,16 @@ const PORTION: usize = 16;
 pub(crate) fn solve_batch<'py>(
     py: Python<'py>,
     scenes: &Bound<'py, PyTuple>,
-    settings: SettingsArguments,
+    settings: SettingsArguments<'py>,
     threads: usize,
     out: &Bound<'py, PyTuple>,
     single: bool,
 ) -> PyResult<()> {
-    if single { solve_all::<f32>(py, scenes, settings, threads, out) } else { solve_all::<f64>(py, scenes, settings, threads, out) }
+    if single {
+        solve_all::<f32>(py, scenes, &settings, threads, out)
+    } else {
+        solve_all::<f64>(py, scenes, &settings, threads, out)
+    }
 }
 
 /// How many scenes, velocities, contacts, rows of a contact and joint rows the arrays of a batch have.
@@ -39,35 +43,75 @@ pub(crate) fn solve_batch<'py>(
 pub(crate) fn batch_shape(scenes: &Bound<'_, PyTuple>, single: bool) -> PyResult<[usize; 5]> {
     fn shape<T: Number>(scenes: &Bound<'_, PyTuple>) -> PyResult<[usize; 5]> {
         let arrays = Arrays::<T>::new(scenes, true)?;
-        Ok([arrays.lead, arrays.velocities(), arrays.contacts, arrays.dim, arrays.rows])
+        Ok([
+            arrays.lead,
+            arrays.velocities(),
+            arrays.contacts,
+            arrays.dim,
+            arrays.rows,
+        ])
     }
-    if single { shape::<f32>(scenes) } else { shape::<f64>(scenes) }
+    if single {
+        shape::<f32>(scenes)
+    } else {
+        shape::<f64>(scenes)
+    }
 }
 
 fn solve_all<T: Number>(
     py: Python<'_>,
     scenes: &Bound<'_, PyTuple>,
-    given: SettingsArguments,
+    given: &SettingsArguments<'_>,
     threads: usize,
     out: &Bound<'_, PyTuple>,
 ) -> PyResult<()> {
     let arrays = Arrays::<T>::new(scenes, true)?;
-    let (n, c, k, count) = (arrays.velocities(), arrays.contacts, arrays.rows, arrays.lead);
+    let (n, c, k, count) = (
+        arrays.velocities(),
+        arrays.contacts,
+        arrays.rows,
+        arrays.lead,
+    );
     if count == 0 {
         return Ok(());
     }
     let index = sizes::index(&arrays.problem(0).needs()).map_err(PyValueError::new_err)?;
-    let (mut v, mut r, mut u) = (writable::<T>(out, 0)?, writable::<T>(out, 1)?, writable::<T>(out, 2)?);
+    let (mut v, mut r, mut u) = (
+        writable::<T>(out, 0)?,
+        writable::<T>(out, 1)?,
+        writable::<T>(out, 2)?,
+    );
     let (mut modes, mut certificate) = (writable::<i8>(out, 3)?, writable::<T>(out, 4)?);
     let (mut impulses, mut velocities) = (writable::<T>(out, 5)?, writable::<T>(out, 6)?);
     let (mut row_modes, mut row_certificate) = (writable::<i8>(out, 7)?, writable::<T>(out, 8)?);
-    let (mut status, mut error, mut work) = (writable::<i8>(out, 9)?, writable::<T>(out, 10)?, writable::<i32>(out, 11)?);
+    let (mut status, mut error, mut work) = (
+        writable::<i8>(out, 9)?,
+        writable::<T>(out, 10)?,
+        writable::<i32>(out, 11)?,
+    );
 
-    let (mut v, mut r, mut u) = (Pieces(v.as_slice_mut()?, n), Pieces(r.as_slice_mut()?, c * arrays.dim), Pieces(u.as_slice_mut()?, c * arrays.dim));
-    let (mut modes, mut certificate) = (Pieces(modes.as_slice_mut()?, c), Pieces(certificate.as_slice_mut()?, c));
-    let (mut impulses, mut velocities) = (Pieces(impulses.as_slice_mut()?, k), Pieces(velocities.as_slice_mut()?, k));
-    let (mut row_modes, mut row_certificate) = (Pieces(row_modes.as_slice_mut()?, k), Pieces(row_certificate.as_slice_mut()?, k));
-    let (mut status, mut error, mut work) = (Pieces(status.as_slice_mut()?, 1), Pieces(error.as_slice_mut()?, 1), Pieces(work.as_slice_mut()?, 4));
+    let (mut v, mut r, mut u) = (
+        Pieces(v.as_slice_mut()?, n),
+        Pieces(r.as_slice_mut()?, c * arrays.dim),
+        Pieces(u.as_slice_mut()?, c * arrays.dim),
+    );
+    let (mut modes, mut certificate) = (
+        Pieces(modes.as_slice_mut()?, c),
+        Pieces(certificate.as_slice_mut()?, c),
+    );
+    let (mut impulses, mut velocities) = (
+        Pieces(impulses.as_slice_mut()?, k),
+        Pieces(velocities.as_slice_mut()?, k),
+    );
+    let (mut row_modes, mut row_certificate) = (
+        Pieces(row_modes.as_slice_mut()?, k),
+        Pieces(row_certificate.as_slice_mut()?, k),
+    );
+    let (mut status, mut error, mut work) = (
+        Pieces(status.as_slice_mut()?, 1),
+        Pieces(error.as_slice_mut()?, 1),
+        Pieces(work.as_slice_mut()?, 4),
+    );
     let tasks: Vec<_> = (0..count)
         .map(|scene| {
             let out = Out {
@@ -86,7 +130,7 @@ fn solve_all<T: Number>(
         .collect();
 
     let problems: Vec<_> = (0..count).map(|scene| arrays.problem(scene)).collect();
-    let (settings, stopped) = (settings::<T>(given), AtomicBool::new(false));
+    let (settings, stopped) = (settings::<T>(given)?, AtomicBool::new(false));
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
@@ -115,7 +159,9 @@ fn solve_all<T: Number>(
         None => Ok(()),
         Some((scene, error)) => {
             let text = value_error(&error).value(py).to_string();
-            Err(PyValueError::new_err(format!("{text} (scene {scene} of the batch)")))
+            Err(PyValueError::new_err(format!(
+                "{text} (scene {scene} of the batch)"
+            )))
         }
     }
 }
@@ -135,9 +181,12 @@ fn waited(
             loop {
                 match receiver.recv_timeout(PATIENCE) {
                     Ok(refused) => return interrupt.map(|()| refused),
-                    Err(RecvTimeoutError::Disconnected) => return Err(PyRuntimeError::new_err("a solve panicked")),
+                    Err(RecvTimeoutError::Disconnected) => {
+                        return Err(PyRuntimeError::new_err("a solve panicked"));
+                    }
                     Err(RecvTimeoutError::Timeout) if interrupt.is_ok() => {
-                        interrupt = Python::attach(|py| py.check_signals());
+                        let ask = |py: Python<'_>| py.check_signals();
+                        interrupt = Python::attach(ask);
                         stopped.store(interrupt.is_err(), Ordering::Relaxed);
                     }
                     Err(RecvTimeoutError::Timeout) => {}
@@ -154,10 +203,17 @@ fn write<T: Number>(outcome: &Outcome, status: &mut [i8], error: &mut [T], work:
 }
 
 /// An array to write to.
-fn writable<'py, T: Element>(out: &Bound<'py, PyTuple>, place: usize) -> PyResult<PyReadwriteArrayDyn<'py, T>> {
+fn writable<'py, T: Element>(
+    out: &Bound<'py, PyTuple>,
+    place: usize,
+) -> PyResult<PyReadwriteArrayDyn<'py, T>> {
     let array = out.get_item(place)?;
-    let array = array.cast::<PyArrayDyn<T>>().map_err(|_| PyValueError::new_err("out: an array of another type"))?;
-    array.try_readwrite().map_err(|error| PyValueError::new_err(format!("out: {error}")))
+    let array = array
+        .cast::<PyArrayDyn<T>>()
+        .map_err(|_| PyValueError::new_err("out: an array of another type"))?;
+    array
+        .try_readwrite()
+        .map_err(|error| PyValueError::new_err(format!("out: {error}")))
 }
 
 /// An array, cut into pieces of one length.

@@ -13,7 +13,7 @@ use stiction::{
 pub(crate) type Engines<T> = RefCell<Vec<Option<Box<dyn Engine<T>>>>>;
 
 /// `f32` and `f64`.
-pub(crate) trait Number: Real + Element + Into<f64> {
+pub(crate) trait Number: Real + Element + Default + Into<f64> {
     fn engines() -> &'static LocalKey<Engines<Self>>;
 }
 
@@ -53,7 +53,14 @@ type Push<T, const N: usize, const D: usize, const C: usize, const R: usize, con
     fn(&mut Scene<T, N, D, C, R, S>, &Contact<T, N, D>) -> Result<usize, Error>;
 
 /// The kernel of a size.
-pub(crate) struct Compiled<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> {
+pub(crate) struct Compiled<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+> {
     kernel: Kernel<T, N, D, C, R, S>,
     free_impulse: SVector<T, N>,
     push: Push<T, N, D, C, R, S>,
@@ -64,7 +71,11 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
 {
     pub(crate) fn new(push: Push<T, N, D, C, R, S>) -> Self {
         let (kernel, free_impulse) = (Kernel::new(), SVector::zeros());
-        Self { kernel, free_impulse, push }
+        Self {
+            kernel,
+            free_impulse,
+            push,
+        }
     }
 
     /// Pads `M` with unit masses, which nothing moves.
@@ -164,8 +175,8 @@ fn surface<T: Real, const D: usize>(
     surface
 }
 
-impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> Engine<T>
-    for Compiled<T, N, D, C, R, S>
+impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Engine<T> for Compiled<T, N, D, C, R, S>
 {
     fn load(&mut self, problem: &Problem<'_, T>) -> Result<(), Error> {
         self.kernel.scene_mut().clear();
@@ -210,7 +221,8 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
 
     fn read(&self, out: &mut Out<'_, T>) {
         let solution = self.kernel.solution();
-        out.v.copy_from_slice(&solution.velocity.as_slice()[..out.v.len()]);
+        out.v
+            .copy_from_slice(&solution.velocity.as_slice()[..out.v.len()]);
         for (i, contact) in solution.contacts.iter().enumerate() {
             out.r[i * D..][..D].copy_from_slice(contact.impulse.as_slice());
             out.u[i * D..][..D].copy_from_slice(contact.velocity.as_slice());

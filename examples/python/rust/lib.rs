@@ -11,6 +11,7 @@ mod look_ahead;
 mod mujoco;
 mod problem;
 mod sizes;
+mod solve;
 
 #[pymodule]
 fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -19,7 +20,7 @@ fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<kernel::Kernel>()?;
     module.add_class::<mujoco::Gather>()?;
     module.add_class::<look_ahead::LookAhead>()?;
-    module.add_function(wrap_pyfunction!(kernel::solve, module)?)?;
+    module.add_function(wrap_pyfunction!(solve::solve, module)?)?;
     module.add_function(wrap_pyfunction!(batch::solve_batch, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch_shape, module)?)?;
     Ok(())

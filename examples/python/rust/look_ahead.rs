@@ -28,7 +28,11 @@ pub(crate) struct LookAhead {
 impl LookAhead {
     #[new]
     fn new(margins: [Vec<f64>; 5], geoms: Vec<(usize, usize, f64)>) -> Self {
-        Self { margins, geoms, velocity: Vec::new() }
+        Self {
+            margins,
+            geoms,
+            velocity: Vec::new(),
+        }
     }
 
     /// Remembers the velocities at the end of a step.
@@ -45,15 +49,39 @@ impl LookAhead {
 
     /// Sets the margins: twice what the fastest geom moves in a `step` (s) under `gravity` (m/s²), or `fixed` (m) for contacts.
     /// Returns how much those of contacts have grown (m).
-    fn set(&self, motion: Motion<'_>, margins: Margins<'_>, step: f64, gravity: f64, fixed: Option<f64>) -> PyResult<f64> {
+    fn set(
+        &self,
+        motion: Motion<'_>,
+        margins: Margins<'_>,
+        step: f64,
+        gravity: f64,
+        fixed: Option<f64>,
+    ) -> PyResult<f64> {
         let reach = match fixed {
             Some(fixed) => fixed,
-            None => 2.0 * step * (self.fastest(motion.0.as_slice()?, motion.1.as_slice()?, motion.2.as_slice()?) + step * gravity),
+            None => {
+                2.0 * step
+                    * (self.fastest(
+                        motion.0.as_slice()?,
+                        motion.1.as_slice()?,
+                        motion.2.as_slice()?,
+                    ) + step * gravity)
+            }
         };
-        let largest = |speeds: &[f64]| speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+        let largest = |speeds: &[f64]| {
+            speeds
+                .iter()
+                .fold(0.0_f64, |most, speed| most.max(speed.abs()))
+        };
         let (turn, pull) = (largest(motion.3.as_slice()?), largest(motion.4.as_slice()?));
         // A contact's margin is the sum of those of its geoms. What stands still may start to move: 1 rad/s, 1 m/s.
-        let growths = [0.5 * reach, 0.5 * reach, reach, 2.0 * step * (1.0 + turn), 2.0 * step * (1.0 + pull)];
+        let growths = [
+            0.5 * reach,
+            0.5 * reach,
+            reach,
+            2.0 * step * (1.0 + turn),
+            2.0 * step * (1.0 + pull),
+        ];
         for ((mut target, own), growth) in margins.into_iter().zip(&self.margins).zip(growths) {
             for (target, own) in target.as_slice_mut()?.iter_mut().zip(own) {
                 *target = own + growth;
@@ -67,10 +95,15 @@ impl LookAhead {
     /// A bound on the speed of any point of a geom (m/s).
     fn fastest(&self, motion: &[f64], com: &[f64], positions: &[f64]) -> f64 {
         let mut fastest = 0.0_f64;
-        for (&(body, root, radius), position) in self.geoms.iter().zip(positions.as_chunks::<3>().0) {
+        for (&(body, root, radius), position) in self.geoms.iter().zip(positions.as_chunks::<3>().0)
+        {
             let [a, b, c, x, y, z] = motion.as_chunks::<6>().0[body];
             let com = com.as_chunks::<3>().0[root];
-            let [p, q, r] = [position[0] - com[0], position[1] - com[1], position[2] - com[2]];
+            let [p, q, r] = [
+                position[0] - com[0],
+                position[1] - com[1],
+                position[2] - com[2],
+            ];
             let speed = [x + b * r - c * q, y + c * p - a * r, z + a * q - b * p];
             let norm = |vector: [f64; 3]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
             fastest = fastest.max(norm(speed) + norm([a, b, c]) * radius);

@@ -1,9 +1,9 @@
 //! A step of MuJoCo: its list of constraints made a scene, and the solution made forces and an acceleration.
 
 use crate::engine::Engine;
-use crate::kernel::value_error;
-use crate::problem::{Dynamics, Friction, Needs, Out, Outcome, Problem, Rows};
+use crate::problem::{Answer, Dynamics, Friction, Needs, Outcome, Problem, Rows};
 use crate::sizes;
+use crate::solve::value_error;
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1};
 use pyo3::exceptions::PyValueError;
@@ -16,7 +16,11 @@ const LIMIT_JOINT: i32 = 3;
 const LIMIT_TENDON: i32 = 4;
 
 /// What stays the same as long as model and data do: `(qvel, qfrc_smooth, damping)`, views of length `nv`.
-type State<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
+type State<'py> = (
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+);
 /// `(efc_J, efc_type, efc_id, efc_pos, efc_frictionloss)`.
 type Constraints<'py> = (
     PyReadonlyArray1<'py, f64>,
@@ -36,7 +40,11 @@ type Contacts<'py> = (
     PyReadonlyArray2<'py, f64>,
 );
 /// `(qacc, qfrc_constraint, efc_force)`, to be written.
-type Written<'py> = (PyReadwriteArray1<'py, f64>, PyReadwriteArray1<'py, f64>, PyReadwriteArray1<'py, f64>);
+type Written<'py> = (
+    PyReadwriteArray1<'py, f64>,
+    PyReadwriteArray1<'py, f64>,
+    PyReadwriteArray1<'py, f64>,
+);
 
 /// A contact that takes part.
 #[derive(Clone, Copy)]
@@ -62,7 +70,7 @@ pub(crate) struct Gather {
     /// Constraints that are joint rows.
     rows: Vec<usize>,
     scene: Scene,
-    answer: Answer,
+    answer: Answer<f64>,
     modes: Vec<i8>,
 }
 
@@ -83,23 +91,15 @@ struct Scene {
     row_keys: Vec<u32>,
 }
 
-/// The arrays of a solution.
-#[derive(Default)]
-struct Answer {
-    v: Vec<f64>,
-    r: Vec<f64>,
-    u: Vec<f64>,
-    modes: Vec<i8>,
-    certificate: Vec<f64>,
-    rows: [Vec<f64>; 3],
-    row_modes: Vec<i8>,
-}
-
 #[pymethods]
 impl Gather {
     #[new]
     fn new(nv: usize, joint_margins: Vec<f64>, tendon_margins: Vec<f64>) -> PyResult<Self> {
-        let needs = Needs { n: nv, dim: 3, ..Needs::default() };
+        let needs = Needs {
+            n: nv,
+            dim: 3,
+            ..Needs::default()
+        };
         sizes::index(&needs).map_err(PyValueError::new_err)?;
         Ok(Self {
             nv,
@@ -143,12 +143,16 @@ impl Gather {
     ) -> PyResult<(i64, f64, usize, bool)> {
         let ((step, look_ahead, recovery), (tolerance, budget)) = (numbers, settings);
         let (mut qacc, mut qfrc, mut force) = written;
-        let (qacc, qfrc, force) = (qacc.as_slice_mut()?, qfrc.as_slice_mut()?, force.as_slice_mut()?);
+        let (qacc, qfrc, force) = (
+            qacc.as_slice_mut()?,
+            qfrc.as_slice_mut()?,
+            force.as_slice_mut()?,
+        );
         let velocity = state.0.as_slice()?;
         let jacobian = constraints.0.as_slice()?;
         let data = Step {
             nv: self.nv,
-            step,
+            h: step,
             recovery,
             jacobian,
             kinds: constraints.1.as_slice()?,
@@ -159,24 +163,46 @@ impl Gather {
             surface: contacts.6.as_array(),
             geoms: contacts.4.as_array(),
         };
-        self.list(&data, contacts.0.as_array(), contacts.1.as_array(), contacts.2.as_array(), contacts.3.as_array(), look_ahead)?;
-        self.scene.dynamics(&data, metric.as_slice()?, velocity, state.1.as_slice()?, state.2.as_slice()?);
+        self.list(
+            &data,
+            contacts.0.as_array(),
+            contacts.1.as_array(),
+            contacts.2.as_array(),
+            contacts.3.as_array(),
+            look_ahead,
+        )?;
+        self.scene.dynamics(
+            &data,
+            metric.as_slice()?,
+            velocity,
+            state.1.as_slice()?,
+            state.2.as_slice()?,
+        );
         self.fill_rows(&data);
         let is_shaped = self.fill_contacts(&data);
-        let settings = Settings { budget, ..Settings::new(tolerance) };
+        let settings = Settings {
+            budget,
+            ..Settings::new(tolerance)
+        };
         self.needs.contacts = self.needs.contacts.max(self.contacts.len());
         self.needs.rows = self.needs.rows.max(self.rows.len());
         self.needs.surfaces |= is_shaped;
         let (outcome, contradicts) = py.detach(|| self.solve(is_shaped, &settings))?;
         self.write(&data, velocity, qacc, qfrc, force);
-        Ok((outcome.status as i64, outcome.error, outcome.work.total(), contradicts))
+        Ok((
+            outcome.status as i64,
+            outcome.error,
+            outcome.work.total(),
+            contradicts,
+        ))
     }
 }
 
 /// What a step reads.
 struct Step<'a> {
     nv: usize,
-    step: f64,
+    /// Time step (s).
+    h: f64,
     recovery: f64,
     jacobian: &'a [f64],
     kinds: &'a [i32],
@@ -196,22 +222,29 @@ impl<'a> Step<'a> {
 
     /// The speed that closes a distance in the step; a penetration is pushed out no faster than `recovery`.
     fn offset(&self, distance: f64) -> f64 {
-        (distance / self.step).max(-self.recovery)
+        (distance / self.h).max(-self.recovery)
     }
 }
 
 impl Scene {
     /// `M` with damping, and the free impulse `M v + h F`.
-    fn dynamics(&mut self, data: &Step<'_>, metric: &[f64], velocity: &[f64], smooth: &[f64], damping: &[f64]) {
+    fn dynamics(
+        &mut self,
+        data: &Step<'_>,
+        metric: &[f64],
+        velocity: &[f64],
+        smooth: &[f64],
+        damping: &[f64],
+    ) {
         let nv = data.nv;
         self.mass.clear();
         self.mass.extend_from_slice(metric);
         self.free_impulse.clear();
         for i in 0..nv {
-            self.mass[i * nv + i] += data.step * damping[i];
+            self.mass[i * nv + i] += data.h * damping[i];
             let row = &self.mass[i * nv..][..nv];
             let momentum: f64 = row.iter().zip(velocity).map(|(m, v)| m * v).sum();
-            self.free_impulse.push(momentum + data.step * smooth[i]);
+            self.free_impulse.push(momentum + data.h * smooth[i]);
         }
     }
 }
@@ -233,24 +266,40 @@ impl Gather {
         for (index, (&dim, &address)) in dims.iter().zip(addresses).enumerate() {
             if let (Ok(address), Ok(dim)) = (usize::try_from(address), usize::try_from(dim)) {
                 let distance = distances[index] - (margins[index] - look_ahead);
-                self.contacts.push(Listed { index, address, dim, distance });
+                self.contacts.push(Listed {
+                    index,
+                    address,
+                    dim,
+                    distance,
+                });
             }
         }
         self.rows.clear();
         let is_row = |kind: i32| kind <= LIMIT_TENDON;
-        self.rows.extend(data.kinds.iter().enumerate().filter(|&(_, &kind)| is_row(kind)).map(|(row, _)| row));
+        self.rows.extend(
+            data.kinds
+                .iter()
+                .enumerate()
+                .filter(|&(_, &kind)| is_row(kind))
+                .map(|(row, _)| row),
+        );
         if self.contacts.iter().any(|contact| contact.dim > 3) {
             self.needs.dim = 6;
         }
         let most = sizes::most_contacts(self.needs.dim);
         if self.contacts.len() > most {
-            let touching = self.contacts.iter().filter(|contact| contact.distance <= 0.0).count();
+            let touching = self
+                .contacts
+                .iter()
+                .filter(|contact| contact.distance <= 0.0)
+                .count();
             if touching > most {
                 return Err(PyValueError::new_err(format!(
                     "{touching} contacts touch, at most {most} are compiled: use simpler geoms, exclude pairs, or add a line to rust/sizes.rs"
                 )));
             }
-            self.contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+            self.contacts
+                .sort_by(|a, b| a.distance.total_cmp(&b.distance));
             self.contacts.truncate(most);
             self.contacts.sort_by_key(|contact| contact.index);
         }
@@ -259,38 +308,57 @@ impl Gather {
 
     fn fill_rows(&mut self, data: &Step<'_>) {
         let scene = &mut self.scene;
-        for list in [&mut scene.row_jacobian, &mut scene.row_offset, &mut scene.row_lower, &mut scene.row_upper] {
+        for list in [
+            &mut scene.row_jacobian,
+            &mut scene.row_offset,
+            &mut scene.row_lower,
+            &mut scene.row_upper,
+        ] {
             list.clear();
         }
         scene.row_keys.clear();
         for &row in &self.rows {
             let (kind, id, position) = (data.kinds[row], data.ids[row], data.positions[row]);
-            let of = |margins: &[f64]| usize::try_from(id).ok().and_then(|id| margins.get(id).copied()).unwrap_or(0.0);
+            let of = |margins: &[f64]| {
+                usize::try_from(id)
+                    .ok()
+                    .and_then(|id| margins.get(id).copied())
+                    .unwrap_or(0.0)
+            };
             let [joints, tendons] = &self.margins;
             let (offset, lower, upper) = match kind {
-                EQUALITY => (position / data.step, f64::NEG_INFINITY, f64::INFINITY),
+                EQUALITY => (position / data.h, f64::NEG_INFINITY, f64::INFINITY),
                 LIMIT_JOINT => (data.offset(position - of(joints)), 0.0, f64::INFINITY),
                 LIMIT_TENDON => (data.offset(position - of(tendons)), 0.0, f64::INFINITY),
-                _ => (0.0, -data.step * data.losses[row], data.step * data.losses[row]),
+                _ => (0.0, -data.h * data.losses[row], data.h * data.losses[row]),
             };
             scene.row_jacobian.extend_from_slice(data.rows(row, 1));
             scene.row_offset.push(offset);
             scene.row_lower.push(lower);
             scene.row_upper.push(upper);
-            scene.row_keys.push(u32::try_from(kind).unwrap_or(0) << 28 | u32::try_from(id).unwrap_or(0));
+            scene
+                .row_keys
+                .push(u32::try_from(kind).unwrap_or(0) << 28 | u32::try_from(id).unwrap_or(0));
         }
     }
 
     /// Fills in the contacts; does a cone need more than one coefficient?
     fn fill_contacts(&mut self, data: &Step<'_>) -> bool {
         let (scene, dim, nv) = (&mut self.scene, self.needs.dim, self.nv);
-        for list in [&mut scene.jacobian, &mut scene.offsets, &mut scene.round, &mut scene.shaped] {
+        for list in [
+            &mut scene.jacobian,
+            &mut scene.offsets,
+            &mut scene.round,
+            &mut scene.shaped,
+        ] {
             list.clear();
         }
         scene.keys.clear();
         let mut is_shaped = dim > 3;
         for (i, contact) in self.contacts.iter().enumerate() {
-            scene.jacobian.extend_from_slice(data.rows(contact.address, contact.dim));
+            scene
+                .jacobian
+                .extend_from_slice(data.rows(contact.address, contact.dim));
             scene.jacobian.resize((i + 1) * dim * nv, 0.0);
             scene.offsets.push(data.offset(contact.distance));
             // MuJoCo gives the speeds of surfaces along the tangents and about the normal.
@@ -300,9 +368,12 @@ impl Gather {
             let friction = data.friction.row(contact.index);
             scene.shaped.extend(friction.iter().take(contact.dim - 1));
             scene.shaped.resize((i + 1) * (dim - 1), 0.0);
-            scene.round.push(if contact.dim > 1 { friction[0] } else { 0.0 });
+            scene
+                .round
+                .push(if contact.dim > 1 { friction[0] } else { 0.0 });
             is_shaped |= contact.dim > 1 && friction[0].to_bits() != friction[1].to_bits();
-            let geom = |side: usize| u32::try_from(data.geoms[[contact.index, side]]).unwrap_or(u32::MAX);
+            let geom =
+                |side: usize| u32::try_from(data.geoms[[contact.index, side]]).unwrap_or(u32::MAX);
             scene.keys.push(geom(0) << 16 ^ geom(1));
         }
         is_shaped
@@ -317,11 +388,16 @@ impl Gather {
         let Some((_, engine)) = &mut self.engine else {
             return Err(PyValueError::new_err("no kernel"));
         };
-        let mut run = |scene: &Scene, answer: &mut Answer| -> Result<Outcome, Error> {
+        let mut run = |scene: &Scene, answer: &mut Answer<f64>| -> Result<Outcome, Error> {
             let problem = scene.problem(self.nv, self.needs.dim, is_shaped);
             engine.load(&problem)?;
             let outcome = engine.solve(settings, false)?;
-            engine.read(&mut answer.out(&problem));
+            engine.read(&mut answer.out([
+                problem.n,
+                problem.contacts(),
+                problem.dim,
+                problem.rows.lower.len(),
+            ]));
             Ok(outcome)
         };
         let outcome = run(&self.scene, &mut self.answer).map_err(|error| value_error(&error))?;
@@ -340,18 +416,28 @@ impl Gather {
     }
 
     /// Writes acceleration and forces.
-    fn write(&mut self, data: &Step<'_>, velocity: &[f64], qacc: &mut [f64], qfrc: &mut [f64], force: &mut [f64]) {
+    fn write(
+        &mut self,
+        data: &Step<'_>,
+        velocity: &[f64],
+        qacc: &mut [f64],
+        qfrc: &mut [f64],
+        force: &mut [f64],
+    ) {
         let (answer, dim) = (&self.answer, self.needs.dim);
         for (acceleration, (after, before)) in qacc.iter_mut().zip(answer.v.iter().zip(velocity)) {
-            *acceleration = (after - before) / data.step;
+            *acceleration = (after - before) / data.h;
         }
         force.fill(0.0);
         for (&row, impulse) in self.rows.iter().zip(&answer.rows[0]) {
-            force[row] = impulse / data.step;
+            force[row] = impulse / data.h;
         }
         for (i, contact) in self.contacts.iter().enumerate() {
-            for (force, impulse) in force[contact.address..][..contact.dim].iter_mut().zip(&answer.r[i * dim..]) {
-                *force = impulse / data.step;
+            for (force, impulse) in force[contact.address..][..contact.dim]
+                .iter_mut()
+                .zip(&answer.r[i * dim..])
+            {
+                *force = impulse / data.h;
             }
             self.modes[contact.index] = answer.modes[i];
         }
@@ -371,7 +457,11 @@ impl Scene {
             dim,
             dynamics: Dynamics::Mass(&self.mass, &self.jacobian, &self.free_impulse),
             offsets: &self.offsets,
-            friction: if is_shaped { Friction::Shaped(&self.shaped) } else { Friction::Round(&self.round) },
+            friction: if is_shaped {
+                Friction::Shaped(&self.shaped)
+            } else {
+                Friction::Round(&self.round)
+            },
             compliance: &[],
             keys: &self.keys,
             rows: Rows {
@@ -382,32 +472,6 @@ impl Scene {
                 compliance: &[],
                 keys: &self.row_keys,
             },
-        }
-    }
-}
-
-impl Answer {
-    /// Places for the solution of a scene.
-    fn out(&mut self, problem: &Problem<'_, f64>) -> Out<'_, f64> {
-        let (contacts, rows) = (problem.contacts(), problem.rows.lower.len());
-        self.v.resize(problem.n, 0.0);
-        self.r.resize(contacts * problem.dim, 0.0);
-        self.u.resize(contacts * problem.dim, 0.0);
-        self.modes.resize(contacts, 0);
-        self.certificate.resize(contacts, 0.0);
-        self.rows.iter_mut().for_each(|list| list.resize(rows, 0.0));
-        self.row_modes.resize(rows, 0);
-        let [row_impulses, row_velocities, row_certificate] = &mut self.rows;
-        Out {
-            v: &mut self.v,
-            r: &mut self.r,
-            u: &mut self.u,
-            modes: &mut self.modes,
-            certificate: &mut self.certificate,
-            row_impulses,
-            row_velocities,
-            row_modes: &mut self.row_modes,
-            row_certificate,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A scene in slices, row by row and without padding, and the places its solution goes to.
 
-use stiction::{Error, Input, List, Status, Work};
+use stiction::{Error, Input, List, Real, Status, Work};
 
 /// A scene of `c` contacts with `dim` rows each and of `k` joint rows, over `n` velocities.
 #[derive(Clone, Copy)]
@@ -103,6 +103,46 @@ pub(crate) struct Out<'a, T> {
     pub(crate) row_velocities: &'a mut [T],
     pub(crate) row_modes: &'a mut [i8],
     pub(crate) row_certificate: &'a mut [T],
+}
+
+/// The arrays of a solution.
+#[derive(Default)]
+pub(crate) struct Answer<T> {
+    pub(crate) v: Vec<T>,
+    pub(crate) r: Vec<T>,
+    pub(crate) u: Vec<T>,
+    pub(crate) modes: Vec<i8>,
+    pub(crate) certificate: Vec<T>,
+    /// Impulses, velocities and certificate of joint rows.
+    pub(crate) rows: [Vec<T>; 3],
+    pub(crate) row_modes: Vec<i8>,
+}
+
+impl<T: Real> Answer<T> {
+    /// Places for so many velocities, contacts of so many rows, and joint rows.
+    pub(crate) fn out(&mut self, [n, contacts, dim, rows]: [usize; 4]) -> Out<'_, T> {
+        self.v.resize(n, T::ZERO);
+        self.r.resize(contacts * dim, T::ZERO);
+        self.u.resize(contacts * dim, T::ZERO);
+        self.modes.resize(contacts, 0);
+        self.certificate.resize(contacts, T::ZERO);
+        self.rows
+            .iter_mut()
+            .for_each(|list| list.resize(rows, T::ZERO));
+        self.row_modes.resize(rows, 0);
+        let [row_impulses, row_velocities, row_certificate] = &mut self.rows;
+        Out {
+            v: &mut self.v,
+            r: &mut self.r,
+            u: &mut self.u,
+            modes: &mut self.modes,
+            certificate: &mut self.certificate,
+            row_impulses,
+            row_velocities,
+            row_modes: &mut self.row_modes,
+            row_certificate,
+        }
+    }
 }
 
 /// How a solve ended.

@@ -10,11 +10,16 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from ._types import Array, Rows
 
 #: The scene as the compiled side takes it.
-Scene = tuple[Array | None, ...]
+Scene = tuple[Any, ...]
+
+
+DOUBLE = np.dtype(np.float64)
 
 
 def number_type(dtype: DTypeLike) -> np.dtype[Any]:
     """``float32`` or ``float64``."""
+    if dtype is DOUBLE:
+        return DOUBLE
     found = np.dtype(dtype)
     if found not in (np.float32, np.float64):
         raise ValueError(f"dtype: {found} is not float32 or float64")
@@ -42,24 +47,21 @@ def keys_array(name: str, given: ArrayLike) -> NDArray[np.uint32]:
     return np.ascontiguousarray(found, dtype=np.uint32).reshape(found.shape)
 
 
-def friction(mu: ArrayLike, offsets: Array, dtype: np.dtype[Any], lead: int) -> Array:
+def friction(mu: ArrayLike, w: ArrayLike, dtype: np.dtype[Any], lead: int) -> Array:
     """Coefficients; one number is that of all contacts."""
     found = array("mu", mu, dtype)
     if found.ndim > 0:
         return found
+    offsets = array("w", w, dtype)
     if offsets.ndim < lead + 2:
         raise ValueError("mu: one number does not tell how many contacts there are; give w as (contacts, rows)")
     return np.full((1,) * lead + (offsets.shape[lead],), found, dtype)
 
 
-def rows_tuple(rows: Rows | None, dtype: np.dtype[Any], lead: int, is_delassus: bool) -> tuple[Any, ...] | None:
+def rows_tuple(rows: Rows, dtype: np.dtype[Any], lead: int, is_delassus: bool) -> tuple[Any, ...]:
     """Joint rows, with one number for all made arrays."""
-    if rows is None:
-        return None
     jacobian = None
-    numbers = {
-        name: array(f"rows.{name}", getattr(rows, name), dtype) for name in ("offset", "lower", "upper", "compliance")
-    }
+    numbers = {name: array(f"rows.{name}", getattr(rows, name), dtype) for name in ("offset", "lower", "upper", "compliance")}
     keys = keys_array("rows.keys", rows.keys)
     given = [found for found in (*numbers.values(), keys) if found.ndim > 0]
     if not is_delassus:
@@ -79,7 +81,7 @@ def rows_tuple(rows: Rows | None, dtype: np.dtype[Any], lead: int, is_delassus: 
 
 
 def scene(
-    dynamics: tuple[ArrayLike | None, ArrayLike | None, ArrayLike | None],
+    dynamics: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
     w: ArrayLike,
     mu: ArrayLike,
     compliance: ArrayLike | None,
@@ -88,28 +90,12 @@ def scene(
     dtype: np.dtype[Any],
     lead: int = 0,
 ) -> Scene:
-    """A scene, or a batch of them with ``lead`` = 1."""
-    first, jacobian, push = dynamics
-    is_delassus = jacobian is None
-    offsets = array("q" if is_delassus else "w", w, dtype)
+    """A scene, or a batch of them with ``lead`` = 1; the compiled side calls :func:`array` for what is none."""
     return (
-        array("W" if is_delassus else "M", first, dtype),  # type: ignore[arg-type]
-        None if jacobian is None else array("H", jacobian, dtype),
-        None if push is None else array("free_impulse", push, dtype),
-        offsets,
-        friction(mu, offsets, dtype, lead),
-        None if compliance is None else array("compliance", compliance, dtype),
+        *dynamics,
+        w,
+        mu if isinstance(mu, np.ndarray) and mu.ndim else friction(mu, w, dtype, lead),
+        compliance,
         None if keys is None else keys_array("keys", keys),
-        rows_tuple(rows, dtype, lead, is_delassus),  # type: ignore[return-value]
+        None if rows is None else rows_tuple(rows, dtype, lead, dynamics[1] is None),
     )
-
-
-def settings(tol: float, budget: int, relaxed: bool) -> tuple[float, int, bool]:
-    """Tolerance, budget and law, of the types that the compiled side takes."""
-    try:
-        tolerance = float(tol)
-    except (TypeError, ValueError):
-        raise ValueError(f"tol: {tol!r} is not a number") from None
-    if isinstance(budget, bool) or not isinstance(budget, int | np.integer) or budget < 0:
-        raise ValueError(f"budget: {budget!r} is not a number of iterations")
-    return tolerance, int(budget), bool(relaxed)

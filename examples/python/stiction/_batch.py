@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _arrays, _stiction
+from ._arrays import DOUBLE
 from ._types import Array, Rows
-
-_DOUBLE = np.dtype(np.float64)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchSolution:
@@ -45,7 +43,7 @@ class BatchSolution:
     work: NDArray[np.int32]
 
     @classmethod
-    def empty(cls, b: int, n: int, c: int, d: int = 3, k: int = 0, dtype: DTypeLike = _DOUBLE) -> BatchSolution:
+    def empty(cls, b: int, n: int, c: int, d: int = 3, k: int = 0, dtype: DTypeLike = DOUBLE) -> BatchSolution:
         """Make arrays for ``b`` scenes of ``n`` velocities, ``c`` contacts of ``d`` rows and ``k`` joint rows."""
         shapes = _shapes(b, n, c, d, k, _arrays.number_type(dtype))
         return cls(**{name: np.zeros(shape, number) for name, (shape, number) in shapes.items()})
@@ -82,7 +80,7 @@ def solve_batch(
     relaxed: bool = False,
     threads: int | None = None,
     out: BatchSolution | None = None,
-    dtype: DTypeLike = _DOUBLE,
+    dtype: DTypeLike = DOUBLE,
 ) -> BatchSolution:
     """Solve ``b`` scenes of one size, each from nothing: the same bits on any number of threads.
 
@@ -123,5 +121,5 @@ def solve_batch(
     for place, (name, (shape, kind)) in zip(places, shapes.items(), strict=True):
         if place.shape != shape or place.dtype != kind or not place.flags.c_contiguous or not place.flags.writeable:
             raise ValueError(f"out.{name}: not a contiguous array of shape {list(shape)} and type {np.dtype(kind)}")
-    _stiction.solve_batch(scenes, _arrays.settings(tol, budget, relaxed), threads, places, number.itemsize == 4)
+    _stiction.solve_batch(scenes, (tol, budget, relaxed), threads, places, number.itemsize == 4)
     return out

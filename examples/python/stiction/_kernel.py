@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from . import _arrays, _stiction
+from ._arrays import DOUBLE
 from ._types import Rows, Solution, solution
-
-_DOUBLE = np.dtype(np.float64)
-
 
 def solve(
     M: ArrayLike,
@@ -25,7 +22,7 @@ def solve(
     rows: Rows | None = None,
     compliance: ArrayLike | None = None,
     relaxed: bool = False,
-    dtype: DTypeLike = _DOUBLE,
+    dtype: DTypeLike = DOUBLE,
 ) -> Solution:
     """Solve one time step from nothing.
 
@@ -51,7 +48,7 @@ def solve(
     """
     number = _arrays.number_type(dtype)
     scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, None, rows, number)
-    return solution(_stiction.solve(scene, _arrays.settings(tol, budget, relaxed), number.itemsize == 4))
+    return solution(_stiction.solve(scene, (tol, budget, relaxed), number.itemsize == 4))
 
 
 def solve_delassus(
@@ -63,7 +60,7 @@ def solve_delassus(
     budget: int = 1000,
     rows: Rows | None = None,
     relaxed: bool = False,
-    dtype: DTypeLike = _DOUBLE,
+    dtype: DTypeLike = DOUBLE,
 ) -> Solution:
     """Solve one time step of which the Delassus operator is given, ``u = W r + q``.
 
@@ -86,7 +83,7 @@ def solve_delassus(
     """
     number = _arrays.number_type(dtype)
     scene = _arrays.scene((W, None, None), q, mu, None, None, rows, number)
-    return solution(_stiction.solve(scene, _arrays.settings(tol, budget, relaxed), number.itemsize == 4))
+    return solution(_stiction.solve(scene, (tol, budget, relaxed), number.itemsize == 4))
 
 
 class Kernel:
@@ -103,7 +100,7 @@ class Kernel:
         dim: int = 3,
         rows: int = 0,
         surfaces: bool = False,
-        dtype: DTypeLike = _DOUBLE,
+        dtype: DTypeLike = DOUBLE,
     ) -> None:
         """Make room for a scene.
 
@@ -147,7 +144,7 @@ class Kernel:
         geoms). Of several with one key the first follows the first. Without keys they follow each other by their order.
         """
         scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, keys, rows, self._number)
-        return solution(self._kernel.solve(scene, _arrays.settings(tol, budget, relaxed)))
+        return solution(self._kernel.solve(scene, (tol, budget, relaxed)))
 
     def resume(self, *, tol: float = 1e-6, budget: int = 1000, relaxed: bool = False) -> Solution:
         """Go on with a solve that ended as ``Status.OUT_OF_BUDGET``, with the same ``tol``, for ``budget`` more.
@@ -155,7 +152,7 @@ class Kernel:
         Raises:
             ValueError: there is no scene.
         """
-        return solution(self._kernel.resume(_arrays.settings(tol, budget, relaxed)))
+        return solution(self._kernel.resume((tol, budget, relaxed)))
 
     def reset(self) -> None:
         """Forget the last solve: the next one starts cold."""

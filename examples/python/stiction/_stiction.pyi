@@ -6,7 +6,7 @@ from ._arrays import Scene
 
 SIZES: list[tuple[int, int, int, int, int]]
 
-_Settings = tuple[float, int, bool]
+_Settings = tuple[Any, Any, bool]
 
 class Kernel:
     def __new__(cls, n: int, contacts: int, dim: int, rows: int, surfaces: bool, single: bool) -> Kernel: ...
@@ -48,6 +48,4 @@ class LookAhead:
 
 def solve(scene: Scene, settings: _Settings, single: bool) -> tuple[Any, ...]: ...
 def batch_shape(scenes: Scene, single: bool) -> tuple[int, int, int, int, int]: ...
-def solve_batch(
-    scenes: Scene, settings: _Settings, threads: int, out: tuple[NDArray[Any], ...], single: bool
-) -> None: ...
+def solve_batch(scenes: Scene, settings: _Settings, threads: int, out: tuple[NDArray[Any], ...], single: bool) -> None: ...

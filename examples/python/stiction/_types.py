@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -80,7 +80,7 @@ class Rows:
     keys: ArrayLike = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Solution:
     """A velocity, its impulses, and how far they are from the law."""
 
@@ -122,5 +122,11 @@ class Solution:
 
 def solution(parts: tuple[Any, ...]) -> Solution:
     """Make a solution of what the compiled side returns."""
-    v, r, u, modes, certificate, status, error, work, *rows = parts
-    return Solution(v, r, u, modes, certificate, Status(status), error, Work(*work), *rows)
+    made = object.__new__(Solution)
+    # All fields at once: a frozen class sets them one by one, which takes as long as a solve.
+    made.__dict__.update(zip(_FIELDS, parts, strict=True))
+    made.__dict__.update(status=Status(made.status), work=Work._make(made.work))
+    return made
+
+
+_FIELDS = tuple(field.name for field in fields(Solution))

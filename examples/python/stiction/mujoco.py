@@ -5,13 +5,10 @@ Needs the package ``mujoco``, 4.0 or later.
 
 from __future__ import annotations
 
-
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _arrays
 from ._stiction import Gather, LookAhead
 from ._types import Status
 
@@ -60,7 +57,7 @@ class Stepper:
         """
         _check(model)
         self.model = model
-        self._settings = _arrays.settings(tol, budget, False)[:2]
+        self._settings = (float(tol), int(budget))
         self._recovery = float(recovery)
         self._fixed = None if look_ahead is None else float(look_ahead)
         #: Steps taken.
@@ -180,9 +177,7 @@ class Stepper:
             return self._metric
         if model.ntendon and np.any(model.tendon_damping):
             jacobian = np.zeros((model.ntendon, model.nv))
-            mujoco.mju_sparse2dense(
-                jacobian, data.ten_J.reshape(-1), model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
-            )
+            mujoco.mju_sparse2dense(jacobian, data.ten_J.reshape(-1), model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind)
             self._metric += step * jacobian.T @ (model.tendon_damping[:, None] * jacobian)
         gain = -model.actuator_biasprm[:, 2] * (model.actuator_biastype == mujoco.mjtBias.mjBIAS_AFFINE)
         if np.any(gain):
@@ -190,9 +185,7 @@ class Stepper:
             force, bounds = data.actuator_force, model.actuator_forcerange
             gain[limited & ((force <= bounds[:, 0]) | (force >= bounds[:, 1]))] = 0.0
             moment = np.zeros((model.nu, model.nv))
-            mujoco.mju_sparse2dense(
-                moment, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
-            )
+            mujoco.mju_sparse2dense(moment, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind)
             self._metric += step * moment.T @ (gain[:, None] * moment)
         return self._metric
 

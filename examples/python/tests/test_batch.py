@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 import stiction
-from judge import read
 from stiction import BatchSolution, Rows, Status
+
+from judge import read
 
 
 @pytest.fixture(scope="module")

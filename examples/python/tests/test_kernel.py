@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import REPOSITORY
 
 import stiction
-from conftest import REPOSITORY
-from judge import read
 from stiction import Status
+
+from judge import read
 from test_solve import EYE, MU, PUSH, H, W
 
 N, D = 18, 3

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import stiction
-from judge import error, read
 from stiction import Mode, RowMode, Rows, Status
+
+from judge import error, read
 
 EYE, PUSH, W, MU = np.eye(3) * 2.0, np.array([0.03, 0.0, -0.02]), np.zeros((1, 3)), np.array([0.8])
 H = np.array([[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])

@@ -1,0 +1,253 @@
+"""The stepper: each kind of constraint on a small model, judged by what MuJoCo lists and by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from stiction import Mode, Status
+from stiction.mujoco import Stepper
+
+from judge import project
+
+FLOOR = '<geom type="plane" size="5 5 1"/>'
+BOX = '<body pos="0 0 .05"><freejoint/><geom type="box" size=".1 .08 .05" mass="2"/></body>'
+WEIGHT = 2 * 9.81
+
+
+def build(world: str, rest: str = "", option: str = "", h: float = 0.002) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    xml = f'<mujoco><option timestep="{h}" {option}/><worldbody>{world}</worldbody>{rest}</mujoco>'
+    model = mujoco.MjModel.from_xml_string(xml)
+    return model, mujoco.MjData(model)
+
+
+def judged_step(stepper: Stepper, data: mujoco.MjData, recovery: float = 0.1) -> float:
+    """Take a step and return how far it is from momentum and law: the largest violation over the largest impulse."""
+    model, h = stepper.model, stepper.model.opt.timestep
+    stepper.step1(data)
+    nv, n = model.nv, data.nefc
+    v, mass = data.qvel.copy(), np.zeros((nv, nv))
+    mujoco.mj_fullM(model, data, mass)
+    J, kind, pos, losses = (
+        data.efc_J.reshape(n, nv).copy(),
+        data.efc_type.copy(),
+        data.efc_pos.copy(),
+        data.efc_frictionloss.copy(),
+    )
+    contacts = [(c.efc_address, c.dim, c.dist, c.friction.copy(), c.surfacevel.copy()) for c in data.contact]
+    stepper.step2(data)
+    mass += h * np.diag(model.dof_damping)
+    size = h * max(np.abs(data.efc_force).max(initial=0.0), np.abs(data.qfrc_smooth).max(), 1e-9)
+    gaps = [mass @ (data.qvel - v) - h * (data.qfrc_smooth + J.T @ data.efc_force)]
+    gaps.append(h * (data.qfrc_constraint - J.T @ data.efc_force))
+    r, u, W = h * data.efc_force, J @ data.qvel, J @ np.linalg.solve(mass, J.T)
+    for i in np.flatnonzero(kind <= 4):
+        lower, upper, offset = {
+            0: (-np.inf, np.inf, pos[i] / h),
+            1: (-h * losses[i], h * losses[i], 0.0),
+            2: (-h * losses[i], h * losses[i], 0.0),
+        }.get(int(kind[i]), (0.0, np.inf, max(pos[i] / h, -recovery)))
+        gaps.append(np.atleast_1d(r[i] - np.clip(r[i] - (u[i] + offset) / W[i, i], lower, upper)))
+    for address, dim, distance, friction, surface in contacts:
+        rows = slice(address, address + dim)
+        speed, mu = u[rows].copy(), np.ones(dim)
+        speed[0] += max(distance / h, -recovery)
+        speed[1:4] += surface[: dim - 1]
+        mu[1:] = friction[: dim - 1]
+        speed, impulse = speed * mu, r[rows] / mu  # rows in which the cone has mu = 1
+        speed[0] += np.linalg.norm(speed[1:])
+        alpha = 1.0 / np.trace(W[rows, rows] * np.outer(mu, mu))
+        gaps.append(impulse - project(impulse - alpha * speed, 1.0))
+    return float(max(np.abs(gap).max() for gap in gaps) / size)
+
+
+MODELS = {
+    "frictionless": (FLOOR + BOX).replace("<geom", '<geom condim="1"'),
+    "sliding": FLOOR + BOX,
+    "spin": (FLOOR + BOX).replace("<geom", '<geom condim="4" friction=".4 .02 0"'),
+    "roll": FLOOR + '<body pos="0 0 .1"><freejoint/><geom size=".1" condim="6" friction=".6 .01 .004"/></body>',
+    "tower": FLOOR + BOX + BOX.replace("0 0 .05", "0 0 .15"),
+    "moving surface": FLOOR.replace("/>", ' surfacevel=".3 .1 0 0 0 .5" condim="4"/>') + BOX,
+    "limits": """<body pos="0 0 1"><joint axis="0 1 0" range="-30 20" frictionloss=".2" damping=".3"/>
+        <geom type="capsule" fromto="0 0 0 .4 0 0" size=".03" mass="1"/>
+        <body pos=".4 0 0"><joint type="ball" range="0 25"/><geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" mass=".3"/>
+        </body></body>""",
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("h", [0.001, 0.01])
+def test_each_step_obeys_the_law(name: str, h: float) -> None:
+    model, data = build(MODELS[name], h=h)
+    stepper = Stepper(model, tol=1e-10)
+    if model.njnt and model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE:
+        data.qvel[:6] = [1.0, 0.3, 0.0, 0.0, 0.0, 3.0]
+    for _ in range(int(0.6 / h)):
+        assert judged_step(stepper, data) < 1e-6
+        if name == "tower":
+            data.qvel[:2] += 1e-3
+    assert stepper.unsolved == 0 and stepper.contradictions == 0
+
+
+def test_the_judge_sees_a_wrong_force() -> None:
+    class Wrong(Stepper):
+        def step2(self, data: mujoco.MjData) -> None:
+            super().step2(data)
+            data.efc_force[1] += 1e-3 * WEIGHT
+
+    model, data = build(FLOOR + BOX)
+    assert judged_step(Wrong(model), data) > 1e-4
+
+
+def test_forces_are_those_that_act() -> None:
+    touch = '<sensor><touch site="all"/><force site="all"/></sensor>'
+    world = FLOOR + BOX.replace("</body>", '<site name="all" type="box" size=".2 .2 .2"/></body>')
+    model, data = build(world, touch)
+    stepper = Stepper(model, tol=1e-9)
+    stepper.step(data, 100)
+    total = np.zeros(3)
+    for i in range(data.ncon):
+        force = np.zeros(6)
+        mujoco.mj_contactForce(model, data, i, force)
+        total += data.contact[i].frame.reshape(3, 3).T @ force[:3]
+    assert np.allclose(total, [0, 0, WEIGHT], atol=1e-6)
+    assert np.isclose(data.sensordata[0], WEIGHT, atol=1e-6)
+    assert stepper.modes == [Mode.STICK] * 4
+
+
+def test_it_sticks_and_slides_as_on_paper() -> None:
+    for mu, h in ((0.5, 0.002), (0.5, 0.01)):
+        model, data = build((FLOOR + BOX).replace("<geom", f'<geom friction="{mu} 0 0"'), h=h)
+        stepper = Stepper(model, tol=1e-9)
+        data.qvel[0] = 2.0
+        stepper.step(data, round(1 / h))
+        paper = 2.0**2 / (2 * mu * 9.81) - 2.0 * h / 2
+        assert np.isclose(data.qpos[0], paper, atol=h * mu * 9.81 * h)
+        assert np.abs(data.qvel).max() < 1e-7 and abs(data.qpos[2] - 0.05) < 1e-9
+
+
+def test_equalities_hold() -> None:
+    link = '<body name="{0}" pos="0 0 1"><joint axis="0 1 0" name="{0}"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02"/>'
+    world = link.format("a") + "</body>" + link.format("b").replace("0 0 1", "0 .2 1") + "</body>"
+    model, data = build(world, '<equality><joint joint1="a" joint2="b" polycoef="0 -2 0 0 0"/></equality>')
+    stepper = Stepper(model, tol=1e-10)
+    for _ in range(300):
+        assert judged_step(stepper, data) < 1e-6
+    assert abs(data.qpos[0] + 2 * data.qpos[1]) < 1e-8 and abs(data.qpos[1]) > 0.1
+    free = '<body name="a" pos="0 0 1"><freejoint/><geom size=".1"/></body>'
+    model, data = build(free, '<equality><connect body1="a" anchor=".3 0 0"/></equality>')
+    stepper, opened = Stepper(model, tol=1e-10), 0.0
+    for _ in range(500):
+        stepper.step(data)
+        mujoco.mj_kinematics(model, data)
+        opened = max(opened, float(np.linalg.norm(data.xpos[1] + data.xmat[1].reshape(3, 3)[:, 0] * 0.3 - [0.3, 0, 1])))
+    assert opened < 2e-4  # what turning in a step leaves, closed in the next one
+    tendons = '<tendon><fixed name="t"><joint joint="a" coef="1"/><joint joint="b" coef="1"/></fixed></tendon>'
+    for rule in ('<equality><tendon tendon1="t"/></equality>', ""):
+        limited = tendons.replace('"t"', '"t" limited="true" range="-.1 .1" frictionloss=".1"') if not rule else tendons
+        model, data = build(world, limited + rule)
+        stepper = Stepper(model, tol=1e-10)
+        for _ in range(300):
+            assert judged_step(stepper, data) < 1e-6
+        assert abs(data.ten_length[0]) < 0.1 + 1e-3
+
+
+def test_pairs_may_rub_by_direction() -> None:
+    pair = '<contact><pair geom1="floor" geom2="box" friction=".9 .2 .01 .001 .001" condim="3"/></contact>'
+    world = (FLOOR + BOX).replace('<geom type="plane"', '<geom name="floor" type="plane"')
+    model, data = build(world.replace('<geom type="box"', '<geom name="box" type="box"'), pair)
+    stepper = Stepper(model, tol=1e-10)
+    data.qvel[:2] = 1.0
+    for _ in range(200):
+        assert judged_step(stepper, data) < 1e-6
+    moved = np.sort(np.abs(data.qpos[:2]))
+    assert moved[0] < 0.5 * moved[1]
+
+
+def test_damping_and_servos_are_implicit() -> None:
+    world = '<body><joint name="a" axis="0 1 0" damping="50"/><geom pos=".3 0 0" size=".05" mass=".1"/></body>'
+    servo = '<actuator><position joint="a" kp="20" kv="50"/></actuator>'
+    for integrator, actuators in (("Euler", ""), ("implicitfast", servo)):
+        model, data = build(world, actuators, f'integrator="{integrator}" gravity="0 0 -9.81"', h=0.01)
+        other = mujoco.MjData(model)
+        stepper = Stepper(model)
+        for _ in range(50):
+            stepper.step(data)
+            mujoco.mj_step(model, other)
+        assert np.allclose(data.qpos, other.qpos, atol=1e-12) and data.qpos[0] > 0
+
+
+def test_without_constraints_it_is_mujoco() -> None:
+    world = '<body pos="0 0 2"><freejoint/><geom type="box" size=".1 .2 .3"/></body>'
+    model, data = build(world)
+    other = mujoco.MjData(model)
+    data.qvel[:] = other.qvel[:] = [1, 2, 3, 4, 5, 6]
+    Stepper(model).step(data, 50)
+    mujoco.mj_step(model, other, 50)
+    assert np.allclose(data.qpos, other.qpos, atol=1e-12)
+
+
+@pytest.mark.parametrize("h", [0.001, 0.002, 0.005, 0.01])
+def test_what_falls_does_not_sink_in(h: float) -> None:
+    model, data = build(FLOOR + BOX.replace("0 0 .05", "0 0 1"), h=h)
+    data.qvel[3:] = [3.0, 2.0, 1.0]
+    stepper, deepest, energy = Stepper(model, tol=1e-9), 0.0, []
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    for _ in range(int(2 / h)):
+        stepper.step(data)
+        deepest = min([deepest, *data.contact.dist])
+        energy.append(data.energy.sum())
+    assert stepper.unsolved == 0
+    assert deepest > -0.5 * 9.81 * 12 * h * h  # what turning within a step brings
+    assert np.abs(data.qvel).max() < 1e-6 and np.abs(data.qpos[2] - [0.05, 0.08, 0.1]).min() < 1e-6  # on a face
+
+
+def test_walls_that_overlap_leave_things_where_they_are() -> None:
+    walls = '<geom type="box" size=".1 1 1" pos="-.199 0 .5"/><geom type="box" size=".1 1 1" pos=".199 0 .5"/>'
+    model, data = build(FLOOR + walls + BOX)
+    stepper = Stepper(model, tol=1e-9)
+    stepper.step(data, 20)
+    assert stepper.contradictions == 20 and stepper.unsolved == 0
+    assert np.abs(data.qvel).max() < 1e-6
+
+
+def test_pushes_and_resets_are_noticed() -> None:
+    model, data = build(FLOOR + BOX.replace("0 0 .05", "0 0 .4"), h=0.01)
+    stepper = Stepper(model)
+    for _ in range(2):
+        data.qvel[2] = -15.0
+        stepper.step(data, 4)
+        assert data.qpos[2] > 0.05 - 1e-6
+        mujoco.mj_resetData(model, data)
+        stepper.reset()
+    other = mujoco.MjData(model)
+    stepper.step(other)
+    assert other.time == pytest.approx(0.01) and stepper.steps == 9
+    assert stepper.status is Status.SOLVED and stepper.worst_error == 0.0
+
+
+def test_a_step_without_budget_is_counted() -> None:
+    model, data = build(FLOOR + BOX)
+    data.qvel[:2] = [1.0, 2.0]
+    stepper = Stepper(model, tol=1e-12, budget=0)
+    stepper.step(data, 5)
+    assert stepper.unsolved == 5 and 0 < stepper.worst_error < np.inf
+
+
+def test_what_does_not_map_is_refused() -> None:
+    cases: dict[str, Any] = {
+        "integrator": build(FLOOR + BOX, option='integrator="RK4"'),
+        "sleep": build(FLOOR + BOX, '<option><flag sleep="enable"/></option>'),
+        "velocities": build(FLOOR),
+        "compiled": build("".join(BOX.replace("0 0 .05", f"{i} 0 1") for i in range(8))),
+    }
+    for name, (model, _) in cases.items():
+        with pytest.raises(ValueError, match=name):
+            Stepper(model)
+    crowd = FLOOR + "".join(BOX.replace("0 0 .05", f"{i} 0 .0499") for i in range(5))
+    model, data = build(crowd)
+    with pytest.raises(ValueError, match="20 contacts touch"):
+        Stepper(model).step(data)
