@@ -138,10 +138,10 @@ impl Gather {
         constraints: Constraints<'_>,
         contacts: Contacts<'_>,
         written: Written<'_>,
-        numbers: (f64, f64, f64),
+        numbers: (f64, f64, f64, f64),
         settings: (f64, usize),
     ) -> PyResult<(i64, f64, usize, bool)> {
-        let ((step, look_ahead, recovery), (tolerance, budget)) = (numbers, settings);
+        let ((step, look_ahead, recovery, closing), (tolerance, budget)) = (numbers, settings);
         let (mut qacc, mut qfrc, mut force) = written;
         let (qacc, qfrc, force) = (
             qacc.as_slice_mut()?,
@@ -154,6 +154,7 @@ impl Gather {
             nv: self.nv,
             h: step,
             recovery,
+            closing,
             jacobian,
             kinds: constraints.1.as_slice()?,
             ids: constraints.2.as_slice()?,
@@ -203,7 +204,9 @@ struct Step<'a> {
     nv: usize,
     /// Time step (s).
     h: f64,
+    /// The fastest at which a penetration is pushed out, and an equality closed (m/s, rad/s).
     recovery: f64,
+    closing: f64,
     jacobian: &'a [f64],
     kinds: &'a [i32],
     ids: &'a [i32],
@@ -327,7 +330,11 @@ impl Gather {
             };
             let [joints, tendons] = &self.margins;
             let (offset, lower, upper) = match kind {
-                EQUALITY => (position / data.h, f64::NEG_INFINITY, f64::INFINITY),
+                EQUALITY => (
+                    (position / data.h).clamp(-data.closing, data.closing),
+                    f64::NEG_INFINITY,
+                    f64::INFINITY,
+                ),
                 LIMIT_JOINT => (data.offset(position - of(joints)), 0.0, f64::INFINITY),
                 LIMIT_TENDON => (data.offset(position - of(tendons)), 0.0, f64::INFINITY),
                 _ => (0.0, -data.h * data.losses[row], data.h * data.losses[row]),

@@ -13,6 +13,7 @@ from . import _arrays, _stiction
 from ._arrays import DOUBLE
 from ._types import Array, Rows
 
+
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchSolution:
     """The solutions of a batch of ``b`` scenes: as :class:`Solution`, with a leading axis."""

@@ -10,6 +10,7 @@ from . import _arrays, _stiction
 from ._arrays import DOUBLE
 from ._types import Rows, Solution, solution
 
+
 def solve(
     M: ArrayLike,
     H: ArrayLike,

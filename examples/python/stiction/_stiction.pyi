@@ -1,13 +1,16 @@
-from typing import Any
+from typing import Any, final
 
 from numpy.typing import NDArray
 
 from ._arrays import Scene
 
+__all__ = ["SIZES", "Gather", "Kernel", "LookAhead", "batch_shape", "solve", "solve_batch"]
+
 SIZES: list[tuple[int, int, int, int, int]]
 
 _Settings = tuple[Any, Any, bool]
 
+@final
 class Kernel:
     def __new__(cls, n: int, contacts: int, dim: int, rows: int, surfaces: bool, single: bool) -> Kernel: ...
     @property
@@ -17,6 +20,7 @@ class Kernel:
     def reset(self) -> None: ...
     def start(self, keys: NDArray[Any], impulses: NDArray[Any]) -> None: ...
 
+@final
 class Gather:
     def __new__(cls, nv: int, joint_margins: list[float], tendon_margins: list[float]) -> Gather: ...
     @property
@@ -29,10 +33,11 @@ class Gather:
         constraints: tuple[NDArray[Any], ...],
         contacts: tuple[NDArray[Any], ...],
         written: tuple[NDArray[Any], ...],
-        numbers: tuple[float, float, float],
+        numbers: tuple[float, float, float, float],
         settings: tuple[float, int],
     ) -> tuple[int, float, int, bool]: ...
 
+@final
 class LookAhead:
     def __new__(cls, margins: list[list[float]], geoms: list[tuple[int, int, float]]) -> LookAhead: ...
     def keep(self, velocity: NDArray[Any]) -> None: ...

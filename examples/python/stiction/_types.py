@@ -124,9 +124,12 @@ def solution(parts: tuple[Any, ...]) -> Solution:
     """Make a solution of what the compiled side returns."""
     made = object.__new__(Solution)
     # All fields at once: a frozen class sets them one by one, which takes as long as a solve.
-    made.__dict__.update(zip(_FIELDS, parts, strict=True))
-    made.__dict__.update(status=Status(made.status), work=Work._make(made.work))
+    values = dict(zip(_FIELDS, parts, strict=True))
+    values["status"] = _STATUS[values["status"]]
+    values["work"] = Work(*values["work"])
+    object.__setattr__(made, "__dict__", values)
     return made
 
 
 _FIELDS = tuple(field.name for field in fields(Solution))
+_STATUS = tuple(Status)

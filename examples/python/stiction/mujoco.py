@@ -41,6 +41,7 @@ class Stepper:
         tol: float = 1e-6,
         budget: int = 1000,
         recovery: float = 0.1,
+        closing: float = 1.0,
         look_ahead: float | None = None,
     ) -> None:
         """Take a model over.
@@ -50,6 +51,8 @@ class Stepper:
             tol: error up to which a step counts as solved.
             budget: work that a step may take.
             recovery: the fastest at which a penetration or a joint beyond its limit is pushed out; m/s, rad/s.
+            closing: the fastest at which an equality that is open is closed; m/s, rad/s. A body that is welded to one of motion
+                capture follows it at this speed.
             look_ahead: contacts nearer than this are in the scene (m); ``None`` takes twice what the fastest geom moves in a step.
 
         Raises:
@@ -58,7 +61,9 @@ class Stepper:
         _check(model)
         self.model = model
         self._settings = (float(tol), int(budget))
-        self._recovery = float(recovery)
+        self._recovery, self._closing = float(recovery), float(closing)
+        if not (self._recovery >= 0 and self._closing >= 0):
+            raise ValueError(f"recovery, closing: {recovery!r} and {closing!r} are not speeds")
         self._fixed = None if look_ahead is None else float(look_ahead)
         #: Steps taken.
         self.steps = 0
@@ -134,7 +139,7 @@ class Stepper:
                 contact.surfacevel,
             ),
             (data.qacc, data.qfrc_constraint, data.efc_force),
-            (step, self._reach, self._recovery),
+            (step, self._reach, self._recovery, self._closing),
             self._settings,
         )
         self.status = Status(status)

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import REPOSITORY
 
 import stiction
 from stiction import Status
 
+from conftest import REPOSITORY
 from judge import read
 from test_solve import EYE, MU, PUSH, H, W
 

@@ -145,6 +145,14 @@ def test_equalities_hold() -> None:
         mujoco.mj_kinematics(model, data)
         opened = max(opened, float(np.linalg.norm(data.xpos[1] + data.xmat[1].reshape(3, 3)[:, 0] * 0.3 - [0.3, 0, 1])))
     assert opened < 2e-4  # what turning in a step leaves, closed in the next one
+    weld = '<body name="hand" mocap="true" pos=".3 0 1"/>' + free
+    model, data = build(weld, '<equality><weld body1="hand" body2="a"/></equality>')
+    data.qpos[0] = 0.5  # 0.5 m from where it is welded to: it comes at 1 m/s
+    stepper = Stepper(model, tol=1e-10)
+    stepper.step(data, 100)
+    assert np.abs(np.linalg.norm(data.qvel[:3]) - 1.0) < 1e-3
+    stepper.step(data, 400)
+    assert np.linalg.norm(data.qpos[:3] - [0.0, 0, 1]) < 1e-6 and np.abs(data.qvel).max() < 1e-6
     tendons = '<tendon><fixed name="t"><joint joint="a" coef="1"/><joint joint="b" coef="1"/></fixed></tendon>'
     for rule in ('<equality><tendon tendon1="t"/></equality>', ""):
         limited = tendons.replace('"t"', '"t" limited="true" range="-.1 .1" frictionloss=".1"') if not rule else tendons
