@@ -71,7 +71,7 @@ def main() -> None:
         slide = scenes.slide(engine, STEP, END)
         picture.paste(strip(instants(slide), colour, height), (0, top + CAPTION))
         numbers = f"lifts {1000 * abs(slide.lift):.0f} mm, tilts {slide.tilt:.0f}°, stops at {slide.stop:.3f} m; "
-        numbers += f"creeps {1000 * abs(scenes.creep(engine, STEP)):.2f} mm/s on a 20° slope"
+        numbers += f"creeps {1000 * scenes.rest(engine, STEP)[0]:.2f} mm/s on a 20° slope"
         draw.text(picture, (20, top + 2), name, 32, ink, bold=True)
         draw.text(picture, (WIDTH - 20, top + 6), numbers, 26, anchor="ra")
         top += height + CAPTION

@@ -6,7 +6,6 @@ import pathlib
 
 import draw
 import mujoco
-import numpy as np
 import scenes
 from PIL import Image
 
@@ -14,7 +13,7 @@ STEP, END = 0.002, 5.0
 SHARES = (0.90, 0.98, 1.00, 1.02, 1.10)
 WIDTH, HEIGHT, SIDE = 300, 330, 300  # of a cell, and of the names of rows
 HEAD = 120
-ROWS = (
+ROWS: tuple[tuple[str, scenes.Engine, str], ...] = (
     ("MuJoCo,\ndefault", scenes.DEFAULT, draw.ORANGE),
     ("MuJoCo,\nelliptic,\nimpratio 100,\nnoslip", scenes.CAREFUL, draw.ORANGE),
     ("stiction", scenes.HERE, draw.BLUE),
@@ -34,13 +33,6 @@ def cell(pose: draw.Array) -> Image.Image:
     return draw.render(spec, draw.look((0.0, 0.0, 0.465), 0.45, 70.0, -12.0), (WIDTH, HEIGHT), pose)
 
 
-def fate(drop: float) -> str:
-    """What became of the block, in words."""
-    if drop > 0.04:
-        return "dropped"
-    return f"slid {1e3 * drop:.2f} mm" if drop >= 5e-6 else f"slid {1e9 * max(drop, 0.0):.2g} nm"
-
-
 def main() -> None:
     """Run and draw."""
     picture = Image.new("RGB", (SIDE + WIDTH * len(SHARES), HEAD + HEIGHT * len(ROWS)), "white")
@@ -51,9 +43,9 @@ def main() -> None:
         draw.text(picture, (left + WIDTH / 2, 66), f"{share:.2f}", 34, anchor="ma", bold=True)
         for row, (_, engine, _) in enumerate(ROWS):
             top = HEAD + row * HEIGHT
-            grip = scenes.grip(engine, STEP, share, END)
-            picture.paste(cell(grip.pose), (left, top))
-            draw.text(picture, (left + WIDTH / 2, top + HEIGHT - 40), fate(grip.drop), 26, anchor="ma")
+            pose, drop = scenes.grip(engine, STEP, share, END)
+            picture.paste(cell(pose), (left, top))
+            draw.text(picture, (left + WIDTH / 2, top + HEIGHT - 40), scenes.length(max(drop, 0.0)), 26, anchor="ma")
     for row, (name, _, ink) in enumerate(ROWS):
         draw.text(picture, (20, HEAD + row * HEIGHT + 60), name, 30, ink, bold=True)
     draw.save(picture, pathlib.Path(__file__).with_suffix(".png"))

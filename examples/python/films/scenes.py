@@ -127,7 +127,6 @@ class Slide:
     lift: float  # of its lowest corner
     tilt: float  # degrees
     off: float  # the largest distance of a corner from where it is on paper
-    microseconds: float  # of a step called from Python, the median
 
     @property
     def stop(self) -> float:
@@ -144,11 +143,9 @@ def slide(engine: Engine, step: float, end: float = 2.5) -> Slide:
         advance(data)
     start = data.qpos[:3].copy()
     data.qvel[:] = (SPEED, 0.0, 0.0, 0.0, 0.0, 0.0)
-    poses, times = [], []
+    poses = []
     for _ in range(round(end / step)):
-        begin = time.perf_counter()
         advance(data)
-        times.append(time.perf_counter() - begin)
         poses.append(data.qpos.copy())
     moved = np.array(poses)
     moved[:, :2] -= start[:2]
@@ -163,7 +160,6 @@ def slide(engine: Engine, step: float, end: float = 2.5) -> Slide:
         lift=float(corners[..., 2].min(axis=1).max()),
         tilt=float(np.degrees(np.arccos(np.clip(turns[:, 8], -1.0, 1.0))).max()),
         off=float(np.linalg.norm(corners - wanted, axis=2).max()),
-        microseconds=float(np.median(times)) * 1e6,
     )
 
 
@@ -172,31 +168,24 @@ def best(step: float) -> Settings:
     return min(searched(), key=lambda settings: slide(settings, step).off)
 
 
-def creep(engine: Engine, step: float, end: float = 5.0) -> float:
-    """Speed of the cube at rest on a slope of 20° (m/s), over the last second."""
+def rest(engine: Engine, step: float, end: float = 5.0) -> tuple[float, float]:
+    """Let the cube lie on a slope of 20°: its speed in the last second (m/s), and microseconds of a step, the median."""
     model, data = load("cube", step)
     tilt = np.radians(20.0)
     model.opt.gravity[:] = GRAVITY * np.array((np.sin(tilt), 0.0, -np.cos(tilt)))
     advance = engine.stepper(model)
     data.qvel[:] = 0.0
-    places = []
+    places, times = [], []
     for _ in range(round(end / step)):
+        begin = time.perf_counter()
         advance(data)
+        times.append(time.perf_counter() - begin)
         places.append(data.qpos[0])
-    return float(places[-1] - places[-1 - round(1.0 / step)])
+    return abs(float(places[-1] - places[-1 - round(1.0 / step)])), float(np.median(times)) * 1e6
 
 
-@dataclass(frozen=True)
-class Grip:
-    """What became of the block."""
-
-    pose: Array  # fingers' 2 and the block's 7
-    drop: float
-    microseconds: float  # of a step called from Python, the median
-
-
-def grip(engine: Engine, step: float, share: float, end: float, turned: float = 0.0) -> Grip:
-    """Pinch the block for 0.5 s without gravity, then let its weight act for a while.
+def grip(engine: Engine, step: float, share: float, end: float, turned: float = 0.0) -> tuple[Array, float]:
+    """Pinch the block for 0.5 s without gravity, then let its weight act for a while: positions at the end, and the drop.
 
     Args:
         engine: what makes steps.
@@ -220,13 +209,17 @@ def grip(engine: Engine, step: float, share: float, end: float, turned: float = 
     mujoco.mju_rotVecQuat(data.qpos[2:5], data.qpos[2:5].copy(), spin)
     mujoco.mju_mulQuat(data.qpos[5:], spin, data.qpos[5:].copy())
     advance = engine.stepper(model)
-    times = []
     for pull, duration in ((0.0 * gravity, 0.5), (gravity, end)):
         model.opt.gravity[:] = pull
         start = data.qpos[2:5].copy()
         for _ in range(round(duration / step)):
-            begin = time.perf_counter()
             advance(data)
-            times.append(time.perf_counter() - begin)
-    drop = float((data.qpos[2:5] - start) @ gravity) / GRAVITY
-    return Grip(data.qpos.copy(), drop, float(np.median(times)) * 1e6)
+    return data.qpos.copy(), float((data.qpos[2:5] - start) @ gravity) / GRAVITY
+
+
+def length(metres: float) -> str:
+    """A length in words, or that the block fell out of the fingers."""
+    if metres > 0.04:
+        return "fell"
+    unit, name = next((unit for unit in ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")) if metres > unit[0]), (1e-12, "pm"))
+    return f"{float(f'{metres / unit:.2g}'):g} {name}"
