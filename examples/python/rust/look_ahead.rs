@@ -54,7 +54,7 @@ impl LookAhead {
         motion: Motion<'_>,
         margins: Margins<'_>,
         step: f64,
-        gravity: f64,
+        gravity: PyReadonlyArray1<'_, f64>,
         fixed: Option<f64>,
     ) -> PyResult<f64> {
         let reach = match fixed {
@@ -65,7 +65,7 @@ impl LookAhead {
                         motion.0.as_slice()?,
                         motion.1.as_slice()?,
                         motion.2.as_slice()?,
-                    ) + step * gravity)
+                    ) + step * norm(gravity.as_slice()?))
             }
         };
         let largest = |speeds: &[f64]| {
@@ -105,9 +105,12 @@ impl LookAhead {
                 position[2] - com[2],
             ];
             let speed = [x + b * r - c * q, y + c * p - a * r, z + a * q - b * p];
-            let norm = |vector: [f64; 3]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-            fastest = fastest.max(norm(speed) + norm([a, b, c]) * radius);
+            fastest = fastest.max(norm(&speed) + norm(&[a, b, c]) * radius);
         }
         fastest
     }
+}
+
+fn norm(vector: &[f64]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

@@ -47,7 +47,7 @@ class LookAhead:
         motion: tuple[NDArray[Any], ...],
         margins: list[NDArray[Any]],
         step: float,
-        gravity: float,
+        gravity: NDArray[Any],
         fixed: float | None,
     ) -> float: ...
 

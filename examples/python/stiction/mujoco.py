@@ -15,7 +15,11 @@ from ._types import Status
 __all__ = ["Stepper"]
 
 _MARGINS = ("geom_margin", "body_margin", "pair_margin", "jnt_margin", "tendon_margin")
-_DISABLE = mujoco.mjtDisableBit
+# As numbers: MuJoCo's enumerations take a microsecond to compare.
+_IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+_EULERDAMP = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+_DAMPER = int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
+_STATUS = tuple(Status)
 _ENABLE = mujoco.mjtEnableBit
 
 
@@ -142,7 +146,7 @@ class Stepper:
             (step, self._reach, self._recovery, self._closing),
             self._settings,
         )
-        self.status = Status(status)
+        self.status = _STATUS[status]
         self.steps += 1
         self.contradictions += contradicts
         if self.status is not Status.SOLVED:
@@ -151,7 +155,7 @@ class Stepper:
         mujoco.mj_sensorAcc(model, data)
         # The velocity at the end of the step is the solver's: damping is in it.
         disabled = model.opt.disableflags
-        model.opt.disableflags = disabled | _DISABLE.mjDSBL_EULERDAMP
+        model.opt.disableflags = disabled | _EULERDAMP
         mujoco.mj_Euler(model, data)
         model.opt.disableflags = disabled
         self._look_ahead.keep(data.qvel)
@@ -159,7 +163,7 @@ class Stepper:
     def _bind(self, data: mujoco.MjData) -> None:
         """Keep what stays the same from step to step."""
         self._data = data
-        implicit = not self.model.opt.disableflags & (_DISABLE.mjDSBL_EULERDAMP | _DISABLE.mjDSBL_DAMPER)
+        implicit = not self.model.opt.disableflags & (_EULERDAMP | _DAMPER)
         damping = self.model.dof_damping if implicit else self._no_damping
         self._state = (data.qvel, data.qfrc_smooth, damping)
         self._motion = (data.cvel, data.subtree_com, data.geom_xpos, data.qvel, data.ten_velocity)
@@ -172,13 +176,13 @@ class Stepper:
             mujoco.mj_comPos(model, data)
             mujoco.mj_comVel(model, data)
             mujoco.mj_tendon(model, data)
-        gravity = float(np.linalg.norm(model.opt.gravity))
-        self._reach = self._look_ahead.set(self._motion, self._margins, model.opt.timestep, gravity, self._fixed)
+        option = model.opt
+        self._reach = self._look_ahead.set(self._motion, self._margins, option.timestep, option.gravity, self._fixed)
 
     def _implicit(self, data: mujoco.MjData) -> NDArray[np.float64]:
         """Add to the mass matrix what ``implicitfast`` takes implicitly beside damping of joints."""
         model, step = self.model, self.model.opt.timestep
-        if model.opt.integrator != mujoco.mjtIntegrator.mjINT_IMPLICITFAST:
+        if model.opt.integrator != _IMPLICITFAST:
             return self._metric
         if model.ntendon and np.any(model.tendon_damping):
             jacobian = np.zeros((model.ntendon, model.nv))
