@@ -129,6 +129,21 @@ def test_it_sticks_and_slides_as_on_paper() -> None:
         assert np.abs(data.qvel).max() < 1e-7 and abs(data.qpos[2] - 0.05) < 1e-9
 
 
+def test_a_magnet_holds_from_above() -> None:
+    ceiling = '<geom type="box" size="1 1 .1" pos="0 0 .2" friction=".5 0 0" adhesion="10"/>'
+    model, data = build(ceiling + BOX.replace("<geom", '<geom friction=".5 0 0"'))
+    stepper = Stepper(model, tol=1e-9)
+    stepper.step(data, 100)
+    pressed = data.efc_force[::3].sum()
+    assert np.isclose(pressed, 4 * 10 - WEIGHT, atol=1e-5) and abs(data.qpos[2] - 0.05) < 1e-9
+    data.xfrc_applied[1, 0] = 0.49 * pressed
+    stepper.step(data, 100)
+    assert abs(data.qpos[0]) < 1e-9
+    data.xfrc_applied[1, 0] = 0.51 * pressed
+    stepper.step(data, 100)
+    assert data.qpos[0] > 1e-4
+
+
 def test_equalities_hold() -> None:
     link = '<body name="{0}" pos="0 0 1"><joint axis="0 1 0" name="{0}"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02"/>'
     world = link.format("a") + "</body>" + link.format("b").replace("0 0 1", "0 .2 1") + "</body>"
