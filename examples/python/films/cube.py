@@ -64,7 +64,7 @@ def main() -> None:
         ("stiction", scenes.HERE, blue, draw.BLUE, LOW),
     )
     picture = Image.new("RGB", (WIDTH, HEAD + FOOT + sum(row[-1] + CAPTION for row in rows)), "white")
-    title = "A cube of 10 cm slides at 6 m/s, friction 0.5, in steps of 10 ms; drawn each 0.1 s"
+    title = "A cube of 10 cm slides at 6 m/s, friction 0.5, in steps of 10 ms; drawn every 0.1 s"
     draw.text(picture, (20, 12), title, 34)
     top = HEAD
     for name, engine, colour, ink, height in rows:

@@ -22,7 +22,7 @@ class Judge:
     def __init__(self, model: mujoco.MjModel, recovery: float = 0.1) -> None:
         """Judge steps of this model, or of one with the same numbers."""
         self.model, self.data, self.recovery = model, mujoco.MjData(model), recovery
-        self.momentum = self.law = 0.0  # worst violations, over the largest impulse of their step
+        self.momentum = self.law = 0.0  # the two parts of the guide's error, the worst of all steps
         self.fed = 0.0  # the most that constraints have added to kinetic energy in a step, other than by closing gaps (J)
         self.energies: list[float] = []  # after each step, less what motors and hands have put in
         self.work = 0.0
@@ -46,10 +46,11 @@ class Judge:
         mass += h * np.diag(model.dof_damping)
         push = h * mine.qfrc_smooth
         change = mass @ (after.qvel - mine.qvel) - push
-        size = max(float(np.abs(push).max()), h * float(np.abs(after.efc_force).max(initial=0.0)))
+        size = max(float(np.linalg.norm(mass @ mine.qvel + push)), float(np.linalg.norm(mass @ after.qvel)))
         inverse = np.linalg.inv(mass)
+        free = mine.qvel + inverse @ push
         fed = 0.5 * float(change @ (2 * after.qvel - inverse @ change))  # against the velocity that forces alone would give
-        gaps = [0.0]
+        gaps, impulses, alone, stops = [0.0], [0.0], [0.0], [0.0]
         for contact in after.contact:
             if contact.efc_address < 0:
                 continue
@@ -57,14 +58,18 @@ class Judge:
             rows = slice(contact.efc_address, contact.efc_address + 3)
             impulse, mu = h * after.efc_force[rows], float(model.geom_friction[contact.geom, 0].max())
             change -= jacobian.T @ impulse
-            speed = jacobian @ after.qvel
+            speed, unsolved = jacobian @ after.qvel, jacobian @ free
             slip = float(np.linalg.norm(speed[1:]))
-            self.modes["open" if impulse[0] < 1e-6 * size else "slip" if slip > 1e-5 else "stick"] += 1
+            self.modes["open" if impulse[0] < 1e-9 else "slip" if slip > 1e-5 else "stick"] += 1
             offset = max(contact.dist / h, -self.recovery)
             fed += impulse[0] * offset
             speed[0] += offset + mu * slip
+            unsolved[0] += offset + mu * float(np.linalg.norm(unsolved[1:]))
             alpha = 3 / np.trace(jacobian @ inverse @ jacobian.T)
-            gaps.append(float(np.linalg.norm(impulse - project(impulse - alpha * speed, mu))))
+            gaps.extend(impulse - project(impulse - alpha * speed, mu))
+            impulses.extend(impulse)
+            alone.extend(project(-alpha * unsolved, mu))
+            stops.extend(alpha * (np.abs(jacobian) @ np.abs(free) + [max(-offset, 0.0), 0.0, 0.0]))
         for row in np.flatnonzero(after.efc_type < int(ROWS.mjCNSTR_CONTACT_FRICTIONLESS)):
             jacobian, offset, bound = self.row(after, int(row))
             impulse = h * after.efc_force[row]
@@ -74,10 +79,14 @@ class Judge:
             if mobility == 0.0:  # no motion can open it: the axis of a loop in the plane
                 assert abs(offset) < 1e-9
                 continue
-            gap = impulse - np.clip(impulse - (jacobian @ after.qvel + offset) / mobility, *bound)
-            gaps.append(float(abs(gap)))
-        self.momentum = max(self.momentum, float(np.abs(change).max()) / size)
-        self.law = max(self.law, max(gaps) / size)
+            gaps.append(impulse - np.clip(impulse - (jacobian @ after.qvel + offset) / mobility, *bound))
+            impulses.append(impulse)
+            alone.append(np.clip(-(jacobian @ free + offset) / mobility, *bound))
+            stops.append((np.abs(jacobian) @ np.abs(free) + abs(offset)) / mobility)
+        self.momentum = max(self.momentum, float(np.linalg.norm(change)) / size)
+        references = [float(np.linalg.norm(part)) for part in (impulses, alone, stops)]
+        reference = max(*references[:2], 0.01 * references[2], 1e-300)
+        self.law = max(self.law, float(np.linalg.norm(gaps)) / reference)
         self.fed = max(self.fed, fed)
         self.balance(after)
 

@@ -103,8 +103,8 @@ def run(scene: str, h: float) -> Run:
 def test_each_step_obeys_the_law_and_gains_no_energy(scene: str, h: float) -> None:
     done, (rounding, rate) = run(scene, h), SCENES[scene][-1]
     assert done.stepper.unsolved == 0 and done.stepper.contradictions == 0
-    assert done.judge.momentum < 1e-11
-    assert done.judge.law < 10 * TOLERANCE
+    assert done.judge.momentum < 1e-13
+    assert done.judge.law < 1.01 * TOLERANCE  # as promised; Jacobians made twice differ by rounding
     assert done.judge.fed < 1e-9
     assert done.judge.growth() < rounding + rate * h
 
@@ -116,7 +116,7 @@ def test_the_judge_sees_a_wrong_force() -> None:
     stepper.step(data)
     data.efc_force[0] *= 1.0001
     judge.judge(data)
-    assert judge.momentum > 1e-6 and judge.law > 1e-6
+    assert judge.momentum > 1e-7 and judge.law > 1e-6
 
 
 @pytest.mark.parametrize("h", STEPS)
