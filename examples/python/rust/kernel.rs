@@ -33,14 +33,8 @@ pub(crate) struct Kernel {
 #[pymethods]
 impl Kernel {
     #[new]
-    fn new(
-        n: usize,
-        contacts: usize,
-        dim: usize,
-        rows: usize,
-        surfaces: bool,
-        single: bool,
-    ) -> PyResult<Self> {
+    fn new(counts: [usize; 4], surfaces: bool, single: bool) -> PyResult<Self> {
+        let [n, contacts, dim, rows] = counts;
         let surfaces = surfaces || dim > 3;
         let needs = Needs {
             n,
@@ -124,9 +118,12 @@ impl Kernel {
         let arrays = Arrays::<T>::new(scene, false)?;
         let (problem, size) = (arrays.problem(0), &sizes::SIZES[self.index]);
         if !size.holds(&problem.needs()) {
+            let (n, dim, contacts, rows, surfaces) = size.tuple();
             return Err(PyValueError::new_err(format!(
-                "scene: {:?} do not fit in a kernel made for {size:?}",
-                problem.needs()
+                "scene: this kernel has room for {n} velocities, {contacts} contacts of {dim} rows, {rows} joint rows \
+                 and {surfaces} contacts with coefficients by row or compliance; the scene has {} velocities, {} contacts of {} rows \
+                 and {} joint rows",
+                arrays.n, arrays.contacts, arrays.dim, arrays.rows
             )));
         }
         let sizes = [

@@ -7,7 +7,6 @@ mod arrays;
 mod batch;
 mod engine;
 mod kernel;
-mod look_ahead;
 mod mujoco;
 mod problem;
 mod sizes;
@@ -19,7 +18,7 @@ fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("SIZES", sizes)?;
     module.add_class::<kernel::Kernel>()?;
     module.add_class::<mujoco::Gather>()?;
-    module.add_class::<look_ahead::LookAhead>()?;
+    module.add_class::<mujoco::LookAhead>()?;
     module.add_function(wrap_pyfunction!(solve::solve, module)?)?;
     module.add_function(wrap_pyfunction!(batch::solve_batch, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch_shape, module)?)?;

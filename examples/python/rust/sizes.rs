@@ -85,12 +85,12 @@ macro_rules! on_surface {
 // Room for contacts and rows costs next to nothing, velocities that nothing moves do.
 sizes! {
     plain:
-        (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 12, 24, 12) (24, 3, 12, 24, 12) (36, 3, 16, 48, 16)
+        (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 24, 16) (24, 3, 12, 24, 12) (36, 3, 24, 48, 24)
         (12, 2, 8, 12, 8) (36, 2, 16, 48, 16)
         (36, 1, 16, 48, 16);
     on_surface:
         (36, 4, 16, 48, 16)
-        (12, 6, 8, 12, 8) (36, 6, 16, 48, 16);
+        (12, 6, 8, 12, 8) (36, 6, 24, 48, 24);
 }
 
 /// The most velocities that any of them has.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,10 @@ def number_type(dtype: DTypeLike) -> np.dtype[Any]:
     """``float32`` or ``float64``."""
     if dtype is DOUBLE:
         return DOUBLE
-    found = np.dtype(dtype)
+    try:
+        found = np.dtype(dtype)
+    except TypeError as error:
+        raise ValueError(f"dtype: {error}") from None
     if found not in (np.float32, np.float64):
         raise ValueError(f"dtype: {found} is not float32 or float64")
     return found
@@ -81,7 +85,7 @@ def rows_tuple(rows: Rows, dtype: np.dtype[Any], lead: int, is_delassus: bool) -
 
 
 def scene(
-    dynamics: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
+    dynamics: tuple[ArrayLike, ...],
     w: ArrayLike,
     mu: ArrayLike,
     compliance: ArrayLike | None,
@@ -90,12 +94,31 @@ def scene(
     dtype: np.dtype[Any],
     lead: int = 0,
 ) -> Scene:
-    """A scene, or a batch of them with ``lead`` = 1; the compiled side calls :func:`array` for what is none."""
+    """A scene, or a batch of them with ``lead`` = 1; the compiled side calls :func:`array` for what is none.
+
+    ``dynamics`` is ``M``, ``H`` and the free impulse, or ``W`` alone.
+    """
+    is_delassus = len(dynamics) == 1
+    if not is_delassus and dynamics[1] is None:
+        raise ValueError("H: there is none")
+    if rows is not None and not isinstance(rows, Rows):
+        raise ValueError(f"rows: {type(rows).__name__} is not Rows")
     return (
-        *dynamics,
+        *(dynamics if not is_delassus else (*dynamics, None, None)),
         w,
         mu if isinstance(mu, np.ndarray) and mu.ndim else friction(mu, w, dtype, lead),
         compliance,
         None if keys is None else keys_array("keys", keys),
-        None if rows is None else rows_tuple(rows, dtype, lead, dynamics[1] is None),
+        None if rows is None else rows_tuple(rows, dtype, lead, is_delassus),
     )
+
+
+def count(name: str, given: int) -> int:
+    """A number that is not negative, of whatever integer type."""
+    try:
+        found = operator.index(given)
+    except TypeError:
+        found = -1
+    if found < 0:
+        raise ValueError(f"{name}: {given!r} is not a number of them")
+    return found

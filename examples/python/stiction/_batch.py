@@ -112,8 +112,8 @@ def solve_batch(
     if threads is None:
         affinity = getattr(os, "sched_getaffinity", None)
         threads = len(affinity(0)) if affinity else os.cpu_count() or 1
-    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
-        raise ValueError(f"threads: {threads!r} is not a number of threads")
+    if _arrays.count("threads", threads) == 0:
+        raise ValueError("threads: there has to be one")
     scenes = _arrays.scene((M, H, free_impulse), w, mu, compliance, None, rows, number, lead=1)
     shapes = _shapes(*_stiction.batch_shape(scenes, number.itemsize == 4), number)
     if out is None:
@@ -122,5 +122,5 @@ def solve_batch(
     for place, (name, (shape, kind)) in zip(places, shapes.items(), strict=True):
         if place.shape != shape or place.dtype != kind or not place.flags.c_contiguous or not place.flags.writeable:
             raise ValueError(f"out.{name}: not a contiguous array of shape {list(shape)} and type {np.dtype(kind)}")
-    _stiction.solve_batch(scenes, (tol, budget, relaxed), threads, places, number.itemsize == 4)
+    _stiction.solve_batch(scenes, (tol, budget, bool(relaxed)), threads, places, number.itemsize == 4)
     return out

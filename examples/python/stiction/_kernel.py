@@ -49,7 +49,7 @@ def solve(
     """
     number = _arrays.number_type(dtype)
     scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, None, rows, number)
-    return solution(_stiction.solve(scene, (tol, budget, relaxed), number.itemsize == 4))
+    return solution(_stiction.solve(scene, (tol, budget, bool(relaxed)), number.itemsize == 4))
 
 
 def solve_delassus(
@@ -83,8 +83,8 @@ def solve_delassus(
         ValueError: as in :func:`solve`.
     """
     number = _arrays.number_type(dtype)
-    scene = _arrays.scene((W, None, None), q, mu, None, None, rows, number)
-    return solution(_stiction.solve(scene, (tol, budget, relaxed), number.itemsize == 4))
+    scene = _arrays.scene((W,), q, mu, None, None, rows, number)
+    return solution(_stiction.solve(scene, (tol, budget, bool(relaxed)), number.itemsize == 4))
 
 
 class Kernel:
@@ -117,7 +117,9 @@ class Kernel:
             ValueError: no compiled size has so much room (:data:`SIZES`).
         """
         self._number = _arrays.number_type(dtype)
-        self._kernel = _stiction.Kernel(n, contacts, dim, rows, surfaces, self._number.itemsize == 4)
+        sizes = {"n": n, "contacts": contacts, "dim": dim, "rows": rows}
+        counts = [_arrays.count(name, given) for name, given in sizes.items()]
+        self._kernel = _stiction.Kernel(counts, bool(surfaces), self._number.itemsize == 4)
 
     @property
     def size(self) -> tuple[int, int, int, int, int]:
@@ -145,7 +147,7 @@ class Kernel:
         geoms). Of several with one key the first follows the first. Without keys they follow each other by their order.
         """
         scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, keys, rows, self._number)
-        return solution(self._kernel.solve(scene, (tol, budget, relaxed)))
+        return solution(self._kernel.solve(scene, (tol, budget, bool(relaxed))))
 
     def resume(self, *, tol: float = 1e-6, budget: int = 1000, relaxed: bool = False) -> Solution:
         """Go on with a solve that ended as ``Status.OUT_OF_BUDGET``, with the same ``tol``, for ``budget`` more.
@@ -153,7 +155,7 @@ class Kernel:
         Raises:
             ValueError: there is no scene.
         """
-        return solution(self._kernel.resume((tol, budget, relaxed)))
+        return solution(self._kernel.resume((tol, budget, bool(relaxed))))
 
     def reset(self) -> None:
         """Forget the last solve: the next one starts cold."""

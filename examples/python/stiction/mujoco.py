@@ -5,6 +5,8 @@ Needs the package ``mujoco``, 4.0 or later.
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +79,9 @@ class Stepper:
         self.worst_error = 0.0
         #: Steps in which penetrations contradicted each other (an object between walls that overlap it), and were left as they are.
         self.contradictions = 0
+        #: Steps in which more contacts were reached than there is room for, so that some sink in. They are not solved, with an
+        #: infinite error.
+        self.crowded = 0
         #: How the last step ended.
         self.status = Status.UNSOLVED
         #: Its error.
@@ -109,7 +114,7 @@ class Stepper:
         """Advance ``data`` by one step, or several; ``step1`` and ``step2`` in one.
 
         Raises:
-            ValueError: more contacts touch than are compiled, or the mass matrix is not positive definite.
+            ValueError: more joint rows than are compiled, or the mass matrix is not positive definite.
         """
         for _ in range(nstep):
             self.step1(data)
@@ -129,7 +134,7 @@ class Stepper:
         mujoco.mj_fwdAcceleration(model, data)
         mujoco.mj_fullM(model, data, self._metric)
         contact = data.contact
-        status, self.error, self.work, contradicts = self._gather.step(
+        status, self.error, self.work, contradicts, left_out = self._gather.step(
             self._implicit(data).reshape(-1),
             self._state,
             (data.efc_J, data.efc_type, data.efc_id, data.efc_pos, data.efc_frictionloss),
@@ -149,9 +154,10 @@ class Stepper:
         self.status = _STATUS[status]
         self.steps += 1
         self.contradictions += contradicts
-        if self.status is not Status.SOLVED:
+        self.crowded += left_out > 0
+        if self.status is not Status.SOLVED or left_out:
             self.unsolved += 1
-            self.worst_error = max(self.worst_error, self.error)
+            self.worst_error = max(self.worst_error, math.inf if left_out else self.error)
         mujoco.mj_sensorAcc(model, data)
         # The velocity at the end of the step is the solver's: damping is in it.
         disabled = model.opt.disableflags

@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,7 @@ def test_the_lock_is_released(scenes: tuple[Any, ...]) -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-def test_ctrl_c_is_heard() -> None:
+def test_ctrl_c_is_heard(tmp_path: Path) -> None:
     program = """
 import numpy as np, stiction
 rng = np.random.default_rng(0)
@@ -107,7 +108,7 @@ try:
 except KeyboardInterrupt:
     print("interrupted")
 """
-    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert child.stdout is not None and child.stdout.readline() == "ready\n"
     time.sleep(0.5)
     child.send_signal(signal.SIGINT)

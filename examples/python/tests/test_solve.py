@@ -151,7 +151,11 @@ def test_the_relaxed_law_lifts_off() -> None:
         ("rows.jacobian", {"rows": Rows(np.eye(2))}),
         ("rows.keys", {"rows": Rows(np.eye(3), keys=-1)}),
         ("rows.offset", {"rows": Rows(np.eye(3), offset=[1.0])}),
+        ("rows", {"rows": np.eye(3)}),
         ("dtype", {"dtype": np.int32}),
+        ("dtype", {"dtype": "floats"}),
+        ("H", {"H": None}),
+        ("free_impulse", {"free_impulse": None}),
     ],
 )
 def test_an_error_names_its_argument(name: str, change: dict[str, Any]) -> None:
