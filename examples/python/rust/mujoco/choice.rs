@@ -5,6 +5,8 @@ use numpy::ndarray::ArrayView1;
 
 /// How often others are tried before the rest is given up.
 const ROUNDS: usize = 8;
+/// A contact that is left out is not reached if it sinks in by no more than this in a step (m).
+const SINKS: f64 = 1e-9;
 
 /// A contact that takes part.
 #[derive(Clone, Copy)]
@@ -70,7 +72,7 @@ impl Choice {
         (self.most, self.rounds) = (most, 0);
         self.chosen.clone_from(&self.listed);
         if self.chosen.len() > most {
-            let speed = |contact: &Listed| data.gap_speed(contact, data.velocity).0;
+            let speed = |contact: &Listed| data.gap_speed(contact, data.velocity);
             self.chosen.sort_by(|a, b| speed(a).total_cmp(&speed(b)));
             self.chosen.truncate(most);
             self.sort();
@@ -84,7 +86,6 @@ impl Choice {
         data: &Step<'_>,
         velocity: &[f64],
         pushes: impl Iterator<Item = bool>,
-        tolerance: f64,
     ) -> Option<usize> {
         if self.chosen.len() == self.listed.len() {
             return Some(0);
@@ -97,8 +98,8 @@ impl Choice {
         };
         let mut reached: Vec<(f64, Listed)> = Vec::new();
         for contact in self.listed.iter().filter(|contact| !is_chosen(contact)) {
-            let (speed, size) = data.gap_speed(contact, velocity);
-            if speed < -tolerance * size {
+            let speed = data.gap_speed(contact, velocity);
+            if speed * data.h < -SINKS {
                 reached.push((speed, *contact));
             }
         }

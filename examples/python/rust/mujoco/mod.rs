@@ -172,9 +172,13 @@ impl Gather {
             self.needs.rows = self.needs.rows.max(self.scene.rows());
             self.needs.surfaces |= is_shaped;
             let (outcome, contradicts) = self.solve(is_shaped, settings)?;
-            let (r, tolerance) = (&self.answer.r, settings.tolerance);
-            let pushes = r.iter().step_by(self.needs.dim).map(|&normal| normal > 0.0);
-            let next = self.choice.next(data, &self.answer.v, pushes, tolerance);
+            let pushes = self
+                .answer
+                .r
+                .iter()
+                .step_by(self.needs.dim)
+                .map(|&normal| normal > 0.0);
+            let next = self.choice.next(data, &self.answer.v, pushes);
             if let Some(left_out) = next {
                 return Ok((outcome, contradicts, left_out));
             }

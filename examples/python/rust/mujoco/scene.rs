@@ -42,13 +42,10 @@ impl<'a> Step<'a> {
         (distance / self.h).max(-self.recovery)
     }
 
-    /// Normal velocity with which a contact ends the step, above that which closes it, and the size of its terms.
-    pub(super) fn gap_speed(&self, contact: &Listed, velocity: &[f64]) -> (f64, f64) {
-        let offset = self.offset(contact.distance);
+    /// Normal velocity of a contact above that which closes it in the step.
+    pub(super) fn gap_speed(&self, contact: &Listed, velocity: &[f64]) -> f64 {
         let products = self.rows(contact.address, 1).iter().zip(velocity);
-        products.fold((offset, offset.abs()), |(sum, size), (entry, v)| {
-            (sum + entry * v, size + (entry * v).abs())
-        })
+        products.map(|(entry, v)| entry * v).sum::<f64>() + self.offset(contact.distance)
     }
 }
 
