@@ -11,8 +11,8 @@ from PIL import Image
 
 STEP, END = 0.002, 5.0
 SHARES = (0.90, 0.98, 1.00, 1.02, 1.10)
-WIDTH, HEIGHT, SIDE = 300, 330, 300  # of a cell, and of the names of rows
-HEAD = 120
+WIDTH, HEIGHT, SIDE = 300, 290, 300  # of a cell, and of the names of rows
+HEAD = 110
 ROWS: tuple[tuple[str, scenes.Engine, str], ...] = (
     ("MuJoCo,\ndefault", scenes.DEFAULT, draw.ORANGE),
     ("MuJoCo,\nelliptic,\nimpratio 100,\nnoslip", scenes.CAREFUL, draw.ORANGE),
@@ -30,7 +30,7 @@ def cell(pose: draw.Array) -> Image.Image:
     spec.visual.quality.offsamples = 8
     white = {"builtin": mujoco.mjtBuiltin.mjBUILTIN_FLAT, "rgb1": [1, 1, 1], "rgb2": [1, 1, 1], "width": 64, "height": 64}
     spec.add_texture(type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, **white)
-    return draw.render(spec, draw.look((0.0, 0.0, 0.465), 0.45, 70.0, -12.0), (WIDTH, HEIGHT), pose)
+    return draw.render(spec, draw.look((0.0, 0.0, 0.46), 0.4, 70.0, -12.0), (WIDTH, HEIGHT), pose)
 
 
 def main() -> None:
@@ -45,9 +45,11 @@ def main() -> None:
             top = HEAD + row * HEIGHT
             pose, drop = scenes.grip(engine, STEP, share, END)
             picture.paste(cell(pose), (left, top))
-            draw.text(picture, (left + WIDTH / 2, top + HEIGHT - 40), scenes.length(max(drop, 0.0)), 26, anchor="ma")
+            fate = scenes.length(max(drop, 0.0))
+            words = fate if fate == "fell" else f"slid {fate}"
+            draw.text(picture, (left + WIDTH / 2, top + HEIGHT - 40), words, 26, anchor="ma")
     for row, (name, _, ink) in enumerate(ROWS):
-        draw.text(picture, (20, HEAD + row * HEIGHT + 60), name, 30, ink, bold=True)
+        draw.text(picture, (20, HEAD + row * HEIGHT + 50), name, 30, ink, bold=True)
     draw.save(picture, pathlib.Path(__file__).with_suffix(".png"))
 
 

@@ -185,13 +185,13 @@ def rest(engine: Engine, step: float, end: float = 5.0) -> tuple[float, float]:
 
 
 def grip(engine: Engine, step: float, share: float, end: float, turned: float = 0.0) -> tuple[Array, float]:
-    """Pinch the block for 0.5 s without gravity, then let its weight act for a while: positions at the end, and the drop.
+    """Pinch the block for 0.5 s while its weight is carried, then let that act: positions at the end, and the drop.
 
     Args:
         engine: what makes steps.
         step: its length.
         share: of the critical friction.
-        end: how long the weight acts.
+        end: how long it acts.
         turned: the whole scene, gravity too, in axes turned by this angle about the squeeze (rad): the same experiment.
     """
     model, data = load("gripper", step)
@@ -209,8 +209,9 @@ def grip(engine: Engine, step: float, share: float, end: float, turned: float = 
     mujoco.mju_rotVecQuat(data.qpos[2:5], data.qpos[2:5].copy(), spin)
     mujoco.mju_mulQuat(data.qpos[5:], spin, data.qpos[5:].copy())
     advance = engine.stepper(model)
-    for pull, duration in ((0.0 * gravity, 0.5), (gravity, end)):
-        model.opt.gravity[:] = pull
+    model.opt.gravity[:] = gravity
+    for carried, duration in ((1.0, 0.5), (0.0, end)):
+        data.qfrc_applied[2:5] = -carried * model.body("block").mass * gravity
         start = data.qpos[2:5].copy()
         for _ in range(round(duration / step)):
             advance(data)
@@ -221,5 +222,7 @@ def length(metres: float) -> str:
     """A length in words, or that the block fell out of the fingers."""
     if metres > 0.04:
         return "fell"
+    if metres < 1e-12:
+        return "< 1 pm"
     unit, name = next((unit for unit in ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")) if metres > unit[0]), (1e-12, "pm"))
     return f"{float(f'{metres / unit:.2g}'):g} {name}"

@@ -20,13 +20,12 @@ Written by `films/table.py`; pictures by `films/cube.py` and `films/gripper.py`.
 It rests on the floor for 1 s, then slides off at 6 m/s with friction 0.5. On paper it stops after 3.640 m with steps
 of 10 ms (3.667 m with 1 ms), and neither lifts off nor turns over. *Off by* is the largest distance of a corner from
 its place on paper, at any time. Once a cube tumbles, its figures are those of a chaotic motion: another version or
-machine gets others.
-"""
+machine gets others."""
 BEST = f"""
 The last of MuJoCo in each table is the best of {scenes.SEARCHED:,} for this scene and step: both cones, `impratio`
 0.01 to 100, `noslip` off and 50, `solref` 0.005 to 0.3 s with damping ratios 0.5 to 5, and four `solimp`. What helps
-is softness, and the next table has its price. Stiffer contacts (`solimp` 0.9999) cure the tumbling and not the lift,
-stiffer `solref` makes both worse.
+is softness, and the next table has its price. Stiffer contacts (`solimp` 0.9999) cure most of the
+tumbling and not the lift; a stiffer `solref` makes both worse at short steps.
 
 ## Creep, and the time of a step
 
@@ -36,11 +35,14 @@ Time is that of a whole step called from Python, collision and all, the median o
 GRIPPER = """
 ## The gripper
 
-Two fingers press a block for 0.5 s without gravity, then its weight acts for 5 s, steps of 2 ms. Columns: friction
+Two fingers press a block, which is carried for 0.5 s; then its weight acts for 5 s, steps of 2 ms. Columns: friction
 over the critical friction m g / (2 F). On paper the block falls below 1.00 and stays from 1.00 on. At exactly 1.00
 nothing is left to brake it: it slides on after the slightest push, and the errors of all steps add up. *Turned* is
 the same experiment, gravity and all, in axes turned by 45° about the squeeze: on paper nothing changes, but a pyramid
 holds less between its edges, and `noslip` keeps the pyramid.
+
+The fingers touch the block along a line. With flat pads, four contacts each, the law itself has several answers at
+exactly 1.00: the pressure may lie at a corner, and the block turns about it.
 """
 
 
