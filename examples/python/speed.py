@@ -146,6 +146,7 @@ def steps() -> None:
     model, data = load()
     state = np.zeros(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
     mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    state = np.tile(state, (2, 1))
     control = np.broadcast_to(data.ctrl, (2, 1000, model.nu)).copy()
     for threads in (1, 2):
         datas = [mujoco.MjData(model) for _ in range(threads)]
