@@ -1,5 +1,6 @@
 """A judge of MuJoCo's steps, written apart from the stepper.
 
+Contacts and momentum are measured as the guide's `error.md` says, joint rows as `src/sets/energy.rs` does: relative to an energy.
 It reads MuJoCo's model, positions and forces. It makes its own Jacobians by `mj_jac`, at a model of its own, and uses none of
 MuJoCo's constraint rows. Impulses in N·s, lengths in m.
 """
@@ -22,7 +23,7 @@ class Judge:
     def __init__(self, model: mujoco.MjModel, recovery: float = 0.1) -> None:
         """Judge steps of this model, or of one with the same numbers."""
         self.model, self.data, self.recovery = model, mujoco.MjData(model), recovery
-        self.momentum = self.law = 0.0  # the two parts of the guide's error, the worst of all steps
+        self.momentum = self.law = 0.0  # the parts of the guide's error, the worst of all steps
         self.fed = 0.0  # the most that constraints have added to kinetic energy in a step, other than by closing gaps (J)
         self.energies: list[float] = []  # after each step, less what motors and hands have put in
         self.work = 0.0
@@ -50,7 +51,8 @@ class Judge:
         inverse = np.linalg.inv(mass)
         free = mine.qvel + inverse @ push
         fed = 0.5 * float(change @ (2 * after.qvel - inverse @ change))  # against the velocity that forces alone would give
-        gaps, impulses, alone, stops = [0.0], [0.0], [0.0], [0.0]
+        gaps, impulses, alone, stops = [0.0], [0.0], [0.0], [0.0]  # of contacts
+        work, works = 0.0, [1e-4 * float(free @ mass @ free), float(change @ inverse @ change)]  # of rows
         for contact in after.contact:
             if contact.efc_address < 0:
                 continue
@@ -79,14 +81,12 @@ class Judge:
             if mobility == 0.0:  # no motion can open it: the axis of a loop in the plane
                 assert abs(offset) < 1e-9
                 continue
-            gaps.append(impulse - np.clip(impulse - (jacobian @ after.qvel + offset) / mobility, *bound))
-            impulses.append(impulse)
-            alone.append(np.clip(-(jacobian @ free + offset) / mobility, *bound))
-            stops.append((np.abs(jacobian) @ np.abs(free) + abs(offset)) / mobility)
+            work += mobility * (impulse - np.clip(impulse - (jacobian @ after.qvel + offset) / mobility, *bound)) ** 2
+            works.append(mobility * np.clip(-(jacobian @ free + offset) / mobility, *bound) ** 2)
         self.momentum = max(self.momentum, float(np.linalg.norm(change)) / size)
         references = [float(np.linalg.norm(part)) for part in (impulses, alone, stops)]
         reference = max(*references[:2], 0.01 * references[2], 1e-300)
-        self.law = max(self.law, float(np.linalg.norm(gaps)) / reference)
+        self.law = max(self.law, float(np.linalg.norm(gaps)) / reference, float(np.sqrt(work / max(works))))
         self.fed = max(self.fed, fed)
         self.balance(after)
 
