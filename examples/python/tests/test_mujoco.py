@@ -251,7 +251,8 @@ def test_walls_that_overlap_leave_things_where_they_are() -> None:
 
 
 def test_pushes_and_resets_are_noticed() -> None:
-    model, data = build(FLOOR + BOX.replace("0 0 .05", "0 0 .4"), h=0.01)
+    # 0.1 m over the floor, and 0.15 m in a step.
+    model, data = build(FLOOR + BOX.replace("0 0 .05", "0 0 .15"), h=0.01)
     stepper = Stepper(model)
     for _ in range(2):
         data.qvel[2] = -15.0
