@@ -1,8 +1,14 @@
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
+
+import pytest
+
+import stiction
 
 from conftest import SCENES
 
@@ -14,3 +20,15 @@ def test_the_table_has_all_scenes(tmp_path: Path) -> None:
     endings = {line.split()[0]: line.split()[-1] for line in lines}
     assert endings.pop("infeasible_squeeze") == "infeasible"
     assert endings["box_slide_spin"] == "~~~~" and all(set(ending) <= set("=~o") for ending in endings.values())
+
+
+def test_the_code_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = Path(__file__).parents[1]
+    monkeypatch.chdir(folder)
+    blocks = re.findall(r"```python\n(.*?)```", (folder / "README.md").read_text(), re.DOTALL)
+    names: dict[str, Any] = {}
+    for block in blocks:
+        exec(block, names)
+    assert len(blocks) == 2
+    assert names["solution"].solved and names["solution"].modes[0] == stiction.Mode.SLIP
+    assert names["stepper"].steps > 900 and names["stepper"].unsolved == 0
