@@ -46,6 +46,10 @@ pub mod firmware {}
 pub mod many {}
 
 #[doc = links!()]
+#[doc = include_str!("guide/python.md")]
+pub mod python {}
+
+#[doc = links!()]
 #[doc = include_str!("guide/tuning.md")]
 pub mod tuning {}
 

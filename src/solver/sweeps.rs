@@ -1,5 +1,6 @@
 //! Gauss-Seidel's part of the method: the number of sweeps.
 //!
+//! What a sweep leaves is read off the contacts; the natural map, which takes roots, is computed where that is within the tolerance.
 //! A Newton step costs as much as five sweeps. Sweeps go on while they are fast, or while five more at the present rate
 //! reach the tolerance (`after_five`).
 
