@@ -198,6 +198,7 @@ impl<
     /// If it may go on, its present impulses and those that the last call wrote are candidates, too.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish(&mut self, present: &Stacked<T, D, C, R>) {
+        let shown = self.call == Call::Resume && self.solution.status == Status::OutOfBudget;
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,
             status => status,
@@ -209,7 +210,7 @@ impl<
         if self.record.status == Status::Unsolved {
             let mut least = self.record.natural_map;
             // The solution may be what the last call for the same solve has found.
-            let shown = self.record.is_shown.then(|| self.shown());
+            let shown = shown.then(|| self.shown());
             for other in [Some(*present), shown].into_iter().flatten() {
                 let mut u = Stacked::zero();
                 let natural_map = self.problem.natural_map(&other, &mut u);
@@ -218,7 +219,6 @@ impl<
                 }
             }
             self.record.bases = self.problem.sets.bases();
-            self.record.is_shown = true;
         }
         self.problem.count_stopping();
         let tolerance = self.settings.tolerance;
@@ -233,7 +233,6 @@ impl<
     /// Leaves the search for a later call, without a solution.
     pub(crate) fn pause(&mut self) {
         self.record.bases = self.problem.sets.bases();
-        self.record.is_shown = false;
         self.solution.disown();
     }
 

@@ -32,8 +32,6 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     /// Number of corrections, see [`super::monitor::Monitor::consider`], and what they left at the last pause.
     pub(super) corrections: u8,
     pub(super) bases: Stacked<T, D, C, R>,
-    /// Did the last call for the solve write a solution?
-    pub(super) is_shown: bool,
     /// Does the problem count `|stop|`?
     pub(super) counts_stopping: bool,
     /// Was a proof of infeasibility looked for?
@@ -51,7 +49,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
             status: Status::Unsolved,
             best: Stacked::zero(),
             natural_map: None,
-            is_shown: false,
             counts_stopping: false,
             corrections: 0,
             bases: Stacked::zero(),
@@ -65,7 +62,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         self.is_begun = false;
         self.status = Status::Unsolved;
         self.natural_map = None;
-        self.is_shown = false;
         self.counts_stopping = false;
         self.corrections = 0;
         self.has_sought_proof = false;
