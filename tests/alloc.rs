@@ -188,6 +188,8 @@ fn nothing_beside_contacts_allocates() {
             let solution = kernel.solve_with_limits(&limits, &push, &settings);
             found.push(solution.map(|solution| solution.status));
         }
+        let advanced = kernel.advance(&push, &Settings::new(1e-9));
+        assert_eq!(advanced, Ok(true), "a budget is left");
         let solution = kernel.resume(&push, &Settings::new(1e-9));
         found.push(solution.map(|solution| solution.status));
         for wall in &walls {

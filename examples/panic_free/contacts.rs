@@ -100,6 +100,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         let impulses = black_box([(0, contact.offset); C]);
         take(solver.set_impulses(black_box(&impulses), black_box(&[])));
         take(solver.resume(scene, factor, push, settings));
+        take(solver.advance(scene, factor, push, settings));
         let solution = solver.solution();
         black_box(solution.worst_contact(scene, factor, settings));
         black_box(solution.violation(scene));
@@ -132,6 +133,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         take(kernel.prepare());
         take(kernel.solve(push, settings));
         take(kernel.resume(push, settings));
+        take(kernel.advance(push, settings));
         black_box(kernel.worst_contact(settings));
         black_box(kernel.solution().error);
         kernel.solver_mut().reset();

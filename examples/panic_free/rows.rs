@@ -99,6 +99,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let kernel = &mut self.kernel;
         take(kernel.solve(push, settings));
         take(kernel.resume(push, settings));
+        take(kernel.advance(push, settings));
         if let [Ok(a), Ok(b), Ok(c), Ok(d)] = helpers::rows() {
             let limits = [a, b, c, d];
             take(kernel.solve_with_limits(black_box(&limits), push, settings));
@@ -141,6 +142,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         take(solver.set_impulses(black_box(&contacts), black_box(&rows)));
         take(solver.solve(scene, factor, push, settings));
         take(solver.resume(scene, factor, push, settings));
+        take(solver.advance(scene, factor, push, settings));
         black_box(solver.solution().worst_contact(scene, factor, settings));
         solver.reset();
     }
