@@ -69,6 +69,21 @@ calls to prepare and solve, and instructions of a cold solve to 1e-4:
 
 `opt-level = "s"` is no alternative to a low threshold: it saves hardly more, and takes two to four times as many instructions.
 
+## What can be left out
+
+A solver has the phases of its type, and what a program leaves out is not linked. A solution that is called solved is one, whatever solved it.
+
+{phases}
+
+- `SweepsAndNewton` leaves out the central path and the search for a proof that a scene is infeasible (its budget ends), `SweepsOnly` also
+  Newton's method; both have warm starts, joint rows (R = 0 costs nothing), the convex relaxation, and the bound on rounding in twice the digits.
+- The share is of {scenes} drawn scenes of three rows a contact, cold, in f32, with the default budget, as a stranger judges; work is the
+  work within which half, and nine of ten, are solved. `cargo run --release -p phases` counts them.
+- Of the smallest, 26 KB, the judge of what "solved" promises takes 8, the factor and its substitutions 5, the sweep and what it leaves 4, the
+  relaxation 2, warm starts 2; the rest is the monitor, the data's way to the contacts, and checks. The bound in twice the digits is
+  1.5 of the judge's: without it drawn scenes solved to 1e-4 fall from 99.90 to 98.19 %. Warm starts
+  stay: they save three quarters of the work of a box that slides, and a sixth of a trot's.
+
 ## Beside a real-time framework
 
 `.ci/rtos` runs a trot in [RTIC](../../examples/rtic_firmware/main.rs) and in [Embassy](../../examples/embassy_firmware/main.rs): control at 1 kHz,
@@ -114,6 +129,28 @@ def flags(values):
     for label, text in [("none", "no flags"), (None, "150"), ("60", "60"), ("small", "60, `-inline-threshold=75`")]:
         cells = default if label is None else [(f"flags_{label}", name) for name in names]
         lines.append(f"| {' | '.join([text, *(cell(values, 'm4f32', *name) for name in cells)])} |")
+    return "\n".join(lines)
+
+
+def phases(values):
+    """What can be left out, and what it costs."""
+    head = ["", "flash, threshold 150", "the smallest flags", "RAM of the solver: quadruped", "stack to 1e-4: box", "quadruped",
+            "cold to 1e-4: box", "quadruped", "solved to 1e-3", "to 1e-4", "work to 1e-4: 50 %", "90 %"]
+    lines = [f"| {' | '.join(head)} |", f"|{'---|' + '---:|' * (len(head) - 1)}"]
+    share = lambda *name: f"{values['m4f32', 'phases', '_'.join(name)] / 100:.2f} %"
+    for name, text in [("all", "`AllPhases` (default)"), ("newton", "`SweepsAndNewton`"), ("sweeps", "`SweepsOnly`"),
+                       ("restart", "`AdmmSolver`")]:
+        flash = "quadruped" if name == "all" else f"quadruped_{name}"
+        other = {"all": "flash_quadruped"}.get(name, f"flash_{name}")
+        cells = [(flash, "flash_firmware"), ("flags_small", other)]
+        if name == "restart":
+            cells += [("quadruped", "ram_restart"), ("box", "stack_restart"), ("quadruped", "stack_restart"), ("", ""), ("", "")]
+        else:
+            cells += [("quadruped", f"{name}_ram"), ("box", f"{name}_stack"), ("quadruped", f"{name}_stack"),
+                      ("box", f"{name}_cold_1e-4"), ("quadruped", f"{name}_cold_1e-4")]
+        lines.append("| " + " | ".join([text, *(cell(values, "m4f32", *name) for name in cells),
+                                        share(name, "solved_1e-3"), share(name, "solved_1e-4"),
+                                        *(cell(values, "m4f32", "phases", f"{name}_work_{percent}_1e-4") for percent in (50, 90))]) + " |")
     return "\n".join(lines)
 
 
@@ -202,7 +239,7 @@ def compare(compiler, values, path):
     if of != compiler:
         print(f"\nnot compared: the baseline is of {of}, this is {compiler}")
         return 0
-    missing = [name for name in baseline if name not in values and not name[1].startswith("flags_")]
+    missing = [name for name in baseline if name not in values and not name[1].startswith(("flags_", "phases"))]
     changed = [name for name, old in baseline.items()
                if abs(values.get(name, old) - old) > 0.02 * old]
     for name in missing:
@@ -225,7 +262,8 @@ def main():
     print(tables.getvalue(), end="")
     if os.environ.get("UPDATE_BASELINE"):
         with open("src/guide/firmware.md", "w") as out:
-            out.write(PAGE.format(compiler=compiler, flags=flags(values)) + tables.getvalue())
+            out.write(PAGE.format(compiler=compiler, flags=flags(values), phases=phases(values),
+                                  scenes=f"{values['m4f32', 'phases', 'scenes']:,}") + tables.getvalue())
         with open(path, "w") as out:
             out.write(f"# {compiler}\n")
             out.writelines(f"{' '.join(name)} {value}\n" for name, value in values.items())

@@ -117,7 +117,7 @@ pub use solution::{
     ContactMode, ContactSolution, Model, RowMode, RowSolution, Settings, Solution, Status,
     Violation, Work,
 };
-pub use solver::Solver;
+pub use solver::{AllPhases, Phases, Solver, SweepsAndNewton, SweepsOnly};
 
 pub use heapless;
 pub use nalgebra;

@@ -19,6 +19,7 @@ mod kernel;
 mod limits;
 mod long_runs;
 mod parameters;
+mod phases;
 mod physics;
 mod promise;
 mod rest;

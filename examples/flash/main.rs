@@ -1,7 +1,7 @@
 //! The smallest firmware that solves one scene: `.ci/firmware` takes the bytes of flash from it.
 //!
-//! The configuration (`--cfg restart`, `planar`, `frictionless`, `rover`) chooses the method and the scene: a quadruped on
-//! four feet, or a rover on three wheels, each with a motor as a joint row. `--cfg empty` leaves the kernel out, and is what the
+//! The configuration (`--cfg restart`, `sweeps`, `newton`, `planar`, `frictionless`, `rover`) chooses the method and the scene: a
+//! quadruped on four feet, or a rover on three wheels, each with a motor as a joint row. `--cfg empty` leaves the kernel out, and is what the
 //! others are compared with.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -72,14 +72,25 @@ mod firmware {
     #[cfg(all(not(empty), not(restart)))]
     type OurFactor = Factor<f32, N, D, C, R>;
     #[cfg(all(not(empty), not(restart)))]
-    type OurSolver = Solver<f32, N, D, C, R>;
+    type OurSolver = Solver<f32, N, D, C, R, Chosen>;
+
+    #[cfg(not(any(empty, restart, sweeps, newton)))]
+    use stiction::AllPhases as Chosen;
+    #[cfg(newton)]
+    use stiction::SweepsAndNewton as Chosen;
+    #[cfg(sweeps)]
+    use stiction::SweepsOnly as Chosen;
+    #[cfg(restart)]
+    const NEW: OurSolver = OurSolver::new();
+    #[cfg(not(any(empty, restart)))]
+    const NEW: OurSolver = OurSolver::with_phases(Chosen);
 
     #[cfg(not(empty))]
     #[entry]
     fn main() -> ! {
         static mut SCENE: Scene<f32, N, D, C, R> = Scene::new();
         static mut FACTOR: OurFactor = OurFactor::empty();
-        static mut SOLVER: OurSolver = OurSolver::new();
+        static mut SOLVER: OurSolver = NEW;
         let (scene, solver) = (black_box(SCENE), black_box(SOLVER));
         let prepared = FACTOR.prepare(scene);
         if prepared.is_ok() {

@@ -21,6 +21,8 @@ mod gauss_seidel;
 #[cfg(target_os = "none")]
 mod limits;
 #[cfg(target_os = "none")]
+mod phases;
+#[cfg(target_os = "none")]
 #[path = "../embedded/records.rs"]
 mod records;
 #[cfg(target_os = "none")]
@@ -35,6 +37,7 @@ mod measure {
     use crate::counter::Counter;
     use crate::gauss_seidel::GaussSeidel;
     use crate::limits::Limits;
+    use crate::phases::OfPhases;
     use crate::records::{Records, Step};
     use crate::sharing::Sharing;
     use crate::stack::stack_bytes;
@@ -42,7 +45,10 @@ mod measure {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::hprintln;
     use nalgebra::SVector;
-    use stiction::{AdmmFactor, AdmmSolver, Factor, Real, Settings, Solver, Status};
+    use stiction::{
+        AdmmFactor, AdmmSolver, AllPhases, Factor, Real, Settings, Solver, Status, SweepsAndNewton,
+        SweepsOnly,
+    };
 
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo) -> ! {
@@ -289,8 +295,23 @@ mod measure {
     #[cfg(not(double))]
     type Number = f32;
 
+    const ON_A_BOX: (&str, &[u8]) = ("box", include_bytes!("box.bin"));
+    const ON_A_QUADRUPED: (&str, &[u8]) = ("quadruped", include_bytes!("quadruped.bin"));
+    const ALL: (&str, AllPhases) = ("all", AllPhases);
+    const NEWTON: (&str, SweepsAndNewton) = ("newton", SweepsAndNewton);
+    const SWEEPS: (&str, SweepsOnly) = ("sweeps", SweepsOnly);
+
     #[entry]
     fn main() -> ! {
+        static mut WHOLE_BOX: OfPhases<Number, 6, AllPhases> = OfPhases::new(ON_A_BOX, ALL);
+        static mut WHOLE_QUADRUPED: OfPhases<Number, 18, AllPhases> =
+            OfPhases::new(ON_A_QUADRUPED, ALL);
+        static mut LEAN_BOX: OfPhases<Number, 6, SweepsAndNewton> = OfPhases::new(ON_A_BOX, NEWTON);
+        static mut LEANER_BOX: OfPhases<Number, 6, SweepsOnly> = OfPhases::new(ON_A_BOX, SWEEPS);
+        static mut LEAN_QUADRUPED: OfPhases<Number, 18, SweepsAndNewton> =
+            OfPhases::new(ON_A_QUADRUPED, NEWTON);
+        static mut LEANER_QUADRUPED: OfPhases<Number, 18, SweepsOnly> =
+            OfPhases::new(ON_A_QUADRUPED, SWEEPS);
         static mut BOX: Bench<Number, 6, 3, 4> = Bench::new("box", include_bytes!("box.bin"));
         static mut QUADRUPED: Bench<Number, 18, 3, 4> =
             Bench::new("quadruped", include_bytes!("quadruped.bin"));
@@ -319,6 +340,12 @@ mod measure {
             STACK.measure(&mut counter),
             LIMITS.measure(include_bytes!("quadruped.bin"), &mut counter),
             SHARING.measure(&mut counter),
+            WHOLE_BOX.measure(&mut counter),
+            WHOLE_QUADRUPED.measure(&mut counter),
+            LEAN_BOX.measure(&mut counter),
+            LEANER_BOX.measure(&mut counter),
+            LEAN_QUADRUPED.measure(&mut counter),
+            LEANER_QUADRUPED.measure(&mut counter),
         ];
         exit(done.iter().all(Option::is_some))
     }

@@ -6,12 +6,19 @@ use crate::linalg::vector::precision;
 use crate::real::Real;
 use crate::scene::{JointRow, RowLaw, check_finite};
 use crate::solution::{Settings, Solution, Status};
-use crate::solver::Call;
+use crate::solver::{Call, Phases};
 use core::mem;
 use nalgebra::SVector;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
-    Kernel<T, N, D, C, R, S>
+impl<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+    P: Phases,
+> Kernel<T, N, D, C, R, S, P>
 {
     /// Solves the scene with as many of these limits as are reached, as [`Self::solve`].
     ///

@@ -5,7 +5,7 @@ use crate::factor::Factor;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Solution};
-use crate::solver::Solver;
+use crate::solver::{AllPhases, Phases, Solver};
 use nalgebra::SVector;
 
 mod limits;
@@ -54,10 +54,11 @@ pub struct Kernel<
     const C: usize,
     const R: usize = 0,
     const S: usize = 0,
+    P = AllPhases,
 > {
     scene: Scene<T, N, D, C, R, S>,
     factor: Factor<T, N, D, C, R>,
-    solver: Solver<T, N, D, C, R>,
+    solver: Solver<T, N, D, C, R, P>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
@@ -66,10 +67,27 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// An empty scene, and nothing solved yet.
     #[must_use]
     pub const fn new() -> Self {
+        Self::with_phases(AllPhases)
+    }
+}
+
+impl<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+    P: Phases,
+> Kernel<T, N, D, C, R, S, P>
+{
+    /// An empty scene, nothing solved yet, and a solver of these phases.
+    #[must_use]
+    pub const fn with_phases(phases: P) -> Self {
         Self {
             scene: Scene::new(),
             factor: Factor::empty(),
-            solver: Solver::new(),
+            solver: Solver::with_phases(phases),
         }
     }
 
@@ -122,7 +140,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// The solver, to [`Solver::reset`] it or to [`Solver::set_impulses`].
-    pub const fn solver_mut(&mut self) -> &mut Solver<T, N, D, C, R> {
+    pub const fn solver_mut(&mut self) -> &mut Solver<T, N, D, C, R, P> {
         &mut self.solver
     }
 

@@ -20,6 +20,7 @@ use crate::real::Real;
 use crate::solver::central_path::Progress;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin, Outcome};
+use crate::solver::phases::Phases;
 use crate::solver::point::Point;
 use crate::solver::state::State;
 use crate::solver::sweeps::Pace;
@@ -41,17 +42,19 @@ pub(crate) enum Phase {
 
 /// The state of a solve, and what comes next.
 #[derive(Clone, Debug)]
-pub(crate) struct Method<T: Real, const D: usize, const C: usize, const R: usize> {
+pub(crate) struct Method<T: Real, const D: usize, const C: usize, const R: usize, P> {
     pub(super) phase: Phase,
     pub(super) state: State<T, D, C, R>,
+    phases: P,
 }
 
-impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R> {
+impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<T, D, C, R, P> {
     /// No solve yet.
-    pub(crate) const fn none() -> Self {
+    pub(crate) const fn none(phases: P) -> Self {
         Self {
             phase: Phase::Idle,
             state: State::none(),
+            phases,
         }
     }
 
@@ -77,12 +80,14 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
         }
         let tolerance = monitor.tolerance();
         let onwards = monitor.is_first_call();
-        let known = warm_start.start(monitor.problem, (tolerance, onwards), &mut self.state.point);
+        let (problem, point) = (&*monitor.problem, &mut self.state.point);
+        let known = warm_start.start(problem, (tolerance, onwards), self.phases, point);
         self.state.consider(monitor);
         // Good enough for contact space, but not once its velocity was known?
         let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();
         let newton = Newton::warm(known == WarmStartKind::Isostatic);
         self.phase = match known {
+            _ if !P::NEWTON => self.begin_sweeps(monitor),
             WarmStartKind::None if !corrected => self.begin_cold(monitor, true),
             WarmStartKind::Isostatic if !corrected && !self.state.holds_jacobian => {
                 self.begin_sweeps(monitor)
@@ -106,34 +111,26 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
             Phase::Idle => Phase::Idle,
             Phase::Sweeps => match self.state.sweep(monitor) {
                 Pace::Continue => Phase::Sweeps,
-                Pace::Enough => {
-                    monitor.check_divergence(&self.state.point.r);
+                Pace::Enough if P::NEWTON => {
+                    if P::CENTRAL_PATH {
+                        monitor.check_divergence(&self.state.point.r);
+                    }
                     self.begin_newton(monitor, self.state.newton_after_sweeps())
                 }
+                Pace::Enough => {
+                    self.state.go_on_sweeping(monitor);
+                    Phase::Sweeps
+                }
             },
-            Phase::Newton(newton) => match self.state.step(monitor, newton) {
+            Phase::Newton(newton) if P::NEWTON => match self.state.step(monitor, newton) {
                 Outcome::Accepted(newton) => Phase::Newton(newton),
                 Outcome::NoJacobian => {
                     self.forget();
                     self.begin_sweeps(monitor)
                 }
-                Outcome::Rejected => match newton.origin() {
-                    Origin::Cold => {
-                        monitor.look_for_proof();
-                        self.begin_path(monitor)
-                    }
-                    Origin::Path => {
-                        self.state.back_to_path(monitor);
-                        Phase::CentralPath
-                    }
-                    Origin::Last | Origin::Guess => {
-                        monitor.look_for_proof();
-                        self.state.point.set_zero_impulse(monitor.problem);
-                        self.begin_cold(monitor, false)
-                    }
-                },
+                Outcome::Rejected => self.after_rejection(monitor, newton.origin()),
             },
-            Phase::CentralPath => match self.state.path_step(monitor) {
+            Phase::CentralPath if P::CENTRAL_PATH => match self.state.path_step(monitor) {
                 Progress::Far => Phase::CentralPath,
                 Progress::Near => Phase::Newton(Newton::finish()),
                 Progress::Jammed => {
@@ -145,7 +142,38 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Method<T, D, C, R>
                     }
                 }
             },
+            // A phase that is left out is not begun.
+            Phase::Newton(_) | Phase::CentralPath => Phase::Sweeps,
         };
+    }
+
+    /// What comes after a Newton step that was rejected.
+    fn after_rejection<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+        origin: Origin,
+    ) -> Phase {
+        match origin {
+            Origin::Cold if P::CENTRAL_PATH => {
+                monitor.look_for_proof();
+                self.begin_path(monitor)
+            }
+            Origin::Path if P::CENTRAL_PATH => {
+                self.state.back_to_path(monitor);
+                Phase::CentralPath
+            }
+            Origin::Cold | Origin::Path => {
+                self.state.sweep_for_longer();
+                Phase::Sweeps
+            }
+            Origin::Last | Origin::Guess => {
+                if P::CENTRAL_PATH {
+                    monitor.look_for_proof();
+                }
+                self.state.point.set_zero_impulse(monitor.problem);
+                self.begin_cold(monitor, false)
+            }
+        }
     }
 
     /// A cold start: a guess, sweeps, or Newton's method from rest.

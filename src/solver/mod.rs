@@ -21,6 +21,7 @@ mod initial_guess;
 mod method;
 pub(crate) mod monitor;
 mod newton;
+mod phases;
 pub(crate) mod point;
 pub(crate) mod record;
 mod state;
@@ -28,6 +29,7 @@ mod sweeps;
 mod tuning;
 pub(crate) mod warm_start;
 
+pub use phases::{AllPhases, Phases, SweepsAndNewton, SweepsOnly};
 pub(crate) use record::Call;
 
 /// A solver for scenes of `N` velocities, up to `C` contacts of `D` rows and up to `R` joint rows.
@@ -57,11 +59,18 @@ pub(crate) use record::Call;
 /// # Ok::<(), stiction::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Solver<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
+pub struct Solver<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize = 0,
+    P = AllPhases,
+> {
     solution: Solution<T, N, D, C, R>,
     warm_start: WarmStart<T, D, C, R>,
     record: Record<T, D, C, R>,
-    method: Method<T, D, C, R>,
+    method: Method<T, D, C, R, P>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
@@ -70,11 +79,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// A solver that has solved nothing yet.
     #[must_use]
     pub const fn new() -> Self {
+        Self::with_phases(AllPhases)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P: Phases>
+    Solver<T, N, D, C, R, P>
+{
+    /// A solver of these phases, that has solved nothing yet.
+    #[must_use]
+    pub const fn with_phases(phases: P) -> Self {
         Self {
             solution: Solution::none(),
             warm_start: WarmStart::cold(),
             record: Record::none(),
-            method: Method::none(),
+            method: Method::none(phases),
         }
     }
 
@@ -231,7 +250,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
         if writes || monitor.is_over() {
             monitor.finish(self.method.impulses());
-            monitor.check_infeasibility();
+            if P::CENTRAL_PATH {
+                monitor.check_infeasibility();
+            }
         } else {
             monitor.pause();
         }

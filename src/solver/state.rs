@@ -58,7 +58,9 @@ pub(crate) struct Sweeps<T, const C: usize> {
     /// Slip multiplier `λ` of each contact.
     pub(super) multipliers: [T; C],
     /// Sweeps so far.
-    pub(super) done: usize,
+    pub(super) done: u16,
+    /// Sweeps to make, however slow they are.
+    pub(super) at_least: u16,
     /// Did they begin without impulses?
     pub(super) is_cold: bool,
 }
@@ -69,6 +71,7 @@ impl<T: Real, const C: usize> Sweeps<T, C> {
         Self {
             multipliers: [T::ZERO; C],
             done: 0,
+            at_least: 0,
             is_cold: false,
         }
     }

@@ -11,6 +11,7 @@ use crate::sets::sweep;
 use crate::solution::Model;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
+use crate::solver::point::Point;
 use crate::solver::state::{State, Sweeps};
 use crate::solver::tuning;
 use core::mem;
@@ -42,6 +43,27 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             Newton::new()
         } else {
             Newton::warm(false)
+        }
+    }
+
+    /// Sweeps where Newton's method has failed, and twice as many where it fails again: from rest it would fail once more.
+    pub(super) fn sweep_for_longer(&mut self) {
+        let first = u16::try_from(tuning::sweeps_at_jam()).unwrap_or(u16::MAX);
+        self.sweeps.at_least = self.sweeps.at_least.saturating_mul(2).max(first);
+        self.sweeps.done = 0;
+        self.sweeps.is_cold = true; // so that a rejected step leads here again
+    }
+
+    /// Goes on where Newton's method would: with velocities that know of a correction, if there was one.
+    pub(super) fn go_on_sweeping<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        let Point {
+            r, u, natural_map, ..
+        } = &mut self.point;
+        if *natural_map <= monitor.tolerance() {
+            *natural_map = monitor.problem.natural_map(r, u);
         }
     }
 
@@ -102,13 +124,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             here = here.max(self.point.natural_map);
         }
         let sweeps = &mut self.sweeps;
-        sweeps.done += 1;
+        sweeps.done = sweeps.done.saturating_add(1);
         // Of zero impulses the natural map says nothing.
         let first = sweeps.is_cold && sweeps.done == 1;
         let rate = if first { T::ZERO } else { here / last };
         let is_fast = rate < tuning::sweep_rate();
         let after_five = here * rate * rate * rate * rate * rate;
-        let pays = is_fast && sweeps.done < tuning::fast_sweeps() || after_five <= tolerance;
+        let pays = is_fast && usize::from(sweeps.done) < tuning::fast_sweeps()
+            || after_five <= tolerance
+            || sweeps.done < sweeps.at_least;
         if here > tolerance && pays {
             Pace::Continue
         } else {

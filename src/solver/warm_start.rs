@@ -6,6 +6,7 @@ use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{Scene, check_finite};
 use crate::sets::jacobian::Places;
+use crate::solver::phases::Phases;
 use crate::solver::point::Point;
 use core::array::from_fn;
 use nalgebra::SVector;
@@ -162,10 +163,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     /// Unique impulses are extrapolated if the solve is to go `onwards` from one tick to the next. Hyperstatic ones can change
     /// without effect, and would be carried to the boundaries of the cones: they stay as they were.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn start<const N: usize, const S: usize>(
+    pub(crate) fn start<P: Phases, const N: usize, const S: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
         (tolerance, onwards): (T, bool),
+        _: P,
         point: &mut Point<T, D, C, R>,
     ) -> WarmStartKind {
         point.set_zero_impulse(problem);
@@ -176,7 +178,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
                 problem.can_be_swept() && !problem.is_redundant(problem.sets.free_rows(&point.r));
             if unique && onwards {
                 self.extrapolate(problem, tolerance, point);
-            } else if unique {
+            } else if unique || !P::NEWTON {
                 point.natural_map = problem.natural_map(&point.r, &mut point.u);
             } else {
                 self.stay(problem, tolerance, point);

@@ -6,6 +6,7 @@ use crate::problem::Problem;
 use crate::sets::sweep;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::method::{Method, Phase};
+use crate::solver::phases::AllPhases;
 use crate::solver::point::Point;
 use crate::solver::state::State;
 use crate::solver::sweeps::Pace;
@@ -61,7 +62,7 @@ fn sweeps_that_slow_down_near_the_end_are_enough() -> Result<(), Error> {
 #[test]
 fn sweeps_leave_augmented_velocities() -> Result<(), Error> {
     with_monitor(&cube(1, 0.5)?, &pressed(2.0), |monitor| {
-        let mut method = Method::none();
+        let mut method = Method::none(AllPhases);
         method.state.point.set_zero_impulse(monitor.problem);
         method.state.begin_sweeps(monitor);
         method.phase = Phase::Sweeps;
