@@ -87,7 +87,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         if monitor.is_over() {
             return Progress::Far;
         }
-        if self.is_near(monitor) {
+        if self.point.natural_map < tuning::near() {
             self.point.rebuild_from_velocity(monitor.problem);
             let (merit, tried) = (self.point.merit, self.path.tried);
             // Each time at half the residual at most.
@@ -139,15 +139,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let length = (fraction * longest).min(T::ONE);
         self.path.pairs.advance(&step, length);
         Some(length)
-    }
-
-    /// May Newton's method finish from the point?
-    fn is_near<const N: usize, const S: usize>(
-        &self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> bool {
-        let near = tuning::near::<T>().max(T::literal(10.0) * monitor.tolerance());
-        self.point.natural_map < near
     }
 
     /// Moves to pseudo-random impulses of the expected size, seeded by the number of jams.
@@ -215,7 +206,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let (r, u) = (&self.point.r, &mut self.point.u);
         self.point.natural_map = monitor.problem.natural_map(r, u);
         self.consider(monitor);
-        let is_near = self.is_near(monitor);
+        let is_near = self.point.natural_map < tuning::near();
         if is_near {
             self.point.rebuild_from_velocity(monitor.problem);
         }

@@ -81,7 +81,7 @@ numbers! {
     margin: 0.02;
     /// Interior point: a step that reaches less far than this is corrected once more.
     correct_again: 0.95;
-    /// Interior point: natural map below which Newton's method is to finish, or ten times the tolerance.
+    /// Interior point: natural map below which Newton's method is to finish.
     near: 1e-3;
     /// Interior point: it has jammed if a step goes less far than this.
     jammed: 0.1;
