@@ -82,6 +82,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) -> Progress {
         monitor.solution.work.newton_steps += 1;
         let length = self.move_pairs(monitor);
+        let tau = self.path.pairs.tau(self.path.beta);
+        if tau.is_finite() {
+            self.path.tau = tau;
+        }
         self.back_to_path(monitor);
         self.consider(monitor);
         if monitor.is_over() {
@@ -96,10 +100,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
                 return Progress::Near;
             }
             self.back_to_path(monitor);
-        }
-        let tau = self.path.pairs.tau(self.path.beta);
-        if tau.is_finite() {
-            self.path.tau = tau;
         }
         self.path.steps += 1;
         let too_long = self.path.steps >= tuning::longest_path();
@@ -126,7 +126,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let limit = T::ONE / fraction;
         let predicted = system.predict()?;
         let left = T::ONE - pairs.max_step(&predicted, limit).min(T::ONE);
-        let tau = left * left * left * pairs.tau(beta);
+        let tau = left * left * left * self.path.tau;
         let mut step = system.correct(&predicted, tau, beta)?;
         let mut longest = pairs.max_step(&step, limit);
         if longest < tuning::correct_again() {
