@@ -28,32 +28,29 @@ struct Goals<T, const D: usize, const C: usize, const R: usize> {
     rows: [[T; 2]; R],
 }
 
-/// The linearised equations of a point, factorised.
+/// The linearised equations of a point.
 pub(crate) struct PathSystem<'a, T: Real, const D: usize, const C: usize, const R: usize> {
     scalings: [Scaling<T, D>; C],
     pairs: &'a Pairs<T, D, C, R>,
     /// `y = Λ u`
     velocities: Stacked<T, D, C, R>,
-    matrix: &'a StackedMatrix<T, D, C, R>,
-    elimination: &'a Elimination<T, D, C, R>,
+    matrix: &'a mut StackedMatrix<T, D, C, R>,
+    elimination: &'a mut Elimination<T, D, C, R>,
 }
 
 impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a, T, D, C, R> {
-    /// Linearises at pairs with `u = W r + q`, and factorises `Λ W Λ + V⁻²`; the normal row of Coulomb's law has `y_N / x_N`
-    /// in place of `V⁻²`, a joint row its response. `None` if that is singular.
-    #[inline(never)]
+    /// Linearises at pairs with `u = W r + q`; [`Self::factorise`] comes next.
+    #[inline]
     pub(crate) fn new(
-        all: &Sets<T, D, C, R>,
-        delassus: &Delassus<T, D, C, R>,
+        sets: &Sets<T, D, C, R>,
         pairs: &'a Pairs<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
         matrix: &'a mut StackedMatrix<T, D, C, R>,
         elimination: &'a mut Elimination<T, D, C, R>,
-    ) -> Option<Self> {
-        let sets = all.contacts();
+    ) -> Self {
         let mut scalings = [Scaling::none(); C];
         let mut velocities = *u;
-        let contacts = sets.iter().zip(&pairs.contacts);
+        let contacts = sets.contacts().iter().zip(&pairs.contacts);
         let places = scalings.iter_mut().zip(&mut velocities.contacts);
         for ((scaling, velocity), (set, pair)) in places.zip(contacts) {
             if pair.part.is_cone::<D>() {
@@ -61,6 +58,30 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
             }
             *velocity = widen(set, &(*velocity).into()).into();
         }
+        Self {
+            scalings,
+            pairs,
+            velocities,
+            matrix,
+            elimination,
+        }
+    }
+
+    /// Factorises `Λ W Λ + V⁻²`; the normal row of Coulomb's law has `y_N / x_N` in place of `V⁻²`, a joint row its response.
+    /// `None` if that is singular.
+    #[inline(never)]
+    pub(crate) fn factorise(
+        &mut self,
+        all: &Sets<T, D, C, R>,
+        delassus: &Delassus<T, D, C, R>,
+    ) -> Option<()> {
+        let (sets, pairs) = (all.contacts(), self.pairs);
+        let Self {
+            scalings,
+            matrix,
+            elimination,
+            ..
+        } = self;
         let rows = pairs.rows.iter().filter(|pair| pair.is_free).count();
         elimination.lay_out(pairs.contacts.iter().map(Pair::count), rows);
         for (j, (set, pair)) in sets.iter().zip(&pairs.contacts).enumerate() {
@@ -118,20 +139,13 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                 }
             }
         }
-        elimination.factorise(matrix, false)?;
-        Some(Self {
-            scalings,
-            pairs,
-            velocities,
-            matrix,
-            elimination,
-        })
+        elimination.factorise(matrix, false)
     }
 
     /// Solves for the step that makes `dw + V⁻² dx = goal`, and the normal row `dy_N + y_N dx_N / x_N` its goal; `None` if
-    /// `dx` or `dw` is not finite.
+    /// `dx` or `dw` is not finite. What is not on the path is left as it is in the step.
     #[inline(never)]
-    fn solve(&self, goals: &Goals<T, D, C, R>) -> Option<Pairs<T, D, C, R>> {
+    fn solve(&self, goals: &Goals<T, D, C, R>, steps: &mut Pairs<T, D, C, R>) -> Option<()> {
         let mut unknowns = Stacked::zero();
         let of_contacts = unknowns.contacts.as_flattened_mut();
         for (i, (pair, goal)) in self.pairs.contacts.iter().zip(&goals.contacts).enumerate() {
@@ -152,7 +166,6 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
             *unknown = pair.velocity() - velocity + (*p - *n);
         }
         self.elimination.solve(self.matrix, &mut unknowns)?;
-        let mut steps: Pairs<T, D, C, R> = Pairs::none();
         let contacts = self.pairs.contacts.iter().zip(&goals.contacts);
         let contacts = contacts.zip(&self.scalings);
         for (i, (step, ((pair, goal), scaling))) in
@@ -179,27 +192,29 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         let mut contacts = steps.contacts.iter();
         let finite = contacts.all(|step| step.x.iter().chain(step.dual.iter()).all(T::is_finite))
             && steps.rows.iter().all(|step| step.impulse.is_finite());
-        finite.then_some(steps)
+        finite.then_some(())
     }
 
     /// The predictor: the step to `tau = 0`.
-    pub(crate) fn predict(&self) -> Option<Pairs<T, D, C, R>> {
-        self.solve(&Goals {
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn predict(&self, step: &mut Pairs<T, D, C, R>) -> Option<()> {
+        let goals = Goals {
             contacts: self.pairs.contacts.map(|pair| Goal {
                 cone: -pair.dual,
                 normal: -pair.normal,
             }),
             rows: self.pairs.rows.map(|pair| pair.goals(None, T::ZERO)),
-        })
+        };
+        self.solve(&goals, step)
     }
 
     /// The corrector: the step to the pairs of a smaller `tau`, with the products of another step taken into account.
     pub(crate) fn correct(
         &self,
         step: &Pairs<T, D, C, R>,
-        tau: T,
-        beta: T,
-    ) -> Option<Pairs<T, D, C, R>> {
+        (tau, beta): (T, T),
+        corrected: &mut Pairs<T, D, C, R>,
+    ) -> Option<()> {
         let mut goals = Goals {
             contacts: [Goal {
                 cone: zeros(),
@@ -221,7 +236,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                 goal.cone = scaling.corrected(pair, step, tau * beta);
             }
         }
-        self.solve(&goals)
+        self.solve(&goals, corrected)
     }
 }
 

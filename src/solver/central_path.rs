@@ -13,7 +13,7 @@
 //! another weight `beta`. Every path that reaches `tau = 0` ends at a solution.
 
 use crate::real::Real;
-use crate::sets::pairs::mean_energy;
+use crate::sets::pairs::{Pairs, mean_energy};
 use crate::sets::path_system::PathSystem;
 use crate::solver::monitor::Monitor;
 use crate::solver::state::{State, Sweeps};
@@ -111,6 +111,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Moves the pairs by a step of Mehrotra's predictor-corrector method. Returns its length; `None` if there is no step.
+    #[inline(never)]
     fn move_pairs<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
@@ -120,24 +121,26 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let (pairs, beta) = (&self.path.pairs, self.path.beta);
         let (sets, delassus) = (&monitor.problem.sets, monitor.problem.factor.delassus());
         let u = &self.point.u;
-        let system = PathSystem::new(sets, delassus, pairs, u, matrix, elimination)?;
+        let mut system = PathSystem::new(sets, pairs, u, matrix, elimination);
+        system.factorise(sets, delassus)?;
         // The fraction to the boundary
         let fraction = T::ONE - tuning::margin::<T>();
         let limit = T::ONE / fraction;
-        let predicted = system.predict()?;
-        let left = T::ONE - pairs.max_step(&predicted, limit).min(T::ONE);
-        let tau = left * left * left * self.path.tau;
-        let mut step = system.correct(&predicted, tau, beta)?;
-        let mut longest = pairs.max_step(&step, limit);
+        let (mut step, mut corrected) = (Pairs::none(), Pairs::none());
+        system.predict(&mut step)?;
+        let left = T::ONE - pairs.max_step(&step, limit).min(T::ONE);
+        let goal = (left * left * left * self.path.tau, beta);
+        system.correct(&step, goal, &mut corrected)?;
+        let mut longest = pairs.max_step(&corrected, limit);
         if longest < tuning::correct_again() {
-            let other = system.correct(&step, tau, beta)?;
-            let farther = pairs.max_step(&other, limit);
+            system.correct(&corrected, goal, &mut step)?;
+            let farther = pairs.max_step(&step, limit);
             if farther > longest {
-                (step, longest) = (other, farther);
+                (corrected, longest) = (step, farther);
             }
         }
         let length = (fraction * longest).min(T::ONE);
-        self.path.pairs.advance(&step, length);
+        self.path.pairs.advance(&corrected, length);
         Some(length)
     }
 

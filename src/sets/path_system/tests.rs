@@ -207,16 +207,13 @@ fn check<const D: usize, const C: usize, const R: usize>(
     let still = Pairs::none();
     let (mut matrix, mut elimination) = (StackedMatrix::zero(), Elimination::none());
     let u = velocities(&still, 0.0);
-    let system = PathSystem::new(
-        &problem.sets,
-        problem.factor.delassus(),
-        &pairs,
-        &u,
-        &mut matrix,
-        &mut elimination,
-    );
-    let system = system.expect("a regular matrix");
-    let step = system.correct(&still, 0.01, beta).expect("a step");
+    let mut system = PathSystem::new(&problem.sets, &pairs, &u, &mut matrix, &mut elimination);
+    let factorised = system.factorise(&problem.sets, problem.factor.delassus());
+    factorised.expect("a regular matrix");
+    let mut step = Pairs::none();
+    system
+        .correct(&still, (0.01, beta), &mut step)
+        .expect("a step");
     let there = velocities(&step, 1.0);
     let follows_goal = |products: [[Option<f64>; 2]; 3]| {
         let [here, ahead, behind] = products;
