@@ -111,7 +111,7 @@ fn squares<T: Real, const D: usize>(bounds: &[T; D]) -> [T; 2] {
 }
 
 /// Computes `u = H v + w`, with what compliance adds, and `M v - M v_free - Hᵀ r` again, with twice the digits, of impulses in scaled
-/// rows and in rows that are not; `cheap` are the bounds of [`bound`]. Returns the bounds that are left.
+/// rows and in rows that are not; the bounds of [`bound`] become those that are left.
 #[inline(never)]
 pub(crate) fn refine<
     T: Real,
@@ -125,8 +125,8 @@ pub(crate) fn refine<
     v: &[T; N],
     [judged, written]: [&Stacked<T, D, C, R>; 2],
     (u, momentum): (&mut Stacked<T, D, C, R>, &mut Dynamics<T>),
-    cheap: &Rounding<T, C, R>,
-) -> Rounding<T, C, R> {
+    rounding: &mut Rounding<T, C, R>,
+) {
     let (scene, [free]) = (problem.scene, &problem.free_impulse.data.0);
     let mass = &scene.mass().data.0;
     let half = T::EPSILON * T::literal(0.5);
@@ -138,7 +138,7 @@ pub(crate) fn refine<
             }
         }
     }
-    let mut velocities = cheap.velocities;
+    let velocities = &mut rounding.velocities;
     let places = velocities.contacts.iter_mut().zip(&mut u.contacts);
     let sources = scene.contacts().iter().enumerate().zip(&written.contacts);
     for ((bound, u), ((i, contact), r)) in places.zip(sources) {
@@ -190,13 +190,10 @@ pub(crate) fn refine<
             *bound = square(&[half * (rounded + left)]);
         }
     }
-    add_gap(problem, judged, &mut velocities);
+    add_gap(problem, judged, velocities);
     let gaps = gaps.map(Dot2::value);
     if !gaps.iter().all(T::is_finite) {
-        return Rounding {
-            velocities,
-            ..*cheap
-        };
+        return;
     }
     // Here all terms stand in one sum.
     let left = precision::<T>(N + rows(&problem.sets) + 3);
@@ -206,11 +203,8 @@ pub(crate) fn refine<
         let (rounded, left) = (half * half * norms.residual(), left * left);
         T::literal(2.0) * (left * left * norms.magnitude + rounded)
     };
-    Rounding {
-        momentum: bound(&momentum.plain),
-        weighted: momentum.weighted.as_ref().map_or(T::ZERO, bound),
-        velocities,
-    }
+    rounding.momentum = bound(&momentum.plain);
+    rounding.weighted = momentum.weighted.as_ref().map_or(T::ZERO, bound);
 }
 
 /// Adds to squares of bounds on velocities by how much a `W` that was given moves more than `H Hᵀ`:

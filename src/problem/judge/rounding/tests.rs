@@ -68,7 +68,7 @@ proptest! {
             let off = (f64::from(momentum.plain.residual()).sqrt() - unit * gap.norm()).abs();
             prop_assert!(off <= f64::from(bounds.momentum).sqrt() + 1e-6 * unit * gap.norm());
             let places = (&mut u, &mut momentum);
-            bounds = refine(&problem, &v, [&r, &r], places, &bounds);
+            refine(&problem, &v, [&r, &r], places, &mut bounds);
         }
     }
 }
