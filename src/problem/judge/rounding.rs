@@ -199,12 +199,13 @@ pub(crate) fn refine<
     let left = precision::<T>(N + rows(&problem.sets) + 3);
     momentum.replace_gaps(mass, &gaps);
     // Of a sum of two the square is at most twice the sum of their squares.
-    let bound = |norms: &Norms<T>| {
-        let (rounded, left) = (half * half * norms.residual(), left * left);
-        T::literal(2.0) * (left * left * norms.magnitude + rounded)
-    };
-    rounding.momentum = bound(&momentum.plain);
-    rounding.weighted = momentum.weighted.as_ref().map_or(T::ZERO, bound);
+    let norms = [Some(&momentum.plain), momentum.weighted.as_ref()];
+    [rounding.momentum, rounding.weighted] = norms.map(|norms| {
+        norms.map_or(T::ZERO, |norms| {
+            let (rounded, left) = (half * half * norms.residual(), left * left);
+            T::literal(2.0) * (left * left * norms.magnitude + rounded)
+        })
+    });
 }
 
 /// Adds to squares of bounds on velocities by how much a `W` that was given moves more than `H Hᵀ`:
