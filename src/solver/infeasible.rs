@@ -4,7 +4,6 @@ use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::solution::Status;
 use crate::solver::monitor::Monitor;
-use crate::solver::tuning;
 use crate::solver::warm_start::MAX_IMPULSE_RATIO;
 
 /// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
@@ -23,15 +22,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return ratio * self.solution.error > T::literal(0.1);
         }
         false
-    }
-
-    /// Looks for a proof if sweeps have led to impulses that are larger than expected: if walls close on a body, each sweep
-    /// adds to them.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn check_divergence(&mut self, r: &Stacked<T, D, C, R>) {
-        if self.problem.exceeds(r, tuning::diverging()) {
-            self.look_for_proof();
-        }
     }
 
     /// Stops the monitor if the scene is infeasible, and writes down the certificate. Once in a solve, for it depends on

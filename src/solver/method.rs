@@ -6,7 +6,7 @@
 //! Sweeps ── enough ──► Newton ── rejected ──► CentralPath ── jam ──► CentralPath (another one)
 //! Newton ── rejected, began at the last solution or at a guess ──► cold start, without a guess
 //! CentralPath ── near the end, also after a jam ──► Newton
-//! Sweeps or Newton ── impulses too large, or rejected ──► search for a proof, once in a solve
+//! Newton ── rejected ──► search for a proof, once in a solve
 //! ```
 //!
 //! A phase does one piece of work at a time and says what came of it. [`Method::advance`] alone decides what is next. A last
@@ -112,9 +112,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             Phase::Sweeps => match self.state.sweep(monitor) {
                 Pace::Continue => Phase::Sweeps,
                 Pace::Enough if P::NEWTON => {
-                    if P::CENTRAL_PATH {
-                        monitor.check_divergence(&self.state.point.r);
-                    }
                     self.begin_newton(monitor, self.state.newton_after_sweeps())
                 }
                 Pace::Enough => {

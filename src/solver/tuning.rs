@@ -58,8 +58,6 @@ numbers! {
 
     /// Sweeps are fast if one leaves at most this share of the natural map.
     sweep_rate: 0.5;
-    /// Sweeps: a proof of infeasibility is looked for if they leave impulses so many times as large as to be expected.
-    diverging: 2.0;
 
     /// Newton: the step from the guess that all contacts stick may raise the merit so many times.
     merit_growth: 1e5;
