@@ -18,8 +18,8 @@ use nalgebra::SVector;
 
 /// ADMM with the penalty of the factor: Algorithm 2 of the note, Algorithm 1, or without acceleration.
 ///
-/// For firmware that does without Newton's method: less code and RAM than [`crate::Solver`], but five times the work to
-/// an error of 1e-6, and no proof of infeasibility. It keeps the last solution for a warm start, as [`crate::Solver`]
+/// The note's method by itself: less code and RAM than [`crate::Solver`], but five times the work to an error of 1e-6, and no proof of
+/// infeasibility. (For firmware that does without Newton's method [`crate::SweepsOnly`] takes as much flash and less work.) It keeps the last solution for a warm start, as [`crate::Solver`]
 /// does, and never allocates.
 ///
 /// ```

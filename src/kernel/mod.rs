@@ -12,7 +12,8 @@ mod limits;
 
 /// A scene, its factor and its solver in one value, for a `static`.
 ///
-/// It recomputes the factor when `M` or a Jacobian has changed. Its size is that of its three parts.
+/// It recomputes the factor when `M` or a Jacobian has changed. Its size is that of its three parts. Its solver has the [`Phases`]
+/// of its type, all by default.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};

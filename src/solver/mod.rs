@@ -36,7 +36,7 @@ pub(crate) use record::Call;
 ///
 /// It keeps the last solution, and starts the next solve from it (warm start) as far as the
 /// contacts are still there, by their [`crate::Contact::key`]; [`Solver::reset`] forgets it. It
-/// never allocates.
+/// never allocates. It has the [`Phases`] of its type: who counts bytes of flash may leave some out.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
