@@ -84,6 +84,23 @@ A solver has the phases of its type, and what a program leaves out is not linked
   1.5 of the judge's: without it drawn scenes solved to 1e-4 fall from 99.90 to 98.19 %. Warm starts
   stay: they save three quarters of the work of a box that slides, and a sixth of a trot's.
 
+## Microseconds
+
+QEMU counts instructions. Cycles of a Cortex-M4F are modelled from each instruction that it executed and the timing tables of the core's
+manual, with bounds where those leave something open (`.ci/chip_race`, `examples/cycles`, tested on loops whose timing the manual gives). The
+last column has an STM32F4's flash in mind: five wait states, and a cache of 64 lines of 16 bytes. Left out: interrupts and DMA, more than one
+cycle for data in RAM, and what [the report](../../examples/chip_race/report/CYCLES.md) names below its tables.
+
+{cycles}
+
+What it really takes the same program prints on a board, in cycles by `DWT::CYCCNT`: `cd examples/embedded/boards`, then
+
+- `cargo run --release` on an STM32F4 (an STM32F429 and its kin; others by their sizes in `stm32f4.x` and their name in `.cargo/config.toml`);
+- `cargo run --release --target thumbv8m.main-none-eabihf` on an RP2350 (`rp2350.x`, Raspberry Pi Pico 2).
+
+That needs the target (`rustup target add`), `probe-rs` and a debug probe; the core runs at the clock that it has after a reset. Nobody had a
+board so far: there are no figures. `.ci/firmware` links both.
+
 ## Beside a real-time framework
 
 `.ci/rtos` runs a trot in [RTIC](../../examples/rtic_firmware/main.rs) and in [Embassy](../../examples/embassy_firmware/main.rs): control at 1 kHz,
@@ -129,6 +146,23 @@ def flags(values):
     for label, text in [("none", "no flags"), (None, "150"), ("60", "60"), ("small", "60, `-inline-threshold=75`")]:
         cells = default if label is None else [(f"flags_{label}", name) for name in names]
         lines.append(f"| {' | '.join([text, *(cell(values, 'm4f32', *name) for name in cells)])} |")
+    return "\n".join(lines)
+
+
+def cycles():
+    """What `.ci/chip_race` has modelled, of the solves by Coulomb's law to 1e-4."""
+    with open("examples/chip_race/report/CYCLES.md") as lines:
+        scenes = lines.read().split("\n## ")[1:]
+    rows = {}
+    for scene in scenes:
+        name, *lines = scene.splitlines()
+        cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("|")]
+        rows[name] = {row[0]: row[1:] for row in cells}
+    head = ["f32 on a Cortex-M4F", *rows["box"]["call"]]
+    lines = [f"| {' | '.join(head)} |", f"|{'---|' + '---:|' * (len(head) - 1)}"]
+    for name, text in [("quadruped", "quadruped"), ("box", "sliding box")]:
+        for call, what in [("prepare 0", "prepare"), ("cold 1e-4", "cold to 1e-4"), ("warm 1e-4", "warm to 1e-4")]:
+            lines.append(f"| {text}: {what} | {' | '.join(rows[name][call])} |")
     return "\n".join(lines)
 
 
@@ -262,7 +296,7 @@ def main():
     print(tables.getvalue(), end="")
     if os.environ.get("UPDATE_BASELINE"):
         with open("src/guide/firmware.md", "w") as out:
-            out.write(PAGE.format(compiler=compiler, flags=flags(values), phases=phases(values),
+            out.write(PAGE.format(compiler=compiler, flags=flags(values), phases=phases(values), cycles=cycles(),
                                   scenes=f"{values['m4f32', 'phases', 'scenes']:,}") + tables.getvalue())
         with open(path, "w") as out:
             out.write(f"# {compiler}\n")

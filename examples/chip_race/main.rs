@@ -94,7 +94,7 @@ mod race {
         mut f: impl FnMut(&mut Impulses),
     ) -> Option<()> {
         let mut impulses = [SVector::zeros(); C];
-        let instructions = counter.instructions(|| measured(&mut || f(&mut impulses)))?;
+        let instructions = counter.count(|| measured(&mut || f(&mut impulses)))?;
         hprint!("{} {} {}", label, setting, instructions);
         for number in impulses.iter().flatten() {
             hprint!(" {:08x}", number.to_bits());
@@ -118,7 +118,7 @@ mod race {
         let Some(peripherals) = cortex_m::Peripherals::take() else {
             exit(false)
         };
-        let mut counter = Counter::start(peripherals.SYST);
+        let mut counter = Counter::start(peripherals);
         let read = STEP.read(&mut Records::new(RECORDS));
         let push = STEP.push;
         // The tick before: a force turned by 0.01 rad, or all of it 1 % smaller.

@@ -21,7 +21,7 @@ ONE_CYCLE = COMPARE | ARITHMETIC | {
     "neg", "negs", "and", "ands", "orr", "orrs", "orn", "orns", "eor", "eors", "bic", "bics", "lsl", "lsls", "lsr", "lsrs", "asr", "asrs", "ror",
     "rors", "rrx", "rrxs", "mul", "muls", "mla", "mls", "smull", "umull", "smlal", "umlal", "umaal", "smulbb", "smlabb", "clz", "rbit", "rev",
     "rev16", "revsh", "uxtb", "uxth", "sxtb", "sxth", "uxtab", "uxtah", "sxtab", "sxtah", "uxtb16", "ubfx", "sbfx", "bfi", "bfc", "usat", "ssat",
-    "sel", "uadd8", "usub8", "uqadd8", "uqsub8", "pkhbt", "pkhtb", "nop", "mrs", "bkpt", "udf", "vmov", "vmrs", "vabs", "vneg"}
+    "sel", "uadd8", "usub8", "uqadd8", "uqsub8", "uadd16", "usub16", "uqadd16", "uqsub16", "pkhbt", "pkhtb", "nop", "mrs", "bkpt", "udf", "vmov", "vmrs", "vabs", "vneg"}
 MANY = {"ldm", "ldmia", "ldmdb", "pop", "vldm", "vldmia", "vldmdb", "vpop", "stm", "stmia", "stmdb", "push", "vstm", "vstmia", "vstmdb", "vpush"}
 BRANCHES = {"b", "bx", "bl", "blx", "cbz", "cbnz"}
 CONDITION = r"(eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)$"

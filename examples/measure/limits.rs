@@ -35,7 +35,7 @@ impl<T: Real> Limits<T> {
         self.step.read(&mut Records::new(records))?;
         let push = self.step.push;
         let mut ok = true;
-        let count = counter.instructions(|| ok &= self.tick_contacts(&push).is_some())?;
+        let count = counter.count(|| ok &= self.tick_contacts(&push).is_some())?;
         hprintln!("limits contacts {}", count);
         let velocity = self.contacts.solution().velocity;
         let [none, two] = [false, true].map(|reached| limits(&velocity, reached));
@@ -43,7 +43,7 @@ impl<T: Real> Limits<T> {
             self.lazy.solver_mut().reset();
             self.forget()?;
             let mut found = None;
-            let count = counter.instructions(|| found = self.tick(limits, push))?;
+            let count = counter.count(|| found = self.tick(limits, push))?;
             hprintln!("limits {} {}", name, count);
             found
         };
@@ -54,7 +54,7 @@ impl<T: Real> Limits<T> {
         ok &= self.tick(&two, &(push * T::literal(0.99)))? == 2;
         self.forget()?;
         let mut found = None;
-        let count = counter.instructions(|| found = self.tick(&two, &push))?;
+        let count = counter.count(|| found = self.tick(&two, &push))?;
         hprintln!("limits two_warm {}", count);
         hprintln!("limits ram_contacts {}", size_of_val(&self.contacts));
         hprintln!("limits ram {}", size_of_val(&self.lazy));

@@ -1,7 +1,7 @@
-//! Instructions, RAM and stack of the kernel on an emulated Cortex-M; `.ci/firmware` runs it.
+//! Instructions, RAM and stack of the kernel on an emulated Cortex-M (`.ci/firmware` runs it), or cycles on a board
+//! (`examples/embedded/boards`).
 //!
-//! A line is `scene quantity value`. Instructions under emulation, no cycles: no board was
-//! measured. A warm solve starts from the solution of a free impulse 1 % smaller. Beside it a
+//! A line is `scene quantity value`. A warm solve starts from the solution of a free impulse 1 % smaller. Beside it a
 //! projected Gauss-Seidel loop with as many sweeps as it needs, and no test for when to stop.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -121,16 +121,16 @@ mod measure {
             let push = self.step.push;
             let mut ok = true;
 
-            let count = counter.instructions(|| ok &= self.prepare())?;
+            let count = counter.count(|| ok &= self.prepare())?;
             self.print("prepare", count);
-            let count = counter.instructions(|| ok &= self.prepare_admm())?;
+            let count = counter.count(|| ok &= self.prepare_admm())?;
             self.print("prepare_restart", count);
 
             // Iterations and Newton steps: the difference of two solves that differ in them alone.
             let mut exact = Settings::new(T::literal(1e-30));
             let mut limited = |bench: &mut Self, iterations| {
                 exact.budget = iterations;
-                let count = counter.instructions(|| ok &= bench.iterate(&push, &exact));
+                let count = counter.count(|| ok &= bench.iterate(&push, &exact));
                 (count, bench.admm.solution().work.iterations)
             };
             let (few, more) = (limited(self, 2), limited(self, 10));
@@ -140,7 +140,7 @@ mod measure {
             let mut limited = |bench: &mut Self, iterations| {
                 bench.solver.reset();
                 exact.budget = iterations;
-                let count = counter.instructions(|| _ = bench.solve(&push, &exact));
+                let count = counter.count(|| _ = bench.solve(&push, &exact));
                 let solution = bench.solver.solution();
                 (
                     count,
@@ -169,11 +169,11 @@ mod measure {
             ] {
                 let settings = Settings::new(T::literal(tolerance));
                 self.solver.reset();
-                let count = counter.instructions(|| ok &= self.solve(&push, &settings))?;
+                let count = counter.count(|| ok &= self.solve(&push, &settings))?;
                 self.print(cold, count);
                 self.solver.reset();
                 ok &= self.solve(&before, &settings);
-                let count = counter.instructions(|| ok &= self.solve(&push, &settings))?;
+                let count = counter.count(|| ok &= self.solve(&push, &settings))?;
                 self.print(warm, count);
             }
 
@@ -204,7 +204,7 @@ mod measure {
             let mut pieces = 0;
             let mut counted = |settings: &Settings<T>| {
                 self.solver.reset();
-                counter.instructions(|| {
+                counter.count(|| {
                     pieces = 1;
                     let (scene, factor) = (&self.step.scene, &self.factor);
                     while self.solver.advance(scene, factor, push, settings) == Ok(false) {
@@ -248,13 +248,13 @@ mod measure {
             let scene = &self.step.scene;
             let mut prepared = None;
             let prepare = || prepared = self.peer.prepare(scene);
-            let count = counter.instructions(prepare)?;
+            let count = counter.count(prepare)?;
             prepared?;
             let free = scene.mass().cholesky()?.solve(&push);
             let reference = self.peer.reference(scene, &free);
             let mut of = |sweeps| {
                 let mut v = black_box(free);
-                let count = counter.instructions(|| self.peer.solve(scene, &mut v, sweeps));
+                let count = counter.count(|| self.peer.solve(scene, &mut v, sweeps));
                 (count, self.peer.error(scene, &v, reference))
             };
             let sweep = of(2).0?.checked_sub(of(1).0?)?;
@@ -280,7 +280,7 @@ mod measure {
                     let limit = T::literal(tolerance);
                     let until = || self.peer.solve_until(scene, &mut v, limit);
                     // Of hundreds of sweeps the timer loses count.
-                    if let Some(count) = counter.instructions(until) {
+                    if let Some(count) = counter.count(until) {
                         self.print(name, count);
                     }
                 }
@@ -330,7 +330,10 @@ mod measure {
         let Some(peripherals) = cortex_m::Peripherals::take() else {
             exit(false)
         };
-        let mut counter = Counter::start(peripherals.SYST);
+        let mut counter = Counter::start(peripherals);
+        if counter.counts_cycles() {
+            hprintln!("a board: cycles, not instructions");
+        }
         let done = [
             BOX.measure(&mut counter),
             QUADRUPED.measure(&mut counter),

@@ -38,9 +38,9 @@ impl<T: Real, const N: usize, P: Phases> OfPhases<T, N, P> {
         self.factor.prepare(&self.step.scene).ok()?;
         let push = self.step.push;
         let mut ok = true;
-        let cold = counter.instructions(|| ok &= self.solve(&push))?;
+        let cold = counter.count(|| ok &= self.solve(&push))?;
         ok &= self.solve(&(push * T::literal(0.99)));
-        let warm = counter.instructions(|| ok &= self.solve(&push))?;
+        let warm = counter.count(|| ok &= self.solve(&push))?;
         self.solver.reset();
         let stack = stack_bytes(|| ok &= black_box(self.solve(&push)));
         let Self { scene, phases, .. } = self;

@@ -44,13 +44,13 @@ impl<T: Real> Sharing<T> {
     pub(crate) fn measure(&mut self, counter: &mut Counter) -> Option<()> {
         scene::fill(&mut self.scene).ok()?;
         let mut ok = true;
-        let count = counter.instructions(|| ok &= self.factor.prepare(&self.scene).is_ok())?;
+        let count = counter.count(|| ok &= self.factor.prepare(&self.scene).is_ok())?;
         hprintln!("sharing prepare {}", count);
         for (name, push) in [("sharing", 0.3), ("sharing_slip", 0.9)] {
             self.solver.reset();
             for (kind, turned) in [("cold", 0.0), ("warm", 0.01)] {
                 let free_impulse = free_impulse(push, turned);
-                let count = counter.instructions(|| ok &= self.solve(&free_impulse))?;
+                let count = counter.count(|| ok &= self.solve(&free_impulse))?;
                 hprintln!("{} {}_1e-4 {}", name, kind, count);
             }
         }
