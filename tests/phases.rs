@@ -147,3 +147,38 @@ fn walls_that_close_end_the_budget_of_sweeps() -> Result<(), Error> {
     assert!(solution.error > 1e-4);
     Ok(())
 }
+
+/// A body that falls upon a contact without friction, of any number of rows.
+fn falls_without_friction<P: Phases, const D: usize>(phases: P) -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 6, D, 1, 0, 1, P>::with_phases(phases);
+    kernel
+        .scene_mut()
+        .set_mass(&nalgebra::Matrix6::identity())?;
+    let contact = stiction::Contact {
+        jacobian: nalgebra::SMatrix::identity(),
+        offset: nalgebra::SVector::zeros(),
+        mu: 0.0,
+        key: 0,
+    };
+    let ice = stiction::Surface {
+        friction: [0.0; 2],
+        spin: 0.0,
+        roll: [0.0; 2],
+        compliance: [0.0; 2],
+    };
+    kernel.scene_mut().push_on(&contact, &ice)?;
+    let push = nalgebra::vector![-1.0, 0.1, 0.2, 0.3, 0.4, 0.5];
+    let solution = kernel.solve(&push, &Settings::new(1e-6))?;
+    assert!(solution.is_solved(), "{D} rows: {:?}", solution.status);
+    assert_eq!(solution.work.total(), 2, "{D} rows: one sweep");
+    Ok(())
+}
+
+#[test]
+fn one_sweep_solves_a_contact_without_friction() -> Result<(), Error> {
+    falls_without_friction::<_, 1>(SweepsOnly)?;
+    falls_without_friction::<_, 3>(SweepsOnly)?;
+    falls_without_friction::<_, 4>(SweepsOnly)?;
+    falls_without_friction::<_, 6>(SweepsOnly)?;
+    falls_without_friction::<_, 6>(AllPhases)
+}
