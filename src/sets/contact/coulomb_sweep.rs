@@ -144,7 +144,8 @@ fn push<T: Real, const D: usize>(
     };
     let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < smooth * T::literal(WEDGED);
     let (normal, tangents) = rubbing.filter(bounded).unwrap_or((smooth, [T::ZERO; 2]));
-    let mut impulse = [normal; D];
+    let mut impulse = [T::ZERO; D];
+    *impulse.first_mut()? = normal;
     for (impulse, tangent) in impulse.iter_mut().skip(1).zip(tangents) {
         *impulse = tangent;
     }
