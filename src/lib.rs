@@ -48,7 +48,7 @@
 //! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |
 //! | `sets` | what a solve asks of a contact (a cone) and of a joint row (an interval). **Coulomb's law**: `contact/natural_map` checks it, `contact/coulomb_sweep` solves it, `ContactSet::augmented` is its shift; a row's bounds: `RowSet::project` | |
 //! | `problem` | one time step in contact space; the judge of the error that "solved" promises; Farkas' proof that there is nothing to solve | |
-//! | `solver` | [`Solver`]: **`method` decides what comes next**; sweeps, Newton, central path, warm start | |
+//! | `solver` | [`Solver`]: **`method` decides what comes next**; sweeps, Newton, central path, warm start; `phases` are what a type may leave out | |
 //! | `solution`, `error` | what comes out, what can be wrong | |
 //! | `kernel` | scene, factor and solver in one value; limits that stay out until they are reached | |
 //! | `linalg` | small dense linear algebra | |

@@ -19,7 +19,7 @@ use testbed::scene_file::{self, SceneFile};
 const CONSTANTS: [(&str, f64, f64); 24] = [
     ("open_threshold", 0.03, 1e30),
     ("grazing", 1e-4, 0.0),
-    ("sticking", 1.1, -1.0),
+    ("sticking", 1.0, -1.0),
     ("sweep_rate", 0.5, 0.0),
     ("fast_sweeps", 3.0, 0.0),
     ("newton_steps", 30.0, 255.0),

@@ -65,7 +65,7 @@ pub struct Kernel<
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Kernel<T, N, D, C, R, S>
 {
-    /// An empty scene, and nothing solved yet.
+    /// An empty scene, nothing solved yet, and a solver of all phases; [`Self::with_phases`] makes one of others.
     #[must_use]
     pub const fn new() -> Self {
         Self::with_phases(AllPhases)
@@ -104,6 +104,7 @@ impl<
     ///
     /// With the constants of [`crate::guide::error`]: a budget of `B` costs `(B + 27) a + b` multiplications, and each
     /// of them seven cycles. Memory that makes the core wait costs more: measure, and give a slower clock.
+    /// (A step of Newton's method is counted also where the solver has none.)
     ///
     /// ```
     /// use stiction::{Kernel, Settings};

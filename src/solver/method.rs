@@ -87,7 +87,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();
         let newton = Newton::warm(known == WarmStartKind::Isostatic);
         self.phase = match known {
-            _ if !P::NEWTON => self.begin_sweeps(monitor),
+            _ if !P::NEWTON => {
+                self.state.go_on_sweeping(monitor);
+                self.begin_sweeps(monitor)
+            }
             WarmStartKind::None if !corrected => self.begin_cold(monitor, true),
             WarmStartKind::Isostatic if !corrected && !self.state.holds_jacobian => {
                 self.begin_sweeps(monitor)

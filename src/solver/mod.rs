@@ -76,7 +76,7 @@ pub struct Solver<
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     Solver<T, N, D, C, R>
 {
-    /// A solver that has solved nothing yet.
+    /// A solver of all phases that has solved nothing yet; [`Self::with_phases`] makes one of others.
     #[must_use]
     pub const fn new() -> Self {
         Self::with_phases(AllPhases)
@@ -143,7 +143,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
 
     /// Solves a scene for a free impulse `M v_free` (N·s), see [`crate::time_stepping::free_impulse`].
     ///
-    /// It ends when the scene is solved, when it is proved infeasible, when rounding allows no better, or when
+    /// It ends when the scene is solved, when it is proved infeasible (by [`AllPhases`]), when rounding allows no better, or when
     /// [`Settings::budget`] is used up. Unless it is solved, the answer is the best impulse whose error was computed, with that
     /// error. After a budget, [`Self::resume`] continues; another `solve` begins again, with a warm start if that is better than rest.
     ///

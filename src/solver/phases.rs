@@ -4,8 +4,8 @@ use core::fmt::Debug;
 
 /// The phases that a [`crate::Solver`] may go through.
 ///
-/// [`AllPhases`] by default. The others are for who counts bytes of flash: what they leave out is not linked, and what they solve is
-/// solved to the same promise. [`crate::guide::firmware`] says what each of them takes, and which share of scenes it solves.
+/// [`AllPhases`] by default. The others are for programs that count bytes of flash: what they leave out is not linked, and what they solve
+/// is solved to the same promise. [`crate::guide::firmware`] says what each of them takes, and which share of scenes it solves.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -35,7 +35,8 @@ pub struct AllPhases;
 #[derive(Clone, Copy, Debug)]
 pub struct SweepsAndNewton;
 
-/// Sweeps alone, for few contacts whose impulses are unique and for coarse tolerances: they converge linearly, or hardly at all.
+/// Sweeps alone, for few contacts with unique impulses and coarse tolerances: they converge linearly at best. An infeasible scene ends
+/// its budget. It takes as much RAM as all phases.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepsOnly;
 

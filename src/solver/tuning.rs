@@ -54,7 +54,7 @@ numbers! {
     /// pressed, and is left out of account.
     grazing: 1e-4;
     /// Cold start: all contacts are taken to stick if that needs no more than this share of their friction.
-    sticking: 1.1;
+    sticking: 1.0;
 
     /// Sweeps are fast if one leaves at most this share of the natural map.
     sweep_rate: 0.5;
