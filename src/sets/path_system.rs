@@ -76,12 +76,8 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         delassus: &Delassus<T, D, C, R>,
     ) -> Option<()> {
         let (sets, pairs) = (all.contacts(), self.pairs);
-        let Self {
-            scalings,
-            matrix,
-            elimination,
-            ..
-        } = self;
+        let scalings = &self.scalings;
+        let (matrix, elimination) = (&mut *self.matrix, &mut *self.elimination);
         let rows = pairs.rows.iter().filter(|pair| pair.is_free).count();
         elimination.lay_out(pairs.contacts.iter().map(Pair::count), rows);
         for (j, (set, pair)) in sets.iter().zip(&pairs.contacts).enumerate() {

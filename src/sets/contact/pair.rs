@@ -230,6 +230,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
     }
 
     /// Row `k` of `V⁻²`; in a separate normal row `y_N / x_N`.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn row(&self, pair: &Pair<T, D>, k: usize) -> SVector<T, D> {
         let mut unit: SVector<T, D> = zeros();
         if k == 0 && pair.part != Part::Cone {
