@@ -241,6 +241,16 @@ def test_what_falls_does_not_sink_in(h: float) -> None:
     assert np.abs(data.qvel).max() < 1e-6 and np.abs(data.qpos[2] - [0.05, 0.08, 0.1]).min() < 1e-6  # on a face
 
 
+def test_what_falls_does_not_list_its_own_limbs() -> None:
+    limb = '<body pos=".1 0 0"><joint axis="0 1 0" damping="1"/><geom size=".04"/>'
+    model, data = build(FLOOR + f'<body pos="0 0 50"><freejoint/><geom size=".04"/>{limb}{limb}</body></body></body>', h=0.01)
+    stepper = Stepper(model)
+    for _ in range(100):
+        stepper.step(data)
+        assert data.ncon == 0
+    assert data.qvel[2] == pytest.approx(-9.81)
+
+
 def test_walls_that_overlap_leave_things_where_they_are() -> None:
     walls = '<geom type="box" size=".1 1 1" pos="-.199 0 .5"/><geom type="box" size=".1 1 1" pos=".199 0 .5"/>'
     model, data = build(FLOOR + walls + BOX)

@@ -146,6 +146,19 @@ def test_the_gripper_holds_from_the_critical_friction_on(share: float, h: float)
 
 
 @pytest.mark.parametrize("h", STEPS)
+def test_fingers_at_rest_stay_on_the_block_without_gravity(h: float) -> None:
+    """Nothing moves and nothing falls, and the motors press: what touches has to be listed all the same."""
+    model, data = load("gripper", h)
+    model.opt.gravity[:] = 0.0
+    data.ctrl[:] = 50.0  # 500 m/s² for a finger alone
+    stepper = Stepper(model, tol=TOLERANCE)
+    for _ in range(50):
+        stepper.step(data)
+        assert data.ncon == 4 and np.abs(data.qvel).max() < 1e-9
+    assert stepper.unsolved == 0
+
+
+@pytest.mark.parametrize("h", STEPS)
 def test_robots_stay_on_their_feet(h: float) -> None:
     trotting, standing = run("quadruped", h), run("humanoid", h)
     assert trotting.poses[:, 2].min() > 0.26 and trotting.poses[-1, 0] > 0.15

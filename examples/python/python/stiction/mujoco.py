@@ -59,7 +59,7 @@ class Stepper:
             recovery: the fastest at which a penetration or a joint beyond its limit is pushed out; m/s, rad/s.
             closing: the fastest at which an equality that is open is closed; m/s, rad/s. A body that is welded to one of motion
                 capture follows it at this speed.
-            look_ahead: contacts nearer than this are in the scene (m); ``None`` takes twice what the fastest geom moves in a step.
+            look_ahead: contacts nearer than this are in the scene (m); ``None`` takes twice what its geoms move in a step.
 
         Raises:
             ValueError: the model asks for what does not map.
@@ -95,7 +95,8 @@ class Stepper:
         radius = np.where(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE, 0.0, model.geom_rbound)
         roots = model.body_rootid[model.geom_bodyid]
         geoms = list(zip(model.geom_bodyid.tolist(), roots.tolist(), radius.tolist(), strict=True))
-        self._look_ahead = LookAhead(margins, geoms)
+        pairs = list(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True))
+        self._look_ahead = LookAhead(margins, geoms, pairs, 1e-3 * model.stat.meansize)
         self._gather = Gather(model.nv, margins[3], margins[4])
         self._metric = np.zeros((model.nv, model.nv))
         self._no_damping = np.zeros(model.nv)
@@ -148,7 +149,8 @@ class Stepper:
                 contact.surfacevel,
             ),
             (data.qacc, data.qfrc_constraint, data.efc_force),
-            (step, self._reach, self._recovery, self._closing),
+            self._look_ahead,
+            (step, self._recovery, self._closing),
             self._settings,
         )
         self.status = _STATUS[status]
@@ -183,7 +185,7 @@ class Stepper:
             mujoco.mj_comVel(model, data)
             mujoco.mj_tendon(model, data)
         option = model.opt
-        self._reach = self._look_ahead.set(self._motion, self._margins, option.timestep, option.gravity, self._fixed)
+        self._look_ahead.set(self._motion, self._margins, option.timestep, option.gravity, self._fixed)
 
     def _implicit(self, data: mujoco.MjData) -> NDArray[np.float64]:
         """Add to the mass matrix what ``implicitfast`` takes implicitly beside damping of joints."""

@@ -1,7 +1,8 @@
 //! Which contacts of MuJoCo's list are in the scene, if there is no room for all: those that are reached.
 
+use super::look_ahead::LookAhead;
 use super::scene::Step;
-use numpy::ndarray::ArrayView1;
+use numpy::ndarray::{ArrayView1, ArrayView2};
 
 /// How often others are tried before the rest is given up.
 const ROUNDS: usize = 8;
@@ -51,12 +52,16 @@ impl Choice {
         margins: ArrayView1<'_, f64>,
         dims: ArrayView1<'_, i32>,
         addresses: ArrayView1<'_, i32>,
-        look_ahead: f64,
+        geoms: ArrayView2<'_, i32>,
+        look_ahead: &LookAhead,
     ) {
         self.listed.clear();
         for (index, (&dim, &address)) in dims.iter().zip(addresses).enumerate() {
             if let (Ok(address), Ok(dim)) = (usize::try_from(address), usize::try_from(dim)) {
-                let distance = distances[index] - (margins[index] - look_ahead);
+                // No flexes, so both are geoms.
+                let pair = [0, 1].map(|side| usize::try_from(geoms[[index, side]]).unwrap_or(0));
+                let own = margins[index] - look_ahead.growth_of(pair);
+                let distance = distances[index] - own;
                 self.listed.push(Listed {
                     index,
                     address,

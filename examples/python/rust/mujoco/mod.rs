@@ -104,10 +104,11 @@ impl Gather {
         constraints: Constraints<'_>,
         contacts: Contacts<'_>,
         written: Written<'_>,
-        numbers: (f64, f64, f64, f64),
+        look_ahead: PyRef<'_, LookAhead>,
+        numbers: (f64, f64, f64),
         settings: (f64, usize),
     ) -> PyResult<(i64, f64, usize, bool, usize)> {
-        let ((h, look_ahead, recovery, closing), (tolerance, budget)) = (numbers, settings);
+        let ((h, recovery, closing), (tolerance, budget)) = (numbers, settings);
         let (mut qacc, mut qfrc, mut force) = written;
         let data = Step {
             nv: self.needs.n,
@@ -135,7 +136,8 @@ impl Gather {
             contacts.1.as_array(),
             contacts.2.as_array(),
             contacts.3.as_array(),
-            look_ahead,
+            data.geoms,
+            &look_ahead,
         );
         if self.choice.needs_shapes() {
             self.needs.dim = 6;
