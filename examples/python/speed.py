@@ -24,7 +24,10 @@ from stiction.mujoco import Stepper
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "tests"))
 
-from judge import error, read  # noqa: E402
+from judge import Array, error, read  # noqa: E402
+from test_mujoco_scenes import trot  # noqa: E402
+
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 TOLERANCE = 1e-6
 SCENES = ("box_slide_spin", "go2_trot_mixed", "talos_stand_boxfeet", "stack3_push")
@@ -107,6 +110,81 @@ def scenes() -> None:
         print(f"| {name} | {len(scene[0])} | {len(scene[4])} | " + " | ".join(cells) + " |")
 
 
+def moving(name: str, count: int) -> tuple[mujoco.MjModel, list[Array]]:
+    """A model of the folder, and states on its way in which `count` contacts touch."""
+    model, states = bare(name), []
+    data, stepper = mujoco.MjData(model), Stepper(bare(name), tol=1e-9)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    for step in range(500):
+        if name == "quadruped":
+            trot(data, 0.5 + data.time)
+        if name == "humanoid":
+            data.qfrc_applied[0] = 60.0 if 50 <= step < 100 else 0.0
+        stepper.step(data)
+        state = np.zeros(mujoco.mj_stateSize(model, STATE))
+        mujoco.mj_getState(model, data, state, STATE)
+        state[1 + (2 if model.nq > 7 or name == "cube" else 0)] -= 1e-7  # what touches is listed, without a margin
+        mujoco.mj_setState(model, probe := mujoco.MjData(model), state, STATE)
+        mujoco.mj_forward(model, probe)
+        if probe.ncon == count and probe.nefc == 3 * count:
+            states.append(state)
+    return model, states
+
+
+def bare(name: str, **options: float) -> mujoco.MjModel:
+    """A model without friction in its joints: contacts alone."""
+    model = mujoco.MjModel.from_xml_path(str(HERE / f"models/{name}.xml"))
+    model.opt.timestep, model.dof_frictionloss[:] = 0.002, 0.0
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART  # each from nothing
+    model.opt.cone, model.opt.jacobian = mujoco.mjtCone.mjCONE_ELLIPTIC, mujoco.mjtJacobian.mjJAC_DENSE
+    for option, value in options.items():
+        setattr(model.opt, option, value)
+    return model
+
+
+def beside_mujoco() -> None:
+    """Print scenes per second of MuJoCo's solver alone and of a batch, on one core, for the same states of its models, and errors."""
+    best = {"cone": 1, "impratio": 100.0, "tolerance": 1e-10}
+    kinds = {"default": {"cone": 0}, "elliptic, `impratio` 100, tolerance 1e-10": best}
+    print("\n| states | n | contacts | batch | its worst error | " + " | ".join(f"MuJoCo, {kind} | error: median, worst" for kind in kinds) + " |")
+    print("|---|" + "--:|" * 8)
+    for name, count in (("cube", 4), ("quadruped", 4), ("quadruped", 2), ("humanoid", 8)):
+        model, states = moving(name, count)
+        batch, cells = [], []
+        for state in states:
+            mujoco.mj_setState(model, data := mujoco.MjData(model), state, STATE)
+            mujoco.mj_forward(model, data)
+            mass = np.zeros((model.nv, model.nv))
+            mujoco.mj_fullM(model, data, mass)
+            push = mass @ data.qvel + model.opt.timestep * data.qfrc_smooth
+            rows = data.efc_J.reshape(count, 3, model.nv).copy()
+            batch.append((mass, rows, push, np.zeros((count, 3)), data.contact.friction[:, 0].copy()))
+        arrays = [np.array(part) for part in zip(*batch, strict=True)]
+        out = stiction.solve_batch(*arrays, tol=TOLERANCE)
+        worst = max(error(*scene, v, r) for scene, v, r in zip(batch, out.v, out.r, strict=True))
+        many = [np.concatenate([part] * 20) for part in arrays]
+        seconds = least(lambda many=many: stiction.solve_batch(*many, tol=TOLERANCE, threads=1)) / len(many[0])  # type: ignore[misc]
+        for options in kinds.values():
+            other, datas, errors, force = bare(name, **options), [], [], np.zeros(6)
+            for scene, state in zip(batch, states, strict=True):
+                mujoco.mj_setState(other, data := mujoco.MjData(other), state, STATE)
+                mujoco.mj_forward(other, data)
+                impulses = np.zeros((count, 3))
+                for i in range(count):
+                    mujoco.mj_contactForce(other, data, i, force)
+                    impulses[i] = other.opt.timestep * force[:3]
+                errors.append(error(*scene, data.qvel + other.opt.timestep * data.qacc, impulses))
+                datas.append(data)
+
+            def solver(other: mujoco.MjModel = other, datas: list[mujoco.MjData] = datas) -> None:
+                for data in datas:
+                    mujoco.mj_fwdConstraint(other, data)
+
+            cells.append(f"{len(datas) / least(solver):,.0f} | {np.median(errors):.1e}, {max(errors):.1e}")
+        print(f"| {len(states)} of {name} | {model.nv} | {count} | {1 / seconds:,.0f} | {worst:.1e} | " + " | ".join(cells) + " |")
+
+
 def steps() -> None:
     """Print steps per second of a quadruped that stands, from an MJCF."""
     print("\n| step of a standing quadruped, 2 ms | µs a step | steps/s |")
@@ -157,4 +235,5 @@ def steps() -> None:
 
 if __name__ == "__main__":
     scenes()
+    beside_mujoco()
     steps()
