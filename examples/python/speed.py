@@ -24,8 +24,9 @@ from stiction.mujoco import Stepper
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "tests"))
 
-from judge import Array, error, read  # noqa: E402
 from test_mujoco_scenes import trot  # noqa: E402
+
+from judge import Array, error, read  # noqa: E402
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
@@ -144,10 +145,11 @@ def bare(name: str, **options: float) -> mujoco.MjModel:
 
 
 def beside_mujoco() -> None:
-    """Print scenes per second of MuJoCo's solver alone and of a batch, on one core, for the same states of its models, and errors."""
+    """Print scenes per second of MuJoCo's solver alone and of a batch, on one core, for the same states, and errors."""
     best = {"cone": 1, "impratio": 100.0, "tolerance": 1e-10}
     kinds = {"default": {"cone": 0}, "elliptic, `impratio` 100, tolerance 1e-10": best}
-    print("\n| states | n | contacts | batch | its worst error | " + " | ".join(f"MuJoCo, {kind} | error: median, worst" for kind in kinds) + " |")
+    heads = " | ".join(f"MuJoCo, {kind} | error: median, worst" for kind in kinds)
+    print(f"\n| states | n | contacts | batch | its worst error | {heads} |")
     print("|---|" + "--:|" * 8)
     for name, count in (("cube", 4), ("quadruped", 4), ("quadruped", 2), ("humanoid", 8)):
         model, states = moving(name, count)
