@@ -73,18 +73,17 @@ impl LookAhead {
         fixed: Option<f64>,
     ) -> PyResult<()> {
         self.growth.clear();
-        match fixed {
-            Some(fixed) => self.growth.resize(self.geoms.len(), 0.5 * fixed),
-            None => {
-                let fall = step * step * norm(gravity.as_slice()?) + self.least;
-                self.grow(
-                    motion.0.as_slice()?,
-                    motion.1.as_slice()?,
-                    motion.2.as_slice()?,
-                    2.0 * step,
-                    fall,
-                );
-            }
+        if let Some(fixed) = fixed {
+            self.growth.resize(self.geoms.len(), 0.5 * fixed);
+        } else {
+            let fall = step * step * norm(gravity.as_slice()?) + self.least;
+            self.grow(
+                motion.0.as_slice()?,
+                motion.1.as_slice()?,
+                motion.2.as_slice()?,
+                2.0 * step,
+                fall,
+            );
         }
         let largest = |speeds: &[f64]| {
             speeds
