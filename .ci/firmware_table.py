@@ -99,7 +99,7 @@ What it really takes the same program prints on a board, in cycles by `DWT::CYCC
 - `cargo run --release --target thumbv8m.main-none-eabihf` on an RP2350 (`rp2350.x`, Raspberry Pi Pico 2).
 
 That needs the target (`rustup target add`), `probe-rs` and a debug probe; the core runs at the clock that it has after a reset. Nobody had a
-board so far: there are no figures. `.ci/firmware` links both.
+board so far: there are no figures. `.ci/chip_race` links both.
 
 ## Beside a real-time framework
 
