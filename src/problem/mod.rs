@@ -235,11 +235,25 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         if self.is_immovable_and_violated {
             return T::INFINITY;
         }
-        let contacts = self.sets.contact_error(self.reference_impulse, u, r, &[]);
+        let contacts = self.contact_error(u, r, &[]);
         if R > 0 && self.scene.is_mixed() {
             return self.energy.larger_error(contacts, &self.sets, (u, r), None);
         }
         contacts
+    }
+
+    /// The error of contacts, with bounds on the rounding of velocities.
+    #[inline]
+    pub(crate) fn contact_error(
+        &self,
+        u: &Stacked<T, D, C, R>,
+        r: &Stacked<T, D, C, R>,
+        noise: &[[T; 2]],
+    ) -> T {
+        let [momentum] = &self.free_impulse.data.0;
+        let carried = || natural_map::carried_impulse(self.scene, self.sets.contacts(), momentum);
+        self.sets
+            .contact_error(self.reference_impulse, u, r, noise, carried)
     }
 
     /// The size of impulses, in units of what is expected.

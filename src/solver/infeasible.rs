@@ -1,10 +1,8 @@
-//! When the monitor doubts a solution: impulses that diverge, and scenes that have none.
+//! When the monitor doubts a solution: scenes that have none.
 
-use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::solution::Status;
 use crate::solver::monitor::Monitor;
-use crate::solver::warm_start::MAX_IMPULSE_RATIO;
 
 /// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
 /// a proof; five times as much would call slow walls solved.)
@@ -13,17 +11,6 @@ const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>
 {
-    /// Is the error small only because the impulses diverge? Then it is not small relative to the expected size.
-    pub(super) fn has_diverged(&mut self, r: &Stacked<T, D, C, R>) -> bool {
-        let ratio = self.problem.impulse_ratio(r);
-        if ratio > T::literal(MAX_IMPULSE_RATIO) {
-            // With the finest bound on rounding.
-            self.problem.evaluate(r, T::ZERO, self.solution);
-            return ratio * self.solution.error > T::literal(0.1);
-        }
-        false
-    }
-
     /// Stops the monitor if the scene is infeasible, and writes down the certificate. Once in a solve, for it depends on
     /// the scene alone.
     pub(crate) fn look_for_proof(&mut self) {

@@ -22,6 +22,7 @@ use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin, Outcome};
 use crate::solver::phases::Phases;
 use crate::solver::point::Point;
+use crate::solver::record::Rest;
 use crate::solver::state::State;
 use crate::solver::sweeps::Pace;
 use crate::solver::warm_start::{WarmStart, WarmStartKind};
@@ -83,6 +84,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         let (problem, point) = (&*monitor.problem, &mut self.state.point);
         let known = warm_start.start(problem, (tolerance, onwards), self.phases, point);
         self.state.consider(monitor);
+        if P::CENTRAL_PATH
+            && !monitor.is_over()
+            && warm_start.is_at_rest(monitor.problem, tolerance)
+        {
+            monitor.record.rest = Rest::Before;
+        }
         // Good enough for contact space, but not once its velocity was known?
         let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();
         let newton = Newton::warm(known == WarmStartKind::Isostatic);
@@ -133,6 +140,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             Phase::CentralPath if P::CENTRAL_PATH => match self.state.path_step(monitor) {
                 Progress::Far => Phase::CentralPath,
                 Progress::Near => Phase::Newton(Newton::finish()),
+                Progress::Jammed if monitor.record.asks_for_rest() => self.after_question(monitor),
                 Progress::Jammed => {
                     if self.state.leave_jam(monitor) {
                         Phase::Newton(Newton::finish())
@@ -145,6 +153,50 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             // A phase that is left out is not begun.
             Phase::Newton(_) | Phase::CentralPath => Phase::Sweeps,
         };
+        if P::CENTRAL_PATH {
+            self.keep_rest(monitor);
+        }
+    }
+
+    /// Asks whether all can stay at rest if a solution was found that slides, and ends that question once it is answered.
+    #[inline]
+    fn keep_rest<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        if monitor.leaves_rest(&self.state.point) {
+            self.phase = self.begin_path(monitor);
+        } else if monitor.record.asks_for_rest() && monitor.cannot_rest(&self.state.point) {
+            self.phase = self.after_question(monitor);
+        }
+    }
+
+    /// Not all can stay, or nobody knows: what slides is the solution, or is looked for.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn after_question<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) -> Phase {
+        if let Some(known) = monitor.give_up_rest() {
+            let point = &mut self.state.point;
+            point.r = known; // where the next solve starts
+            point.natural_map = monitor.problem.natural_map(&point.r, &mut point.u);
+            point.rebuild_from_velocity(monitor.problem);
+            return Phase::Idle;
+        }
+        monitor.look_for_proof();
+        self.state.point.set_zero_impulse(monitor.problem);
+        self.begin_cold(monitor, false)
+    }
+
+    /// If a call ends while it is asked whether all can stay, the solution that slides is the answer.
+    pub(crate) fn end_question<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        if monitor.record.rest == Rest::Asked {
+            self.phase = self.after_question(monitor);
+        }
     }
 
     /// What comes after a Newton step that was rejected.
@@ -165,6 +217,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             Origin::Cold | Origin::Path => {
                 self.state.sweep_for_longer();
                 Phase::Sweeps
+            }
+            Origin::Last if P::CENTRAL_PATH && monitor.record.rest == Rest::Before => {
+                monitor.ask_for_rest(false);
+                self.begin_path(monitor)
             }
             Origin::Last | Origin::Guess => {
                 if P::CENTRAL_PATH {

@@ -24,6 +24,7 @@ mod newton;
 mod phases;
 pub(crate) mod point;
 pub(crate) mod record;
+mod rest;
 mod state;
 mod sweeps;
 mod tuning;
@@ -247,6 +248,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         }
         while monitor.is_running() {
             self.method.advance(&mut monitor);
+        }
+        if P::CENTRAL_PATH && writes && !monitor.is_over() {
+            self.method.end_question(&mut monitor);
         }
         if writes || monitor.is_over() {
             monitor.finish(self.method.impulses());

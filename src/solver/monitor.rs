@@ -57,6 +57,9 @@ impl<
             if record.counts_stopping {
                 problem.count_stopping();
             }
+            if record.asks_for_rest() {
+                problem.set_shift(false);
+            }
         }
         if call == Call::Begin {
             solution.work = Work::none();
@@ -114,6 +117,9 @@ impl<
         u: &Stacked<T, D, C, R>,
         mut natural_map: T,
     ) {
+        if self.record.asks_for_rest() {
+            return self.consider_rest(r, u, natural_map);
+        }
         let tolerance = self.settings.tolerance;
         if natural_map > tolerance && self.problem.may_be_within(natural_map, tolerance) {
             self.count_stopping();
@@ -137,9 +143,7 @@ impl<
             self.record.natural_map = Some(self.problem.natural_map_at(r, u));
             self.problem.evaluate(r, tolerance, self.solution);
         }
-        if self.has_diverged(r) {
-            self.record.natural_map = None;
-        } else if self.solution.error <= tolerance {
+        if self.solution.error <= tolerance {
             let solved = self.solution.has_numbers();
             self.stop(if solved {
                 Status::Solved
@@ -198,6 +202,7 @@ impl<
     /// If it may go on, its present impulses and those that the last call wrote are candidates, too.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish(&mut self, present: &Stacked<T, D, C, R>) {
+        self.problem.set_shift(true);
         let shown = self.call == Call::Resume && self.solution.status == Status::OutOfBudget;
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,

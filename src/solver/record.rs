@@ -17,6 +17,20 @@ pub(crate) enum Call {
     Resume,
 }
 
+/// Does a solve leave a rest, and may it?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)] // so that `Known` is zero, and a new solver takes no flash
+pub(super) enum Rest {
+    /// The last solution was not at rest, or whether all can stay is known.
+    Known,
+    /// The last solution was at rest.
+    Before,
+    /// It is asked whether all can stay. The best impulses so far are a solution in which something slides.
+    Asked,
+    /// The same, before any solution was found.
+    AskedFirst,
+}
+
 /// What a solve has found so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
@@ -38,6 +52,8 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     pub(super) has_sought_proof: bool,
     /// The best natural map when it last halved, and the work until then.
     pub(super) milestone: Option<(T, usize)>,
+    /// Whether it leaves a rest.
+    pub(super) rest: Rest,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
@@ -54,6 +70,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
             bases: Stacked::zero(),
             has_sought_proof: false,
             milestone: None,
+            rest: Rest::Known,
         }
     }
 
@@ -66,6 +83,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         self.corrections = 0;
         self.has_sought_proof = false;
         self.milestone = None;
+        self.rest = Rest::Known;
     }
 
     /// Begins a solve.

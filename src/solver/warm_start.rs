@@ -2,10 +2,12 @@
 
 use crate::error::{Error, Input, List};
 use crate::linalg::stacked::Stacked;
+use crate::linalg::vector::square;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{Scene, check_finite};
 use crate::sets::jacobian::Places;
+use crate::solution::Model;
 use crate::solver::phases::Phases;
 use crate::solver::point::Point;
 use core::array::from_fn;
@@ -14,8 +16,8 @@ use table::{Entry, Table};
 
 mod table;
 
-/// Impulses this many times as large as expected are rejected, unless error times impulse is small, too.
-pub(super) const MAX_IMPULSE_RATIO: f64 = 1e8;
+/// Impulses this many times as large as expected are no start.
+const MAX_IMPULSE_RATIO: f64 = 1e8;
 
 /// What is known where a solve starts.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -271,6 +273,30 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
                 }
             }
         }
+    }
+
+    /// Did nothing that pushes slide in the last solution, as far as a tolerance tells?
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn is_at_rest<const N: usize, const S: usize>(
+        &self,
+        problem: &Problem<'_, T, N, D, C, R, S>,
+        tolerance: T,
+    ) -> bool {
+        let (mut moved, mut pushed, mut any) = (T::ZERO, T::ZERO, false);
+        let sets = problem.sets.contacts().iter().zip(&self.contacts.entries);
+        for (i, (set, entry)) in sets.enumerate() {
+            let pushes = |entry: &&Entry<T, D>| entry.solves > 0 && entry.r != [T::ZERO; D];
+            if let Some(entry) = entry.as_ref().filter(pushes) {
+                any = true;
+                moved += set.alpha * set.alpha * square(&problem.scene.scale(i, entry.u));
+                pushed += square(&problem.scene.unscale(i, entry.r));
+            }
+        }
+        let share = tolerance * T::literal(8.0);
+        let expected = problem.reference_impulse * problem.reference_impulse;
+        // Impulses of a glitch would make any motion small.
+        let size = pushed.max(expected).min(expected * T::literal(400.0));
+        problem.model == Model::Coulomb && any && moved <= share * share * size
     }
 
     /// Are `ũ` and `r` those of a solve?

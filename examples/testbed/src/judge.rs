@@ -141,6 +141,26 @@ fn projected(contact: &Contact, alpha: Wide, r: &[Wide], u: &[Wide]) -> Vector {
     projection
 }
 
+/// The square of what normal and tangent leave apart: Alart and Curnier's function, of a contact that has no compliance of its own.
+fn apart(contact: &Contact, alpha: Wide, r: &[Wide], u: &[Wide]) -> Wide {
+    let tangent = || r[1..].iter().zip(&u[1..]);
+    let grip = contact.mu * r[0];
+    let length = root(square(
+        &tangent().map(|(&r, &u)| r - alpha * u).collect::<Vector>(),
+    ));
+    let share = if length > grip {
+        ratio(grip, length)
+    } else {
+        Wide::from(1.0)
+    };
+    let mut left: Vector = tangent()
+        .map(|(&r, &u)| r - (r - alpha * u) * share)
+        .collect();
+    let push = alpha * u[0];
+    left.push(if push < r[0] { push } else { r[0] });
+    square(&left)
+}
+
 /// Contacts without a mass matrix: squares of the natural map and of the sizes, from velocities.
 #[derive(Clone, Copy)]
 pub(crate) struct NaturalMap {
@@ -183,7 +203,12 @@ impl NaturalMap {
         let nearest = projected(contact, alpha, r, u);
         let left: Vector = r.iter().zip(nearest).map(|(&r, x)| r - x).collect();
         let alone = square(&projected(contact, alpha, &vec![zero(); r.len()], q));
-        self.off += square(&left);
+        let mut off = square(&left);
+        if contact.shift > Wide::from(10.0) {
+            let apart = apart(contact, alpha, r, u);
+            off = if apart < off { apart } else { off };
+        }
+        self.off += off;
         self.impulse += square(r);
         self.alone += alone;
         self.energy += ratio(alone, alpha);
@@ -201,9 +226,18 @@ impl NaturalMap {
         root(larger(self.alone, self.stop))
     }
 
-    pub(crate) fn error(&self) -> Wide {
-        let size = larger(self.impulse, larger(self.alone, self.stop));
-        root(ratio(self.off, size))
+    /// Relative to the impulses. What the violation is more than half of the expected impulses counts, too, up to 1; `carried` is
+    /// what momenta let expect.
+    pub(crate) fn error(&self, carried: Wide) -> Wide {
+        let expected = larger(self.alone, self.stop);
+        let error = root(ratio(self.off, larger(self.impulse, expected)));
+        if expected <= zero() {
+            return error;
+        }
+        let share = root(ratio(self.off, larger(expected, carried * carried)));
+        let beyond = share * Wide::from(2.0) - Wide::from(1.0);
+        let one = Wide::from(1.0);
+        larger(error, if beyond < one { beyond } else { one })
     }
 }
 
@@ -261,6 +295,41 @@ impl Scene {
         Some((map, pushed, free, cholesky))
     }
 
+    /// The impulse that the momentum of a dof asks of the contact with the longest lever on it, and that which gives it the fastest
+    /// offset.
+    fn carried(&self) -> Wide {
+        let size = |x: Wide| larger(x, -x);
+        let Some(cholesky) = Cholesky::new(&self.mass) else {
+            return zero();
+        };
+        let (mut levers, mut fastest, mut mobility) =
+            (vec![zero(); self.push.len()], zero(), zero());
+        for contact in &self.contacts {
+            let mut moved = zero();
+            for (k, row) in contact.rows.iter().enumerate() {
+                let scale = contact.scales[k];
+                moved += scale * scale * square(&cholesky.whiten(row)) + contact.compliance[k];
+                let offset = ratio(contact.offset[k], scale);
+                if k > 0 || offset < zero() {
+                    fastest = larger(fastest, size(offset));
+                }
+                for (lever, &h) in levers.iter_mut().zip(row) {
+                    *lever = larger(*lever, size(h));
+                }
+            }
+            mobility = larger(mobility, moved);
+        }
+        let mut largest = zero();
+        for (j, &lever) in levers.iter().enumerate() {
+            let mass = self.mass[j][j];
+            if lever * lever > Wide::from(1e-14) * mass * mobility {
+                let asked = size(self.push[j]) + mass * fastest / lever;
+                largest = larger(largest, asked / lever);
+            }
+        }
+        largest
+    }
+
     /// The largest of the errors of contacts, joint rows and dynamics; infinite where double-double arithmetic cannot tell.
     pub(crate) fn error(&self, v: &[f64], r: &[Vec<f64>], lambda: &[f64]) -> f64 {
         let v = wide(v);
@@ -277,7 +346,7 @@ impl Scene {
             return f64::INFINITY;
         };
         let (joints, least) = rows;
-        let mut errors = vec![map.error(), joints];
+        let mut errors = vec![map.error(self.carried()), joints];
         errors.extend(self.dynamics(&v, &r, lambda, least));
         let errors: Vec<f64> = errors.into_iter().map(narrow).collect();
         let largest = errors.into_iter().fold(0.0, f64::max);

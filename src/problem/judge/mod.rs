@@ -149,14 +149,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             for (i, u) in scaled.contacts.iter_mut().enumerate() {
                 *u = self.scene.scale(i, *u);
             }
-            let sets = &self.sets;
-            let contacts = sets.contact_error(self.reference_impulse, &scaled, r, &noise.contacts);
+            let contacts = self.contact_error(&scaled, r, &noise.contacts);
             self.energy
-                .larger_error(contacts, sets, (&scaled, r), Some(noise))
+                .larger_error(contacts, &self.sets, (&scaled, r), Some(noise))
         } else {
-            let contacts = &noise.contacts;
-            self.sets
-                .contact_error(self.reference_impulse, u, r, contacts)
+            self.contact_error(u, r, &noise.contacts)
         };
         error = error.max(momentum.plain.error(rounding.momentum));
         if let Some(weighted) = &momentum.weighted {

@@ -101,6 +101,33 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     (r - projection, Some(boundary))
 }
 
+/// The square of what normal and tangent leave apart, `r_N - max(0, r_N - alpha u_N)` and `r_T - Π(r_T - alpha u_T)` with the
+/// projection onto the disc of `mu r_N` (Alart, Curnier 1991): Coulomb's law as well, in which no velocity is multiplied by `mu`.
+fn alart_curnier<T: Real, const D: usize>(
+    set: &ContactSet<T, D>,
+    pushed: &SVector<T, D>,
+    r: &SVector<T, D>,
+) -> T {
+    let ((pushed_normal, pushed_tangent), (r_normal, r_tangent)) = (split(pushed), split(r));
+    let normal = pushed_normal.min(r_normal);
+    let grip = set.cone.friction() * r_normal;
+    let (mut size, mut left) = (T::ZERO, T::ZERO);
+    for (&r, &u) in r_tangent.iter().zip(pushed_tangent) {
+        size += (r - u) * (r - u);
+    }
+    let length = size.square_root();
+    let share = if length > grip { grip / length } else { T::ONE };
+    for (&r, &u) in r_tangent.iter().zip(pushed_tangent) {
+        let off = if length > grip {
+            r - (r - u) * share
+        } else {
+            u
+        };
+        left += off * off;
+    }
+    normal * normal + left
+}
+
 /// What a contact does, read off the argument of the natural map.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn mode<T: Real, const D: usize>(
@@ -119,6 +146,12 @@ pub(crate) fn mode<T: Real, const D: usize>(
 
 /// Impulses are never compared with less than this share of the impulse that would stop the motion.
 pub(crate) const SHARE: f64 = 1e-2;
+
+/// A violation of more than this share of the expected impulses is an error, however large the impulses are.
+const LARGEST_SHARE: f64 = 0.5;
+
+/// Friction above which a violation is also measured with normal and tangent apart.
+const LARGE_FRICTION: f64 = 10.0;
 
 /// `|r0|`
 #[cfg_attr(target_os = "none", inline(never))]
@@ -174,6 +207,42 @@ pub(crate) fn stopping_impulse<
     squares.square_root() * (T::literal(SHARE) / unit)
 }
 
+/// The impulse (N·s) that the momentum of one dof asks of the contact with the longest lever on it, and that which gives the dof the
+/// fastest offset: the largest of `(|p_j| + M_jj s / h_j) / h_j` with `s = max |w|` and `h_j = max_k |H_kj|`. In a stack a light body
+/// carries a heavy one, of which `|r0|` knows nothing. A dof counts if its lever is more than 1e-7 of what the most
+/// mobile contact would have if it moved this dof alone.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn carried_impulse<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    scene: &Scene<T, N, D, C, R, S>,
+    sets: &[ContactSet<T, D>],
+    momentum: &[T; N],
+) -> T {
+    let (mut levers, mut fastest, mut mobility) = ([T::ZERO; N], T::ZERO, T::ZERO);
+    for (contact, set) in scene.contacts().iter().zip(sets) {
+        fastest = larger(fastest, without_gap(&contact.offset).as_slice(), T::ONE);
+        mobility = mobility.max(set.inverse_mass());
+        for (lever, column) in levers.iter_mut().zip(&contact.jacobian.data.0) {
+            *lever = larger(*lever, column, T::ONE);
+        }
+    }
+    let mut largest = T::ZERO;
+    let masses = scene.mass().data.0.iter().enumerate();
+    for ((&lever, &momentum), (j, column)) in levers.iter().zip(momentum).zip(masses) {
+        let mass = column.get(j).copied().unwrap_or(T::ZERO);
+        if lever > T::literal(1e-7) * (mass * mobility).square_root() {
+            largest = largest.max((momentum.abs() + mass * fastest / lever) / lever);
+        }
+    }
+    largest
+}
+
 /// An offset with a positive normal entry (a gap) replaced by 0.
 pub(crate) fn without_gap<T: Real, const D: usize>(offset: &SVector<T, D>) -> SVector<T, D> {
     let mut offset = *offset;
@@ -185,7 +254,7 @@ pub(crate) fn without_gap<T: Real, const D: usize>(offset: &SVector<T, D>) -> SV
 
 /// First part of the error, from `u = W r + q` or `u = H v + w`.
 ///
-/// `size` is the larger of `|r0|` and `|stop|` (N·s). `noise[i]`: squares of bounds on the rounding of `u_i` and of `u_Ni`; added
+/// `size` is the larger of `|r0|` and `|stop|` (N·s), `carried` what [`carried_impulse`] gives. `noise[i]`: squares of bounds on the rounding of `u_i` and of `u_Ni`; added
 /// unless the contact is open and separates faster. With bounds what rounding adds on the way is added as well.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn error<T: Real, const D: usize>(
@@ -194,6 +263,7 @@ pub(crate) fn error<T: Real, const D: usize>(
     u: &[[T; D]],
     r: &[[T; D]],
     noise: &[[T; 2]],
+    carried: impl FnOnce() -> T,
 ) -> T {
     let mut largest = size;
     // Beside a size that is not zero small impulses do not count, and the squares of such large
@@ -212,7 +282,14 @@ pub(crate) fn error<T: Real, const D: usize>(
         let r = SVector::from(*r) * unit;
         let pushed = SVector::from(*u) * (set.alpha * unit);
         let (left, slips) = natural_map(set, &pushed, &r);
-        residual += square(left.as_slice());
+        let mut left = square(left.as_slice());
+        let mut is_apart = false;
+        if set.shift_factor > T::literal(LARGE_FRICTION) {
+            let apart = alart_curnier(set, &pushed, &r);
+            is_apart = apart < left;
+            left = left.min(apart);
+        }
+        residual += left;
         let own = square(r.as_slice());
         impulse += own;
         if slips.is_some() {
@@ -223,7 +300,9 @@ pub(crate) fn error<T: Real, const D: usize>(
         {
             let all = T::ONE + set.shift_factor;
             let mut moved = all * all * noise;
-            if let Some(boundary) = slips {
+            if is_apart {
+                moved = noise;
+            } else if let Some(boundary) = slips {
                 let change = boundary.change(set, &r);
                 // Of a sum of two the square is at most twice the sum of their squares.
                 moved = moved.min((normal + change * change * noise) * T::literal(2.0));
@@ -232,11 +311,23 @@ pub(crate) fn error<T: Real, const D: usize>(
             noises += scale * scale * moved;
         }
     }
-    let size = impulse.max(size * size);
+    let expected = size * size;
+    let size = impulse.max(expected);
     if residual == T::ZERO && noises == T::ZERO {
         return T::ZERO; // also if nothing moves and nothing pushes
     }
-    let error = root_sum(residual, noises, size);
+    let mut error = root_sum(residual, noises, size);
+    if size > expected && expected > T::ZERO {
+        // Impulses that diverge would make any violation small.
+        let beyond = |size: T| {
+            let share = root_sum(residual, noises, size) / T::literal(LARGEST_SHARE);
+            (share - T::ONE).min(T::ONE)
+        };
+        if beyond(expected) > error {
+            let carried = carried() * unit;
+            error = error.max(beyond(expected.max(carried * carried)));
+        }
+    }
     if is_final && slipping > T::ZERO {
         let rounding = T::EPSILON * T::literal(SLIP_ROUNDING);
         return error + rounding * quotient(slipping, size).square_root();

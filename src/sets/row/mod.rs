@@ -106,6 +106,16 @@ impl<T: Real> RowSet<T> {
         alone * alone / self.alpha
     }
 
+    /// Its part of the duality gap, `r u` less the least that an impulse within the bounds makes of it.
+    pub(crate) fn duality_gap(&self, r: T, u: T) -> T {
+        let [lower, upper] = self.bounds;
+        if u == T::ZERO {
+            T::ZERO
+        } else {
+            u * (r - if u > T::ZERO { lower } else { upper })
+        }
+    }
+
     /// Natural map `r - Π(r - alpha u)`, not rounded as a large impulse would be; and how far the argument lies beyond the
     /// bounds, as a velocity.
     pub(crate) fn natural_map(&self, r: T, u: T) -> (T, T) {

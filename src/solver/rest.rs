@@ -1,0 +1,148 @@
+//! What rests stays at rest where forces can hold it, although Coulomb's law may have another solution in which it slides.
+//!
+//! A solution in which all that pushes sticks is that of the convex relaxation: De Saxcé's shift of `u_T = 0` is 0. The relaxation's
+//! velocities are unique, so whether a body can stay is a convex question. A solve that begins at rest and comes to a solution that is
+//! not the relaxation's asks it: the central path solves the relaxation, with impulses inside of their cones.
+//!
+//! The answer is no as soon as the path proves it. Where `r` is in the cones and `u = W r + q` in their duals, the duality gap `r · u`
+//! bounds how far `u` is from the relaxation's velocities: `alpha_i |u_i - u*_i|² <= 2 D (r · u)`.
+
+use crate::cone::split;
+use crate::linalg::stacked::Stacked;
+use crate::linalg::vector::{norm, square};
+use crate::problem::Problem;
+use crate::real::Real;
+use crate::sets::point::Point;
+use crate::solution::{Model, Status};
+use crate::solver::monitor::Monitor;
+use crate::solver::record::{Record, Rest};
+use nalgebra::SVector;
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
+    /// Is it being asked whether all can stay at rest?
+    pub(super) fn asks_for_rest(&self) -> bool {
+        matches!(self.rest, Rest::Asked | Rest::AskedFirst)
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Problem<'_, T, N, D, C, R, S>
+{
+    /// Takes De Saxcé's shift away, or puts it back.
+    pub(super) fn set_shift(&mut self, on: bool) {
+        if self.model == Model::Coulomb {
+            for set in self.sets.contacts_mut() {
+                set.shift_factor = if on { set.cone.friction() } else { T::ZERO };
+            }
+        }
+    }
+
+    /// Does the duality gap of the relaxation tell that something slides in its solution?
+    #[inline(never)]
+    fn must_slide(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
+        let mut gap = T::ZERO;
+        let contacts = || {
+            let values = r.contacts.iter().zip(&u.contacts);
+            self.sets.contacts().iter().zip(values)
+        };
+        let margin = |mu: T, u: &[T; D]| {
+            let u = SVector::from(*u);
+            let (normal, tangent) = split(&u);
+            normal - mu * norm(tangent)
+        };
+        for (set, (r, u)) in contacts() {
+            if margin(set.cone.friction(), u) < T::ZERO {
+                return false;
+            }
+            for (&r, &u) in r.iter().zip(u) {
+                gap += r * u;
+            }
+        }
+        for (set, (&r, &u)) in self.sets.rows().iter().zip(r.rows.iter().zip(&u.rows)) {
+            gap += set.duality_gap(r, u);
+        }
+        let bound = gap * T::count(2 * D);
+        contacts().any(|(set, (_, u))| {
+            let left = margin(set.cone.friction(), u);
+            // It moves for sure, and perhaps not by letting go.
+            set.alpha * square(u) > T::literal(16.0) * bound && set.alpha * left * left < bound
+        })
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Monitor<'_, '_, T, N, D, C, R, S>
+{
+    /// Begins to ask; `known` if there is a solution to go back to.
+    pub(super) fn ask_for_rest(&mut self, known: bool) {
+        self.record.rest = if known { Rest::Asked } else { Rest::AskedFirst };
+        self.problem.set_shift(false);
+    }
+
+    /// Was all at rest, and is the solution that was found not that of the relaxation? Then it has to be asked.
+    pub(super) fn leaves_rest(&mut self, point: &Point<T, D, C, R>) -> bool {
+        if self.record.rest != Rest::Before || self.record.status != Status::Solved {
+            return false;
+        }
+        self.record.rest = Rest::Known;
+        self.problem.set_shift(false);
+        let relaxed = self.problem.natural_map_at(&point.r, &point.u);
+        self.problem.set_shift(true);
+        let leaves = relaxed > self.tolerance() * T::literal(2.0);
+        if leaves {
+            self.record.status = Status::Unsolved;
+            self.ask_for_rest(true);
+        }
+        leaves
+    }
+
+    /// Stops if impulses solve the relaxation and Coulomb's law.
+    pub(super) fn consider_rest(
+        &mut self,
+        r: &Stacked<T, D, C, R>,
+        u: &Stacked<T, D, C, R>,
+        natural_map: T,
+    ) {
+        let tolerance = self.tolerance();
+        if natural_map > tolerance {
+            return;
+        }
+        self.problem.set_shift(true);
+        if self.problem.natural_map_at(r, u) <= tolerance {
+            self.problem.evaluate(r, tolerance, self.solution);
+            if self.solution.error <= tolerance && self.solution.has_numbers() {
+                self.record.best = *r;
+                self.record.natural_map = Some(natural_map);
+                self.record.rest = Rest::Known;
+                self.stop(Status::Solved);
+                return;
+            }
+        }
+        self.problem.set_shift(false);
+    }
+
+    /// Is it known that not all can stay?
+    pub(super) fn cannot_rest(&mut self, point: &Point<T, D, C, R>) -> bool {
+        let (r, u) = (&point.r, &point.u);
+        if point.natural_map > self.tolerance() {
+            return self.problem.must_slide(r, u);
+        }
+        self.problem.set_shift(true);
+        let error = self.problem.natural_map_at(r, u);
+        self.problem.set_shift(false);
+        error > point.natural_map * T::literal(10.0)
+    }
+
+    /// Asks no longer. Returns the impulses of the solution that slides, if it is known.
+    pub(super) fn give_up_rest(&mut self) -> Option<Stacked<T, D, C, R>> {
+        let known = self.record.rest == Rest::Asked;
+        self.record.rest = Rest::Known;
+        self.problem.set_shift(true);
+        if known {
+            let (best, tolerance) = (self.record.best, self.tolerance());
+            self.problem.evaluate(&best, tolerance, self.solution);
+            self.stop(Status::Solved);
+        }
+        known.then_some(self.record.best)
+    }
+}
