@@ -88,7 +88,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             && !monitor.is_over()
             && warm_start.is_at_rest(monitor.problem, tolerance)
         {
-            monitor.record.rest = Rest::Before;
+            monitor.begin_at_rest(self.state.point.natural_map);
         }
         // Good enough for contact space, but not once its velocity was known?
         let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();
@@ -220,7 +220,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             }
             Origin::Last if P::CENTRAL_PATH && monitor.record.rest == Rest::Before => {
                 monitor.ask_for_rest(false);
-                self.begin_path(monitor)
+                self.begin_newton(monitor, Newton::new())
             }
             Origin::Last | Origin::Guess => {
                 if P::CENTRAL_PATH {

@@ -15,7 +15,7 @@ use crate::real::Real;
 use crate::sets::point::Point;
 use crate::solution::{Model, Status};
 use crate::solver::monitor::Monitor;
-use crate::solver::record::{Record, Rest};
+use crate::solver::record::{Polish, Record, Rest};
 use nalgebra::SVector;
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
@@ -73,6 +73,37 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>
 {
+    /// The last solution was at rest. If it still nearly is one, its errors have added up, tick by tick: then the next is made so exact that
+    /// it takes many ticks before they do again, and what is at its limit is not carried beyond.
+    pub(super) fn begin_at_rest(&mut self, natural_map: T) {
+        self.record.rest = Rest::Before;
+        if natural_map <= self.tolerance() * T::literal(16.0) {
+            self.record.polish = Polish::Wanted;
+        }
+    }
+
+    /// Ends with the better of the solution that is known and of other impulses.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn end_polish(&mut self, other: Option<(&Stacked<T, D, C, R>, T)>) {
+        let tolerance = self.tolerance();
+        self.record.polish = Polish::None;
+        self.stop(Status::Solved);
+        if let Some((r, natural_map)) = other
+            && self
+                .record
+                .natural_map
+                .is_some_and(|best| natural_map < best)
+        {
+            self.problem.evaluate(r, tolerance, self.solution);
+            if self.solution.error <= tolerance && self.solution.has_numbers() {
+                (self.record.best, self.record.natural_map) = (*r, Some(natural_map));
+                return;
+            }
+        }
+        let best = self.record.best;
+        self.problem.evaluate(&best, tolerance, self.solution);
+    }
+
     /// Begins to ask; `known` if there is a solution to go back to.
     pub(super) fn ask_for_rest(&mut self, known: bool) {
         self.record.rest = if known { Rest::Asked } else { Rest::AskedFirst };
@@ -88,7 +119,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.problem.set_shift(false);
         let relaxed = self.problem.natural_map_at(&point.r, &point.u);
         self.problem.set_shift(true);
-        let leaves = relaxed > self.tolerance() * T::literal(2.0);
+        let leaves = relaxed * T::literal(4.0) > self.tolerance();
         if leaves {
             self.record.status = Status::Unsolved;
             self.ask_for_rest(true);
@@ -96,7 +127,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         leaves
     }
 
-    /// Stops if impulses solve the relaxation and Coulomb's law.
+    /// Keeps impulses that solve the relaxation and Coulomb's law. Stops if they are far more exact than was asked, or as exact as can be: at
+    /// its limit a body is not to be carried beyond by the error of a tick.
     pub(super) fn consider_rest(
         &mut self,
         r: &Stacked<T, D, C, R>,
@@ -108,29 +140,32 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return;
         }
         self.problem.set_shift(true);
-        if self.problem.natural_map_at(r, u) <= tolerance {
+        let error = self.problem.natural_map_at(r, u);
+        if error <= tolerance {
             self.problem.evaluate(r, tolerance, self.solution);
             if self.solution.error <= tolerance && self.solution.has_numbers() {
                 self.record.best = *r;
-                self.record.natural_map = Some(natural_map);
-                self.record.rest = Rest::Known;
-                self.stop(Status::Solved);
-                return;
+                self.record.natural_map = Some(error);
+                self.record.rest = Rest::Asked;
+                if error * T::literal(8.0) <= tolerance || self.is_exact(natural_map) {
+                    self.record.rest = Rest::Known;
+                    self.stop(Status::Solved);
+                    return;
+                }
             }
         }
         self.problem.set_shift(false);
     }
 
-    /// Is it known that not all can stay?
-    pub(super) fn cannot_rest(&mut self, point: &Point<T, D, C, R>) -> bool {
-        let (r, u) = (&point.r, &point.u);
-        if point.natural_map > self.tolerance() {
-            return self.problem.must_slide(r, u);
-        }
-        self.problem.set_shift(true);
-        let error = self.problem.natural_map_at(r, u);
-        self.problem.set_shift(false);
-        error > point.natural_map * T::literal(10.0)
+    /// Is the relaxation solved to far less than the tolerance?
+    fn is_exact(&self, natural_map: T) -> bool {
+        natural_map * T::literal(64.0) <= self.tolerance()
+    }
+
+    /// Is it known that not all can stay? The relaxation is solved to far less than the tolerance, and that is not Coulomb's law; or the
+    /// duality gap tells before.
+    pub(super) fn cannot_rest(&self, point: &Point<T, D, C, R>) -> bool {
+        self.is_exact(point.natural_map) || self.problem.must_slide(&point.r, &point.u)
     }
 
     /// Asks no longer. Returns the impulses of the solution that slides, if it is known.
