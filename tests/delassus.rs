@@ -259,6 +259,7 @@ fn a_row_more_or_less_is_another_size() -> Result<(), Error> {
 #[test]
 fn a_scene_that_had_a_w_is_not_solved_without_a_mass() -> Result<(), Error> {
     type One = Scene<f64, 1, 1, 2, 1>;
+    type Change = fn(&mut One, &Contact<f64, 1, 1>, &JointRow<f64, 1>) -> Result<(), Error>;
     let contact = Contact {
         jacobian: SMatrix::from([[1.0]]),
         offset: SVector::zeros(),
@@ -272,7 +273,7 @@ fn a_scene_that_had_a_w_is_not_solved_without_a_mass() -> Result<(), Error> {
         compliance: 0.0,
         key: 0,
     };
-    let changes: [fn(&mut One, &Contact<f64, 1, 1>, &JointRow<f64, 1>) -> Result<(), Error>; 5] = [
+    let changes: [Change; 5] = [
         |scene, contact, _| scene.push(contact).map(|_| ()),
         |scene, _, row| scene.push_row(row).map(|_| ()),
         |scene, contact, _| scene.set_jacobian(0, &contact.jacobian),

@@ -75,12 +75,12 @@ fn the_error_of_nothing_is_infinite() {
     let mut kernel = EMPTY.clone();
     assert!(kernel.solve(&push, &settings).is_err());
     assert_eq!(kernel.solution().status, Status::Unsolved);
-    assert_eq!(kernel.solution().error, f64::INFINITY);
+    assert!(kernel.solution().error > f64::MAX);
     let mut solver = Solver::new();
     let (scene, factor) = (EMPTY.scene(), Factor::empty());
     let broken = Settings::new(-1.0);
     assert!(solver.solve(scene, &factor, &push, &broken).is_err());
-    assert_eq!(solver.solution().error, f64::INFINITY);
+    assert!(solver.solution().error > f64::MAX);
 }
 
 /// Three points of one body stand; the one whose friction is lost between two ticks is the worst, and named.
