@@ -48,6 +48,13 @@ impl Kind {
         "Go2 with held joints",
         "rover with brakes",
     ];
+
+    pub(crate) fn name(self) -> &'static str {
+        let mut named = Self::ALL.iter().zip(Self::NAMES);
+        named
+            .find(|(kind, _)| **kind == self)
+            .map_or("", |(_, name)| name)
+    }
 }
 
 /// A joint that a brake holds.
@@ -78,8 +85,10 @@ pub(crate) struct Body {
     pub(crate) load: DVector<f64>,
     /// Norm of the contact forces that hold both, N.
     pub(crate) force: f64,
-    /// Empty of robots.
+    /// Empty of a Go2.
     pub(crate) feet: Vec<Foot>,
+    /// Radius of the wheels, m, if it has some.
+    pub(crate) radius: f64,
 }
 
 impl Body {

@@ -74,7 +74,7 @@ fn direction(body: &Body, share: f64, random: &mut Random) -> DVector<f64> {
     }
     let lever = match body.kind {
         Kind::Held => 0.3,
-        _ => (body.feet[0].point[0].abs() + body.feet[0].point[1].abs()) / 2.0,
+        _ => body.feet[0].point[..2].iter().map(|x| x.abs()).sum::<f64>() / 2.0,
     };
     let mut direction = DVector::zeros(body.weight.len());
     for (i, entry) in direction.iter_mut().take(6).enumerate() {
@@ -132,6 +132,7 @@ fn go2(kind: Kind, random: &mut Random) -> Body {
         mu,
         force: 0.0,
         feet: Vec::new(),
+        radius: 0.0,
     };
     if kind == Kind::Free {
         body.weight = held_by_feet(&body, 0.4, random);
@@ -147,10 +148,10 @@ fn rigid(kind: Kind, random: &mut Random) -> Body {
     let feet = feet(kind, half, random);
     let wheels = if kind == Kind::Rover { feet.len() } else { 0 };
     let n = 6 + wheels;
-    let radius = 0.8 * half[2];
+    let radius = short(0.8 * half[2]);
     let [a, b, c] = half.map(|half| half * half);
     let inertia = vector![b + c, a + c, a + b] * (mass / 3.0);
-    let wheel = mass / 40.0 * radius * radius;
+    let wheel = short(mass / 40.0 * radius * radius * 1e4) / 1e4;
     let masses = DVector::from_fn(n, |i, _| match i {
         0..3 => mass,
         3..6 => short(inertia[i - 3] * 1e3) / 1e3,
@@ -163,7 +164,7 @@ fn rigid(kind: Kind, random: &mut Random) -> Body {
     for (i, foot) in feet.iter().enumerate() {
         let normal = Vector3::from(foot.normal).normalize();
         let frame = contact_frame(&normal).expect("its length is 1");
-        let mut velocity = DMatrix::zeros(3, n);
+        let mut velocity = DMatrix::zeros(3, n); // along the slope by a wheel that turns forward, too
         velocity.view_mut((0, 0), (3, 6)).copy_from(&point(foot));
         if wheels > 0 {
             velocity[(0, 6 + i)] = -radius;
@@ -186,7 +187,7 @@ fn rigid(kind: Kind, random: &mut Random) -> Body {
         torque: if random.chance(0.25) {
             f64::INFINITY
         } else {
-            grip * random.uniform(0.3, 2.0)
+            short(grip * random.uniform(0.3, 2.0) * 1e2) / 1e2
         },
     });
     Body {
@@ -199,6 +200,7 @@ fn rigid(kind: Kind, random: &mut Random) -> Body {
         weight,
         force: 0.0,
         feet,
+        radius,
     }
 }
 

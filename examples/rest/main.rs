@@ -20,11 +20,12 @@ mod table;
 use body::{Body, Kind};
 use clap::Parser;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
-use run::{Outcome, SETTINGS, WEIGHT_ALONE};
+use run::{Outcome, Plan, SETTINGS};
 use std::path::PathBuf;
 
 /// Step bodies at rest under constant loads and count those that slide off.
 #[derive(Parser)]
+#[allow(clippy::struct_excessive_bools)] // switches
 struct Options {
     /// Bodies to draw, one kind after the other
     #[arg(long, default_value_t = 500)]
@@ -32,6 +33,9 @@ struct Options {
     /// Ticks of 2 ms under the load (default 2000, with --critical 1000)
     #[arg(long)]
     ticks: Option<usize>,
+    /// Ticks under the weight alone before that; with 0 the first solve, which is cold, has the load
+    #[arg(long, default_value_t = 5)]
+    alone: usize,
     /// Seed of the draws
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -67,13 +71,23 @@ impl Options {
             .collect()
     }
 
-    fn run(&self, bodies: &[Body], ticks: usize, title: &str) {
+    fn plan(&self) -> Plan {
+        let ticks = if self.critical { 1_000 } else { 2_000 };
+        Plan {
+            alone: self.alone,
+            loaded: self.ticks.unwrap_or(ticks),
+            is_cold: self.cold,
+        }
+    }
+
+    fn run(&self, bodies: &[Body], title: &str) {
+        let plan = self.plan();
         for setting in SETTINGS {
             let outcomes: Vec<Outcome> = bodies
                 .par_iter()
-                .map(|body| run::run(body, setting, ticks, self.cold))
+                .map(|body| run::run(body, setting, plan))
                 .collect();
-            table::print(title, setting, bodies, &outcomes);
+            table::print(title, (setting, plan), bodies, &outcomes);
             if self.list {
                 table::list(bodies, &outcomes);
             }
@@ -96,15 +110,15 @@ fn main() {
         std::fs::write(path, text).expect("the file can be written");
         return;
     }
-    let ticks = options
-        .ticks
-        .unwrap_or(if options.critical { 1_000 } else { 2_000 });
+    let plan = options.plan();
     let bodies = options.draw(options.critical);
     println!(
-        "{} bodies of seed {}, {ticks} ticks under the load after {WEIGHT_ALONE} under the weight alone{}\n",
+        "{} bodies of seed {}, {} ticks under the load after {} under the weight alone{}\n",
         bodies.len(),
         options.seed,
-        if options.cold {
+        plan.loaded,
+        plan.alone,
+        if plan.is_cold {
             ", each solved cold"
         } else {
             ""
@@ -114,10 +128,10 @@ fn main() {
     if options.critical {
         for share in CRITICAL {
             let bodies: Vec<Body> = bodies.iter().map(|body| body.loaded(share)).collect();
-            options.run(&bodies, ticks, &format!("{share}"));
+            options.run(&bodies, &format!("{share}"));
         }
     } else {
-        options.run(&bodies, ticks, "0.6 to 0.95");
+        options.run(&bodies, "0.6 to 0.95");
     }
     println!("\nKinds: {}.", Kind::NAMES.join(", "));
 }
