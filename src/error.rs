@@ -35,7 +35,7 @@ pub enum Input {
     },
     /// The Delassus operator `W`.
     Delassus,
-    /// A joint row or its offset.
+    /// A joint row; its offset stands as entry `N` behind those of the `N` velocities.
     JointRow {
         /// Its index.
         row: usize,
@@ -84,7 +84,7 @@ pub enum Error {
         /// Column of the entry, 0 in a vector.
         column: usize,
     },
-    /// `M[row][column]` and `M[column][row]` differ by more than rounding.
+    /// `M[row][column]` and `M[column][row]` differ by more than [`crate::Scene::set_mass`] overlooks.
     MassNotSymmetric {
         /// Row of the entry.
         row: usize,
@@ -101,6 +101,8 @@ pub enum Error {
     InvalidFriction {
         /// Index of the contact.
         contact: usize,
+        /// Row of the contact that it is of: 1 or 2 of a tangent (1 of [`crate::Contact::mu`]), 3 of the spin, 4 or 5 of a roll.
+        row: usize,
     },
     /// No room for one more.
     ListFull {
@@ -157,6 +159,8 @@ pub enum Error {
     InvalidCompliance {
         /// Index of the contact.
         contact: usize,
+        /// Row of the contact: 0 of the normal, 1 of the tangents.
+        row: usize,
     },
     /// The compliance of a joint row is negative or not finite.
     InvalidRowCompliance {
@@ -221,9 +225,9 @@ impl fmt::Display for Error {
             Self::MassNotPositiveDefinite { dof } => {
                 write!(f, "mass matrix M is not positive definite at dof {dof}")
             }
-            Self::InvalidFriction { contact } => write!(
+            Self::InvalidFriction { contact, row } => write!(
                 f,
-                "friction coefficient mu of contact {contact} is negative, not finite or too large, or its surface cannot take it"
+                "friction coefficient mu of contact {contact}, row {row}, is negative, not finite or too large, or its surface cannot take it"
             ),
             Self::ListFull { list, capacity } => {
                 write!(f, "{list} are full (room for {capacity})")
@@ -258,10 +262,10 @@ impl fmt::Display for Error {
                     "bounds of joint row {row} are not finite or not in order"
                 )
             }
-            Self::InvalidCompliance { contact } => {
+            Self::InvalidCompliance { contact, row } => {
                 write!(
                     f,
-                    "compliance of contact {contact} is negative or not finite"
+                    "compliance of contact {contact}, row {row}, is negative or not finite"
                 )
             }
             Self::InvalidRowCompliance { row } => {

@@ -65,13 +65,13 @@
 //!
 //! | feature | what it adds |
 //! |---|---|
-//! | `defmt` | `defmt::Format` for settings, solutions, statuses and errors |
-//! | `serde` | `Serialize` and `Deserialize` for settings, solutions, statuses and errors; scenes and factors are checked as they come in, and are not read |
+//! | `defmt` | `defmt::Format` for settings, solutions, statuses and errors, contacts and joint rows |
+//! | `serde` | `Serialize` and `Deserialize` for settings, solutions, statuses and errors, and for contacts and joint rows, which a scene checks as they come in; scenes and factors are not read |
 //!
 //! # Panics
 //!
 //! None. Data is checked where it enters and refused with an [`Error`] that names the culprit. The
-//! code has no indexing, no `unwrap` and no integer division that could fail. `examples/panic_free`
+//! code has no indexing but by constants that the compiler checks, no `unwrap` and no integer division that could fail. `examples/panic_free`
 //! proves it by linking, see "On a microcontroller" in [`guide::numbers`].
 #![no_std]
 #![cfg_attr(stiction_core_sqrt, feature(core_float_math))]

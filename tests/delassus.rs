@@ -254,3 +254,55 @@ fn a_row_more_or_less_is_another_size() -> Result<(), Error> {
     assert!((r - 1.0).abs() < 1e-12 && row.impulse.abs() < 1e-12 && row.velocity.abs() < 1e-12);
     Ok(())
 }
+
+/// With `W` goes the mass that was there before: Jacobians that come afterwards find none.
+#[test]
+fn a_scene_that_had_a_w_is_not_solved_without_a_mass() -> Result<(), Error> {
+    type One = Scene<f64, 1, 1, 2, 1>;
+    type Change = fn(&mut One, &Contact<f64, 1, 1>, &JointRow<f64, 1>) -> Result<(), Error>;
+    let contact = Contact {
+        jacobian: SMatrix::from([[1.0]]),
+        offset: SVector::zeros(),
+        mu: 0.0,
+        key: 0,
+    };
+    let row = JointRow {
+        row: SVector::from([1.0]),
+        offset: 0.0,
+        law: RowLaw::Limit,
+        compliance: 0.0,
+        key: 0,
+    };
+    let changes: [Change; 5] = [
+        |scene, contact, _| scene.push(contact).map(|_| ()),
+        |scene, _, row| scene.push_row(row).map(|_| ()),
+        |scene, contact, _| scene.set_jacobian(0, &contact.jacobian),
+        |scene, contact, _| {
+            scene.clear();
+            scene.push(contact).map(|_| ())
+        },
+        |scene, contact, _| {
+            scene.clear_contacts();
+            scene.push(contact).map(|_| ())
+        },
+    ];
+    for change in changes {
+        let mut scene = One::new();
+        scene.set_mass(&SMatrix::from([[2.0]]))?;
+        scene.push(&contact)?;
+        scene.set_delassus(&[0.5])?;
+        assert!(Factor::new(&scene).is_ok());
+        change(&mut scene, &contact, &row)?;
+        let refused = Factor::new(&scene).err();
+        assert_eq!(refused, Some(Error::MassNotPositiveDefinite { dof: 0 }));
+        // With a mass it is a scene like any other.
+        scene.clear();
+        scene.set_mass(&SMatrix::from([[2.0]]))?;
+        scene.push(&contact)?;
+        let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+        let push = SVector::from([-1.0]);
+        let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-12))?;
+        assert!((solution.contacts[0].impulse[0] - 1.0).abs() < 1e-12);
+    }
+    Ok(())
+}

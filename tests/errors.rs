@@ -63,6 +63,25 @@ fn a_mass_matrix_is_symmetric_up_to_rounding() {
     }
     let rounded = matrix![1.0, 0.1; 0.1 + f64::EPSILON, 1.0];
     assert_eq!(scene().set_mass(&rounded), Ok(()));
+    // In f32 products of two of these overflow and vanish.
+    let mut scene = Scene::<f32, 2, 2, 1>::new();
+    let (size, refused) = (1e20, Err(Error::MassNotSymmetric { row: 1, column: 0 }));
+    assert_eq!(scene.set_mass(&matrix![size, 0.0; 1e18, size]), refused);
+    let (size, entry) = (1e-25, 1e-26_f32);
+    let next = entry.next_up();
+    assert_eq!(scene.set_mass(&matrix![size, entry; next, size]), Ok(()));
+}
+
+/// What is overlooked in a mass matrix must not stand between its factor and the judge of the error.
+#[test]
+fn a_mass_matrix_that_is_nearly_symmetric_is_made_so() -> Result<(), Error> {
+    let mut scene = scene();
+    scene.set_mass(&matrix![1.0, 1e-9; 0.0, 1.0])?;
+    assert_eq!(*scene.mass(), matrix![1.0, 1e-9; 1e-9, 1.0]);
+    let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
+    let solution = solver.solve(&scene, &factor, &vector![1.0, -1.0], &Settings::new(1e-12))?;
+    assert_eq!(solution.status, Status::Solved);
+    Ok(())
 }
 
 #[test]
@@ -125,7 +144,7 @@ fn an_offset_is_made_of_numbers() {
 fn a_friction_coefficient_is_a_number_from_zero_up() {
     for mu in NOT_FRICTION {
         let contact = Contact { mu, ..floor() };
-        let error = |contact| Error::InvalidFriction { contact };
+        let error = |contact| Error::InvalidFriction { contact, row: 1 };
         refuses(error(1), |scene| scene.push(&contact).map(|_| ()));
         refuses(error(0), |scene| scene.set_friction(0, mu));
     }
@@ -462,7 +481,10 @@ fn every_error_says_which_datum_is_wrong() {
             "M is not symmetric at (3, 4)",
         ),
         (Error::MassNotPositiveDefinite { dof: 8 }, "dof 8"),
-        (Error::InvalidFriction { contact: 9 }, "mu of contact 9"),
+        (
+            Error::InvalidFriction { contact: 9, row: 3 },
+            "mu of contact 9, row 3",
+        ),
         (full(List::Contacts, 10), "contacts are full (room for 10)"),
         (Error::NoSuchContact { contact: 11 }, "no contact 11"),
         (full(List::Rows, 36), "joint rows are full (room for 36)"),

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::{
-    AdmmFactor, Contact, Error, Factor, JointRow, RowLaw, Scene, Settings, Solver, Status,
+    AdmmFactor, Contact, Error, Factor, JointRow, RowLaw, Scene, Settings, Solver, Status, Work,
 };
 
 /// A feather twice on the floor beside five blocks: too light for the penalty of all.
@@ -123,5 +123,70 @@ fn a_factor_of_joint_rows_goes_by_way_of_its_numbers() -> Result<(), Error> {
         assert_eq!(one.contacts[..], other.contacts[..]);
         assert_eq!(one.rows[..], other.rows[..]);
     }
+    Ok(())
+}
+
+/// What a scene of constants says of its rows was checked by nobody.
+#[test]
+fn a_row_of_constants_that_cannot_be_is_refused() {
+    let between = |lower, upper| RowLaw::Box { lower, upper };
+    let row = |law, compliance| JointRow {
+        row: vector![1.0],
+        offset: 0.0,
+        law,
+        compliance,
+        key: 0,
+    };
+    let (bounds, compliance) = (
+        Error::InvalidBounds { row: 1 },
+        Error::InvalidRowCompliance { row: 1 },
+    );
+    let good = row(RowLaw::Limit, 0.0);
+    for (bad, error) in [
+        (row(between(1.0, -1.0), 0.0), bounds),
+        (row(between(f64::NAN, 1.0), 0.0), bounds),
+        (row(between(-1.0, f64::NAN), 0.0), bounds),
+        (row(between(-1.0, f64::INFINITY), 0.0), bounds),
+        (row(RowLaw::Limit, -0.1), compliance),
+        (row(RowLaw::Equality, f64::NAN), compliance),
+    ] {
+        let rows = [good.clone(), bad];
+        let scene = Scene::<f64, 1, 1, 0, 2>::from_parts(matrix![1.0], [], rows);
+        let mut factor = Factor::empty();
+        if factor.prepare(&scene).is_ok() {
+            let mut solver = Solver::new();
+            let refused = solver.solve(&scene, &factor, &vector![0.0], &Settings::default());
+            assert_eq!(refused.err(), Some(error));
+        }
+    }
+}
+
+/// Numbers from outside may be too large to be added up.
+#[test]
+fn numbers_from_outside_do_not_overflow() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 1, 1, 1>::new();
+    scene.set_mass(&matrix![2.0])?;
+    scene.push(&Contact {
+        jacobian: matrix![1.0],
+        offset: vector![0.0],
+        mu: 0.0,
+        key: 0,
+    })?;
+    let factor = Factor::new(&scene)?;
+    assert_eq!((factor.contacts(), factor.rows()), (1, 0));
+    let mut parts = factor.parts().expect("all places are taken");
+    parts.moved = usize::MAX;
+    let (factor, mut solver) = (Factor::from_parts(&parts), Solver::new());
+    let solution = solver.solve(&scene, &factor, &vector![-1.0], &Settings::default())?;
+    assert_eq!(solution.status, Status::Solved);
+    let most = usize::MAX;
+    let work = Work {
+        iterations: most,
+        sweeps: most,
+        chord_steps: most,
+        newton_steps: most,
+        proof_searches: most,
+    };
+    assert_eq!(work.total(), most);
     Ok(())
 }

@@ -4,7 +4,7 @@
 
 use crate::support::random::{draws, numbers};
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector3, matrix, vector};
-use stiction::time_stepping::{Parameter, StaticFriction, Suction};
+use stiction::time_stepping::{Parameter, StaticFriction, Suction, free_impulse, moving_surface};
 use stiction::{
     Contact, ContactMode, Error, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Status,
     Surface, contact_frame,
@@ -106,14 +106,27 @@ fn a_normal_is_as_long_as_one() -> Result<(), Error> {
 
 /// 2 kg at a ceiling (x, height), held by a cup of 16 N for half a second, on rubber of coefficient 0.5.
 fn hang(weight: f64, sideways: f64) -> Result<(SVector<f64, 2>, SVector<f64, 2>), Error> {
-    let (step, cup) = (0.5, Suction { force: 16.0 });
+    hang_at(0.0, weight, sideways)
+}
+
+/// The same from so far below the ceiling.
+fn hang_at(
+    gap: f64,
+    weight: f64,
+    sideways: f64,
+) -> Result<(SVector<f64, 2>, SVector<f64, 2>), Error> {
+    let (step, touches) = (0.5, gap <= 0.0);
+    let cup = Suction {
+        force: 16.0,
+        touches,
+    };
     let jacobian = matrix![0.0, -1.0; 1.0, 0.0]; // out of the ceiling is down
     let mut kernel = Kernel::<f64, 2, 2, 1>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&(Matrix2::identity() * 2.0))?;
     scene.push(&Contact {
         jacobian,
-        offset: vector![0.0, 0.0],
+        offset: vector![gap / step, 0.0],
         mu: 0.5,
         key: 0,
     })?;
@@ -137,6 +150,14 @@ fn a_suction_cup_holds_up_to_its_force_and_lets_go_above() -> Result<(), Error> 
     // Pressed onto the ceiling it is a contact like any other.
     let (velocity, impulse) = hang(-4.0, 0.0)?;
     assert!(near(velocity, [0.0, 0.0]) && near(impulse, [2.0, 0.0]));
+    Ok(())
+}
+
+#[test]
+fn a_suction_cup_pulls_nothing_across_a_gap() -> Result<(), Error> {
+    let (velocity, impulse) = hang_at(1.0, 10.0, 0.0)?;
+    assert_eq!(velocity, vector![0.0, -2.5]);
+    assert_eq!(impulse, vector![0.0, 0.0]);
     Ok(())
 }
 
@@ -242,6 +263,97 @@ fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Resul
     kernel.scene_mut().set_friction(1, 0.2)?;
     assert!(close(solution.violation(kernel.scene()).outside_cone, 1.8));
     Ok(())
+}
+
+/// A stop that a joint runs through, a loop that opens and a motor that is pushed back are violations, too.
+#[test]
+fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
+    let (lower, upper) = (-1.0, 1.0);
+    let none = Settings {
+        budget: 0,
+        ..Settings::new(1e-12)
+    };
+    for (law, push, speed) in [
+        (RowLaw::Limit, -3.0, 3.0),
+        (RowLaw::Limit, 3.0, 0.0),
+        (RowLaw::Equality, -3.0, 3.0),
+        (RowLaw::Equality, 3.0, 3.0),
+        (RowLaw::Box { lower, upper }, 0.5, 0.5),
+        (RowLaw::Box { lower, upper }, -0.5, 0.5),
+    ] {
+        let mut kernel = Kernel::<f64, 1, 1, 0, 1>::new();
+        kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
+        kernel.scene_mut().push_row(&JointRow {
+            row: vector![1.0],
+            offset: 0.0,
+            law,
+            compliance: 0.0,
+            key: 0,
+        })?;
+        let solution = kernel.solve(&vector![push], &none)?.clone();
+        assert_eq!(
+            solution.violation(kernel.scene()).row_speed,
+            speed,
+            "{law:?}"
+        );
+        let solution = kernel.solve(&vector![push], &Settings::new(1e-12))?.clone();
+        assert!(close(solution.violation(kernel.scene()).row_speed, 0.0));
+    }
+    Ok(())
+}
+
+/// A solution beside a scene of others: what only the scene knows of a contact is not taken from another one.
+#[test]
+fn a_contact_of_another_key_is_not_measured_by_what_stands_in_its_place() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    let floor = |mu, key| Contact {
+        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
+        offset: vector![0.0, 0.0],
+        mu,
+        key,
+    };
+    kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    kernel.scene_mut().push(&floor(0.5, 7))?;
+    let settings = Settings::new(1e-12);
+    let solution = kernel.solve(&vector![0.4, -1.0], &settings)?.clone();
+    kernel.scene_mut().clear();
+    kernel.scene_mut().push(&floor(0.0, 8))?;
+    assert_eq!(solution.violation(kernel.scene()).outside_cone, 0.0);
+    assert_eq!(kernel.worst_contact(&settings), None);
+    kernel.scene_mut().clear();
+    kernel.scene_mut().push(&floor(0.0, 7))?;
+    assert!(close(solution.violation(kernel.scene()).outside_cone, 0.4));
+    assert_eq!(kernel.worst_contact(&settings), Some(0));
+    Ok(())
+}
+
+#[test]
+fn what_pushes_without_friction_slips_where_it_has_tangents() -> Result<(), Error> {
+    fn mode<const D: usize>(jacobian: SMatrix<f64, D, 3>) -> Result<ContactMode, Error> {
+        let mut kernel = Kernel::<f64, 3, D, 1>::new();
+        kernel.scene_mut().set_mass(&Matrix3::identity())?;
+        kernel.scene_mut().push(&Contact {
+            jacobian,
+            offset: SVector::zeros(),
+            mu: 0.0,
+            key: 0,
+        })?;
+        let solution = kernel.solve(&vector![-1.0, 0.0, 0.0], &Settings::new(1e-12))?;
+        Ok(solution.contacts[0].mode)
+    }
+    assert_eq!(mode(Matrix3::identity())?, ContactMode::Slip);
+    assert_eq!(mode(matrix![1.0, 0.0, 0.0])?, ContactMode::Stick);
+    Ok(())
+}
+
+#[test]
+fn helpers_of_no_dimension_do_not_panic() {
+    let (none, step) = (SVector::<f64, 0>::zeros(), 0.1);
+    assert_eq!(free_impulse(&SMatrix::zeros(), &none, &none, step), none);
+    let frame = SMatrix::<f64, 0, 2>::zeros();
+    assert_eq!(moving_surface(&frame, &vector![1.0, 2.0]), none);
+    let frame = SMatrix::<f64, 2, 0>::zeros();
+    assert_eq!(moving_surface(&frame, &none), vector![0.0, 0.0]);
 }
 
 /// On a surface in the rows in which its cone is round: of 0.8 along and 0.4 across 10 N·s hold 8 along, and 4 across.

@@ -68,6 +68,21 @@ fn a_kernel_refuses_what_its_parts_refuse() {
     );
 }
 
+/// The zeros of a kernel that has solved nothing are no exact solution, once it was called.
+#[test]
+fn the_error_of_nothing_is_infinite() {
+    let (push, settings) = (vector![0.0, 0.0, 0.0, 0.0, 0.0, 0.0], Settings::default());
+    let mut kernel = EMPTY.clone();
+    assert!(kernel.solve(&push, &settings).is_err());
+    assert_eq!(kernel.solution().status, Status::Unsolved);
+    assert!(kernel.solution().error > f64::MAX);
+    let mut solver = Solver::new();
+    let (scene, factor) = (EMPTY.scene(), Factor::empty());
+    let broken = Settings::new(-1.0);
+    assert!(solver.solve(scene, &factor, &push, &broken).is_err());
+    assert!(solver.solution().error > f64::MAX);
+}
+
 /// Three points of one body stand; the one whose friction is lost between two ticks is the worst, and named.
 #[test]
 fn the_contact_that_is_farthest_off_is_named() -> Result<(), Error> {

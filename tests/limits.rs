@@ -246,7 +246,7 @@ fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> 
     let endless = [limit(1, 1.0, f64::INFINITY, 0)];
     assert_eq!(
         refused(&endless, [0.0, 0.0]),
-        not_finite(Input::Limit { limit: 0 }, 0)
+        not_finite(Input::Limit { limit: 0 }, 2)
     );
     assert_eq!(
         refused(&[], [0.0, f64::NAN]),

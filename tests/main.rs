@@ -23,6 +23,7 @@ mod phases;
 mod physics;
 mod promise;
 mod rest;
+mod rest_kept;
 mod resume;
 mod rows;
 mod rows_physics;

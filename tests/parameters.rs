@@ -204,7 +204,7 @@ fn a_motor_names_what_it_refuses() {
             (Parameter::MotorStiffness, NEGATIVE),
             (Parameter::MotorDamping, NEGATIVE),
             (Parameter::Feedforward, NOT_FINITE),
-            (Parameter::TorqueLimit, NEGATIVE),
+            (Parameter::TorqueLimit, NO_BOUND),
             (Parameter::Ahead, NOT_FINITE),
             (Parameter::Target, NOT_FINITE),
             (Parameter::Step, NOT_POSITIVE),
@@ -251,6 +251,17 @@ fn a_motor_names_what_it_refuses() {
 }
 
 #[test]
+fn a_motor_has_no_limit_unless_it_is_given_one() -> Result<(), Error> {
+    let motor = Motor {
+        stiffness: 400.0,
+        damping: 20.0,
+        ..Motor::default()
+    };
+    assert_eq!(motor.row(vector![1.0], 1e-3, 0)?.law, RowLaw::Equality);
+    Ok(())
+}
+
+#[test]
 fn compliance_names_what_it_refuses() {
     each_refused(
         [5e3, 5e-3, 1e-3],
@@ -279,18 +290,30 @@ fn compliance_names_what_it_refuses() {
         ],
     );
     assert_eq!(compliant_gap(3.0, 0.0, 0.5, INFINITY), Ok(6.0));
+    // A gap and a reach that are none are to blame before times that are too long together.
+    for (gap, reach, culprit) in [
+        (NAN, 10.0, Parameter::Gap),
+        (-0.01, NAN, Parameter::Reach),
+        (-0.01, 10.0, Parameter::Relaxation),
+    ] {
+        assert_eq!(refused(compliant_gap(gap, 1e308, 1e308, reach)), culprit);
+    }
 }
 
 #[test]
 fn suction_names_what_it_refuses() {
+    let cup = |force| Suction {
+        force,
+        touches: true,
+    };
     let up = vector![1.0].transpose();
     let push_back = |[force, step]: [f64; 2]| {
         let mut push = vector![0.0];
-        Suction { force }.push_back(&up, step, &mut push)?;
+        cup(force).push_back(&up, step, &mut push)?;
         Ok(push[0])
     };
     let impulse = |[force, step]: [f64; 2]| {
-        let impulse = Suction { force }.impulse(&vector![1.0, 2.0], step)?;
+        let impulse = cup(force).impulse(&vector![1.0, 2.0], step)?;
         Ok(impulse[0])
     };
     let bad = [
@@ -304,11 +327,7 @@ fn suction_names_what_it_refuses() {
     assert_eq!(refused(push_back([1e300, 1e10])), Parameter::Suction); // their product overflows
     // What is refused leaves the impulse as it was.
     let mut push = vector![3.0];
-    assert!(
-        Suction { force: NAN }
-            .push_back(&up, 0.5, &mut push)
-            .is_err()
-    );
+    assert!(cup(NAN).push_back(&up, 0.5, &mut push).is_err());
     assert_eq!(push, vector![3.0]);
 }
 

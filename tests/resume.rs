@@ -45,7 +45,25 @@ const PUSH: [f64; 6] = [0.3, -0.1, -0.6, 0.01, -0.02, 0.005];
 type Change =
     fn(&mut Scene<f64, 6, 3, 2, 3>, &mut SVector<f64, 6>, &mut Settings<f64>) -> Result<(), Error>;
 
-const CHANGES: [(&str, Change); 14] = [
+const CHANGES: [(&str, Change); 16] = [
+    ("keys of contacts", |scene, _, _| {
+        let contacts = scene.contacts().to_vec();
+        scene.clear_contacts();
+        for mut contact in contacts {
+            contact.key = 1 - contact.key;
+            scene.push(&contact)?;
+        }
+        Ok(())
+    }),
+    ("key of a row", |scene, _, _| {
+        let rows = scene.rows().to_vec();
+        scene.clear_rows();
+        for mut row in rows {
+            row.key += 4 * (row.key / 2);
+            scene.push_row(&row)?;
+        }
+        Ok(())
+    }),
     ("offset", |scene, _, _| {
         scene.set_offset(1, &vector![0.01, 0.02, -0.02])
     }),

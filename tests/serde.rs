@@ -39,12 +39,14 @@ fn same<const N: usize, const D: usize, const C: usize, const R: usize>(
 fn a_solution_is_read_back_as_it_was_written() -> Result<(), Error> {
     let mut scene = Scene::<f64, 2, 2, 1>::new();
     scene.set_mass(&(Matrix2::identity() * 3.0))?;
-    scene.push(&Contact {
+    let contact = Contact {
         jacobian: matrix![0.0, 1.0; 1.0, 0.0],
         offset: vector![0.0, 0.0],
         mu: 0.3,
         key: 0,
-    })?;
+    };
+    assert_eq!(back(&contact, true), [contact.clone(), contact.clone()]);
+    scene.push(&contact)?;
     let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();
     same(solver.solution());
@@ -92,6 +94,14 @@ fn what_joint_rows_do_is_read_back_and_how_they_contradict_each_other() -> Resul
         compliance: 0.0,
         key: 7,
     };
+    let (lower, upper) = (-0.5, 0.25);
+    let motor = JointRow {
+        law: RowLaw::Box { lower, upper },
+        ..stop.clone()
+    };
+    for row in [&stop, &motor] {
+        assert_eq!(back(row, true), [row.clone(), row.clone()]);
+    }
     kernel.scene_mut().push_row(&stop)?;
     let solution = kernel.solve(&vector![-1.0], &Settings::new(1e-9))?;
     assert!(solution.rows[0].impulse > 0.9);

@@ -196,7 +196,7 @@ fn what_slides_on_a_surface_without_friction_slips() -> Result<(), Error> {
     assert!((found.impulse - vector![1.0, 0.0, 0.0]).norm() < 1e-9);
     assert!((found.velocity - vector![0.0, 5.0, 0.0]).norm() < 1e-9);
     // How its rows are scaled depends on it.
-    let refused = Err(Error::InvalidFriction { contact: 0 });
+    let refused = Err(Error::InvalidFriction { contact: 0, row: 1 });
     let scene = kernel.scene_mut();
     assert_eq!(scene.set_friction(0, 0.5), refused);
     scene.clear_contacts();

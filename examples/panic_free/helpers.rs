@@ -65,7 +65,10 @@ pub(crate) fn call<T: Real, const N: usize, const D: usize>() {
         threshold: b,
     });
     take(restitution.offset(c, d));
-    let suction = black_box(Suction { force: a });
+    let suction = black_box(Suction {
+        force: a,
+        touches: black_box(true),
+    });
     take(suction.push_back(&jacobian, b, &mut push));
     let impulse: SVector<T, D> = black_box(SVector::zeros());
     take(suction.impulse(&impulse, b));

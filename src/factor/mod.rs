@@ -223,6 +223,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.counts.contacts
     }
 
+    /// Number of joint rows of the scene this was computed for.
+    #[must_use]
+    pub const fn rows(&self) -> usize {
+        self.counts.rows
+    }
+
     /// Mean effective mass `alpha_i = D / trace(W_ii)` (kg) of a contact, the step of the natural map; 0 for a contact
     /// that nothing moves.
     pub(crate) fn natural_map_step(&self, contact: usize) -> T {

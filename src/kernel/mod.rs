@@ -102,6 +102,9 @@ impl<
     /// The [`Settings::budget`] whose worst case takes at most so many microseconds at a clock of so many megahertz, in `f32` on a
     /// Cortex-M4F with all contacts and joint rows in use; 0 if not even a call without budget fits.
     ///
+    /// That is the solve alone: filling the scene and preparing its factor are not in it ([`crate::guide::error`] says what they take),
+    /// nor are the passes of [`Self::solve_with_limits`] after the first; and a kernel of `f64` takes longer.
+    ///
     /// With the constants of [`crate::guide::error`]: a budget of `B` costs `(B + 27) a + b` multiplications, and each
     /// of them seven cycles. Memory that makes the core wait costs more: measure, and give a slower clock.
     /// (A step of Newton's method is counted also where the solver has none.)
@@ -200,6 +203,7 @@ impl<
     /// # Errors
     /// As [`Factor::prepare`].
     pub fn prepare(&mut self) -> Result<(), Error> {
+        self.solver.disown_nothing();
         if self.factor.is_current(&self.scene) {
             return Ok(());
         }

@@ -5,7 +5,7 @@ use crate::error::{Error, Input};
 use crate::factor::Factor;
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
-use crate::scene::{Contact, Scene, check_finite};
+use crate::scene::{Contact, Scene, check_compliance, check_finite};
 use crate::sets::contact::natural_map;
 use crate::sets::energy::EnergyScale;
 use crate::sets::{ContactSet, RowSet, Sets};
@@ -69,10 +69,16 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             return Err(Error::StaleFactor);
         }
         let invalid = |contact: &Contact<T, N, D>| !FrictionCone::is_valid(contact.mu);
-        match scene.contacts().iter().position(invalid) {
-            Some(contact) => Err(Error::InvalidFriction { contact }),
-            None => Ok(()),
+        if let Some(contact) = scene.contacts().iter().position(invalid) {
+            return Err(Error::InvalidFriction { contact, row: 1 });
         }
+        for (j, row) in scene.rows().iter().enumerate() {
+            if !row.law.is_valid() {
+                return Err(Error::InvalidBounds { row: j });
+            }
+            check_compliance(row.compliance, j)?;
+        }
+        Ok(())
     }
 
     /// An empty problem of data that [`Self::check`] has accepted; [`Self::fill`] fills it. (Filled here and then moved, it
@@ -157,7 +163,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
 
     /// Is rows >= moved dofs + D?
     pub(crate) fn is_redundant(&self, rows: usize) -> bool {
-        rows >= self.factor.moved() + D
+        rows >= self.factor.moved().saturating_add(D)
     }
 
     /// Cheap upper bound: could counting `|stop|` bring this natural map within tolerance? Computing `|stop|` costs a sweep,

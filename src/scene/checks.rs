@@ -88,11 +88,11 @@ fn not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
     numbers.position(|number| !number.is_finite())
 }
 
-/// `M_ij` and `M_ji` differ by rounding at most.
+/// Is it symmetric to the bit? An error if `M_ij` and `M_ji` differ by more than the root of `eps`.
 pub(super) fn check_symmetric<T: Real, const N: usize>(
     mass: &SMatrix<T, N, N>,
-) -> Result<(), Error> {
-    let columns = &mass.data.0;
+) -> Result<bool, Error> {
+    let (columns, mut is_symmetric) = (&mass.data.0, true);
     let diagonal = |i: usize| mass.get((i, i)).copied().unwrap_or(T::ZERO);
     for (j, column) in columns.iter().enumerate() {
         let (Some(lower), Some(others)) = (column.get(j..), columns.get(j..)) else {
@@ -104,13 +104,14 @@ pub(super) fn check_symmetric<T: Real, const N: usize>(
                 continue; // as a rule, and without a root
             }
             let row = j + k;
-            let size = (diagonal(row).abs() * diagonal(j).abs()).square_root();
-            if (lower - upper).abs() > T::EPSILON.square_root() * size {
+            is_symmetric = false;
+            let [one, other] = [row, j].map(|i| diagonal(i).abs().square_root()); // whose product may overflow
+            if (lower - upper).abs() > T::EPSILON.square_root() * one * other {
                 return Err(Error::MassNotSymmetric { row, column: j });
             }
         }
     }
-    Ok(())
+    Ok(is_symmetric)
 }
 
 #[cfg(test)]

@@ -9,6 +9,14 @@ use nalgebra::{ArrayStorage, SMatrix, SVector};
 ///
 /// `N` generalised velocities, `D` rows, the normal first, pointing out of the obstacle.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct Contact<T, const N: usize, const D: usize> {
     /// Contact Jacobian `H_i`, `D × N`.
     pub jacobian: SMatrix<T, D, N>,

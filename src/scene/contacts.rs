@@ -60,7 +60,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         check_finite(&contact.jacobian, Input::Jacobian { contact: index })?;
         check_finite(&contact.offset, Input::Offset { contact: index })?;
         if !FrictionCone::is_valid(mu) {
-            return Err(Error::InvalidFriction { contact: index });
+            return Err(Error::InvalidFriction {
+                contact: index,
+                row: 1,
+            });
         }
         (place.offset, place.mu, place.key) = (contact.offset, mu, contact.key);
         let (target, numbers) = (place.jacobian.as_mut_slice(), contact.jacobian.as_slice());
@@ -72,6 +75,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.contacts_print = self.contacts_print.wrapping_add(print);
         self.counts.contacts += 1;
         self.find_support(index);
+        self.forget_delassus();
         Ok(index)
     }
 
@@ -125,6 +129,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.find_support(contact);
         let print = self.contacts_print.wrapping_sub(before);
         self.contacts_print = print.wrapping_add(self.contact_print(contact));
+        self.forget_delassus();
         Ok(())
     }
 
@@ -152,7 +157,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let fits = surface
             .is_none_or(|scaling| scaling.has_tangents() && mu > T::ZERO && *place > T::ZERO);
         if !FrictionCone::is_valid(mu) || !fits {
-            return Err(Error::InvalidFriction { contact });
+            return Err(Error::InvalidFriction { contact, row: 1 });
         }
         *place = mu;
         Ok(())

@@ -22,6 +22,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// without compliance, and may be singular: `N` has to be its rank at least, for which the number of generalised velocities is
     /// always enough.
     ///
+    /// `M` and the Jacobians of before are lost: a scene that gets others needs [`Self::clear`] and a mass again, and without one is
+    /// not solved ([`Error::MassNotPositiveDefinite`]).
+    ///
     /// Internally `M` is the unit matrix and `H` a root of `W`, found by Cholesky's factorisation with pivots. So the velocity of a
     /// solution has no meaning, and its error in the dynamics is rounding: what "solved" promises is the error of the
     /// contacts and joint rows, for the `W` that was given. By how much `H Hᵀ` differs from it counts as rounding of their
@@ -84,6 +87,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.contacts_print = self.prints_of_contacts();
         self.rows_print = self.prints_of_rows();
         Ok(())
+    }
+
+    /// Takes away the unit matrix in place of a mass, if there is one: Jacobians come that are no roots of a `W`.
+    pub(super) fn forget_delassus(&mut self) {
+        if self.delassus_gap > T::ZERO {
+            self.mass = SMatrix::from_array_storage(ArrayStorage([[T::ZERO; N]; N]));
+            (self.mass_print, self.delassus_gap) = (None, T::ZERO);
+        }
     }
 }
 

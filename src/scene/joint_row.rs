@@ -8,6 +8,14 @@ use nalgebra::SVector;
 ///
 /// [`crate::time_stepping`] makes them of what a robot has: limits, dry friction, motors, loops.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
 pub struct JointRow<T, const N: usize> {
     /// The row over the velocities; a unit row for the limit of a joint.
     pub row: SVector<T, N>,
@@ -37,6 +45,7 @@ impl<T: Real, const N: usize> JointRow<T, N> {
 /// The law of a joint row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RowLaw<T> {
     /// `0 <= λ ⟂ s >= 0`: a joint's stop.
     Limit,

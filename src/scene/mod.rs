@@ -6,6 +6,7 @@ use crate::linalg::stacked::Counts;
 use crate::real::Real;
 use checks::{check_symmetric, copy_and_hash, fingerprint};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
+pub(crate) use rows::check_compliance;
 pub(crate) use surface::Scaling;
 
 mod checks;
@@ -154,17 +155,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Sets the generalised mass matrix `M` (`N × N`; kg, kg m, kg m² by the units of the dofs). A stored factor is
     /// stale then, see [`Self::set_jacobian`].
     ///
+    /// Of `M_ij` and `M_ji` that differ by less than `sqrt(eps |M_ii M_jj|)` the one above the diagonal stands for both.
+    ///
     /// # Errors
-    /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if `M_ij` and `M_ji` differ by more than `sqrt(eps |M_ii M_jj|)`.
+    /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if they differ by more.
     /// Whether `M` is positive definite is checked by [`crate::Factor::prepare`].
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
         check_finite(mass, Input::Mass)?;
-        check_symmetric(mass)?;
+        let is_symmetric = check_symmetric(mass)?;
         if self.mass_print.is_none() {
             self.contacts_print = self.prints_of_contacts();
             self.rows_print = self.prints_of_rows();
         }
-        let print = copy_and_hash(self.mass.as_mut_slice(), mass.as_slice(), C + R);
+        let mut print = copy_and_hash(self.mass.as_mut_slice(), mass.as_slice(), C + R);
+        if !is_symmetric {
+            self.mass.fill_lower_triangle_with_upper_triangle();
+            print = fingerprint(self.mass.as_slice(), C + R);
+        }
         self.mass_print = Some(print);
         self.delassus_gap = T::ZERO;
         Ok(())
@@ -174,7 +181,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn clear(&mut self) {
         self.clear_contacts();
         self.clear_rows();
-        self.delassus_gap = T::ZERO;
+        self.forget_delassus();
     }
 
     /// A mass that changes with the unit of mass as all others do: the power of two below `M_00`. What is scaled by it does
@@ -208,12 +215,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(crate) fn data_fingerprint(&self, free_impulse: &SVector<T, N>) -> u64 {
         let mut hash = fingerprint(free_impulse.as_slice(), self.counts.rows);
         for contact in self.contacts() {
-            hash = contact.mu.hash(hash)
+            hash = contact.mu.hash(hash ^ u64::from(contact.key))
                 ^ fingerprint(contact.offset.as_slice(), self.counts.contacts);
         }
         for row in self.rows() {
             let [lower, upper] = row.law.bounds();
-            hash = row.offset.hash(lower.hash(upper.hash(hash)));
+            hash = row
+                .offset
+                .hash(lower.hash(upper.hash(hash ^ u64::from(row.key))));
         }
         hash.wrapping_add(self.fingerprint())
     }

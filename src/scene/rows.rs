@@ -32,6 +32,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn push_row(&mut self, row: &JointRow<T, N>) -> Result<usize, Error> {
         let index = self.place_row(row)?;
         self.rows_print = self.rows_print.wrapping_add(self.row_print(index));
+        self.forget_delassus();
         Ok(index)
     }
 
@@ -39,7 +40,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(crate) fn place_row(&mut self, row: &JointRow<T, N>) -> Result<usize, Error> {
         let index = self.counts.rows;
         check_finite(&row.row, Input::JointRow { row: index })?;
-        check_offset(row.offset, index)?;
+        check_offset::<T, N>(row.offset, index)?;
         if !row.law.is_valid() {
             return Err(Error::InvalidBounds { row: index });
         }
@@ -84,7 +85,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NoSuchRow`], [`Error::NotFinite`].
     pub fn set_row_jacobian(&mut self, row: usize, jacobian: &SVector<T, N>) -> Result<(), Error> {
         check_finite(jacobian, Input::JointRow { row })?;
-        self.replace_in_row(row, |place| place.row = *jacobian)
+        self.replace_in_row(row, |place| place.row = *jacobian)?;
+        self.forget_delassus();
+        Ok(())
     }
 
     /// Replaces the compliance of a joint row. A stored factor is stale then, as after [`Self::set_jacobian`].
@@ -101,7 +104,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// [`Error::NoSuchRow`], [`Error::NotFinite`].
     pub fn set_row_offset(&mut self, row: usize, offset: T) -> Result<(), Error> {
-        check_offset(offset, row)?;
+        check_offset::<T, N>(offset, row)?;
         self.row_mut(row)?.offset = offset;
         Ok(())
     }
@@ -171,18 +174,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 }
 
-/// The offset of a row is a number.
-fn check_offset<T: Real>(offset: T, row: usize) -> Result<(), Error> {
+/// The offset of a row over `N` velocities is a number.
+fn check_offset<T: Real, const N: usize>(offset: T, row: usize) -> Result<(), Error> {
     let refused = Error::NotFinite {
         input: Input::JointRow { row },
-        row: 0,
+        row: N,
         column: 0,
     };
     offset.is_finite().then_some(()).ok_or(refused)
 }
 
 /// The compliance of a row is a number, and not negative.
-fn check_compliance<T: Real>(compliance: T, row: usize) -> Result<(), Error> {
+pub(crate) fn check_compliance<T: Real>(compliance: T, row: usize) -> Result<(), Error> {
     let usable = compliance >= T::ZERO && compliance.is_finite();
     usable
         .then_some(())

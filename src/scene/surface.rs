@@ -53,15 +53,16 @@ impl<T: Real> Surface<T> {
 
     /// What can be wrong with it.
     pub(crate) fn check(&self, contact: usize) -> Result<(), Error> {
-        let coefficients = self.coefficients();
-        if !coefficients.iter().all(|&mu| FrictionCone::is_valid(mu)) {
-            return Err(Error::InvalidFriction { contact });
+        let mut coefficients = self.coefficients().into_iter();
+        if let Some(place) = coefficients.position(|mu| !FrictionCone::is_valid(mu)) {
+            let row = place + 1;
+            return Err(Error::InvalidFriction { contact, row });
         }
-        let valid = |&compliance: &T| compliance >= T::ZERO && compliance.is_finite();
-        if !self.compliance.iter().all(valid) {
-            return Err(Error::InvalidCompliance { contact });
+        let invalid = |&compliance: &T| !(compliance >= T::ZERO && compliance.is_finite());
+        match self.compliance.iter().position(invalid) {
+            Some(row) => Err(Error::InvalidCompliance { contact, row }),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// The larger coefficient of the tangents: that of the round cone once rows are scaled. Where both are 0 any number

@@ -51,16 +51,19 @@ impl fmt::Display for Status {
     }
 }
 
-/// The worst violation of a contact's law, see [`Solution::violation`].
+/// The worst violation of a contact's and of a joint row's law, see [`Solution::violation`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Violation<T> {
-    /// The fastest at which a gap closes that has none left (m/s): the largest `-u_N`.
+    /// The largest speed at which a contact that is closed closes further (m/s): the largest `-u_N`.
     pub closing_speed: T,
     /// How far an impulse lies outside of its friction cone (N·s): the largest `|r_T| - mu r_N`, or `-r_N`. On a surface in
     /// the rows in which its cone is round.
     pub outside_cone: T,
+    /// The largest speed at which a joint row goes where it must not (rad/s, m/s): a stop or a bound gives way, or what holds moves. Its
+    /// impulse always lies within its bounds.
+    pub row_speed: T,
 }
 
 /// The outcome of a solve.
@@ -91,7 +94,9 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     /// Work of the solve, over all its calls.
     pub work: Work,
     /// How far the solution is from Coulomb's law and the dynamics, relative to the impulses (dimensionless), with a
-    /// bound on rounding: see [`crate::guide::error`]. No meaning while the status is [`Status::Unsolved`].
+    /// bound on rounding: see [`crate::guide::error`]. Infinite while the status is [`Status::Unsolved`]; only a [`crate::Solver`] or
+    /// [`crate::Kernel`] that was never called has 0, as an [`crate::AdmmSolver`] that solved nothing (so that their `static`s are all
+    /// zeros): ask [`Self::is_usable`].
     pub error: T,
 }
 
@@ -149,6 +154,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// Claims nothing any more.
     pub(crate) fn disown(&mut self) {
         (self.status, self.error) = (Status::Unsolved, T::INFINITY);
+    }
+
+    /// Claims nothing if nothing was solved yet: the zeros of a new solver are no exact solution.
+    pub(crate) fn disown_nothing(&mut self) {
+        if self.status == Status::Unsolved {
+            self.error = T::INFINITY;
+        }
     }
 
     /// The solution of nothing.

@@ -6,7 +6,8 @@ use nalgebra::SVector;
 /// What a contact does.
 ///
 /// No tolerance decides it. A contact without impulse is open. One whose `r_i - alpha_i û_i` lies strictly inside the
-/// friction cone sticks, also if a velocity of the size of the error is left. Every other one slips.
+/// friction cone sticks, also if a velocity of the size of the error is left. Every other one slips: also one without friction that
+/// pushes, but for one of `D` = 1, which has no tangent to slip along, and sticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -41,6 +41,7 @@ pub struct Settings<T> {
 impl<T> Settings<T> {
     /// Settings for Coulomb's law with a budget of 1,000, enough for 99.5 % of random scenes, most of which were made to be
     /// hard (see [`crate::guide::numbers`]).
+    #[must_use]
     pub const fn new(tolerance: T) -> Self {
         Self {
             tolerance,
@@ -94,14 +95,18 @@ impl Work {
     }
 
     /// Its sum, in iterations of ADMM: a sweep and a chord step count 2; a Newton step, a step of the interior point and a
-    /// search for a proof count 10.
+    /// search for a proof count 10. What is too large for a `usize` is its largest number.
     #[must_use]
     pub const fn total(&self) -> usize {
-        self.on_solution() + 10 * self.proof_searches
+        let searches = self.proof_searches.saturating_mul(10);
+        self.on_solution().saturating_add(searches)
     }
 
     /// That without searches for a proof, which bring no solution nearer.
     pub(crate) const fn on_solution(&self) -> usize {
-        self.iterations + 2 * (self.sweeps + self.chord_steps) + 10 * self.newton_steps
+        let twos = self.sweeps.saturating_add(self.chord_steps);
+        let tens = self.newton_steps.saturating_mul(10);
+        let rest = twos.saturating_mul(2).saturating_add(tens);
+        self.iterations.saturating_add(rest)
     }
 }

@@ -150,8 +150,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     ///
     /// # Errors
     /// [`Error::NotFinite`] for the free impulse; [`Error::StaleFactor`] unless the factor belongs to the scene's current `M`,
-    /// `H` and number of contacts; [`Error::InvalidTolerance`]; [`Error::InvalidFriction`], only in a scene from
-    /// [`Scene::from_parts`].
+    /// `H` and number of contacts; [`Error::InvalidTolerance`]; only in a scene from [`Scene::from_parts`]
+    /// [`Error::InvalidFriction`], [`Error::InvalidBounds`] and [`Error::InvalidRowCompliance`].
     pub fn solve<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -211,6 +211,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.solution.disown();
     }
 
+    /// Before what may refuse the first call.
+    pub(crate) fn disown_nothing(&mut self) {
+        self.solution.disown_nothing();
+    }
+
     /// Did a joint row with this key push in the last solve?
     pub(crate) fn has_pushed(&self, key: u32) -> bool {
         self.warm_start.has_pushed(key)
@@ -233,6 +238,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         call: Call,
         writes: bool,
     ) -> Result<(), Error> {
+        self.disown_nothing();
         Problem::check(scene, factor, free_impulse, settings)?;
         if call != Call::Resume {
             self.record.begin();

@@ -15,7 +15,7 @@ use nalgebra::{SMatrix, SVector};
 /// use stiction::{Contact, Kernel, Settings, time_stepping::Suction};
 ///
 /// // 1 kg hangs from a suction cup at the ceiling: the contact's normal points down.
-/// let (step, cup, contact_jacobian) = (0.5, Suction { force: 16.0 }, matrix![-1.0]);
+/// let (step, cup, contact_jacobian) = (0.5, Suction { force: 16.0, touches: true }, matrix![-1.0]);
 /// let mut kernel = Kernel::<f64, 1, 1, 1>::new();
 /// kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
 /// let (jacobian, offset) = (contact_jacobian, vector![0.0]);
@@ -33,6 +33,8 @@ use nalgebra::{SMatrix, SVector};
 pub struct Suction<T> {
     /// Largest pull, not negative (N).
     pub force: T,
+    /// Does it touch? Across a gap it pulls with nothing: set it from the gap at the beginning of the step.
+    pub touches: bool,
 }
 
 impl<T: Real> Suction<T> {
@@ -67,9 +69,10 @@ impl<T: Real> Suction<T> {
         Ok(impulse)
     }
 
-    /// Largest pull over a step (N·s).
+    /// Largest pull over a step (N·s), 0 if it does not touch.
     fn pull(&self, step: T) -> Result<T, Error> {
         let force = Parameter::Suction.not_negative(self.force)?;
-        Parameter::Suction.finite(Parameter::Step.positive(step)? * force)
+        let pull = Parameter::Suction.finite(Parameter::Step.positive(step)? * force)?;
+        Ok(if self.touches { pull } else { T::ZERO })
     }
 }

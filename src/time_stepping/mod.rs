@@ -69,7 +69,7 @@ pub fn free_impulse<T: Real, const N: usize>(
     step: T,
 ) -> SVector<T, N> {
     let mut impulse: SVector<T, N> = zeros();
-    for (column, &v) in mass.as_slice().chunks_exact(N).zip(velocity.iter()) {
+    for (column, &v) in mass.data.0.iter().zip(velocity.iter()) {
         axpy(v, column, impulse.as_mut_slice());
     }
     axpy(step, force.as_slice(), impulse.as_mut_slice());

@@ -54,17 +54,22 @@ impl<T: Real> Gap<T> {
     /// [`Error::InvalidParameter`] with what is not as said, or with [`Parameter::Gap`] if the quotient overflows and
     /// the bound on that side is infinite.
     pub fn offset(&self, step: T) -> Result<T, Error> {
-        closing_speed(Parameter::Gap, self, step)
+        closing_speed(Parameter::Gap, self, Parameter::Step.positive(step))
     }
 }
 
-/// The speed (m/s, rad/s) that closes a distance within a step, not below `-recovery` and not above `reach`.
-pub(super) fn closing_speed<T: Real>(name: Parameter, gap: &Gap<T>, step: T) -> Result<T, Error> {
-    let speed = name.distance(gap.distance)? / Parameter::Step.positive(step)?;
+/// The speed (m/s, rad/s) that closes a distance within a duration, not below `-recovery` and not above `reach`.
+pub(super) fn closing_speed<T: Real>(
+    name: Parameter,
+    gap: &Gap<T>,
+    duration: Result<T, Error>,
+) -> Result<T, Error> {
+    let distance = name.distance(gap.distance)?;
     let (least, most) = (
         -Parameter::Recovery.bound(gap.recovery)?,
         Parameter::Reach.bound(gap.reach)?,
     );
+    let speed = distance / duration?;
     // Not `min` and `max`, whose zero may have either sign.
     name.finite(if speed < least {
         least
@@ -119,7 +124,7 @@ impl<T: Real> Spring<T> {
         closing_speed(
             Parameter::Gap,
             &Gap { recovery, ..*gap },
-            self.duration(step)?,
+            self.duration(step),
         )
     }
 
@@ -199,7 +204,7 @@ pub fn moving_surface<T: Real, const D: usize, const K: usize>(
     velocity: &SVector<T, K>,
 ) -> SVector<T, D> {
     let mut offset: SVector<T, D> = zeros();
-    for (column, &v) in frame.as_slice().chunks_exact(D).zip(velocity.iter()) {
+    for (column, &v) in frame.data.0.iter().zip(velocity.iter()) {
         axpy(-v, column, offset.as_mut_slice());
     }
     offset

@@ -67,7 +67,7 @@ impl<T: Real> JointLimit<T> {
         };
         Ok(JointRow {
             row,
-            offset: closing_speed(Parameter::Distance, &gap, step)?,
+            offset: closing_speed(Parameter::Distance, &gap, Parameter::Step.positive(step))?,
             law: RowLaw::Limit,
             compliance: T::ZERO,
             key,
@@ -138,7 +138,7 @@ pub struct Motor<T> {
     pub damping: T,
     /// Torque (N·m, N) that is added to what the gains ask for.
     pub feedforward: T,
-    /// Largest torque, not negative (N·m, N).
+    /// Largest torque, not negative (N·m, N). At infinity (default) the row is a [`RowLaw::Equality`].
     pub limit: T,
     /// `q - q_d` at the beginning of the step (rad, m).
     pub ahead: T,
@@ -147,13 +147,13 @@ pub struct Motor<T> {
 }
 
 impl<T: Real> Default for Motor<T> {
-    /// One without gains, feedforward, limit and target: all 0.
+    /// One without gains, feedforward and target, all 0, and without a limit, infinity.
     fn default() -> Self {
         Self {
             stiffness: T::ZERO,
             damping: T::ZERO,
             feedforward: T::ZERO,
-            limit: T::ZERO,
+            limit: T::INFINITY,
             ahead: T::ZERO,
             target: T::ZERO,
         }
@@ -164,7 +164,7 @@ impl<T: Real> Motor<T> {
     /// The row over a `step > 0` (s).
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] with what is negative or not finite, with [`Parameter::MotorGains`] if both are 0, and if the
+    /// [`Error::InvalidParameter`] with what is negative or not finite (but the limit may be infinite), with [`Parameter::MotorGains`] if both are 0, and if the
     /// offset or the compliance overflows with what makes it so large.
     pub fn row<const N: usize>(
         &self,
@@ -177,7 +177,12 @@ impl<T: Real> Motor<T> {
         let feedforward = Parameter::Feedforward.finite(self.feedforward)?;
         let ahead = Parameter::Ahead.finite(self.ahead)?;
         let target = Parameter::Target.finite(self.target)?;
-        let law = within(Parameter::TorqueLimit, self.limit, step)?;
+        let step = Parameter::Step.positive(step)?;
+        let law = if self.limit == T::INFINITY {
+            RowLaw::Equality
+        } else {
+            within(Parameter::TorqueLimit, self.limit, step)?
+        };
 
         let implicit = Parameter::MotorStiffness.finite(step * stiffness)?;
         let gain = Parameter::MotorDamping.finite(damping + implicit)?;
@@ -252,7 +257,7 @@ impl<T: Real> ClosedLoop<T> {
         };
         Ok(JointRow {
             row,
-            offset: closing_speed(Parameter::Drift, &gap, step)?,
+            offset: closing_speed(Parameter::Drift, &gap, Parameter::Step.positive(step))?,
             law: RowLaw::Equality,
             compliance: T::ZERO,
             key,

@@ -7,14 +7,14 @@ use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::ContactSet;
 use crate::sets::contact::natural_map;
-use crate::solution::{Settings, Solution, Violation};
+use crate::solution::{RowMode, Settings, Solution, Violation};
 use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     Solution<T, N, D, C, R>
 {
     /// Index of the contact with the largest error, or `None` if all are exact. Pass the scene, factor and settings of the
-    /// solve.
+    /// solve; a contact in whose place the scene has another key does not count.
     ///
     /// The error of a contact is the largest entry of `r_i - Π_K(r_i - alpha_i û_i)` (N·s), see [`crate::guide::error`].
     /// [`crate::Kernel::worst_contact`] needs the settings alone.
@@ -40,6 +40,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     ) -> Option<usize> {
         let (mut largest, mut worst) = (T::ZERO, None);
         for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
+            if contact.key != found.key {
+                continue;
+            }
             let alpha = factor.natural_map_step(i);
             let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
             let velocity = scene.scale(i, found.velocity.into()).into();
@@ -58,7 +61,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         worst
     }
 
-    /// How far the impulses are from what contacts allow, in the units of the scene: an error that a mechanic would measure.
+    /// How far the solution is from what contacts and joint rows allow, in the units of the scene: an error that a mechanic would
+    /// measure. Pass the scene of the solve, whose cones it needs; where it has another key there is none.
     ///
     /// ```
     /// # use nalgebra::{Matrix2, matrix, vector};
@@ -78,10 +82,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         let mut worst = Violation {
             closing_speed: T::ZERO,
             outside_cone: T::ZERO,
+            row_speed: T::ZERO,
         };
-        for (i, (found, contact)) in self.contacts.iter().zip(scene.contacts()).enumerate() {
+        for row in &self.rows {
+            let against = match row.mode {
+                RowMode::Open | RowMode::AtLimit | RowMode::AtLower => -row.velocity,
+                RowMode::AtUpper => row.velocity,
+                RowMode::Holding => row.velocity.abs(),
+            };
+            worst.row_speed = worst.row_speed.max(against);
+        }
+        for (i, found) in self.contacts.iter().enumerate() {
             let (normal, _) = split(&found.velocity);
             worst.closing_speed = worst.closing_speed.max(-normal);
+            let contact = scene.contacts().get(i);
+            let Some(contact) = contact.filter(|contact| contact.key == found.key) else {
+                continue;
+            };
             let impulse: SVector<T, D> = scene.unscale(i, found.impulse.into()).into();
             let unit = unit_of(&[impulse]);
             let (normal, _) = split(&impulse);
