@@ -161,6 +161,11 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.is_redundant(self.sets.pushing_rows())
     }
 
+    /// Are there more rows than dofs, so that impulses may change without moving a body? Then Coulomb's law may have a second solution.
+    pub(crate) fn may_be_redundant(&self) -> bool {
+        self.sets.pushing_rows() > self.factor.moved()
+    }
+
     /// Is rows >= moved dofs + D?
     pub(crate) fn is_redundant(&self, rows: usize) -> bool {
         rows >= self.factor.moved().saturating_add(D)

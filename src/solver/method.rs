@@ -86,9 +86,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         self.state.consider(monitor);
         if P::CENTRAL_PATH
             && !monitor.is_over()
+            && monitor.problem.may_be_redundant()
             && warm_start.is_at_rest(monitor.problem, tolerance)
         {
-            monitor.begin_at_rest(self.state.point.natural_map);
+            monitor.record.rest = Rest::Before;
         }
         // Good enough for contact space, but not once its velocity was known?
         let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();

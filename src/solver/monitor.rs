@@ -4,7 +4,7 @@ use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Settings, Solution, Status, Work};
-use crate::solver::record::{Call, Polish, Record};
+use crate::solver::record::{Call, Record};
 use crate::solver::tuning;
 use nalgebra::SVector;
 
@@ -120,9 +120,6 @@ impl<
         if self.record.asks_for_rest() {
             return self.consider_rest(r, u, natural_map);
         }
-        if self.record.polish == Polish::Begun {
-            return self.end_polish(Some((r, natural_map)));
-        }
         let tolerance = self.settings.tolerance;
         if natural_map > tolerance && self.problem.may_be_within(natural_map, tolerance) {
             self.count_stopping();
@@ -147,10 +144,6 @@ impl<
             self.problem.evaluate(r, tolerance, self.solution);
         }
         if self.solution.error <= tolerance {
-            if self.record.polish == Polish::Wanted {
-                self.record.polish = Polish::Begun;
-                return;
-            }
             let solved = self.solution.has_numbers();
             self.stop(if solved {
                 Status::Solved
@@ -210,9 +203,6 @@ impl<
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish(&mut self, present: &Stacked<T, D, C, R>) {
         self.problem.set_shift(true);
-        if self.record.polish == Polish::Begun {
-            self.end_polish(None);
-        }
         let shown = self.call == Call::Resume && self.solution.status == Status::OutOfBudget;
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,

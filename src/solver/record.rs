@@ -31,18 +31,6 @@ pub(super) enum Rest {
     AskedFirst,
 }
 
-/// Is a solution made more exact before the solve ends?
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub(super) enum Polish {
-    /// The first solution is the end.
-    None,
-    /// The first solution has one more step to come.
-    Wanted,
-    /// The best impulses so far are a solution.
-    Begun,
-}
-
 /// What a solve has found so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
@@ -66,8 +54,6 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     pub(super) milestone: Option<(T, usize)>,
     /// Whether it leaves a rest.
     pub(super) rest: Rest,
-    /// Whether its solution is made more exact.
-    pub(super) polish: Polish,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
@@ -85,7 +71,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
             has_sought_proof: false,
             milestone: None,
             rest: Rest::Known,
-            polish: Polish::None,
         }
     }
 
@@ -99,7 +84,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         self.has_sought_proof = false;
         self.milestone = None;
         self.rest = Rest::Known;
-        self.polish = Polish::None;
     }
 
     /// Begins a solve.

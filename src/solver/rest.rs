@@ -15,7 +15,7 @@ use crate::real::Real;
 use crate::sets::point::Point;
 use crate::solution::{Model, Status};
 use crate::solver::monitor::Monitor;
-use crate::solver::record::{Polish, Record, Rest};
+use crate::solver::record::{Record, Rest};
 use nalgebra::SVector;
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
@@ -73,37 +73,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>
 {
-    /// The last solution was at rest. If it still nearly is one, its errors have added up, tick by tick: then the next is made so exact that
-    /// it takes many ticks before they do again, and what is at its limit is not carried beyond.
-    pub(super) fn begin_at_rest(&mut self, natural_map: T) {
-        self.record.rest = Rest::Before;
-        if natural_map <= self.tolerance() * T::literal(16.0) {
-            self.record.polish = Polish::Wanted;
-        }
-    }
-
-    /// Ends with the better of the solution that is known and of other impulses.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn end_polish(&mut self, other: Option<(&Stacked<T, D, C, R>, T)>) {
-        let tolerance = self.tolerance();
-        self.record.polish = Polish::None;
-        self.stop(Status::Solved);
-        if let Some((r, natural_map)) = other
-            && self
-                .record
-                .natural_map
-                .is_some_and(|best| natural_map < best)
-        {
-            self.problem.evaluate(r, tolerance, self.solution);
-            if self.solution.error <= tolerance && self.solution.has_numbers() {
-                (self.record.best, self.record.natural_map) = (*r, Some(natural_map));
-                return;
-            }
-        }
-        let best = self.record.best;
-        self.problem.evaluate(&best, tolerance, self.solution);
-    }
-
     /// Begins to ask; `known` if there is a solution to go back to.
     pub(super) fn ask_for_rest(&mut self, known: bool) {
         self.record.rest = if known { Rest::Asked } else { Rest::AskedFirst };

@@ -234,7 +234,7 @@ impl NaturalMap {
         if expected <= zero() {
             return error;
         }
-        let share = root(ratio(self.off, larger(expected, carried * carried)));
+        let share = root(self.off) / larger(root(expected), carried);
         let beyond = share * Wide::from(2.0) - Wide::from(1.0);
         let one = Wide::from(1.0);
         larger(error, if beyond < one { beyond } else { one })

@@ -106,7 +106,8 @@ pub fn error_given(delassus: &[Vec<f64>], q: &[f64], mu: &[f64], r: &[f64]) -> f
             return f64::INFINITY;
         }
     }
-    judge::narrow(map.error(judge::zero()))
+    // What momenta let expect is not known here.
+    judge::narrow(map.error(Wide::from(f64::MAX)))
 }
 
 /// What a certificate of infeasibility `d` (one number a contact) proves: any velocity with
