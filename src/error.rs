@@ -91,7 +91,7 @@ pub enum Error {
         /// Column of the entry.
         column: usize,
     },
-    /// `M` is not positive definite: it has no Cholesky factor.
+    /// `M` is not positive definite: it has no Cholesky factor, or one whose reciprocals overflow.
     MassNotPositiveDefinite {
         /// Generalised velocity at which factorisation failed; it runs from the last to the first.
         dof: usize,
@@ -173,6 +173,8 @@ pub enum Error {
         /// Index of the limit.
         limit: usize,
     },
+    /// The solve that was paused had limits: [`crate::Kernel::solve_with_limits`] goes on with them.
+    LimitsLeftOut,
     /// There is no joint row of this index.
     NoSuchRow {
         /// The index asked for.
@@ -274,6 +276,7 @@ impl fmt::Display for Error {
             Self::InvalidLimit { limit } => {
                 write!(f, "bounds or compliance of limit {limit} are invalid")
             }
+            Self::LimitsLeftOut => write!(f, "the solve that was paused had limits"),
             Self::NoSuchRow { row } => write!(f, "there is no joint row {row}"),
             Self::InvalidParameter { parameter } => write!(f, "{parameter}"),
         }

@@ -1,7 +1,7 @@
 //! A paused solve goes on with its own data, and with no other.
 
 use crate::support::boxes::{BRICK, point_jacobian};
-use nalgebra::{SVector, vector};
+use nalgebra::{SVector, matrix, vector};
 use stiction::{
     AdmmFactor, AdmmSolver, Contact, Error, Factor, JointRow, Kernel, Model, RowLaw, Scene,
     Settings, Solution, Solver, Status,
@@ -215,7 +215,7 @@ fn a_solve_in_pieces_is_the_whole_solve() -> Result<(), Error> {
     Ok(())
 }
 
-/// [`Kernel::resume`] knows nothing of limits that were given to a solve.
+/// It would be solved through a joint stop.
 #[test]
 fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
     let settings = Settings::new(1e-10);
@@ -237,9 +237,30 @@ fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
     let push = SVector::from(PUSH);
     let paused = kernel.solve_with_limits(std::slice::from_ref(limit), &push, &pause)?;
     assert_eq!(paused.status, Status::OutOfBudget);
-    let mut begun = kernel.clone();
-    let resumed = all_of(kernel.resume(&push, &settings)?);
-    assert_eq!(resumed, all_of(begun.solve(&push, &settings)?));
+    let before = all_of(paused);
+    assert_eq!(
+        kernel.resume(&push, &settings).err(),
+        Some(Error::LimitsLeftOut)
+    );
+    assert_eq!(
+        kernel.advance(&push, &settings).err(),
+        Some(Error::LimitsLeftOut)
+    );
+    assert_eq!(all_of(kernel.solution()), before);
+    // What begins anew, or has ended, is no solve with limits.
+    for begin in 0..3 {
+        let mut kernel = kernel.clone();
+        match begin {
+            0 => kernel.solver_mut().reset(),
+            1 => assert!(!kernel.solve(&push, &pause)?.is_solved()),
+            _ => assert!(
+                kernel
+                    .solve_with_limits(std::slice::from_ref(limit), &push, &settings)?
+                    .is_solved()
+            ),
+        }
+        assert!(kernel.resume(&push, &settings)?.is_solved());
+    }
     Ok(())
 }
 
@@ -269,5 +290,31 @@ fn admm_begins_anew_with_other_data_too() -> Result<(), Error> {
             all_of(begun.solve(scene, &factor, &push, &settings)?)
         );
     }
+    Ok(())
+}
+
+/// Its iterates are impulses over the penalty.
+#[test]
+fn admm_begins_anew_with_another_penalty() -> Result<(), Error> {
+    let mut scene = Scene::<f64, 1, 1, 1>::new();
+    scene.set_mass(&matrix![2.0])?;
+    scene.push(&Contact {
+        jacobian: matrix![1.0],
+        offset: vector![0.0],
+        mu: 0.0,
+        key: 0,
+    })?;
+    let (mut factor, mut solver) = (AdmmFactor::new(&scene)?, AdmmSolver::new());
+    let (push, settings) = (vector![-0.2], Settings::new(1e-9));
+    let few = Settings {
+        budget: 1,
+        ..settings
+    };
+    let paused = solver.solve(&scene, &factor, &push, &few)?;
+    assert_eq!(paused.status, Status::OutOfBudget);
+    factor.set_penalty(10.0 * factor.penalty())?;
+    let solution = solver.resume(&scene, &factor, &push, &settings)?;
+    assert!(solution.is_solved(), "{solution:?}");
+    assert!((solution.contacts[0].impulse[0] - 0.2).abs() < 1e-9);
     Ok(())
 }

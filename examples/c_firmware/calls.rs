@@ -9,7 +9,9 @@
 
 use super::header::{C, D, N, R, Real};
 use super::outcome::{ContactOutcome, RowOutcome, Solution, Violation};
-use super::solver::{ContactImpulse, JointRow, Kernel, LawNumber, RowImpulse, Solver, Surface};
+use super::solver::{
+    ContactImpulse, JointRow, Kernel, LawNumber, Refusal, RowImpulse, Solver, Surface,
+};
 use super::status::{Culprit, Status, turned};
 use core::ffi::{CStr, c_char};
 use stiction::Contact;
@@ -182,7 +184,7 @@ pub unsafe extern "C" fn stiction_add_row(memory: *mut Solver, row: *const Joint
     let (solver, row) = (solver!(memory), given!(row, JointRow));
     match row.read() {
         Ok(row) => solver.change(|scene| scene.push_row(&row).map(|_| ())),
-        Err(status) => status,
+        Err(refusal) => solver.refuse(refusal),
     }
 }
 
@@ -225,7 +227,7 @@ pub unsafe extern "C" fn stiction_set_row_law(
     let solver = solver!(memory);
     match JointRow::law(law, lower, upper) {
         Ok(law) => solver.change(|scene| scene.set_row_law(index(row), law)),
-        Err(status) => status,
+        Err(refusal) => solver.refuse(refusal),
     }
 }
 
@@ -371,7 +373,12 @@ pub unsafe extern "C" fn stiction_last_culprit(
 ) -> Status {
     let error = shared!(memory).error;
     // SAFETY: the caller's promise.
-    unsafe { tell(culprit, || Ok(error.map_or(Culprit::NONE, Culprit::from))) }
+    unsafe {
+        tell(
+            culprit,
+            || Ok(error.map_or(Culprit::NONE, Refusal::culprit)),
+        )
+    }
 }
 
 /// `stiction_describe`.

@@ -1,7 +1,7 @@
 //! What lives in the caller's memory, and the structs of `stiction.h` that go into it.
 
 use super::header::{BYTES, C, D, N, R, Real, S, ending};
-use super::status::{Law, Status};
+use super::status::{Culprit, Law, Status};
 use core::fmt::{self, Write};
 use core::mem::{align_of, size_of};
 use stiction::nalgebra::SVector;
@@ -19,7 +19,7 @@ pub struct Solver {
     /// [`Self::READY`] after `stiction_init`.
     ready: u32,
     /// The last error.
-    pub(super) error: Option<Error>,
+    pub(super) error: Option<Refusal>,
     pub(super) kernel: Kernel,
 }
 
@@ -131,17 +131,24 @@ impl Solver {
         };
         match solve(&mut self.kernel, &SVector::from(*free_impulse), &settings) {
             Ok(solution) => solution.status.into(),
-            Err(error) => self.refuse(error),
+            Err(error) => self.refuse(Refusal::Error(error)),
         }
     }
 
     fn end(&mut self, result: Result<(), Error>) -> Status {
-        result.map_or_else(|error| self.refuse(error), |()| Status::Solved)
+        result.map_or_else(
+            |error| self.refuse(Refusal::Error(error)),
+            |()| Status::Solved,
+        )
     }
 
-    fn refuse(&mut self, error: Error) -> Status {
-        self.error = Some(error);
-        error.into()
+    /// Remembers what is wrong with a call, and says it.
+    pub(super) fn refuse(&mut self, refusal: Refusal) -> Status {
+        self.error = Some(refusal);
+        match refusal {
+            Refusal::Error(error) => error.into(),
+            Refusal::Law => Status::InvalidLaw,
+        }
     }
 
     /// The last error in words, cut to fit, in a text of zeros of which the last stays.
@@ -153,6 +160,34 @@ impl Solver {
             Some(error) => write!(text, "{error}"),
             None => write!(text, "no error"),
         };
+    }
+}
+
+/// What was wrong with a call.
+#[derive(Clone, Copy)]
+pub(super) enum Refusal {
+    /// What the library says of it.
+    Error(Error),
+    /// A number that is no `enum stiction_law`.
+    Law,
+}
+
+impl Refusal {
+    /// What it was about.
+    pub(super) fn culprit(self) -> Culprit {
+        match self {
+            Self::Error(error) => error.into(),
+            Self::Law => Culprit::NONE,
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Error(error) => write!(f, "{error}"),
+            Self::Law => write!(f, "a number that is no law of a joint row"),
+        }
     }
 }
 
@@ -261,7 +296,7 @@ pub struct JointRow {
 
 impl JointRow {
     /// The row for a scene.
-    pub(super) fn read(&self) -> Result<stiction::JointRow<Real, N>, Status> {
+    pub(super) fn read(&self) -> Result<stiction::JointRow<Real, N>, Refusal> {
         Ok(stiction::JointRow {
             row: SVector::from(self.row),
             offset: self.offset,
@@ -272,7 +307,11 @@ impl JointRow {
     }
 
     /// A law for a scene.
-    pub(super) fn law(number: LawNumber, lower: Real, upper: Real) -> Result<RowLaw<Real>, Status> {
+    pub(super) fn law(
+        number: LawNumber,
+        lower: Real,
+        upper: Real,
+    ) -> Result<RowLaw<Real>, Refusal> {
         const LIMIT: u32 = Law::Limit as u32;
         const EQUALITY: u32 = Law::Equality as u32;
         const BOX: u32 = Law::Box as u32;
@@ -280,7 +319,7 @@ impl JointRow {
             LIMIT => Ok(RowLaw::Limit),
             EQUALITY => Ok(RowLaw::Equality),
             BOX => Ok(RowLaw::Box { lower, upper }),
-            _ => Err(Status::InvalidLaw),
+            _ => Err(Refusal::Law),
         }
     }
 }

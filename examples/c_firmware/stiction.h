@@ -286,8 +286,7 @@ enum stiction_status stiction_row_by_key(const stiction *s, uint32_t key, sticti
 /* How far the last solution is from what contacts allow, in the units of the scene. Before the contacts change. */
 enum stiction_status stiction_worst_violation(const stiction *s, stiction_violation *violation);
 
-/* What the last error was about, of a call that may change or solve something. Null pointers and numbers that are no law are not
-   remembered. */
+/* What the last error was about, of a call that may change or solve something. Null pointers are not remembered. */
 enum stiction_status stiction_last_culprit(const stiction *s, stiction_culprit *culprit);
 
 /* The last error in words, at most `bytes` with the zero at the end; some KB of flash if it is called. */

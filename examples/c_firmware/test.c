@@ -372,8 +372,14 @@ static void refused_rows(void)
     stiction_joint_row row = good;
     nothing_there();
     row.law = (enum stiction_law)3;
-    CHECK(stiction_add_row(s, &row) == STICTION_INVALID_LAW);
-    CHECK(stiction_set_row_law(s, 0, (enum stiction_law)3, 0, 0) == STICTION_INVALID_LAW);
+    char text[80] = "";
+    for (int call = 0; call < 2; call++) {
+        CHECK(stiction_remove_row(s, 5) == STICTION_NO_SUCH_KEY && culprit().key == 5);
+        CHECK((call ? stiction_set_row_law(s, 0, row.law, 0, 0) : stiction_add_row(s, &row)) == STICTION_INVALID_LAW);
+        CHECK(culprit().input == STICTION_INPUT_NONE && culprit().key == -1);
+        CHECK(stiction_describe(s, text, sizeof text) == STICTION_OK);
+        CHECK(strcmp(text, "a number that is no law of a joint row") == 0);
+    }
     row = good;
     row.row[1] = NAN;
     CHECK(stiction_add_row(s, &row) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_JOINT_ROW);

@@ -101,7 +101,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         self.run(scene, factor, free_impulse, settings, Call::Begin)
     }
 
-    /// Goes on with a solve whose budget has ended, as [`crate::Solver::resume`].
+    /// Goes on with a solve whose budget has ended, as [`crate::Solver::resume`]; with another penalty it begins anew.
     ///
     /// # Errors
     /// As for [`Self::solve`].
@@ -112,7 +112,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        let data = || fingerprint(scene, free_impulse, settings);
+        let data = || {
+            let data = fingerprint(scene, free_impulse, settings);
+            factor.penalty().hash(data)
+        };
         let call = self.record.resume(data);
         self.run(scene, factor, free_impulse, settings, call)
     }
@@ -157,8 +160,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
             *u = iterate.u.into();
         }
         self.warm_start.keep(scene, &u, &r, call != Call::Begin);
-        self.record
-            .pause(|| fingerprint(scene, free_impulse, settings));
+        self.record.pause(|| {
+            resolvent
+                .penalty
+                .hash(fingerprint(scene, free_impulse, settings))
+        });
         Ok(&self.solution)
     }
 

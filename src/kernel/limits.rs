@@ -29,7 +29,7 @@ impl<
     /// [`Solution::row_by_key`] tells what those do that were not (give each a key that no other limit and no row of the scene
     /// has). Rows of other laws than [`RowLaw::Limit`] are never left out.
     ///
-    /// Afterwards the scene is what it was. [`Self::resume`] solves it without limits: after a budget, call this again, which
+    /// Afterwards the scene is what it was. [`Self::resume`] knows no limits, and refuses: after a budget, call this again, which
     /// starts where the last call ended.
     ///
     /// ```
@@ -84,6 +84,7 @@ impl<
             self.solver.invalidate();
         }
         result?;
+        self.solver.note_limits();
         Ok(self.solver.solution())
     }
 

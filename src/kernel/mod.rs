@@ -173,7 +173,7 @@ impl<
     /// Goes on with a solve whose budget has ended, as [`Solver::resume`].
     ///
     /// # Errors
-    /// As for [`Self::solve`].
+    /// As [`Factor::prepare`] and [`Solver::resume`].
     pub fn resume(
         &mut self,
         free_impulse: &SVector<T, N>,
@@ -187,7 +187,7 @@ impl<
     /// Works for [`Settings::budget`] on a solve, and returns whether it has ended, as [`Solver::advance`].
     ///
     /// # Errors
-    /// As for [`Self::solve`].
+    /// As [`Factor::prepare`] and [`Solver::resume`].
     pub fn advance(
         &mut self,
         free_impulse: &SVector<T, N>,

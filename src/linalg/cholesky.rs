@@ -87,6 +87,9 @@ pub(crate) fn factorise<T: Real, const N: usize>(
             return Err(k);
         }
         *pivot = T::ONE / *pivot;
+        if !pivot.is_finite() {
+            return Err(k); // so small that its reciprocal overflows
+        }
     }
     Ok(())
 }

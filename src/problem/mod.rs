@@ -171,6 +171,13 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         rows >= self.factor.moved().saturating_add(D)
     }
 
+    /// Is an impulse asked for that has lost digits at the end of the range, or vanished?
+    fn loses_digits(&self) -> bool {
+        let contacts = self.sets.contacts();
+        self.reference_impulse * T::EPSILON < T::least_normal()
+            && contacts.iter().any(|set| set.is_violated(&set.q))
+    }
+
     /// Cheap upper bound: could counting `|stop|` bring this natural map within tolerance? Computing `|stop|` costs a sweep,
     /// so it is postponed; until it counts, the error is at most too large.
     ///

@@ -171,9 +171,12 @@ fn gap<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
         }
         for (column, &product) in products.in_use(counts).enumerate() {
             let own = |a: usize| entry(delassus, size, a, a).abs();
-            let scale = (own(row) * own(column)).square_root();
+            let mut scale = (own(row) * own(column)).square_root();
+            if scale * scale < T::least_normal() {
+                scale = own(row).square_root() * own(column).square_root(); // no product that vanishes
+            }
             let gap = (product - entry(delassus, size, row, column)).abs();
-            let is_near = gap <= rounding * scale;
+            let is_near = gap <= rounding * scale || gap < T::least_normal();
             if !is_near {
                 return Err(Error::DelassusNotGram { row, column });
             }

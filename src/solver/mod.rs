@@ -165,12 +165,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// Goes on with a solve that ended as [`crate::Status::OutOfBudget`], for [`Settings::budget`] more.
     ///
     /// Only with scene, free impulse, tolerance and model of that solve: it tells by their fingerprint. Splitting a solve into several calls
-    /// gives the same bits as one call, and the work of the solution is that of all calls; only that a scene is
-    /// infeasible may be noticed sooner, at the end of a call. Where no solve of such data was paused (the last one has ended, after
+    /// gives the same bits as one call, and the work of the solution is that of all calls; only that each call that writes a solution may look
+    /// for a proof that the scene is infeasible, once in a solve: such a scene may be noticed sooner, also one that a whole call solves with
+    /// large impulses, because it is infeasible by no more than rounding. Where no solve of such data was paused (the last one has ended, after
     /// [`Self::reset`], with other numbers) this is [`Self::solve`].
     ///
     /// # Errors
-    /// As [`Self::solve`].
+    /// As [`Self::solve`]; [`Error::LimitsLeftOut`] after a [`crate::Kernel::solve_with_limits`] whose budget has ended.
     pub fn resume<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -178,8 +179,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        let data = || fingerprint(scene, free_impulse, settings);
-        let call = self.record.resume(data);
+        let call = self.paused(|| fingerprint(scene, free_impulse, settings))?;
         self.run((scene, factor, free_impulse, settings), call)
     }
 
@@ -190,7 +190,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// with its error. In what pieces it is done changes no bit.
     ///
     /// # Errors
-    /// As [`Self::solve`].
+    /// As [`Self::resume`].
     pub fn advance<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -198,11 +198,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<bool, Error> {
-        let call = self
-            .record
-            .resume(|| fingerprint(scene, free_impulse, settings));
+        let call = self.paused(|| fingerprint(scene, free_impulse, settings))?;
         self.go_on((scene, factor, free_impulse, settings), call, false)?;
         Ok(self.record.is_over())
+    }
+
+    /// Goes on with a solve that was paused, but for one with limits.
+    fn paused(&self, data: impl FnOnce() -> u64) -> Result<Call, Error> {
+        if self.record.has_limits() {
+            return Err(Error::LimitsLeftOut);
+        }
+        Ok(self.record.resume(data))
+    }
+
+    /// Notes that the solve had limits, if its budget has ended.
+    pub(crate) fn note_limits(&mut self) {
+        self.record.note_limits();
     }
 
     /// Takes back what the last solution claims, with which no solve goes on.

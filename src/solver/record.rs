@@ -31,11 +31,19 @@ pub(super) enum Rest {
     AskedFirst,
 }
 
+/// Was a solve begun?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Begun {
+    No = 0, // so that a new record is all zeros
+    Yes,
+    /// With limits, which no other call knows.
+    WithLimits,
+}
+
 /// What a solve has found so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
-    /// Was one begun?
-    is_begun: bool,
+    begun: Begun,
     /// Fingerprint of its data, once a call has ended without an end of the solve.
     fingerprint: u64,
     /// How it ended; `Unsolved` if it has not.
@@ -60,7 +68,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
     /// No solve yet.
     pub(crate) const fn none() -> Self {
         Self {
-            is_begun: false,
+            begun: Begun::No,
             fingerprint: 0,
             status: Status::Unsolved,
             best: Stacked::zero(),
@@ -76,7 +84,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
 
     /// Forgets a solve. (An impulse and its base without the rest say nothing.)
     pub(crate) fn forget(&mut self) {
-        self.is_begun = false;
+        self.begun = Begun::No;
         self.status = Status::Unsolved;
         self.natural_map = None;
         self.counts_stopping = false;
@@ -89,7 +97,19 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
     /// Begins a solve.
     pub(crate) fn begin(&mut self) {
         self.forget();
-        self.is_begun = true;
+        self.begun = Begun::Yes;
+    }
+
+    /// Remembers that the solve had limits.
+    pub(crate) fn note_limits(&mut self) {
+        if !self.is_over() {
+            self.begun = Begun::WithLimits;
+        }
+    }
+
+    /// Was a solve with limits paused?
+    pub(crate) fn has_limits(&self) -> bool {
+        self.begun == Begun::WithLimits
     }
 
     /// Remembers of which data the solve is, if it has not ended with the call.
@@ -101,7 +121,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
 
     /// Goes on if there is a solve of such data to go on with.
     pub(crate) fn resume(&self, fingerprint: impl FnOnce() -> u64) -> Call {
-        if self.is_begun && !self.is_over() && self.fingerprint == fingerprint() {
+        if self.begun == Begun::Yes && !self.is_over() && self.fingerprint == fingerprint() {
             Call::Resume
         } else {
             Call::Begin

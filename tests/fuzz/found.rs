@@ -7,7 +7,7 @@ use super::steps::Budget;
 use super::steps::Step::{Friction, Jacobian, Mass, Push, PushOn, PushRow, Reset, Resume, Solve};
 use super::{Machine, limits};
 use nalgebra::{SVector, matrix, vector};
-use stiction::{Contact, Error, Kernel, Settings};
+use stiction::{AdmmFactor, AdmmSolver, Contact, Error, Factor, Kernel, Scene, Settings, Solver};
 
 /// Squares of the impulses to expect overflow: nothing is solved, but what is said is made of numbers.
 #[test]
@@ -118,4 +118,57 @@ fn contacts_alone_are_solved_where_there_is_room_for_joint_rows() {
         Resume(x(&[]),Budget{work:2000,tolerance:1e-9,relaxed:false}),
         Solve(x(&[]),Budget{work:2000,tolerance:1e-9,relaxed:false}),
     ]);
+}
+
+/// The impulse that is asked for vanishes in this number type: none was found, and nothing is solved.
+#[test]
+fn an_impulse_that_vanishes_is_no_solution() -> Result<(), Error> {
+    let mut scene = Scene::<f32, 1, 1, 1>::new();
+    scene.set_mass(&matrix![1.0])?;
+    scene.push(&Contact {
+        jacobian: matrix![1e18],
+        offset: vector![0.0],
+        mu: 0.0,
+        key: 0,
+    })?;
+    let (factor, push) = (AdmmFactor::new(&scene)?, vector![-1e-30]);
+    let (mut solver, mut admm) = (Solver::new(), AdmmSolver::new());
+    let settings = Settings::new(1e-4);
+    let solution = solver.solve(&scene, factor.factor(), &push, &settings)?;
+    assert!(!solution.is_solved(), "{solution:?}");
+    let solution = admm.solve(&scene, &factor, &push, &settings)?;
+    assert!(!solution.is_solved(), "{solution:?}");
+    Ok(())
+}
+
+/// A mass whose reciprocal overflows is the culprit, and not a contact that does not feel it.
+#[test]
+fn a_mass_that_vanishes_is_named() -> Result<(), Error> {
+    let mut scene = Scene::<f32, 2, 1, 1>::new();
+    scene.set_mass(&matrix![1.0, 0.0; 0.0, 1e-40])?;
+    scene.push(&Contact {
+        jacobian: matrix![1.0, 0.0],
+        offset: vector![0.0],
+        mu: 0.0,
+        key: 0,
+    })?;
+    let refused = Factor::new(&scene).err();
+    assert_eq!(refused, Some(Error::MassNotPositiveDefinite { dof: 1 }));
+    Ok(())
+}
+
+/// The product of two of its entries vanishes.
+#[test]
+fn a_small_delassus_operator_is_taken() -> Result<(), Error> {
+    let mut kernel = Kernel::<f32, 2, 1, 2>::new();
+    for key in 0..2 {
+        kernel.scene_mut().push(&Contact {
+            jacobian: matrix![0.0, 0.0],
+            offset: vector![-1.0],
+            mu: 0.0,
+            key,
+        })?;
+    }
+    let scene = kernel.scene_mut();
+    scene.set_delassus(&[1.1e-23, 0.7e-23, 0.7e-23, 1.3e-23])
 }

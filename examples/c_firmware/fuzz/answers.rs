@@ -190,9 +190,14 @@ impl Machine {
             assert_eq!(status, Status::Solved);
             culprit
         };
+        let other = if self.no_law {
+            "a number that is no law of a joint row"
+        } else {
+            "no error"
+        };
         let words = self
             .error
-            .map_or("no error".to_owned(), |error| error.to_string());
+            .map_or(other.to_owned(), |error| error.to_string());
         let text = CStr::from_bytes_until_nul(&text).expect("it ends");
         let text = text.to_str().expect("whole characters");
         assert!(words.starts_with(text) && text.len() >= words.len().min(60));

@@ -20,6 +20,8 @@ pub(crate) struct Machine {
     /// What of the mirror cannot be read there.
     pub(crate) surfaces: Surfaces,
     pub(crate) error: Option<Error>,
+    /// Was there a number that is no law since?
+    pub(crate) no_law: bool,
     /// Free impulse and tolerance of a solve that can be resumed.
     paused: Option<(SVector<Real, N>, Real)>,
 }
@@ -32,6 +34,7 @@ impl Machine {
             mirror: Box::new(Kernel::new()),
             surfaces: Surfaces::default(),
             error: None,
+            no_law: false,
             paused: None,
         };
         machine.init();
@@ -52,7 +55,7 @@ impl Machine {
         }
         *self.mirror = Kernel::new();
         self.surfaces.clear();
-        (self.error, self.paused) = (None, None);
+        (self.error, self.no_law, self.paused) = (None, false, None);
     }
 
     /// Calls C and, if all pointers are good, Rust, and compares what they return.
@@ -81,6 +84,9 @@ impl Machine {
                 error.into()
             })
         });
+        if status == Status::InvalidLaw {
+            (self.error, self.no_law) = (None, true);
+        }
         assert_eq!(status, expected);
         refused.is_none()
     }

@@ -83,7 +83,9 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
         let mut padded = SMatrix::<T, N, N>::zeros();
         for (j, column) in padded.data.0.iter_mut().enumerate() {
             if j < n {
-                column[..n].copy_from_slice(&mass[j * n..][..n]); // symmetric
+                for (entry, row) in column.iter_mut().zip(mass.chunks_exact(n)) {
+                    *entry = row[j];
+                }
             } else {
                 column[j] = T::ONE;
             }

@@ -133,12 +133,14 @@ impl Kernel {
             arrays.rows,
         ];
         let settings = settings(given)?;
-        solved(py, sizes, |out| {
+        solved(py, |answer| {
             let mut kept = lock(kept);
             kept.loaded = None; // half a scene, if it is refused
-            let outcome = run(kept.engine.as_mut(), &problem, &settings, out)?;
+            let mut out = answer.out(sizes);
+            let outcome = run(kept.engine.as_mut(), &problem, &settings, &mut out)
+                .map_err(|error| value_error(&error))?;
             kept.loaded = Some(sizes);
-            Ok(outcome)
+            Ok((sizes, outcome))
         })
     }
 }
@@ -148,18 +150,18 @@ fn resumed<'py, T: Number>(
     kept: &Mutex<Kept<T>>,
     given: &SettingsArguments<'py>,
 ) -> PyResult<Bound<'py, PyTuple>> {
-    let loaded = py.detach(|| lock(kept).loaded);
-    let sizes = loaded.ok_or_else(|| {
-        PyValueError::new_err(
-            "there is no scene to go on with: the last one was refused, or there was none",
-        )
-    })?;
     let settings = settings(given)?;
-    solved(py, sizes, |out| {
-        let mut kept = lock(kept);
-        let outcome = kept.engine.solve(&settings, true)?;
-        kept.engine.read(out);
-        Ok(outcome)
+    solved(py, |answer| {
+        let mut kept = lock(kept); // once: another thread may load another scene
+        let sizes = kept.loaded.ok_or_else(|| {
+            PyValueError::new_err(
+                "there is no scene to go on with: the last one was refused, or there was none",
+            )
+        })?;
+        let outcome = kept.engine.solve(&settings, true);
+        let outcome = outcome.map_err(|error| value_error(&error))?;
+        kept.engine.read(&mut answer.out(sizes));
+        Ok((sizes, outcome))
     })
 }
 

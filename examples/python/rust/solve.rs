@@ -32,19 +32,14 @@ pub(crate) fn value_error(error: &Error) -> PyErr {
     PyValueError::new_err(refusal(error))
 }
 
-/// Runs a solve without the interpreter's lock, and makes a tuple of its solution:
+/// Runs a solve without the interpreter's lock, and makes a tuple of its solution, whose sizes the solve tells:
 /// `(v, r, u, modes, certificate, status, error, work, row impulses, row velocities, row modes, row certificate)`.
 pub(crate) fn solved<T: Number>(
     py: Python<'_>,
-    sizes: [usize; 4],
-    solve: impl FnOnce(&mut Out<'_, T>) -> Result<Outcome, Error> + Send,
+    solve: impl FnOnce(&mut Answer<T>) -> PyResult<([usize; 4], Outcome)> + Send,
 ) -> PyResult<Bound<'_, PyTuple>> {
     let mut answer = Answer::default();
-    let mut out = answer.out(sizes);
-    let outcome = py
-        .detach(|| solve(&mut out))
-        .map_err(|error| value_error(&error))?;
-    let [_, contacts, dim, _] = sizes;
+    let ([_, contacts, dim, _], outcome) = py.detach(|| solve(&mut answer))?;
     let vector = |numbers: &[T]| PyArray1::from_slice(py, numbers);
     let modes = |modes: &[i8]| PyArray1::from_slice(py, modes);
     let [impulses, velocities, row_certificate] = &answer.rows;
@@ -116,8 +111,10 @@ pub(crate) fn solve<'py>(
             arrays.dim,
             arrays.rows,
         ];
-        solved(py, sizes, |out| {
-            with_engine(index, |engine| run(engine, &problem, &settings, out))
+        solved(py, |answer| {
+            let mut out = answer.out(sizes);
+            let outcome = with_engine(index, |engine| run(engine, &problem, &settings, &mut out));
+            Ok((sizes, outcome.map_err(|error| value_error(&error))?))
         })
     }
     if single {

@@ -140,7 +140,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         r: &Stacked<T, D, C, R>,
         rounding: &Rounding<T, C, R>,
     ) -> T {
-        if self.is_immovable_and_violated {
+        if self.is_immovable_and_violated || self.loses_digits() {
             return T::INFINITY;
         }
         let noise = &rounding.velocities;

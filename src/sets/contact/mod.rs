@@ -95,9 +95,11 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
 
     /// Does nothing move it, although it asks for another velocity than this one?
     pub(crate) fn is_immovable_and_violated(&self, u: &SVector<T, D>) -> bool {
-        if self.alpha > T::ZERO {
-            return false;
-        }
+        self.alpha <= T::ZERO && self.is_violated(u)
+    }
+
+    /// Does it ask for another velocity than this one?
+    pub(crate) fn is_violated(&self, u: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(u);
         normal + (self.shift_factor - self.cone.friction()) * norm(tangent) < T::ZERO
     }
