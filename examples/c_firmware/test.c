@@ -132,7 +132,7 @@ static void endings(void)
         CHECK(add(h, offset, 0, 43) == STICTION_OK);
         CHECK(solve(0, 0, 1000) == STICTION_INFEASIBLE && !stiction_is_usable(s, 1));
         CHECK(stiction_read(s, &solution) == STICTION_OK && solution.status == STICTION_INFEASIBLE);
-        CHECK(solution.contacts[0].certificate > 0 && solution.contacts[1].certificate > 0);
+        CHECK(solution.contacts[0].certificate[0] > 0 && solution.contacts[1].certificate[0] > 0);
     }
     offset[0] = 0;
     jacobian[0][0] = 1;
