@@ -59,7 +59,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Looks for a proof that friction jams the scene, unless the solution does what is asked for, but for a tenth. A search goes
     /// on after it: a solution may exist.
-    fn look_for_jam(&mut self) {
+    fn look_for_jam(&mut self, present: &Stacked<T, D, C, R>) {
         let scene = self.problem.scene;
         let mut closing = T::ZERO;
         let mut asked = T::ZERO;
@@ -80,7 +80,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             asked = asked.max(violation(row.offset));
         }
         let is_met = self.record.status == Status::Solved && closing * T::literal(10.0) <= asked;
-        if is_met || !scene.is_conceivably_infeasible() {
+        let most = T::literal(DOUBTFUL_IMPULSE_RATIO);
+        let grows = [present, &self.record.best]
+            .iter()
+            .any(|r| self.problem.exceeds(r, most));
+        if is_met || !grows || !scene.is_conceivably_infeasible() {
             return;
         }
         if let Some(proof) = self.problem.jam() {
@@ -91,7 +95,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Looks for a proof that the scene is infeasible or jammed, unless the solution is convincing.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn check_infeasibility(&mut self) {
+    pub(crate) fn check_infeasibility(&mut self, present: &Stacked<T, D, C, R>) {
         let convincing = match self.record.status {
             Status::Solved => {
                 let ratio = self.problem.impulse_ratio(&self.record.best);
@@ -104,7 +108,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             if self.record.status == Status::Infeasible {
                 self.solution.status = Status::Infeasible;
             } else {
-                self.look_for_jam();
+                self.look_for_jam(present);
             }
         }
     }

@@ -4,7 +4,7 @@
 //! in balance that work against what the offsets ask for. The projection of `-w` onto the `d` in balance is the steepest of
 //! them; where it leaves the cones, projections onto cones (a little narrower, so that the last one stays inside) and onto
 //! balance take turns (von Neumann, 1950). No matrix is needed: conjugate gradients find balance in as many steps as bodies
-//! have velocities.
+//! have velocities, and two more for rounding.
 
 use crate::cone::FrictionCone;
 use crate::linalg::stacked::Stacked;
@@ -16,7 +16,7 @@ use crate::scene::Scaling;
 use nalgebra::SVector;
 
 /// Projections onto the cones, at most.
-const ROUNDS: usize = 32;
+const ROUNDS: usize = 16;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
@@ -108,10 +108,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     fn balance(&self, weights: &Stacked<T, D, C, R>, x: &mut Stacked<T, D, C, R>) {
         let mut direction = Stacked::zero();
         let mut last = T::ZERO;
-        for _ in 0..N + 2 {
+        let counts = self.sets.counts();
+        let most = N.min(D * counts.contacts + counts.rows) + 2;
+        for _ in 0..most {
             let mut slope = *x;
             self.products(weights, &mut slope);
             let steepness = dot(&slope, &slope);
+            if steepness <= dot(x, x) * T::EPSILON * T::EPSILON {
+                return; // in balance
+            }
             if last > T::ZERO {
                 slope = Stacked::along(&slope, &direction, steepness / last);
             }
@@ -119,7 +124,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let curvature = self.products(weights, &mut slope);
             let length = steepness / curvature;
             if !length.is_finite() {
-                return; // in balance
+                return;
             }
             *x = Stacked::along(x, &direction, -length);
         }
