@@ -139,18 +139,22 @@ fn a_jaw_jams() -> Result<(), Error> {
     jaw::<f32>(1e-4)
 }
 
-/// A normal that moves nothing but rounding throws nothing: doing nothing is less harm.
+/// A normal that moves nothing but rounding is one that nothing moves: what it asks for is proved to be impossible, and nothing is thrown.
 #[test]
-fn a_normal_of_rounding_throws_nothing() -> Result<(), Error> {
-    let mut scene = Scene::<f64, 1, 3, 1>::new();
-    scene.set_mass(&matrix![1.0])?;
-    scene.push(&Contact {
-        jacobian: matrix![1e-21; 0.1; 0.0],
-        offset: vector![-1e-13, 0.0, 0.0],
-        mu: 1.0,
-        key: 0,
-    })?;
-    let solution = solve(&scene, &vector![0.0], 1e-6)?;
-    assert!(solution.velocity[0].abs() <= 1e-9 && !solution.is_usable(1e-2));
+fn a_normal_of_rounding_is_immovable() -> Result<(), Error> {
+    for (normal, tangent) in [(1e-21, 0.1), (3.9e-21, 1.0), (1e-170, 1.0)] {
+        let mut scene = Scene::<f64, 1, 3, 1>::new();
+        scene.set_mass(&matrix![1.0])?;
+        scene.push(&Contact {
+            jacobian: matrix![normal; tangent; 0.0],
+            offset: vector![-1e-13, 0.0, 0.0],
+            mu: 1.0,
+            key: 0,
+        })?;
+        let solution = solve(&scene, &vector![0.0], 1e-6)?;
+        assert_eq!(solution.status, Status::Infeasible);
+        assert_eq!(solution.certificate[0], vector![1.0, 0.0, 0.0]);
+        assert!(solution.velocity[0].abs() <= 1e-9 && !solution.is_usable(1e-2));
+    }
     Ok(())
 }
