@@ -41,6 +41,8 @@ impl<T: Real + Format, const N: usize, const D: usize, const C: usize, const R: 
     for Solution<T, N, D, C, R>
 {
     fn format(&self, fmt: Formatter<'_>) {
+        let certificate = self.certificate.iter();
+        let certificate: heapless::Vec<_, C> = certificate.map(|d| d.data.as_slice()).collect();
         write!(
             fmt,
             "{}: error {}, {}, v = {}, contacts {}, rows {}, certificate {} {}",
@@ -50,7 +52,7 @@ impl<T: Real + Format, const N: usize, const D: usize, const C: usize, const R: 
             self.velocity.data.as_slice(),
             self.contacts.as_slice(),
             self.rows.as_slice(),
-            self.certificate.as_slice(),
+            certificate.as_slice(),
             self.row_certificate.as_slice()
         );
     }

@@ -562,7 +562,7 @@ fn a_contact_that_nothing_moves_is_met_or_infeasible() -> Result<(), Error> {
             assert_eq!(solution.status, Status::Infeasible);
             assert!(solution.work.total() <= 30); // not the budget
             assert!(solution.error == f64::INFINITY && error == f64::INFINITY);
-            assert!(solution.certificate[0] == 0.0 && solution.certificate[1] > 0.0);
+            assert!(solution.certificate[0][0] == 0.0 && solution.certificate[1][0] > 0.0);
             assert_eq!(worst, Some(1));
         }
         let relaxed = Settings {

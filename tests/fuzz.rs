@@ -30,7 +30,7 @@ fn has_numbers<T: Real, const N: usize, const D: usize, const C: usize, const R:
     let numbers = contacts
         .chain(rows)
         .chain(&solution.velocity)
-        .chain(&solution.certificate)
+        .chain(solution.certificate.iter().flatten())
         .chain(&solution.row_certificate);
     numbers.into_iter().all(nalgebra::ComplexField::is_finite)
 }

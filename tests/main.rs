@@ -15,6 +15,7 @@ mod forces;
 mod fuzz;
 mod hard;
 mod helpers;
+mod jams;
 mod kernel;
 mod limits;
 mod long_runs;

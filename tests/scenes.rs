@@ -109,15 +109,16 @@ fn an_infeasible_scene_is_proved_infeasible() -> Result<(), Error> {
     let proof = scene.contacts().iter().zip(&solution.certificate);
     let proof = proof.fold(
         (SVector::<f64, 3>::zeros(), 0.0),
-        |(force, power), (contact, &d)| {
-            assert!(d >= 0.0);
+        |(force, power), (contact, d)| {
+            assert!(d[0] >= 0.0 && d[1] == 0.0 && d[2] == 0.0);
+            let d = d[0];
             let normal = contact.jacobian.row(0).transpose();
             (force + normal * d, power + contact.offset[0] * d)
         },
     );
     let (force, power) = proof;
     assert!(power < 0.0);
-    assert!(force.norm() <= 1e-12 * solution.certificate.iter().sum::<f64>());
+    assert!(force.norm() <= 1e-12 * solution.certificate.iter().sum::<SVector<f64, 3>>()[0]);
     Ok(())
 }
 

@@ -17,7 +17,7 @@ pub struct ContactOutcome {
     /// Velocity, m/s.
     pub velocity: [Real; D],
     /// Its part in a proof.
-    pub certificate: Real,
+    pub certificate: [Real; D],
 }
 
 impl ContactOutcome {
@@ -26,7 +26,7 @@ impl ContactOutcome {
         mode: Mode::Open,
         impulse: [0.0; D],
         velocity: [0.0; D],
-        certificate: 0.0,
+        certificate: [0.0; D],
     };
 
     /// A contact of a solution.
@@ -36,7 +36,10 @@ impl ContactOutcome {
             mode: contact.mode.into(),
             impulse: contact.impulse.into(),
             velocity: contact.velocity.into(),
-            certificate: solution.certificate.get(place).copied().unwrap_or(0.0),
+            certificate: solution
+                .certificate
+                .get(place)
+                .map_or([0.0; D], |&d| d.into()),
         })
     }
 }

@@ -38,6 +38,7 @@ enum_of_the_header! {
     PrecisionLimit = "STICTION_PRECISION_LIMIT",
     Infeasible = "STICTION_INFEASIBLE",
     Unsolved = "STICTION_UNSOLVED",
+    Jammed = "STICTION_JAMMED",
     Unknown = "STICTION_UNKNOWN",
     Null = "STICTION_NULL",
     NotInitialised = "STICTION_NOT_INITIALISED",
@@ -137,6 +138,7 @@ impl From<stiction::Status> for Status {
             Rust::OutOfBudget => Self::OutOfBudget,
             Rust::PrecisionLimit => Self::PrecisionLimit,
             Rust::Infeasible => Self::Infeasible,
+            Rust::Jammed => Self::Jammed,
             _ => Self::Unknown,
         }
     }

@@ -50,6 +50,7 @@ enum stiction_status {
     STICTION_PRECISION_LIMIT = 2, /* the error is above the tolerance, and the number type allows hardly less */
     STICTION_INFEASIBLE = 3,      /* no velocity satisfies all contacts and joint rows: see their offsets, and do not use this */
     STICTION_UNSOLVED = 4,        /* nothing was solved yet */
+    STICTION_JAMMED = 5,          /* none was found, and friction locks what is to be pushed apart: see the offsets, and do not use this */
 
     STICTION_NULL = -1,                       /* a null pointer */
     STICTION_NOT_INITIALISED = -2,            /* stiction_init was not called on this memory */
@@ -169,7 +170,8 @@ typedef struct stiction_contact {
     enum stiction_mode mode;
     stiction_real impulse[STICTION_D];  /* r_i, N s */
     stiction_real velocity[STICTION_D]; /* u_i, m/s */
-    stiction_real certificate; /* > 0 if the scene is infeasible and this contact has a part in it: see its offset */
+    stiction_real certificate[STICTION_D]; /* not 0 if the scene is infeasible or jammed and this contact has a part in it: see
+                                              its offset; normal first, and along normals alone if infeasible */
 } stiction_contact;
 
 /* One joint row of a solution. */
@@ -178,7 +180,7 @@ typedef struct stiction_row {
     enum stiction_row_mode mode;
     stiction_real impulse;     /* l_j, N s along a length, N m s about an axis */
     stiction_real velocity;    /* s_j, m/s or rad/s */
-    stiction_real certificate; /* not 0 if the scene is infeasible and this row has a part in it */
+    stiction_real certificate; /* not 0 if the scene is infeasible or jammed and this row has a part in it */
 } stiction_row;
 
 /* The worst violation of the law of a contact. */
@@ -262,7 +264,7 @@ enum stiction_status stiction_set_impulses(stiction *s, const stiction_contact_i
 
 /* Solves for a free impulse M v_free (N s) to an error of `tolerance`; 1e-4 suits float. A call does at most `budget` work
    and 27 more: a Newton step counts 10, a sweep 2. If the budget has ended, resume goes on, with the same scene, free impulse and
-   tolerance, and in how many calls makes no difference, except that STICTION_INFEASIBLE may come sooner. Otherwise, and with
+   tolerance, and in how many calls makes no difference, except that STICTION_INFEASIBLE and STICTION_JAMMED may come sooner. Otherwise, and with
    anything else, resume solves. */
 enum stiction_status stiction_solve(stiction *s, const stiction_real free_impulse[STICTION_N], stiction_real tolerance,
                                     uint32_t budget);

@@ -132,10 +132,25 @@ static void endings(void)
         CHECK(add(h, offset, 0, 43) == STICTION_OK);
         CHECK(solve(0, 0, 1000) == STICTION_INFEASIBLE && !stiction_is_usable(s, 1));
         CHECK(stiction_read(s, &solution) == STICTION_OK && solution.status == STICTION_INFEASIBLE);
-        CHECK(solution.contacts[0].certificate > 0 && solution.contacts[1].certificate > 0);
+        CHECK(solution.contacts[0].certificate[0] > 0 && solution.contacts[1].certificate[0] > 0);
     }
     offset[0] = 0;
     jacobian[0][0] = 1;
+#if STICTION_D > 1 && STICTION_D <= 3
+    point(1); /* a jaw at 5 degrees that is to be pushed out and jams */
+    CHECK(stiction_clear(s) == STICTION_OK);
+    offset[0] = (stiction_real)-0.1;
+    jacobian[0][0] = (stiction_real)0.0872;
+    jacobian[1][0] = (stiction_real)0.9962;
+    jacobian[1][1] = 0;
+    CHECK(add(h, offset, 1, 44) == STICTION_OK && solve(0, 0, 1000) == STICTION_JAMMED && !stiction_is_usable(s, 1));
+    CHECK(stiction_read(s, &solution) == STICTION_OK);
+    CHECK(solution.contacts[0].certificate[0] > 0 && solution.contacts[0].certificate[1] < 0);
+    offset[0] = 0;
+    jacobian[0][0] = 1;
+    jacobian[1][0] = 0;
+    jacobian[1][1] = 1;
+#endif
     /* Contacts that push a point obliquely take more than no work. */
     point(0.5);
     for (int i = 1; i < STICTION_C; i++) {

@@ -219,10 +219,10 @@ impl<const N: usize> World<N> {
     /// or else those that push.
     fn culprits(&self, points: &[Point]) -> String {
         let solution = self.kernel.solution();
-        let proved = solution.status == Status::Infeasible;
-        let speaks_of = |pushes: bool, certificate: &[f64], i: usize| {
+        let proved = matches!(solution.status, Status::Infeasible | Status::Jammed);
+        let speaks_of = |pushes: bool, part: Option<f64>| {
             if proved {
-                certificate[i] != 0.0
+                part.is_some_and(|part| part != 0.0)
             } else {
                 pushes
             }
@@ -230,13 +230,13 @@ impl<const N: usize> World<N> {
         let mut named = Vec::new();
         for (i, (point, contact)) in points.iter().zip(&solution.contacts).enumerate() {
             let pushes = contact.mode != ContactMode::Open;
-            if speaks_of(pushes, &solution.certificate, i) {
+            if speaks_of(pushes, solution.certificate.get(i).map(|d| d[0])) {
                 let [a, b] = point.pair.map(|body| &self.bodies[body].name);
                 named.push(format!("{a} and {b}"));
             }
         }
         for (i, row) in solution.rows.iter().enumerate() {
-            if speaks_of(row.impulse != 0.0, &solution.row_certificate, i) {
+            if speaks_of(row.impulse != 0.0, solution.row_certificate.get(i).copied()) {
                 named.push(self.row_name(row.key));
             }
         }

@@ -105,7 +105,9 @@ pub(crate) fn summary(runs: &[Run], options: &Options) {
     let mut work: Vec<usize> = runs.iter().map(|run| run.answer.work.total()).collect();
     work.sort_unstable();
     let quantile = |percent: usize| work[(work.len() - 1) * percent / 100];
-    let reaches = |run: &Run, error| run.answer.status != Status::Infeasible && run.error <= error;
+    let reaches = |run: &Run, error| {
+        !matches!(run.answer.status, Status::Infeasible | Status::Jammed) && run.error <= error
+    };
     let count = |wanted: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| wanted(run)).count();
     print(&format!(
         "\n{} scenes: {} infeasible, {} solved; error <= 1e-3: {}, 1e-6: {}, 1e-9: {}; \
@@ -136,6 +138,7 @@ fn status(status: Status) -> &'static str {
         Status::Solved => "solved",
         Status::PrecisionLimit => "precision_limit",
         Status::Infeasible => "infeasible",
+        Status::Jammed => "jammed",
         _ => "max_iterations",
     }
 }

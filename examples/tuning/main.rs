@@ -80,7 +80,10 @@ fn solve(kernel: Constructor, steps: &[SceneFile], tolerance: f64, sums: &mut Su
         }
         let (status, work) = kernel.outcome();
         sums[place] += work.total().min(BUDGET);
-        sums[3] += usize::from(!matches!(status, Status::Solved | Status::Infeasible));
+        sums[3] += usize::from(!matches!(
+            status,
+            Status::Solved | Status::Infeasible | Status::Jammed
+        ));
     }
 }
 

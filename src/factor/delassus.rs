@@ -113,8 +113,24 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
                 for row in &mut scaled {
                     row.entry = scaling.scale(row.entry);
                 }
-                for row in whitened {
+                for row in whitened.iter_mut() {
                     *row = scaling.scale(*row);
+                }
+            }
+            let mut inertias = [T::ZERO; D];
+            for row in &scaled {
+                let own = whitened.get(row.place).into_iter().flatten();
+                for (inertia, (&x, &y)) in inertias.iter_mut().zip(row.entry.iter().zip(own)) {
+                    *inertia += x * y;
+                }
+            }
+            let largest = inertias.iter().fold(T::ZERO, |x, &y| x.max(y));
+            for (k, &inertia) in inertias.iter().enumerate() {
+                if inertia < largest * rounding_share() {
+                    let scaled = scaled.iter_mut().map(|row| &mut row.entry);
+                    for row in scaled.chain(whitened.iter_mut()) {
+                        row.iter_mut().skip(k).take(1).for_each(|x| *x = T::ZERO);
+                    }
                 }
             }
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
@@ -189,6 +205,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
         self.uncertainty = T::literal(64.0) * T::EPSILON * growth + delassus_gap;
     }
+}
+
+/// A row of a contact that moves less than this share of what another one does, in the norm of `M⁻¹`, squared, moves nothing but
+/// rounding: it counts as zero.
+pub(super) fn rounding_share<T: Real>() -> T {
+    let share = T::literal(16.0) * T::EPSILON;
+    share * share
 }
 
 /// Has the normal row of a contact an entry that is not zero?

@@ -11,7 +11,7 @@
 //! `rho` never touches the `N × N` factor again.
 
 use crate::error::Error;
-use crate::factor::delassus::normal_moves;
+use crate::factor::delassus::{normal_moves, rounding_share};
 use crate::linalg::cholesky::envelope;
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::{Counts, Stacked};
@@ -144,8 +144,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         for (contact, source) in scene.contacts().iter().enumerate() {
             // A normal that only seems to move nothing would be called immovable.
             let normal = self.delassus.inverse_mass(contact, 0);
-            let vanishes = normal < T::least_normal() && normal_moves(source);
-            if vanishes || !self.delassus.trace(contact).is_finite() {
+            let trace = self.delassus.trace(contact);
+            let is_rounding = normal < trace * rounding_share();
+            let vanishes = normal < T::least_normal() && normal_moves(source) && !is_rounding;
+            if vanishes || !trace.is_finite() {
                 return Err(Error::DelassusOutOfRange { contact });
             }
         }

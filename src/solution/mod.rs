@@ -37,6 +37,9 @@ pub enum Status {
     PrecisionLimit = 2,
     /// No velocity satisfies all contacts and joint rows; [`Solution::certificate`] is the proof.
     Infeasible = 3,
+    /// No solution was found, and friction locks what is to be pushed apart: [`Solution::certificate`] is the proof. See
+    /// [`crate::guide::error`] for what it proves.
+    Jammed = 5,
 }
 
 impl fmt::Display for Status {
@@ -47,6 +50,7 @@ impl fmt::Display for Status {
             Self::OutOfBudget => "out of budget",
             Self::PrecisionLimit => "at the limit of the number type",
             Self::Infeasible => "infeasible",
+            Self::Jammed => "jammed by friction",
         })
     }
 }
@@ -86,9 +90,10 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     pub rows: Vec<RowSolution<T>, R>,
     /// How the solve ended.
     pub status: Status,
-    /// Proof of [`Status::Infeasible`], otherwise empty: one `d_i >= 0` a contact, and in [`Self::row_certificate`] one `d_j` a
-    /// joint row, with `Σ d_i H_Niᵀ + Σ d_j row_jᵀ = 0` and `Σ d_i w_Ni + Σ d_j offset_j < 0` (Farkas' lemma).
-    pub certificate: Vec<T, C>,
+    /// Proof of [`Status::Infeasible`] or [`Status::Jammed`], otherwise empty: for each contact a `d_i` in its friction cone,
+    /// normal first, and in [`Self::row_certificate`] one `d_j` a joint row, with `Σ H_iᵀ d_i + Σ d_j row_jᵀ = 0` and
+    /// `Σ w_i · d_i + Σ d_j offset_j < 0` (Farkas' lemma). Of an infeasible scene all tangents are zero.
+    pub certificate: Vec<SVector<T, D>, C>,
     /// The joint rows' part of the proof: not negative of limits, of any sign of equalities, 0 of others.
     pub row_certificate: Vec<T, R>,
     /// Work of the solve, over all its calls.
@@ -123,13 +128,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 
     /// True if solved, or ended by the budget or the number type at an error of at most `error` (dimensionless).
     ///
-    /// Never true for [`Status::Infeasible`]: contradictory walls make impulses grow, and an error relative to them small.
+    /// Never true for [`Status::Infeasible`] and [`Status::Jammed`]: contradictory walls make impulses grow, and an error relative to them small.
     #[must_use]
     pub fn is_usable(&self, error: T) -> bool {
         match self.status {
             Status::Solved => true,
             Status::OutOfBudget | Status::PrecisionLimit => self.error <= error,
-            Status::Infeasible | Status::Unsolved => false,
+            Status::Infeasible | Status::Jammed | Status::Unsolved => false,
         }
     }
 

@@ -1,12 +1,13 @@
 //! When the monitor doubts a solution: scenes that have none.
 
 use crate::real::Real;
+use crate::scene::RowLaw;
 use crate::solution::Status;
 use crate::solver::monitor::Monitor;
 
 /// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
 /// a proof; five times as much would call slow walls solved.)
-const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
+pub(super) const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>
@@ -25,22 +26,63 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let Some(proof) = self.problem.certificate() else {
             return;
         };
-        // There is room: a solution holds as many as a scene.
-        let counts = self.problem.sets.counts();
-        self.solution.certificate.clear();
-        for [d] in proof.contacts.into_iter().take(counts.contacts) {
-            let _ = self.solution.certificate.push(d);
-        }
-        self.solution.row_certificate.clear();
-        for d in proof.rows.into_iter().take(counts.rows) {
-            let _ = self.solution.row_certificate.push(d);
-        }
+        self.write_certificate(&proof);
         self.stop(Status::Infeasible);
     }
 
-    /// Looks for a proof that the scene is infeasible, unless the solution is convincing.
+    /// Writes down a proof.
+    fn write_certificate(&mut self, proof: &Stacked<T, D, C, R>) {
+        // There is room: a solution holds as many as a scene.
+        let counts = self.problem.sets.counts();
+        self.solution.certificate.clear();
+        for &d in proof.contacts.iter().take(counts.contacts) {
+            let _ = self.solution.certificate.push(d.into());
+        }
+        self.solution.row_certificate.clear();
+        for &d in proof.rows.iter().take(counts.rows) {
+            let _ = self.solution.row_certificate.push(d);
+        }
+    }
+
+    /// Looks for a proof that friction jams the scene, unless the solution does what is asked for, but for a tenth. A search goes
+    /// on after it: a solution may exist.
+    fn look_for_jam(&mut self, present: &Stacked<T, D, C, R>) {
+        let scene = self.problem.scene;
+        let mut closing = T::ZERO;
+        let mut asked = T::ZERO;
+        for (found, contact) in self.solution.contacts.iter().zip(scene.contacts()) {
+            if let (Some(&u), Some(&w)) =
+                (found.velocity.iter().next(), contact.offset.iter().next())
+            {
+                (closing, asked) = (closing.max(-u), asked.max(-w));
+            }
+        }
+        for (found, row) in self.solution.rows.iter().zip(scene.rows()) {
+            let violation = |velocity: T| match row.law {
+                RowLaw::Limit => -velocity,
+                RowLaw::Equality => velocity.abs(),
+                RowLaw::Box { .. } => T::ZERO,
+            };
+            closing = closing.max(violation(found.velocity));
+            asked = asked.max(violation(row.offset));
+        }
+        let is_met = self.record.status == Status::Solved && closing * T::literal(10.0) <= asked;
+        let most = T::literal(DOUBTFUL_IMPULSE_RATIO);
+        let grows = [present, &self.record.best]
+            .iter()
+            .any(|r| self.problem.exceeds(r, most));
+        if is_met || !grows || !scene.is_conceivably_infeasible() {
+            return;
+        }
+        if let Some(proof) = self.problem.jam() {
+            self.write_certificate(&proof);
+            self.solution.status = Status::Jammed;
+        }
+    }
+
+    /// Looks for a proof that the scene is infeasible or jammed, unless the solution is convincing.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn check_infeasibility(&mut self) {
+    pub(crate) fn check_infeasibility(&mut self, present: &Stacked<T, D, C, R>) {
         let convincing = match self.record.status {
             Status::Solved => {
                 let ratio = self.problem.impulse_ratio(&self.record.best);
@@ -52,6 +94,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.look_for_proof();
             if self.record.status == Status::Infeasible {
                 self.solution.status = Status::Infeasible;
+            } else {
+                self.look_for_jam(present);
             }
         }
     }

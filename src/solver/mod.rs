@@ -272,7 +272,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         if writes || monitor.is_over() {
             monitor.finish(self.method.impulses());
             if P::CENTRAL_PATH {
-                monitor.check_infeasibility();
+                monitor.check_infeasibility(self.method.impulses());
             }
         } else {
             monitor.pause();

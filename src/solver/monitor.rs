@@ -4,6 +4,7 @@ use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Settings, Solution, Status, Work};
+use crate::solver::infeasible::DOUBTFUL_IMPULSE_RATIO;
 use crate::solver::record::{Call, Record};
 use crate::solver::tuning;
 use nalgebra::SVector;
@@ -203,7 +204,8 @@ impl<
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish(&mut self, present: &Stacked<T, D, C, R>) {
         self.problem.set_shift(true);
-        let shown = self.call == Call::Resume && self.solution.status == Status::OutOfBudget;
+        let shown = self.call == Call::Resume
+            && matches!(self.solution.status, Status::OutOfBudget | Status::Jammed);
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,
             status => status,
@@ -227,6 +229,9 @@ impl<
         }
         self.problem.count_stopping();
         let tolerance = self.settings.tolerance;
+        if self.problem.throws(&r, T::literal(DOUBTFUL_IMPULSE_RATIO)) {
+            r = Stacked::zero();
+        }
         self.problem.evaluate(&r, tolerance, self.solution);
         if !self.solution.has_numbers() {
             // Squares overflow, and no impulse is known.

@@ -126,7 +126,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C, 0
             Model::Coulomb => measure::Law::Coulomb,
             Model::ConvexRelaxation => measure::Law::Relaxed,
         };
-        let certificate: Vec<f64> = solution.certificate.iter().map(|x| double(*x)).collect();
+        let normals = solution.certificate.iter().map(|d| double(d[0]));
+        let certificate: Vec<f64> = normals.collect();
         let proof = solution.status != Status::Infeasible
             || measure::proof(&file, &certificate) > 0.01 / double(T::EPSILON).sqrt();
         Some((measure::error_of(scene, push, solution, law), proof))

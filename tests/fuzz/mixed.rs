@@ -318,9 +318,12 @@ impl<T: Real, const N: usize, const C: usize, const R: usize> Kind<T, N, 6, C, R
 pub(super) fn proof_of<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     solution: &Solution<T, N, D, C, R>,
 ) -> [Vec<f64>; 2] {
-    let numbers = |d: &[T]| d.iter().map(|x| double(*x)).collect();
     [
-        numbers(&solution.certificate),
-        numbers(&solution.row_certificate),
+        solution.certificate.iter().map(|d| double(d[0])).collect(),
+        solution
+            .row_certificate
+            .iter()
+            .map(|d| double(*d))
+            .collect(),
     ]
 }

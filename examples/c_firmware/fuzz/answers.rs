@@ -58,7 +58,7 @@ impl Machine {
                 "{error:e}"
             );
             if read.status == Status::Infeasible && Real::EPSILON < 1e-10 {
-                let normals: Vec<f64> = contacts.iter().map(|c| double(c.certificate)).collect();
+                let normals: Vec<f64> = contacts.iter().map(|c| double(c.certificate[0])).collect();
                 let joints: Vec<f64> = rows.iter().map(|row| double(row.certificate)).collect();
                 assert!(
                     mixed_measure::proves(&file, &normals, &joints),
@@ -97,11 +97,11 @@ impl Machine {
         let solution = self.mirror.solution().clone();
         let is = |told: &ContactOutcome, i: usize| {
             let contact = &solution.contacts[i];
-            let proof = solution.certificate.get(i).copied().unwrap_or(0.0);
+            let proof = solution.certificate.get(i).copied().unwrap_or_default();
             (told.key, told.mode) == (contact.key, Mode::from(contact.mode))
                 && same(&told.impulse, contact.impulse.as_slice())
                 && same(&told.velocity, contact.velocity.as_slice())
-                && same(&[told.certificate], &[proof])
+                && same(&told.certificate, proof.as_slice())
         };
         for i in 0..C + 2 {
             // SAFETY: both pointers are good.

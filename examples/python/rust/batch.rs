@@ -97,7 +97,7 @@ fn solve_all<T: Number>(
     );
     let (mut modes, mut certificate) = (
         Pieces(modes.as_slice_mut()?, c),
-        Pieces(certificate.as_slice_mut()?, c),
+        Pieces(certificate.as_slice_mut()?, c * arrays.dim),
     );
     let (mut impulses, mut velocities) = (
         Pieces(impulses.as_slice_mut()?, k),

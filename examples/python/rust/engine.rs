@@ -234,7 +234,9 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
                 ContactMode::Slip => 2,
             };
         }
-        copy_or_zero(out.certificate, &solution.certificate);
+        let certificate = solution.certificate.iter().flatten().copied();
+        let certificate: Vec<T> = certificate.collect();
+        copy_or_zero(out.certificate, &certificate);
         for (j, row) in solution.rows.iter().enumerate() {
             out.row_impulses[j] = row.impulse;
             out.row_velocities[j] = row.velocity;

@@ -125,7 +125,7 @@ impl<T: Real> Answer<T> {
         self.r.resize(contacts * dim, T::ZERO);
         self.u.resize(contacts * dim, T::ZERO);
         self.modes.resize(contacts, 0);
-        self.certificate.resize(contacts, T::ZERO);
+        self.certificate.resize(contacts * dim, T::ZERO);
         self.rows
             .iter_mut()
             .for_each(|list| list.resize(rows, T::ZERO));

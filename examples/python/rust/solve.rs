@@ -48,7 +48,7 @@ pub(crate) fn solved<T: Number>(
         vector(&answer.r).reshape([contacts, dim])?,
         vector(&answer.u).reshape([contacts, dim])?,
         modes(&answer.modes),
-        vector(&answer.certificate),
+        vector(&answer.certificate).reshape([contacts, dim])?,
         outcome.status as i64,
         outcome.error,
         outcome.work(),

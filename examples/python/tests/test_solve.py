@@ -20,8 +20,8 @@ def test_solved_is_a_promise(bundled: dict[str, Any], tol: float) -> None:
     found = stiction.solve(M, H, push, w, mu, tol=tol)
     if bundled["name"] == "infeasible_squeeze":
         assert found.status is Status.INFEASIBLE
-        d = found.certificate
-        assert d.min() >= 0
+        d = found.certificate[:, 0]
+        assert d.min() >= 0 and not found.certificate[:, 1:].any()
         assert np.abs(d @ H[:, 0]).max() <= 1e-9 * d.max()
         assert d @ w[:, 0] < 0
         return
@@ -170,3 +170,11 @@ def test_what_is_too_large_is_told_what_to_do() -> None:
         stiction.solve(np.eye(n), np.zeros((1, 3, n)), np.zeros(n), W, MU)
     with pytest.raises(ValueError, match="compiled"):
         stiction.Kernel(3, 1000)
+
+
+def test_a_jaw_that_jams_is_proved() -> None:
+    H = np.array([[[np.sin(0.0873)], [np.cos(0.0873)], [0]]])
+    found = stiction.solve(np.eye(1), H, [0.0], [[-0.1, 0, 0]], 1.0, tol=1e-6)
+    assert found.status is Status.JAMMED and not found.is_usable(1.0)
+    ((normal, x, y),) = found.certificate
+    assert np.hypot(x, y) <= normal and abs(np.sum(H[0, :, 0] * found.certificate[0])) <= 1e-12 * normal

@@ -56,6 +56,6 @@ pub fn solve<T: Real>(scene: &Given, settings: &Settings<f64>) -> Result<Outcome
         status: solution.status,
         work: solution.work.total(),
         error: error_given(&delassus, &q, &mu, &r),
-        certificate: solution.certificate.iter().map(double).collect(),
+        certificate: solution.certificate.iter().map(|d| double(&d[0])).collect(),
     })
 }

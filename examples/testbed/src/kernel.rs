@@ -210,7 +210,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
                 .iter()
                 .map(|contact| contact.mode)
                 .collect(),
-            certificate: solution.certificate.iter().map(measure::double).collect(),
+            certificate: solution
+                .certificate
+                .iter()
+                .map(|d| measure::double(&d[0]))
+                .collect(),
             lambda: Vec::new(),
             certificate_lambda: Vec::new(),
         }

@@ -394,7 +394,7 @@ fn answer<T: Real, const N: usize, const D: usize, const C: usize, const R: usiz
             .flat_map(|contact| contact.impulse.iter().map(double))
             .collect(),
         modes: contacts().map(|contact| contact.mode).collect(),
-        certificate: certificate.map(double).collect(),
+        certificate: certificate.map(|d| double(&d[0])).collect(),
         lambda: rows()
             .map(|row| row.map_or(0.0, |(row, _)| double(&row.impulse)))
             .collect(),

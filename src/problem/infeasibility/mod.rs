@@ -15,6 +15,7 @@ use crate::real::Real;
 use crate::scene::{RowLaw, Scene};
 use search::{Demand, Search};
 
+mod jam;
 mod search;
 
 /// One number for the normal of each contact, and one for each joint row.
@@ -25,7 +26,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 {
     /// Looks for a `d` that proves the scene infeasible, in the rows as they were given; `None` if there is none to be found.
     #[inline(never)]
-    pub(crate) fn certificate(&self) -> Option<Proof<T, C, R>> {
+    pub(crate) fn certificate(&self) -> Option<Stacked<T, D, C, R>> {
         let (scene, factor) = (self.scene, self.factor);
         let (mut demands, mut offsets) = (scene.demands(), scene.offsets());
         let mass = scene.reference_mass();
@@ -53,7 +54,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let mut alone = Proof::zero();
             let sign = if offset < T::ZERO { T::ONE } else { -T::ONE };
             *alone.iter_mut().nth(place)? = sign;
-            return Some(alone);
+            return Some(normals(&alone));
         }
         let mut search = Search {
             demands,
@@ -80,6 +81,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);
         let is_strong = approach > T::ZERO && leak * proportion * fastest <= approach;
+        let [proof, d] = [normals(&proof), normals(&d)];
         (is_strong && scene.cancels(&proof, &d)).then_some(proof)
     }
 }
@@ -137,10 +139,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         rows.any(|(demand, &offset)| demand.is_violated(offset))
     }
 
-    /// Is `H_Nᵀ d + Jᵀ d` zero, but for a billionth of what one row would be, or for rounding? Rows are weighed by their effective
+    /// Is `Hᵀ d + Jᵀ d` zero, but for a billionth of what one row would be, or for rounding? Rows are weighed by their effective
     /// mass, as `weights` are `d` of.
     #[inline(never)]
-    fn cancels(&self, d: &Proof<T, C, R>, weights: &Proof<T, C, R>) -> bool {
+    fn cancels(&self, d: &Stacked<T, D, C, R>, weights: &Stacked<T, D, C, R>) -> bool {
         let [mut sums, mut sizes] = [[T::ZERO; N]; 2];
         let mut add = |column: usize, entry: T, d: T, weight: T| {
             let places = sums.get_mut(column).zip(sizes.get_mut(column));
@@ -150,14 +152,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
         };
         let pairs = d.contacts.iter().zip(&weights.contacts);
-        for (contact, (&[d], &[weight])) in self.contacts().iter().zip(pairs) {
+        for (contact, (d, weights)) in self.contacts().iter().zip(pairs) {
             for (column, entries) in contact.jacobian.data.0.iter().enumerate() {
-                add(
-                    column,
-                    entries.first().copied().unwrap_or(T::ZERO),
-                    d,
-                    weight,
-                );
+                for (&entry, (&d, &weight)) in entries.iter().zip(d.iter().zip(weights)) {
+                    add(column, entry, d, weight);
+                }
             }
         }
         let pairs = d.rows.iter().zip(&weights.rows);
@@ -233,13 +232,7 @@ fn row_products<T: Real, const N: usize, const D: usize, const C: usize, const R
     d: &Proof<T, C, R>,
     mass: T,
 ) -> (Proof<T, C, R>, T) {
-    let mut rows = Stacked::zero();
-    for (row, &[d]) in rows.contacts.iter_mut().zip(&d.contacts) {
-        if let Some(first) = row.first_mut() {
-            *first = d;
-        }
-    }
-    rows.rows = d.rows;
+    let rows = normals(d);
     let mut velocities = Stacked::zero();
     let energy = factor.impulse_velocity(&[T::ZERO; N], &rows, &mut velocities);
     let mut products = Proof::zero();
@@ -248,6 +241,20 @@ fn row_products<T: Real, const N: usize, const D: usize, const C: usize, const R
     }
     products.rows = velocities.rows.map(|velocity| velocity * mass);
     (products, (energy * mass).max(T::ZERO).square_root())
+}
+
+/// The same along normals, and nothing along tangents.
+fn normals<T: Real, const D: usize, const C: usize, const R: usize>(
+    d: &Proof<T, C, R>,
+) -> Stacked<T, D, C, R> {
+    let mut stacked = Stacked::zero();
+    for (row, &[d]) in stacked.contacts.iter_mut().zip(&d.contacts) {
+        if let Some(first) = row.first_mut() {
+            *first = d;
+        }
+    }
+    stacked.rows = d.rows;
+    stacked
 }
 
 /// Entry by entry.

@@ -26,7 +26,7 @@ class BatchSolution:
     u: Array
     #: ``(b, c)``, int8
     modes: NDArray[np.int8]
-    #: ``(b, c)``
+    #: ``(b, c, d)``
     certificate: Array
     #: ``(b, k)``
     row_impulses: Array
@@ -56,7 +56,7 @@ def _shapes(b: int, n: int, c: int, d: int, k: int, number: np.dtype[Any]) -> di
         "r": ((b, c, d), number),
         "u": ((b, c, d), number),
         "modes": ((b, c), np.int8),
-        "certificate": ((b, c), number),
+        "certificate": ((b, c, d), number),
         "row_impulses": ((b, k), number),
         "row_velocities": ((b, k), number),
         "row_modes": ((b, k), np.int8),

@@ -24,6 +24,8 @@ class Status(IntEnum):
     INFEASIBLE = 3
     #: The budget was used up; the solution is the best so far.
     OUT_OF_BUDGET = 4
+    #: No solution was found, and friction locks what is to be pushed apart; the certificate proves it.
+    JAMMED = 5
 
 
 class Mode(IntEnum):
@@ -92,7 +94,8 @@ class Solution:
     u: Array
     #: :class:`Mode` of each contact, ``(c,)``, int8.
     modes: NDArray[np.int8]
-    #: Proof of ``Status.INFEASIBLE``, otherwise 0: ``d >= 0`` of each contact, ``(c,)``.
+    #: Proof of ``Status.INFEASIBLE`` or ``Status.JAMMED``, otherwise 0: ``d`` in the friction cone of each contact, ``(c, d)``,
+    #: normal first; of an infeasible scene normals alone.
     certificate: Array
     #: How the solve ended.
     status: Status

@@ -1,0 +1,160 @@
+//! Friction that locks what is to be pushed apart: no finite impulses solve it, and the status says so.
+
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, matrix, vector};
+use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solution, Solver, Status};
+
+const WALL: f64 = 0.1; // m/s at which a gap is to open
+
+/// A cube of 1 kg between a floor and a lid that is tilted, to be pushed off both.
+fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(Scene<T, 6, 3, 8>, SVector<T, 6>), Error> {
+    let mut scene = Scene::new();
+    let masses = vector![1.0, 1.0, 1.0, 0.1, 0.1, 0.1];
+    scene.set_mass(&Matrix6::from_diagonal(&masses).map(T::literal))?;
+    let lid = [
+        Vector3::new(-tilt.sin(), 0.0, -tilt.cos()),
+        Vector3::new(tilt.cos(), 0.0, -tilt.sin()),
+        Vector3::y(),
+    ];
+    for (height, frame) in [
+        (-0.5, [Vector3::z(), Vector3::x(), Vector3::y()]),
+        (0.5, lid),
+    ] {
+        for (x, y) in [(-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5)] {
+            let point = Vector3::new(x, y, height);
+            let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
+            for (k, direction) in frame.iter().enumerate() {
+                let turn = point.cross(direction);
+                for i in 0..3 {
+                    jacobian[(k, i)] = direction[i];
+                    jacobian[(k, i + 3)] = turn[i];
+                }
+            }
+            scene.push(&Contact {
+                jacobian: jacobian.map(T::literal),
+                offset: vector![-WALL, 0.0, 0.0].map(T::literal),
+                mu: T::literal(mu),
+                key: 0,
+            })?;
+        }
+    }
+    Ok((
+        scene,
+        vector![0.0, 0.0, -0.0981, 0.0, 0.0, 0.0].map(T::literal),
+    ))
+}
+
+fn solve<T: Real, const N: usize, const C: usize>(
+    scene: &Scene<T, N, 3, C>,
+    push: &SVector<T, N>,
+    tolerance: f64,
+) -> Result<Solution<T, N, 3, C>, Error> {
+    let settings = Settings {
+        budget: 1_000,
+        ..Settings::new(T::literal(tolerance))
+    };
+    let mut solver = Solver::new();
+    Ok(solver
+        .solve(scene, &Factor::new(scene)?, push, &settings)?
+        .clone())
+}
+
+/// Does the certificate prove what it says, recomputed here?
+fn is_proof<T: Real, const N: usize, const C: usize>(
+    scene: &Scene<T, N, 3, C>,
+    solution: &Solution<T, N, 3, C>,
+) -> bool {
+    let double = |x: T| x.to_subset().unwrap_or(f64::NAN);
+    let (mut force, mut approach, mut size) = (SVector::<f64, N>::zeros(), 0.0, 0.0);
+    let mut inside = solution.certificate.len() == scene.contacts().len();
+    for (contact, d) in scene.contacts().iter().zip(&solution.certificate) {
+        let d = d.map(double);
+        force += contact.jacobian.map(double).transpose() * d;
+        approach -= contact.offset.map(double).dot(&d);
+        size += d.norm();
+        inside &= d[1].hypot(d[2]) <= double(contact.mu) * d[0] * (1.0 + 1e-12);
+    }
+    inside && force.norm() <= 64.0 * double(T::EPSILON) * size && approach > 1e-3 * WALL * size
+}
+
+fn wedges<T: Real>(tolerance: f64) -> Result<(), Error> {
+    let mut wrong = Vec::new();
+    for mu in [0.03, 0.07, 0.13, 0.25, 0.5] {
+        for degrees in [2.0, 5.0, 10.0, 20.0, 40.0, 60.0_f64] {
+            let tilt = degrees.to_radians();
+            let (scene, push) = wedge::<T>(mu, tilt)?;
+            let solution = solve(&scene, &push, tolerance)?;
+            let locks = (tilt / 2.0).tan() < mu;
+            let expected = if locks {
+                Status::Jammed
+            } else {
+                Status::Solved
+            };
+            if solution.status != expected || locks != is_proof(&scene, &solution) {
+                wrong.push((mu, degrees, solution.status, solution.error));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+    Ok(())
+}
+
+#[test]
+fn wedges_in_f64() -> Result<(), Error> {
+    wedges::<f64>(1e-6)?;
+    wedges::<f64>(1e-9)
+}
+
+#[test]
+fn wedges_in_f32() -> Result<(), Error> {
+    wedges::<f32>(1e-4)
+}
+
+/// A jaw of one joint at 5 degrees that is to be pushed out.
+fn jaw<T: Real>(tolerance: f64) -> Result<(), Error> {
+    let mut scene = Scene::<T, 1, 3, 1>::new();
+    scene.set_mass(&matrix![T::ONE])?;
+    scene.push(&Contact {
+        jacobian: matrix![0.0873_f64.sin(); 0.0873_f64.cos(); 0.0].map(T::literal),
+        offset: vector![-WALL, 0.0, 0.0].map(T::literal),
+        mu: T::ONE,
+        key: 0,
+    })?;
+    let solution = solve(&scene, &vector![T::ZERO], tolerance)?;
+    assert_eq!(solution.status, Status::Jammed, "{tolerance}");
+    assert!(is_proof(&scene, &solution) && !solution.is_usable(T::ONE));
+    // It does not throw what would stay.
+    assert!(
+        solution.velocity[0].abs() <= T::literal(2.0),
+        "{:?}",
+        solution.velocity
+    );
+    Ok(())
+}
+
+#[test]
+fn a_jaw_jams() -> Result<(), Error> {
+    for tolerance in [1e-3, 1e-6, 1e-9] {
+        jaw::<f64>(tolerance)?;
+    }
+    jaw::<f32>(1e-4)
+}
+
+/// A normal that moves nothing but rounding is one that nothing moves: what it asks for is proved to be impossible, and nothing is thrown.
+#[test]
+fn a_normal_of_rounding_is_immovable() -> Result<(), Error> {
+    for (normal, tangent) in [(1e-21, 0.1), (3.9e-21, 1.0), (1e-170, 1.0)] {
+        let mut scene = Scene::<f64, 1, 3, 1>::new();
+        scene.set_mass(&matrix![1.0])?;
+        scene.push(&Contact {
+            jacobian: matrix![normal; tangent; 0.0],
+            offset: vector![-1e-13, 0.0, 0.0],
+            mu: 1.0,
+            key: 0,
+        })?;
+        let solution = solve(&scene, &vector![0.0], 1e-6)?;
+        assert_eq!(solution.status, Status::Infeasible);
+        assert_eq!(solution.certificate[0], vector![1.0, 0.0, 0.0]);
+        assert!(solution.velocity[0].abs() <= 1e-9 && !solution.is_usable(1e-2));
+    }
+    Ok(())
+}
