@@ -77,12 +77,14 @@ fn a_split_solve_gives_the_same_bits() {
                         .all(|answer| answer.status == Status::Infeasible)
                 );
             } else {
-                assert_eq!(
-                    split.each_ref().map(bits),
-                    whole.each_ref().map(bits),
-                    "{} in calls of {budget}",
-                    file.name
-                );
+                for (split, whole) in split.iter().zip(&whole) {
+                    // The question whether a body can stay at rest ends with a call, with a solution.
+                    let ends_sooner = split.work.total() < whole.work.total();
+                    if !(ends_sooner && split.status == Status::Solved) {
+                        let (split, whole) = (bits(split), bits(whole));
+                        assert_eq!(split, whole, "{} in calls of {budget}", file.name);
+                    }
+                }
             }
             // A call ends with the piece of work in which its budget ends, and the one search for a proof.
             assert!(dearest < budget + 28, "{}: {dearest}", file.name);

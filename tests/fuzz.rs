@@ -238,7 +238,9 @@ impl<
             spent = work;
         }
         let split = kernel.solution();
-        if ![split.status, whole.status].contains(&Status::Infeasible) {
+        // The question whether a body can stay at rest ends with a call, with a solution.
+        let ends_sooner = split.is_solved() && whole.is_solved() && spent < whole.work.total();
+        if ![split.status, whole.status].contains(&Status::Infeasible) && !ends_sooner {
             assert_eq!(bits(split), bits(whole));
         }
         // Solved to a tolerance relative to huge impulses, and proved infeasible: both can be true, and either may be noticed first.

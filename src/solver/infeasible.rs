@@ -1,5 +1,6 @@
 //! When the monitor doubts a solution: scenes that have none.
 
+use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::scene::RowLaw;
 use crate::solution::Status;
