@@ -258,7 +258,8 @@ impl<
                 ..budget
             });
         }
-        let paused = self.kernel.solution().status == Status::OutOfBudget;
+        let status = self.kernel.solution().status;
+        let paused = matches!(status, Status::OutOfBudget | Status::Jammed);
         let spent = if paused {
             self.kernel.solution().work.total()
         } else {
