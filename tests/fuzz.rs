@@ -223,13 +223,15 @@ impl<
         push: &nalgebra::SVector<T, N>,
         few: &Settings<T>,
     ) {
-        if whole.status == Status::OutOfBudget {
+        if matches!(whole.status, Status::OutOfBudget | Status::Jammed) {
             return;
         }
         kernel.solve(push, few).expect("it was accepted");
         let mut spent = kernel.solution().work.total();
         for _ in 0..3_000 {
-            if kernel.solution().status != Status::OutOfBudget {
+            // A jam that is noticed between two calls may have a solution: the solve goes on.
+            let status = kernel.solution().status;
+            if !matches!(status, Status::OutOfBudget | Status::Jammed) {
                 break;
             }
             kernel.resume(push, few).expect("it was accepted");
@@ -258,7 +260,8 @@ impl<
                 ..budget
             });
         }
-        let paused = self.kernel.solution().status == Status::OutOfBudget;
+        let status = self.kernel.solution().status;
+        let paused = matches!(status, Status::OutOfBudget | Status::Jammed);
         let spent = if paused {
             self.kernel.solution().work.total()
         } else {

@@ -162,7 +162,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.run((scene, factor, free_impulse, settings), Call::Begin)
     }
 
-    /// Goes on with a solve that ended as [`crate::Status::OutOfBudget`], for [`Settings::budget`] more.
+    /// Goes on with a solve that ended as [`crate::Status::OutOfBudget`], or as [`crate::Status::Jammed`] with its budget used up, for
+    /// [`Settings::budget`] more.
     ///
     /// Only with scene, free impulse, tolerance and model of that solve: it tells by their fingerprint. Splitting a solve into several calls
     /// gives the same bits as one call, and the work of the solution is that of all calls; only that each call that writes a solution may look
