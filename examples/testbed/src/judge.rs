@@ -309,6 +309,9 @@ impl Scene {
             for (k, row) in contact.rows.iter().enumerate() {
                 let scale = contact.scales[k];
                 moved += scale * scale * square(&cholesky.whiten(row)) + contact.compliance[k];
+                if k >= 3 {
+                    continue; // spin and roll
+                }
                 let offset = ratio(contact.offset[k], scale);
                 if k > 0 || offset < zero() {
                     fastest = larger(fastest, size(offset));

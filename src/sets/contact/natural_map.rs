@@ -207,6 +207,11 @@ pub(crate) fn stopping_impulse<
     squares.square_root() * (T::literal(SHARE) / unit)
 }
 
+/// Entries of the rows of a contact that are lengths: no spin and no roll.
+fn lengths<T>(entries: &[T]) -> &[T] {
+    entries.get(..3).unwrap_or(entries)
+}
+
 /// The impulse (N·s) that the momentum of one dof asks of the contact with the longest lever on it, and that which gives the dof the
 /// fastest offset: the largest of `(|p_j| + M_jj s / h_j) / h_j` with `s = max |w|` and `h_j = max_k |H_kj|`. In a stack a light body
 /// carries a heavy one, of which `|r0|` knows nothing. A dof counts if its lever is more than 1e-7 of what the most
@@ -226,10 +231,11 @@ pub(crate) fn carried_impulse<
 ) -> T {
     let (mut levers, mut fastest, mut mobility) = ([T::ZERO; N], T::ZERO, T::ZERO);
     for (contact, set) in scene.contacts().iter().zip(sets) {
-        fastest = larger(fastest, without_gap(&contact.offset).as_slice(), T::ONE);
+        let offset = without_gap(&contact.offset);
+        fastest = larger(fastest, lengths(offset.as_slice()), T::ONE);
         mobility = mobility.max(set.inverse_mass());
         for (lever, column) in levers.iter_mut().zip(&contact.jacobian.data.0) {
-            *lever = larger(*lever, column, T::ONE);
+            *lever = larger(*lever, lengths(column), T::ONE);
         }
     }
     let mut largest = T::ZERO;
