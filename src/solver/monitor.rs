@@ -145,7 +145,7 @@ impl<
             self.problem.evaluate(r, tolerance, self.solution);
         }
         if self.solution.error <= tolerance {
-            let solved = self.solution.has_numbers();
+            let solved = self.solution.has_numbers() && r.contact_square().is_finite();
             self.stop(if solved {
                 Status::Solved
             } else {
