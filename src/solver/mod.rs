@@ -136,6 +136,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         Ok(())
     }
 
+    /// Tells that nothing moved before the next solve, which is then answered by a solution at rest, if Coulomb's law has one.
+    ///
+    /// A solver knows by itself whether its last solution was at rest. This is for the first solve, and for that after [`Self::reset`]: a cold
+    /// solve of a body at rest may come to another solution, in which it slides ([`crate::guide::error`]).
+    ///
+    /// ```
+    /// # use stiction::Kernel;
+    /// let mut kernel = Kernel::<f32, 6, 3, 4>::new();
+    /// kernel.solver_mut().presume_rest(); // the crate stands on its slope before we begin
+    /// ```
+    pub fn presume_rest(&mut self) {
+        self.warm_start.presume_rest();
+    }
+
     /// The last solution. After an `Err` it is still that of an earlier solve.
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C, R> {

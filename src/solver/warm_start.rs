@@ -35,6 +35,8 @@ pub(crate) enum WarmStartKind {
 pub(crate) struct WarmStart<T, const D: usize, const C: usize, const R: usize> {
     contacts: Table<T, D, C>,
     rows: Table<T, 1, R>,
+    /// Is it known that nothing moved before the next solve?
+    rests: bool,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C, R> {
@@ -43,6 +45,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         Self {
             contacts: Table::empty(),
             rows: Table::empty(),
+            rests: false,
         }
     }
 
@@ -68,6 +71,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
             .set(contacts.iter().map(|&(key, r)| (key, r.into())));
         self.rows.set(rows.iter().map(|&(key, r)| (key, [r])));
         Ok(())
+    }
+
+    /// Nothing moved before the next solve.
+    pub(crate) fn presume_rest(&mut self) {
+        self.rests = true;
     }
 
     /// Is nothing known?
@@ -108,6 +116,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         r: &Stacked<T, D, C, R>,
         replaces: bool,
     ) {
+        self.rests = false;
         let values = u.contacts.iter().zip(&r.contacts);
         for (i, (contact, (&u, &r))) in scene.contacts().iter().zip(values).enumerate() {
             let (u, r) = (scene.unscale(i, u), scene.scale(i, r));
@@ -296,7 +305,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         let expected = problem.reference_impulse * problem.reference_impulse;
         // Impulses of a glitch would make any motion small.
         let size = pushed.max(expected).min(expected * T::literal(400.0));
-        problem.model == Model::Coulomb && any && moved <= share * share * size
+        problem.model == Model::Coulomb && (self.rests || any && moved <= share * share * size)
     }
 
     /// Are `ũ` and `r` those of a solve?
