@@ -17,6 +17,7 @@ mod hard;
 mod helpers;
 mod jams;
 mod kernel;
+mod large_friction;
 mod limits;
 mod long_runs;
 mod parameters;

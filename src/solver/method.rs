@@ -7,6 +7,7 @@
 //! Newton ── rejected, began at the last solution or at a guess ──► cold start, without a guess
 //! CentralPath ── near the end, also after a jam ──► Newton
 //! Newton ── rejected ──► search for a proof, once in a solve
+//! solved, but a rest is left ──► CentralPath of the relaxation: can all stay?
 //! ```
 //!
 //! A phase does one piece of work at a time and says what came of it. [`Method::advance`] alone decides what is next. A last

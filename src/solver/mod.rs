@@ -182,7 +182,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// Only with scene, free impulse, tolerance and model of that solve: it tells by their fingerprint. Splitting a solve into several calls
     /// gives the same bits as one call, and the work of the solution is that of all calls; only that each call that writes a solution may look
     /// for a proof that the scene is infeasible, once in a solve: such a scene may be noticed sooner, also one that a whole call solves with
-    /// large impulses, because it is infeasible by no more than rounding. Where no solve of such data was paused (the last one has ended, after
+    /// large impulses, because it is infeasible by no more than rounding. The question whether a body can stay at rest ends with a call, too, if
+    /// a solution is known. Where no solve of such data was paused (the last one has ended, after
     /// [`Self::reset`], with other numbers) this is [`Self::solve`].
     ///
     /// # Errors
