@@ -125,6 +125,14 @@ impl<T: Real> FrictionCone<T> {
     /// These are (1) and (2) of the note again. `tests/cone.rs` has the spectral form (3)-(5), (7), which gives the same.
     #[must_use]
     pub fn project<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
+        if self.axial == T::ZERO {
+            // A half-space. Beside a large normal part the square of a tangent may vanish.
+            let mut projection = *x;
+            if let Some(first) = projection.as_mut_slice().first_mut() {
+                *first = first.max(T::ZERO);
+            }
+            return projection;
+        }
         let unit = unit_of(x);
         let mut projection = self.nearest(&(x * unit)) / unit;
         if self.is_beside_ray(x) {

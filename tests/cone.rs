@@ -209,6 +209,7 @@ fn a_ray_has_no_tangent_however_small() -> Property {
     }
     everywhere!(is_exact_without_friction([6.9e11, 2.2e-12, 0.0, 0.0]));
     everywhere!(f64, is_exact_without_friction([1e140, 0.0, 1e-150, 0.0]));
+    everywhere!(is_exact_without_friction([-4.4e11, 0.0, 5.9e-12, 0.0]));
     Ok(())
 }
 
