@@ -4,11 +4,7 @@ use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::scene::RowLaw;
 use crate::solution::Status;
-use crate::solver::monitor::Monitor;
-
-/// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
-/// a proof; five times as much would call slow walls solved.)
-pub(super) const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
+use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>

@@ -4,13 +4,16 @@ use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Settings, Solution, Status, Work};
-use crate::solver::infeasible::DOUBTFUL_IMPULSE_RATIO;
 use crate::solver::record::{Call, Record};
 use crate::solver::tuning;
 use nalgebra::SVector;
 
 /// How often `q` is corrected (iterative refinement) before the number type is to blame.
 const CORRECTIONS: u8 = 4;
+
+/// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
+/// a proof; five times as much would call slow walls solved.)
+pub(super) const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
 
 /// One call that works on a solve.
 pub(crate) struct Monitor<

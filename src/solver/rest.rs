@@ -18,6 +18,15 @@ use crate::solver::monitor::Monitor;
 use crate::solver::record::{Record, Rest};
 use nalgebra::SVector;
 
+/// A solution leaves a rest if the error of the relaxation exceeds this share of the tolerance.
+const LEAVES: f64 = 0.25;
+
+/// An answer is exact enough to end the question at this share of the tolerance.
+const ANSWERED: f64 = 0.125;
+
+/// The relaxation is solved for certain at this share of the tolerance.
+const EXACT: f64 = 1.0 / 64.0;
+
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
     /// Is it being asked whether all can stay at rest?
     pub(super) fn asks_for_rest(&self) -> bool {
@@ -88,7 +97,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.problem.set_shift(false);
         let relaxed = self.problem.natural_map_at(&point.r, &point.u);
         self.problem.set_shift(true);
-        let leaves = relaxed * T::literal(4.0) > self.tolerance();
+        let leaves = relaxed > self.tolerance() * T::literal(LEAVES);
         if leaves {
             self.record.status = Status::Unsolved;
             self.ask_for_rest(true);
@@ -116,7 +125,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 self.record.best = *r;
                 self.record.natural_map = Some(error);
                 self.record.rest = Rest::Asked;
-                if error * T::literal(8.0) <= tolerance || self.is_exact(natural_map) {
+                if error <= tolerance * T::literal(ANSWERED) || self.is_exact(natural_map) {
                     self.record.rest = Rest::Known;
                     self.stop(Status::Solved);
                     return;
@@ -128,7 +137,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Is the relaxation solved to far less than the tolerance?
     fn is_exact(&self, natural_map: T) -> bool {
-        natural_map * T::literal(64.0) <= self.tolerance()
+        natural_map <= self.tolerance() * T::literal(EXACT)
     }
 
     /// Is it known that not all can stay? The relaxation is solved to far less than the tolerance, and that is not Coulomb's law; or the
