@@ -9,6 +9,7 @@ use crate::linalg::stacked::{Counts, Stacked};
 use crate::linalg::substitution::{Scaled, solve_upper_block};
 use crate::real::Real;
 use crate::scene::{Contact, Scene};
+use core::array::from_fn;
 use heapless::Vec;
 
 /// `W`, symmetric: the blocks of contacts, of joint rows with contacts, and of joint rows.
@@ -63,6 +64,34 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
         (0..D).fold(T::ZERO, |trace, k| trace + self.inverse_mass(contact, k))
     }
 
+    /// Sets the rows of a contact to zero that move nothing but rounding.
+    #[inline]
+    fn drop_rounding<const N: usize>(&mut self, contact: usize, whitened: &mut [[[T; D]; N]; C]) {
+        let most = self.trace(contact) * rounding_share();
+        if (0..D).any(|k| self.inverse_mass(contact, k) < most) {
+            self.drop_rows(contact, whitened);
+        }
+    }
+
+    /// The same, once one of them is known to be small.
+    #[cold]
+    #[inline(never)]
+    fn drop_rows<const N: usize>(&mut self, contact: usize, whitened: &mut [[[T; D]; N]; C]) {
+        let own = from_fn::<T, D, _>(|k| self.inverse_mass(contact, k));
+        let largest = own.iter().fold(T::ZERO, |x, &y| x.max(y));
+        for (k, &own) in own.iter().enumerate() {
+            if own >= largest * rounding_share() {
+                continue;
+            }
+            for row in whitened.get_mut(contact).into_iter().flatten() {
+                row.iter_mut().skip(k).take(1).for_each(|x| *x = T::ZERO);
+            }
+            for other in 0..=contact {
+                set(&mut self.contacts, [contact, other], k, [T::ZERO; D]);
+            }
+        }
+    }
+
     /// `W_jj` of a joint row.
     pub(crate) fn row_inverse_mass(&self, row: usize) -> T {
         let entry = self.rows.get(row).and_then(|entries| entries.get(row));
@@ -100,37 +129,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         scene: &Scene<T, N, D, C, R, S>,
         envelope: &[usize; N],
     ) {
-        let mut scaled = Vec::new();
         for (i, contact) in scene.contacts().iter().enumerate() {
             let Some(whitened) = self.whitened.get_mut(i) else {
                 break;
             };
             let transpose = &contact.jacobian.data.0; // D rows in N columns
-            scaled.clear();
+            let mut scaled = Vec::new();
             solve_upper_block(&self.mass, envelope, transpose, whitened, &mut scaled);
             let scaling = scene.scaling(i);
             if let Some(scaling) = scaling {
                 for row in &mut scaled {
                     row.entry = scaling.scale(row.entry);
                 }
-                for row in whitened.iter_mut() {
+                for row in whitened {
                     *row = scaling.scale(*row);
-                }
-            }
-            let mut inertias = [T::ZERO; D];
-            for row in &scaled {
-                let own = whitened.get(row.place).into_iter().flatten();
-                for (inertia, (&x, &y)) in inertias.iter_mut().zip(row.entry.iter().zip(own)) {
-                    *inertia += x * y;
-                }
-            }
-            let largest = inertias.iter().fold(T::ZERO, |x, &y| x.max(y));
-            for (k, &inertia) in inertias.iter().enumerate() {
-                if inertia < largest * rounding_share() {
-                    let scaled = scaled.iter_mut().map(|row| &mut row.entry);
-                    for row in scaled.chain(whitened.iter_mut()) {
-                        row.iter_mut().skip(k).take(1).for_each(|x| *x = T::ZERO);
-                    }
                 }
             }
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
@@ -139,6 +151,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
                     set(&mut self.delassus.contacts, [i, j], a, entries);
                 }
             }
+            if let Some(support) = self.supports.get_mut(i) {
+                *support = Support::of::<N>(scaled.iter().map(|row| row.place));
+            }
+            self.delassus.drop_rounding(i, &mut self.whitened);
             if let Some(scaling) = scaling {
                 let rows = self.delassus.contacts.get_mut(i).into_iter().flatten();
                 for (k, (row, &compliance)) in rows.zip(&scaling.compliance).enumerate() {
@@ -146,9 +162,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
                         *entry += compliance;
                     }
                 }
-            }
-            if let Some(support) = self.supports.get_mut(i) {
-                *support = Support::of::<N>(scaled.iter().map(|row| row.place));
             }
             let own = block(&self.delassus.contacts, i, i);
             if let (Some(mass), Some(own)) = (self.effective_mass.get_mut(i), own) {

@@ -145,8 +145,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             // A normal that only seems to move nothing would be called immovable.
             let normal = self.delassus.inverse_mass(contact, 0);
             let trace = self.delassus.trace(contact);
-            let is_rounding = normal < trace * rounding_share();
-            let vanishes = normal < T::least_normal() && normal_moves(source) && !is_rounding;
+            let vanishes = normal < T::least_normal()
+                && normal >= trace * rounding_share()
+                && normal_moves(source);
             if vanishes || !trace.is_finite() {
                 return Err(Error::DelassusOutOfRange { contact });
             }

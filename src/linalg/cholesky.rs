@@ -81,15 +81,13 @@ pub(crate) fn factorise<T: Real, const N: usize>(
             }
         }
         let pivot = row.get_mut(k).ok_or(k)?;
-        // A NaN is no pivot either.
-        let usable = *pivot > T::ZERO && *pivot > floor * *source.get(k).ok_or(k)?;
+        // A NaN is no pivot either, nor is what has a reciprocal that overflows.
+        let least = T::least_normal() * T::literal(0.25);
+        let usable = *pivot > least && *pivot > floor * *source.get(k).ok_or(k)?;
         if !usable {
             return Err(k);
         }
         *pivot = T::ONE / *pivot;
-        if !pivot.is_finite() {
-            return Err(k); // so small that its reciprocal overflows
-        }
     }
     Ok(())
 }

@@ -173,9 +173,14 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
 
     /// Is an impulse asked for that has lost digits at the end of the range, or vanished?
     fn loses_digits(&self) -> bool {
-        let contacts = self.sets.contacts();
-        self.reference_impulse * T::EPSILON < T::least_normal()
-            && contacts.iter().any(|set| set.is_violated(&set.q))
+        self.reference_impulse * T::EPSILON < T::least_normal() && self.needs_impulses()
+    }
+
+    /// Is any impulse of a contact asked for?
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn needs_impulses(&self) -> bool {
+        let mut contacts = self.sets.contacts().iter();
+        contacts.any(|set| set.is_violated(&set.q))
     }
 
     /// Cheap upper bound: could counting `|stop|` bring this natural map within tolerance? Computing `|stop|` costs a sweep,
@@ -268,10 +273,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         r: &Stacked<T, D, C, R>,
         noise: &[[T; 2]],
     ) -> T {
-        let [momentum] = &self.free_impulse.data.0;
-        let carried = || natural_map::carried_impulse(self.scene, self.sets.contacts(), momentum);
+        let carried = || {
+            let [momentum] = &self.free_impulse.data.0;
+            natural_map::carried_impulse(self.scene, self.sets.contacts(), momentum)
+        };
         self.sets
-            .contact_error(self.reference_impulse, u, r, noise, carried)
+            .contact_error(self.reference_impulse, u, r, noise, &carried)
     }
 
     /// The size of impulses, in units of what is expected.

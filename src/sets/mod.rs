@@ -240,7 +240,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         u: &Stacked<T, D, C, R>,
         r: &Stacked<T, D, C, R>,
         noise: &[[T; 2]],
-        carried: impl FnOnce() -> T,
+        carried: &dyn Fn() -> T,
     ) -> T {
         natural_map::error(
             self.contacts(),

@@ -103,6 +103,7 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
 
 /// The square of what normal and tangent leave apart, `r_N - max(0, r_N - alpha u_N)` and `r_T - Π(r_T - alpha u_T)` with the
 /// projection onto the disc of `mu r_N` (Alart, Curnier 1991): Coulomb's law as well, in which no velocity is multiplied by `mu`.
+#[cfg_attr(target_os = "none", inline(never))]
 fn alart_curnier<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
     pushed: &SVector<T, D>,
@@ -269,7 +270,7 @@ pub(crate) fn error<T: Real, const D: usize>(
     u: &[[T; D]],
     r: &[[T; D]],
     noise: &[[T; 2]],
-    carried: impl FnOnce() -> T,
+    carried: &dyn Fn() -> T,
 ) -> T {
     let mut largest = size;
     // Beside a size that is not zero small impulses do not count, and the squares of such large
@@ -323,22 +324,35 @@ pub(crate) fn error<T: Real, const D: usize>(
         return T::ZERO; // also if nothing moves and nothing pushes
     }
     let mut error = root_sum(residual, noises, size);
-    if size > expected && expected > T::ZERO {
-        // Impulses that diverge would make any violation small.
-        let beyond = |size: T| {
-            let share = root_sum(residual, noises, size) / T::literal(LARGEST_SHARE);
-            (share - T::ONE).min(T::ONE)
-        };
-        if beyond(expected) > error {
-            let carried = carried() * unit;
-            error = error.max(beyond(expected.max(carried * carried)));
-        }
+    // The square of a sum is at most twice the sum of squares: few violations come near the share.
+    if impulse > expected && (residual + noises) * T::literal(16.0) > expected {
+        error = with_share(error, [residual, noises], expected, &|| carried() * unit);
     }
     if is_final && slipping > T::ZERO {
         let rounding = T::EPSILON * T::literal(SLIP_ROUNDING);
         return error + rounding * quotient(slipping, size).square_root();
     }
     error
+}
+
+/// An error, or by how much its violation exceeds [`LARGEST_SHARE`] of the expected impulses, up to 1, if that is more: impulses that
+/// diverge would make any violation small.
+#[cfg_attr(target_os = "none", inline(never))]
+fn with_share<T: Real>(
+    error: T,
+    [residual, noises]: [T; 2],
+    expected: T,
+    carried: &dyn Fn() -> T,
+) -> T {
+    let beyond = |size: T| {
+        let share = root_sum(residual, noises, size) / T::literal(LARGEST_SHARE);
+        (share - T::ONE).min(T::ONE)
+    };
+    if expected == T::ZERO || beyond(expected) <= error {
+        return error;
+    }
+    let carried = carried();
+    error.max(beyond(expected.max(carried * carried)))
 }
 
 /// Is the contact open for every velocity within the rounding bound `noise`, (m/s)²?

@@ -24,7 +24,7 @@ proptest! {
         };
         let sets = [set(velocities[0], frictions[0]), set(velocities[1], frictions[1])];
         let (size, rest) = (3.0, [[0.0; 3]; 2]);
-        let wanted = error(&sets, size, &velocities, &rest, &[], || 0.0);
+        let wanted = error(&sets, size, &velocities, &rest, &[], &|| 0.0);
         let found = r0_norm(&sets) / size;
         prop_assert!((found - wanted).abs() <= 1e-14, "{found} {wanted}");
     }
@@ -47,7 +47,7 @@ fn rounding_of_a_far_gap_counts_for_nothing() {
             &[[gap, 1.0, 0.0]],
             &[[0.0; 3]],
             &[[noise * noise; 2]],
-            || 0.0,
+            &|| 0.0,
         )
     };
     assert!(of(100.0, 1e-3) == 0.0);
