@@ -60,6 +60,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         energy
     }
 
+    /// `gᵀ M⁻¹ g` for a `g` that was whitened.
+    pub(crate) fn energy(&self, g: &[T; N]) -> T {
+        let mut energy = T::ZERO;
+        for (i, (&g, row)) in g.iter().zip(&self.mass).enumerate() {
+            energy += g * (g * row.get(i).copied().unwrap_or(T::ZERO));
+        }
+        energy
+    }
+
     /// `H M⁻¹ (g + Hᵀ r)` for a `g` that was whitened. Returns `|g + Hᵀ r|²` in the norm of `M⁻¹`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn impulse_velocity(
@@ -75,7 +84,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 
     /// Adds `Hᵀ r`, whitened, to `g`.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn add_whitened(&self, r: &Stacked<T, D, C, R>, g: &mut [T; N]) {
+    pub(crate) fn add_whitened(&self, r: &Stacked<T, D, C, R>, g: &mut [T; N]) {
         for (&r, whitened) in r.rows.iter().zip(self.whitened_rows()) {
             if r != T::ZERO {
                 axpy(r, whitened, g);

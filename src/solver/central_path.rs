@@ -87,7 +87,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             self.path.tau = tau;
         }
         self.back_to_path(monitor);
-        self.consider(monitor);
+        self.consider_answer(monitor);
         if monitor.is_over() {
             return Progress::Far;
         }

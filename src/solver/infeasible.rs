@@ -43,8 +43,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Looks for a proof that friction jams the scene, unless the solution does what is asked for, but for a tenth. A search goes
     /// on after it: a solution may exist.
+    #[inline(never)]
     fn look_for_jam(&mut self, present: &Stacked<T, D, C, R>) {
         let scene = self.problem.scene;
+        let most = T::literal(DOUBTFUL_IMPULSE_RATIO);
+        let grows = [present, &self.record.best]
+            .iter()
+            .any(|r| self.problem.exceeds(r, most));
+        if !grows || !scene.is_conceivably_infeasible() {
+            return;
+        }
         let mut closing = T::ZERO;
         let mut asked = T::ZERO;
         for (found, contact) in self.solution.contacts.iter().zip(scene.contacts()) {
@@ -64,14 +72,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             asked = asked.max(violation(row.offset));
         }
         let is_met = self.record.status == Status::Solved && closing * T::literal(10.0) <= asked;
-        let most = T::literal(DOUBTFUL_IMPULSE_RATIO);
-        let grows = [present, &self.record.best]
-            .iter()
-            .any(|r| self.problem.exceeds(r, most));
-        if is_met || !grows || !scene.is_conceivably_infeasible() {
-            return;
-        }
-        if let Some(proof) = self.problem.jam() {
+        if !is_met && let Some(proof) = self.problem.jam() {
             self.write_certificate(&proof);
             self.solution.status = Status::Jammed;
         }
@@ -91,7 +92,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.look_for_proof();
             if self.record.status == Status::Infeasible {
                 self.solution.status = Status::Infeasible;
-            } else {
+            } else if self.record.has_sought_proof {
                 self.look_for_jam(present);
             }
         }

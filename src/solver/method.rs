@@ -155,13 +155,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             // A phase that is left out is not begun.
             Phase::Newton(_) | Phase::CentralPath => Phase::Sweeps,
         };
-        if P::CENTRAL_PATH {
+        if P::CENTRAL_PATH && monitor.record.rest != Rest::Known {
             self.keep_rest(monitor);
         }
     }
 
     /// Asks whether all can stay at rest if a solution was found that slides, and ends that question once it is answered.
-    #[inline]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn keep_rest<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
@@ -191,13 +191,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         self.begin_cold(monitor, false)
     }
 
-    /// If a call ends while it is asked whether all can stay, the solution that slides is the answer.
+    /// If a call ends while it is asked whether all can stay, the solution that slides is the answer. What is written obeys Coulomb's law.
     pub(crate) fn end_question<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        if monitor.record.rest == Rest::Asked {
+        if monitor.record.rest == Rest::Asked && !monitor.is_over() {
             self.phase = self.after_question(monitor);
+        } else if monitor.record.asks_for_rest() {
+            monitor.problem.set_shift(true);
         }
     }
 

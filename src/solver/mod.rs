@@ -282,10 +282,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         while monitor.is_running() {
             self.method.advance(&mut monitor);
         }
-        if P::CENTRAL_PATH && writes && !monitor.is_over() {
-            self.method.end_question(&mut monitor);
-        }
         if writes || monitor.is_over() {
+            if P::CENTRAL_PATH {
+                self.method.end_question(&mut monitor);
+            }
             monitor.finish(self.method.impulses());
             if P::CENTRAL_PATH {
                 monitor.check_infeasibility(self.method.impulses());

@@ -121,9 +121,6 @@ impl<
         u: &Stacked<T, D, C, R>,
         mut natural_map: T,
     ) {
-        if self.record.asks_for_rest() {
-            return self.consider_rest(r, u, natural_map);
-        }
         let tolerance = self.settings.tolerance;
         if natural_map > tolerance && self.problem.may_be_within(natural_map, tolerance) {
             self.count_stopping();
@@ -206,7 +203,6 @@ impl<
     /// If it may go on, its present impulses and those that the last call wrote are candidates, too.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish(&mut self, present: &Stacked<T, D, C, R>) {
-        self.problem.set_shift(true);
         let shown = self.call == Call::Resume
             && matches!(self.solution.status, Status::OutOfBudget | Status::Jammed);
         self.solution.status = match self.record.status {

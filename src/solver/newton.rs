@@ -259,7 +259,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         self.point.z = Stacked::along(start, step, length);
         self.point.update(monitor.problem);
-        self.consider(monitor);
+        self.consider_answer(monitor);
     }
 
     /// Goes back to a `z` that was shown before.

@@ -38,6 +38,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Problem<'_, T, N, D, C, R, S>
 {
     /// Takes De Saxcé's shift away, or puts it back.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn set_shift(&mut self, on: bool) {
         if self.model == Model::Coulomb {
             for set in self.sets.contacts_mut() {
@@ -107,6 +108,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Keeps impulses that solve the relaxation and Coulomb's law. Stops if they are far more exact than was asked, or as exact as can be: at
     /// its limit a body is not to be carried beyond by the error of a tick.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn consider_rest(
         &mut self,
         r: &Stacked<T, D, C, R>,

@@ -50,6 +50,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         } = &self.point;
         monitor.consider(r, u, *natural_map);
     }
+
+    /// The same where it may be asked whether all can stay at rest: not in sweeps.
+    pub(super) fn consider_answer<const N: usize, const S: usize>(
+        &self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        if monitor.record.asks_for_rest() {
+            let Point {
+                r, u, natural_map, ..
+            } = &self.point;
+            monitor.consider_rest(r, u, *natural_map);
+        } else {
+            self.consider(monitor);
+        }
+    }
 }
 
 /// Sweeps, from one to the next.

@@ -105,6 +105,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Takes away from `x` what moves anything: conjugate gradients on `|Hᵀ weights x|²` in the norm of `M⁻¹`.
+    #[inline(never)]
     fn balance(&self, weights: &Stacked<T, D, C, R>, x: &mut Stacked<T, D, C, R>) {
         let mut direction = Stacked::zero();
         let mut last = T::ZERO;
@@ -131,6 +132,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Replaces `x` by `weights W weights x`, without compliance; returns `xᵀ` times that.
+    #[inline(never)]
     fn products(&self, weights: &Stacked<T, D, C, R>, x: &mut Stacked<T, D, C, R>) -> T {
         let mut impulses = *x;
         for (impulse, &weight) in impulses.iter_mut().zip(weights.iter()) {
@@ -151,9 +153,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if !self.exceeds(r, most) {
             return false;
         }
-        let mut u = Stacked::zero();
-        let still = Stacked::zero();
-        let mut allowed = self.factor.impulse_velocity(&self.whitened, &still, &mut u);
+        let mut allowed = self.factor.energy(&self.whitened);
         for (i, contact) in self.scene.contacts().iter().enumerate() {
             let offset = self.scene.scale(i, contact.offset.into());
             allowed += self.factor.natural_map_step(i) * square(&offset);
@@ -161,7 +161,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         for (j, row) in self.scene.rows().iter().enumerate() {
             allowed += self.factor.row_step(j) * row.offset * row.offset;
         }
-        let energy = self.factor.impulse_velocity(&self.whitened, r, &mut u);
+        let mut momentum = self.whitened;
+        self.factor.add_whitened(r, &mut momentum);
+        let energy = self.factor.energy(&momentum);
         energy > allowed * T::literal(4.0) || !energy.is_finite()
     }
 }
@@ -182,6 +184,7 @@ fn is_strong<T: Real, const D: usize, const C: usize, const R: usize>(
     approach > T::ZERO && leak * proportion * fastest <= approach
 }
 
+#[inline(never)]
 fn dot<T: Real, const D: usize, const C: usize, const R: usize>(
     x: &Stacked<T, D, C, R>,
     y: &Stacked<T, D, C, R>,

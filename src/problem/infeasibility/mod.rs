@@ -244,6 +244,7 @@ fn row_products<T: Real, const N: usize, const D: usize, const C: usize, const R
 }
 
 /// The same along normals, and nothing along tangents.
+#[inline(never)]
 fn normals<T: Real, const D: usize, const C: usize, const R: usize>(
     d: &Proof<T, C, R>,
 ) -> Stacked<T, D, C, R> {
