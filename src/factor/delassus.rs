@@ -84,10 +84,18 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
                 continue;
             }
             for row in whitened.get_mut(contact).into_iter().flatten() {
-                row.iter_mut().skip(k).take(1).for_each(|x| *x = T::ZERO);
+                if let Some(entry) = row.get_mut(k) {
+                    *entry = T::ZERO;
+                }
             }
-            for other in 0..=contact {
-                set(&mut self.contacts, [contact, other], k, [T::ZERO; D]);
+            for row in self.contacts.as_flattened_mut() {
+                if let Some(entry) = row.get_mut(contact).and_then(|block| block.get_mut(k)) {
+                    *entry = T::ZERO;
+                }
+            }
+            let row = self.contacts.get_mut(contact);
+            if let Some(row) = row.and_then(|rows| rows.get_mut(k)) {
+                *row = [[T::ZERO; D]; C];
             }
         }
     }

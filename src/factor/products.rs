@@ -61,6 +61,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     /// `gᵀ M⁻¹ g` for a `g` that was whitened.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn energy(&self, g: &[T; N]) -> T {
         let mut energy = T::ZERO;
         for (i, (&g, row)) in g.iter().zip(&self.mass).enumerate() {

@@ -28,27 +28,28 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         // `d = weights x`: roots of effective masses, 0 where nothing can be part of a jam.
         let mut weights = Stacked::zero();
         let mut offsets = Stacked::zero();
-        for (i, contact) in self.scene.contacts().iter().enumerate() {
+        let contacts = self.scene.contacts().iter().enumerate();
+        for ((i, contact), set) in contacts.zip(self.sets.contacts()) {
             let places = weights.contacts.get_mut(i).zip(offsets.contacts.get_mut(i));
             let is_rigid = !self.scene.scaling(i).is_some_and(Scaling::is_compliant);
             if let Some((weights, offsets)) = places.filter(|_| is_rigid) {
                 let rows = if contact.mu > T::ZERO { D } else { 1 };
-                let weight = self.factor.natural_map_step(i).square_root();
+                let weight = set.alpha.square_root();
                 weights.iter_mut().take(rows).for_each(|x| *x = weight);
                 *offsets = self.scene.scale(i, contact.offset.into());
             }
         }
         let rows = weights.rows.iter_mut().zip(&mut offsets.rows);
-        for (j, ((weight, offset), row)) in rows.zip(self.scene.rows()).enumerate() {
-            if demands.rows.get(j) != Some(&Demand::Nothing) {
-                *weight = self.factor.row_step(j).square_root();
+        let sources = self.scene.rows().iter().zip(self.sets.rows());
+        for ((weight, offset), ((row, set), demand)) in rows.zip(sources.zip(&demands.rows)) {
+            if *demand != Demand::Nothing {
+                *weight = set.alpha.square_root();
                 *offset = row.offset;
             }
         }
-        for (offset, &weight) in offsets.iter_mut().zip(weights.iter()) {
-            *offset *= weight;
-        }
-        let mut x = Stacked::along(&Stacked::zero(), &offsets, -T::ONE);
+        weigh(&mut offsets, &weights);
+        let mut x = Stacked::zero();
+        add(&mut x, &offsets, -T::ONE);
         self.balance(&weights, &mut x);
         let least = dot(&x, &x) * T::literal(1e-6);
         for round in 0.. {
@@ -86,9 +87,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return None;
         }
         let mut proof = x;
-        for (d, &weight) in proof.iter_mut().zip(weights.iter()) {
-            *d *= weight;
-        }
+        weigh(&mut proof, &weights);
         for (i, d) in proof.contacts.iter_mut().enumerate() {
             *d = self.scene.scale(i, *d);
         }
@@ -119,7 +118,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 return; // in balance
             }
             if last > T::ZERO {
-                slope = Stacked::along(&slope, &direction, steepness / last);
+                add(&mut slope, &direction, steepness / last);
             }
             (direction, last) = (slope, steepness);
             let curvature = self.products(weights, &mut slope);
@@ -127,7 +126,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             if !length.is_finite() {
                 return;
             }
-            *x = Stacked::along(x, &direction, -length);
+            add(x, &direction, -length);
         }
     }
 
@@ -135,14 +134,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[inline(never)]
     fn products(&self, weights: &Stacked<T, D, C, R>, x: &mut Stacked<T, D, C, R>) -> T {
         let mut impulses = *x;
-        for (impulse, &weight) in impulses.iter_mut().zip(weights.iter()) {
-            *impulse *= weight;
-        }
+        weigh(&mut impulses, weights);
         *x = Stacked::zero();
         let energy = self.factor.impulse_velocity(&[T::ZERO; N], &impulses, x);
-        for (x, &weight) in x.iter_mut().zip(weights.iter()) {
-            *x *= weight;
-        }
+        weigh(x, weights);
         energy
     }
 
@@ -154,12 +149,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return false;
         }
         let mut allowed = self.factor.energy(&self.whitened);
-        for (i, contact) in self.scene.contacts().iter().enumerate() {
+        let contacts = self.scene.contacts().iter().enumerate();
+        for ((i, contact), set) in contacts.zip(self.sets.contacts()) {
             let offset = self.scene.scale(i, contact.offset.into());
-            allowed += self.factor.natural_map_step(i) * square(&offset);
+            allowed += set.alpha * square(&offset);
         }
-        for (j, row) in self.scene.rows().iter().enumerate() {
-            allowed += self.factor.row_step(j) * row.offset * row.offset;
+        for (row, set) in self.scene.rows().iter().zip(self.sets.rows()) {
+            allowed += set.alpha * row.offset * row.offset;
         }
         let mut momentum = self.whitened;
         self.factor.add_whitened(r, &mut momentum);
@@ -182,6 +178,29 @@ fn is_strong<T: Real, const D: usize, const C: usize, const R: usize>(
     }
     let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);
     approach > T::ZERO && leak * proportion * fastest <= approach
+}
+
+/// `x += step length`
+#[inline(never)]
+fn add<T: Real, const D: usize, const C: usize, const R: usize>(
+    x: &mut Stacked<T, D, C, R>,
+    step: &Stacked<T, D, C, R>,
+    length: T,
+) {
+    for (x, &step) in x.iter_mut().zip(step.iter()) {
+        *x += step * length;
+    }
+}
+
+/// Multiplies entry by entry.
+#[inline(never)]
+fn weigh<T: Real, const D: usize, const C: usize, const R: usize>(
+    x: &mut Stacked<T, D, C, R>,
+    weights: &Stacked<T, D, C, R>,
+) {
+    for (x, &weight) in x.iter_mut().zip(weights.iter()) {
+        *x *= weight;
+    }
 }
 
 #[inline(never)]

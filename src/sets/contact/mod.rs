@@ -99,6 +99,7 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
     }
 
     /// Does it ask for another velocity than this one?
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn is_violated(&self, u: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(u);
         normal + (self.shift_factor - self.cone.friction()) * norm(tangent) < T::ZERO

@@ -344,15 +344,19 @@ fn with_share<T: Real>(
     expected: T,
     carried: &dyn Fn() -> T,
 ) -> T {
-    let beyond = |size: T| {
-        let share = root_sum(residual, noises, size) / T::literal(LARGEST_SHARE);
-        (share - T::ONE).min(T::ONE)
-    };
-    if expected == T::ZERO || beyond(expected) <= error {
+    let mut size = expected;
+    if size == T::ZERO || beyond_share(residual, noises, size) <= error {
         return error;
     }
     let carried = carried();
-    error.max(beyond(expected.max(carried * carried)))
+    size = size.max(carried * carried);
+    error.max(beyond_share(residual, noises, size))
+}
+
+#[cfg_attr(target_os = "none", inline(never))]
+fn beyond_share<T: Real>(residual: T, noises: T, size: T) -> T {
+    let share = root_sum(residual, noises, size) / T::literal(LARGEST_SHARE);
+    (share - T::ONE).min(T::ONE)
 }
 
 /// Is the contact open for every velocity within the rounding bound `noise`, (m/s)²?
