@@ -47,6 +47,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
+    /// Is the error of the relaxation less than `most` for certain, because hardly anything moves? What impulses in their cones leave of a
+    /// natural map is no longer than `alpha u`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn stays(&self, point: &Point<T, D, C, R>, most: T) -> bool {
+        let mut moved = T::ZERO;
+        for (set, u) in self.sets.contacts().iter().zip(&point.u.contacts) {
+            moved += set.alpha * set.alpha * square(u);
+        }
+        let expected = self.reference_impulse * self.reference_impulse;
+        let size = point.r.contact_square().max(expected);
+        let four = T::literal(4.0);
+        !self.scene.is_mixed() && four * moved < expected.min(most * most * size)
+    }
+
     /// Does the duality gap of the relaxation tell that something slides in its solution?
     #[inline(never)]
     fn must_slide(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
@@ -95,10 +109,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return false;
         }
         self.record.rest = Rest::Known;
+        let most = self.tolerance() * T::literal(LEAVES);
+        if self.problem.stays(point, most) {
+            return false;
+        }
         self.problem.set_shift(false);
         let relaxed = self.problem.natural_map_at(&point.r, &point.u);
         self.problem.set_shift(true);
-        let leaves = relaxed > self.tolerance() * T::literal(LEAVES);
+        let leaves = relaxed > most;
         if leaves {
             self.record.status = Status::Unsolved;
             self.ask_for_rest(true);

@@ -106,10 +106,13 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
 #[cfg_attr(target_os = "none", inline(never))]
 fn alart_curnier<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
-    pushed: &SVector<T, D>,
-    r: &SVector<T, D>,
+    u: &[T; D],
+    r: &[T; D],
+    unit: T,
 ) -> T {
-    let ((pushed_normal, pushed_tangent), (r_normal, r_tangent)) = (split(pushed), split(r));
+    let r = SVector::from(*r) * unit;
+    let pushed = SVector::from(*u) * (set.alpha * unit);
+    let ((pushed_normal, pushed_tangent), (r_normal, r_tangent)) = (split(&pushed), split(&r));
     let normal = pushed_normal.min(r_normal);
     let grip = set.cone.friction() * r_normal;
     let (mut size, mut left) = (T::ZERO, T::ZERO);
@@ -286,13 +289,14 @@ pub(crate) fn error<T: Real, const D: usize>(
     let is_final = !noise.is_empty();
     let mut noise = noise.iter();
     for ((set, u), r) in sets.iter().zip(u).zip(r) {
+        let source = r;
         let r = SVector::from(*r) * unit;
         let pushed = SVector::from(*u) * (set.alpha * unit);
         let (left, slips) = natural_map(set, &pushed, &r);
         let mut left = square(left.as_slice());
         let mut is_apart = false;
-        if set.shift_factor > T::literal(LARGE_FRICTION) {
-            let apart = alart_curnier(set, &pushed, &r);
+        if D > 1 && set.shift_factor > T::literal(LARGE_FRICTION) {
+            let apart = alart_curnier(set, u, source, unit);
             is_apart = apart < left;
             left = left.min(apart);
         }
@@ -307,12 +311,13 @@ pub(crate) fn error<T: Real, const D: usize>(
         {
             let all = T::ONE + set.shift_factor;
             let mut moved = all * all * noise;
-            if is_apart {
-                moved = noise;
-            } else if let Some(boundary) = slips {
+            if let Some(boundary) = slips {
                 let change = boundary.change(set, &r);
                 // Of a sum of two the square is at most twice the sum of their squares.
                 moved = moved.min((normal + change * change * noise) * T::literal(2.0));
+            }
+            if is_apart {
+                moved = noise;
             }
             let scale = set.alpha * unit;
             noises += scale * scale * moved;
