@@ -10,6 +10,7 @@ use crate::sets::contact::natural_map;
 use crate::sets::energy::EnergyScale;
 use crate::sets::{ContactSet, RowSet, Sets};
 use crate::solution::{Model, Settings};
+use core::cell::OnceCell;
 use nalgebra::SVector;
 
 mod infeasibility;
@@ -41,6 +42,8 @@ pub(crate) struct Problem<
     pub(crate) counts_stopping: bool,
     /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses of contacts, see [`natural_map`].
     pub(crate) reference_impulse: T,
+    /// What [`natural_map::carried_impulse`] gives, once it was needed.
+    carried: OnceCell<T>,
     /// Does nothing move a contact or a row, although it asks for another velocity?
     is_immovable_and_violated: bool,
     /// Are velocities those of a momentum, and not of `W`? See [`Self::velocities`].
@@ -101,6 +104,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             stopping_bound: T::ZERO,
             counts_stopping: false,
             reference_impulse: T::ZERO,
+            carried: OnceCell::new(),
             is_immovable_and_violated: false,
             by_momentum: false,
             energy: EnergyScale::none(),
@@ -274,8 +278,10 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         noise: &[[T; 2]],
     ) -> T {
         let carried = || {
-            let [momentum] = &self.free_impulse.data.0;
-            natural_map::carried_impulse(self.scene, self.sets.contacts(), momentum)
+            *self.carried.get_or_init(|| {
+                let [momentum] = &self.free_impulse.data.0;
+                natural_map::carried_impulse(self.scene, self.sets.contacts(), momentum)
+            })
         };
         self.sets
             .contact_error(self.reference_impulse, u, r, noise, &carried)

@@ -292,32 +292,29 @@ pub(crate) fn error<T: Real, const D: usize>(
         let source = r;
         let r = SVector::from(*r) * unit;
         let pushed = SVector::from(*u) * (set.alpha * unit);
-        let (left, slips) = natural_map(set, &pushed, &r);
+        let (left, mut slips) = natural_map(set, &pushed, &r);
         let mut left = square(left.as_slice());
-        let mut is_apart = false;
-        if D > 1 && set.shift_factor > T::literal(LARGE_FRICTION) {
-            let apart = alart_curnier(set, u, source, unit);
-            is_apart = apart < left;
-            left = left.min(apart);
-        }
-        residual += left;
         let own = square(r.as_slice());
         impulse += own;
         if slips.is_some() {
             slipping += own;
         }
+        let mut reach = T::ONE + set.shift_factor;
+        if D > 1 && set.shift_factor > T::literal(LARGE_FRICTION) {
+            let apart = alart_curnier(set, u, source, unit);
+            if apart < left {
+                (left, reach, slips) = (apart, T::ONE, None);
+            }
+        }
+        residual += left;
         if let Some(&[noise, normal]) = noise.next()
             && !(r == zeros::<T, D>() && separates(set, u, noise))
         {
-            let all = T::ONE + set.shift_factor;
-            let mut moved = all * all * noise;
+            let mut moved = reach * reach * noise;
             if let Some(boundary) = slips {
                 let change = boundary.change(set, &r);
                 // Of a sum of two the square is at most twice the sum of their squares.
                 moved = moved.min((normal + change * change * noise) * T::literal(2.0));
-            }
-            if is_apart {
-                moved = noise;
             }
             let scale = set.alpha * unit;
             noises += scale * scale * moved;
