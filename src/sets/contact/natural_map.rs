@@ -326,8 +326,7 @@ pub(crate) fn error<T: Real, const D: usize>(
         return T::ZERO; // also if nothing moves and nothing pushes
     }
     let mut error = root_sum(residual, noises, size);
-    // The square of a sum is at most twice the sum of squares: few violations come near the share.
-    if impulse > expected && (residual + noises) * T::literal(16.0) > expected {
+    if impulse > expected && (residual + noises) * T::literal(8.0) > expected {
         error = with_share(error, [residual, noises], expected, &|| carried() * unit);
     }
     if is_final && slipping > T::ZERO {
@@ -346,19 +345,18 @@ fn with_share<T: Real>(
     expected: T,
     carried: &dyn Fn() -> T,
 ) -> T {
-    let mut size = expected;
-    if size == T::ZERO || beyond_share(residual, noises, size) <= error {
+    let mut left = residual;
+    if noises > T::ZERO {
+        left = (residual + noises) * T::literal(2.0); // at least the square of the sum of their roots
+    }
+    let reach = (T::ONE + error) * T::literal(LARGEST_SHARE);
+    if error >= T::ONE || expected == T::ZERO || left <= reach * reach * expected {
         return error;
     }
     let carried = carried();
-    size = size.max(carried * carried);
-    error.max(beyond_share(residual, noises, size))
-}
-
-#[cfg_attr(target_os = "none", inline(never))]
-fn beyond_share<T: Real>(residual: T, noises: T, size: T) -> T {
+    let size = expected.max(carried * carried);
     let share = root_sum(residual, noises, size) / T::literal(LARGEST_SHARE);
-    (share - T::ONE).min(T::ONE)
+    error.max((share - T::ONE).min(T::ONE))
 }
 
 /// Is the contact open for every velocity within the rounding bound `noise`, (m/s)²?
