@@ -13,6 +13,10 @@ use crate::sets::pairs::Pairs;
 use core::array::from_fn;
 use nalgebra::SVector;
 
+/// The diagonal of `W` is enlarged by so many units of rounding. Where impulses are internal `W` is zero but for its rounding, which at
+/// the end of a path exceeds `V⁻²`: the step would leave the cones at once.
+const REGULAR: f64 = 4.0;
+
 /// What a step is to achieve at one contact.
 #[derive(Clone, Copy)]
 struct Goal<T, const D: usize> {
@@ -79,6 +83,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         let scalings = &self.scalings;
         let (matrix, elimination) = (&mut *self.matrix, &mut *self.elimination);
         let rows = pairs.rows.iter().filter(|pair| pair.is_free).count();
+        let regular = T::ONE + T::literal(REGULAR) * T::EPSILON;
         elimination.lay_out(pairs.contacts.iter().map(Pair::count), rows);
         for (j, (set, pair)) in sets.iter().zip(&pairs.contacts).enumerate() {
             let (start, count) = (elimination.columns(j).start, pair.count());
@@ -96,6 +101,9 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                             wide *= width(tested.0, k);
                         }
                         if i == j {
+                            if let Some(own) = wide.as_mut_slice().get_mut(k) {
+                                *own *= regular;
+                            }
                             wide += scalings.get(i)?.row(pair, k);
                         }
                         for (entry, &wide) in entries.iter_mut().zip(wide.iter()).take(count) {
@@ -119,7 +127,8 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                 *entry = *own.get(k)?;
             }
             let alpha = all.rows().get(j)?.alpha;
-            *target.rows.get_mut(place)? += pair.response(alpha);
+            let entry = target.rows.get_mut(place)?;
+            *entry = *entry * regular + pair.response(alpha);
             let contacts = sets.iter().zip(&pairs.contacts).zip(coupling);
             for (i, ((set, pair), &source)) in contacts.enumerate() {
                 let wide = widen(set, &source.into());

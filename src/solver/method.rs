@@ -86,11 +86,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         let known = warm_start.start(problem, (tolerance, onwards), self.phases, point);
         self.state.consider(monitor);
         if P::CENTRAL_PATH
-            && !monitor.is_over()
             && monitor.problem.may_be_redundant()
+            && (!monitor.is_over() || monitor.creeps(&self.state.point))
             && warm_start.is_at_rest(monitor.problem, tolerance)
         {
             monitor.record.rest = Rest::Before;
+            if monitor.leaves_rest(&self.state.point) {
+                self.phase = self.begin_path(monitor);
+                return;
+            }
         }
         // Good enough for contact space, but not once its velocity was known?
         let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();

@@ -21,6 +21,9 @@ use nalgebra::SVector;
 /// A solution leaves a rest if the error of the relaxation exceeds this share of the tolerance.
 const LEAVES: f64 = 0.25;
 
+/// A last solution that is good enough creeps if what pushes moves by so many tolerances.
+const CREEPS: f64 = 2.0;
+
 /// An answer is exact enough to end the question at this share of the tolerance.
 const ANSWERED: f64 = 0.125;
 
@@ -37,6 +40,27 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
+    /// Does what pushes move by more than a share of the impulses?
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn moves_what_pushes(
+        &self,
+        r: &Stacked<T, D, C, R>,
+        u: &Stacked<T, D, C, R>,
+        share: T,
+    ) -> bool {
+        let mut moved = T::ZERO;
+        let values = r.contacts.iter().zip(&u.contacts);
+        for (set, (r, u)) in self.sets.contacts().iter().zip(values) {
+            if *r != [T::ZERO; D] {
+                moved += set.alpha * set.alpha * square(u);
+            }
+        }
+        let expected = self.reference_impulse * self.reference_impulse;
+        // Impulses of a glitch would make any motion small.
+        let size = r.contact_square().max(expected);
+        moved > share * share * size.min(expected * T::literal(400.0))
+    }
+
     /// Takes De Saxcé's shift away, or puts it back.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn set_shift(&mut self, on: bool) {
@@ -101,6 +125,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(super) fn ask_for_rest(&mut self, known: bool) {
         self.record.rest = if known { Rest::Asked } else { Rest::AskedFirst };
         self.problem.set_shift(false);
+    }
+
+    /// Is the last solution good enough, and would the body creep with it?
+    pub(super) fn creeps(&self, point: &Point<T, D, C, R>) -> bool {
+        let share = self.tolerance() * T::literal(CREEPS);
+        self.record.status == Status::Solved
+            && self.problem.moves_what_pushes(&point.r, &point.u, share)
     }
 
     /// Was all at rest, and is the solution that was found not that of the relaxation? Then it has to be asked.

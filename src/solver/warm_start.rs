@@ -2,7 +2,6 @@
 
 use crate::error::{Error, Input, List};
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::square;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{Scene, check_finite};
@@ -291,21 +290,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         problem: &Problem<'_, T, N, D, C, R, S>,
         tolerance: T,
     ) -> bool {
-        let (mut moved, mut pushed, mut any) = (T::ZERO, T::ZERO, false);
-        let sets = problem.sets.contacts().iter().zip(&self.contacts.entries);
-        for (i, (set, entry)) in sets.enumerate() {
-            let pushes = |entry: &&Entry<T, D>| entry.solves > 0 && entry.r != [T::ZERO; D];
-            if let Some(entry) = entry.as_ref().filter(pushes) {
-                any = true;
-                moved += set.alpha * set.alpha * square(&problem.scene.scale(i, entry.u));
-                pushed += square(&problem.scene.unscale(i, entry.r));
-            }
-        }
+        let [mut u, mut r] = [Stacked::zero(); 2];
+        self.recall(problem.scene, &mut u, &mut r);
+        let mut known = self.contacts.known();
+        let pushed = known.any(|entry| entry.solves > 0 && entry.r != [T::ZERO; D]);
         let share = tolerance * T::literal(8.0);
-        let expected = problem.reference_impulse * problem.reference_impulse;
-        // Impulses of a glitch would make any motion small.
-        let size = pushed.max(expected).min(expected * T::literal(400.0));
-        problem.model == Model::Coulomb && (self.rests || any && moved <= share * share * size)
+        problem.model == Model::Coulomb
+            && (self.rests || pushed && !problem.moves_what_pushes(&r, &u, share))
     }
 
     /// Are `ũ` and `r` those of a solve?
