@@ -24,6 +24,7 @@ use crate::solver::newton::{Newton, Origin, Outcome};
 use crate::solver::phases::Phases;
 use crate::solver::point::Point;
 use crate::solver::record::Rest;
+use crate::solver::rest::DISTURBED;
 use crate::solver::state::State;
 use crate::solver::sweeps::Pace;
 use crate::solver::warm_start::{WarmStart, WarmStartKind};
@@ -93,6 +94,17 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             monitor.record.rest = Rest::Before;
             if monitor.leaves_rest(&self.state.point) {
                 self.phase = self.begin_path(monitor);
+                return;
+            }
+            warm_start.is_disturbed |= self.state.point.natural_map > T::literal(DISTURBED);
+        }
+        if warm_start.is_disturbed && monitor.is_over() {
+            warm_start.is_disturbed = false;
+            if monitor.problem.is_likely_to_stick()
+                && warm_start.is_at_rest(monitor.problem, tolerance)
+            {
+                monitor.ask_for_centre();
+                self.phase = self.begin_guess(monitor, Newton::centring());
                 return;
             }
         }
@@ -200,7 +212,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        if monitor.record.rest == Rest::Asked && !monitor.is_over() {
+        if monitor.record.knows_answer() && !monitor.is_over() {
             self.phase = self.after_question(monitor);
         } else if monitor.record.asks_for_rest() {
             monitor.problem.set_shift(true);
@@ -214,6 +226,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         origin: Origin,
     ) -> Phase {
         match origin {
+            _ if P::CENTRAL_PATH && monitor.record.rest == Rest::Centred => {
+                self.after_question(monitor)
+            }
             Origin::Cold if P::CENTRAL_PATH => {
                 monitor.look_for_proof();
                 self.begin_path(monitor)
@@ -247,14 +262,23 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         may_guess: bool,
     ) -> Phase {
         if may_guess && monitor.problem.is_likely_to_stick() {
-            monitor.problem.all_sticking(&mut self.state.point.z);
-            self.state.point.update(monitor.problem);
-            Phase::Newton(Newton::guessed())
+            self.begin_guess(monitor, Newton::guessed())
         } else if monitor.problem.begins_with_sweeps() {
             self.begin_sweeps(monitor)
         } else {
             self.begin_newton(monitor, Newton::new())
         }
+    }
+
+    /// Newton's method from the guess that all contacts stick.
+    fn begin_guess<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+        newton: Newton,
+    ) -> Phase {
+        monitor.problem.all_sticking(&mut self.state.point.z);
+        self.state.point.update(monitor.problem);
+        Phase::Newton(newton)
     }
 
     /// Sweeps from the impulses and `u` of the point.

@@ -73,6 +73,14 @@ impl Newton {
         }
     }
 
+    /// From the same guess, to centre impulses that are good enough: by one Jacobian.
+    pub(crate) fn centring() -> Self {
+        Self {
+            left: 2,
+            ..Self::guessed()
+        }
+    }
+
     /// From the last solution.
     pub(crate) fn warm(sweeps_first: bool) -> Self {
         Self {

@@ -29,6 +29,8 @@ pub(super) enum Rest {
     Asked,
     /// The same, before any solution was found.
     AskedFirst,
+    /// The last solution is at rest and good enough. It is asked whether impulses farther inside of the cones are, too.
+    Centred,
 }
 
 /// Was a solve begun?

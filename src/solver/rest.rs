@@ -21,6 +21,9 @@ use nalgebra::SVector;
 /// A solution leaves a rest if the error of the relaxation exceeds this share of the tolerance.
 const LEAVES: f64 = 0.25;
 
+/// A body at rest is disturbed if the error of its last solution exceeds this.
+pub(super) const DISTURBED: f64 = 0.01;
+
 /// A last solution that is good enough creeps if what pushes moves by so many tolerances.
 const CREEPS: f64 = 2.0;
 
@@ -33,7 +36,12 @@ const EXACT: f64 = 1.0 / 64.0;
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
     /// Is it being asked whether all can stay at rest?
     pub(super) fn asks_for_rest(&self) -> bool {
-        matches!(self.rest, Rest::Asked | Rest::AskedFirst)
+        self.knows_answer() || self.rest == Rest::AskedFirst
+    }
+
+    /// Is something asked to which the best impulses so far are an answer?
+    pub(super) fn knows_answer(&self) -> bool {
+        matches!(self.rest, Rest::Asked | Rest::Centred)
     }
 }
 
@@ -83,6 +91,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let size = point.r.contact_square().max(expected);
         let four = T::literal(4.0);
         !self.scene.is_mixed() && four * moved < expected.min(most * most * size)
+    }
+
+    /// How far impulses are inside of their cones: the least `mu r_N - |r_T|`.
+    fn margin(&self, r: &Stacked<T, D, C, R>) -> T {
+        let margins = self
+            .sets
+            .contacts()
+            .iter()
+            .zip(&r.contacts)
+            .map(|(set, r)| {
+                let r = SVector::from(*r);
+                let (normal, tangent) = split(&r);
+                set.cone.friction() * normal - norm(tangent)
+            });
+        margins.fold(T::INFINITY, |least, margin| least.min(margin))
     }
 
     /// Does the duality gap of the relaxation tell that something slides in its solution?
@@ -165,7 +188,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         natural_map: T,
     ) {
         let tolerance = self.tolerance();
-        if natural_map > tolerance {
+        let centred = self.record.rest == Rest::Centred;
+        let margin = || self.problem.margin(r) > self.problem.margin(&self.record.best);
+        if natural_map > tolerance || centred && !margin() {
             return;
         }
         self.problem.set_shift(true);
@@ -175,7 +200,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             if self.solution.error <= tolerance && self.solution.has_numbers() {
                 self.record.best = *r;
                 self.record.natural_map = Some(error);
-                self.record.rest = Rest::Asked;
+                if !centred {
+                    self.record.rest = Rest::Asked;
+                }
                 if error <= tolerance * T::literal(ANSWERED) || self.is_exact(natural_map) {
                     self.record.rest = Rest::Known;
                     self.stop(Status::Solved);
@@ -183,6 +210,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 }
             }
         }
+        self.problem.set_shift(false);
+    }
+
+    /// Asks for impulses farther inside of the cones than those of the last solution, which is good enough.
+    pub(super) fn ask_for_centre(&mut self) {
+        self.record.status = Status::Unsolved;
+        self.record.rest = Rest::Centred;
         self.problem.set_shift(false);
     }
 
@@ -199,7 +233,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Asks no longer. Returns the impulses of the solution that slides, if it is known.
     pub(super) fn give_up_rest(&mut self) -> Option<Stacked<T, D, C, R>> {
-        let known = self.record.rest == Rest::Asked;
+        let known = self.record.knows_answer();
         self.record.rest = Rest::Known;
         self.problem.set_shift(true);
         if known {

@@ -36,6 +36,8 @@ pub(crate) struct WarmStart<T, const D: usize, const C: usize, const R: usize> {
     rows: Table<T, 1, R>,
     /// Is it known that nothing moved before the next solve?
     rests: bool,
+    /// Was a rest disturbed, and internal forces not yet centred since?
+    pub(super) is_disturbed: bool,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C, R> {
@@ -45,6 +47,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
             contacts: Table::empty(),
             rows: Table::empty(),
             rests: false,
+            is_disturbed: false,
         }
     }
 
