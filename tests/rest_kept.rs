@@ -268,6 +268,55 @@ fn bodies_keep_their_rest_up_to_the_largest_load() -> Result<(), Error> {
     none_slides(&critical(), &[0.9, 0.99], TICKS)
 }
 
+/// A thousandth below the largest load the errors of ticks that are solved as they begin must not add up to a slide.
+#[test]
+fn bodies_do_not_creep_away_just_below_the_largest_load() -> Result<(), Error> {
+    none_slides(&critical(), &[0.999], [5, 1_000])
+}
+
+/// The normal impulses of a tick without the load, before and after ticks with it.
+fn normals_around(body: &Body, tolerance: f64) -> Result<[Vec<f64>; 2], Error> {
+    let mut kernel = body.kernel::<f64>()?;
+    let mass = *kernel.scene().mass();
+    let settings = Settings::new(tolerance);
+    let mut velocity = SVector::zeros();
+    let mut normals = Vec::new();
+    for (share, ticks) in [(0.0, 500), (1.0, 200), (0.0, 500)] {
+        for _ in 0..ticks {
+            let force = body.weight + body.load * share;
+            let push = free_impulse(&mass, &velocity, &force, STEP);
+            velocity = kernel.solve(&push, &settings)?.velocity;
+        }
+        let contacts = &kernel.solution().contacts;
+        normals.push(contacts.iter().map(|contact| contact.impulse[0]).collect());
+    }
+    Ok([normals.swap_remove(0), normals.swap_remove(0)])
+}
+
+/// After a push that did not move it a body bears its weight as before.
+#[test]
+fn internal_forces_go_back_after_a_nudge() -> Result<(), Error> {
+    let mut body = brick(4);
+    let [a, b, c] = [0.2, 0.15, 0.1].map(|half: f64| half * half);
+    let moments = [b + c, a + c, a + b].map(|square| square * 2.0 / 3.0);
+    body.masses = padded(&[&[2.0; 3], moments.as_slice()].concat(), 1.0);
+    for foot in &mut body.feet {
+        let sign = foot.point.map(f64::signum);
+        foot.point = Vector3::new(0.2, 0.15, 0.1).component_mul(&sign);
+    }
+    body.weight *= 2.0 / BRICK.mass;
+    body.load = padded(&[0.0, 4.0, 0.0, 1.0, 0.0, 0.6], 0.0);
+    let sum = body.weight[2].abs() * STEP;
+    for tolerance in [1e-4, 1e-6, 1e-9] {
+        let [before, after] = normals_around(&body, tolerance)?;
+        for (before, after) in before.iter().zip(&after) {
+            let moved = (after - before).abs() / sum;
+            assert!(moved < 0.01, "to {tolerance:.0e} {moved:.3} of the weight");
+        }
+    }
+    Ok(())
+}
+
 #[test]
 fn a_cold_solve_keeps_the_rest_that_it_is_told_of() -> Result<(), Error> {
     none_slides(&critical(), &[0.9, 0.99], [0, 300])

@@ -19,6 +19,12 @@ use crate::solver::monitor::Monitor;
 use crate::solver::state::{State, Sweeps};
 use crate::solver::tuning;
 
+/// Newton's method tries to finish a path again once the merit, a square, is smaller by this factor: at half the residual.
+const FALL: f64 = 4.0;
+
+/// The same where it is asked whether all can stay, a hundredth: what hardly pushes there fails each time.
+const FALL_AT_REST: f64 = 1e4;
+
 /// What came of a step.
 pub(super) enum Progress {
     /// There are more to come.
@@ -94,11 +100,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         if self.point.natural_map < tuning::near() {
             self.point.rebuild_from_velocity(monitor.problem);
             let (merit, tried) = (self.point.merit, self.path.tried);
-            // Each time at half the residual at most; at a hundredth where all are to stay, since what hardly pushes there fails each time.
             let fall = if monitor.record.asks_for_rest() {
-                1e4
+                FALL_AT_REST
             } else {
-                4.0
+                FALL
             };
             if tried.is_none_or(|tried| merit * T::literal(fall) < tried) {
                 self.path.tried = Some(merit);
