@@ -588,3 +588,24 @@ fn a_contact_that_nothing_moves_is_met_or_infeasible() -> Result<(), Error> {
     }
     Ok(())
 }
+
+/// A solver whose first call is refused claims no error of 0.
+#[test]
+fn what_was_refused_first_has_an_infinite_error() -> Result<(), Error> {
+    let scene = scene();
+    let factor = AdmmFactor::new(&scene)?;
+    let mut solver = AdmmSolver::new();
+    let refused = solver.solve(
+        &scene,
+        &factor,
+        &vector![f64::NAN, 0.0],
+        &Settings::new(1e-4),
+    );
+    assert!(refused.is_err());
+    let solution = solver.solution();
+    assert_eq!(
+        (solution.status, solution.error),
+        (Status::Unsolved, f64::INFINITY)
+    );
+    Ok(())
+}

@@ -129,6 +129,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         settings: &Settings<T>,
         call: Call,
     ) -> Result<&Solution<T, N, D, C>, Error> {
+        self.solution.disown_nothing();
         Problem::check(scene, factor.factor(), free_impulse, settings)?;
         let mut problem = Problem::new(scene, factor.factor(), free_impulse, settings.model);
         problem.fill(false);

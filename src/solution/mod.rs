@@ -99,9 +99,8 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     /// Work of the solve, over all its calls.
     pub work: Work,
     /// How far the solution is from Coulomb's law and the dynamics, relative to the impulses (dimensionless), with a
-    /// bound on rounding: see [`crate::guide::error`]. Infinite while the status is [`Status::Unsolved`]; only a [`crate::Solver`] or
-    /// [`crate::Kernel`] that was never called has 0, as an [`crate::AdmmSolver`] that solved nothing (so that their `static`s are all
-    /// zeros): ask [`Self::is_usable`].
+    /// bound on rounding: see [`crate::guide::error`]. Infinite while the status is [`Status::Unsolved`]; only a solver that
+    /// was never called has 0 (so that its `static` is all zeros): ask [`Self::is_usable`].
     pub error: T,
 }
 
