@@ -109,6 +109,23 @@ fn wedges_in_f32() -> Result<(), Error> {
     wedges::<f32>(1e-4)
 }
 
+/// A unit of mass that is no square: the same bits of the proof.
+#[test]
+fn a_proof_of_a_jam_knows_no_unit_of_mass() -> Result<(), Error> {
+    let (scene, push) = wedge::<f32>(0.5, 0.35)?;
+    let plain = solve(&scene, &push, 1e-4)?;
+    assert_eq!(plain.status, Status::Jammed);
+    let mut heavy = scene.clone();
+    heavy.set_mass(&(scene.mass() * 2.0))?;
+    let heavy = solve(&heavy, &(push * 2.0), 1e-4)?;
+    assert_eq!(
+        (heavy.status, heavy.velocity),
+        (plain.status, plain.velocity)
+    );
+    assert_eq!(heavy.certificate, plain.certificate);
+    Ok(())
+}
+
 /// A jaw of one joint at 5 degrees that is to be pushed out.
 fn jaw<T: Real>(tolerance: f64) -> Result<(), Error> {
     let mut scene = Scene::<T, 1, 3, 1>::new();

@@ -25,7 +25,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[inline(never)]
     pub(crate) fn jam(&self) -> Option<Stacked<T, D, C, R>> {
         let demands = self.scene.demands();
-        // `d = weights x`: roots of effective masses, 0 where nothing can be part of a jam.
+        // `d = weights x`: roots of effective masses over the reference mass, 0 where nothing can be part of a jam.
+        let mass = self.scene.reference_mass();
         let mut weights = Stacked::zero();
         let mut offsets = Stacked::zero();
         let contacts = self.scene.contacts().iter().enumerate();
@@ -34,7 +35,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let is_rigid = !self.scene.scaling(i).is_some_and(Scaling::is_compliant);
             if let Some((weights, offsets)) = places.filter(|_| is_rigid) {
                 let rows = if contact.mu > T::ZERO { D } else { 1 };
-                let weight = set.alpha.square_root();
+                let weight = (set.alpha / mass).square_root();
                 weights.iter_mut().take(rows).for_each(|x| *x = weight);
                 *offsets = self.scene.scale(i, contact.offset.into());
             }
@@ -43,7 +44,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let sources = self.scene.rows().iter().zip(self.sets.rows());
         for ((weight, offset), ((row, set), demand)) in rows.zip(sources.zip(&demands.rows)) {
             if *demand != Demand::Nothing {
-                *weight = set.alpha.square_root();
+                *weight = (set.alpha / mass).square_root();
                 *offset = row.offset;
             }
         }
@@ -130,7 +131,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Replaces `x` by `weights W weights x`, without compliance; returns `xᵀ` times that.
+    /// Replaces `x` by `weights m W weights x` with the reference mass `m`, without compliance; returns `xᵀ` times that.
     #[inline(never)]
     fn products(&self, weights: &Stacked<T, D, C, R>, x: &mut Stacked<T, D, C, R>) -> T {
         let mut impulses = *x;
@@ -138,7 +139,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         *x = Stacked::zero();
         let energy = self.factor.impulse_velocity(&[T::ZERO; N], &impulses, x);
         weigh(x, weights);
-        energy
+        let mass = self.scene.reference_mass();
+        x.iter_mut().for_each(|x| *x *= mass);
+        energy * mass
     }
 
     /// Do these impulses throw the bodies? They are far larger than expected, and add more energy than stopping the free motion
