@@ -135,6 +135,8 @@ pub struct Violation {
     pub closing_speed: Real,
     /// How far an impulse lies outside of its cone, N s.
     pub outside_cone: Real,
+    /// The fastest at which a joint row goes where it must not, m/s or rad/s.
+    pub row_speed: Real,
 }
 
 impl From<stiction::Violation<Real>> for Violation {
@@ -142,6 +144,7 @@ impl From<stiction::Violation<Real>> for Violation {
         Self {
             closing_speed: worst.closing_speed,
             outside_cone: worst.outside_cone,
+            row_speed: worst.row_speed,
         }
     }
 }

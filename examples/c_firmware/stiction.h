@@ -119,7 +119,7 @@ enum stiction_input {
     STICTION_INPUT_OFFSET = 4,
     STICTION_INPUT_FRICTION = 5,
     STICTION_INPUT_OTHER = 6,
-    STICTION_INPUT_JOINT_ROW = 7, /* its row or its offset */
+    STICTION_INPUT_JOINT_ROW = 7, /* its row; with `row` = STICTION_N its offset */
     STICTION_INPUT_BOUNDS = 8,
     STICTION_INPUT_COMPLIANCE = 9, /* of a contact or of a joint row */
     STICTION_INPUT_INITIAL_IMPULSE = 10,     /* `contact` is its place in the list */
@@ -183,10 +183,11 @@ typedef struct stiction_row {
     stiction_real certificate; /* not 0 if the scene is infeasible or jammed and this row has a part in it */
 } stiction_row;
 
-/* The worst violation of the law of a contact. */
+/* The worst violations of the laws of contacts and joint rows. */
 typedef struct stiction_violation {
     stiction_real closing_speed; /* the fastest at which a contact closes that has no gap left, m/s */
     stiction_real outside_cone;  /* how far an impulse lies outside of its friction cone, N s */
+    stiction_real row_speed;     /* the fastest at which a joint row goes where it must not, m/s or rad/s: a stop gives way */
 } stiction_violation;
 
 /* What a solve has found: plain numbers, to be copied and kept at will. Without room for contacts or for joint rows the list is
@@ -285,7 +286,7 @@ enum stiction_status stiction_contact_by_key(const stiction *s, uint32_t key, st
 enum stiction_status stiction_row_at(const stiction *s, uint32_t row, stiction_row *found);
 enum stiction_status stiction_row_by_key(const stiction *s, uint32_t key, stiction_row *found);
 
-/* How far the last solution is from what contacts allow, in the units of the scene. Before the contacts change. */
+/* How far the last solution is from what contacts and joint rows allow, in the units of the scene. Before they change. */
 enum stiction_status stiction_worst_violation(const stiction *s, stiction_violation *violation);
 
 /* What the last error was about, of a call that may change or solve something. Null pointers are not remembered. */

@@ -323,7 +323,14 @@ static void joint_rows(void)
     }
     /* A stop: reached, left, and half a radian a second away. */
     CHECK(stiction_add_row(s, &row) == STICTION_OK);
+    stiction_violation worst;
+    memset(free_impulse, 0, sizeof free_impulse);
+    free_impulse[JOINT] = -6;
+    CHECK(stiction_reset(s) == STICTION_OK);
+    CHECK(stiction_solve(s, free_impulse, (stiction_real)3e-6, 0) == STICTION_OUT_OF_BUDGET);
+    CHECK(stiction_worst_violation(s, &worst) == STICTION_OK && near(worst.row_speed, 3));
     CHECK(turn(-6) == STICTION_SOLVED && turns(0, 6, STICTION_ROW_AT_LIMIT));
+    CHECK(stiction_worst_violation(s, &worst) == STICTION_OK && near(worst.row_speed, 0));
     CHECK(stiction_row_by_key(s, 7, &found) == STICTION_OK && found.key == 7 && near(found.impulse, 6));
     CHECK(near(found.velocity, 0) && found.certificate == 0);
     CHECK(turn(6) == STICTION_SOLVED && turns(3, 0, STICTION_ROW_OPEN) && near(row_at(0).velocity, 3));
@@ -399,6 +406,9 @@ static void refused_rows(void)
     row.row[1] = NAN;
     CHECK(stiction_add_row(s, &row) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_JOINT_ROW);
     CHECK(culprit().joint_row == 0 && culprit().contact == -1 && culprit().row == 1 && culprit().column == 0);
+    row = good;
+    row.offset = NAN;
+    CHECK(stiction_add_row(s, &row) == STICTION_NOT_FINITE && culprit().joint_row == 0 && culprit().row == STICTION_N);
     row = good;
     row.compliance = -1;
     CHECK(stiction_add_row(s, &row) == STICTION_INVALID_ROW_COMPLIANCE && culprit().input == STICTION_INPUT_COMPLIANCE);

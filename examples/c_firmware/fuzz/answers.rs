@@ -87,8 +87,9 @@ impl Machine {
         let told: Violation = self
             .told(|s, to| unsafe { c::stiction_worst_violation(s, to) })
             .expect("it is there");
-        let told = [told.closing_speed, told.outside_cone];
-        assert!(same(&told, &[worst.closing_speed, worst.outside_cone]));
+        let told = [told.closing_speed, told.outside_cone, told.row_speed];
+        let worst = [worst.closing_speed, worst.outside_cone, worst.row_speed];
+        assert!(same(&told, &worst));
         self.explain_error();
     }
 
