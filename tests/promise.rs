@@ -529,3 +529,56 @@ fn the_worst_contact_is_the_same_in_other_units() -> Result<(), Error> {
     assert_eq!(found[0].0, Some(0));
     Ok(())
 }
+
+/// Two walls with a gap at one of them, and impulses of an earlier tick that press against both: no contact asks for an impulse, so that these
+/// would be compared with nothing but themselves.
+#[test]
+fn impulses_that_nothing_asks_for_are_no_solution() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 2, 1, 2, 1>::new();
+    let scene = kernel.scene_mut();
+    scene.set_mass(&Matrix2::identity())?;
+    scene.push(&normal(vector![1.0, 0.0], 0.0))?;
+    let other = normal(vector![-1.0, 0.0], 0.5);
+    scene.push(&Contact { key: 1, ..other })?;
+    // What moves by itself, so that no impulse at all does not solve the scene.
+    scene.push_row(&row(vector![0.0, 1.0], 0.0, RowLaw::Limit, 0))?;
+    let pressed = [(0, vector![5.0]), (1, vector![4.95])];
+    kernel.solver_mut().set_impulses(&pressed, &[])?;
+    let solution = kernel.solve(&vector![0.1, -1e-3], &Settings::new(0.1))?;
+    assert!(solution.is_solved());
+    for contact in &solution.contacts {
+        assert_eq!(contact.impulse[0], 0.0);
+    }
+    Ok(())
+}
+
+/// The same beside a fast belt along a row without friction: nothing can push along it, so that it lets expect no impulse.
+#[test]
+fn a_belt_without_friction_loosens_nothing() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 2, 3, 2, 0, 2>::new();
+    let scene = kernel.scene_mut();
+    scene.set_mass(&Matrix2::identity())?;
+    let across = Surface {
+        friction: [0.0, 1.0],
+        spin: 0.0,
+        roll: [0.0; 2],
+        compliance: [0.0; 2],
+    };
+    for (key, side, offset) in [(0, 1.0, -0.01), (1, -1.0, 0.5)] {
+        let contact = Contact {
+            jacobian: matrix![side, 0.0; 0.0, 0.0; 0.0, 1.0],
+            offset: vector![offset, 100.0, 0.0],
+            mu: 0.0,
+            key,
+        };
+        scene.push_on(&contact, &across)?;
+    }
+    let pressed = [(0, vector![5.0, 0.0, 0.0]), (1, vector![4.95, 0.0, 0.0])];
+    kernel.solver_mut().set_impulses(&pressed, &[])?;
+    let solution = kernel.solve(&vector![0.0, 0.0], &Settings::new(0.2))?;
+    assert!(solution.is_solved());
+    for contact in &solution.contacts {
+        assert!(contact.impulse[0] < 0.1, "{}", contact.impulse[0]);
+    }
+    Ok(())
+}

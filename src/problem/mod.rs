@@ -188,7 +188,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// Cheap upper bound: could counting `|stop|` bring this natural map within tolerance? Computing `|stop|` costs a sweep,
-    /// so it is postponed; until it counts, the error is at most too large.
+    /// so it is postponed; until it counts, the error is at most too large, unless it [expects none](Self::expects_none_of).
     ///
     /// `|H_i v|² <= trace(W_ii) v·M v` for the free motion, four times as much because `abs` is taken entry by entry.
     pub(crate) fn may_be_within(&self, natural_map: T, tolerance: T) -> bool {
@@ -196,6 +196,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let residual = natural_map * self.reference_impulse;
         !self.counts_stopping
             && residual * residual <= self.stopping_bound * (four * tolerance) * (four * tolerance)
+    }
+
+    /// Is there an impulse where none is expected: no contact would take one if it were alone, and `|stop|` does not count yet? The size of
+    /// such impulses would be judged by nothing but themselves.
+    pub(crate) fn expects_none_of(&self, r: &Stacked<T, D, C, R>) -> bool {
+        self.r0_norm == T::ZERO && !self.counts_stopping && !self.sets.are_at_rest(r)
     }
 
     /// Counts `|stop|` in the expected size of the impulses.

@@ -122,6 +122,10 @@ impl<
         mut natural_map: T,
     ) {
         let tolerance = self.settings.tolerance;
+        if natural_map <= tolerance && self.problem.expects_none_of(r) {
+            self.count_stopping();
+            natural_map = self.problem.natural_map_at(r, u);
+        }
         if natural_map > tolerance && self.problem.may_be_within(natural_map, tolerance) {
             self.count_stopping();
             natural_map = self.problem.natural_map_at(r, u);
