@@ -128,7 +128,7 @@ pub enum Error {
     /// The factor is not that of the scene's current `M`, `H` and number of contacts; prepare it.
     StaleFactor,
     /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact is too large for the number type, or that of its normal too small, though its row
-    /// is not zero.
+    /// is not zero. It may be `M` that is to blame, if that is singular but for rounding or near the end of the range.
     DelassusOutOfRange {
         /// Index of the contact.
         contact: usize,
@@ -143,7 +143,8 @@ pub enum Error {
         /// How many there have to be.
         wanted: usize,
     },
-    /// `W` is not symmetric, not positive semidefinite, or of a rank above the number of velocities.
+    /// `W` is not symmetric, not positive semidefinite, or of a rank above the number of velocities; or its entries lose digits below the
+    /// least normal number.
     DelassusNotGram {
         /// Row of an entry that is not that of any `H M⁻¹ Hᵀ`, counted over all contacts.
         row: usize,

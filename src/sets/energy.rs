@@ -10,7 +10,7 @@
 //! A stop that is far from being reached, or a redundant loop that holds against itself, loosens nothing.
 
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::{larger, quotient, root_sum, square};
+use crate::linalg::vector::{larger, precision, quotient, root_sum, square};
 use crate::real::Real;
 use crate::sets::Sets;
 
@@ -145,11 +145,13 @@ impl<T: Real> EnergyScale<T> {
         (u, r): (&Stacked<T, D, C, R>, &Stacked<T, D, C, R>),
         noise: Option<&VelocityNoise<T, C, R>>,
     ) -> T {
-        let (mut work, mut noises) = (T::ZERO, T::ZERO);
+        let (mut work, mut noises, mut size) = (T::ZERO, T::ZERO, T::ZERO);
         let mut add = |u: &[T], q: &[T], r: &[T], noise: T| {
             let mut squares = T::ZERO;
             for ((&u, &q), &r) in u.iter().zip(q).zip(r) {
-                work += (r * self.unit) * ((u - q) * self.unit);
+                let product = (r * self.unit) * ((u - q) * self.unit);
+                work += product;
+                size += product.abs();
                 squares += (r * self.unit) * (r * self.unit);
             }
             noises += (squares * (noise * self.unit * self.unit)).square_root();
@@ -172,7 +174,9 @@ impl<T: Real> EnergyScale<T> {
             let noise = noise.and_then(|noise| noise.rows.get(j));
             add(&[u], &[set.q], &[r], noise.copied().unwrap_or(T::ZERO));
         }
-        // `u` and `q` are off by as much.
-        work - (noises + noises)
+        // `u` and `q` are off by as much, and a term takes part in so many operations.
+        let counts = sets.counts();
+        let rounding: T = precision(D * counts.contacts + counts.rows + 4);
+        work - (noises + noises) - rounding * size
     }
 }
