@@ -10,6 +10,7 @@ use crate::cone::FrictionCone;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::square;
 use crate::problem::Problem;
+use crate::problem::infeasibility::is_strong;
 use crate::problem::infeasibility::search::Demand;
 use crate::real::Real;
 use crate::scene::Scaling;
@@ -165,22 +166,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let energy = self.factor.energy(&momentum);
         energy > allowed * T::literal(4.0) || !energy.is_finite()
     }
-}
-
-/// Is `w · d` negative beyond what `Hᵀ d` left? Velocities that meet the offsets would have to exceed them 1e9-fold (f32: 4,200).
-fn is_strong<T: Real, const D: usize, const C: usize, const R: usize>(
-    mut leak: T,
-    approach: T,
-    offsets: &Stacked<T, D, C, R>,
-    x: &Stacked<T, D, C, R>,
-) -> bool {
-    let mut fastest = T::ZERO;
-    for (&offset, &x) in offsets.iter().zip(x.iter()) {
-        fastest = fastest.max(offset.abs());
-        leak += x.abs() * T::literal(0.25) * T::EPSILON; // what rounding may hide
-    }
-    let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);
-    approach > T::ZERO && leak * proportion * fastest <= approach
 }
 
 /// `x += step length`

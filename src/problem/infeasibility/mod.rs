@@ -75,12 +75,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .iter()
             .fold(T::ZERO, |sum, &x| sum + x);
         let proof = product(&d, &scales);
-        let (_, mut leak) = row_products(factor, &proof, mass);
-        for d in d.iter() {
-            leak += d.abs() * T::literal(0.25) * T::EPSILON; // what rounding may hide
-        }
-        let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);
-        let is_strong = approach > T::ZERO && leak * proportion * fastest <= approach;
+        let (_, leak) = row_products(factor, &proof, mass);
+        let is_strong = is_strong(leak, approach, &offsets, &d);
         let [proof, d] = [normals(&proof), normals(&d)];
         (is_strong && scene.cancels(&proof, &d)).then_some(proof)
     }
@@ -223,6 +219,23 @@ fn normalised<T: Real, const D: usize, const C: usize, const R: usize>(
             *target = entry(source, x, y);
         }
     }
+}
+
+/// Is `w · d` negative beyond what `Hᵀ d` left? Velocities that meet the offsets would have to exceed them 1e9-fold (f32: 4,200).
+#[inline(never)]
+fn is_strong<T: Real, const D: usize, const C: usize, const R: usize>(
+    mut leak: T,
+    approach: T,
+    offsets: &Stacked<T, D, C, R>,
+    x: &Stacked<T, D, C, R>,
+) -> bool {
+    let mut fastest = T::ZERO;
+    for (&offset, &x) in offsets.iter().zip(x.iter()) {
+        fastest = fastest.max(offset.abs());
+        leak += x.abs() * T::literal(0.25) * T::EPSILON; // what rounding may hide
+    }
+    let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);
+    approach > T::ZERO && leak * proportion * fastest <= approach
 }
 
 /// `m W d` without compliance, and `|Hᵀ d|` in the norm of `m M⁻¹`, with a reference mass `m`; by way of `Hᵀ d`, so that both are
