@@ -6,7 +6,7 @@ use crate::factor::Factor;
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::scene::{Contact, Scene, check_compliance, check_finite};
-use crate::sets::contact::natural_map;
+use crate::sets::contact::{expected, natural_map};
 use crate::sets::energy::EnergyScale;
 use crate::sets::{ContactSet, RowSet, Sets};
 use crate::solution::{Model, Settings};
@@ -42,7 +42,7 @@ pub(crate) struct Problem<
     pub(crate) counts_stopping: bool,
     /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses of contacts, see [`natural_map`].
     pub(crate) reference_impulse: T,
-    /// What [`natural_map::carried_impulse`] gives, once it was needed.
+    /// What [`expected::carried_impulse`] gives, once it was needed.
     carried: OnceCell<T>,
     /// Does nothing move a contact or a row, although it asks for another velocity?
     is_immovable_and_violated: bool,
@@ -126,7 +126,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             let offset: SVector<T, D> = scene.scale(i, contact.offset.into()).into();
             let q = offset + SVector::from(moved);
             *set = ContactSet::new(contact, self.model, factor.natural_map_step(i), q);
-            let offset = natural_map::without_gap(&contact.offset);
+            let offset = expected::without_gap(&contact.offset);
             let offset = scene.scale(i, offset.into());
             self.stopping_bound += set.stopping_bound(&offset, energy);
             self.is_immovable_and_violated |= set.is_immovable_and_violated(&q);
@@ -192,7 +192,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     ///
     /// `|H_i v|² <= trace(W_ii) v·M v` for the free motion, four times as much because `abs` is taken entry by entry.
     pub(crate) fn may_be_within(&self, natural_map: T, tolerance: T) -> bool {
-        let four = T::literal(4.0 * natural_map::SHARE);
+        let four = T::literal(4.0 * expected::SHARE);
         let residual = natural_map * self.reference_impulse;
         !self.counts_stopping
             && residual * residual <= self.stopping_bound * (four * tolerance) * (four * tolerance)
@@ -210,7 +210,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let mut free = [T::ZERO; N];
         self.factor
             .velocity(&self.whitened, &Stacked::zero(), &mut free);
-        let stopping = natural_map::stopping_impulse(self.scene, self.sets.contacts(), &free);
+        let stopping = expected::stopping_impulse(self.scene, self.sets.contacts(), &free);
         self.reference_impulse = self.r0_norm.max(stopping);
         self.counts_stopping = true;
     }
@@ -286,7 +286,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let carried = || {
             *self.carried.get_or_init(|| {
                 let [momentum] = &self.free_impulse.data.0;
-                natural_map::carried_impulse(self.scene, self.sets.contacts(), momentum)
+                expected::carried_impulse(self.scene, self.sets.contacts(), momentum)
             })
         };
         self.sets

@@ -1,6 +1,6 @@
 //! The cheap bound on the impulse that stops the motion, against that impulse.
 
-use super::{Problem, natural_map};
+use super::{Problem, expected};
 use crate::{Contact, Error, Factor, Model, Scene, Surface};
 use nalgebra::{Matrix4, SVector, vector};
 
@@ -22,7 +22,7 @@ fn a_patch_that_spins_is_stopped_by_no_more_than_its_bound() -> Result<(), Error
     let (factor, push) = (Factor::new(&scene)?, SVector::zeros());
     let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
     problem.fill(true);
-    let bound = problem.stopping_bound.sqrt() * 4.0 * natural_map::SHARE;
+    let bound = problem.stopping_bound.sqrt() * 4.0 * expected::SHARE;
     problem.count_stopping();
     let size = problem.reference_impulse;
     assert!(problem.r0_norm == 0.0 && size > 0.0 && size <= bound);

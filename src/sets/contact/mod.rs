@@ -8,6 +8,7 @@ use crate::solution::Model;
 use nalgebra::SVector;
 
 pub(super) mod coulomb_sweep;
+pub(crate) mod expected;
 pub(super) mod frame;
 pub(super) mod local;
 pub(super) mod lorentz;
