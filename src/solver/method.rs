@@ -88,7 +88,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         self.state.consider(monitor);
         if P::CENTRAL_PATH
             && monitor.problem.may_be_redundant()
-            && (!monitor.is_over() || monitor.creeps(&self.state.point))
+            && (!monitor.is_over() || warm_start.has_crept(monitor.creeps(&self.state.point)))
             && warm_start.is_at_rest(monitor.problem, tolerance)
         {
             monitor.record.rest = Rest::Before;

@@ -21,6 +21,9 @@ use nalgebra::SVector;
 /// A solution leaves a rest if the error of the relaxation exceeds this share of the tolerance.
 const LEAVES: f64 = 0.25;
 
+/// Impulses more than so many times as large as expected are those of a glitch, and would make any motion small.
+const GLITCH: f64 = 20.0;
+
 /// A body at rest is disturbed if the error of its last solution exceeds this.
 pub(super) const DISTURBED: f64 = 0.01;
 
@@ -49,24 +52,33 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Problem<'_, T, N, D, C, R, S>
 {
     /// Does what pushes move by more than a share of the impulses?
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn moves_what_pushes(
         &self,
         r: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
         share: T,
     ) -> bool {
+        let [moved, expected, size] = self.motion(r, u, true);
+        moved > share * share * size.min(expected * T::literal(GLITCH * GLITCH))
+    }
+
+    /// Squares: how far contacts move, or only those that push, in N·s, and the expected size of impulses and theirs.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn motion(
+        &self,
+        r: &Stacked<T, D, C, R>,
+        u: &Stacked<T, D, C, R>,
+        only_pushing: bool,
+    ) -> [T; 3] {
         let mut moved = T::ZERO;
         let values = r.contacts.iter().zip(&u.contacts);
         for (set, (r, u)) in self.sets.contacts().iter().zip(values) {
-            if *r != [T::ZERO; D] {
+            if !only_pushing || *r != [T::ZERO; D] {
                 moved += set.alpha * set.alpha * square(u);
             }
         }
         let expected = self.reference_impulse * self.reference_impulse;
-        // Impulses of a glitch would make any motion small.
-        let size = r.contact_square().max(expected);
-        moved > share * share * size.min(expected * T::literal(400.0))
+        [moved, expected, r.contact_square().max(expected)]
     }
 
     /// Takes De Saxcé's shift away, or puts it back.
@@ -81,31 +93,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Is the error of the relaxation less than `most` for certain, because hardly anything moves? What impulses in their cones leave of a
     /// natural map is no longer than `alpha u`.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn stays(&self, point: &Point<T, D, C, R>, most: T) -> bool {
-        let mut moved = T::ZERO;
-        for (set, u) in self.sets.contacts().iter().zip(&point.u.contacts) {
-            moved += set.alpha * set.alpha * square(u);
-        }
-        let expected = self.reference_impulse * self.reference_impulse;
-        let size = point.r.contact_square().max(expected);
+        let [moved, expected, size] = self.motion(&point.r, &point.u, false);
         let four = T::literal(4.0);
         !self.scene.is_mixed() && four * moved < expected.min(most * most * size)
     }
 
     /// How far impulses are inside of their cones: the least `mu r_N - |r_T|`.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn margin(&self, r: &Stacked<T, D, C, R>) -> T {
-        let margins = self
-            .sets
-            .contacts()
-            .iter()
-            .zip(&r.contacts)
-            .map(|(set, r)| {
-                let r = SVector::from(*r);
-                let (normal, tangent) = split(&r);
-                set.cone.friction() * normal - norm(tangent)
-            });
-        margins.fold(T::INFINITY, |least, margin| least.min(margin))
+        let mut least = T::INFINITY;
+        for (set, r) in self.sets.contacts().iter().zip(&r.contacts) {
+            let r = SVector::from(*r);
+            let (normal, tangent) = split(&r);
+            least = least.min(set.cone.friction() * normal - norm(tangent));
+        }
+        least
     }
 
     /// Does the duality gap of the relaxation tell that something slides in its solution?

@@ -18,6 +18,9 @@ mod table;
 /// Impulses this many times as large as expected are no start.
 const MAX_IMPULSE_RATIO: f64 = 1e8;
 
+/// A body that creeps asks in each such tick whether it can stay.
+const PATIENCE: u8 = 4;
+
 /// What is known where a solve starts.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum WarmStartKind {
@@ -38,6 +41,8 @@ pub(crate) struct WarmStart<T, const D: usize, const C: usize, const R: usize> {
     rests: bool,
     /// Was a rest disturbed, and internal forces not yet centred since?
     pub(super) is_disturbed: bool,
+    /// So many ticks that were solved as they began crept, one after the other.
+    crept: u8,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C, R> {
@@ -48,7 +53,18 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
             rows: Table::empty(),
             rests: false,
             is_disturbed: false,
+            crept: 0,
         }
+    }
+
+    /// Counts a tick that is solved as it begins. Is it the last of so many that crept that it is time to ask whether the body can stay?
+    pub(super) fn has_crept(&mut self, creeps: bool) -> bool {
+        self.crept = if creeps { self.crept + 1 } else { 0 };
+        if self.crept < PATIENCE {
+            return false;
+        }
+        self.crept = 0;
+        true
     }
 
     /// Forgets the last solve for impulses that are given, each with the key of its contact or joint row.
