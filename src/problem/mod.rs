@@ -10,7 +10,7 @@ use crate::sets::contact::{expected, natural_map};
 use crate::sets::energy::EnergyScale;
 use crate::sets::{ContactSet, RowSet, Sets};
 use crate::solution::{Model, Settings};
-use core::cell::OnceCell;
+use core::cell::Cell;
 use nalgebra::SVector;
 
 mod infeasibility;
@@ -43,7 +43,7 @@ pub(crate) struct Problem<
     /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses of contacts, see [`natural_map`].
     pub(crate) reference_impulse: T,
     /// What [`expected::carried_impulse`] gives, once it was needed.
-    carried: OnceCell<T>,
+    carried: Cell<Option<T>>,
     /// Does nothing move a contact or a row, although it asks for another velocity?
     is_immovable_and_violated: bool,
     /// Are velocities those of a momentum, and not of `W`? See [`Self::velocities`].
@@ -104,7 +104,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             stopping_bound: T::ZERO,
             counts_stopping: false,
             reference_impulse: T::ZERO,
-            carried: OnceCell::new(),
+            carried: Cell::new(None),
             is_immovable_and_violated: false,
             by_momentum: false,
             energy: EnergyScale::none(),
@@ -284,9 +284,11 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         noise: &[[T; 2]],
     ) -> T {
         let carried = || {
-            *self.carried.get_or_init(|| {
+            self.carried.get().unwrap_or_else(|| {
                 let [momentum] = &self.free_impulse.data.0;
-                expected::carried_impulse(self.scene, self.sets.contacts(), momentum)
+                let carried = expected::carried_impulse(self.scene, self.sets.contacts(), momentum);
+                self.carried.set(Some(carried));
+                carried
             })
         };
         self.sets
