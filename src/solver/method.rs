@@ -98,7 +98,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             }
             warm_start.is_disturbed |= self.state.point.natural_map > T::literal(DISTURBED);
         }
-        if warm_start.is_disturbed && monitor.is_over() {
+        if P::CENTRAL_PATH && warm_start.is_disturbed && monitor.is_over() {
             warm_start.is_disturbed = false;
             if monitor.problem.is_likely_to_stick()
                 && warm_start.is_at_rest(monitor.problem, tolerance)
