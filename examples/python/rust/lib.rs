@@ -17,8 +17,7 @@ fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let sizes: Vec<_> = sizes::SIZES.iter().map(sizes::Size::tuple).collect();
     module.add("SIZES", sizes)?;
     module.add_class::<kernel::Kernel>()?;
-    module.add_class::<mujoco::Gather>()?;
-    module.add_class::<mujoco::LookAhead>()?;
+    module.add_class::<mujoco::Stepper>()?;
     module.add_function(wrap_pyfunction!(solve::solve, module)?)?;
     module.add_function(wrap_pyfunction!(batch::solve_batch, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch_shape, module)?)?;

@@ -1,0 +1,118 @@
+//! Contacts and rows of one island, as arrays of a problem.
+
+use super::inertia::Inertia;
+use super::rows::{Kind, Row};
+use super::touch::Touch;
+use crate::problem::{Dynamics, Friction, Problem, Rows};
+
+/// The arrays. Velocities that nothing of the island moves are left out.
+#[derive(Default)]
+pub(super) struct Pack {
+    dofs: Vec<usize>,
+    pub(super) dim: usize,
+    is_shaped: bool,
+    is_compliant: bool,
+    mass: Vec<f64>,
+    pub(super) impulse: Vec<f64>,
+    jacobian: Vec<f64>,
+    offsets: Vec<f64>,
+    round: Vec<f64>,
+    shaped: Vec<f64>,
+    compliance: Vec<f64>,
+    keys: Vec<u32>,
+    row_jacobian: Vec<f64>,
+    row_offset: Vec<f64>,
+    row_lower: Vec<f64>,
+    row_upper: Vec<f64>,
+    row_compliance: Vec<f64>,
+    row_keys: Vec<u32>,
+}
+
+impl Pack {
+    /// Begins a problem: its velocities, rows of a contact, and free impulse (of all velocities).
+    pub(super) fn begin(&mut self, inertia: &Inertia, dofs: &[usize], dim: usize, impulse: Option<&[f64]>) {
+        for list in [
+            &mut self.mass,
+            &mut self.impulse,
+            &mut self.jacobian,
+            &mut self.offsets,
+            &mut self.round,
+            &mut self.shaped,
+            &mut self.compliance,
+            &mut self.row_jacobian,
+            &mut self.row_offset,
+            &mut self.row_lower,
+            &mut self.row_upper,
+            &mut self.row_compliance,
+        ] {
+            list.clear();
+        }
+        self.keys.clear();
+        self.row_keys.clear();
+        self.dofs.clear();
+        self.dofs.extend_from_slice(dofs);
+        self.dim = dim;
+        self.is_shaped = dim > 3;
+        self.is_compliant = false;
+        for &i in dofs {
+            self.mass.extend(dofs.iter().map(|&j| inertia.entry(i, j)));
+            self.impulse.push(impulse.map_or(0.0, |impulse| impulse[i]));
+        }
+    }
+
+    /// Adds a contact with these velocities along its rows, and compliance along normal and tangents.
+    pub(super) fn contact(&mut self, touch: &Touch, offset: [f64; 6], compliance: [f64; 2]) {
+        let dim = touch.dim.min(self.dim);
+        let nv = touch.rows.len() / touch.dim;
+        for row in touch.rows.chunks_exact(nv).take(dim) {
+            self.jacobian.extend(self.dofs.iter().map(|&dof| row[dof]));
+        }
+        let contact = self.keys.len() + 1;
+        self.jacobian.resize(contact * self.dim * self.dofs.len(), 0.0);
+        self.offsets.extend_from_slice(&offset[..dim]);
+        self.offsets.resize(contact * self.dim, 0.0);
+        self.round.push(touch.mu());
+        self.shaped.extend_from_slice(&touch.friction[..dim - 1]);
+        self.shaped.resize(contact * (self.dim - 1), 0.0);
+        self.is_shaped |= touch.dim > 1 && touch.friction[0].to_bits() != touch.friction[1].to_bits();
+        self.is_compliant |= compliance != [0.0; 2];
+        self.compliance.extend(compliance);
+        let [first, second] = touch.geoms.map(|geom| u32::try_from(geom).unwrap_or(u32::MAX));
+        self.keys.push(first << 16 ^ second);
+    }
+
+    /// Adds a row.
+    pub(super) fn row(&mut self, row: &Row, offset: f64, compliance: f64) {
+        self.row_jacobian.extend(self.dofs.iter().map(|&dof| row.row[dof]));
+        self.row_offset.push(offset);
+        let [lower, upper] = match row.kind {
+            Kind::Equality => [-f64::INFINITY, f64::INFINITY],
+            Kind::Friction => [-row.most, row.most],
+            Kind::Limit => [0.0, f64::INFINITY],
+        };
+        self.row_lower.push(lower);
+        self.row_upper.push(upper);
+        self.row_compliance.push(compliance);
+        self.row_keys.push(row.key);
+    }
+
+    pub(super) fn problem(&self) -> Problem<'_, f64> {
+        Problem {
+            n: self.dofs.len(),
+            dim: self.dim,
+            dynamics: Dynamics::Mass(&self.mass, &self.jacobian, &self.impulse),
+            offsets: &self.offsets,
+            friction: if self.is_shaped { Friction::Shaped(&self.shaped) } else { Friction::Round(&self.round) },
+            compliance: if self.is_compliant { &self.compliance } else { &[] },
+            keys: &self.keys,
+            rows: Rows {
+                jacobian: &self.row_jacobian,
+                offset: &self.row_offset,
+                lower: &self.row_lower,
+                upper: &self.row_upper,
+                compliance: &self.row_compliance,
+                keys: &self.row_keys,
+            },
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! The position pass: what overlaps, or is open, is taken back by a motion that is not kept as a velocity.
+//!
+//! The same kernel solves `M' z = Hᵀ r'` with friction and a little compliance, from nothing; positions then move by `h (v + z)`.
+
+use super::engines::{Engines, Pass};
+use super::islands::Island;
+use super::pack::Pack;
+use super::rows::Kind;
+use super::touch::dot;
+use super::velocity::{Motion, Scene};
+use stiction::{Model as Law, Settings};
+
+/// The share of an overlap that is taken back in a step; of an equality all.
+const SHARE: f64 = 0.8;
+/// Compliance of contacts and of other rows, over what moves them.
+const CONTACT: f64 = 1e-4;
+const ROW: f64 = 0.02;
+/// A row is moved as little as if it were at least this share of a free point.
+const LEAST: f64 = 1e-2;
+/// Rows that move less than this share of a free point have no lever: they are left as they are.
+const NO_LEVER: f64 = 1e-6;
+/// The fastest recovery of an overlap, over the model's own speed.
+const RECOVERY: f64 = 0.2;
+/// Errors in lengths that are left as they are, over the model's own length.
+const LEFT: f64 = 1e-9;
+
+#[derive(Default)]
+pub(super) struct PositionPass {
+    pack: Pack,
+}
+
+/// The model's own length (m) and speed (m/s).
+#[derive(Clone, Copy)]
+pub(super) struct Scale {
+    pub(super) length: f64,
+    pub(super) speed: f64,
+}
+
+impl PositionPass {
+    /// Adds an island's correction to `correction`; `true` if there was something to correct.
+    pub(super) fn solve(
+        &mut self,
+        scene: &Scene<'_>,
+        island: &Island,
+        engines: &mut Engines,
+        motion: &Motion,
+        scale: Scale,
+        correction: &mut [f64],
+    ) -> bool {
+        let (h, left) = (scene.h, LEFT * scale.length);
+        self.pack.begin(scene.inertia, &island.dofs, 3, None);
+        let mut is_needed = false;
+        let soft = |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
+        let lever = |response: f64, mobility: f64| if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 };
+        for touch in island.touches.iter().map(|&place| &scene.touches[place]) {
+            if touch.response < NO_LEVER * touch.mobility {
+                continue;
+            }
+            let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
+            if open < -left {
+                is_needed = true;
+                let fastest = if touch.is_driven { scale.speed } else { RECOVERY * scale.speed };
+                open = (SHARE * open).max(-h * fastest * lever(touch.response, touch.mobility));
+            }
+            let compliance = soft(CONTACT, touch.response, touch.mobility);
+            self.pack.contact(touch, [open / h, 0.0, 0.0, 0.0, 0.0, 0.0], [compliance; 2]);
+        }
+        for row in island.rows.iter().map(|&place| &scene.rows[place]) {
+            if row.kind == Kind::Friction || row.response < NO_LEVER * row.mobility {
+                continue;
+            }
+            let mut open = row.gap + h * dot(&row.row, &motion.velocity);
+            let lever = lever(row.response, row.mobility);
+            if row.kind == Kind::Equality {
+                is_needed |= open.abs() > left;
+                let most = h * scale.speed * lever.sqrt();
+                open = open.clamp(-most, most);
+            } else if open < -left {
+                is_needed = true;
+                open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever);
+            }
+            self.pack.row(row, open / h, soft(ROW, row.response, row.mobility));
+        }
+        if !is_needed {
+            return false;
+        }
+        let settings = Settings { tolerance: 1e-4, budget: 1_000, model: Law::Coulomb };
+        for model in [Law::Coulomb, Law::ConvexRelaxation] {
+            let settings = Settings { model, ..settings };
+            let name = (island.dofs[0], Pass::Position);
+            if let Some(Ok((outcome, answer))) = engines.solve(name, &self.pack.problem(), &settings, true)
+                && outcome.error <= USABLE
+                && answer.v.iter().all(|z| z.is_finite())
+            {
+                island.dofs.iter().zip(&answer.v).for_each(|(&dof, &z)| correction[dof] = z);
+                return true;
+            }
+        }
+        true
+    }
+}
+
+/// A correction is used up to this error.
+const USABLE: f64 = 1e-2;

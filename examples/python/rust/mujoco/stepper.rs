@@ -1,0 +1,332 @@
+//! A step: motion from outside, MuJoCo's first half, the two passes, a look at the end, MuJoCo's second half.
+
+use super::crowd::thin;
+use super::end::{Lookout, There};
+use super::engines::Engines;
+use super::facts::{Facts, speed_scale};
+use super::ffi::{Data, Model, OwnedContact};
+use super::inertia::Inertia;
+use super::islands::islands;
+use super::outside::Follower;
+use super::position::{PositionPass, Scale};
+use super::rows::{self, Row};
+use super::touch::{Around, Touch, dot, pair_of};
+use super::velocity::{Ends, Motion, Scene, VelocityPass};
+use nalgebra::Vector3;
+use std::collections::{BTreeMap, HashSet};
+use stiction::Settings;
+
+/// Lengths over the model's own: contacts are listed up to this gap; overlaps up to this are none; contacts of the last step are
+/// listed up to this gap; a position that is written moves something from here on.
+const BAND: f64 = 1e-6;
+const SLOP: f64 = 1e-7;
+const KEPT: f64 = 1e-3;
+const WRITTEN: f64 = 1e-6;
+/// How often a step is solved again with what was found at its end, and how often contacts found are then taken anew.
+const ROUNDS: usize = 6;
+const ANEW: usize = 4;
+
+/// How a step ended.
+pub(super) struct Report {
+    pub(super) ends: Ends,
+    pub(super) left_out: usize,
+}
+
+/// A contact of the last step: its geoms and its normal.
+type Live = ([usize; 2], Vector3<f64>);
+
+pub(super) struct Stepper {
+    pub(super) model: Model,
+    facts: Facts,
+    scratch: Data,
+    follower: Follower,
+    inertia: Inertia,
+    engines: Engines,
+    velocity_pass: VelocityPass,
+    position_pass: PositionPass,
+    /// Contacts that take part, by their places in MuJoCo's list.
+    taken: HashSet<usize>,
+    live: Vec<Live>,
+    /// What each contact of MuJoCo's list does; -1 of one that took no part.
+    pub(super) modes: Vec<i8>,
+}
+
+impl Stepper {
+    pub(super) fn new(mut model: Model) -> Self {
+        model.refresh();
+        Self {
+            facts: Facts::new(&model),
+            scratch: Data::scratch(&model),
+            follower: Follower::default(),
+            inertia: Inertia::default(),
+            engines: Engines::default(),
+            velocity_pass: VelocityPass::default(),
+            position_pass: PositionPass::default(),
+            taken: HashSet::new(),
+            live: Vec::new(),
+            modes: Vec::new(),
+            model,
+        }
+    }
+
+    /// Forgets the last step.
+    pub(super) fn reset(&mut self) {
+        self.engines.reset();
+        self.velocity_pass.reset();
+        self.follower.reset();
+        self.live.clear();
+    }
+
+    fn scale(&self) -> Scale {
+        Scale { length: self.model.size(), speed: speed_scale(&self.model) }
+    }
+
+    fn lookout(&self) -> Lookout<'_> {
+        let length = self.model.size();
+        Lookout { model: &self.model, facts: &self.facts, grown: BAND * length, slop: SLOP * length, length }
+    }
+
+    /// What comes before controls are set.
+    pub(super) fn step1(&mut self, data: &mut Data) {
+        self.model.refresh();
+        if !self.follower.follows(data) {
+            self.live.clear();
+        }
+        let length = self.model.size();
+        self.follower.look(&self.model, data, WRITTEN * length);
+        self.grow_margins(data, BAND * length);
+        data.step1(&self.model);
+        self.take(data);
+    }
+
+    /// Contacts are listed as they touch, limits as far as they may be reached.
+    fn grow_margins(&mut self, data: &Data, contacts: f64) {
+        let Scale { length, speed } = self.scale();
+        let fastest = |speeds: &[f64]| speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+        let (joint, tendon) = (fastest(data.qvel()), fastest(data.ten_velocity()));
+        // What stands still may start to move.
+        let (turn, h) = (joint + (speed / length).max(speed), self.model.step());
+        self.model.grow_margins(contacts, [2.0 * h * turn, 2.0 * h * (tendon + speed)]);
+    }
+
+    /// Takes what overlaps, and contacts of the last step, also those that have opened a little since.
+    fn take(&mut self, data: &mut Data) {
+        self.taken.clear();
+        let lookout = self.lookout();
+        let mut taken = Vec::new();
+        let mut found = vec![false; self.live.len()];
+        for (index, contact) in data.contacts().enumerate() {
+            if contact.is_excluded() || lookout.is_ghost(data, contact) {
+                continue;
+            }
+            let (geoms, normal) = (pair_of(contact), Vector3::from(contact.frame()[0]));
+            let mut is_live = false;
+            for ((live_geoms, live_normal), found) in self.live.iter().zip(&mut found) {
+                if *live_geoms == geoms && live_normal.dot(&normal) > super::touch::SAME_NORMAL {
+                    (is_live, *found) = (true, true);
+                }
+            }
+            if is_live || contact.gap(lookout.grown) < -lookout.slop {
+                taken.push(index);
+            }
+        }
+        self.taken.extend(taken);
+        if found.contains(&false) {
+            self.keep(data);
+        }
+    }
+
+    /// Lists contacts of the last step that have opened by less than a thousandth of the model's length.
+    fn keep(&mut self, data: &mut Data) {
+        let length = self.model.size();
+        let (band, kept) = (BAND * length, KEPT * length);
+        self.grow_margins(data, band + kept);
+        let scratch = &mut self.scratch;
+        scratch.qpos_mut().copy_from_slice(data.qpos());
+        scratch.mocap_pos_mut().copy_from_slice(data.mocap_pos());
+        scratch.mocap_quat_mut().copy_from_slice(data.mocap_quat());
+        scratch.kinematics(&self.model);
+        scratch.collision(&self.model);
+        self.grow_margins(data, band);
+        let (model, facts) = (&self.model, &self.facts);
+        let mut has_more = false;
+        for contact in self.scratch.contacts() {
+            let geoms = pair_of(contact);
+            let normal = Vector3::from(contact.frame()[0]);
+            let is_live = |live: &Live| live.0 == geoms && live.1.dot(&normal) > super::touch::SAME_NORMAL;
+            let is_field = geoms.iter().any(|&geom| model.geom_type()[geom] == super::ffi::HFIELD && facts.height_fields);
+            if contact.is_excluded() || is_field || !self.live.iter().any(is_live) {
+                continue;
+            }
+            let place = Vector3::from(contact.place());
+            let is_there = self.taken.iter().any(|&index| {
+                let other = data.contact(index);
+                pair_of(other) == geoms
+                    && Vector3::from(other.frame()[0]).dot(&normal) > super::touch::SAME_NORMAL
+                    && (Vector3::from(other.place()) - place).norm() < 1e-2 * length
+            });
+            if is_there {
+                continue;
+            }
+            let own = OwnedContact::new(contact, contact.gap(band + kept), kept + band);
+            let Some(index) = data.add_contact(model, &own) else { break };
+            self.taken.insert(index);
+            has_more = true;
+        }
+        if has_more {
+            data.make_constraint(&self.model);
+        }
+    }
+
+    /// What comes after controls are set.
+    ///
+    /// # Errors
+    /// The mass matrix is not positive definite.
+    pub(super) fn step2(&mut self, data: &mut Data, settings: &Settings<f64>) -> Result<Report, &'static str> {
+        data.actuation(&self.model);
+        data.acceleration(&self.model);
+        self.inertia.update(&self.model, data)?;
+        let (h, nv) = (self.model.step(), self.model.sizes.velocities);
+        let scale = self.scale();
+        let rates = rows::equality_rates(&self.model, data, &mut self.scratch, &self.follower.now);
+        let mut found: BTreeMap<usize, There> = BTreeMap::new();
+        let mut reached: HashSet<u32> = HashSet::new();
+        let mut round = 0;
+        let (touches, rows, motion, correction, ends, left_out) = loop {
+            let around = Around {
+                model: &self.model,
+                data,
+                facts: &self.facts,
+                follower: &self.follower,
+                inertia: &self.inertia,
+            };
+            let all = listed(&around, &self.taken, &found, self.lookout().grown);
+            let is_reached = |velocity: &[f64]| {
+                let qvel = data.qvel();
+                let free = &self.inertia.velocity;
+                let (a, b, c) = (velocity.to_vec(), qvel.to_vec(), free.clone());
+                move |row: &[f64], gap: f64| gap <= 0.0 || [&a, &b, &c].iter().any(|v| gap + h * dot(row, v) < 0.0)
+            };
+            let free = is_reached(&self.inertia.velocity);
+            let limits = rows::list(&around, &rates, |_, _, _| true);
+            let rows: Vec<Row> = limits
+                .iter()
+                .filter(|row| row.kind != rows::Kind::Limit || reached.contains(&row.key) || free(&row.row, row.gap))
+                .cloned()
+                .collect();
+            reached.extend(rows.iter().filter(|row| row.kind == rows::Kind::Limit).map(|row| row.key));
+            let mut touches = all.clone();
+            let left_out = thin(&mut touches, data.qvel(), h);
+            let scene = Scene { inertia: &self.inertia, touches: &touches, rows: &rows, h };
+            let mut motion = Motion {
+                velocity: self.inertia.velocity.clone(),
+                impulses: vec![[0.0; 6]; touches.len()],
+                modes: vec![0; touches.len()],
+                rows: vec![0.0; rows.len()],
+            };
+            let (mut ends, mut correction) = (Ends::NONE, vec![0.0; nv]);
+            for island in islands(&self.inertia, &touches, &rows, nv) {
+                self.velocity_pass.solve(&scene, &island, &mut self.engines, settings, &mut motion, &mut ends);
+                self.position_pass.solve(&scene, &island, &mut self.engines, &motion, scale, &mut correction);
+            }
+            let is_passed = |row: &&Row| row.gap + h * dot(&row.row, &motion.velocity) < -1e-12 * scale.length.max(1.0);
+            let passed: Vec<_> = limits
+                .iter()
+                .filter(|row| row.kind == rows::Kind::Limit && !reached.contains(&row.key))
+                .filter(is_passed)
+                .map(|row| row.key)
+                .collect();
+            let is_last = round == ROUNDS;
+            round += 1;
+            if !passed.is_empty() && !is_last {
+                reached.extend(passed);
+                continue;
+            }
+            if is_last {
+                break (touches, rows, motion, correction, ends, left_out);
+            }
+            let total: Vec<_> = motion.velocity.iter().zip(&correction).map(|(v, z)| v + z).collect();
+            let lookout = Lookout {
+                model: &self.model,
+                facts: &self.facts,
+                grown: BAND * scale.length,
+                slop: SLOP * scale.length,
+                length: scale.length,
+            };
+            let seen = lookout.look(data, &mut self.scratch, &total, &all, round <= ANEW);
+            let mut has_new = !seen.again.is_empty();
+            found.extend(seen.again);
+            let mut has_contacts = false;
+            for contact in seen.new {
+                let Some(index) = data.add_contact(&self.model, &contact.contact) else { break };
+                self.taken.insert(index);
+                found.insert(index, contact.there);
+                (has_new, has_contacts) = (true, true);
+            }
+            if has_contacts {
+                data.make_constraint(&self.model);
+            }
+            if !has_new {
+                break (touches, rows, motion, correction, ends, left_out);
+            }
+        };
+        self.write(data, &touches, &rows, &motion);
+        data.sensor_acc(&self.model);
+        data.euler(&self.model);
+        if correction.iter().any(|&z| z != 0.0) {
+            self.model.integrate(data.qpos_mut(), &correction, h);
+        }
+        self.live.clear();
+        self.live.extend(touches.iter().map(|touch| (touch.geoms, touch.normal)));
+        self.follower.keep(data);
+        Ok(Report { ends, left_out })
+    }
+
+    /// Writes acceleration and forces.
+    fn write(&mut self, data: &mut Data, touches: &[Touch], rows: &[Row], motion: &Motion) {
+        let (h, nv) = (self.model.step(), self.model.sizes.velocities);
+        let acceleration: Vec<_> = motion.velocity.iter().zip(data.qvel()).map(|(after, before)| (after - before) / h).collect();
+        data.qacc_mut().copy_from_slice(&acceleration);
+        let mut constraint = vec![0.0; nv];
+        let mut add = |row: &[f64], force: f64| {
+            if force != 0.0 {
+                constraint.iter_mut().zip(row).for_each(|(sum, entry)| *sum += force * entry);
+            }
+        };
+        data.efc_force_mut().fill(0.0);
+        self.modes.clear();
+        self.modes.resize(data.contacts().len(), -1);
+        for ((touch, impulse), &mode) in touches.iter().zip(&motion.impulses).zip(&motion.modes) {
+            for (i, row) in touch.rows.chunks_exact(nv).enumerate() {
+                add(row, impulse[i] / h);
+                data.efc_force_mut()[touch.address + i] = impulse[i] / h;
+            }
+            self.modes[touch.index] = mode;
+            if touch.is_new {
+                data.set_distance(touch.index, touch.gap);
+            }
+        }
+        for (row, impulse) in rows.iter().zip(&motion.rows) {
+            add(&row.row, impulse / h);
+            data.efc_force_mut()[row.constraint] = impulse / h;
+        }
+        data.qfrc_constraint_mut().copy_from_slice(&constraint);
+    }
+}
+
+/// Contacts that take part, as they are now.
+fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &BTreeMap<usize, There>, grown: f64) -> Vec<Touch> {
+    let h = around.model.step();
+    let contacts = 0..around.data.contacts().len();
+    let touch = |index: usize| {
+        if let Some(there) = found.get(&index) {
+            let mut touch = Touch::new(around, index, there.gap_before(h), Some(&there.rows))?;
+            touch.is_new = true;
+            Some(touch)
+        } else {
+            let gap = around.data.contact(index).gap(grown);
+            Touch::new(around, index, gap, None)
+        }
+    };
+    contacts.filter(|index| taken.contains(index)).filter_map(touch).collect()
+}

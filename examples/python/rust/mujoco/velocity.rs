@@ -1,0 +1,267 @@
+//! The velocity pass: the exact law without recovery, and what gives way where it has no answer.
+//!
+//! Overlaps ask for no speed here, so without motion from outside standing still is allowed: nothing contradicts, and no overlap
+//! becomes momentum.
+
+use super::engines::{Engines, Pass};
+use super::inertia::Inertia;
+use super::islands::Island;
+use super::pack::Pack;
+use super::relaxed;
+use super::rows::{Kind, Row};
+use super::touch::Touch;
+use crate::problem::{Answer, Outcome};
+use std::collections::HashSet;
+use stiction::{Model as Law, Settings, Status, Work};
+
+/// A normal row without lever is held as if its bodies were free, by this share of what would move them.
+const LEVER: f64 = 1e-5;
+/// Compliance over mobility: of what is moved from outside and blocked (its impulse is at most `m v`), and of all.
+const BLOCKED: f64 = 1.0;
+const SOFT: f64 = 1e-2;
+/// An answer is used up to this error, and up to impulses that change velocities by so many times those there are.
+const LARGEST_ERROR: f64 = 1e-3;
+const LARGEST_CHANGE: f64 = 1e4;
+/// What is blocked stays soft until it gives way by less than this share of its speed.
+const BLOCKED_SHARE: f64 = 0.3;
+
+/// What gives way.
+#[derive(Clone, Copy, PartialEq)]
+enum Softness {
+    Rigid,
+    Driven,
+    All,
+}
+
+/// Velocities and impulses of a step.
+#[derive(Default)]
+pub(super) struct Motion {
+    pub(super) velocity: Vec<f64>,
+    pub(super) impulses: Vec<[f64; 6]>,
+    pub(super) modes: Vec<i8>,
+    pub(super) rows: Vec<f64>,
+}
+
+/// How the islands of a step ended, at worst.
+pub(super) struct Ends {
+    pub(super) status: Status,
+    pub(super) error: f64,
+    pub(super) work: usize,
+    pub(super) contradicts: bool,
+    pub(super) gave_way: bool,
+}
+
+impl Ends {
+    pub(super) const NONE: Self =
+        Self { status: Status::Solved, error: 0.0, work: 0, contradicts: false, gave_way: false };
+
+    fn add(&mut self, outcome: &Outcome) {
+        self.work += outcome.work.total();
+        if outcome.status != Status::Solved || !(outcome.error <= self.error) {
+            self.error = self.error.max(if outcome.error.is_nan() { f64::INFINITY } else { outcome.error });
+        }
+        if self.status == Status::Solved {
+            self.status = outcome.status;
+        }
+    }
+}
+
+/// Solves islands.
+#[derive(Default)]
+pub(super) struct VelocityPass {
+    pack: Pack,
+    /// Islands in which something that is moved from outside was blocked in the last step.
+    blocked: HashSet<usize>,
+}
+
+/// What is solved.
+pub(super) struct Scene<'a> {
+    pub(super) inertia: &'a Inertia,
+    pub(super) touches: &'a [Touch],
+    pub(super) rows: &'a [Row],
+    pub(super) h: f64,
+}
+
+impl VelocityPass {
+    pub(super) fn reset(&mut self) {
+        self.blocked.clear();
+    }
+
+    /// Solves an island, writes its motion, and says how that ended.
+    pub(super) fn solve(
+        &mut self,
+        scene: &Scene<'_>,
+        island: &Island,
+        engines: &mut Engines,
+        settings: &Settings<f64>,
+        motion: &mut Motion,
+        ends: &mut Ends,
+    ) {
+        let name = island.dofs[0];
+        let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
+        let rows = || island.rows.iter().map(|&place| &scene.rows[place]);
+        let is_moved = touches().any(Touch::is_moved) || rows().any(|row| row.outside != 0.0);
+        let mut found = None;
+        if is_moved && self.blocked.contains(&name) {
+            found = self.attempt(scene, island, engines, settings, Softness::Driven, false);
+            if found.as_ref().is_some_and(|(_, answer)| self.yields(scene, island, answer) < BLOCKED_SHARE) {
+                self.blocked.remove(&name);
+                found = None;
+            }
+        } else {
+            self.blocked.remove(&name);
+        }
+        found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid, false));
+        if !self.is_usable(scene, island, settings, &found) {
+            if let Some((outcome, _)) = &found {
+                ends.contradicts |= matches!(outcome.status, Status::Infeasible | Status::Jammed);
+            }
+            engines.forget(name);
+            found = None;
+            if is_moved {
+                found = self.attempt(scene, island, engines, settings, Softness::Driven, false);
+                self.blocked.insert(name);
+            }
+            if !self.is_usable(scene, island, settings, &found) {
+                ends.gave_way = true;
+                engines.forget(name);
+                found = self.attempt(scene, island, engines, settings, Softness::All, false);
+                if !self.is_usable(scene, island, settings, &found) {
+                    engines.forget(name);
+                    found = self.attempt(scene, island, engines, settings, Softness::All, true);
+                }
+                if !self.is_usable(scene, island, settings, &found) {
+                    engines.forget(name);
+                    found = Some(self.sweep(scene, island));
+                }
+            }
+        }
+        if let Some((outcome, answer)) = found {
+            ends.add(&outcome);
+            write(island, &answer, self.pack.dim, motion);
+        }
+    }
+
+    fn fill(&mut self, scene: &Scene<'_>, island: &Island, softness: Softness) {
+        let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
+        let dim = if touches().all(|touch| touch.dim <= 3) { 3 } else { 6 };
+        self.pack.begin(scene.inertia, &island.dofs, dim, Some(&scene.inertia.impulse));
+        for touch in touches() {
+            let soft = softness_of(softness, touch.mobility, touch.is_moved());
+            let lever = (LEVER * touch.mobility - touch.response).max(0.0);
+            self.pack.contact(touch, offset(touch, scene.h), [soft.max(lever), soft]);
+        }
+        for row in island.rows.iter().map(|&place| &scene.rows[place]) {
+            let soft = if row.kind == Kind::Friction { 0.0 } else { softness_of(softness, row.mobility, row.outside != 0.0) };
+            self.pack.row(row, row_offset(row, scene.h), soft);
+        }
+    }
+
+    fn attempt(
+        &mut self,
+        scene: &Scene<'_>,
+        island: &Island,
+        engines: &mut Engines,
+        settings: &Settings<f64>,
+        softness: Softness,
+        relaxes: bool,
+    ) -> Option<(Outcome, Answer<f64>)> {
+        self.fill(scene, island, softness);
+        let settings = Settings { model: if relaxes { Law::ConvexRelaxation } else { Law::Coulomb }, ..*settings };
+        engines.solve((island.dofs[0], Pass::Velocity), &self.pack.problem(), &settings, false)?.ok()
+    }
+
+    /// All rows soft, relaxed, by sweeps that always end.
+    fn sweep(&mut self, scene: &Scene<'_>, island: &Island) -> (Outcome, Answer<f64>) {
+        self.fill(scene, island, Softness::All);
+        let answer = relaxed::sweep(&self.pack.problem());
+        let work = Work { sweeps: relaxed::SWEEPS, ..Work::default() };
+        (Outcome { status: Status::OutOfBudget, error: f64::INFINITY, work }, answer)
+    }
+
+    /// May this be applied?
+    fn is_usable(
+        &self,
+        scene: &Scene<'_>,
+        island: &Island,
+        settings: &Settings<f64>,
+        found: &Option<(Outcome, Answer<f64>)>,
+    ) -> bool {
+        let Some((outcome, answer)) = found else { return false };
+        let is_finite = answer.v.iter().chain(&answer.r).chain(&answer.rows[0]).all(|x| x.is_finite());
+        if !is_finite || !(outcome.error <= LARGEST_ERROR.max(settings.tolerance)) {
+            return false;
+        }
+        if matches!(outcome.status, Status::Infeasible | Status::Jammed) {
+            return false;
+        }
+        // Speeds in the metric: what moves, and what moves it from outside.
+        let energy: f64 = island.dofs.iter().map(|&dof| scene.inertia.impulse[dof] * scene.inertia.velocity[dof]).sum();
+        let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
+        let drive = touches().filter(|touch| touch.mobility > 0.0).map(|touch| largest(&touch.outside) / touch.mobility.sqrt());
+        let speed = energy.max(0.0).sqrt() + drive.fold(0.0, f64::max);
+        let impulses = touches().zip(answer.r.chunks_exact(self.pack.dim));
+        let change = impulses.map(|(touch, r)| largest(r) * touch.mobility.sqrt()).fold(0.0, f64::max);
+        change <= LARGEST_CHANGE * speed || change == 0.0
+    }
+
+    /// By which share of its speed gives way what is moved from outside, at most?
+    fn yields(&self, scene: &Scene<'_>, island: &Island, answer: &Answer<f64>) -> f64 {
+        let touches = island.touches.iter().map(|&place| &scene.touches[place]).zip(answer.r.chunks_exact(self.pack.dim));
+        let of_touches = touches
+            .filter(|(touch, _)| touch.is_moved())
+            .map(|(touch, r)| BLOCKED * touch.mobility * largest(r) / largest(&touch.outside));
+        let rows = island.rows.iter().map(|&place| &scene.rows[place]).zip(&answer.rows[0]);
+        let of_rows = rows
+            .filter(|(row, _)| row.outside != 0.0)
+            .map(|(row, r)| BLOCKED * row.mobility * (r / row.outside).abs());
+        of_touches.chain(of_rows).fold(0.0, f64::max)
+    }
+}
+
+fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
+    match softness {
+        Softness::Driven if is_moved => BLOCKED * mobility,
+        Softness::All => SOFT * mobility,
+        Softness::Rigid | Softness::Driven => 0.0,
+    }
+}
+
+/// Velocities that close a gap in the step, and those of surfaces; an overlap asks for what comes from outside alone.
+fn offset(touch: &Touch, h: f64) -> [f64; 6] {
+    let mut offset = touch.outside;
+    for (offset, speed) in offset[1..].iter_mut().zip(touch.surface) {
+        *offset += speed;
+    }
+    offset[0] = closing(touch.gap, touch.outside[0], h);
+    offset
+}
+
+fn closing(gap: f64, outside: f64, h: f64) -> f64 {
+    if gap >= 0.0 { gap / h } else { (gap / h).max(outside.min(0.0)) }
+}
+
+fn row_offset(row: &Row, h: f64) -> f64 {
+    match row.kind {
+        Kind::Equality => row.outside,
+        Kind::Friction => 0.0,
+        Kind::Limit => closing(row.gap, row.outside, h),
+    }
+}
+
+fn largest(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(0.0, |most, x| most.max(x.abs()))
+}
+
+fn write(island: &Island, answer: &Answer<f64>, dim: usize, motion: &mut Motion) {
+    for (&dof, &v) in island.dofs.iter().zip(&answer.v) {
+        motion.velocity[dof] = v;
+    }
+    for (i, (&place, r)) in island.touches.iter().zip(answer.r.chunks_exact(dim)).enumerate() {
+        motion.impulses[place][..dim].copy_from_slice(r);
+        motion.modes[place] = answer.modes[i];
+    }
+    for (&place, &impulse) in island.rows.iter().zip(&answer.rows[0]) {
+        motion.rows[place] = impulse;
+    }
+}
