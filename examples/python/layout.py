@@ -17,17 +17,17 @@ TABLE = Path(__file__).parent / "rust" / "mujoco" / "ffi" / "layout.rs"
 
 FIELDS = {
     "model": """
-        nq nv nbody njnt ngeom ntree nmocap neq ntendon npair
-        opt opt.timestep opt.gravity opt.integrator opt.disableflags opt.ccd_tolerance opt.ccd_iterations stat.meansize
+        nq nv nbody njnt ngeom nmocap neq ntendon npair
+        opt.timestep opt.gravity opt.integrator opt.disableflags opt.ccd_tolerance opt.ccd_iterations stat.meansize
         body_parentid body_weldid body_mocapid body_invweight0 body_margin
-        jnt_type jnt_dofadr jnt_bodyid jnt_margin dof_treeid dof_damping dof_invweight0
+        jnt_dofadr jnt_margin dof_treeid dof_damping dof_invweight0
         geom_type geom_contype geom_conaffinity geom_bodyid geom_dataid geom_rbound geom_aabb geom_margin
         pair_margin hfield_size hfield_nrow hfield_ncol hfield_adr hfield_data site_bodyid
         eq_type eq_obj1id eq_obj2id eq_objtype eq_data tendon_invweight0 tendon_margin
         D_rownnz D_rowadr D_colind signature
     """,
     "data": """
-        ncon nefc time qpos qvel mocap_pos mocap_quat qacc qDeriv qfrc_smooth qfrc_constraint ten_velocity
+        ncon nefc qpos qvel mocap_pos mocap_quat qacc qDeriv qfrc_smooth qfrc_constraint ten_velocity
         geom_xpos geom_xmat contact efc_type efc_id efc_J efc_pos efc_frictionloss efc_force signature
     """,
     "contact": "dist pos frame includemargin friction surfacevel dim geom exclude efc_address",
@@ -45,7 +45,9 @@ def layout(include: Path) -> str:
     lines = ['printf("    Layout {\\n        version: %d,\\n        equality_data: %d,\\n", mjVERSION_HEADER, mjNEQDATA);']
     for part, fields in FIELDS.items():
         struct = STRUCTS[part]
-        lines.append(f'printf("        {part}: {part.capitalize()} {{\\n            size: %zu,\\n", sizeof({struct}));')
+        lines.append(f'printf("        {part}: {part.capitalize()} {{\\n");')
+        if part != "data":
+            lines.append(f'printf("            size: %zu,\\n", sizeof({struct}));')
         lines += [
             f'printf("            {name(field)}: %zu,\\n", offsetof({struct}, {field}));' for field in fields.split()
         ]
@@ -65,7 +67,7 @@ def table(layouts: list[str]) -> str:
     parts = "".join(f"    pub(super) {part}: {part.capitalize()},\n" for part in FIELDS)
     text += f"pub(super) struct Layout {{\n    pub(super) version: i32,\n    pub(super) equality_data: usize,\n{parts}}}\n\n"
     for part, fields in FIELDS.items():
-        rows = "".join(f"    pub(super) {name(field)}: usize,\n" for field in ["size", *fields.split()])
+        rows = "".join(f"    pub(super) {name(field)}: usize,\n" for field in [*(["size"] if part != "data" else []), *fields.split()])
         text += f"pub(super) struct {part.capitalize()} {{\n{rows}}}\n\n"
     return text + f"pub(super) static LAYOUTS: &[Layout] = &[\n{''.join(layouts)}];\n"
 

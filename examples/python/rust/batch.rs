@@ -1,9 +1,9 @@
 //! Many scenes, on the cores of the machine.
 
 use crate::arrays::Arrays;
-use crate::engine::Number;
-use crate::problem::{Out, Outcome};
-use crate::sizes;
+use crate::arrays::Number;
+use stiction_kernels::problem::{Out, Outcome};
+use stiction_kernels::sizes;
 use crate::solve::{SettingsArguments, run, settings, value_error, with_engine};
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};

@@ -2,14 +2,12 @@
 //! on all cores, and the gathering of a MuJoCo step.
 
 use pyo3::prelude::*;
+use stiction_kernels::sizes;
 
 mod arrays;
 mod batch;
-mod engine;
 mod kernel;
 mod mujoco;
-mod problem;
-mod sizes;
 mod solve;
 
 #[pymodule]

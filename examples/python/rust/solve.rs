@@ -1,9 +1,10 @@
 //! One scene, solved by a kernel of this thread.
 
 use crate::arrays::Arrays;
-use crate::engine::{Engine, Number};
-use crate::problem::{Answer, Out, Outcome, Problem, refusal};
-use crate::sizes;
+use crate::arrays::Number;
+use stiction_kernels::engine::Engine;
+use stiction_kernels::problem::{Answer, Out, Outcome, Problem, refusal};
+use stiction_kernels::sizes;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -82,7 +83,7 @@ pub(crate) fn with_engine<T: Number, V>(
         if engines.len() <= index {
             engines.resize_with(sizes::SIZES.len(), || None);
         }
-        let engine = engines[index].get_or_insert_with(|| sizes::engine(index));
+        let engine = engines[index].get_or_insert_with(|| T::engine(index));
         engine.reset();
         call(engine.as_mut())
     })

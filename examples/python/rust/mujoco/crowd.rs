@@ -1,7 +1,7 @@
 //! Fewer contacts, where a pair of faces has more than hold it, or a scene more than there is room for.
 
 use super::touch::{Touch, dot};
-use crate::sizes;
+use stiction_kernels::sizes;
 use nalgebra::Vector3;
 
 /// Up to so many contacts nothing is left out, nor of a pair of faces.
@@ -10,24 +10,26 @@ const FEW_OF_PAIR: usize = 4;
 /// Directions along a face in which its outermost contact stays.
 const DIRECTIONS: u32 = 8;
 
-/// Leaves out contacts inside of a face; then those that are reached last, down to what is compiled. Returns how many of these.
-pub(super) fn thin(touches: &mut Vec<Touch>, velocity: &[f64], h: f64) -> usize {
-    if touches.len() > FEW {
-        thin_faces(touches);
+/// Leaves out contacts of an island: those inside of a face; then those that are reached last, down to what is compiled. Returns how
+/// many of these.
+pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], velocity: &[f64], h: f64) -> usize {
+    if island.len() > FEW {
+        thin_faces(island, touches);
     }
-    let dim = if touches.iter().all(|touch| touch.dim <= 3) { 3 } else { 6 };
+    let dim = if island.iter().all(|&place| touches[place].dim <= 3) { 3 } else { 6 };
     let most = sizes::most_contacts(dim);
-    let left_out = touches.len().saturating_sub(most);
+    let left_out = island.len().saturating_sub(most);
     if left_out > 0 {
-        let gap = |touch: &Touch| touch.gap / h + dot(touch.normal_row(), velocity).min(0.0);
-        touches.sort_by(|a, b| gap(a).total_cmp(&gap(b)));
-        touches.truncate(most);
-        touches.sort_by_key(|touch| touch.index);
+        let gap = |&place: &usize| touches[place].gap / h + dot(touches[place].normal_row(), velocity).min(0.0);
+        island.sort_by(|a, b| gap(a).total_cmp(&gap(b)));
+        island.truncate(most);
+        island.sort_unstable();
     }
     left_out
 }
 
-fn thin_faces(touches: &mut Vec<Touch>) {
+fn thin_faces(island: &mut Vec<usize>, all: &[Touch]) {
+    let touches: Vec<&Touch> = island.iter().map(|&place| &all[place]).collect();
     let mut stays = vec![true; touches.len()];
     let mut is_done = vec![false; touches.len()];
     for first in 0..touches.len() {
@@ -35,7 +37,7 @@ fn thin_faces(touches: &mut Vec<Touch>) {
             continue;
         }
         let normal = touches[first].normal;
-        let same = |touch: &Touch| touch.geoms == touches[first].geoms && (touch.normal - normal).norm() < 1e-4;
+        let same = |touch: &&Touch| touch.geoms == touches[first].geoms && (touch.normal - normal).norm() < 1e-4;
         let face: Vec<_> = (first..touches.len()).filter(|&i| !is_done[i] && same(&touches[i])).collect();
         face.iter().for_each(|&i| is_done[i] = true);
         if face.len() <= FEW_OF_PAIR {
@@ -55,5 +57,5 @@ fn thin_faces(touches: &mut Vec<Touch>) {
         outermost.chain(deepest).for_each(|i| stays[i] = true);
     }
     let mut stays = stays.into_iter();
-    touches.retain(|_| stays.next().unwrap_or(true));
+    island.retain(|_| stays.next().unwrap_or(true));
 }

@@ -2,17 +2,9 @@
 
 use super::facts::{Facts, body_of, is_side_of_prism};
 use super::ffi::{ContactRef, Data, Model, OwnedContact};
-use super::touch::{Touch, pair_of};
+use super::touch::{SAME_NORMAL, Touch, dot, pair_of};
 use nalgebra::{Matrix3, Vector3};
-
-/// A contact that was found at the end of the step, or on the way.
-pub(super) struct Found {
-    pub(super) contact: OwnedContact,
-    /// Its gap and its Jacobian there, and the velocities that led there.
-    pub(super) there: There,
-    geoms: [usize; 2],
-    place: Vector3<f64>,
-}
+use std::collections::HashSet;
 
 /// A contact where it was found.
 pub(super) struct There {
@@ -24,9 +16,17 @@ pub(super) struct There {
 impl There {
     /// The gap at the start of the step, as its row sees it.
     pub(super) fn gap_before(&self, h: f64) -> f64 {
-        let row = &self.rows[..self.velocity.len()];
-        self.gap - h * super::touch::dot(row, &self.velocity)
+        self.gap - h * dot(&self.rows[..self.velocity.len()], &self.velocity)
     }
+}
+
+/// What is told of a contact at the end.
+pub(super) enum Seen {
+    /// It is listed, but did not take part: its place in MuJoCo's list.
+    Listed(usize),
+    /// It was found before, and is elsewhere now.
+    Again(usize, OwnedContact, There),
+    New(OwnedContact, There),
 }
 
 /// Looks at poses of the step.
@@ -40,19 +40,31 @@ pub(super) struct Lookout<'a> {
     pub(super) length: f64,
 }
 
-/// What was seen.
-#[derive(Default)]
-pub(super) struct Seen {
-    pub(super) new: Vec<Found>,
-    /// Contacts found before, by their places in MuJoCo's list, where they are now.
-    pub(super) again: Vec<(usize, There)>,
+/// What is looked at.
+pub(super) struct Step<'a> {
+    pub(super) data: &'a Data,
+    pub(super) velocity: &'a [f64],
+    /// Contacts that take part, and their places in MuJoCo's list.
+    pub(super) touches: &'a [Touch],
+    pub(super) taken: &'a HashSet<usize>,
+    /// May rows of contacts that were found before be taken anew?
+    pub(super) takes_anew: bool,
 }
 
 /// Contacts that are added at once.
-const MOST_NEW: usize = 24;
+const MOST_NEW: usize = 64;
 /// Contacts of a pair as near as this are one: over the model's length, those of the scene and those found.
 const NEAR_KNOWN: f64 = 0.05;
 const NEAR_FOUND: f64 = 1e-3;
+
+/// An overlap at a pose.
+struct Overlap {
+    index: usize,
+    geoms: [usize; 2],
+    place: Vector3<f64>,
+    normal: Vector3<f64>,
+    known: Option<usize>,
+}
 
 impl Lookout<'_> {
     /// Is a contact none of the surfaces, but of what a height field is made of?
@@ -63,96 +75,121 @@ impl Lookout<'_> {
         let [normal, ..] = contact.frame();
         let sides = contact.geoms().into_iter().zip([1.0, -1.0]);
         sides.into_iter().any(|(geom, sign)| {
-            let [position, rotation] = [geom, geom];
-            let (position, rotation) = (data.geom_xpos()[position], data.geom_xmat()[rotation]);
+            let (position, rotation) = (data.geom_xpos()[geom], data.geom_xmat()[geom]);
             is_side_of_prism(self.model, geom, [position, contact.place()], rotation, sign * Vector3::from(normal))
         })
     }
 
-    /// Looks for what overlaps after the step at these velocities. `moves_again` tells of contacts of the scene that were found
-    /// before, and whose row may be taken anew.
-    pub(super) fn look(
-        &self,
-        data: &Data,
-        scratch: &mut Data,
-        velocity: &[f64],
-        touches: &[Touch],
-        takes_anew: bool,
-    ) -> Seen {
+    /// Looks for what overlaps after the step, or on the way where things move far.
+    pub(super) fn look(&self, step: &Step<'_>, scratch: &mut Data) -> Vec<Seen> {
         let h = self.model.step();
-        self.pose(data, scratch, velocity, h);
-        let moved = moved(self.model, data, scratch);
+        self.pose(step, scratch, h);
+        let moved = moved(self.model, step.data, scratch);
         let poses = self.facts.poses(&moved);
-        let mut seen = Seen::default();
+        let (mut seen, mut found) = (Vec::new(), Vec::new());
         for pose in 1..=poses {
             let share = f64::from(pose) / f64::from(poses);
             if poses > 1 {
-                self.pose(data, scratch, velocity, share * h);
+                self.pose(step, scratch, share * h);
             }
             scratch.collision(self.model);
-            let is_end = pose == poses;
-            self.list(scratch, share, velocity, touches, &moved, takes_anew && is_end, &mut seen);
+            let mut overlaps = self.overlaps(scratch);
+            if overlaps.is_empty() {
+                continue;
+            }
+            self.recognise(&mut overlaps, step.touches, &moved);
+            scratch.com_pos(self.model);
+            for overlap in overlaps {
+                self.tell(step, scratch, overlap, share, &mut seen, &mut found);
+            }
         }
-        seen.new.truncate(MOST_NEW);
         seen
     }
 
-    fn pose(&self, data: &Data, scratch: &mut Data, velocity: &[f64], time: f64) {
-        scratch.qpos_mut().copy_from_slice(data.qpos());
-        scratch.mocap_pos_mut().copy_from_slice(data.mocap_pos());
-        scratch.mocap_quat_mut().copy_from_slice(data.mocap_quat());
-        self.model.integrate(scratch.qpos_mut(), velocity, time);
+    fn pose(&self, step: &Step<'_>, scratch: &mut Data, time: f64) {
+        scratch.qpos_mut().copy_from_slice(step.data.qpos());
+        scratch.mocap_pos_mut().copy_from_slice(step.data.mocap_pos());
+        scratch.mocap_quat_mut().copy_from_slice(step.data.mocap_quat());
+        self.model.integrate(scratch.qpos_mut(), step.velocity, time);
         scratch.kinematics(self.model);
     }
 
-    #[allow(clippy::too_many_arguments)] // a pose has that much around it
-    fn list(
-        &self,
-        scratch: &mut Data,
-        share: f64,
-        velocity: &[f64],
-        touches: &[Touch],
-        moved: &[f64],
-        takes_anew: bool,
-        seen: &mut Seen,
-    ) {
-        let mut has_com = false;
-        let count = scratch.contacts().len();
-        for index in 0..count {
-            let contact = scratch.contact(index);
-            let gap = contact.gap(self.grown);
-            if gap >= -self.slop || contact.is_excluded() || self.is_ghost(scratch, contact) {
-                continue;
-            }
-            let geoms = pair_of(contact);
-            let (place, normal) = (Vector3::from(contact.place()), Vector3::from(contact.frame()[0]));
-            let reach = NEAR_KNOWN * self.length + 2.0 * (moved[geoms[0]] + moved[geoms[1]]);
-            let distance = |touch: &Touch| (touch.place - place).norm();
-            let known = touches.iter().filter(|touch| touch.faces(geoms, normal) && distance(touch) < reach);
-            let known = known.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            if known.is_some_and(|known| !(known.is_new && takes_anew)) {
-                continue;
-            }
-            let is_near = |other: &Found| other.geoms == geoms && (other.place - place).norm() < NEAR_FOUND * self.length;
-            if known.is_none() && seen.new.iter().any(is_near) {
-                continue;
-            }
-            let known = known.map(|known| known.index);
-            if !has_com {
-                scratch.com_pos(self.model);
-                has_com = true;
-            }
-            let contact = scratch.contact(index);
-            let rows = jacobian(self.model, scratch, contact);
-            let there = There { gap, rows, velocity: velocity.iter().map(|v| v * share).collect() };
-            if let Some(known) = known {
-                seen.again.push((known, there));
-            } else {
-                // With a distance that MuJoCo takes for a contact.
-                let contact = OwnedContact::new(contact, gap.min(-self.slop), 0.0);
-                seen.new.push(Found { contact, there, geoms, place });
+    fn overlaps(&self, scratch: &Data) -> Vec<Overlap> {
+        let overlap = |(index, contact): (usize, ContactRef<'_>)| {
+            let is_overlap = contact.gap(self.grown) < -self.slop;
+            (is_overlap && !contact.is_excluded() && !self.is_ghost(scratch, contact)).then(|| Overlap {
+                index,
+                geoms: pair_of(contact),
+                place: contact.place().into(),
+                normal: contact.frame()[0].into(),
+                known: None,
+            })
+        };
+        scratch.contacts().enumerate().filter_map(overlap).collect()
+    }
+
+    /// Tells which contacts of the scene they are, each of one overlap: those that are nearest to each other first.
+    fn recognise(&self, overlaps: &mut [Overlap], touches: &[Touch], moved: &[f64]) {
+        let mut pairs = Vec::new();
+        for (i, overlap) in overlaps.iter().enumerate() {
+            let reach = NEAR_KNOWN * self.length + 2.0 * (moved[overlap.geoms[0]] + moved[overlap.geoms[1]]);
+            for (j, touch) in touches.iter().enumerate() {
+                let distance = (touch.place - overlap.place).norm();
+                if touch.faces(overlap.geoms, overlap.normal) && distance < reach {
+                    pairs.push((distance, i, j));
+                }
             }
         }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut is_used = vec![false; touches.len()];
+        for (_, i, j) in pairs {
+            if overlaps[i].known.is_none() && !is_used[j] {
+                (overlaps[i].known, is_used[j]) = (Some(j), true);
+            }
+        }
+    }
+
+    fn tell(
+        &self,
+        step: &Step<'_>,
+        scratch: &Data,
+        overlap: Overlap,
+        share: f64,
+        seen: &mut Vec<Seen>,
+        found: &mut Vec<([usize; 2], Vector3<f64>)>,
+    ) {
+        let known = overlap.known.map(|known| &step.touches[known]);
+        if known.is_some_and(|known| !(known.is_new && step.takes_anew && share == 1.0)) {
+            return;
+        }
+        let near = |place: Vector3<f64>| (place - overlap.place).norm() < NEAR_FOUND * self.length;
+        if known.is_none() {
+            if seen.len() == MOST_NEW || found.iter().any(|&(geoms, place)| geoms == overlap.geoms && near(place)) {
+                return;
+            }
+            found.push((overlap.geoms, overlap.place));
+            let is_it = |&(index, contact): &(usize, ContactRef<'_>)| {
+                let distance = (Vector3::from(contact.place()) - overlap.place).norm();
+                !step.taken.contains(&index)
+                    && !seen.iter().any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
+                    && pair_of(contact) == overlap.geoms
+                    && Vector3::from(contact.frame()[0]).dot(&overlap.normal) > SAME_NORMAL
+                    && distance < NEAR_KNOWN * self.length
+            };
+            if let Some((listed, _)) = step.data.contacts().enumerate().find(is_it) {
+                seen.push(Seen::Listed(listed));
+                return;
+            }
+        }
+        let contact = scratch.contact(overlap.index);
+        let velocity = step.velocity.iter().map(|v| v * share).collect();
+        let there = There { gap: contact.gap(self.grown), rows: jacobian(self.model, scratch, contact), velocity };
+        // With a distance that MuJoCo takes for a contact.
+        let copy = OwnedContact::new(contact, -self.slop, 0.0);
+        seen.push(match known {
+            Some(known) => Seen::Again(known.index, copy, there),
+            None => Seen::New(copy, there),
+        });
     }
 }
 

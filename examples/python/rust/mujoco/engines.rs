@@ -1,8 +1,8 @@
 //! Kernels of the islands, each of the smallest compiled size that holds what it has seen.
 
-use crate::engine::Engine;
-use crate::problem::{Answer, Needs, Outcome, Problem};
-use crate::sizes;
+use stiction_kernels::engine::{Engine, Number};
+use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
+use stiction_kernels::sizes;
 use std::collections::HashMap;
 use stiction::{Error, Settings};
 
@@ -44,10 +44,10 @@ impl Engines {
             }
         }
         let index = sizes::index(&needs).ok()?;
-        let make = || Slot { needs, index, engine: sizes::engine(index) };
+        let make = || Slot { needs, index, engine: <f64 as Number>::engine(index) };
         let slot = place.or_insert_with(make);
         if slot.index != index {
-            *slot = Slot { needs, index, engine: sizes::engine(index) };
+            *slot = Slot { needs, index, engine: <f64 as Number>::engine(index) };
         }
         slot.needs = needs;
         if cold {

@@ -151,10 +151,4 @@ impl Inertia {
         }
         sum
     }
-
-    /// `M' v - b`: what constraints added, over all.
-    pub(super) fn impulse_of(&self, velocity: &[f64]) -> Vec<f64> {
-        let rows = self.matrix.chunks_exact(self.n.max(1)).zip(&self.impulse);
-        rows.map(|(row, free)| row.iter().zip(velocity).map(|(m, v)| m * v).sum::<f64>() - free).collect()
-    }
 }

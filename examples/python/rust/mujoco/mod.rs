@@ -13,9 +13,9 @@ mod islands;
 mod outside;
 mod pack;
 mod position;
-mod relaxed;
 mod rows;
 mod stepper;
+mod sweeps;
 mod touch;
 mod velocity;
 

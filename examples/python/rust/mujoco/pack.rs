@@ -1,9 +1,13 @@
 //! Contacts and rows of one island, as arrays of a problem.
 
 use super::inertia::Inertia;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::rows::{Kind, Row};
 use super::touch::Touch;
-use crate::problem::{Dynamics, Friction, Problem, Rows};
+use stiction_kernels::problem::{Answer, Dynamics, Friction, Problem, Rows};
+
+/// Up to so many velocities they are solved as they are.
+const SMALL: usize = 12;
 
 /// The arrays. Velocities that nothing of the island moves are left out.
 #[derive(Default)]
@@ -26,6 +30,16 @@ pub(super) struct Pack {
     row_upper: Vec<f64>,
     row_compliance: Vec<f64>,
     row_keys: Vec<u32>,
+    reduced: Option<Reduced>,
+}
+
+/// Coordinates of what the rows move: with `L Lᵀ = M` and `A = H L⁻ᵀ = Rᵀ Qᵀ` the law is that of unit masses, rows `Rᵀ` and the
+/// free impulse `Qᵀ L⁻¹ b`, with the same impulses.
+struct Reduced {
+    factor: Cholesky<f64, Dyn>,
+    /// `L⁻¹ b` and `Aᵀ`.
+    free: DVector<f64>,
+    columns: DMatrix<f64>,
 }
 
 impl Pack {
@@ -49,6 +63,7 @@ impl Pack {
         }
         self.keys.clear();
         self.row_keys.clear();
+        self.reduced = None;
         self.dofs.clear();
         self.dofs.extend_from_slice(dofs);
         self.dim = dim;
@@ -96,9 +111,42 @@ impl Pack {
         self.row_keys.push(row.key);
     }
 
+    /// Changes to as many coordinates as there are rows, if these are fewer.
+    pub(super) fn reduce(&mut self) {
+        let n = self.dofs.len();
+        let rows = self.jacobian.chunks_exact(n).chain(self.row_jacobian.chunks_exact(n));
+        let count = rows.clone().count();
+        if count == 0 || count >= n || n <= SMALL {
+            return;
+        }
+        let Some(factor) = Cholesky::new(DMatrix::from_row_slice(n, n, &self.mass)) else { return };
+        let mut columns = DMatrix::from_iterator(n, count, rows.flatten().copied());
+        let mut free = DVector::from_column_slice(&self.impulse);
+        factor.l_dirty().solve_lower_triangular_mut(&mut columns);
+        factor.l_dirty().solve_lower_triangular_mut(&mut free);
+        let parts = columns.clone().qr();
+        let (basis, triangle) = (parts.q(), parts.r());
+        let contacts = self.jacobian.len() / n;
+        let along = |row: usize| (0..count).map(move |i| (i, row));
+        self.jacobian = (0..contacts).flat_map(along).map(|place| triangle[place]).collect();
+        self.row_jacobian = (contacts..count).flat_map(along).map(|place| triangle[place]).collect();
+        self.impulse = (basis.transpose() * &free).as_slice().to_vec();
+        self.mass = DMatrix::<f64>::identity(count, count).as_slice().to_vec();
+        self.reduced = Some(Reduced { factor, free, columns });
+    }
+
+    /// The velocities of an answer.
+    pub(super) fn velocities(&self, answer: &Answer<f64>) -> Vec<f64> {
+        let Some(Reduced { factor, free, columns }) = &self.reduced else { return answer.v.clone() };
+        let impulses = DVector::from_iterator(columns.ncols(), answer.r.iter().chain(&answer.rows[0]).copied());
+        let mut velocity = free + columns * impulses;
+        factor.l_dirty().tr_solve_lower_triangular_mut(&mut velocity);
+        velocity.as_slice().to_vec()
+    }
+
     pub(super) fn problem(&self) -> Problem<'_, f64> {
         Problem {
-            n: self.dofs.len(),
+            n: self.impulse.len(),
             dim: self.dim,
             dynamics: Dynamics::Mass(&self.mass, &self.jacobian, &self.impulse),
             offsets: &self.offsets,

@@ -10,7 +10,7 @@ use super::touch::dot;
 use super::velocity::{Motion, Scene};
 use stiction::{Model as Law, Settings};
 
-/// The share of an overlap that is taken back in a step; of an equality all.
+/// The share of an overlap that is taken back in a step; of an equality, and of what this step found, all.
 const SHARE: f64 = 0.8;
 /// Compliance of contacts and of other rows, over what moves them.
 const CONTACT: f64 = 1e-4;
@@ -52,15 +52,21 @@ impl PositionPass {
         let mut is_needed = false;
         let soft = |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
         let lever = |response: f64, mobility: f64| if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 };
-        for touch in island.touches.iter().map(|&place| &scene.touches[place]) {
+        for &place in &island.touches {
+            let touch = &scene.touches[place];
             if touch.response < NO_LEVER * touch.mobility {
                 continue;
             }
             let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
+            // What was found on the way to where nothing goes does not overlap.
+            if touch.is_new && motion.impulses[place][0] == 0.0 {
+                open = open.max(0.0);
+            }
             if open < -left {
                 is_needed = true;
                 let fastest = if touch.is_driven { scale.speed } else { RECOVERY * scale.speed };
-                open = (SHARE * open).max(-h * fastest * lever(touch.response, touch.mobility));
+                let share = if touch.is_new { 1.0 } else { SHARE };
+                open = (share * open).max(-h * fastest * lever(touch.response, touch.mobility));
             }
             let compliance = soft(CONTACT, touch.response, touch.mobility);
             self.pack.contact(touch, [open / h, 0.0, 0.0, 0.0, 0.0, 0.0], [compliance; 2]);
@@ -84,6 +90,7 @@ impl PositionPass {
         if !is_needed {
             return false;
         }
+        self.pack.reduce();
         let settings = Settings { tolerance: 1e-4, budget: 1_000, model: Law::Coulomb };
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
             let settings = Settings { model, ..settings };
@@ -92,7 +99,8 @@ impl PositionPass {
                 && outcome.error <= USABLE
                 && answer.v.iter().all(|z| z.is_finite())
             {
-                island.dofs.iter().zip(&answer.v).for_each(|(&dof, &z)| correction[dof] = z);
+                let motion = self.pack.velocities(&answer);
+                island.dofs.iter().zip(&motion).for_each(|(&dof, &z)| correction[dof] = z);
                 return true;
             }
         }

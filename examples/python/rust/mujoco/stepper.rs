@@ -1,7 +1,7 @@
 //! A step: motion from outside, MuJoCo's first half, the two passes, a look at the end, MuJoCo's second half.
 
 use super::crowd::thin;
-use super::end::{Lookout, There};
+use super::end::{self, Lookout, Seen, There};
 use super::engines::Engines;
 use super::facts::{Facts, speed_scale};
 use super::ffi::{Data, Model, OwnedContact};
@@ -22,8 +22,10 @@ const BAND: f64 = 1e-6;
 const SLOP: f64 = 1e-7;
 const KEPT: f64 = 1e-3;
 const WRITTEN: f64 = 1e-6;
+/// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`).
+const DEPTH: f64 = 3e-9;
 /// How often a step is solved again with what was found at its end, and how often contacts found are then taken anew.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 12;
 const ANEW: usize = 4;
 
 /// How a step ended.
@@ -168,7 +170,7 @@ impl Stepper {
             if is_there {
                 continue;
             }
-            let own = OwnedContact::new(contact, contact.gap(band + kept), kept + band);
+            let own = OwnedContact::new(contact, f64::INFINITY, kept);
             let Some(index) = data.add_contact(model, &own) else { break };
             self.taken.insert(index);
             has_more = true;
@@ -215,17 +217,18 @@ impl Stepper {
                 .cloned()
                 .collect();
             reached.extend(rows.iter().filter(|row| row.kind == rows::Kind::Limit).map(|row| row.key));
-            let mut touches = all.clone();
-            let left_out = thin(&mut touches, data.qvel(), h);
+            let touches = all;
             let scene = Scene { inertia: &self.inertia, touches: &touches, rows: &rows, h };
             let mut motion = Motion {
                 velocity: self.inertia.velocity.clone(),
                 impulses: vec![[0.0; 6]; touches.len()],
-                modes: vec![0; touches.len()],
+                modes: vec![-1; touches.len()],
                 rows: vec![0.0; rows.len()],
             };
             let (mut ends, mut correction) = (Ends::NONE, vec![0.0; nv]);
-            for island in islands(&self.inertia, &touches, &rows, nv) {
+            let mut left_out = 0;
+            for mut island in islands(&self.inertia, &touches, &rows, nv) {
+                left_out += thin(&mut island.touches, &touches, data.qvel(), h);
                 self.velocity_pass.solve(&scene, &island, &mut self.engines, settings, &mut motion, &mut ends);
                 self.position_pass.solve(&scene, &island, &mut self.engines, &motion, scale, &mut correction);
             }
@@ -253,21 +256,37 @@ impl Stepper {
                 slop: SLOP * scale.length,
                 length: scale.length,
             };
-            let seen = lookout.look(data, &mut self.scratch, &total, &all, round <= ANEW);
-            let mut has_new = !seen.again.is_empty();
-            found.extend(seen.again);
-            let mut has_contacts = false;
-            for contact in seen.new {
-                let Some(index) = data.add_contact(&self.model, &contact.contact) else { break };
-                self.taken.insert(index);
-                found.insert(index, contact.there);
-                (has_new, has_contacts) = (true, true);
-            }
-            if has_contacts {
-                data.make_constraint(&self.model);
-            }
-            if !has_new {
+            let step = end::Step {
+                data,
+                velocity: &total,
+                touches: &touches,
+                taken: &self.taken,
+                takes_anew: round <= ANEW,
+            };
+            let seen = lookout.look(&step, &mut self.scratch);
+            if seen.is_empty() {
                 break (touches, rows, motion, correction, ends, left_out);
+            }
+            let mut has_more = false;
+            for seen in seen {
+                match seen {
+                    Seen::Listed(index) => {
+                        self.taken.insert(index);
+                    }
+                    Seen::Again(index, contact, there) => {
+                        data.replace_contact(index, &contact);
+                        found.insert(index, there);
+                    }
+                    Seen::New(contact, there) => {
+                        let Some(index) = data.add_contact(&self.model, &contact) else { break };
+                        self.taken.insert(index);
+                        found.insert(index, there);
+                        has_more = true;
+                    }
+                }
+            }
+            if has_more {
+                data.make_constraint(&self.model);
             }
         };
         self.write(data, &touches, &rows, &motion);
@@ -316,15 +335,15 @@ impl Stepper {
 
 /// Contacts that take part, as they are now.
 fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &BTreeMap<usize, There>, grown: f64) -> Vec<Touch> {
-    let h = around.model.step();
+    let (h, depth) = (around.model.step(), DEPTH * around.model.size());
     let contacts = 0..around.data.contacts().len();
     let touch = |index: usize| {
         if let Some(there) = found.get(&index) {
-            let mut touch = Touch::new(around, index, there.gap_before(h), Some(&there.rows))?;
+            let mut touch = Touch::new(around, index, there.gap_before(h) + depth, Some(&there.rows))?;
             touch.is_new = true;
             Some(touch)
         } else {
-            let gap = around.data.contact(index).gap(grown);
+            let gap = around.data.contact(index).gap(grown) + depth;
             Touch::new(around, index, gap, None)
         }
     };

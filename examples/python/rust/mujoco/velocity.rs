@@ -7,12 +7,12 @@ use super::engines::{Engines, Pass};
 use super::inertia::Inertia;
 use super::islands::Island;
 use super::pack::Pack;
-use super::relaxed;
 use super::rows::{Kind, Row};
+use super::sweeps;
 use super::touch::Touch;
-use crate::problem::{Answer, Outcome};
+use stiction_kernels::problem::{Answer, Outcome};
 use std::collections::HashSet;
-use stiction::{Model as Law, Settings, Status, Work};
+use stiction::{Settings, Status, Work};
 
 /// A normal row without lever is held as if its bodies were free, by this share of what would move them.
 const LEVER: f64 = 1e-5;
@@ -103,7 +103,7 @@ impl VelocityPass {
         let is_moved = touches().any(Touch::is_moved) || rows().any(|row| row.outside != 0.0);
         let mut found = None;
         if is_moved && self.blocked.contains(&name) {
-            found = self.attempt(scene, island, engines, settings, Softness::Driven, false);
+            found = self.attempt(scene, island, engines, settings, Softness::Driven);
             if found.as_ref().is_some_and(|(_, answer)| self.yields(scene, island, answer) < BLOCKED_SHARE) {
                 self.blocked.remove(&name);
                 found = None;
@@ -111,7 +111,7 @@ impl VelocityPass {
         } else {
             self.blocked.remove(&name);
         }
-        found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid, false));
+        found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid));
         if !self.is_usable(scene, island, settings, &found) {
             if let Some((outcome, _)) = &found {
                 ends.contradicts |= matches!(outcome.status, Status::Infeasible | Status::Jammed);
@@ -119,17 +119,13 @@ impl VelocityPass {
             engines.forget(name);
             found = None;
             if is_moved {
-                found = self.attempt(scene, island, engines, settings, Softness::Driven, false);
+                found = self.attempt(scene, island, engines, settings, Softness::Driven);
                 self.blocked.insert(name);
             }
             if !self.is_usable(scene, island, settings, &found) {
                 ends.gave_way = true;
                 engines.forget(name);
-                found = self.attempt(scene, island, engines, settings, Softness::All, false);
-                if !self.is_usable(scene, island, settings, &found) {
-                    engines.forget(name);
-                    found = self.attempt(scene, island, engines, settings, Softness::All, true);
-                }
+                found = self.attempt(scene, island, engines, settings, Softness::All);
                 if !self.is_usable(scene, island, settings, &found) {
                     engines.forget(name);
                     found = Some(self.sweep(scene, island));
@@ -164,18 +160,20 @@ impl VelocityPass {
         engines: &mut Engines,
         settings: &Settings<f64>,
         softness: Softness,
-        relaxes: bool,
     ) -> Option<(Outcome, Answer<f64>)> {
         self.fill(scene, island, softness);
-        let settings = Settings { model: if relaxes { Law::ConvexRelaxation } else { Law::Coulomb }, ..*settings };
-        engines.solve((island.dofs[0], Pass::Velocity), &self.pack.problem(), &settings, false)?.ok()
+        self.pack.reduce();
+        let name = (island.dofs[0], Pass::Velocity);
+        let (outcome, mut answer) = engines.solve(name, &self.pack.problem(), settings, false)?.ok()?;
+        answer.v = self.pack.velocities(&answer);
+        Some((outcome, answer))
     }
 
-    /// All rows soft, relaxed, by sweeps that always end.
+    /// All rows soft, by sweeps that always end.
     fn sweep(&mut self, scene: &Scene<'_>, island: &Island) -> (Outcome, Answer<f64>) {
         self.fill(scene, island, Softness::All);
-        let answer = relaxed::sweep(&self.pack.problem());
-        let work = Work { sweeps: relaxed::SWEEPS, ..Work::default() };
+        let answer = sweeps::sweep(&self.pack.problem());
+        let work = Work { sweeps: sweeps::SWEEPS, ..Work::default() };
         (Outcome { status: Status::OutOfBudget, error: f64::INFINITY, work }, answer)
     }
 

@@ -20,7 +20,8 @@ unsafe impl Sync for Data {}
 macro_rules! arrays {
     ($($name:ident, $mutable:ident: $t:ty, $count:expr;)*) => {
         impl Data {
-            $(pub(in super::super) fn $name(&self) -> &[$t] {
+            $(#[allow(dead_code)] // some are only written
+            pub(in super::super) fn $name(&self) -> &[$t] {
                 // SAFETY: MuJoCo's header gives type and size.
                 unsafe { array(self.at, self.library.layout.data.$name, $count(self)) }
             }
@@ -158,11 +159,6 @@ impl Data {
         unsafe { read::<i32>(self.at, offset) }.unsigned_abs() as usize
     }
 
-    pub(in super::super) fn time(&self) -> f64 {
-        // SAFETY: as MuJoCo's header says.
-        unsafe { read(self.at, self.library.layout.data.time) }
-    }
-
     /// How many constraints MuJoCo lists.
     pub(in super::super) fn constraints(&self) -> usize {
         self.count(self.library.layout.data.nefc)
@@ -186,7 +182,19 @@ impl Data {
         unsafe { at.add(self.library.layout.contact.dist).cast::<f64>().write_unaligned(distance) };
     }
 
-    /// Adds a contact of other data to the list, with another distance and margin. Returns its place; `None` if there is no room.
+    /// Writes a contact in place of one of the list; its constraints stay where they are.
+    pub(in super::super) fn replace_contact(&mut self, index: usize, other: &OwnedContact) {
+        let layout = &self.library.layout.contact;
+        let at = self.contact(index).at.cast_mut();
+        // SAFETY: both have the size of a contact.
+        unsafe {
+            let address: i32 = read(at, layout.efc_address);
+            at.copy_from_nonoverlapping(other.0.as_ptr().cast(), layout.size);
+            at.add(layout.efc_address).cast::<i32>().write_unaligned(address);
+        }
+    }
+
+    /// Adds a contact of other data to the list. Returns its place; `None` if there is no room.
     pub(in super::super) fn add_contact(&mut self, model: &Model, other: &OwnedContact) -> Option<usize> {
         let place = self.contacts().len();
         let at = other.0.as_ptr().cast_mut().cast();
@@ -254,11 +262,12 @@ stages! {
 pub(in super::super) struct OwnedContact(Box<[u64]>);
 
 impl OwnedContact {
-    /// Copies it with another distance and a margin that is `less`.
-    pub(in super::super) fn new(contact: ContactRef<'_>, distance: f64, less: f64) -> Self {
+    /// Copies it with a distance of at most `most` and a margin that is `less`.
+    pub(in super::super) fn new(contact: ContactRef<'_>, most: f64, less: f64) -> Self {
         let layout = &contact.data.library.layout.contact;
         let mut copy = vec![0_u64; layout.size.div_ceil(8)].into_boxed_slice();
         let margin = contact.of::<f64>(layout.includemargin) - less;
+        let distance = contact.of::<f64>(layout.dist).min(most);
         // SAFETY: a contact has that size, and these fields.
         unsafe {
             let at = copy.as_mut_ptr().cast::<u8>();
