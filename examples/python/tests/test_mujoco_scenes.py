@@ -61,6 +61,14 @@ def hand(data: mujoco.MjData, time: float) -> None:
     data.ctrl[0] = 150.0 if time < 0.5 else 0.0
 
 
+def judged_step(judge: Judge, stepper: Stepper, data: mujoco.MjData) -> None:
+    judge.set_out(data)
+    stepper.step1(data)
+    listed = data.ncon
+    stepper.step2(data)
+    judge.judge(data, stepper.modes, listed)
+
+
 @dataclass
 class Run:
     judge: Judge
@@ -91,9 +99,7 @@ def run(scene: str, h: float) -> Run:
     judge, stepper, poses = Judge(load(name, h)[0]), Stepper(model, tol=TOLERANCE), []
     for step in range(round(end / h)):
         controls(data, step * h)
-        judge.set_out(data)
-        stepper.step(data)
-        judge.judge(data)
+        judged_step(judge, stepper, data)
         poses.append(data.qpos.copy())
     return Run(judge, stepper, data, np.array(poses))
 
