@@ -37,17 +37,21 @@ class Ends:
             mujoco.mj_comPos(self.model, pose)
 
     def rows(self, contact: mujoco.MjContact) -> tuple[Array, Array]:
-        """The Jacobian of a contact at the end, and how much it may be off."""
-        after, free = (jacobian(self.model, pose, contact) for pose in self.poses)
-        return after, free - after
+        """The Jacobian of a contact at the end, and how much it may be off: at the other pose, and with a point that came along."""
+        end, free = (jacobian(self.model, pose, contact, contact.pos) for pose in self.poses)
+        off = [free - end]
+        for body in self.model.geom_bodyid[contact.geom]:
+            (p, turned), (q, before) = ((pose.xpos[body], pose.xmat[body].reshape(3, 3)) for pose in self.poses)
+            off.append(jacobian(self.model, self.poses[0], contact, p + turned @ before.T @ (contact.pos - q)) - end)
+        return end, np.concatenate(off)
 
 
-def jacobian(model: mujoco.MjModel, data: mujoco.MjData, contact: mujoco.MjContact) -> Array:
-    """Jacobian of a contact at the pose of the data, along and about the axes of its frame."""
+def jacobian(model: mujoco.MjModel, data: mujoco.MjData, contact: mujoco.MjContact, point: Array) -> Array:
+    """Jacobian of a contact that were at this point, at the pose of the data; along and about the axes of its frame."""
     sides = []
     for geom in contact.geom:
         along, about = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-        mujoco.mj_jac(model, data, along, about, contact.pos, model.geom_bodyid[geom])
+        mujoco.mj_jac(model, data, along, about, point, model.geom_bodyid[geom])
         sides.append(np.concatenate([contact.frame.reshape(3, 3) @ part for part in (along, about)]))
     rows: Array = (sides[1] - sides[0])[: contact.dim]
     return rows
@@ -65,8 +69,7 @@ class Judge:
         """Judge steps of this model, or of one with the same numbers."""
         self.model, self.data, self.ends = model, mujoco.MjData(model), Ends(model)
         self.momentum = self.law = 0.0  # the parts of the guide's error, the worst of all steps
-        self.deepest = self.opened = 0.0  # overlap and opening of equalities at the end of a step, the worst of all (m)
-        self.moved = 0.0  # by how much positions move other than with `qvel` though nothing overlaps or is open (m, rad)
+        self.deepest = self.opened = 0.0  # overlap and opening of equalities after a step, the worst of all (m)
         self.added = 0  # contacts found at the end of a step
         self.fed = 0.0  # the most that constraints have added to kinetic energy in a step, other than by closing gaps (J)
         self.energies: list[float] = []  # after each step, less what motors and hands have put in
@@ -105,18 +108,18 @@ class Judge:
                 assert contact.efc_address < 0 or not after.efc_force[contact.efc_address : contact.efc_address + contact.dim].any()
                 continue
             if index < listed:
-                rows, off = jacobian(model, mine, contact), np.zeros((3, model.nv))
+                rows, off = jacobian(model, mine, contact, contact.pos), np.zeros((0, model.nv))
             else:
                 rows, off = self.ends.rows(contact)
                 self.added += 1
             span = slice(contact.efc_address, contact.efc_address + 3)
             impulse, mu = h * after.efc_force[span], float(model.geom_friction[contact.geom, 0].max())
             change -= rows.T @ impulse
-            doubt += float(np.linalg.norm(off.T @ impulse))
+            doubt += sum(float(np.linalg.norm(part.T @ impulse)) for part in off.reshape(-1, 3, model.nv))
             speed, unsolved = rows @ after.qvel, rows @ free
             slip = float(np.linalg.norm(speed[1:]))
             self.modes["open" if impulse[0] < 1e-9 else "slip" if slip > 1e-5 else "stick"] += 1
-            offset = max(contact.dist / h, 0.0 if index < listed else -np.inf)
+            offset = max(contact.dist / h, 0.0)
             fed += impulse[0] * offset
             speed[0] += offset + mu * slip
             unsolved[0] += offset + mu * float(np.linalg.norm(unsolved[1:]))
@@ -170,30 +173,23 @@ class Judge:
         bodies = ((model.eq_obj1id[index], 0), (model.eq_obj2id[index], 3))
         return [mine.xpos[b] + mine.xmat[b].reshape(3, 3) @ model.eq_data[index, at : at + 3] for b, at in bodies]
 
-    def look(self) -> float:
-        """How deep things overlap, joints are beyond their stops and equalities open where the data is; notes the worst."""
+    def look(self) -> None:
+        """Note how deep things overlap, how far joints are beyond their stops, and how far equalities are open."""
         model, mine = self.model, self.data
-        mujoco.mj_fwdPosition(model, mine)
-        deepest = -float(mine.contact.dist.min(initial=0.0))
+        self.deepest = max(self.deepest, -float(mine.contact.dist.min(initial=0.0)))
         for joint in np.flatnonzero(model.jnt_limited):
             low, high = model.jnt_range[joint] - mine.qpos[model.jnt_qposadr[joint]]
-            deepest = max(deepest, low, -high)
-        opened = max((float(np.linalg.norm(np.subtract(*self.pins(i)))) for i in range(model.neq)), default=0.0)
-        self.deepest, self.opened = max(self.deepest, deepest), max(self.opened, opened)
-        return max(deepest, opened)
+            self.deepest = max(self.deepest, low, -high)
+        self.opened = max([self.opened, *(float(np.linalg.norm(np.subtract(*self.pins(i)))) for i in range(model.neq))])
 
     def balance(self, after: mujoco.MjData) -> None:
         """Energy after the step, less the work of motors, hands and dampers."""
         model, mine, h = self.model, self.data, self.model.opt.timestep
         mean = 0.5 * (mine.qvel + after.qvel)
         self.work += h * float((mine.qfrc_actuator + mine.qfrc_applied) @ mean)
-        mujoco.mj_integratePos(model, mine.qpos, after.qvel, h)
-        open_by, correction = self.look(), np.zeros(model.nv)
-        mujoco.mj_differentiatePos(model, correction, 1.0, mine.qpos, after.qpos)
-        if open_by < 1e-10 * model.stat.meansize:
-            self.moved = max(self.moved, float(np.abs(correction).max()))
         mine.qpos[:], mine.qvel[:] = after.qpos, after.qvel
         mujoco.mj_fwdPosition(model, mine)
+        self.look()
         mujoco.mj_energyPos(model, mine)
         mujoco.mj_energyVel(model, mine)
         self.energies.append(float(mine.energy.sum()) - self.work)
