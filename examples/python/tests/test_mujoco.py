@@ -7,12 +7,12 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from scene_judge import Ends, less
 
 from stiction import Mode, Status
 from stiction.mujoco import Stepper
 
 from judge import project
-from scene_judge import Ends, less
 
 FLOOR = '<geom type="plane" size="5 5 1"/>'
 BOX = '<body pos="0 0 .05"><freejoint/><geom type="box" size=".1 .08 .05" mass="2"/></body>'
