@@ -32,7 +32,7 @@ def judged_step(stepper: Stepper, data: mujoco.MjData) -> float:
     nv, v, q, mass, listed = model.nv, data.qvel.copy(), data.qpos.copy(), np.zeros((model.nv, model.nv)), data.ncon
     mujoco.mj_fullM(model, data, mass)
     stepper.step2(data)
-    n, J, kind = data.nefc, data.efc_J.reshape(data.nefc, nv), data.efc_type
+    J, kind = data.efc_J.reshape(data.nefc, nv), data.efc_type
     mass += h * np.diag(model.dof_damping)
     size = h * max(np.abs(data.efc_force).max(initial=0.0), np.abs(data.qfrc_smooth).max(), 1e-9)
     gaps = [mass @ (data.qvel - v) - h * (data.qfrc_smooth + data.qfrc_constraint)]
@@ -284,9 +284,8 @@ def test_what_overlaps_is_taken_back_without_a_speed() -> None:
     for _ in range(20):
         open_by = 0.05 - data.qpos[2]
         stepper.step(data)
-        assert np.isclose(
-            0.05 - data.qpos[2], open_by - min(0.8 * open_by, 0.002 * fastest), atol=1e-3 * open_by + 1e-7 * model.stat.meansize
-        )
+        taken = min(0.8 * open_by, 0.002 * fastest)
+        assert np.isclose(0.05 - data.qpos[2], open_by - taken, atol=1e-3 * open_by + 1e-7 * model.stat.meansize)
         assert np.abs(data.qvel).max() < 1e-9
 
 
@@ -327,9 +326,11 @@ def test_what_does_not_map_is_refused() -> None:
     for name, (model, _) in cases.items():
         with pytest.raises(ValueError, match=name):
             Stepper(model)
-    for argument, value in (("tol", -1.0), ("tol", np.nan), ("budget", -1)):
-        with pytest.raises(ValueError, match=f"^{argument}"):
-            Stepper(build(FLOOR + BOX)[0], **{argument: value})
+    for tol in (-1.0, np.nan):
+        with pytest.raises(ValueError, match="^tol"):
+            Stepper(build(FLOOR + BOX)[0], tol=tol)
+    with pytest.raises(ValueError, match="^budget"):
+        Stepper(build(FLOOR + BOX)[0], budget=-1)
 
 
 def test_the_model_stays_as_it_is_but_for_two_options() -> None:
@@ -337,11 +338,10 @@ def test_the_model_stays_as_it_is_but_for_two_options() -> None:
     before = build(FLOOR + BOX.replace("/></body>", ' margin=".01"/></body>'), option='integrator="implicitfast"')[0]
     before.opt.cone, before.opt.jacobian = mujoco.mjtCone.mjCONE_ELLIPTIC, mujoco.mjtJacobian.mjJAC_DENSE
     Stepper(model).step(data, 20)
-    sizes = [mujoco.mj_sizeModel(m) for m in (model, before)]
-    buffers = [np.zeros(size, np.uint8) for size in sizes]
-    for m, buffer in zip((model, before), buffers, strict=True):
-        mujoco.mj_saveModel(m, None, buffer)
-    assert np.array_equal(*buffers)
+    saved = [np.zeros(mujoco.mj_sizeModel(m), np.uint8) for m in (model, before)]
+    mujoco.mj_saveModel(model, None, saved[0])
+    mujoco.mj_saveModel(before, None, saved[1])
+    assert np.array_equal(saved[0], saved[1])
 
 
 @pytest.mark.parametrize("integrator", ["RK4", "implicit"])
@@ -356,7 +356,7 @@ def test_other_integrators_are_stepped_as_implicitfast(integrator: str) -> None:
             stepper = Stepper(model)
         stepper.step(data, 200)
         results.append(data.qpos.copy())
-    assert np.array_equal(*results)
+    assert np.array_equal(results[0], results[1])
 
 
 def test_of_many_contacts_those_that_are_reached_are_solved() -> None:
