@@ -91,8 +91,10 @@ def test_a_rope_over_a_pulley_does_not_stretch(h: float) -> None:
 
 @pytest.mark.parametrize("h", [0.001, 0.005])
 def test_backlash_stays_within_its_play(h: float) -> None:
-    gear = '<joint name="m" axis="0 0 1" armature=".002" damping=".01"/><inertial pos="0 0 0" mass=".01" diaginertia="1e-6 1e-6 1e-6"/>'
-    arm = '<joint axis="0 0 1" limited="true" range="-.573 .573"/><geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" mass=".5" contype="0"/>'
+    gear = '<joint name="m" axis="0 0 1" armature=".002" damping=".01"/>'
+    gear += '<inertial pos="0 0 0" mass=".01" diaginertia="1e-6 1e-6 1e-6"/>'
+    arm = '<joint axis="0 0 1" limited="true" range="-.573 .573"/>'
+    arm += '<geom type="capsule" fromto="0 0 0 .3 0 0" size=".02" mass=".5" contype="0"/>'
     servo = '<actuator><position joint="m" kp="20" kv="1"/></actuator>'
     s = scene(f"<body>{gear}<body>{arm}</body></body>", servo, 'gravity="0 0 0" integrator="implicitfast"', h=h)
     for i in range(int(4 / h)):

@@ -65,7 +65,7 @@ def test_a_pusher_that_stops_lets_go() -> None:
 @pytest.mark.parametrize("speed", [0.05, 0.3, 1.0])
 def test_a_joint_whose_position_is_written_pushes(speed: float, writes_speed: bool) -> None:
     pusher = '<joint type="slide" axis="1 0 0"/><geom type="box" size=".05 .05 .045" mass="1000" friction=".5 0 0"/>'
-    s = scene(ROUGH + f'<body pos="-.11 0 .05">{pusher}</body>' + box(".05 .05 .05", "0 0 .05", 1.0, 0.5))
+    s = scene(ROUGH + f'<body pos="-.11 0 .05">{pusher}</body>' + box(".05 .05 .05", "0 0 .05", 1.0, 0.5), tol=1e-8)
     steps = round(0.5 / speed / s.h)
     for i in range(steps):
         s.data.qpos[0], s.data.qvel[0] = speed * i * s.h, speed if writes_speed else 0.0
