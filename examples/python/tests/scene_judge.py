@@ -11,6 +11,8 @@ end is what may be said against it, and no more.
 
 from __future__ import annotations
 
+import copy
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -25,29 +27,35 @@ class Ends:
     """Where a step leads to, and where it would without constraints: what rows found at its end are made from."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        """Make room for both."""
-        self.model, self.poses = model, (mujoco.MjData(model), mujoco.MjData(model))
+        """Make room for both, on a model that lists what is near as well."""
+        self.model = copy.deepcopy(model)
+        self.model.geom_margin[:] += 1e-3 * model.stat.meansize
+        self.poses = mujoco.MjData(self.model), mujoco.MjData(self.model)
 
-    def lead(self, before: mujoco.MjData | Array, after: Array, free: Array) -> None:
+    def lead(self, before: Array, after: Array, free: Array) -> None:
         """Move from these positions with both velocities."""
         for pose, velocity in zip(self.poses, (after, free), strict=True):
             pose.qpos[:] = before
             mujoco.mj_integratePos(self.model, pose.qpos, velocity, self.model.opt.timestep)
             mujoco.mj_kinematics(self.model, pose)
             mujoco.mj_comPos(self.model, pose)
+        mujoco.mj_collision(self.model, self.poses[0])
 
-    def rows(self, contact: mujoco.MjContact) -> tuple[Array, Array]:
+    def rows(self, contact: mujoco.MjContact) -> tuple[Array, list[Array]]:
         """The Jacobian of a contact at the end, and how much it may be off: at the other pose, and with a point that came along."""
         end, free = (jacobian(self.model, pose, contact, contact.pos) for pose in self.poses)
         off = [free - end]
         for body in self.model.geom_bodyid[contact.geom]:
             (p, turned), (q, before) = ((pose.xpos[body], pose.xmat[body].reshape(3, 3)) for pose in self.poses)
             off.append(jacobian(self.model, self.poses[0], contact, p + turned @ before.T @ (contact.pos - q)) - end)
-        return end, np.concatenate(off)
+        near = [other for other in self.poses[0].contact if np.array_equal(other.geom, contact.geom)]
+        for other in sorted(near, key=lambda other: float(np.linalg.norm(other.pos - contact.pos)))[:1]:
+            off.append(jacobian(self.model, self.poses[0], other, other.pos) - end)
+        return end, off
 
 
 def jacobian(model: mujoco.MjModel, data: mujoco.MjData, contact: mujoco.MjContact, point: Array) -> Array:
-    """Jacobian of a contact that were at this point, at the pose of the data; along and about the axes of its frame."""
+    """Jacobian of a contact as if at this point, at the pose of the data; along and about the axes of its frame."""
     sides = []
     for geom in contact.geom:
         along, about = np.zeros((3, model.nv)), np.zeros((3, model.nv))
@@ -57,9 +65,10 @@ def jacobian(model: mujoco.MjModel, data: mujoco.MjData, contact: mujoco.MjConta
     return rows
 
 
-def less(x: Array, doubt: float) -> Array:
-    """A vector shorter by what may be said against it."""
-    return x * max(0.0, 1.0 - doubt / max(float(np.linalg.norm(x)), 1e-300))
+def less(x: Array, doubt: Array | float) -> Array:
+    """A vector shorter, entry by entry, by what may be said against it."""
+    rest: Array = np.sign(x) * np.maximum(np.abs(x) - doubt, 0.0)
+    return rest
 
 
 class Judge:
@@ -102,20 +111,20 @@ class Judge:
         self.ends.lead(mine.qpos, after.qvel, free)
         gaps, impulses, alone, stops = [0.0], [0.0], [0.0], [0.0]  # of contacts
         work, works = 0.0, [1e-4 * float(free @ mass @ free), float(change @ inverse @ change)]  # of rows
-        doubt = 0.0  # impulse
+        doubt = np.zeros(model.nv)  # impulses
         for index, contact in enumerate(after.contact):
             if contact.efc_address < 0 or modes[index] < 0:
                 assert contact.efc_address < 0 or not after.efc_force[contact.efc_address : contact.efc_address + contact.dim].any()
                 continue
             if index < listed:
-                rows, off = jacobian(model, mine, contact, contact.pos), np.zeros((0, model.nv))
+                rows, off = jacobian(model, mine, contact, contact.pos), [np.zeros((3, model.nv))]
             else:
                 rows, off = self.ends.rows(contact)
                 self.added += 1
             span = slice(contact.efc_address, contact.efc_address + 3)
             impulse, mu = h * after.efc_force[span], float(model.geom_friction[contact.geom, 0].max())
             change -= rows.T @ impulse
-            doubt += sum(float(np.linalg.norm(part.T @ impulse)) for part in off.reshape(-1, 3, model.nv))
+            doubt += sum(np.abs(part.T @ impulse) for part in off)
             speed, unsolved = rows @ after.qvel, rows @ free
             slip = float(np.linalg.norm(speed[1:]))
             self.modes["open" if impulse[0] < 1e-9 else "slip" if slip > 1e-5 else "stick"] += 1
@@ -124,8 +133,9 @@ class Judge:
             speed[0] += offset + mu * slip
             unsolved[0] += offset + mu * float(np.linalg.norm(unsolved[1:]))
             alpha = 3 / np.trace(rows @ inverse @ rows.T)
-            known = alpha * (1 + mu) * float(np.linalg.norm(off @ after.qvel))
-            gaps.extend(less(impulse - project(impulse - alpha * speed, mu), 2 * known))
+            known = alpha * (1 + mu) * sum(float(np.linalg.norm(part @ after.qvel)) for part in off)
+            gaps.extend(less(impulse - project(impulse - alpha * speed, mu), known))
+            gaps.extend(impulse - project(impulse, mu))
             impulses.extend(impulse)
             alone.extend(project(-alpha * unsolved, mu))
             stops.extend(alpha * (np.abs(rows) @ np.abs(free)))
@@ -139,7 +149,7 @@ class Judge:
                 continue
             work += mobility * (impulse - np.clip(impulse - (lever @ after.qvel + offset) / mobility, *bound)) ** 2
             works.append(mobility * np.clip(-(lever @ free + offset) / mobility, *bound) ** 2)
-        self.momentum = max(self.momentum, float(np.linalg.norm(less(change, 2 * doubt))) / size)
+        self.momentum = max(self.momentum, float(np.linalg.norm(less(change, doubt))) / size)
         references = [float(np.linalg.norm(part)) for part in (impulses, alone, stops)]
         reference = max(*references[:2], 0.01 * references[2], 1e-300)
         self.law = max(self.law, float(np.linalg.norm(gaps)) / reference, float(np.sqrt(work / max(works))))

@@ -51,6 +51,31 @@ def test_a_tray_that_jumps_now_and_then_brings_things_along() -> None:
     assert s.data.qpos[0] == pytest.approx(s.data.mocap_pos[0, 0] + 0.1, abs=2e-4)
 
 
+def test_a_lid_that_jumps_down_by_10_mm_squeezes_quietly() -> None:
+    """There is no room: floor and lid share what overlaps, and nothing squirts away; the lid lifted, all is as before."""
+    lid = '<body mocap="true" pos="0 0 .11"><geom type="box" size=".1 .1 .01" friction=".5 0 0"/></body>'
+    s = scene(ROUGH + lid + box(".05 .05 .05", "0 0 .05", 1.0, 0.5))
+    s.step(10)
+    s.data.mocap_pos[0, 2] = 0.1
+    for _ in range(500):
+        s.step()
+        assert np.abs(s.data.qvel).max() < 1e-6 and np.abs(s.data.efc_force).max() < 200.0
+    assert np.abs(s.data.qpos[[0, 1, 4, 5, 6]]).max() < 1e-6 and 0.04 - 1e-6 < s.data.qpos[2] < 0.045 + 1e-6
+    s.data.mocap_pos[0, 2] = 0.11
+    assert np.abs(s.run(1.0).qpos - [0, 0, 0.05, 1, 0, 0, 0]).max() < 1e-6
+
+
+def test_a_weld_to_what_jumps_and_turns_is_closed_without_a_speed() -> None:
+    hand = '<body name="hand" pos="0 0 1"><freejoint/><geom type="box" size=".1 .05 .05" mass="1"/></body>'
+    s = scene('<body name="m" mocap="true" pos="0 0 1"/>' + hand, '<equality><weld body1="m" body2="hand"/></equality>')
+    s.step(10)
+    s.data.mocap_pos[0], s.data.mocap_quat[0] = (0.5, 0.3, 1.3), np.array([1.0, 1.0, 0.0, 0.0]) / np.sqrt(2)
+    for _ in range(1500):
+        assert np.abs(s.step().qvel).max() < 1e-6
+    assert np.abs(s.data.qpos[:3] - s.data.mocap_pos[0]).max() < 1e-6
+    assert abs(s.data.qpos[3:7] @ s.data.mocap_quat[0]) == pytest.approx(1.0, abs=1e-9) and s.is_clean()
+
+
 def test_a_pusher_that_stops_lets_go() -> None:
     """At 1 m/s: the cube slides v^2 / (2 mu g) on."""
     pusher = '<body mocap="true" pos="-.11 0 .05"><geom type="box" size=".05 .05 .045" friction=".5 0 0"/></body>'
@@ -212,6 +237,32 @@ def test_a_hand_of_28_joints_may_be_driven_fast() -> None:
         s.data.qfrc_applied[:] = 0.3 * np.sign(np.sin(0.02 * i + np.arange(28)))
         s.step()
     assert np.abs(s.data.qpos).max() < np.deg2rad(20) + 1e-6 and s.is_clean()
+
+
+def test_one_stepper_may_step_several_data() -> None:
+    """In turns, and as each would alone: the other one's poses are no motion from outside."""
+    s = scene(ROUGH + box(".05 .05 .05", "0 0 .1", 1.0, 0.5))
+    others = [mujoco.MjData(s.model) for _ in range(2)]
+    for data, speed in zip((s.data, *others), (1.0, 1.0, -2.0), strict=True):
+        data.qvel[0] = speed
+    alone = Stepper(s.model, tol=1e-9)
+    for _ in range(400):
+        s.stepper.step(others[0])
+        s.stepper.step(others[1])
+        alone.step(s.data)
+    assert np.abs(others[0].qpos - s.data.qpos).max() < 1e-6 and s.is_clean()
+
+
+def test_a_state_may_be_put_back() -> None:
+    s = scene(ROUGH + box(".05 .05 .05", "0 0 .3", 1.0, 0.5))
+    s.data.qvel[[0, 4]] = 1.0, 3.0
+    s.step(100)
+    state, ends = (s.data.qpos.copy(), s.data.qvel.copy()), []
+    for _ in range(2):
+        s.data.qpos[:], s.data.qvel[:] = state
+        s.stepper.reset()
+        ends.append(s.step(200).qpos.copy())
+    assert np.array_equal(ends[0], ends[1])
 
 
 def test_threads_may_share_a_model() -> None:
