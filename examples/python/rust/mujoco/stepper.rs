@@ -321,9 +321,7 @@ impl Stepper {
                 data.efc_force_mut()[touch.address + i] = impulse[i] / h;
             }
             self.modes[touch.index] = mode;
-            if touch.is_new {
-                data.set_distance(touch.index, touch.gap);
-            }
+            data.set_distance(touch.index, touch.gap);
         }
         for (row, impulse) in rows.iter().zip(&motion.rows) {
             add(&row.row, impulse / h);
