@@ -1,6 +1,6 @@
 //! What overlaps at the end of the step and is not in the scene.
 
-use super::facts::{Facts, body_of, is_side_of_prism};
+use super::facts::{Facts, MOST_POSES, body_of, is_side_of_prism};
 use super::ffi::{ContactRef, Data, Model, OwnedContact};
 use super::touch::{SAME_NORMAL, Touch, dot, pair_of};
 use nalgebra::{Matrix3, Vector3};
@@ -60,6 +60,9 @@ const NEAR_FOUND: f64 = 1e-3;
 /// An overlap at a pose.
 struct Overlap {
     index: usize,
+    depth: f64,
+    /// How deep is only what its path has of a curve (m).
+    deepest: f64,
     geoms: [usize; 2],
     place: Vector3<f64>,
     normal: Vector3<f64>,
@@ -85,25 +88,31 @@ impl Lookout<'_> {
         let h = self.model.step();
         self.pose(step, scratch, h);
         let moved = moved(self.model, step.data, scratch);
-        let poses = self.facts.poses(&moved);
-        let (mut seen, mut found) = (Vec::new(), Vec::new());
-        for pose in 1..=poses {
-            let share = f64::from(pose) / f64::from(poses);
-            if poses > 1 {
-                self.pose(step, scratch, share * h);
+        let mut poses = self.facts.poses(&moved);
+        loop {
+            let (mut seen, mut found, mut is_doubtful) = (Vec::new(), Vec::new(), false);
+            for pose in 1..=poses {
+                let share = f64::from(pose) / f64::from(poses);
+                if poses > 1 {
+                    self.pose(step, scratch, share * h);
+                }
+                scratch.collision(self.model);
+                let mut overlaps = self.overlaps(scratch);
+                if overlaps.is_empty() {
+                    continue;
+                }
+                self.recognise(&mut overlaps, step, share, &moved);
+                scratch.com_pos(self.model);
+                for overlap in overlaps {
+                    is_doubtful |= !self.tell(step, scratch, overlap, share, &mut seen, &mut found);
+                }
             }
-            scratch.collision(self.model);
-            let mut overlaps = self.overlaps(scratch);
-            if overlaps.is_empty() {
-                continue;
+            if !is_doubtful || !seen.is_empty() || poses >= MOST_POSES {
+                return seen;
             }
-            self.recognise(&mut overlaps, step.touches, &moved);
-            scratch.com_pos(self.model);
-            for overlap in overlaps {
-                self.tell(step, scratch, overlap, share, &mut seen, &mut found);
-            }
+            // Entered so deep that its side is not known: looked at on the way.
+            poses = (4 * poses).min(MOST_POSES);
         }
-        seen
     }
 
     fn pose(&self, step: &Step<'_>, scratch: &mut Data, time: f64) {
@@ -116,9 +125,11 @@ impl Lookout<'_> {
 
     fn overlaps(&self, scratch: &Data) -> Vec<Overlap> {
         let overlap = |(index, contact): (usize, ContactRef<'_>)| {
-            let is_overlap = contact.gap(self.grown) < -self.slop;
-            (is_overlap && !contact.is_excluded() && !self.is_ghost(scratch, contact)).then(|| Overlap {
+            let depth = -contact.gap(self.grown);
+            (depth > self.slop && !contact.is_excluded() && !self.is_ghost(scratch, contact)).then(|| Overlap {
                 index,
+                depth,
+                deepest: 0.0,
                 geoms: pair_of(contact),
                 place: contact.place().into(),
                 normal: contact.frame()[0].into(),
@@ -129,13 +140,17 @@ impl Lookout<'_> {
     }
 
     /// Tells which contacts of the scene they are, each of one overlap: those that are nearest to each other first.
-    fn recognise(&self, overlaps: &mut [Overlap], touches: &[Touch], moved: &[f64]) {
+    fn recognise(&self, overlaps: &mut [Overlap], step: &Step<'_>, share: f64, moved: &[Moved]) {
+        let (touches, time) = (step.touches, share * self.model.step());
         let mut pairs = Vec::new();
-        for (i, overlap) in overlaps.iter().enumerate() {
-            let reach = NEAR_KNOWN * self.length + 2.0 * (moved[overlap.geoms[0]] + moved[overlap.geoms[1]]);
+        for (i, overlap) in overlaps.iter_mut().enumerate() {
+            let [one, other] = overlap.geoms.map(|geom| &moved[geom]);
+            let reach = NEAR_KNOWN * self.length + 2.0 * (one.most + other.most);
+            overlap.deepest = NEAR_FOUND * self.length + one.curve + other.curve;
             for (j, touch) in touches.iter().enumerate() {
                 let distance = (touch.place - overlap.place).norm();
-                if touch.faces(overlap.geoms, overlap.normal) && distance < reach {
+                let is_it = touch.faces(overlap.geoms, overlap.normal) && distance < reach;
+                if is_it && overlap.depth < touch.depth(step.velocity, time) + overlap.deepest {
                     pairs.push((distance, i, j));
                 }
             }
@@ -149,6 +164,7 @@ impl Lookout<'_> {
         }
     }
 
+    /// Tells of an overlap; `false` if it is not known which side was entered.
     fn tell(
         &self,
         step: &Step<'_>,
@@ -157,17 +173,16 @@ impl Lookout<'_> {
         share: f64,
         seen: &mut Vec<Seen>,
         found: &mut Vec<([usize; 2], Vector3<f64>)>,
-    ) {
+    ) -> bool {
         let known = overlap.known.map(|known| &step.touches[known]);
         if known.is_some_and(|known| !(known.is_new && step.takes_anew && share == 1.0)) {
-            return;
+            return true;
         }
         let near = |place: Vector3<f64>| (place - overlap.place).norm() < NEAR_FOUND * self.length;
         if known.is_none() {
             if seen.len() == MOST_NEW || found.iter().any(|&(geoms, place)| geoms == overlap.geoms && near(place)) {
-                return;
+                return true;
             }
-            found.push((overlap.geoms, overlap.place));
             let is_it = |&(index, contact): &(usize, ContactRef<'_>)| {
                 let distance = (Vector3::from(contact.place()) - overlap.place).norm();
                 !step.taken.contains(&index)
@@ -177,31 +192,46 @@ impl Lookout<'_> {
                     && distance < NEAR_KNOWN * self.length
             };
             if let Some((listed, _)) = step.data.contacts().enumerate().find(is_it) {
+                found.push((overlap.geoms, overlap.place));
                 seen.push(Seen::Listed(listed));
-                return;
+                return true;
             }
         }
         let contact = scratch.contact(overlap.index);
         let velocity = step.velocity.iter().map(|v| v * share).collect();
         let there = There { gap: contact.gap(self.grown), rows: jacobian(self.model, scratch, contact), velocity };
+        // What would have overlapped all along is the wrong side of what was entered.
+        if there.gap_before(self.model.step()) < -overlap.deepest {
+            return false;
+        }
+        if known.is_none() {
+            found.push((overlap.geoms, overlap.place));
+        }
         // With a distance that MuJoCo takes for a contact.
         let copy = OwnedContact::new(contact, -self.slop, 0.0);
         seen.push(match known {
             Some(known) => Seen::Again(known.index, copy, there),
             None => Seen::New(copy, there),
         });
+        true
     }
 }
 
-/// How far each geom moves from data to others, at most (m).
-fn moved(model: &Model, before: &Data, after: &Data) -> Vec<f64> {
+/// How far a geom moves in a step, at most (m), and how far from a line.
+pub(super) struct Moved {
+    pub(super) most: f64,
+    curve: f64,
+}
+
+fn moved(model: &Model, before: &Data, after: &Data) -> Vec<Moved> {
     let places = before.geom_xpos().iter().zip(after.geom_xpos());
     let frames = before.geom_xmat().iter().zip(after.geom_xmat());
     let both = places.zip(frames).zip(model.geom_rbound());
     both.map(|(((p, q), (a, b)), radius)| {
         let along = (Vector3::from(*q) - Vector3::from(*p)).norm();
         let turned = (Matrix3::from_row_slice(b) - Matrix3::from_row_slice(a)).norm();
-        along + turned * radius
+        let most = along + turned * radius;
+        Moved { most, curve: turned * most }
     })
     .collect()
 }

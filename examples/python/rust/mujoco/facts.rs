@@ -1,5 +1,6 @@
 //! What of a model stays the same as it is stepped, and its own units of speed and length.
 
+use super::end::Moved;
 use super::ffi::{HFIELD, Model, PLANE};
 use nalgebra::{Matrix3, Vector3};
 
@@ -50,17 +51,17 @@ impl Facts {
 
     /// At how many poses of a step contacts are looked for, if geoms move by so much: one at the end, more if something moves by
     /// more than its thickness and that of the thinnest geom.
-    pub(super) fn poses(&self, moved: &[f64]) -> u32 {
+    pub(super) fn poses(&self, moved: &[Moved]) -> u32 {
         let most = (moved.iter().zip(&self.thickness).zip(&self.moves))
             .filter(|&(_, &moves)| moves)
-            .map(|((moved, thickness), _)| moved / (thickness + self.thinnest))
+            .map(|((moved, thickness), _)| moved.most / (thickness + self.thinnest))
             .fold(1.0, f64::max);
         (1..MOST_POSES).find(|&poses| f64::from(poses) >= most).unwrap_or(MOST_POSES)
     }
 }
 
 /// The most poses of a step that contacts are looked for at.
-const MOST_POSES: u32 = 16;
+pub(super) const MOST_POSES: u32 = 16;
 
 /// How fast a length of the model falls from itself (m/s): `sqrt(g L)`.
 pub(super) fn speed_scale(model: &Model) -> f64 {

@@ -96,6 +96,11 @@ impl Touch {
         self.geoms == geoms && self.normal.dot(&normal) > SAME_NORMAL
     }
 
+    /// How deep it overlaps when its bodies have moved at a velocity for a time (m).
+    pub(super) fn depth(&self, velocity: &[f64], time: f64) -> f64 {
+        (-self.gap).max(-self.gap - time * dot(self.normal_row(), velocity)).max(0.0)
+    }
+
     /// Does something move it from outside?
     pub(super) fn is_moved(&self) -> bool {
         self.outside.iter().any(|&speed| speed != 0.0)
