@@ -111,7 +111,6 @@ class Judge:
         self.ends.lead(mine.qpos, after.qvel, free)
         gaps, impulses, alone, stops = [0.0], [0.0], [0.0], [0.0]  # of contacts
         work, works = 0.0, [1e-4 * float(free @ mass @ free), float(change @ inverse @ change)]  # of rows
-        doubt = np.zeros(model.nv)  # impulses
         for index, contact in enumerate(after.contact):
             if contact.efc_address < 0 or modes[index] < 0:
                 assert contact.efc_address < 0 or not after.efc_force[contact.efc_address : contact.efc_address + contact.dim].any()
@@ -119,12 +118,12 @@ class Judge:
             if index < listed:
                 rows, off = jacobian(model, mine, contact, contact.pos), [np.zeros((3, model.nv))]
             else:
-                rows, off = self.ends.rows(contact)
+                _, off = self.ends.rows(contact)
+                rows = after.efc_J.reshape(-1, model.nv)[contact.efc_address : contact.efc_address + 3]
                 self.added += 1
             span = slice(contact.efc_address, contact.efc_address + 3)
             impulse, mu = h * after.efc_force[span], float(model.geom_friction[contact.geom, 0].max())
             change -= rows.T @ impulse
-            doubt += sum(np.abs(part.T @ impulse) for part in off)
             speed, unsolved = rows @ after.qvel, rows @ free
             slip = float(np.linalg.norm(speed[1:]))
             self.modes["open" if impulse[0] < 1e-9 else "slip" if slip > 1e-5 else "stick"] += 1
@@ -149,7 +148,7 @@ class Judge:
                 continue
             work += mobility * (impulse - np.clip(impulse - (lever @ after.qvel + offset) / mobility, *bound)) ** 2
             works.append(mobility * np.clip(-(lever @ free + offset) / mobility, *bound) ** 2)
-        self.momentum = max(self.momentum, float(np.linalg.norm(less(change, doubt))) / size)
+        self.momentum = max(self.momentum, float(np.linalg.norm(change)) / size)
         references = [float(np.linalg.norm(part)) for part in (impulses, alone, stops)]
         reference = max(*references[:2], 0.01 * references[2], 1e-300)
         self.law = max(self.law, float(np.linalg.norm(gaps)) / reference, float(np.sqrt(work / max(works))))

@@ -24,6 +24,8 @@ impl There {
 pub(super) enum Seen {
     /// It is listed, but did not take part: its place in MuJoCo's list.
     Listed(usize),
+    /// It takes part, and is deeper than its row foresaw, by so much (m): its path has a curve.
+    Deeper(usize, f64),
     /// It was found before, and is elsewhere now.
     Again(usize, OwnedContact, There),
     New(OwnedContact, There),
@@ -175,8 +177,15 @@ impl Lookout<'_> {
         found: &mut Vec<([usize; 2], Vector3<f64>)>,
     ) -> bool {
         let known = overlap.known.map(|known| &step.touches[known]);
-        if known.is_some_and(|known| !(known.is_new && step.takes_anew && share == 1.0)) {
-            return true;
+        if let Some(known) = known {
+            let more = overlap.depth - known.depth(step.velocity, self.model.step());
+            if !step.takes_anew || share < 1.0 || (!known.is_new && more <= self.slop) {
+                return true;
+            }
+            if !known.is_new {
+                seen.push(Seen::Deeper(known.index, more));
+                return true;
+            }
         }
         let near = |place: Vector3<f64>| (place - overlap.place).norm() < NEAR_FOUND * self.length;
         if known.is_none() {

@@ -65,7 +65,7 @@ impl PositionPass {
             if open < -left {
                 is_needed = true;
                 let fastest = if touch.is_driven { scale.speed } else { RECOVERY * scale.speed };
-                let share = if touch.is_new { 1.0 } else { SHARE };
+                let share = if touch.is_curved { 1.0 } else { SHARE };
                 open = (share * open).max(-h * fastest * lever(touch.response, touch.mobility));
             }
             let compliance = soft(CONTACT, touch.response, touch.mobility);

@@ -192,6 +192,7 @@ impl Stepper {
         let scale = self.scale();
         let rates = rows::equality_rates(&self.model, data, &mut self.scratch, &self.follower.now);
         let mut found: BTreeMap<usize, There> = BTreeMap::new();
+        let mut curves: BTreeMap<usize, f64> = BTreeMap::new();
         let mut reached: HashSet<u32> = HashSet::new();
         let mut round = 0;
         let (touches, rows, motion, correction, ends, left_out) = loop {
@@ -202,7 +203,7 @@ impl Stepper {
                 follower: &self.follower,
                 inertia: &self.inertia,
             };
-            let all = listed(&around, &self.taken, &found, self.lookout().grown);
+            let all = listed(&around, &self.taken, &found, &curves, self.lookout().grown);
             let is_reached = |velocity: &[f64]| {
                 let qvel = data.qvel();
                 let free = &self.inertia.velocity;
@@ -273,6 +274,7 @@ impl Stepper {
                     Seen::Listed(index) => {
                         self.taken.insert(index);
                     }
+                    Seen::Deeper(index, by) => *curves.entry(index).or_insert(0.0) += by,
                     Seen::Again(index, contact, there) => {
                         data.replace_contact(index, &contact);
                         found.insert(index, there);
@@ -322,6 +324,10 @@ impl Stepper {
             }
             self.modes[touch.index] = mode;
             data.set_distance(touch.index, touch.gap);
+            if touch.is_new {
+                let first = touch.address * nv;
+                data.efc_j_mut()[first..first + touch.rows.len()].copy_from_slice(&touch.rows);
+            }
         }
         for (row, impulse) in rows.iter().zip(&motion.rows) {
             add(&row.row, impulse / h);
@@ -332,17 +338,20 @@ impl Stepper {
 }
 
 /// Contacts that take part, as they are now.
-fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &BTreeMap<usize, There>, grown: f64) -> Vec<Touch> {
+fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &BTreeMap<usize, There>, curves: &BTreeMap<usize, f64>, grown: f64) -> Vec<Touch> {
     let (h, depth) = (around.model.step(), DEPTH * around.model.size());
     let contacts = 0..around.data.contacts().len();
     let touch = |index: usize| {
         if let Some(there) = found.get(&index) {
             let mut touch = Touch::new(around, index, there.gap_before(h) + depth, Some(&there.rows))?;
-            touch.is_new = true;
+            (touch.is_new, touch.is_curved) = (true, true);
             Some(touch)
         } else {
-            let gap = around.data.contact(index).gap(grown) + depth;
-            Touch::new(around, index, gap, None)
+            let curve = curves.get(&index).copied().unwrap_or(0.0);
+            let gap = around.data.contact(index).gap(grown) + depth - curve;
+            let mut touch = Touch::new(around, index, gap, None)?;
+            touch.is_curved = curve != 0.0;
+            Some(touch)
         }
     };
     contacts.filter(|index| taken.contains(index)).filter_map(touch).collect()

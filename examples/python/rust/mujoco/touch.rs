@@ -40,6 +40,8 @@ pub(super) struct Touch {
     pub(super) is_driven: bool,
     /// Was it found at the end of the step?
     pub(super) is_new: bool,
+    /// Was its gap taken from there?
+    pub(super) is_curved: bool,
 }
 
 /// The geoms of a contact, the smaller first.
@@ -83,6 +85,7 @@ impl Touch {
             response: inertia.response(&rows[..nv]),
             is_driven: mocaps.iter().any(Option::is_some) || rows.chunks_exact(nv).any(writes),
             is_new: false,
+            is_curved: false,
             rows,
         })
     }
