@@ -66,6 +66,8 @@ def test_a_sticky_wall_does_not_pull_what_flies_by() -> None:
 def test_forces_may_be_read_after_mj_forward() -> None:
     """MuJoCo's own law then; but margins are those of the model, and what else falls does not matter."""
     alone, both = (scene(FLOOR + box(".1 .1 .05", "0 0 .05", 2.0) + other) for other in ("", box(".1 .1 .05", ".5 0 .06", 2.0)))
+    for s in (alone, both):
+        s.step(2)  # from touching to the depth of rest
     for _ in range(60):
         readings = []
         for s in (alone, both):

@@ -377,9 +377,9 @@ def test_of_many_contacts_those_that_are_reached_are_solved() -> None:
 
 
 def test_a_crowd_is_counted() -> None:
-    """Seventy balls that each have to be held, and room for 64 contacts."""
-    balls = "".join(f'<body pos="{i / 2} 0 .1"><joint type="slide" axis="0 0 1"/><geom size=".1"/></body>' for i in range(70))
-    model, data = build(FLOOR + balls)
+    """A plate on seventy balls, and room for 64 contacts of an island."""
+    balls = "".join(f'<geom size=".1" pos="{i % 10 / 2} {i // 10 / 2} 0"/>' for i in range(70))
+    model, data = build(FLOOR + f'<body pos="0 0 .09999"><freejoint/>{balls}</body>')
     stepper = Stepper(model)
     stepper.step(data, 5)
     assert stepper.crowded == stepper.unsolved >= 2 and np.isinf(stepper.worst_error)

@@ -187,10 +187,12 @@ def test_fingers_at_rest_stay_on_the_block_without_gravity(h: float) -> None:
     model.opt.gravity[:] = 0.0
     data.ctrl[:] = 50.0  # 500 m/s² for a finger alone
     stepper, before = Stepper(model, tol=TOLERANCE), data.qpos.copy()
-    for _ in range(50):
+    depth = 3e-9 * model.stat.meansize  # what rests goes there in its first step
+    for step in range(50):
         stepper.step(data)
-        assert sum(mode != -1 for mode in stepper.modes) == 4
-        assert np.abs(data.qvel).max() < 1e-9 and np.abs(data.qpos - before).max() < 1e-9
+        assert sum(mode > 0 for mode in stepper.modes) in ((2, 4) if step == 0 else (4,))
+        assert np.abs(data.qvel).max() < (depth / h if step == 0 else 0.0) + 4 * TOLERANCE * 500.0 * h
+        assert np.abs(data.qpos - before).max() < 2 * depth
     assert stepper.unsolved == 0
 
 

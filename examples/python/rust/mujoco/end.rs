@@ -152,7 +152,8 @@ impl Lookout<'_> {
             for (j, touch) in touches.iter().enumerate() {
                 let distance = (touch.place - overlap.place).norm();
                 let is_it = touch.faces(overlap.geoms, overlap.normal) && distance < reach;
-                if is_it && overlap.depth < touch.depth(step.velocity, time) + overlap.deepest {
+                let depth = touch.depth_after(step.velocity, time).max(-touch.gap);
+                if is_it && overlap.depth < depth + overlap.deepest {
                     pairs.push((distance, i, j));
                 }
             }
@@ -178,7 +179,7 @@ impl Lookout<'_> {
     ) -> bool {
         let known = overlap.known.map(|known| &step.touches[known]);
         if let Some(known) = known {
-            let more = overlap.depth - known.depth(step.velocity, self.model.step());
+            let more = overlap.depth - known.depth_after(step.velocity, self.model.step());
             if !step.takes_anew || share < 1.0 || (!known.is_new && more <= self.slop) {
                 return true;
             }

@@ -58,10 +58,6 @@ impl PositionPass {
                 continue;
             }
             let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
-            // What was found on the way to where nothing goes does not overlap.
-            if touch.is_new && motion.impulses[place][0] == 0.0 {
-                open = open.max(0.0);
-            }
             if open < -left {
                 is_needed = true;
                 let fastest = if touch.is_driven { scale.speed } else { RECOVERY * scale.speed };

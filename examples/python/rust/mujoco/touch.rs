@@ -99,9 +99,9 @@ impl Touch {
         self.geoms == geoms && self.normal.dot(&normal) > SAME_NORMAL
     }
 
-    /// How deep it overlaps when its bodies have moved at a velocity for a time (m).
-    pub(super) fn depth(&self, velocity: &[f64], time: f64) -> f64 {
-        (-self.gap).max(-self.gap - time * dot(self.normal_row(), velocity)).max(0.0)
+    /// How deep it overlaps when its bodies have moved at a velocity for a time, by its row (m).
+    pub(super) fn depth_after(&self, velocity: &[f64], time: f64) -> f64 {
+        (-self.gap - time * dot(self.normal_row(), velocity)).max(0.0)
     }
 
     /// Does something move it from outside?

@@ -112,6 +112,14 @@ impl VelocityPass {
             self.blocked.remove(&name);
         }
         found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid));
+        if !found.as_ref().is_some_and(|(outcome, _)| outcome.status == Status::Solved) {
+            // From nothing: the last step may lead astray.
+            engines.forget(name);
+            let cold = self.attempt(scene, island, engines, settings, Softness::Rigid);
+            if self.is_usable(scene, island, settings, &cold) {
+                found = cold;
+            }
+        }
         if !self.is_usable(scene, island, settings, &found) {
             if let Some((outcome, _)) = &found {
                 ends.contradicts |= matches!(outcome.status, Status::Infeasible | Status::Jammed);
