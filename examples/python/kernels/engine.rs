@@ -73,16 +73,35 @@ pub struct Compiled<
     push: Push<T, N, D, C, R, S>,
 }
 
+/// Kernels of more bytes than this are made and run on a thread of their own, with a stack of so many bytes: their locals do not
+/// fit on every stack.
+const LARGE: usize = 1 << 19;
+const STACK: usize = 64 << 20;
+
+/// Runs what needs room for a kernel on the stack.
+fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    if size_of::<K>() <= LARGE {
+        return work();
+    }
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work);
+        let done = thread.map_err(|error| -> Box<dyn std::any::Any + Send> { Box::new(error.to_string()) });
+        done.and_then(|thread| thread.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
 impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Compiled<T, N, D, C, R, S>
 {
-    pub fn new(push: Push<T, N, D, C, R, S>) -> Self {
-        let (kernel, free_impulse) = (Kernel::new(), SVector::zeros());
-        Self {
-            kernel,
-            free_impulse,
-            push,
-        }
+    pub fn boxed(push: Push<T, N, D, C, R, S>) -> Box<Self> {
+        with_room::<Self, _>(|| {
+            let (kernel, free_impulse) = (Kernel::new(), SVector::zeros());
+            Box::new(Self {
+                kernel,
+                free_impulse,
+                push,
+            })
+        })
     }
 
     /// Pads `M` with unit masses, which nothing moves.
@@ -203,15 +222,17 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
     }
 
     fn solve(&mut self, settings: &Settings<T>, resume: bool) -> Result<Outcome, Error> {
-        let solution = if resume {
-            self.kernel.resume(&self.free_impulse, settings)?
-        } else {
-            self.kernel.solve(&self.free_impulse, settings)?
-        };
-        Ok(Outcome {
-            status: solution.status,
-            error: solution.error.into(),
-            work: solution.work,
+        with_room::<Self, _>(|| {
+            let solution = if resume {
+                self.kernel.resume(&self.free_impulse, settings)?
+            } else {
+                self.kernel.solve(&self.free_impulse, settings)?
+            };
+            Ok(Outcome {
+                status: solution.status,
+                error: solution.error.into(),
+                work: solution.work,
+            })
         })
     }
 

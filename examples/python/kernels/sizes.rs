@@ -64,7 +64,7 @@ macro_rules! sizes {
         /// A kernel of a size.
         pub(crate) fn engine<T: Number>(index: usize) -> Box<dyn Engine<T>> {
             let constructors: &[fn() -> Box<dyn Engine<T>>] =
-                &[$($(|| Box::new(Compiled::<T, $n, $d, $c, $r, $s>::new($push!())),)*)*];
+                &[$($(|| Compiled::<T, $n, $d, $c, $r, $s>::boxed($push!()),)*)*];
             constructors[index]()
         }
     };
