@@ -17,8 +17,8 @@ TABLE = Path(__file__).parent / "rust" / "mujoco" / "ffi" / "layout.rs"
 
 FIELDS = {
     "model": """
-        nq nv nbody njnt ngeom nmocap neq ntendon npair
-        opt.timestep opt.gravity opt.integrator opt.disableflags opt.ccd_tolerance opt.ccd_iterations stat.meansize
+        nq nv nu nbody njnt ngeom nmocap neq ntendon npair nsensordata
+        opt.cone opt.jacobian opt.timestep opt.gravity opt.integrator opt.disableflags opt.ccd_tolerance opt.ccd_iterations stat.meansize
         body_parentid body_weldid body_mocapid body_invweight0 body_margin
         jnt_dofadr jnt_margin dof_treeid dof_damping dof_invweight0
         geom_type geom_contype geom_conaffinity geom_bodyid geom_dataid geom_rbound geom_aabb geom_margin
@@ -27,7 +27,7 @@ FIELDS = {
         D_rownnz D_rowadr D_colind signature
     """,
     "data": """
-        ncon nefc qpos qvel mocap_pos mocap_quat qacc qDeriv qfrc_smooth qfrc_constraint ten_velocity
+        ncon nefc qpos qvel ctrl sensordata mocap_pos mocap_quat qacc qDeriv qfrc_smooth qfrc_constraint ten_velocity
         geom_xpos geom_xmat contact efc_type efc_id efc_J efc_pos efc_frictionloss efc_force signature
     """,
     "contact": "dist pos frame includemargin friction surfacevel dim geom exclude efc_address",

@@ -93,9 +93,7 @@ class Stepper:
         Raises:
             ValueError: the data belongs to another model, or the mass matrix is not positive definite.
         """
-        for _ in range(nstep):
-            self.step1(data)
-            self.step2(data)
+        self._count(self._own.step(data._address, nstep, self._settings))
 
     def step1(self, data: mujoco.MjData) -> None:
         """Do what comes before controls are set: positions, collision, velocities, sensors of both."""
@@ -103,15 +101,18 @@ class Stepper:
 
     def step2(self, data: mujoco.MjData) -> None:
         """Do what comes after controls are set: actuation, the solve, the sensors of forces, and the step."""
-        status, self.error, self.work, contradicts, gave_way, left_out = self._own.step2(data._address, *self._settings)
+        self._count(self._own.step2(data._address, self._settings))
+
+    def _count(self, numbers: tuple[int, int, float, int, int, int, tuple[int, float, int]]) -> None:
+        """Add what a call has counted."""
+        steps, unsolved, worst_error, contradictions, fallbacks, crowded, (status, self.error, self.work) = numbers
         self.status = _STATUS[status]
-        self.steps += 1
-        self.contradictions += contradicts
-        self.fallbacks += gave_way
-        self.crowded += left_out > 0
-        if self.status is not Status.SOLVED or left_out:
-            self.unsolved += 1
-            self.worst_error = max(self.worst_error, math.inf if left_out else self.error)
+        self.steps += steps
+        self.unsolved += unsolved
+        self.worst_error = max(self.worst_error, worst_error)
+        self.contradictions += contradictions
+        self.fallbacks += fallbacks
+        self.crowded += crowded
 
 
 def _library() -> Path:

@@ -13,17 +13,20 @@ mod islands;
 mod outside;
 mod pack;
 mod position;
+pub(crate) mod rollout;
 mod rows;
 mod stepper;
 mod sweeps;
+mod tally;
 mod touch;
 mod velocity;
 
 use ffi::{Data, Library, Model};
-use pyo3::exceptions::{PyImportError, PyValueError};
+use pyo3::exceptions::{PyImportError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use stiction::Settings;
+use tally::Tally;
 
 /// Steps one model; Python keeps the model alive.
 #[pyclass(module = "stiction._stiction")]
@@ -31,33 +34,39 @@ pub(crate) struct Stepper {
     own: stepper::Stepper,
 }
 
-/// Status, error, work; contradicts, gave way; contacts left out.
-type Report = (i64, f64, usize, bool, bool, usize);
-
 #[pymethods]
 impl Stepper {
     /// Takes the path of MuJoCo's library and the address of an `mjModel` of it.
     #[new]
     fn new(library: PathBuf, model: usize) -> PyResult<Self> {
-        let library = Library::open(&library).map_err(PyImportError::new_err)?;
-        // SAFETY: Python says so, and holds the model as long as this.
-        #[allow(unsafe_code)]
-        let model = unsafe { Model::new(library, model) };
-        Ok(Self { own: stepper::Stepper::new(model) })
+        Ok(Self { own: opened(&library, model)? })
+    }
+
+    /// Takes so many steps.
+    fn step(&mut self, py: Python<'_>, data: usize, steps: usize, settings: (f64, usize)) -> PyResult<tally::Numbers> {
+        self.run(py, data, |own, data| {
+            let mut tally = Tally::default();
+            for _ in 0..steps {
+                own.step1(data);
+                tally.add(&own.step2(data, &settings_of(settings))?);
+            }
+            Ok(tally.numbers())
+        })
     }
 
     fn step1(&mut self, py: Python<'_>, data: usize) -> PyResult<()> {
-        let mut data = self.data(data)?;
-        py.detach(|| self.own.step1(&mut data));
-        Ok(())
+        self.run(py, data, |own, data| {
+            own.step1(data);
+            Ok(())
+        })
     }
 
-    fn step2(&mut self, py: Python<'_>, data: usize, tolerance: f64, budget: usize) -> PyResult<Report> {
-        let mut data = self.data(data)?;
-        let settings = Settings { budget, ..Settings::new(tolerance) };
-        let report = py.detach(|| self.own.step2(&mut data, &settings)).map_err(PyValueError::new_err)?;
-        let ends = report.ends;
-        Ok((ends.status as i64, ends.error, ends.work, ends.contradicts, ends.gave_way, report.left_out))
+    fn step2(&mut self, py: Python<'_>, data: usize, settings: (f64, usize)) -> PyResult<tally::Numbers> {
+        self.run(py, data, |own, data| {
+            let mut tally = Tally::default();
+            tally.add(&own.step2(data, &settings_of(settings))?);
+            Ok(tally.numbers())
+        })
     }
 
     fn reset(&mut self) {
@@ -72,10 +81,32 @@ impl Stepper {
 }
 
 impl Stepper {
-    fn data(&self, address: usize) -> PyResult<Data> {
+    /// Runs without the interpreter's lock.
+    fn run<R: Send>(
+        &mut self,
+        py: Python<'_>,
+        address: usize,
+        call: impl FnOnce(&mut stepper::Stepper, &mut Data) -> Result<R, &'static str> + Send,
+    ) -> PyResult<R> {
         // SAFETY: Python says so, and holds the data during the call.
         #[allow(unsafe_code)]
         let data = unsafe { Data::new(&self.own.model, address) };
-        data.map_err(PyValueError::new_err)
+        let (mut data, library) = (data.map_err(PyValueError::new_err)?, self.own.model.library());
+        let own = &mut self.own;
+        let done = py.detach(|| library.watched(|| call(own, &mut data)));
+        done.map_err(|said| PyRuntimeError::new_err(format!("MuJoCo: {said}")))?.map_err(PyValueError::new_err)
     }
+}
+
+fn settings_of((tolerance, budget): (f64, usize)) -> Settings<f64> {
+    Settings { budget, ..Settings::new(tolerance) }
+}
+
+/// A stepper of the model of this address.
+fn opened(library: &std::path::Path, model: usize) -> PyResult<stepper::Stepper> {
+    let library = Library::open(library).map_err(PyImportError::new_err)?;
+    // SAFETY: Python says so, and holds the model as long as this.
+    #[allow(unsafe_code)]
+    let model = unsafe { Model::new(library, model) };
+    Ok(stepper::Stepper::new(model))
 }

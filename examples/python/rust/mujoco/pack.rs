@@ -7,7 +7,7 @@ use super::touch::Touch;
 use stiction_kernels::problem::{Answer, Dynamics, Friction, Problem, Rows};
 
 /// Up to so many velocities they are solved as they are.
-const SMALL: usize = 12;
+const SMALL: usize = 20;
 
 /// The arrays. Velocities that nothing of the island moves are left out.
 #[derive(Default)]

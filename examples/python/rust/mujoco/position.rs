@@ -37,7 +37,7 @@ pub(super) struct Scale {
 }
 
 impl PositionPass {
-    /// Adds an island's correction to `correction`; `true` if there was something to correct.
+    /// Adds an island's correction to `correction`.
     pub(super) fn solve(
         &mut self,
         scene: &Scene<'_>,
@@ -46,20 +46,20 @@ impl PositionPass {
         motion: &Motion,
         scale: Scale,
         correction: &mut [f64],
-    ) -> bool {
-        let (h, left) = (scene.h, LEFT * scale.length);
+    ) {
+        if !is_needed(scene, island, motion, LEFT * scale.length) {
+            return;
+        }
+        let h = scene.h;
         self.pack.begin(scene.inertia, &island.dofs, 3, None);
-        let mut is_needed = false;
         let soft = |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
         let lever = |response: f64, mobility: f64| if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 };
-        for &place in &island.touches {
-            let touch = &scene.touches[place];
+        for touch in island.touches.iter().map(|&place| &scene.touches[place]) {
             if touch.response < NO_LEVER * touch.mobility {
                 continue;
             }
             let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
-            if open < -left {
-                is_needed = true;
+            if open < 0.0 {
                 let fastest = if touch.is_driven { scale.speed } else { RECOVERY * scale.speed };
                 let share = if touch.is_curved { 1.0 } else { SHARE };
                 open = (share * open).max(-h * fastest * lever(touch.response, touch.mobility));
@@ -68,23 +68,19 @@ impl PositionPass {
             self.pack.contact(touch, [open / h, 0.0, 0.0, 0.0, 0.0, 0.0], [compliance; 2]);
         }
         for row in island.rows.iter().map(|&place| &scene.rows[place]) {
-            if row.kind == Kind::Friction || row.response < NO_LEVER * row.mobility {
+            let response = scene.inertia.response(&row.row);
+            if row.kind == Kind::Friction || response < NO_LEVER * row.mobility {
                 continue;
             }
             let mut open = row.gap + h * dot(&row.row, &motion.velocity);
-            let lever = lever(row.response, row.mobility);
+            let lever = lever(response, row.mobility);
             if row.kind == Kind::Equality {
-                is_needed |= open.abs() > left;
                 let most = h * scale.speed * lever.sqrt();
                 open = open.clamp(-most, most);
-            } else if open < -left {
-                is_needed = true;
+            } else if open < 0.0 {
                 open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever);
             }
-            self.pack.row(row, open / h, soft(ROW, row.response, row.mobility));
-        }
-        if !is_needed {
-            return false;
+            self.pack.row(row, open / h, soft(ROW, response, row.mobility));
         }
         self.pack.reduce();
         let settings = Settings { tolerance: 1e-4, budget: 1_000, model: Law::Coulomb };
@@ -97,11 +93,23 @@ impl PositionPass {
             {
                 let motion = self.pack.velocities(&answer);
                 island.dofs.iter().zip(&motion).for_each(|(&dof, &z)| correction[dof] = z);
-                return true;
+                return;
             }
         }
-        true
     }
+}
+
+/// Does something overlap, or is something open, by more than what is left?
+fn is_needed(scene: &Scene<'_>, island: &Island, motion: &Motion, left: f64) -> bool {
+    let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &motion.velocity);
+    let mut touches = island.touches.iter().map(|&place| &scene.touches[place]);
+    let mut rows = island.rows.iter().map(|&place| &scene.rows[place]);
+    touches.any(|touch| after(touch.gap, touch.normal_row()) < -left)
+        || rows.any(|row| match row.kind {
+            Kind::Equality => after(row.gap, &row.row).abs() > left,
+            Kind::Limit => after(row.gap, &row.row) < -left,
+            Kind::Friction => false,
+        })
 }
 
 /// A correction is used up to this error.

@@ -4,6 +4,7 @@ use super::ffi::{CONNECT, Data, JOINT, Model, SITE, WELD};
 use super::outside::Outside;
 use super::touch::{Around, dot};
 use super::facts::mobility;
+use std::collections::HashSet;
 
 /// `mjtConstraint`: what stands before the contacts. (Contacts are found by their own list.)
 const EQUALITY: i32 = 0;
@@ -32,60 +33,81 @@ pub(super) struct Row {
     pub(super) outside: f64,
     /// The most impulse of dry friction.
     pub(super) most: f64,
-    /// How much an impulse moves what the row is about if nothing else holds it, and how much it does.
+    /// How much an impulse moves what the row is about if nothing else holds it.
     pub(super) mobility: f64,
-    pub(super) response: f64,
 }
 
-/// Lists the rows; of limits those that `is_reached`, by row and gap.
-pub(super) fn list(around: &Around<'_>, rates: &[f64], is_reached: impl Fn(u32, &[f64], f64) -> bool) -> Vec<Row> {
-    let Around { model, data, follower, inertia, .. } = around;
-    let (nv, h) = (model.sizes.velocities, model.step());
+/// A limit among MuJoCo's constraints: its key, and what is left up to it (m, rad).
+fn limit(model: &Model, data: &Data, constraint: usize, row: &[f64]) -> (u32, f64) {
+    let (kind, id) = (data.efc_type()[constraint], data.efc_id()[constraint].unsigned_abs());
+    let margin = if kind == LIMIT_JOINT { model.jnt_margin()[id as usize] } else { model.tendon_margin()[id as usize] };
+    // The two limits of a joint have rows of different signs.
+    let is_upper = row.iter().sum::<f64>() > 0.0;
+    (key(kind, usize::from(is_upper), id), data.efc_pos()[constraint] - margin)
+}
+
+fn key(kind: i32, number: usize, id: u32) -> u32 {
+    kind.unsigned_abs() << 28 | u32::try_from(number).unwrap_or(0) << 24 | id
+}
+
+/// The constraints before contacts, and their rows.
+fn constraints<'a>(model: &Model, data: &'a Data) -> impl Iterator<Item = (usize, i32, &'a [f64])> {
+    let rows = data.efc_j().chunks_exact(model.sizes.velocities);
+    let all = data.efc_type().iter().zip(rows).enumerate();
+    all.take_while(|&(_, (&kind, _))| kind <= LIMIT_TENDON).map(|(constraint, (&kind, row))| (constraint, kind, row))
+}
+
+/// Lists the rows; of limits those that are `reached`, or may be with one of these velocities.
+pub(super) fn list(around: &Around<'_>, rates: &[f64], velocities: [&[f64]; 2], reached: &mut HashSet<u32>) -> Vec<Row> {
+    let Around { model, data, follower, .. } = around;
+    let h = model.step();
     let mut rows = Vec::new();
-    let mut first = (usize::MAX, 0);
-    for (constraint, (&kind, &id)) in data.efc_type().iter().zip(data.efc_id()).enumerate() {
-        if kind > LIMIT_TENDON {
-            break;
-        }
-        let id = id.unsigned_abs() as usize;
-        let row = &data.efc_j()[constraint * nv..][..nv];
-        let position = data.efc_pos()[constraint];
-        if first.0 != id || kind != EQUALITY {
-            first = (id, constraint);
-        }
-        let joint = |id: usize| model.dof_invweight0()[model.jnt_dofadr()[id].unsigned_abs() as usize];
-        let (sort, gap, outside, mobility) = match kind {
+    let mut first = (u32::MAX, 0);
+    for (constraint, sort, row) in constraints(model, data) {
+        let id = data.efc_id()[constraint].unsigned_abs();
+        let moved = || dot(row, &follower.now.joints);
+        let (key, kind, gap, outside, mobility) = match sort {
             EQUALITY => {
-                let rate = rates.get(constraint).copied().unwrap_or(0.0);
-                (Kind::Equality, position, rate, equality_mobility(model, id, constraint - first.1))
+                if first.0 != id {
+                    first = (id, constraint);
+                }
+                let (number, rate) = (constraint - first.1, rates.get(constraint).copied().unwrap_or(0.0));
+                let mobility = equality_mobility(model, id as usize, number);
+                (key(sort, number, id), Kind::Equality, data.efc_pos()[constraint], rate, mobility)
             }
-            LIMIT_JOINT => (Kind::Limit, position - model.jnt_margin()[id], dot(row, &follower.now.joints), joint(id)),
-            LIMIT_TENDON => {
-                let gap = position - model.tendon_margin()[id];
-                (Kind::Limit, gap, dot(row, &follower.now.joints), model.tendon_invweight0()[id])
+            LIMIT_JOINT | LIMIT_TENDON => {
+                let (key, gap) = limit(model, data, constraint, row);
+                let may_reach = |velocity: &&[f64]| gap + h * dot(row, velocity) < 0.0;
+                if !(gap <= 0.0 || reached.contains(&key) || velocities.iter().any(may_reach)) {
+                    continue;
+                }
+                reached.insert(key);
+                let mobility = if sort == LIMIT_JOINT {
+                    model.dof_invweight0()[model.jnt_dofadr()[id as usize].unsigned_abs() as usize]
+                } else {
+                    model.tendon_invweight0()[id as usize]
+                };
+                (key, Kind::Limit, gap, moved(), mobility)
             }
-            _ => (Kind::Friction, 0.0, 0.0, 1.0),
+            _ => (key(sort, 0, id), Kind::Friction, 0.0, 0.0, 1.0),
         };
-        // The two limits of a joint have rows of different signs.
-        let is_upper = row.iter().sum::<f64>() > 0.0;
-        let number = if sort == Kind::Equality { constraint - first.1 } else { usize::from(is_upper) };
-        let key = u32::try_from(kind).unwrap_or(0) << 28 | u32::try_from(number).unwrap_or(0) << 24 | u32::try_from(id).unwrap_or(0);
-        if sort == Kind::Limit && !is_reached(key, row, gap) {
-            continue;
-        }
-        rows.push(Row {
-            constraint,
-            key,
-            kind: sort,
-            row: row.to_vec(),
-            gap,
-            outside,
-            most: h * data.efc_frictionloss()[constraint],
-            mobility,
-            response: inertia.response(row),
-        });
+        let most = h * data.efc_frictionloss()[constraint];
+        rows.push(Row { constraint, key, kind, row: row.to_vec(), gap, outside, most, mobility });
     }
     rows
+}
+
+/// Adds the limits that a velocity passes by more than `least` (m, rad); `true` if there are any.
+pub(super) fn passed(around: &Around<'_>, velocity: &[f64], least: f64, reached: &mut HashSet<u32>) -> bool {
+    let Around { model, data, .. } = around;
+    let mut any = false;
+    for (constraint, _, row) in constraints(model, data).filter(|&(_, kind, _)| kind == LIMIT_JOINT || kind == LIMIT_TENDON) {
+        let (key, gap) = limit(model, data, constraint, row);
+        if gap + model.step() * dot(row, velocity) < -least {
+            any |= reached.insert(key);
+        }
+    }
+    any
 }
 
 /// How fast the bodies of motion capture open the equalities.

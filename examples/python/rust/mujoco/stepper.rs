@@ -10,7 +10,7 @@ use super::islands::islands;
 use super::outside::Follower;
 use super::position::{PositionPass, Scale};
 use super::rows::{self, Row};
-use super::touch::{Around, Touch, dot, pair_of};
+use super::touch::{Around, Touch, pair_of};
 use super::velocity::{Ends, Motion, Scene, VelocityPass};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashSet};
@@ -203,22 +203,8 @@ impl Stepper {
                 follower: &self.follower,
                 inertia: &self.inertia,
             };
-            let all = listed(&around, &self.taken, &found, &curves, self.lookout().grown);
-            let is_reached = |velocity: &[f64]| {
-                let qvel = data.qvel();
-                let free = &self.inertia.velocity;
-                let (a, b, c) = (velocity.to_vec(), qvel.to_vec(), free.clone());
-                move |row: &[f64], gap: f64| gap <= 0.0 || [&a, &b, &c].iter().any(|v| gap + h * dot(row, v) < 0.0)
-            };
-            let free = is_reached(&self.inertia.velocity);
-            let limits = rows::list(&around, &rates, |_, _, _| true);
-            let rows: Vec<Row> = limits
-                .iter()
-                .filter(|row| row.kind != rows::Kind::Limit || reached.contains(&row.key) || free(&row.row, row.gap))
-                .cloned()
-                .collect();
-            reached.extend(rows.iter().filter(|row| row.kind == rows::Kind::Limit).map(|row| row.key));
-            let touches = all;
+            let touches = listed(&around, &self.taken, &found, &curves, self.lookout().grown);
+            let rows = rows::list(&around, &rates, [data.qvel(), &self.inertia.velocity], &mut reached);
             let scene = Scene { inertia: &self.inertia, touches: &touches, rows: &rows, h };
             let mut motion = Motion {
                 velocity: self.inertia.velocity.clone(),
@@ -233,17 +219,10 @@ impl Stepper {
                 self.velocity_pass.solve(&scene, &island, &mut self.engines, settings, &mut motion, &mut ends);
                 self.position_pass.solve(&scene, &island, &mut self.engines, &motion, scale, &mut correction);
             }
-            let is_passed = |row: &&Row| row.gap + h * dot(&row.row, &motion.velocity) < -1e-12 * scale.length.max(1.0);
-            let passed: Vec<_> = limits
-                .iter()
-                .filter(|row| row.kind == rows::Kind::Limit && !reached.contains(&row.key))
-                .filter(is_passed)
-                .map(|row| row.key)
-                .collect();
+            let has_passed = rows::passed(&around, &motion.velocity, 1e-12 * scale.length.max(1.0), &mut reached);
             let is_last = round == ROUNDS;
             round += 1;
-            if !passed.is_empty() && !is_last {
-                reached.extend(passed);
+            if has_passed && !is_last {
                 continue;
             }
             if is_last {

@@ -45,6 +45,8 @@ macro_rules! arrays {
 arrays! {
     qpos, qpos_mut: f64, |own: &Self| own.sizes.positions;
     qvel, qvel_mut: f64, |own: &Self| own.sizes.velocities;
+    ctrl, ctrl_mut: f64, |own: &Self| own.sizes.controls;
+    sensordata, sensordata_mut: f64, |own: &Self| own.sizes.readings;
     mocap_pos, mocap_pos_mut: [f64; 3], |own: &Self| own.sizes.mocaps;
     mocap_quat, mocap_quat_mut: [f64; 4], |own: &Self| own.sizes.mocaps;
     qacc, qacc_mut: f64, |own: &Self| own.sizes.velocities;
@@ -147,6 +149,21 @@ impl Data {
     pub(in super::super) fn copy_from(&mut self, model: &Model, other: &Self) {
         // SAFETY: both belong to the model.
         unsafe { (self.library.functions.copy_data)(self.at, model.address(), other.at) };
+    }
+
+    /// Sets the state that an `mjtState` names, and forgets all else.
+    pub(in super::super) fn set_state(&mut self, model: &Model, state: &[f64], kind: i32) {
+        // SAFETY: those who ask have the state's size from MuJoCo.
+        unsafe {
+            (self.library.functions.reset_data)(model.address(), self.at);
+            (self.library.functions.set_state)(model.address(), self.at, state.as_ptr(), kind);
+        }
+    }
+
+    /// Writes the state that an `mjtState` names.
+    pub(in super::super) fn state(&self, model: &Model, state: &mut [f64], kind: i32) {
+        // SAFETY: as above.
+        unsafe { (self.library.functions.get_state)(model.address(), self.at, state.as_mut_ptr(), kind) };
     }
 
     /// Where it is: the same data has the same place.

@@ -10,7 +10,8 @@ mod model;
 pub(super) use data::{ContactRef, Data, OwnedContact};
 use layout::{LAYOUTS, Layout};
 pub(super) use model::Model;
-use std::ffi::c_int;
+use std::cell::Cell;
+use std::ffi::{CStr, c_char, c_int};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -19,6 +20,10 @@ pub(super) const EULER: i32 = 0;
 pub(super) const IMPLICITFAST: i32 = 3;
 pub(super) const DAMPER: i32 = 1 << 6;
 pub(super) const EULERDAMP: i32 = 1 << 15;
+const ISLAND: i32 = 1 << 18;
+/// `mjCONE_ELLIPTIC`, `mjJAC_DENSE`.
+const ELLIPTIC: i32 = 1;
+const DENSE: i32 = 0;
 pub(super) const PLANE: i32 = 0;
 pub(super) const HFIELD: i32 = 1;
 pub(super) const CONNECT: i32 = 0;
@@ -65,7 +70,47 @@ functions! {
     make_data as b"mj_makeData": fn(Address) -> Address;
     copy_data as b"mj_copyData": fn(Address, Address, Address) -> Address;
     delete_data as b"mj_deleteData": fn(Address);
+    reset_data as b"mj_resetData": fn(Address, Address);
+    set_state as b"mj_setState": fn(Address, Address, *const f64, c_int);
+    get_state as b"mj_getState": fn(Address, Address, *mut f64, c_int);
+    set_log_handler as b"_mjPRIVATE_setTlsLogHandler": fn(Option<LogHandler>) -> Option<LogHandler>;
+    global_log_handler as b"_mjPRIVATE_getGlobalLogHandler": fn() -> Option<LogHandler>;
     version as b"mj_version": fn() -> c_int;
+}
+
+/// The first fields of an `mjLogMessage`.
+#[repr(C)]
+struct LogMessage {
+    level: c_int,
+    _topic: c_int,
+    subject: [c_char; 1024],
+}
+
+type LogHandler = unsafe extern "C-unwind" fn(*const LogMessage);
+
+/// What MuJoCo said as it gave up.
+struct Failure(String);
+
+thread_local! {
+    /// What takes messages that are no errors.
+    static WARNINGS: Cell<Option<LogHandler>> = const { Cell::new(None) };
+}
+
+/// `mjLOG_ERROR`: MuJoCo ends the process behind it.
+const ERROR: c_int = 3;
+
+unsafe extern "C-unwind" fn raise(message: *const LogMessage) {
+    // SAFETY: MuJoCo's header says so.
+    let LogMessage { level, subject, .. } = unsafe { &*message };
+    if *level >= ERROR {
+        // SAFETY: MuJoCo ends it by 0.
+        let text = unsafe { CStr::from_ptr(subject.as_ptr()) }.to_string_lossy().into_owned();
+        std::panic::resume_unwind(Box::new(Failure(text)));
+    }
+    if let Some(handler) = WARNINGS.get() {
+        // SAFETY: it is MuJoCo's own.
+        unsafe { handler(message) };
+    }
 }
 
 /// The loaded library.
@@ -97,6 +142,25 @@ impl Library {
             format!("MuJoCo {}: the Stepper knows {}", named(version), known.join(", "))
         })?;
         Ok(Arc::new(Self { functions, layout, _library: library }))
+    }
+
+    /// Runs what calls the library, so that an error there ends the call and not the process.
+    ///
+    /// # Errors
+    /// What MuJoCo said.
+    pub(super) fn watched<R>(&self, call: impl FnOnce() -> R) -> Result<R, String> {
+        // SAFETY: these functions have these types.
+        let before = unsafe {
+            WARNINGS.set((self.functions.global_log_handler)());
+            (self.functions.set_log_handler)(Some(raise))
+        };
+        let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(call));
+        // SAFETY: as above.
+        unsafe { (self.functions.set_log_handler)(before) };
+        done.map_err(|panic| match panic.downcast::<Failure>() {
+            Ok(failure) => failure.0,
+            Err(panic) => std::panic::resume_unwind(panic),
+        })
     }
 }
 

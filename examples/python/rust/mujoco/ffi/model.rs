@@ -1,6 +1,6 @@
 //! A model as the Stepper needs it: the arrays are those of the user, options and margins its own.
 
-use super::{Address, DAMPER, EULER, EULERDAMP, IMPLICITFAST, Library, array, read};
+use super::{Address, DAMPER, DENSE, ELLIPTIC, EULER, EULERDAMP, IMPLICITFAST, ISLAND, Library, array, read};
 use std::sync::Arc;
 
 /// Sizes of a model.
@@ -14,6 +14,8 @@ pub(in super::super) struct Sizes {
     pub(in super::super) mocaps: usize,
     pub(in super::super) equalities: usize,
     pub(in super::super) tendons: usize,
+    pub(in super::super) controls: usize,
+    pub(in super::super) readings: usize,
     pairs: usize,
 }
 
@@ -91,6 +93,8 @@ impl Model {
             mocaps: size(layout.nmocap),
             equalities: size(layout.neq),
             tendons: size(layout.ntendon),
+            controls: size(layout.nu),
+            readings: size(layout.nsensordata),
             pairs: size(layout.npair),
         };
         let counts = [sizes.geoms, sizes.bodies, sizes.pairs, sizes.joints, sizes.tendons];
@@ -104,12 +108,14 @@ impl Model {
     pub(in super::super) fn refresh(&mut self) {
         let layout = &self.library.layout.model;
         let (tolerance, iterations) = (1e-12 * self.size(), 200_i32);
-        let disabled = self.disabled() | EULERDAMP; // damping is in the solver's mass matrix
+        let disabled = self.disabled() | EULERDAMP | ISLAND; // damping is in the matrix of the solver, which has islands of its own
         // SAFETY: both are an `mjModel`, and what is written is what its header has there.
         unsafe {
             let copy = self.copy.as_mut_ptr().cast::<u8>();
             copy.copy_from_nonoverlapping(self.original, layout.size);
             copy.add(layout.opt_disableflags).cast::<i32>().write_unaligned(disabled);
+            copy.add(layout.opt_cone).cast::<i32>().write_unaligned(ELLIPTIC);
+            copy.add(layout.opt_jacobian).cast::<i32>().write_unaligned(DENSE);
             copy.add(layout.opt_ccd_tolerance).cast::<f64>().write_unaligned(tolerance);
             copy.add(layout.opt_ccd_iterations).cast::<i32>().write_unaligned(iterations);
             if self.integrator() != EULER {
@@ -142,6 +148,11 @@ impl Model {
             margins.iter_mut().zip(own).for_each(|(margin, own)| *margin = own + more);
         }
         self.margins = margins; // moved, so their places are as before
+    }
+
+    /// See [`Library::watched`].
+    pub(in super::super) fn library(&self) -> Arc<Library> {
+        Arc::clone(&self.library)
     }
 
     pub(super) fn address(&self) -> Address {
