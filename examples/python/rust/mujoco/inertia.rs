@@ -104,7 +104,11 @@ impl Inertia {
                 continue;
             }
             let dofs: Vec<_> = (start..n).filter(|&i| first[i] == start).collect();
-            let matrix = DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| self.matrix[dofs[i] * n + dofs[j]]);
+            let matrix = if dofs.len() == n {
+                DMatrix::from_row_slice(n, n, &self.matrix)
+            } else {
+                DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| self.matrix[dofs[i] * n + dofs[j]])
+            };
             let Some(factor) = Cholesky::new(matrix) else { return false };
             dofs.iter().for_each(|&dof| self.block_of[dof] = self.blocks.len());
             self.blocks.push(Block { dofs, factor });

@@ -16,6 +16,14 @@ pub(super) struct Island {
 
 /// Puts contacts and rows into islands.
 pub(super) fn islands(inertia: &Inertia, touches: &[Touch], rows: &[Row], nv: usize) -> Vec<Island> {
+    if inertia.blocks() == 1 {
+        let all = Island {
+            dofs: inertia.dofs(0).to_vec(),
+            touches: (0..touches.len()).collect(),
+            rows: (0..rows.len()).collect(),
+        };
+        return if touches.is_empty() && rows.is_empty() { Vec::new() } else { vec![all] };
+    }
     let mut leader: Vec<usize> = (0..inertia.blocks()).collect();
     fn lead(leader: &mut [usize], mut block: usize) -> usize {
         while leader[block] != block {
