@@ -4,7 +4,7 @@ use stiction_kernels::engine::{Engine, Number};
 use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
 use stiction_kernels::sizes;
 use std::collections::HashMap;
-use stiction::{Error, Settings};
+use stiction::Settings;
 
 /// What an island's kernel is used for.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -24,14 +24,16 @@ struct Slot {
 pub(super) struct Engines(HashMap<(usize, Pass), Slot>);
 
 impl Engines {
-    /// Solves a problem from where the island's last solve ended, or `cold`. `None` if no compiled size holds it.
+    /// Solves a problem from where the island's last solve ended, or `cold`. `None` if no compiled size holds it, or its numbers are
+    /// out of range.
     pub(super) fn solve(
         &mut self,
         (island, pass): (usize, Pass),
         problem: &Problem<'_, f64>,
         settings: &Settings<f64>,
         cold: bool,
-    ) -> Option<Result<(Outcome, Answer<f64>), Error>> {
+        answer: &mut Answer<f64>,
+    ) -> Option<Outcome> {
         let now = problem.needs();
         let place = self.0.entry((island, pass));
         let mut needs = now;
@@ -53,19 +55,18 @@ impl Engines {
         if cold {
             slot.engine.reset();
         }
-        let mut run = || {
-            slot.engine.load(problem)?;
-            let outcome = slot.engine.solve(settings, false)?;
-            let mut answer = Answer::default();
-            slot.engine.read(&mut answer.out([problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()]));
-            Ok((outcome, answer))
-        };
-        Some(run())
+        slot.engine.load(problem).ok()?;
+        let outcome = slot.engine.solve(settings, false).ok()?;
+        slot.engine.read(&mut answer.out([problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()]));
+        Some(outcome)
     }
 
-    /// Forgets the last solves.
+    /// Forgets the last solves, and how large they were.
     pub(super) fn reset(&mut self) {
-        self.0.values_mut().for_each(|slot| slot.engine.reset());
+        for slot in self.0.values_mut() {
+            slot.engine.reset();
+            slot.needs = Needs::default();
+        }
     }
 
     /// Forgets the last solve of an island.

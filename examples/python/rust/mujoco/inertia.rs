@@ -144,13 +144,18 @@ impl Inertia {
     }
 
     /// How much an impulse along a row moves that row: `H M'⁻¹ Hᵀ`.
-    pub(super) fn response(&self, row: &[f64]) -> f64 {
+    pub(super) fn response(&self, row: &[f64], scratch: &mut Vec<f64>) -> f64 {
         let mut sum = 0.0;
-        for block in &self.blocks {
-            if block.dofs.iter().any(|&dof| row[dof] != 0.0) {
-                let mut part = DVector::from_iterator(block.dofs.len(), block.dofs.iter().map(|&dof| row[dof]));
-                block.factor.l_dirty().solve_lower_triangular_mut(&mut part);
-                sum += part.norm_squared();
+        for Block { dofs, factor } in &self.blocks {
+            scratch.clear();
+            scratch.extend(dofs.iter().map(|&dof| row[dof]));
+            let Some(first) = scratch.iter().position(|&x| x != 0.0) else { continue };
+            let lower = factor.l_dirty();
+            for j in first..dofs.len() {
+                let x = scratch[j] / lower[(j, j)];
+                sum += x * x;
+                let below = &lower.column(j).data.into_slice()[j + 1..];
+                scratch[j + 1..].iter_mut().zip(below).for_each(|(y, l)| *y -= l * x);
             }
         }
         sum

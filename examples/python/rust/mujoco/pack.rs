@@ -135,13 +135,15 @@ impl Pack {
         self.reduced = Some(Reduced { factor, free, columns });
     }
 
-    /// The velocities of an answer.
-    pub(super) fn velocities(&self, answer: &Answer<f64>) -> Vec<f64> {
-        let Some(Reduced { factor, free, columns }) = &self.reduced else { return answer.v.clone() };
-        let impulses = DVector::from_iterator(columns.ncols(), answer.r.iter().chain(&answer.rows[0]).copied());
-        let mut velocity = free + columns * impulses;
-        factor.l_dirty().tr_solve_lower_triangular_mut(&mut velocity);
-        velocity.as_slice().to_vec()
+    /// Takes the velocities of an answer back to all coordinates.
+    pub(super) fn expand(&self, answer: &mut Answer<f64>) {
+        if let Some(Reduced { factor, free, columns }) = &self.reduced {
+            let impulses = DVector::from_iterator(columns.ncols(), answer.r.iter().chain(&answer.rows[0]).copied());
+            let mut velocity = free + columns * impulses;
+            factor.l_dirty().tr_solve_lower_triangular_mut(&mut velocity);
+            answer.v.clear();
+            answer.v.extend(&velocity);
+        }
     }
 
     pub(super) fn problem(&self) -> Problem<'_, f64> {

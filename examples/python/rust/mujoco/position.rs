@@ -9,6 +9,7 @@ use super::rows::Kind;
 use super::touch::dot;
 use super::velocity::{Motion, Scene};
 use stiction::{Model as Law, Settings};
+use stiction_kernels::problem::Answer;
 
 /// The share of an overlap that is taken back in a step; of an equality, and of what this step found, all.
 const SHARE: f64 = 0.8;
@@ -27,6 +28,8 @@ const LEFT: f64 = 1e-9;
 #[derive(Default)]
 pub(super) struct PositionPass {
     pack: Pack,
+    answer: Answer<f64>,
+    scratch: Vec<f64>,
 }
 
 /// The model's own length (m) and speed (m/s).
@@ -68,7 +71,7 @@ impl PositionPass {
             self.pack.contact(touch, [open / h, 0.0, 0.0, 0.0, 0.0, 0.0], [compliance; 2]);
         }
         for row in island.rows.iter().map(|&place| &scene.rows[place]) {
-            let response = scene.inertia.response(&row.row);
+            let response = scene.inertia.response(&row.row, &mut self.scratch);
             if row.kind == Kind::Friction || response < NO_LEVER * row.mobility {
                 continue;
             }
@@ -87,12 +90,10 @@ impl PositionPass {
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
             let settings = Settings { model, ..settings };
             let name = (island.dofs[0], Pass::Position);
-            if let Some(Ok((outcome, answer))) = engines.solve(name, &self.pack.problem(), &settings, true)
-                && outcome.error <= USABLE
-                && answer.v.iter().all(|z| z.is_finite())
-            {
-                let motion = self.pack.velocities(&answer);
-                island.dofs.iter().zip(&motion).for_each(|(&dof, &z)| correction[dof] = z);
+            let outcome = engines.solve(name, &self.pack.problem(), &settings, true, &mut self.answer);
+            if outcome.is_some_and(|outcome| outcome.error <= USABLE) && self.answer.v.iter().all(|z| z.is_finite()) {
+                self.pack.expand(&mut self.answer);
+                island.dofs.iter().zip(&self.answer.v).for_each(|(&dof, &z)| correction[dof] = z);
                 return;
             }
         }

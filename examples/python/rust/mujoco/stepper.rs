@@ -320,15 +320,16 @@ impl Stepper {
 fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &BTreeMap<usize, There>, curves: &BTreeMap<usize, f64>, grown: f64) -> Vec<Touch> {
     let (h, depth) = (around.model.step(), DEPTH * around.model.size());
     let contacts = 0..around.data.contacts().len();
+    let mut scratch = Vec::new();
     let touch = |index: usize| {
         if let Some(there) = found.get(&index) {
-            let mut touch = Touch::new(around, index, there.gap_before(h) + depth, Some(&there.rows))?;
+            let mut touch = Touch::new(around, index, there.gap_before(h) + depth, Some(&there.rows), &mut scratch)?;
             (touch.is_new, touch.is_curved) = (true, true);
             Some(touch)
         } else {
             let curve = curves.get(&index).copied().unwrap_or(0.0);
             let gap = around.data.contact(index).gap(grown) + depth - curve;
-            let mut touch = Touch::new(around, index, gap, None)?;
+            let mut touch = Touch::new(around, index, gap, None, &mut scratch)?;
             touch.is_curved = curve != 0.0;
             Some(touch)
         }

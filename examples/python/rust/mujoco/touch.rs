@@ -53,7 +53,13 @@ pub(super) fn pair_of(contact: ContactRef<'_>) -> [usize; 2] {
 
 impl Touch {
     /// Takes a contact of MuJoCo's list; `rows` in place of those at the start of the step.
-    pub(super) fn new(around: &Around<'_>, index: usize, gap: f64, rows: Option<&[f64]>) -> Option<Self> {
+    pub(super) fn new(
+        around: &Around<'_>,
+        index: usize,
+        gap: f64,
+        rows: Option<&[f64]>,
+        scratch: &mut Vec<f64>,
+    ) -> Option<Self> {
         let Around { model, data, facts, follower, inertia } = around;
         let contact = data.contact(index);
         let (address, dim, nv) = (contact.address()?, contact.dim(), model.sizes.velocities);
@@ -82,7 +88,7 @@ impl Touch {
             outside,
             friction: contact.friction(),
             mobility: bodies.map(|body| mobility(model, body)).iter().sum(),
-            response: inertia.response(&rows[..nv]),
+            response: inertia.response(&rows[..nv], scratch),
             is_driven: mocaps.iter().any(Option::is_some) || rows.chunks_exact(nv).any(writes),
             is_new: false,
             is_curved: false,

@@ -70,6 +70,7 @@ impl Ends {
 #[derive(Default)]
 pub(super) struct VelocityPass {
     pack: Pack,
+    spare: Answer<f64>,
     /// Islands in which something that is moved from outside was blocked in the last step.
     blocked: HashSet<usize>,
 }
@@ -143,6 +144,7 @@ impl VelocityPass {
         if let Some((outcome, answer)) = found {
             ends.add(&outcome);
             write(island, &answer, self.pack.dim, motion);
+            self.spare = answer;
         }
     }
 
@@ -172,8 +174,9 @@ impl VelocityPass {
         self.fill(scene, island, softness);
         self.pack.reduce();
         let name = (island.dofs[0], Pass::Velocity);
-        let (outcome, mut answer) = engines.solve(name, &self.pack.problem(), settings, false)?.ok()?;
-        answer.v = self.pack.velocities(&answer);
+        let mut answer = std::mem::take(&mut self.spare);
+        let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer)?;
+        self.pack.expand(&mut answer);
         Some((outcome, answer))
     }
 
