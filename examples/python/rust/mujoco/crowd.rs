@@ -10,14 +10,23 @@ const FEW_OF_PAIR: usize = 4;
 /// Directions along a face in which its outermost contact stays.
 const DIRECTIONS: u32 = 8;
 
-/// Leaves out contacts of an island: those inside of a face; then those that are reached last, down to what is compiled. Returns how
-/// many of these.
+/// How far apart normals of one face may be: of a flat one, and, where there is no room for all, of a round one.
+const FLAT: f64 = 1e-4;
+const ROUND: f64 = 0.5;
+
+/// Leaves out contacts of an island: those inside of a face, of a round one only if there is no room; then those that are reached
+/// last, down to what is compiled. Returns how many of these.
 pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], velocity: &[f64], h: f64) -> usize {
     if island.len() > FEW {
-        thin_faces(island, touches);
+        thin_faces(island, touches, FLAT, DIRECTIONS);
     }
     let dim = if island.iter().all(|&place| touches[place].dim <= 3) { 3 } else { 6 };
     let most = sizes::most_contacts(dim);
+    for directions in [DIRECTIONS, DIRECTIONS / 2, DIRECTIONS / 4] {
+        if island.len() > most {
+            thin_faces(island, touches, ROUND, directions);
+        }
+    }
     let left_out = island.len().saturating_sub(most);
     if left_out > 0 {
         let gap = |&place: &usize| touches[place].gap / h + dot(touches[place].normal_row(), velocity).min(0.0);
@@ -28,7 +37,7 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], velocity: &[f64],
     left_out
 }
 
-fn thin_faces(island: &mut Vec<usize>, all: &[Touch]) {
+fn thin_faces(island: &mut Vec<usize>, all: &[Touch], apart: f64, directions: u32) {
     let touches: Vec<&Touch> = island.iter().map(|&place| &all[place]).collect();
     let mut stays = vec![true; touches.len()];
     let mut is_done = vec![false; touches.len()];
@@ -37,10 +46,10 @@ fn thin_faces(island: &mut Vec<usize>, all: &[Touch]) {
             continue;
         }
         let normal = touches[first].normal;
-        let same = |touch: &&Touch| touch.geoms == touches[first].geoms && (touch.normal - normal).norm() < 1e-4;
+        let same = |touch: &&Touch| touch.geoms == touches[first].geoms && (touch.normal - normal).norm() < apart;
         let face: Vec<_> = (first..touches.len()).filter(|&i| !is_done[i] && same(&touches[i])).collect();
         face.iter().for_each(|&i| is_done[i] = true);
-        if face.len() <= FEW_OF_PAIR {
+        if face.len() <= FEW_OF_PAIR.min(directions as usize) {
             continue;
         }
         face.iter().for_each(|&i| stays[i] = false);
@@ -48,8 +57,8 @@ fn thin_faces(island: &mut Vec<usize>, all: &[Touch]) {
         let across = if normal.x.abs() < 0.8 { Vector3::x() } else { Vector3::y() };
         let one = normal.cross(&across).normalize();
         let other = normal.cross(&one);
-        let outermost = (0..DIRECTIONS).filter_map(|i| {
-            let angle = 0.1 + f64::from(i) * std::f64::consts::TAU / f64::from(DIRECTIONS);
+        let outermost = (0..directions).filter_map(|i| {
+            let angle = 0.1 + f64::from(i) * std::f64::consts::TAU / f64::from(directions);
             let direction = one * angle.cos() + other * angle.sin();
             by(&|i| touches[i].place.dot(&direction))
         });

@@ -4,6 +4,7 @@ use super::inertia::Inertia;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::rows::{Kind, Row};
 use super::touch::Touch;
+use stiction_kernels::sizes;
 use stiction_kernels::problem::{Answer, Dynamics, Friction, Problem, Rows};
 
 /// Up to so many velocities they are solved as they are.
@@ -75,8 +76,8 @@ impl Pack {
         }
     }
 
-    /// Adds a contact with these velocities along its rows, and compliance along normal and tangents.
-    pub(super) fn contact(&mut self, touch: &Touch, offset: [f64; 6], compliance: [f64; 2]) {
+    /// Adds a contact with these velocities along its rows.
+    pub(super) fn contact(&mut self, touch: &Touch, offset: [f64; 6]) {
         let dim = touch.dim.min(self.dim);
         let nv = touch.rows.len() / touch.dim;
         for row in touch.rows.chunks_exact(nv).take(dim) {
@@ -90,14 +91,12 @@ impl Pack {
         self.shaped.extend_from_slice(&touch.friction[..dim - 1]);
         self.shaped.resize(contact * (self.dim - 1), 0.0);
         self.is_shaped |= touch.dim > 1 && touch.friction[0].to_bits() != touch.friction[1].to_bits();
-        self.is_compliant |= compliance != [0.0; 2];
-        self.compliance.extend(compliance);
         let [first, second] = touch.geoms.map(|geom| u32::try_from(geom).unwrap_or(u32::MAX));
         self.keys.push(first << 16 ^ second);
     }
 
     /// Adds a row.
-    pub(super) fn row(&mut self, row: &Row, offset: f64, compliance: f64) {
+    pub(super) fn row(&mut self, row: &Row, offset: f64) {
         self.row_jacobian.extend(self.dofs.iter().map(|&dof| row.row[dof]));
         self.row_offset.push(offset);
         let [lower, upper] = match row.kind {
@@ -107,16 +106,24 @@ impl Pack {
         };
         self.row_lower.push(lower);
         self.row_upper.push(upper);
-        self.row_compliance.push(compliance);
         self.row_keys.push(row.key);
     }
 
-    /// Changes to as many coordinates as there are rows, if these are fewer.
+    /// Sets the compliance of contacts, along normal and tangents, and of rows.
+    pub(super) fn soften(&mut self, contacts: impl Iterator<Item = [f64; 2]>, rows: impl Iterator<Item = f64>) {
+        self.compliance.clear();
+        self.compliance.extend(contacts.flatten());
+        self.is_compliant = self.compliance.iter().any(|&c| c != 0.0);
+        self.row_compliance.clear();
+        self.row_compliance.extend(rows);
+    }
+
+    /// Changes to as many coordinates as there are rows, if these fit a smaller kernel.
     pub(super) fn reduce(&mut self) {
         let n = self.dofs.len();
         let rows = self.jacobian.chunks_exact(n).chain(self.row_jacobian.chunks_exact(n));
         let count = rows.clone().count();
-        if count == 0 || count >= n || n <= SMALL {
+        if count == 0 || count >= n || n <= SMALL || sizes::room(count) == sizes::room(n) {
             return;
         }
         let Some(factor) = Cholesky::new(DMatrix::from_row_slice(n, n, &self.mass)) else { return };

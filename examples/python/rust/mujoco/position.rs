@@ -55,6 +55,7 @@ impl PositionPass {
         }
         let h = scene.h;
         self.pack.begin(scene.inertia, &island.dofs, 3, None);
+        let mut compliance = (Vec::new(), Vec::new());
         let soft = |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
         let lever = |response: f64, mobility: f64| if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 };
         for touch in island.touches.iter().map(|&place| &scene.touches[place]) {
@@ -67,8 +68,8 @@ impl PositionPass {
                 let share = if touch.is_curved { 1.0 } else { SHARE };
                 open = (share * open).max(-h * fastest * lever(touch.response, touch.mobility));
             }
-            let compliance = soft(CONTACT, touch.response, touch.mobility);
-            self.pack.contact(touch, [open / h, 0.0, 0.0, 0.0, 0.0, 0.0], [compliance; 2]);
+            compliance.0.push([soft(CONTACT, touch.response, touch.mobility); 2]);
+            self.pack.contact(touch, [open / h, 0.0, 0.0, 0.0, 0.0, 0.0]);
         }
         for row in island.rows.iter().map(|&place| &scene.rows[place]) {
             let response = scene.inertia.response(&row.row, &mut self.scratch);
@@ -83,8 +84,10 @@ impl PositionPass {
             } else if open < 0.0 {
                 open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever);
             }
-            self.pack.row(row, open / h, soft(ROW, response, row.mobility));
+            compliance.1.push(soft(ROW, response, row.mobility));
+            self.pack.row(row, open / h);
         }
+        self.pack.soften(compliance.0.into_iter(), compliance.1.into_iter());
         self.pack.reduce();
         let settings = Settings { tolerance: 1e-4, budget: 1_000, model: Law::Coulomb };
         for model in [Law::Coulomb, Law::ConvexRelaxation] {

@@ -272,6 +272,7 @@ impl Stepper {
         };
         self.write(data, &touches, &rows, &motion);
         data.sensor_acc(&self.model);
+        data.check_acceleration(&self.model);
         data.euler(&self.model);
         if correction.iter().any(|&z| z != 0.0) {
             self.model.integrate(data.qpos_mut(), &correction, h);

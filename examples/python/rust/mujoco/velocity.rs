@@ -19,7 +19,10 @@ const LEVER: f64 = 1e-5;
 /// Compliance over mobility: of what is moved from outside and blocked (its impulse is at most `m v`), and of all.
 const BLOCKED: f64 = 1.0;
 const SOFT: f64 = 1e-2;
-/// An answer is used up to this error, and up to impulses that change velocities by so many times those there are.
+/// That of a question whose answer is only where another starts.
+const HINT: f64 = 1e-7;
+/// An answer that is not solved is used up to this error, and up to impulses that change velocities of free bodies by so many times
+/// those there are.
 const LARGEST_ERROR: f64 = 1e-3;
 const LARGEST_CHANGE: f64 = 1e4;
 /// What is blocked stays soft until it gives way by less than this share of its speed.
@@ -29,6 +32,7 @@ const BLOCKED_SHARE: f64 = 0.3;
 #[derive(Clone, Copy, PartialEq)]
 enum Softness {
     Rigid,
+    Hint,
     Driven,
     All,
 }
@@ -102,6 +106,8 @@ impl VelocityPass {
         let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
         let rows = || island.rows.iter().map(|&place| &scene.rows[place]);
         let is_moved = touches().any(Touch::is_moved) || rows().any(|row| row.outside != 0.0);
+        self.fill(scene, island);
+        self.pack.reduce();
         let mut found = None;
         if is_moved && self.blocked.contains(&name) {
             found = self.attempt(scene, island, engines, settings, Softness::Driven);
@@ -113,12 +119,18 @@ impl VelocityPass {
             self.blocked.remove(&name);
         }
         found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid));
-        if !found.as_ref().is_some_and(|(outcome, _)| outcome.status == Status::Solved) {
-            // From nothing: the last step may lead astray.
+        // From nothing, as the last step may lead astray; then from where a little softness leads.
+        for hint in [None, Some(Softness::Hint)] {
+            if found.as_ref().is_some_and(|(outcome, _)| outcome.status == Status::Solved) {
+                break;
+            }
             engines.forget(name);
-            let cold = self.attempt(scene, island, engines, settings, Softness::Rigid);
-            if self.is_usable(scene, island, settings, &cold) {
-                found = cold;
+            if let Some(hint) = hint {
+                self.attempt(scene, island, engines, settings, hint);
+            }
+            let other = self.attempt(scene, island, engines, settings, Softness::Rigid);
+            if other.as_ref().is_some_and(|(outcome, _)| outcome.status == Status::Solved) {
+                found = other;
             }
         }
         if !self.is_usable(scene, island, settings, &found) {
@@ -148,19 +160,28 @@ impl VelocityPass {
         }
     }
 
-    fn fill(&mut self, scene: &Scene<'_>, island: &Island, softness: Softness) {
+    fn fill(&mut self, scene: &Scene<'_>, island: &Island) {
         let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
         let dim = if touches().all(|touch| touch.dim <= 3) { 3 } else { 6 };
         self.pack.begin(scene.inertia, &island.dofs, dim, Some(&scene.inertia.impulse));
-        for touch in touches() {
+        touches().for_each(|touch| self.pack.contact(touch, offset(touch, scene.h)));
+        for row in island.rows.iter().map(|&place| &scene.rows[place]) {
+            self.pack.row(row, row_offset(row, scene.h));
+        }
+    }
+
+    fn soften(&mut self, scene: &Scene<'_>, island: &Island, softness: Softness) {
+        let touches = island.touches.iter().map(|&place| {
+            let touch = &scene.touches[place];
             let soft = softness_of(softness, touch.mobility, touch.is_moved());
             let lever = (LEVER * touch.mobility - touch.response).max(0.0);
-            self.pack.contact(touch, offset(touch, scene.h), [soft.max(lever), soft]);
-        }
-        for row in island.rows.iter().map(|&place| &scene.rows[place]) {
-            let soft = if row.kind == Kind::Friction { 0.0 } else { softness_of(softness, row.mobility, row.outside != 0.0) };
-            self.pack.row(row, row_offset(row, scene.h), soft);
-        }
+            [soft.max(lever), soft]
+        });
+        let rows = island.rows.iter().map(|&place| match &scene.rows[place] {
+            row if row.kind == Kind::Friction => 0.0,
+            row => softness_of(softness, row.mobility, row.outside != 0.0),
+        });
+        self.pack.soften(touches, rows);
     }
 
     fn attempt(
@@ -171,19 +192,21 @@ impl VelocityPass {
         settings: &Settings<f64>,
         softness: Softness,
     ) -> Option<(Outcome, Answer<f64>)> {
-        self.fill(scene, island, softness);
-        self.pack.reduce();
+        self.soften(scene, island, softness);
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
-        let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer)?;
+        let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer);
+        if std::env::var_os("SDEBUG").is_some() { eprintln!("   attempt {:?} n {} dim {} contacts {} rows {} -> {:?}", softness as i32, self.pack.problem().n, self.pack.dim, island.touches.len(), island.rows.len(), outcome.map(|o| (o.status, o.error, o.work.total()))); }
+        let outcome = outcome?;
         self.pack.expand(&mut answer);
         Some((outcome, answer))
     }
 
     /// All rows soft, by sweeps that always end.
     fn sweep(&mut self, scene: &Scene<'_>, island: &Island) -> (Outcome, Answer<f64>) {
-        self.fill(scene, island, Softness::All);
-        let answer = sweeps::sweep(&self.pack.problem());
+        self.soften(scene, island, Softness::All);
+        let mut answer = sweeps::sweep(&self.pack.problem());
+        self.pack.expand(&mut answer);
         let work = Work { sweeps: sweeps::SWEEPS, ..Work::default() };
         (Outcome { status: Status::OutOfBudget, error: f64::INFINITY, work }, answer)
     }
@@ -198,6 +221,9 @@ impl VelocityPass {
     ) -> bool {
         let Some((outcome, answer)) = found else { return false };
         let is_finite = answer.v.iter().chain(&answer.r).chain(&answer.rows[0]).all(|x| x.is_finite());
+        if is_finite && outcome.status == Status::Solved {
+            return true;
+        }
         if !is_finite || !(outcome.error <= LARGEST_ERROR.max(settings.tolerance)) {
             return false;
         }
@@ -211,6 +237,7 @@ impl VelocityPass {
         let speed = energy.max(0.0).sqrt() + drive.fold(0.0, f64::max);
         let impulses = touches().zip(answer.r.chunks_exact(self.pack.dim));
         let change = impulses.map(|(touch, r)| largest(r) * touch.mobility.sqrt()).fold(0.0, f64::max);
+        if std::env::var_os("SDEBUG").is_some() { eprintln!("   change {change:.3e} speed {speed:.3e} ratio {:.3e}", change/speed); }
         change <= LARGEST_CHANGE * speed || change == 0.0
     }
 
@@ -232,6 +259,7 @@ fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
     match softness {
         Softness::Driven if is_moved => BLOCKED * mobility,
         Softness::All => SOFT * mobility,
+        Softness::Hint => HINT * mobility,
         Softness::Rigid | Softness::Driven => 0.0,
     }
 }

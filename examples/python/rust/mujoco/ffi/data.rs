@@ -271,6 +271,8 @@ stages! {
     collision;
     make_constraint;
     sensor_acc;
+    /// Starts anew from what is not finite, or huge.
+    check_acceleration;
     /// Velocities by `qacc`, positions by the new velocities.
     euler;
 }

@@ -59,6 +59,7 @@ functions! {
     com_pos as b"mj_comPos": fn(Address, Address);
     collision as b"mj_collision": fn(Address, Address);
     make_constraint as b"mj_makeConstraint": fn(Address, Address);
+    check_acceleration as b"mj_checkAcc": fn(Address, Address);
     sensor_acc as b"mj_sensorAcc": fn(Address, Address);
     euler as b"mj_Euler": fn(Address, Address);
     smooth_velocity as b"mjd_smooth_vel": fn(Address, Address, c_int);
