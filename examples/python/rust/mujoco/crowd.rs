@@ -7,6 +7,8 @@ use nalgebra::Vector3;
 /// Up to so many contacts nothing is left out, nor of a pair of faces.
 const FEW: usize = 8;
 const FEW_OF_PAIR: usize = 4;
+/// From here on a step takes long.
+const MANY: usize = 24;
 /// Directions along a face in which its outermost contact stays.
 const DIRECTIONS: u32 = 8;
 
@@ -22,8 +24,8 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], velocity: &[f64],
     }
     let dim = if island.iter().all(|&place| touches[place].dim <= 3) { 3 } else { 6 };
     let most = sizes::most_contacts(dim);
-    for directions in [DIRECTIONS, DIRECTIONS / 2, DIRECTIONS / 4] {
-        if island.len() > most {
+    for (directions, enough) in [(DIRECTIONS, MANY), (DIRECTIONS / 2, MANY), (DIRECTIONS / 4, most)] {
+        if island.len() > enough {
             thin_faces(island, touches, ROUND, directions);
         }
     }

@@ -40,7 +40,7 @@ pub(super) struct Scale {
 }
 
 impl PositionPass {
-    /// Adds an island's correction to `correction`.
+    /// Adds an island's correction to `correction`; in the first round of a step from nothing.
     pub(super) fn solve(
         &mut self,
         scene: &Scene<'_>,
@@ -48,6 +48,7 @@ impl PositionPass {
         engines: &mut Engines,
         motion: &Motion,
         scale: Scale,
+        is_first: bool,
         correction: &mut [f64],
     ) {
         if !is_needed(scene, island, motion, LEFT * scale.length) {
@@ -93,7 +94,9 @@ impl PositionPass {
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
             let settings = Settings { model, ..settings };
             let name = (island.dofs[0], Pass::Position);
-            let outcome = engines.solve(name, &self.pack.problem(), &settings, true, &mut self.answer);
+            let t = std::time::Instant::now();
+            let outcome = engines.solve(name, &self.pack.problem(), &settings, is_first, &mut self.answer);
+            if std::env::var_os("SDEBUG").is_some() { eprintln!("   position n {} contacts {} rows {} -> {:?} {:?}", self.pack.problem().n, self.pack.problem().contacts(), self.pack.problem().rows.lower.len(), outcome.map(|o| (o.status, o.error, o.work)), t.elapsed()); }
             if outcome.is_some_and(|outcome| outcome.error <= USABLE) && self.answer.v.iter().all(|z| z.is_finite()) {
                 self.pack.expand(&mut self.answer);
                 island.dofs.iter().zip(&self.answer.v).for_each(|(&dof, &z)| correction[dof] = z);

@@ -27,6 +27,8 @@ const DEPTH: f64 = 3e-9;
 /// How often a step is solved again with what was found at its end, and how often contacts found are then taken anew.
 const ROUNDS: usize = 12;
 const ANEW: usize = 4;
+/// Velocities that differ by less than this share of the largest lead to the same place.
+const SAME: f64 = 1e-9;
 
 /// How a step ended.
 pub(super) struct Report {
@@ -194,7 +196,7 @@ impl Stepper {
         let mut found: BTreeMap<usize, There> = BTreeMap::new();
         let mut curves: BTreeMap<usize, f64> = BTreeMap::new();
         let mut reached: HashSet<u32> = HashSet::new();
-        let mut round = 0;
+        let (mut round, mut last) = (0, Vec::new());
         let (touches, rows, motion, correction, ends, left_out) = loop {
             let around = Around {
                 model: &self.model,
@@ -217,7 +219,7 @@ impl Stepper {
             for mut island in islands(&self.inertia, &touches, &rows, nv) {
                 left_out += thin(&mut island.touches, &touches, data.qvel(), h);
                 self.velocity_pass.solve(&scene, &island, &mut self.engines, settings, &mut motion, &mut ends);
-                self.position_pass.solve(&scene, &island, &mut self.engines, &motion, scale, &mut correction);
+                self.position_pass.solve(&scene, &island, &mut self.engines, &motion, scale, round == 0, &mut correction);
             }
             let has_passed = rows::passed(&around, &motion.velocity, 1e-12 * scale.length.max(1.0), &mut reached);
             let is_last = round == ROUNDS;
@@ -229,6 +231,9 @@ impl Stepper {
                 break (touches, rows, motion, correction, ends, left_out);
             }
             let total: Vec<_> = motion.velocity.iter().zip(&correction).map(|(v, z)| v + z).collect();
+            if is_same(&total, &last) {
+                break (touches, rows, motion, correction, ends, left_out);
+            }
             let lookout = Lookout {
                 model: &self.model,
                 facts: &self.facts,
@@ -247,6 +252,7 @@ impl Stepper {
             if seen.is_empty() {
                 break (touches, rows, motion, correction, ends, left_out);
             }
+            last = total;
             let mut has_more = false;
             for seen in seen {
                 match seen {
@@ -315,6 +321,12 @@ impl Stepper {
         }
         data.qfrc_constraint_mut().copy_from_slice(&constraint);
     }
+}
+
+/// Are these velocities those of the round before? Then nothing else will be seen.
+fn is_same(now: &[f64], before: &[f64]) -> bool {
+    let largest = now.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    !before.is_empty() && now.iter().zip(before).all(|(now, before)| (now - before).abs() <= SAME * largest)
 }
 
 /// Contacts that take part, as they are now.

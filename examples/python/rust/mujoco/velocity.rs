@@ -195,8 +195,9 @@ impl VelocityPass {
         self.soften(scene, island, softness);
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
+        let t = std::time::Instant::now();
         let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer);
-        if std::env::var_os("SDEBUG").is_some() { eprintln!("   attempt {:?} n {} dim {} contacts {} rows {} -> {:?}", softness as i32, self.pack.problem().n, self.pack.dim, island.touches.len(), island.rows.len(), outcome.map(|o| (o.status, o.error, o.work.total()))); }
+        if std::env::var_os("SDEBUG").is_some() { eprintln!("   attempt {:?} n {} dim {} contacts {} rows {} -> {:?} {:?}", softness as i32, self.pack.problem().n, self.pack.dim, island.touches.len(), island.rows.len(), outcome.map(|o| (o.status, o.error, o.work.total())), t.elapsed()); }
         let outcome = outcome?;
         self.pack.expand(&mut answer);
         Some((outcome, answer))
