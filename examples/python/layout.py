@@ -27,7 +27,7 @@ FIELDS = {
         D_rownnz D_rowadr D_colind signature
     """,
     "data": """
-        ncon nefc qpos qvel ctrl sensordata mocap_pos mocap_quat qacc qDeriv qfrc_smooth qfrc_constraint ten_velocity
+        time ncon nefc qpos qvel ctrl sensordata mocap_pos mocap_quat qacc qDeriv qfrc_smooth qfrc_constraint ten_velocity
         geom_xpos geom_xmat contact efc_type efc_id efc_J efc_pos efc_frictionloss efc_force signature
     """,
     "contact": "dist pos frame includemargin friction surfacevel dim geom exclude efc_address",

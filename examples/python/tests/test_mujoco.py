@@ -315,7 +315,7 @@ def test_a_step_without_budget_is_counted() -> None:
         data.qvel[:2] = [speed, 2 * speed]
         stepper = Stepper(model, tol=1e-12, budget=0)
         stepper.step(data, 5)
-        assert 1 <= stepper.unsolved <= 5 and stepper.fallbacks <= stepper.unsolved and stepper.worst_error > 0
+        assert (speed > 0.0) <= stepper.unsolved <= 5 and stepper.fallbacks <= stepper.unsolved and (stepper.worst_error > 0) == (stepper.unsolved > 0)
         assert abs(data.qpos[2] - 0.05) < 1e-3 and np.abs(data.qvel[2:]).max() < 0.1  # it neither sinks nor flies
 
 
@@ -387,8 +387,8 @@ def test_a_crowd_is_counted() -> None:
 
 
 def test_what_is_larger_than_all_sizes_is_counted() -> None:
-    """A tower of fifteen boxes has 90 velocities, all of one island."""
-    model, data = build(FLOOR + "".join(BOX.replace("0 0 .05", f"0 0 {0.05 + 0.1 * i}") for i in range(15)))
+    """A tower of thirty boxes has 180 velocities, all of one island."""
+    model, data = build(FLOOR + "".join(BOX.replace("0 0 .05", f"0 0 {0.05 + 0.1 * i}") for i in range(30)))
     stepper = Stepper(model)
-    stepper.step(data, 50)
-    assert stepper.unsolved >= 48 and np.abs(data.qpos[2::7] - np.arange(0.05, 1.5, 0.1)).max() < 0.01
+    stepper.step(data, 20)
+    assert stepper.unsolved >= 18 and np.abs(data.qpos[2::7] - np.arange(0.05, 3.0, 0.1)).max() < 0.01

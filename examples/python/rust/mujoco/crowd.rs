@@ -1,6 +1,6 @@
-//! Fewer contacts, where a pair of faces has more than hold it, or a scene more than there is room for.
+//! Fewer contacts, where a pair of faces has more than hold it.
 
-use super::touch::{Touch, dot};
+use super::touch::Touch;
 use stiction_kernels::sizes;
 use nalgebra::Vector3;
 
@@ -16,9 +16,9 @@ const DIRECTIONS: u32 = 8;
 const FLAT: f64 = 1e-4;
 const ROUND: f64 = 0.5;
 
-/// Leaves out contacts of an island: those inside of a face, of a round one only if there is no room; then those that are reached
-/// last, down to what is compiled. Returns how many of these.
-pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], velocity: &[f64], h: f64) -> usize {
+/// Leaves out contacts of an island: those inside of a face, of a round one only where there are many. `true` if there are still more
+/// than any kernel has room for.
+pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch]) -> bool {
     if island.len() > FEW {
         thin_faces(island, touches, FLAT, DIRECTIONS);
     }
@@ -29,14 +29,7 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], velocity: &[f64],
             thin_faces(island, touches, ROUND, directions);
         }
     }
-    let left_out = island.len().saturating_sub(most);
-    if left_out > 0 {
-        let gap = |&place: &usize| touches[place].gap / h + dot(touches[place].normal_row(), velocity).min(0.0);
-        island.sort_by(|a, b| gap(a).total_cmp(&gap(b)));
-        island.truncate(most);
-        island.sort_unstable();
-    }
-    left_out
+    island.len() > most
 }
 
 fn thin_faces(island: &mut Vec<usize>, all: &[Touch], apart: f64, directions: u32) {

@@ -16,8 +16,8 @@ pub(super) struct Outside {
 /// brings along what it meets.
 #[derive(Default)]
 pub(super) struct Follower {
-    /// The end of the last step: whose, positions, poses of motion capture.
-    end: Option<(usize, Vec<f64>, Vec<Pose>)>,
+    /// The end of the last step: whose and when, positions, poses of motion capture.
+    end: Option<((usize, f64), Vec<f64>, Vec<Pose>)>,
     /// What moved between the last steps.
     last: Option<Outside>,
     pub(super) now: Outside,
@@ -33,16 +33,13 @@ impl Follower {
         (self.end, self.last) = (None, None);
     }
 
-    /// Was the last step one of this data?
+    /// Was the last step one of this data, which has not been reset since?
     pub(super) fn follows(&self, data: &Data) -> bool {
-        self.end.as_ref().is_some_and(|(place, ..)| *place == data.place())
+        self.end.as_ref().is_some_and(|(end, ..)| *end == (data.place(), data.time()))
     }
 
     /// Looks at the poses before a step.
     pub(super) fn look(&mut self, model: &Model, data: &Data, smallest: f64) {
-        if !self.follows(data) {
-            self.reset();
-        }
         let (nv, mocaps, h) = (model.sizes.velocities, model.sizes.mocaps, model.step());
         let mut moved = Outside { mocap: vec![[Vector3::zeros(); 2]; mocaps], joints: vec![0.0; nv] };
         if let Some((_, positions, poses)) = &self.end {
@@ -66,8 +63,8 @@ impl Follower {
 
     /// Remembers the end of a step.
     pub(super) fn keep(&mut self, data: &Data) {
-        let (place, positions, poses) = self.end.get_or_insert_default();
-        *place = data.place();
+        let (end, positions, poses) = self.end.get_or_insert_default();
+        *end = (data.place(), data.time());
         positions.clear();
         positions.extend_from_slice(data.qpos());
         poses.clear();

@@ -33,7 +33,7 @@ const SAME: f64 = 1e-9;
 /// How a step ended.
 pub(super) struct Report {
     pub(super) ends: Ends,
-    pub(super) left_out: usize,
+    pub(super) is_crowded: bool,
 }
 
 /// A contact of the last step: its geoms and its normal.
@@ -94,7 +94,7 @@ impl Stepper {
     pub(super) fn step1(&mut self, data: &mut Data) {
         self.model.refresh();
         if !self.follower.follows(data) {
-            self.live.clear();
+            self.reset();
         }
         let length = self.model.size();
         self.follower.look(&self.model, data, WRITTEN * length);
@@ -197,7 +197,7 @@ impl Stepper {
         let mut curves: BTreeMap<usize, f64> = BTreeMap::new();
         let mut reached: HashSet<u32> = HashSet::new();
         let (mut round, mut last) = (0, Vec::new());
-        let (touches, rows, motion, correction, ends, left_out) = loop {
+        let (touches, rows, motion, correction, ends, is_crowded) = loop {
             let around = Around {
                 model: &self.model,
                 data,
@@ -215,9 +215,9 @@ impl Stepper {
                 rows: vec![0.0; rows.len()],
             };
             let (mut ends, mut correction) = (Ends::NONE, vec![0.0; nv]);
-            let mut left_out = 0;
+            let mut is_crowded = false;
             for mut island in islands(&self.inertia, &touches, &rows, nv) {
-                left_out += thin(&mut island.touches, &touches, data.qvel(), h);
+                is_crowded |= thin(&mut island.touches, &touches);
                 self.velocity_pass.solve(&scene, &island, &mut self.engines, settings, &mut motion, &mut ends);
                 self.position_pass.solve(&scene, &island, &mut self.engines, &motion, scale, round == 0, &mut correction);
             }
@@ -228,11 +228,11 @@ impl Stepper {
                 continue;
             }
             if is_last {
-                break (touches, rows, motion, correction, ends, left_out);
+                break (touches, rows, motion, correction, ends, is_crowded);
             }
             let total: Vec<_> = motion.velocity.iter().zip(&correction).map(|(v, z)| v + z).collect();
             if is_same(&total, &last) {
-                break (touches, rows, motion, correction, ends, left_out);
+                break (touches, rows, motion, correction, ends, is_crowded);
             }
             let lookout = Lookout {
                 model: &self.model,
@@ -250,7 +250,7 @@ impl Stepper {
             };
             let seen = lookout.look(&step, &mut self.scratch);
             if seen.is_empty() {
-                break (touches, rows, motion, correction, ends, left_out);
+                break (touches, rows, motion, correction, ends, is_crowded);
             }
             last = total;
             let mut has_more = false;
@@ -286,7 +286,7 @@ impl Stepper {
         self.live.clear();
         self.live.extend(touches.iter().map(|touch| (touch.geoms, touch.normal)));
         self.follower.keep(data);
-        Ok(Report { ends, left_out })
+        Ok(Report { ends, is_crowded })
     }
 
     /// Writes acceleration and forces.

@@ -21,14 +21,13 @@ pub(super) type Numbers = (usize, usize, f64, usize, usize, usize, (i64, f64, us
 impl Tally {
     pub(super) fn add(&mut self, report: &Report) {
         let ends = &report.ends;
-        let is_crowded = report.left_out > 0;
         self.steps += 1;
         self.contradictions += usize::from(ends.contradicts);
         self.fallbacks += usize::from(ends.gave_way);
-        self.crowded += usize::from(is_crowded);
-        if is_crowded || ends.status != Status::Solved {
+        self.crowded += usize::from(report.is_crowded);
+        if ends.status != Status::Solved {
             self.unsolved += 1;
-            self.worst_error = self.worst_error.max(if is_crowded { f64::INFINITY } else { ends.error });
+            self.worst_error = self.worst_error.max(ends.error);
         }
         self.last = Some((ends.status, ends.error, ends.work));
     }

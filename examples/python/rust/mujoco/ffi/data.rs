@@ -171,6 +171,12 @@ impl Data {
         self.at as usize
     }
 
+    /// Time of the simulation (s).
+    pub(in super::super) fn time(&self) -> f64 {
+        // SAFETY: as MuJoCo's header says.
+        unsafe { read(self.at, self.library.layout.data.time) }
+    }
+
     fn count(&self, offset: usize) -> usize {
         // SAFETY: the offsets that are asked for are those of an `int`.
         unsafe { read::<i32>(self.at, offset) }.unsigned_abs() as usize

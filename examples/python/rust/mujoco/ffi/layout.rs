@@ -69,6 +69,7 @@ pub(super) struct Model {
 }
 
 pub(super) struct Data {
+    pub(super) time: usize,
     pub(super) ncon: usize,
     pub(super) nefc: usize,
     pub(super) qpos: usize,
@@ -172,6 +173,7 @@ pub(super) static LAYOUTS: &[Layout] = &[
             signature: 5704,
         },
         data: Data {
+            time: 160648,
             ncon: 160560,
             nefc: 160576,
             qpos: 160688,
