@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import os
 from typing import Any
 
 import numpy as np
@@ -32,13 +33,13 @@ def number_type(dtype: DTypeLike) -> np.dtype[Any]:
 
 def array(name: str, given: ArrayLike, dtype: np.dtype[Any]) -> Array:
     """An array of this type, contiguous; the one that was given, if it is so already."""
-    if isinstance(given, np.ndarray) and given.dtype == dtype and given.flags.c_contiguous:
+    if isinstance(given, np.ndarray) and given.dtype == dtype and given.flags.c_contiguous and given.flags.aligned:
         return given
     try:
         found = np.asarray(given)
         if found.dtype.kind not in "fiub":
             raise TypeError(f"numbers of type {found.dtype}")
-        return np.ascontiguousarray(found, dtype=dtype).reshape(found.shape)
+        return np.require(found, dtype, ("C", "A")).reshape(found.shape)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{name}: {error}") from None
 
@@ -48,7 +49,7 @@ def keys_array(name: str, given: ArrayLike) -> NDArray[np.uint32]:
     found = np.asarray(given)
     if found.dtype.kind not in "iu" or (found.size and (found.min() < 0 or found.max() >= 2**32)):
         raise ValueError(f"{name}: not integers from 0 to 2**32 - 1")
-    return np.ascontiguousarray(found, dtype=np.uint32).reshape(found.shape)
+    return np.require(found, np.uint32, ("C", "A")).reshape(found.shape)
 
 
 def friction(mu: ArrayLike, w: ArrayLike, dtype: np.dtype[Any], lead: int) -> Array:
@@ -122,3 +123,14 @@ def count(name: str, given: int) -> int:
     if found < 0:
         raise ValueError(f"{name}: {given!r} is not a number of them")
     return found
+
+
+def threads_of(given: int | None) -> int:
+    """How many threads to start: never more than there are cores for this process; ``None`` is as many."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    cores = len(affinity(0)) if affinity else os.cpu_count() or 1
+    if given is None:
+        return cores
+    if count("threads", given) == 0:
+        raise ValueError("threads: there has to be one")
+    return min(given, cores)

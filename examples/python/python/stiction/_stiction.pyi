@@ -5,11 +5,12 @@ from numpy.typing import NDArray
 
 from ._arrays import Scene
 
-__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "solve", "solve_batch"]
+__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "rollout", "solve", "solve_batch"]
 
 SIZES: list[tuple[int, int, int, int, int]]
 
 _Settings = tuple[Any, Any, bool]
+_Counts = tuple[int, int, float, int, int, int, tuple[int, float, int]]
 
 @final
 class Kernel:
@@ -27,9 +28,19 @@ class Stepper:
     @property
     def modes(self) -> list[int]: ...
     def reset(self) -> None: ...
+    def step(self, data: int, steps: int, settings: tuple[float, int]) -> _Counts: ...
     def step1(self, data: int) -> None: ...
-    def step2(self, data: int, tolerance: float, budget: int) -> tuple[int, float, int, bool, bool, int]: ...
+    def step2(self, data: int, settings: tuple[float, int]) -> _Counts: ...
 
+def rollout(
+    library: PathLike[str],
+    model: int,
+    kind: int,
+    from_: tuple[NDArray[Any], NDArray[Any]],
+    to: tuple[NDArray[Any], ...],
+    settings: tuple[float, int],
+    threads: int,
+) -> None: ...
 def solve(scene: Scene, settings: _Settings, single: bool) -> tuple[Any, ...]: ...
 def batch_shape(scenes: Scene, single: bool) -> tuple[int, int, int, int, int]: ...
 def solve_batch(scenes: Scene, settings: _Settings, threads: int, out: tuple[NDArray[Any], ...], single: bool) -> None: ...

@@ -5,18 +5,21 @@ Needs the package ``mujoco``, 4.0.
 
 from __future__ import annotations
 
-import math
 import warnings
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from . import _stiction
+from . import _arrays, _stiction
 from ._types import Status
 
-__all__ = ["Stepper"]
+__all__ = ["Rollout", "Stepper", "patch", "rollout"]
 
 _STATUS = tuple(Status)
+_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _ENABLE = mujoco.mjtEnableBit
 _INTEGRATOR = mujoco.mjtIntegrator
 
@@ -50,10 +53,7 @@ class Stepper:
             ImportError: this version of MuJoCo is not known.
         """
         _check(model)
-        if not tol >= 0:
-            raise ValueError(f"tol: {tol!r} is no error")
-        if not budget >= 0:
-            raise ValueError(f"budget: {budget!r} is no amount of work")
+        _check_settings(tol, budget)
         self.model = model
         self._settings = (float(tol), int(budget))
         #: Steps taken.
@@ -78,6 +78,15 @@ class Stepper:
         model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
         self._own = _stiction.Stepper(_library(), model._address)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what is compiled: a copy, also of another process, starts cold, with the counts there are."""
+        return {name: own for name, own in vars(self).items() if name != "_own"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take the model over anew."""
+        vars(self).update(state)
+        self._own = _stiction.Stepper(_library(), self.model._address)
 
     @property
     def modes(self) -> list[int]:
@@ -116,11 +125,104 @@ class Stepper:
         self.crowded += crowded
 
 
+class Rollout(NamedTuple):
+    """What copies of a model have done."""
+
+    #: State of each copy after each step, as ``mujoco.mj_getState`` has it of ``mjSTATE_FULLPHYSICS``: ``(copies, steps, state)``.
+    states: NDArray[np.float64]
+    #: Readings of sensors in each step: ``(copies, steps, nsensordata)``.
+    sensors: NDArray[np.float64]
+    #: Steps of each copy that were not solved: ``(copies,)``.
+    unsolved: NDArray[np.int64]
+
+
+def rollout(
+    model: mujoco.MjModel,
+    states: ArrayLike,
+    controls: ArrayLike,
+    *,
+    threads: int | None = None,
+    tol: float = 1e-6,
+    budget: int = 1000,
+) -> Rollout:
+    """Step copies of a model, each from its state through its controls, as ``mujoco.rollout`` does.
+
+    The threads share the model, and run without the interpreter's lock. Each copy starts cold, so its result does not depend on
+    the others, nor on the number of threads.
+
+    Args:
+        model: is not changed.
+        states: where copies start, ``(copies, state)`` of ``mjSTATE_FULLPHYSICS``; one, ``(1, state)``, is the start of all.
+        controls: of each copy in each step, ``(copies, steps, nu)``; ``(1, steps, nu)`` are those of all.
+        threads: how many, at most; ``None`` takes as many as there are cores for this process, and there are never more.
+        tol: as of :class:`Stepper`.
+        budget: as of :class:`Stepper`.
+
+    Raises:
+        ValueError: the model asks for what does not map, or the shape of an array is none of these.
+        RuntimeError: MuJoCo gave up.
+    """
+    _check(model)
+    _check_settings(tol, budget)
+    size = mujoco.mj_stateSize(model, _STATE)
+    first, given = _arrays.array("states", states, _arrays.DOUBLE), _arrays.array("controls", controls, _arrays.DOUBLE)
+    if first.ndim != 2 or first.shape[1] != size:
+        raise ValueError(f"states: shape {list(first.shape)} is not (copies, {size})")
+    if given.ndim != 3 or given.shape[2] != model.nu:
+        raise ValueError(f"controls: shape {list(given.shape)} is not (copies, steps, {model.nu})")
+    copies, steps = max(len(first), len(given)), given.shape[1]
+    for name, found in (("states", first), ("controls", given)):
+        if len(found) not in (1, copies):
+            raise ValueError(f"{name}: there are {len(found)} for {copies} copies")
+    done = Rollout(np.empty((copies, steps, size)), np.empty((copies, steps, model.nsensordata)), np.zeros(copies, np.int64))
+    start = np.ascontiguousarray(np.broadcast_to(first, (copies, size)))
+    control = np.ascontiguousarray(np.broadcast_to(given, (copies, steps, model.nu)))
+    settings, workers = (float(tol), int(budget)), _arrays.threads_of(threads)
+    _stiction.rollout(_library(), model._address, int(_STATE), (start, control), tuple(done), settings, workers)
+    return done
+
+
+def patch(env: Any, *, tol: float = 1e-6, budget: int = 1000) -> Stepper:
+    """Make an environment of gymnasium, gymnasium-robotics or metaworld step through this law; wrappers may be around it.
+
+    Returns:
+        The stepper, which counts what is not solved. A reset of the environment is noticed.
+
+    Raises:
+        ValueError: it has no model of MuJoCo that it steps as these do.
+    """
+    bare = getattr(env, "unwrapped", env)
+    model, data = getattr(bare, "model", None), getattr(bare, "data", None)
+    if not isinstance(model, mujoco.MjModel) or not isinstance(data, mujoco.MjData):
+        raise ValueError("env: no environment with a model and data of MuJoCo")
+    stepper = Stepper(model, tol=tol, budget=budget)
+
+    def simulate(ctrl: ArrayLike, n_frames: int) -> None:
+        bare.data.ctrl[:] = ctrl
+        stepper.step(bare.data, n_frames)
+        mujoco.mj_rnePostConstraint(bare.model, bare.data)
+
+    if hasattr(bare, "_step_mujoco_simulation"):
+        bare._step_mujoco_simulation = simulate
+    elif hasattr(bare, "_mujoco_step"):
+        bare._mujoco_step = lambda _action: stepper.step(bare.data, bare.n_substeps)
+    else:
+        raise ValueError("env: steps MuJoCo in a way that is not known; call Stepper.step in place of mujoco.mj_step")
+    return stepper
+
+
 def _library() -> Path:
     """MuJoCo's library, as the package ``mujoco`` has loaded it."""
     folder = Path(mujoco.__file__).parent
     names = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
     return next(path for name in names for path in folder.glob(name))
+
+
+def _check_settings(tol: float, budget: int) -> None:
+    if not tol >= 0:
+        raise ValueError(f"tol: {tol!r} is no error")
+    if not budget >= 0:
+        raise ValueError(f"budget: {budget!r} is no amount of work")
 
 
 def _check(model: mujoco.MjModel) -> None:

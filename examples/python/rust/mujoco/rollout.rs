@@ -19,7 +19,7 @@ struct Copy<'a> {
     unsolved: &'a mut i64,
 }
 
-/// Steps all copies `from` first states, `(copies, state)`, by controls, `(copies, steps, nu)`, and writes states and readings after
+/// Steps all copies `from_` first states, `(copies, state)`, by controls, `(copies, steps, nu)`, and writes states and readings after
 /// each step, and how many steps of a copy were not solved, `to` where they belong. `kind` is the `mjtState` of a state.
 ///
 /// # Errors
@@ -31,12 +31,12 @@ pub(crate) fn rollout(
     library: PathBuf,
     model: usize,
     kind: i32,
-    from: (PyReadonlyArrayDyn<'_, f64>, PyReadonlyArrayDyn<'_, f64>),
+    from_: (PyReadonlyArrayDyn<'_, f64>, PyReadonlyArrayDyn<'_, f64>),
     to: (PyReadwriteArrayDyn<'_, f64>, PyReadwriteArrayDyn<'_, f64>, PyReadwriteArrayDyn<'_, i64>),
     settings: (f64, usize),
     threads: usize,
 ) -> PyResult<()> {
-    let ((first, controls), (mut states, mut readings, mut unsolved)) = (from, to);
+    let ((first, controls), (mut states, mut readings, mut unsolved)) = (from_, to);
     let copies = unsolved.len()?;
     let share = |len: usize| (len / copies.max(1)).max(1);
     let (first, controls) = (first.as_slice()?, controls.as_slice()?);
