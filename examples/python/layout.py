@@ -18,7 +18,8 @@ TABLE = Path(__file__).parent / "rust" / "mujoco" / "ffi" / "layout.rs"
 FIELDS = {
     "model": """
         nq nv nu nbody njnt ngeom nmocap neq ntendon npair nsensordata
-        opt.cone opt.jacobian opt.timestep opt.gravity opt.integrator opt.disableflags opt.ccd_tolerance opt.ccd_iterations stat.meansize
+        opt.cone opt.jacobian opt.timestep opt.gravity opt.integrator opt.disableflags opt.ccd_tolerance opt.ccd_iterations
+        stat.meansize
         body_parentid body_weldid body_mocapid body_invweight0 body_margin
         jnt_dofadr jnt_margin dof_treeid dof_damping dof_invweight0
         geom_type geom_contype geom_conaffinity geom_bodyid geom_dataid geom_rbound geom_aabb geom_margin
@@ -48,9 +49,7 @@ def layout(include: Path) -> str:
         lines.append(f'printf("        {part}: {part.capitalize()} {{\\n");')
         if part != "data":
             lines.append(f'printf("            size: %zu,\\n", sizeof({struct}));')
-        lines += [
-            f'printf("            {name(field)}: %zu,\\n", offsetof({struct}, {field}));' for field in fields.split()
-        ]
+        lines += [f'printf("            {name(field)}: %zu,\\n", offsetof({struct}, {field}));' for field in fields.split()]
         lines.append('printf("        },\\n");')
     lines.append('printf("    },\\n");')
     source = f"#include <stdio.h>\n#include <mujoco/mujoco.h>\nint main(void) {{ {' '.join(lines)} return 0; }}\n"
@@ -63,11 +62,14 @@ def layout(include: Path) -> str:
 
 def table(layouts: list[str]) -> str:
     """The whole file."""
-    text = "//! Where versions of MuJoCo keep what is read, in bytes. Written by `layout.py`.\n\n"
+    text = "//! Where versions of MuJoCo keep what is read, in bytes. Written by `layout.py`.\n"
+    text += "#![allow(clippy::unreadable_literal)]\n\n"
     parts = "".join(f"    pub(super) {part}: {part.capitalize()},\n" for part in FIELDS)
     text += f"pub(super) struct Layout {{\n    pub(super) version: i32,\n    pub(super) equality_data: usize,\n{parts}}}\n\n"
     for part, fields in FIELDS.items():
-        rows = "".join(f"    pub(super) {name(field)}: usize,\n" for field in [*(["size"] if part != "data" else []), *fields.split()])
+        rows = "".join(
+            f"    pub(super) {name(field)}: usize,\n" for field in [*(["size"] if part != "data" else []), *fields.split()]
+        )
         text += f"pub(super) struct {part.capitalize()} {{\n{rows}}}\n\n"
     return text + f"pub(super) static LAYOUTS: &[Layout] = &[\n{''.join(layouts)}];\n"
 
@@ -85,6 +87,7 @@ def fetched(version: str) -> str:
 
 
 def main() -> None:
+    """Write the table, or check it."""
     if sys.argv[1:] != ["--check"]:
         TABLE.write_text(table([fetched(version) for version in sys.argv[1:]]))
         return

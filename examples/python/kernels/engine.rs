@@ -84,9 +84,13 @@ fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
         return work();
     }
     std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work);
-        let done = thread.map_err(|error| -> Box<dyn std::any::Any + Send> { Box::new(error.to_string()) });
-        done.and_then(|thread| thread.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        let thread = std::thread::Builder::new()
+            .stack_size(STACK)
+            .spawn_scoped(scope, work);
+        let done = thread
+            .map_err(|error| -> Box<dyn std::any::Any + Send> { Box::new(error.to_string()) });
+        done.and_then(std::thread::ScopedJoinHandle::join)
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
 }
 

@@ -47,7 +47,7 @@ pub fn index(needs: &Needs) -> Result<usize, String> {
             Some(most) => format!(
                 "a scene of {n} velocities, {contacts} contacts of {dim} rows and {rows} joint rows: at most {}, {} and {} \
                  are compiled; leave out velocities that no contact moves, merge contacts, leave out limits that are far, \
-                 or add a line to rust/sizes.rs",
+                 or add a line to kernels/sizes.rs",
                 most.n, most.contacts, most.rows
             ),
             None => format!("H: contacts of {dim} rows; 1, 2, 3, 4 or 6 have a meaning"),
@@ -113,5 +113,9 @@ pub fn most_contacts(dim: usize) -> usize {
 
 /// For how many velocities the smallest kernel has room that holds so many.
 pub fn room(velocities: usize) -> Option<usize> {
-    SIZES.iter().map(|size| size.n).filter(|&n| n >= velocities).min()
+    SIZES
+        .iter()
+        .map(|size| size.n)
+        .filter(|&n| n >= velocities)
+        .min()
 }

@@ -1,10 +1,10 @@
 //! Arrays as they come from Python: their shapes checked, each complaint with the name of its argument.
 
-use stiction_kernels::problem::{Dynamics, Friction, Problem, Rows};
 use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use stiction_kernels::problem::{Dynamics, Friction, Problem, Rows};
 
 /// A number of kernels and of numpy.
 pub(crate) trait Number: stiction_kernels::engine::Number + Element {}
@@ -22,7 +22,7 @@ struct Array<'py, T: Element> {
 impl<'py, T: Element> Array<'py, T> {
     fn new(name: &'static str, array: &Bound<'py, PyAny>, is_batch: bool) -> PyResult<Self> {
         let values = match array.extract::<PyReadonlyArrayDyn<'py, T>>() {
-            Ok(values) if values.is_c_contiguous() => values,
+            Ok(values) if values.is_c_contiguous() && values.as_slice().is_ok() => values, // and aligned
             _ => Self::converted(name, array)?,
         };
         let lead = match (is_batch, values.shape().first()) {

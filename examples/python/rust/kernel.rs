@@ -2,15 +2,15 @@
 
 use crate::arrays::Arrays;
 use crate::arrays::Number;
-use stiction_kernels::engine::Engine;
-use stiction_kernels::problem::Needs;
-use stiction_kernels::sizes;
 use crate::solve::{SettingsArguments, run, settings, solved, value_error};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use std::sync::{Mutex, PoisonError};
+use stiction_kernels::engine::Engine;
+use stiction_kernels::problem::Needs;
+use stiction_kernels::sizes;
 
 /// A kernel of one number type.
 struct Kept<T> {

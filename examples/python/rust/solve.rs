@@ -2,14 +2,14 @@
 
 use crate::arrays::Arrays;
 use crate::arrays::Number;
-use stiction_kernels::engine::Engine;
-use stiction_kernels::problem::{Answer, Out, Outcome, Problem, refusal};
-use stiction_kernels::sizes;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use stiction::{Error, Model, Settings};
+use stiction_kernels::engine::Engine;
+use stiction_kernels::problem::{Answer, Out, Outcome, Problem, refusal};
+use stiction_kernels::sizes;
 
 /// Tolerance, budget, and whether the relaxed law is solved, as they come from Python.
 pub(crate) type SettingsArguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, bool);

@@ -315,7 +315,11 @@ def test_a_step_without_budget_is_counted() -> None:
         data.qvel[:2] = [speed, 2 * speed]
         stepper = Stepper(model, tol=1e-12, budget=0)
         stepper.step(data, 5)
-        assert (speed > 0.0) <= stepper.unsolved <= 5 and stepper.fallbacks <= stepper.unsolved and (stepper.worst_error > 0) == (stepper.unsolved > 0)
+        assert (
+            (speed > 0.0) <= stepper.unsolved <= 5
+            and stepper.fallbacks <= stepper.unsolved
+            and (stepper.worst_error > 0) == (stepper.unsolved > 0)
+        )
         assert abs(data.qpos[2] - 0.05) < 1e-3 and np.abs(data.qvel[2:]).max() < 0.1  # it neither sinks nor flies
 
 
@@ -383,7 +387,7 @@ def test_a_crowd_is_counted() -> None:
     stepper = Stepper(model)
     stepper.step(data, 5)
     assert stepper.crowded == stepper.unsolved >= 2 and np.isinf(stepper.worst_error)
-    assert -1 in stepper.modes
+    assert np.abs(data.qvel).max() < 0.05 and data.qpos[2] > 0.0999 - 1e-3
 
 
 def test_what_is_larger_than_all_sizes_is_counted() -> None:

@@ -66,8 +66,8 @@ class Stepper:
         self.contradictions = 0
         #: Steps in which the exact law had no usable answer and all contacts gave way a little.
         self.fallbacks = 0
-        #: Steps in which an island had more contacts than any kernel has room for, so that all gave way a little. They are not solved,
-        #: with an infinite error.
+        #: Steps in which an island had more contacts than any kernel has room for, so that all gave way a little. They are not
+        #: solved, with an infinite error.
         self.crowded = 0
         #: How the last step ended.
         self.status = Status.UNSOLVED

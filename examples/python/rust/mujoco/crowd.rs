@@ -1,8 +1,8 @@
 //! Fewer contacts, where a pair of faces has more than hold it.
 
 use super::touch::Touch;
-use stiction_kernels::sizes;
 use nalgebra::Vector3;
+use stiction_kernels::sizes;
 
 /// Up to so many contacts nothing is left out, nor of a pair of faces.
 const FEW: usize = 8;
@@ -22,9 +22,17 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch]) -> bool {
     if island.len() > FEW {
         thin_faces(island, touches, FLAT, DIRECTIONS);
     }
-    let dim = if island.iter().all(|&place| touches[place].dim <= 3) { 3 } else { 6 };
+    let dim = if island.iter().all(|&place| touches[place].dim <= 3) {
+        3
+    } else {
+        6
+    };
     let most = sizes::most_contacts(dim);
-    for (directions, enough) in [(DIRECTIONS, MANY), (DIRECTIONS / 2, MANY), (DIRECTIONS / 4, most)] {
+    for (directions, enough) in [
+        (DIRECTIONS, MANY),
+        (DIRECTIONS / 2, MANY),
+        (DIRECTIONS / 4, most),
+    ] {
         if island.len() > enough {
             thin_faces(island, touches, ROUND, directions);
         }
@@ -41,15 +49,28 @@ fn thin_faces(island: &mut Vec<usize>, all: &[Touch], apart: f64, directions: u3
             continue;
         }
         let normal = touches[first].normal;
-        let same = |touch: &&Touch| touch.geoms == touches[first].geoms && (touch.normal - normal).norm() < apart;
-        let face: Vec<_> = (first..touches.len()).filter(|&i| !is_done[i] && same(&touches[i])).collect();
-        face.iter().for_each(|&i| is_done[i] = true);
+        let same = |touch: &&Touch| {
+            touch.geoms == touches[first].geoms && (touch.normal - normal).norm() < apart
+        };
+        let face: Vec<_> = (first..touches.len())
+            .filter(|&i| !is_done[i] && same(&touches[i]))
+            .collect();
+        for &i in &face {
+            is_done[i] = true;
+        }
         if face.len() <= FEW_OF_PAIR.min(directions as usize) {
             continue;
         }
-        face.iter().for_each(|&i| stays[i] = false);
-        let by = |f: &dyn Fn(usize) -> f64| face.iter().copied().max_by(|&a, &b| f(a).total_cmp(&f(b)));
-        let across = if normal.x.abs() < 0.8 { Vector3::x() } else { Vector3::y() };
+        for &i in &face {
+            stays[i] = false;
+        }
+        let by =
+            |f: &dyn Fn(usize) -> f64| face.iter().copied().max_by(|&a, &b| f(a).total_cmp(&f(b)));
+        let across = if normal.x.abs() < 0.8 {
+            Vector3::x()
+        } else {
+            Vector3::y()
+        };
         let one = normal.cross(&across).normalize();
         let other = normal.cross(&one);
         let outermost = (0..directions).filter_map(|i| {

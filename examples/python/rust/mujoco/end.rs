@@ -81,7 +81,13 @@ impl Lookout<'_> {
         let sides = contact.geoms().into_iter().zip([1.0, -1.0]);
         sides.into_iter().any(|(geom, sign)| {
             let (position, rotation) = (data.geom_xpos()[geom], data.geom_xmat()[geom]);
-            is_side_of_prism(self.model, geom, [position, contact.place()], rotation, sign * Vector3::from(normal))
+            is_side_of_prism(
+                self.model,
+                geom,
+                [position, contact.place()],
+                rotation,
+                sign * Vector3::from(normal),
+            )
         })
     }
 
@@ -119,24 +125,31 @@ impl Lookout<'_> {
 
     fn pose(&self, step: &Step<'_>, scratch: &mut Data, time: f64) {
         scratch.qpos_mut().copy_from_slice(step.data.qpos());
-        scratch.mocap_pos_mut().copy_from_slice(step.data.mocap_pos());
-        scratch.mocap_quat_mut().copy_from_slice(step.data.mocap_quat());
-        self.model.integrate(scratch.qpos_mut(), step.velocity, time);
+        scratch
+            .mocap_pos_mut()
+            .copy_from_slice(step.data.mocap_pos());
+        scratch
+            .mocap_quat_mut()
+            .copy_from_slice(step.data.mocap_quat());
+        self.model
+            .integrate(scratch.qpos_mut(), step.velocity, time);
         scratch.kinematics(self.model);
     }
 
     fn overlaps(&self, scratch: &Data) -> Vec<Overlap> {
         let overlap = |(index, contact): (usize, ContactRef<'_>)| {
             let depth = -contact.gap(self.grown);
-            (depth > self.slop && !contact.is_excluded() && !self.is_ghost(scratch, contact)).then(|| Overlap {
-                index,
-                depth,
-                deepest: 0.0,
-                geoms: pair_of(contact),
-                place: contact.place().into(),
-                normal: contact.frame()[0].into(),
-                known: None,
-            })
+            (depth > self.slop && !contact.is_excluded() && !self.is_ghost(scratch, contact)).then(
+                || Overlap {
+                    index,
+                    depth,
+                    deepest: 0.0,
+                    geoms: pair_of(contact),
+                    place: contact.place().into(),
+                    normal: contact.frame()[0].into(),
+                    known: None,
+                },
+            )
         };
         scratch.contacts().enumerate().filter_map(overlap).collect()
     }
@@ -190,13 +203,19 @@ impl Lookout<'_> {
         }
         let near = |place: Vector3<f64>| (place - overlap.place).norm() < NEAR_FOUND * self.length;
         if known.is_none() {
-            if seen.len() == MOST_NEW || found.iter().any(|&(geoms, place)| geoms == overlap.geoms && near(place)) {
+            if seen.len() == MOST_NEW
+                || found
+                    .iter()
+                    .any(|&(geoms, place)| geoms == overlap.geoms && near(place))
+            {
                 return true;
             }
             let is_it = |&(index, contact): &(usize, ContactRef<'_>)| {
                 let distance = (Vector3::from(contact.place()) - overlap.place).norm();
                 !step.taken.contains(&index)
-                    && !seen.iter().any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
+                    && !seen
+                        .iter()
+                        .any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
                     && pair_of(contact) == overlap.geoms
                     && Vector3::from(contact.frame()[0]).dot(&overlap.normal) > SAME_NORMAL
                     && distance < NEAR_KNOWN * self.length
@@ -209,7 +228,11 @@ impl Lookout<'_> {
         }
         let contact = scratch.contact(overlap.index);
         let velocity = step.velocity.iter().map(|v| v * share).collect();
-        let there = There { gap: contact.gap(self.grown), rows: jacobian(self.model, scratch, contact), velocity };
+        let there = There {
+            gap: contact.gap(self.grown),
+            rows: jacobian(self.model, scratch, contact),
+            velocity,
+        };
         // What would have overlapped all along is the wrong side of what was entered.
         if there.gap_before(self.model.step()) < -overlap.deepest {
             return false;
@@ -241,7 +264,10 @@ fn moved(model: &Model, before: &Data, after: &Data) -> Vec<Moved> {
         let along = (Vector3::from(*q) - Vector3::from(*p)).norm();
         let turned = (Matrix3::from_row_slice(b) - Matrix3::from_row_slice(a)).norm();
         let most = along + turned * radius;
-        Moved { most, curve: turned * most }
+        Moved {
+            most,
+            curve: turned * most,
+        }
     })
     .collect()
 }
@@ -249,7 +275,9 @@ fn moved(model: &Model, before: &Data, after: &Data) -> Vec<Moved> {
 /// The Jacobian of a contact where the data is.
 fn jacobian(model: &Model, data: &Data, contact: ContactRef<'_>) -> Vec<f64> {
     let nv = model.sizes.velocities;
-    let [first, second] = contact.geoms().map(|geom| data.jacobian(model, contact.place(), body_of(model, geom)));
+    let [first, second] = contact
+        .geoms()
+        .map(|geom| data.jacobian(model, contact.place(), body_of(model, geom)));
     let mut rows = Vec::with_capacity(contact.dim() * nv);
     for i in 0..contact.dim() {
         let (axis, kind) = (contact.frame()[i % 3], i / 3);

@@ -1,10 +1,10 @@
 //! Kernels of the islands, each of the smallest compiled size that holds what it has seen.
 
+use std::collections::HashMap;
+use stiction::Settings;
 use stiction_kernels::engine::{Engine, Number};
 use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
 use stiction_kernels::sizes;
-use std::collections::HashMap;
-use stiction::Settings;
 
 /// What an island's kernel is used for.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -46,10 +46,18 @@ impl Engines {
             }
         }
         let index = sizes::index(&needs).ok()?;
-        let make = || Slot { needs, index, engine: <f64 as Number>::engine(index) };
+        let make = || Slot {
+            needs,
+            index,
+            engine: <f64 as Number>::engine(index),
+        };
         let slot = place.or_insert_with(make);
         if slot.index != index {
-            *slot = Slot { needs, index, engine: <f64 as Number>::engine(index) };
+            *slot = Slot {
+                needs,
+                index,
+                engine: <f64 as Number>::engine(index),
+            };
         }
         slot.needs = needs;
         if cold {
@@ -57,7 +65,12 @@ impl Engines {
         }
         slot.engine.load(problem).ok()?;
         let outcome = slot.engine.solve(settings, false).ok()?;
-        slot.engine.read(&mut answer.out([problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()]));
+        slot.engine.read(&mut answer.out([
+            problem.n,
+            problem.contacts(),
+            problem.dim,
+            problem.rows.lower.len(),
+        ]));
         Some(outcome)
     }
 

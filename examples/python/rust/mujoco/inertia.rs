@@ -33,8 +33,9 @@ impl Inertia {
         let is_implicit = model.integrator() != EULER;
         let with_damping = |matrix: &mut [f64]| {
             if model.damps() {
-                let damping = model.dof_damping().iter().enumerate();
-                damping.for_each(|(i, damping)| matrix[i * (model.sizes.velocities + 1)] += h * damping);
+                for (i, damping) in model.dof_damping().iter().enumerate() {
+                    matrix[i * (model.sizes.velocities + 1)] += h * damping;
+                }
             }
         };
         if is_implicit {
@@ -67,7 +68,8 @@ impl Inertia {
         let (n, columns) = (self.n, model.derivative_columns());
         let entries = data.velocity_derivative(model);
         for i in 0..n {
-            let [first, count] = [model.d_rowadr()[i], model.d_rownnz()[i]].map(|x| x.unsigned_abs() as usize);
+            let [first, count] =
+                [model.d_rowadr()[i], model.d_rownnz()[i]].map(|x| x.unsigned_abs() as usize);
             for place in first..first + count {
                 let j = columns[place].unsigned_abs() as usize;
                 let half = 0.5 * h * entries[place];
@@ -81,7 +83,15 @@ impl Inertia {
     fn factor(&mut self, model: &Model) -> bool {
         let (n, trees) = (self.n, model.dof_treeid());
         // Trees that the matrix couples are one block, named by its first velocity.
-        let mut first: Vec<usize> = (0..n).map(|i| if i > 0 && trees[i] == trees[i - 1] { usize::MAX } else { i }).collect();
+        let mut first: Vec<usize> = (0..n)
+            .map(|i| {
+                if i > 0 && trees[i] == trees[i - 1] {
+                    usize::MAX
+                } else {
+                    i
+                }
+            })
+            .collect();
         for i in 0..n {
             if first[i] == usize::MAX {
                 first[i] = first[i - 1];
@@ -92,7 +102,10 @@ impl Inertia {
                 for j in 0..i {
                     if first[i] != first[j] && self.matrix[i * n + j] != 0.0 {
                         let (from, to) = (first[i].max(first[j]), first[i].min(first[j]));
-                        first.iter_mut().filter(|own| **own == from).for_each(|own| *own = to);
+                        first
+                            .iter_mut()
+                            .filter(|own| **own == from)
+                            .for_each(|own| *own = to);
                     }
                 }
             }
@@ -107,10 +120,16 @@ impl Inertia {
             let matrix = if dofs.len() == n {
                 DMatrix::from_row_slice(n, n, &self.matrix)
             } else {
-                DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| self.matrix[dofs[i] * n + dofs[j]])
+                DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| {
+                    self.matrix[dofs[i] * n + dofs[j]]
+                })
             };
-            let Some(factor) = Cholesky::new(matrix) else { return false };
-            dofs.iter().for_each(|&dof| self.block_of[dof] = self.blocks.len());
+            let Some(factor) = Cholesky::new(matrix) else {
+                return false;
+            };
+            for &dof in &dofs {
+                self.block_of[dof] = self.blocks.len();
+            }
             self.blocks.push(Block { dofs, factor });
         }
         true
@@ -136,9 +155,14 @@ impl Inertia {
     pub(super) fn solve(&self, right: &[f64]) -> Vec<f64> {
         let mut solution = vec![0.0; self.n];
         for block in &self.blocks {
-            let mut part = DVector::from_iterator(block.dofs.len(), block.dofs.iter().map(|&dof| right[dof]));
+            let mut part =
+                DVector::from_iterator(block.dofs.len(), block.dofs.iter().map(|&dof| right[dof]));
             block.factor.solve_mut(&mut part);
-            block.dofs.iter().zip(part.iter()).for_each(|(&dof, &x)| solution[dof] = x);
+            block
+                .dofs
+                .iter()
+                .zip(part.iter())
+                .for_each(|(&dof, &x)| solution[dof] = x);
         }
         solution
     }
@@ -149,13 +173,18 @@ impl Inertia {
         for Block { dofs, factor } in &self.blocks {
             scratch.clear();
             scratch.extend(dofs.iter().map(|&dof| row[dof]));
-            let Some(first) = scratch.iter().position(|&x| x != 0.0) else { continue };
+            let Some(first) = scratch.iter().position(|&x| x != 0.0) else {
+                continue;
+            };
             let lower = factor.l_dirty();
             for j in first..dofs.len() {
                 let x = scratch[j] / lower[(j, j)];
                 sum += x * x;
                 let below = &lower.column(j).data.into_slice()[j + 1..];
-                scratch[j + 1..].iter_mut().zip(below).for_each(|(y, l)| *y -= l * x);
+                scratch[j + 1..]
+                    .iter_mut()
+                    .zip(below)
+                    .for_each(|(y, l)| *y -= l * x);
             }
         }
         sum

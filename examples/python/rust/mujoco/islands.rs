@@ -15,23 +15,25 @@ pub(super) struct Island {
 }
 
 /// Puts contacts and rows into islands.
-pub(super) fn islands(inertia: &Inertia, touches: &[Touch], rows: &[Row], nv: usize) -> Vec<Island> {
+pub(super) fn islands(
+    inertia: &Inertia,
+    touches: &[Touch],
+    rows: &[Row],
+    nv: usize,
+) -> Vec<Island> {
     if inertia.blocks() == 1 {
         let all = Island {
             dofs: inertia.dofs(0).to_vec(),
             touches: (0..touches.len()).collect(),
             rows: (0..rows.len()).collect(),
         };
-        return if touches.is_empty() && rows.is_empty() { Vec::new() } else { vec![all] };
+        return if touches.is_empty() && rows.is_empty() {
+            Vec::new()
+        } else {
+            vec![all]
+        };
     }
     let mut leader: Vec<usize> = (0..inertia.blocks()).collect();
-    fn lead(leader: &mut [usize], mut block: usize) -> usize {
-        while leader[block] != block {
-            leader[block] = leader[leader[block]];
-            block = leader[block];
-        }
-        block
-    }
     let mut join = |entries: &[f64]| {
         let mut first = None;
         for dof in (0..nv).filter(|&dof| entries.chunks_exact(nv).any(|row| row[dof] != 0.0)) {
@@ -44,19 +46,38 @@ pub(super) fn islands(inertia: &Inertia, touches: &[Touch], rows: &[Row], nv: us
         first
     };
     let of_touches: Vec<_> = touches.iter().map(|touch| join(&touch.rows)).collect();
-    let of_rows: Vec<_> = rows.iter().map(|row| join(&row.row)).collect();
+    let of_rows: Vec<_> = rows.iter().map(|row| join(&row.jacobian)).collect();
     let mut islands: Vec<Island> = (0..inertia.blocks()).map(|_| Island::default()).collect();
     for block in 0..inertia.blocks() {
         let to = lead(&mut leader, block);
         islands[to].dofs.extend_from_slice(inertia.dofs(block));
     }
-    for (place, block) in of_touches.into_iter().enumerate().filter_map(|(place, block)| Some((place, block?))) {
+    for (place, block) in of_touches
+        .into_iter()
+        .enumerate()
+        .filter_map(|(place, block)| Some((place, block?)))
+    {
         islands[lead(&mut leader, block)].touches.push(place);
     }
-    for (place, block) in of_rows.into_iter().enumerate().filter_map(|(place, block)| Some((place, block?))) {
+    for (place, block) in of_rows
+        .into_iter()
+        .enumerate()
+        .filter_map(|(place, block)| Some((place, block?)))
+    {
         islands[lead(&mut leader, block)].rows.push(place);
     }
     islands.retain(|island| !island.touches.is_empty() || !island.rows.is_empty());
-    islands.iter_mut().for_each(|island| island.dofs.sort_unstable());
+    for island in &mut islands {
+        island.dofs.sort_unstable();
+    }
     islands
+}
+
+/// The first block of those that a block is joined with.
+fn lead(leader: &mut [usize], mut block: usize) -> usize {
+    while leader[block] != block {
+        leader[block] = leader[leader[block]];
+        block = leader[block];
+    }
+    block
 }

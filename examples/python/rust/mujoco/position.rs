@@ -46,8 +46,7 @@ impl PositionPass {
         scene: &Scene<'_>,
         island: &Island,
         engines: &mut Engines,
-        motion: &Motion,
-        scale: Scale,
+        (motion, scale): (&Motion, Scale),
         is_first: bool,
         correction: &mut [f64],
     ) {
@@ -57,27 +56,41 @@ impl PositionPass {
         let h = scene.h;
         self.pack.begin(scene.inertia, &island.dofs, 3, None);
         let mut compliance = (Vec::new(), Vec::new());
-        let soft = |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
-        let lever = |response: f64, mobility: f64| if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 };
+        let soft =
+            |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
+        let lever = |response: f64, mobility: f64| {
+            if mobility > 0.0 {
+                (response / mobility).min(1.0)
+            } else {
+                1.0
+            }
+        };
         for touch in island.touches.iter().map(|&place| &scene.touches[place]) {
             if touch.response < NO_LEVER * touch.mobility {
                 continue;
             }
             let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
             if open < 0.0 {
-                let fastest = if touch.is_driven { scale.speed } else { RECOVERY * scale.speed };
+                let fastest = if touch.is_driven {
+                    scale.speed
+                } else {
+                    RECOVERY * scale.speed
+                };
                 let share = if touch.is_curved { 1.0 } else { SHARE };
                 open = (share * open).max(-h * fastest * lever(touch.response, touch.mobility));
             }
-            compliance.0.push([soft(CONTACT, touch.response, touch.mobility); 2]);
-            self.pack.contact(touch, [open / h, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            compliance
+                .0
+                .push([soft(CONTACT, touch.response, touch.mobility); 2]);
+            self.pack
+                .contact(touch, [open / h, 0.0, 0.0, 0.0, 0.0, 0.0]);
         }
         for row in island.rows.iter().map(|&place| &scene.rows[place]) {
-            let response = scene.inertia.response(&row.row, &mut self.scratch);
+            let response = scene.inertia.response(&row.jacobian, &mut self.scratch);
             if row.kind == Kind::Friction || response < NO_LEVER * row.mobility {
                 continue;
             }
-            let mut open = row.gap + h * dot(&row.row, &motion.velocity);
+            let mut open = row.gap + h * dot(&row.jacobian, &motion.velocity);
             let lever = lever(response, row.mobility);
             if row.kind == Kind::Equality {
                 let most = h * scale.speed * lever.sqrt();
@@ -88,18 +101,33 @@ impl PositionPass {
             compliance.1.push(soft(ROW, response, row.mobility));
             self.pack.row(row, open / h);
         }
-        self.pack.soften(compliance.0.into_iter(), compliance.1.into_iter());
+        self.pack
+            .soften(compliance.0.into_iter(), compliance.1.into_iter());
         self.pack.reduce();
-        let settings = Settings { tolerance: 1e-4, budget: 1_000, model: Law::Coulomb };
+        let settings = Settings {
+            tolerance: 1e-4,
+            budget: 1_000,
+            model: Law::Coulomb,
+        };
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
             let settings = Settings { model, ..settings };
             let name = (island.dofs[0], Pass::Position);
-            let t = std::time::Instant::now();
-            let outcome = engines.solve(name, &self.pack.problem(), &settings, is_first, &mut self.answer);
-            if std::env::var_os("SDEBUG").is_some() { eprintln!("   position n {} contacts {} rows {} -> {:?} {:?}", self.pack.problem().n, self.pack.problem().contacts(), self.pack.problem().rows.lower.len(), outcome.map(|o| (o.status, o.error, o.work)), t.elapsed()); }
-            if outcome.is_some_and(|outcome| outcome.error <= USABLE) && self.answer.v.iter().all(|z| z.is_finite()) {
+            let outcome = engines.solve(
+                name,
+                &self.pack.problem(),
+                &settings,
+                is_first,
+                &mut self.answer,
+            );
+            if outcome.is_some_and(|outcome| outcome.error <= USABLE)
+                && self.answer.v.iter().all(|z| z.is_finite())
+            {
                 self.pack.expand(&mut self.answer);
-                island.dofs.iter().zip(&self.answer.v).for_each(|(&dof, &z)| correction[dof] = z);
+                island
+                    .dofs
+                    .iter()
+                    .zip(&self.answer.v)
+                    .for_each(|(&dof, &z)| correction[dof] = z);
                 return;
             }
         }
@@ -113,8 +141,8 @@ fn is_needed(scene: &Scene<'_>, island: &Island, motion: &Motion, left: f64) -> 
     let mut rows = island.rows.iter().map(|&place| &scene.rows[place]);
     touches.any(|touch| after(touch.gap, touch.normal_row()) < -left)
         || rows.any(|row| match row.kind {
-            Kind::Equality => after(row.gap, &row.row).abs() > left,
-            Kind::Limit => after(row.gap, &row.row) < -left,
+            Kind::Equality => after(row.gap, &row.jacobian).abs() > left,
+            Kind::Limit => after(row.gap, &row.jacobian) < -left,
             Kind::Friction => false,
         })
 }

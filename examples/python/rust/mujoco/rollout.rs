@@ -32,7 +32,11 @@ pub(crate) fn rollout(
     model: usize,
     kind: i32,
     from_: (PyReadonlyArrayDyn<'_, f64>, PyReadonlyArrayDyn<'_, f64>),
-    to: (PyReadwriteArrayDyn<'_, f64>, PyReadwriteArrayDyn<'_, f64>, PyReadwriteArrayDyn<'_, i64>),
+    to: (
+        PyReadwriteArrayDyn<'_, f64>,
+        PyReadwriteArrayDyn<'_, f64>,
+        PyReadwriteArrayDyn<'_, i64>,
+    ),
     settings: (f64, usize),
     threads: usize,
 ) -> PyResult<()> {
@@ -55,7 +59,9 @@ pub(crate) fn rollout(
     });
     let tasks = Mutex::new(tasks.collect::<Vec<_>>().into_iter());
     let next = || tasks.lock().ok().and_then(|mut tasks| tasks.next());
-    let steppers = (0..threads.clamp(1, copies.max(1))).map(|_| opened(&library, model)).collect::<PyResult<Vec<_>>>()?;
+    let steppers = (0..threads.clamp(1, copies.max(1)))
+        .map(|_| opened(&library, model))
+        .collect::<PyResult<Vec<_>>>()?;
     let work = |mut stepper: super::stepper::Stepper| {
         let (library, mut data) = (stepper.model.library(), Data::scratch(&stepper.model));
         let done = library.watched(|| {
@@ -64,14 +70,24 @@ pub(crate) fn rollout(
             }
             Ok(())
         });
-        let done: Result<_, &'static str> = done.map_err(|said| PyRuntimeError::new_err(format!("MuJoCo: {said}")))?;
+        let done: Result<_, &'static str> =
+            done.map_err(|said| PyRuntimeError::new_err(format!("MuJoCo: {said}")))?;
         done.map_err(PyValueError::new_err)
     };
     py.detach(|| {
         std::thread::scope(|scope| {
-            let threads: Vec<_> = steppers.into_iter().map(|stepper| scope.spawn(|| work(stepper))).collect();
-            let ends = threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
-            ends.collect::<Vec<_>>().into_iter().collect::<PyResult<()>>()
+            let threads: Vec<_> = steppers
+                .into_iter()
+                .map(|stepper| scope.spawn(|| work(stepper)))
+                .collect();
+            let ends = threads.into_iter().map(|thread| {
+                thread
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            });
+            ends.collect::<Vec<_>>()
+                .into_iter()
+                .collect::<PyResult<()>>()
         })
     })
 }
@@ -88,7 +104,8 @@ fn run(
     data.set_state(&stepper.model, copy.first, kind);
     let (nu, sensors) = (stepper.model.sizes.controls, stepper.model.sizes.readings);
     for (step, state) in copy.states.chunks_exact_mut(copy.first.len()).enumerate() {
-        data.ctrl_mut().copy_from_slice(&copy.controls[step * nu..][..nu]);
+        data.ctrl_mut()
+            .copy_from_slice(&copy.controls[step * nu..][..nu]);
         stepper.step1(data);
         tally.add(&stepper.step2(data, &settings)?);
         data.state(&stepper.model, state, kind);

@@ -1,9 +1,9 @@
 //! Joint rows of a step: equalities, dry friction, limits.
 
+use super::facts::mobility;
 use super::ffi::{CONNECT, Data, JOINT, Model, SITE, WELD};
 use super::outside::Outside;
 use super::touch::{Around, dot};
-use super::facts::mobility;
 use std::collections::HashSet;
 
 /// `mjtConstraint`: what stands before the contacts. (Contacts are found by their own list.)
@@ -26,7 +26,7 @@ pub(super) struct Row {
     /// The same in every step.
     pub(super) key: u32,
     pub(super) kind: Kind,
-    pub(super) row: Vec<f64>,
+    pub(super) jacobian: Vec<f64>,
     /// What is open of an equality, what is left up to a limit (m, rad).
     pub(super) gap: f64,
     /// How fast it opens from outside.
@@ -39,11 +39,21 @@ pub(super) struct Row {
 
 /// A limit among MuJoCo's constraints: its key, and what is left up to it (m, rad).
 fn limit(model: &Model, data: &Data, constraint: usize, row: &[f64]) -> (u32, f64) {
-    let (kind, id) = (data.efc_type()[constraint], data.efc_id()[constraint].unsigned_abs());
-    let margin = if kind == LIMIT_JOINT { model.jnt_margin()[id as usize] } else { model.tendon_margin()[id as usize] };
+    let (kind, id) = (
+        data.efc_type()[constraint],
+        data.efc_id()[constraint].unsigned_abs(),
+    );
+    let margin = if kind == LIMIT_JOINT {
+        model.jnt_margin()[id as usize]
+    } else {
+        model.tendon_margin()[id as usize]
+    };
     // The two limits of a joint have rows of different signs.
     let is_upper = row.iter().sum::<f64>() > 0.0;
-    (key(kind, usize::from(is_upper), id), data.efc_pos()[constraint] - margin)
+    (
+        key(kind, usize::from(is_upper), id),
+        data.efc_pos()[constraint] - margin,
+    )
 }
 
 fn key(kind: i32, number: usize, id: u32) -> u32 {
@@ -54,12 +64,23 @@ fn key(kind: i32, number: usize, id: u32) -> u32 {
 fn constraints<'a>(model: &Model, data: &'a Data) -> impl Iterator<Item = (usize, i32, &'a [f64])> {
     let rows = data.efc_j().chunks_exact(model.sizes.velocities);
     let all = data.efc_type().iter().zip(rows).enumerate();
-    all.take_while(|&(_, (&kind, _))| kind <= LIMIT_TENDON).map(|(constraint, (&kind, row))| (constraint, kind, row))
+    all.take_while(|&(_, (&kind, _))| kind <= LIMIT_TENDON)
+        .map(|(constraint, (&kind, row))| (constraint, kind, row))
 }
 
 /// Lists the rows; of limits those that are `reached`, or may be with one of these velocities.
-pub(super) fn list(around: &Around<'_>, rates: &[f64], velocities: [&[f64]; 2], reached: &mut HashSet<u32>) -> Vec<Row> {
-    let Around { model, data, follower, .. } = around;
+pub(super) fn list(
+    around: &Around<'_>,
+    rates: &[f64],
+    velocities: [&[f64]; 2],
+    reached: &mut HashSet<u32>,
+) -> Vec<Row> {
+    let Around {
+        model,
+        data,
+        follower,
+        ..
+    } = around;
     let h = model.step();
     let mut rows = Vec::new();
     let mut first = (u32::MAX, 0);
@@ -71,9 +92,18 @@ pub(super) fn list(around: &Around<'_>, rates: &[f64], velocities: [&[f64]; 2], 
                 if first.0 != id {
                     first = (id, constraint);
                 }
-                let (number, rate) = (constraint - first.1, rates.get(constraint).copied().unwrap_or(0.0));
+                let (number, rate) = (
+                    constraint - first.1,
+                    rates.get(constraint).copied().unwrap_or(0.0),
+                );
                 let mobility = equality_mobility(model, id as usize, number);
-                (key(sort, number, id), Kind::Equality, data.efc_pos()[constraint], rate, mobility)
+                (
+                    key(sort, number, id),
+                    Kind::Equality,
+                    data.efc_pos()[constraint],
+                    rate,
+                    mobility,
+                )
             }
             LIMIT_JOINT | LIMIT_TENDON => {
                 let (key, gap) = limit(model, data, constraint, row);
@@ -92,16 +122,32 @@ pub(super) fn list(around: &Around<'_>, rates: &[f64], velocities: [&[f64]; 2], 
             _ => (key(sort, 0, id), Kind::Friction, 0.0, 0.0, 1.0),
         };
         let most = h * data.efc_frictionloss()[constraint];
-        rows.push(Row { constraint, key, kind, row: row.to_vec(), gap, outside, most, mobility });
+        rows.push(Row {
+            constraint,
+            key,
+            kind,
+            jacobian: row.to_vec(),
+            gap,
+            outside,
+            most,
+            mobility,
+        });
     }
     rows
 }
 
 /// Adds the limits that a velocity passes by more than `least` (m, rad); `true` if there are any.
-pub(super) fn passed(around: &Around<'_>, velocity: &[f64], least: f64, reached: &mut HashSet<u32>) -> bool {
+pub(super) fn passed(
+    around: &Around<'_>,
+    velocity: &[f64],
+    least: f64,
+    reached: &mut HashSet<u32>,
+) -> bool {
     let Around { model, data, .. } = around;
     let mut any = false;
-    for (constraint, _, row) in constraints(model, data).filter(|&(_, kind, _)| kind == LIMIT_JOINT || kind == LIMIT_TENDON) {
+    for (constraint, _, row) in
+        constraints(model, data).filter(|&(_, kind, _)| kind == LIMIT_JOINT || kind == LIMIT_TENDON)
+    {
         let (key, gap) = limit(model, data, constraint, row);
         if gap + model.step() * dot(row, velocity) < -least {
             any |= reached.insert(key);
@@ -111,7 +157,12 @@ pub(super) fn passed(around: &Around<'_>, velocity: &[f64], least: f64, reached:
 }
 
 /// How fast the bodies of motion capture open the equalities.
-pub(super) fn equality_rates(model: &Model, data: &Data, scratch: &mut Data, outside: &Outside) -> Vec<f64> {
+pub(super) fn equality_rates(
+    model: &Model,
+    data: &Data,
+    scratch: &mut Data,
+    outside: &Outside,
+) -> Vec<f64> {
     let h = model.step();
     if model.sizes.equalities == 0 || !outside.moves_mocap() {
         return Vec::new();
@@ -132,7 +183,8 @@ pub(super) fn equality_rates(model: &Model, data: &Data, scratch: &mut Data, out
 
 /// Of a row of an equality, as MuJoCo has it of its bodies, joints and tendons.
 fn equality_mobility(model: &Model, equality: usize, row: usize) -> f64 {
-    let objects = [model.eq_obj1id()[equality], model.eq_obj2id()[equality]].map(|id| usize::try_from(id).ok());
+    let objects = [model.eq_obj1id()[equality], model.eq_obj2id()[equality]]
+        .map(|id| usize::try_from(id).ok());
     let sum = |of: &dyn Fn(usize) -> f64| objects.iter().flatten().map(|&id| of(id)).sum::<f64>();
     match model.eq_type()[equality] {
         kind @ (CONNECT | WELD) => {

@@ -36,6 +36,29 @@ pub(super) struct Report {
     pub(super) is_crowded: bool,
 }
 
+/// What a step has found that was not there as it began.
+#[derive(Default)]
+struct Found {
+    /// Contacts, by their places in MuJoCo's list.
+    contacts: BTreeMap<usize, There>,
+    /// By how much contacts are deeper at the end than their rows foresaw (m).
+    curves: BTreeMap<usize, f64>,
+    /// Limits that may be reached, by their keys.
+    limits: HashSet<u32>,
+    /// Where the last trial led.
+    last: Vec<f64>,
+}
+
+/// A step as it would be.
+struct Trial {
+    touches: Vec<Touch>,
+    rows: Vec<Row>,
+    motion: Motion,
+    correction: Vec<f64>,
+    ends: Ends,
+    is_crowded: bool,
+}
+
 /// A contact of the last step: its geoms and its normal.
 type Live = ([usize; 2], Vector3<f64>);
 
@@ -82,12 +105,14 @@ impl Stepper {
     }
 
     fn scale(&self) -> Scale {
-        Scale { length: self.model.size(), speed: speed_scale(&self.model) }
+        Scale {
+            length: self.model.size(),
+            speed: speed_scale(&self.model),
+        }
     }
 
     fn lookout(&self) -> Lookout<'_> {
-        let length = self.model.size();
-        Lookout { model: &self.model, facts: &self.facts, grown: BAND * length, slop: SLOP * length, length }
+        lookout(&self.model, &self.facts)
     }
 
     /// What comes before controls are set.
@@ -106,11 +131,16 @@ impl Stepper {
     /// Contacts are listed as they touch, limits as far as they may be reached.
     fn grow_margins(&mut self, data: &Data, contacts: f64) {
         let Scale { length, speed } = self.scale();
-        let fastest = |speeds: &[f64]| speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+        let fastest = |speeds: &[f64]| {
+            speeds
+                .iter()
+                .fold(0.0_f64, |most, speed| most.max(speed.abs()))
+        };
         let (joint, tendon) = (fastest(data.qvel()), fastest(data.ten_velocity()));
         // What stands still may start to move.
         let (turn, h) = (joint + (speed / length).max(speed), self.model.step());
-        self.model.grow_margins(contacts, [2.0 * h * turn, 2.0 * h * (tendon + speed)]);
+        self.model
+            .grow_margins(contacts, [2.0 * h * turn, 2.0 * h * (tendon + speed)]);
     }
 
     /// Takes what overlaps, and contacts of the last step, also those that have opened a little since.
@@ -157,8 +187,11 @@ impl Stepper {
         for contact in self.scratch.contacts() {
             let geoms = pair_of(contact);
             let normal = Vector3::from(contact.frame()[0]);
-            let is_live = |live: &Live| live.0 == geoms && live.1.dot(&normal) > super::touch::SAME_NORMAL;
-            let is_field = geoms.iter().any(|&geom| model.geom_type()[geom] == super::ffi::HFIELD && facts.height_fields);
+            let is_live =
+                |live: &Live| live.0 == geoms && live.1.dot(&normal) > super::touch::SAME_NORMAL;
+            let is_field = geoms
+                .iter()
+                .any(|&geom| model.geom_type()[geom] == super::ffi::HFIELD && facts.height_fields);
             if contact.is_excluded() || is_field || !self.live.iter().any(is_live) {
                 continue;
             }
@@ -173,7 +206,9 @@ impl Stepper {
                 continue;
             }
             let own = OwnedContact::new(contact, f64::INFINITY, kept);
-            let Some(index) = data.add_contact(model, &own) else { break };
+            let Some(index) = data.add_contact(model, &own) else {
+                break;
+            };
             self.taken.insert(index);
             has_more = true;
         }
@@ -186,96 +221,32 @@ impl Stepper {
     ///
     /// # Errors
     /// The mass matrix is not positive definite.
-    pub(super) fn step2(&mut self, data: &mut Data, settings: &Settings<f64>) -> Result<Report, &'static str> {
+    pub(super) fn step2(
+        &mut self,
+        data: &mut Data,
+        settings: &Settings<f64>,
+    ) -> Result<Report, &'static str> {
         data.actuation(&self.model);
         data.acceleration(&self.model);
         self.inertia.update(&self.model, data)?;
-        let (h, nv) = (self.model.step(), self.model.sizes.velocities);
-        let scale = self.scale();
+        let h = self.model.step();
         let rates = rows::equality_rates(&self.model, data, &mut self.scratch, &self.follower.now);
-        let mut found: BTreeMap<usize, There> = BTreeMap::new();
-        let mut curves: BTreeMap<usize, f64> = BTreeMap::new();
-        let mut reached: HashSet<u32> = HashSet::new();
-        let (mut round, mut last) = (0, Vec::new());
-        let (touches, rows, motion, correction, ends, is_crowded) = loop {
-            let around = Around {
-                model: &self.model,
-                data,
-                facts: &self.facts,
-                follower: &self.follower,
-                inertia: &self.inertia,
-            };
-            let touches = listed(&around, &self.taken, &found, &curves, self.lookout().grown);
-            let rows = rows::list(&around, &rates, [data.qvel(), &self.inertia.velocity], &mut reached);
-            let scene = Scene { inertia: &self.inertia, touches: &touches, rows: &rows, h };
-            let mut motion = Motion {
-                velocity: self.inertia.velocity.clone(),
-                impulses: vec![[0.0; 6]; touches.len()],
-                modes: vec![-1; touches.len()],
-                rows: vec![0.0; rows.len()],
-            };
-            let (mut ends, mut correction) = (Ends::NONE, vec![0.0; nv]);
-            let mut is_crowded = false;
-            for mut island in islands(&self.inertia, &touches, &rows, nv) {
-                is_crowded |= thin(&mut island.touches, &touches);
-                self.velocity_pass.solve(&scene, &island, &mut self.engines, settings, &mut motion, &mut ends);
-                self.position_pass.solve(&scene, &island, &mut self.engines, &motion, scale, round == 0, &mut correction);
-            }
-            let has_passed = rows::passed(&around, &motion.velocity, 1e-12 * scale.length.max(1.0), &mut reached);
-            let is_last = round == ROUNDS;
+        let (mut found, mut round) = (Found::default(), 0);
+        let trial = loop {
+            let trial = self.attempt(data, &rates, &mut found, settings, round == 0);
             round += 1;
-            if has_passed && !is_last {
-                continue;
-            }
-            if is_last {
-                break (touches, rows, motion, correction, ends, is_crowded);
-            }
-            let total: Vec<_> = motion.velocity.iter().zip(&correction).map(|(v, z)| v + z).collect();
-            if is_same(&total, &last) {
-                break (touches, rows, motion, correction, ends, is_crowded);
-            }
-            let lookout = Lookout {
-                model: &self.model,
-                facts: &self.facts,
-                grown: BAND * scale.length,
-                slop: SLOP * scale.length,
-                length: scale.length,
-            };
-            let step = end::Step {
-                data,
-                velocity: &total,
-                touches: &touches,
-                taken: &self.taken,
-                takes_anew: round <= ANEW,
-            };
-            let seen = lookout.look(&step, &mut self.scratch);
-            if seen.is_empty() {
-                break (touches, rows, motion, correction, ends, is_crowded);
-            }
-            last = total;
-            let mut has_more = false;
-            for seen in seen {
-                match seen {
-                    Seen::Listed(index) => {
-                        self.taken.insert(index);
-                    }
-                    Seen::Deeper(index, by) => *curves.entry(index).or_insert(0.0) += by,
-                    Seen::Again(index, contact, there) => {
-                        data.replace_contact(index, &contact);
-                        found.insert(index, there);
-                    }
-                    Seen::New(contact, there) => {
-                        let Some(index) = data.add_contact(&self.model, &contact) else { break };
-                        self.taken.insert(index);
-                        found.insert(index, there);
-                        has_more = true;
-                    }
-                }
-            }
-            if has_more {
-                data.make_constraint(&self.model);
+            if round > ROUNDS || !self.finds_more(data, &trial, &mut found, round <= ANEW) {
+                break trial;
             }
         };
+        let Trial {
+            touches,
+            rows,
+            motion,
+            correction,
+            ends,
+            is_crowded,
+        } = trial;
         self.write(data, &touches, &rows, &motion);
         data.sensor_acc(&self.model);
         data.check_acceleration(&self.model);
@@ -284,20 +255,163 @@ impl Stepper {
             self.model.integrate(data.qpos_mut(), &correction, h);
         }
         self.live.clear();
-        self.live.extend(touches.iter().map(|touch| (touch.geoms, touch.normal)));
+        self.live
+            .extend(touches.iter().map(|touch| (touch.geoms, touch.normal)));
         self.follower.keep(data);
         Ok(Report { ends, is_crowded })
+    }
+
+    /// Solves the step with what has been found.
+    fn attempt(
+        &mut self,
+        data: &Data,
+        rates: &[f64],
+        found: &mut Found,
+        settings: &Settings<f64>,
+        is_first: bool,
+    ) -> Trial {
+        let around = Around {
+            model: &self.model,
+            data,
+            facts: &self.facts,
+            follower: &self.follower,
+            inertia: &self.inertia,
+        };
+        let touches = listed(&around, &self.taken, found, self.lookout().grown);
+        let rows = rows::list(
+            &around,
+            rates,
+            [data.qvel(), &self.inertia.velocity],
+            &mut found.limits,
+        );
+        let (h, nv, scale) = (self.model.step(), self.model.sizes.velocities, self.scale());
+        let scene = Scene {
+            inertia: &self.inertia,
+            touches: &touches,
+            rows: &rows,
+            h,
+        };
+        let mut motion = Motion {
+            velocity: self.inertia.velocity.clone(),
+            impulses: vec![[0.0; 6]; touches.len()],
+            modes: vec![-1; touches.len()],
+            rows: vec![0.0; rows.len()],
+        };
+        let (mut ends, mut correction, mut is_crowded) = (Ends::NONE, vec![0.0; nv], false);
+        for mut island in islands(&self.inertia, &touches, &rows, nv) {
+            is_crowded |= thin(&mut island.touches, &touches);
+            let engines = &mut self.engines;
+            self.velocity_pass
+                .solve(&scene, &island, engines, settings, &mut motion, &mut ends);
+            let correct = &mut correction;
+            self.position_pass.solve(
+                &scene,
+                &island,
+                engines,
+                (&motion, scale),
+                is_first,
+                correct,
+            );
+        }
+        Trial {
+            touches,
+            rows,
+            motion,
+            correction,
+            ends,
+            is_crowded,
+        }
+    }
+
+    /// Looks at where a trial leads, and adds what it has not seen; `false` if there is nothing.
+    fn finds_more(
+        &mut self,
+        data: &mut Data,
+        trial: &Trial,
+        found: &mut Found,
+        takes_anew: bool,
+    ) -> bool {
+        let around = Around {
+            model: &self.model,
+            data,
+            facts: &self.facts,
+            follower: &self.follower,
+            inertia: &self.inertia,
+        };
+        let Trial {
+            motion,
+            correction,
+            touches,
+            ..
+        } = trial;
+        let least = 1e-12 * self.model.size().max(1.0);
+        if rows::passed(&around, &motion.velocity, least, &mut found.limits) {
+            return true;
+        }
+        let total: Vec<_> = motion
+            .velocity
+            .iter()
+            .zip(correction)
+            .map(|(v, z)| v + z)
+            .collect();
+        if is_same(&total, &found.last) {
+            return false;
+        }
+        let lookout = lookout(&self.model, &self.facts);
+        let step = end::Step {
+            data,
+            velocity: &total,
+            touches,
+            taken: &self.taken,
+            takes_anew,
+        };
+        let seen = lookout.look(&step, &mut self.scratch);
+        let finds_more = !seen.is_empty();
+        found.last = total;
+        let mut has_more = false;
+        for seen in seen {
+            match seen {
+                Seen::Listed(index) => {
+                    self.taken.insert(index);
+                }
+                Seen::Deeper(index, by) => *found.curves.entry(index).or_insert(0.0) += by,
+                Seen::Again(index, contact, there) => {
+                    data.replace_contact(index, &contact);
+                    found.contacts.insert(index, there);
+                }
+                Seen::New(contact, there) => {
+                    let Some(index) = data.add_contact(&self.model, &contact) else {
+                        break;
+                    };
+                    self.taken.insert(index);
+                    found.contacts.insert(index, there);
+                    has_more = true;
+                }
+            }
+        }
+        if has_more {
+            data.make_constraint(&self.model);
+        }
+        finds_more
     }
 
     /// Writes acceleration and forces.
     fn write(&mut self, data: &mut Data, touches: &[Touch], rows: &[Row], motion: &Motion) {
         let (h, nv) = (self.model.step(), self.model.sizes.velocities);
-        let acceleration: Vec<_> = motion.velocity.iter().zip(data.qvel()).map(|(after, before)| (after - before) / h).collect();
+        let acceleration: Vec<_> = motion
+            .velocity
+            .iter()
+            .zip(data.qvel())
+            .map(|(after, before)| (after - before) / h)
+            .collect();
         data.qacc_mut().copy_from_slice(&acceleration);
         let mut constraint = vec![0.0; nv];
         let mut add = |row: &[f64], force: f64| {
             if force != 0.0 {
-                constraint.iter_mut().zip(row).for_each(|(sum, entry)| *sum += force * entry);
+                constraint
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(sum, entry)| *sum += force * entry);
             }
         };
         data.efc_force_mut().fill(0.0);
@@ -316,36 +430,60 @@ impl Stepper {
             }
         }
         for (row, impulse) in rows.iter().zip(&motion.rows) {
-            add(&row.row, impulse / h);
+            add(&row.jacobian, impulse / h);
             data.efc_force_mut()[row.constraint] = impulse / h;
         }
         data.qfrc_constraint_mut().copy_from_slice(&constraint);
     }
 }
 
+fn lookout<'a>(model: &'a Model, facts: &'a Facts) -> Lookout<'a> {
+    let length = model.size();
+    Lookout {
+        model,
+        facts,
+        grown: BAND * length,
+        slop: SLOP * length,
+        length,
+    }
+}
+
 /// Are these velocities those of the round before? Then nothing else will be seen.
 fn is_same(now: &[f64], before: &[f64]) -> bool {
     let largest = now.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-    !before.is_empty() && now.iter().zip(before).all(|(now, before)| (now - before).abs() <= SAME * largest)
+    !before.is_empty()
+        && now
+            .iter()
+            .zip(before)
+            .all(|(now, before)| (now - before).abs() <= SAME * largest)
 }
 
 /// Contacts that take part, as they are now.
-fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &BTreeMap<usize, There>, curves: &BTreeMap<usize, f64>, grown: f64) -> Vec<Touch> {
+fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &Found, grown: f64) -> Vec<Touch> {
     let (h, depth) = (around.model.step(), DEPTH * around.model.size());
     let contacts = 0..around.data.contacts().len();
     let mut scratch = Vec::new();
     let touch = |index: usize| {
-        if let Some(there) = found.get(&index) {
-            let mut touch = Touch::new(around, index, there.gap_before(h) + depth, Some(&there.rows), &mut scratch)?;
+        if let Some(there) = found.contacts.get(&index) {
+            let mut touch = Touch::new(
+                around,
+                index,
+                there.gap_before(h) + depth,
+                Some(&there.rows),
+                &mut scratch,
+            )?;
             (touch.is_new, touch.is_curved) = (true, true);
             Some(touch)
         } else {
-            let curve = curves.get(&index).copied().unwrap_or(0.0);
+            let curve = found.curves.get(&index).copied().unwrap_or(0.0);
             let gap = around.data.contact(index).gap(grown) + depth - curve;
             let mut touch = Touch::new(around, index, gap, None, &mut scratch)?;
             touch.is_curved = curve != 0.0;
             Some(touch)
         }
     };
-    contacts.filter(|index| taken.contains(index)).filter_map(touch).collect()
+    contacts
+        .filter(|index| taken.contains(index))
+        .filter_map(touch)
+        .collect()
 }

@@ -60,10 +60,18 @@ impl Touch {
         rows: Option<&[f64]>,
         scratch: &mut Vec<f64>,
     ) -> Option<Self> {
-        let Around { model, data, facts, follower, inertia } = around;
+        let Around {
+            model,
+            data,
+            facts,
+            follower,
+            inertia,
+        } = around;
         let contact = data.contact(index);
         let (address, dim, nv) = (contact.address()?, contact.dim(), model.sizes.velocities);
-        let rows = rows.unwrap_or_else(|| &data.efc_j()[address * nv..][..dim * nv]).to_vec();
+        let rows = rows
+            .unwrap_or_else(|| &data.efc_j()[address * nv..][..dim * nv])
+            .to_vec();
         let (frame, place) = (contact.frame(), contact.place());
         let bodies = contact.geoms().map(|geom| body_of(model, geom));
         let mocaps = bodies.map(|body| facts.mocap(body));
@@ -75,7 +83,11 @@ impl Touch {
         for (own, row) in outside.iter_mut().zip(rows.chunks_exact(nv)) {
             *own += dot(row, &follower.now.joints);
         }
-        let writes = |row: &[f64]| row.iter().zip(&follower.is_written).any(|(&entry, &written)| written && entry != 0.0);
+        let writes = |row: &[f64]| {
+            row.iter()
+                .zip(&follower.is_written)
+                .any(|(&entry, &written)| written && entry != 0.0)
+        };
         Some(Self {
             index,
             address,

@@ -10,9 +10,9 @@ use super::pack::Pack;
 use super::rows::{Kind, Row};
 use super::sweeps;
 use super::touch::Touch;
-use stiction_kernels::problem::{Answer, Outcome};
 use std::collections::HashSet;
 use stiction::{Settings, Status, Work};
+use stiction_kernels::problem::{Answer, Outcome};
 
 /// A normal row without lever is held as if its bodies were free, by this share of what would move them.
 const LEVER: f64 = 1e-5;
@@ -56,13 +56,23 @@ pub(super) struct Ends {
 }
 
 impl Ends {
-    pub(super) const NONE: Self =
-        Self { status: Status::Solved, error: 0.0, work: 0, contradicts: false, gave_way: false };
+    pub(super) const NONE: Self = Self {
+        status: Status::Solved,
+        error: 0.0,
+        work: 0,
+        contradicts: false,
+        gave_way: false,
+    };
 
     fn add(&mut self, outcome: &Outcome) {
         self.work += outcome.work.total();
-        if outcome.status != Status::Solved || !(outcome.error <= self.error) {
-            self.error = self.error.max(if outcome.error.is_nan() { f64::INFINITY } else { outcome.error });
+        if outcome.status != Status::Solved || outcome.error > self.error {
+            let error = if outcome.error.is_nan() {
+                f64::INFINITY
+            } else {
+                outcome.error
+            };
+            self.error = self.error.max(error);
         }
         if self.status == Status::Solved {
             self.status = outcome.status;
@@ -111,7 +121,10 @@ impl VelocityPass {
         let mut found = None;
         if is_moved && self.blocked.contains(&name) {
             found = self.attempt(scene, island, engines, settings, Softness::Driven);
-            if found.as_ref().is_some_and(|(_, answer)| self.yields(scene, island, answer) < BLOCKED_SHARE) {
+            if found
+                .as_ref()
+                .is_some_and(|(_, answer)| self.yields(scene, island, answer) < BLOCKED_SHARE)
+            {
                 self.blocked.remove(&name);
                 found = None;
             }
@@ -121,7 +134,10 @@ impl VelocityPass {
         found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid));
         // From nothing, as the last step may lead astray; then from where a little softness leads.
         for hint in [None, Some(Softness::Hint)] {
-            if found.as_ref().is_some_and(|(outcome, _)| outcome.status == Status::Solved) {
+            if found
+                .as_ref()
+                .is_some_and(|(outcome, _)| outcome.status == Status::Solved)
+            {
                 break;
             }
             engines.forget(name);
@@ -129,11 +145,14 @@ impl VelocityPass {
                 self.attempt(scene, island, engines, settings, hint);
             }
             let other = self.attempt(scene, island, engines, settings, Softness::Rigid);
-            if other.as_ref().is_some_and(|(outcome, _)| outcome.status == Status::Solved) {
+            if other
+                .as_ref()
+                .is_some_and(|(outcome, _)| outcome.status == Status::Solved)
+            {
                 found = other;
             }
         }
-        if !self.is_usable(scene, island, settings, &found) {
+        if !self.is_usable(scene, island, settings, found.as_ref()) {
             if let Some((outcome, _)) = &found {
                 ends.contradicts |= matches!(outcome.status, Status::Infeasible | Status::Jammed);
             }
@@ -143,11 +162,11 @@ impl VelocityPass {
                 found = self.attempt(scene, island, engines, settings, Softness::Driven);
                 self.blocked.insert(name);
             }
-            if !self.is_usable(scene, island, settings, &found) {
+            if !self.is_usable(scene, island, settings, found.as_ref()) {
                 ends.gave_way = true;
                 engines.forget(name);
                 found = self.attempt(scene, island, engines, settings, Softness::All);
-                if !self.is_usable(scene, island, settings, &found) {
+                if !self.is_usable(scene, island, settings, found.as_ref()) {
                     engines.forget(name);
                     found = Some(self.sweep(scene, island));
                 }
@@ -162,8 +181,17 @@ impl VelocityPass {
 
     fn fill(&mut self, scene: &Scene<'_>, island: &Island) {
         let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
-        let dim = if touches().all(|touch| touch.dim <= 3) { 3 } else { 6 };
-        self.pack.begin(scene.inertia, &island.dofs, dim, Some(&scene.inertia.impulse));
+        let dim = if touches().all(|touch| touch.dim <= 3) {
+            3
+        } else {
+            6
+        };
+        self.pack.begin(
+            scene.inertia,
+            &island.dofs,
+            dim,
+            Some(&scene.inertia.impulse),
+        );
         touches().for_each(|touch| self.pack.contact(touch, offset(touch, scene.h)));
         for row in island.rows.iter().map(|&place| &scene.rows[place]) {
             self.pack.row(row, row_offset(row, scene.h));
@@ -195,10 +223,7 @@ impl VelocityPass {
         self.soften(scene, island, softness);
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
-        let t = std::time::Instant::now();
-        let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer);
-        if std::env::var_os("SDEBUG").is_some() { eprintln!("   attempt {:?} n {} dim {} contacts {} rows {} -> {:?} {:?}", softness as i32, self.pack.problem().n, self.pack.dim, island.touches.len(), island.rows.len(), outcome.map(|o| (o.status, o.error, o.work.total())), t.elapsed()); }
-        let outcome = outcome?;
+        let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer)?;
         self.pack.expand(&mut answer);
         Some((outcome, answer))
     }
@@ -208,8 +233,18 @@ impl VelocityPass {
         self.soften(scene, island, Softness::All);
         let mut answer = sweeps::sweep(&self.pack.problem());
         self.pack.expand(&mut answer);
-        let work = Work { sweeps: sweeps::SWEEPS, ..Work::default() };
-        (Outcome { status: Status::OutOfBudget, error: f64::INFINITY, work }, answer)
+        let work = Work {
+            sweeps: sweeps::SWEEPS,
+            ..Work::default()
+        };
+        (
+            Outcome {
+                status: Status::OutOfBudget,
+                error: f64::INFINITY,
+                work,
+            },
+            answer,
+        )
     }
 
     /// May this be applied?
@@ -218,37 +253,58 @@ impl VelocityPass {
         scene: &Scene<'_>,
         island: &Island,
         settings: &Settings<f64>,
-        found: &Option<(Outcome, Answer<f64>)>,
+        found: Option<&(Outcome, Answer<f64>)>,
     ) -> bool {
-        let Some((outcome, answer)) = found else { return false };
-        let is_finite = answer.v.iter().chain(&answer.r).chain(&answer.rows[0]).all(|x| x.is_finite());
+        let Some((outcome, answer)) = found else {
+            return false;
+        };
+        let is_finite = answer
+            .v
+            .iter()
+            .chain(&answer.r)
+            .chain(&answer.rows[0])
+            .all(|x| x.is_finite());
         if is_finite && outcome.status == Status::Solved {
             return true;
         }
-        if !is_finite || !(outcome.error <= LARGEST_ERROR.max(settings.tolerance)) {
-            return false;
-        }
-        if matches!(outcome.status, Status::Infeasible | Status::Jammed) {
+        let is_proved = matches!(outcome.status, Status::Infeasible | Status::Jammed);
+        let is_near = outcome.error <= LARGEST_ERROR.max(settings.tolerance); // not a number is not
+        if !is_finite || is_proved || !is_near {
             return false;
         }
         // Speeds in the metric: what moves, and what moves it from outside.
-        let energy: f64 = island.dofs.iter().map(|&dof| scene.inertia.impulse[dof] * scene.inertia.velocity[dof]).sum();
+        let energy: f64 = island
+            .dofs
+            .iter()
+            .map(|&dof| scene.inertia.impulse[dof] * scene.inertia.velocity[dof])
+            .sum();
         let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
-        let drive = touches().filter(|touch| touch.mobility > 0.0).map(|touch| largest(&touch.outside) / touch.mobility.sqrt());
+        let drive = touches()
+            .filter(|touch| touch.mobility > 0.0)
+            .map(|touch| largest(&touch.outside) / touch.mobility.sqrt());
         let speed = energy.max(0.0).sqrt() + drive.fold(0.0, f64::max);
         let impulses = touches().zip(answer.r.chunks_exact(self.pack.dim));
-        let change = impulses.map(|(touch, r)| largest(r) * touch.mobility.sqrt()).fold(0.0, f64::max);
-        if std::env::var_os("SDEBUG").is_some() { eprintln!("   change {change:.3e} speed {speed:.3e} ratio {:.3e}", change/speed); }
+        let change = impulses
+            .map(|(touch, r)| largest(r) * touch.mobility.sqrt())
+            .fold(0.0, f64::max);
         change <= LARGEST_CHANGE * speed || change == 0.0
     }
 
     /// By which share of its speed gives way what is moved from outside, at most?
     fn yields(&self, scene: &Scene<'_>, island: &Island, answer: &Answer<f64>) -> f64 {
-        let touches = island.touches.iter().map(|&place| &scene.touches[place]).zip(answer.r.chunks_exact(self.pack.dim));
+        let touches = island
+            .touches
+            .iter()
+            .map(|&place| &scene.touches[place])
+            .zip(answer.r.chunks_exact(self.pack.dim));
         let of_touches = touches
             .filter(|(touch, _)| touch.is_moved())
             .map(|(touch, r)| BLOCKED * touch.mobility * largest(r) / largest(&touch.outside));
-        let rows = island.rows.iter().map(|&place| &scene.rows[place]).zip(&answer.rows[0]);
+        let rows = island
+            .rows
+            .iter()
+            .map(|&place| &scene.rows[place])
+            .zip(&answer.rows[0]);
         let of_rows = rows
             .filter(|(row, _)| row.outside != 0.0)
             .map(|(row, r)| BLOCKED * row.mobility * (r / row.outside).abs());
@@ -276,7 +332,11 @@ fn offset(touch: &Touch, h: f64) -> [f64; 6] {
 }
 
 fn closing(gap: f64, outside: f64, h: f64) -> f64 {
-    if gap >= 0.0 { gap / h } else { (gap / h).max(outside.min(0.0)) }
+    if gap >= 0.0 {
+        gap / h
+    } else {
+        (gap / h).max(outside.min(0.0))
+    }
 }
 
 fn row_offset(row: &Row, h: f64) -> f64 {
@@ -295,7 +355,12 @@ fn write(island: &Island, answer: &Answer<f64>, dim: usize, motion: &mut Motion)
     for (&dof, &v) in island.dofs.iter().zip(&answer.v) {
         motion.velocity[dof] = v;
     }
-    for (i, (&place, r)) in island.touches.iter().zip(answer.r.chunks_exact(dim)).enumerate() {
+    for (i, (&place, r)) in island
+        .touches
+        .iter()
+        .zip(answer.r.chunks_exact(dim))
+        .enumerate()
+    {
         motion.impulses[place][..dim].copy_from_slice(r);
         motion.modes[place] = answer.modes[i];
     }

@@ -105,7 +105,9 @@ unsafe extern "C-unwind" fn raise(message: *const LogMessage) {
     let LogMessage { level, subject, .. } = unsafe { &*message };
     if *level >= ERROR {
         // SAFETY: MuJoCo ends it by 0.
-        let text = unsafe { CStr::from_ptr(subject.as_ptr()) }.to_string_lossy().into_owned();
+        let text = unsafe { CStr::from_ptr(subject.as_ptr()) }
+            .to_string_lossy()
+            .into_owned();
         std::panic::resume_unwind(Box::new(Failure(text)));
     }
     if let Some(handler) = WARNINGS.get() {
@@ -119,7 +121,7 @@ pub(super) struct Library {
     functions: Functions,
     layout: &'static Layout,
     /// Keeps the functions where they are.
-    _library: libloading::Library,
+    _open: libloading::Library,
 }
 
 impl Library {
@@ -129,7 +131,8 @@ impl Library {
     /// It is not there, or of a version that has no layout here.
     pub(super) fn open(path: &Path) -> Result<Arc<Self>, String> {
         // SAFETY: its initialisers have run, since Python has loaded it.
-        let library = unsafe { libloading::Library::new(path) }.map_err(|error| error.to_string())?;
+        let library =
+            unsafe { libloading::Library::new(path) }.map_err(|error| error.to_string())?;
         // SAFETY: as its path says.
         let functions = unsafe { Functions::load(&library) }.map_err(|error| error.to_string())?;
         // SAFETY: takes nothing.
@@ -137,12 +140,25 @@ impl Library {
         let layout = LAYOUTS.iter().find(|layout| layout.version == version);
         let layout = layout.ok_or_else(|| {
             let named = |version: i32| {
-                format!("{}.{}.{}", version / 1_000_000, version / 1_000 % 1_000, version % 1_000)
+                format!(
+                    "{}.{}.{}",
+                    version / 1_000_000,
+                    version / 1_000 % 1_000,
+                    version % 1_000
+                )
             };
             let known: Vec<_> = LAYOUTS.iter().map(|layout| named(layout.version)).collect();
-            format!("MuJoCo {}: the Stepper knows {}", named(version), known.join(", "))
+            format!(
+                "MuJoCo {}: the Stepper knows {}",
+                named(version),
+                known.join(", ")
+            )
         })?;
-        Ok(Arc::new(Self { functions, layout, _library: library }))
+        Ok(Arc::new(Self {
+            functions,
+            layout,
+            _open: library,
+        }))
     }
 
     /// Runs what calls the library, so that an error there ends the call and not the process.
