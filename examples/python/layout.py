@@ -94,7 +94,7 @@ def main() -> None:
     import mujoco
 
     own = layout(Path(mujoco.__file__).parent / "include")
-    if re.sub(r"\s", "", own) not in re.sub(r"\s", "", TABLE.read_text()):
+    if re.sub(r"\s|,$", "", own.strip()) not in re.sub(r"\s", "", TABLE.read_text()):
         sys.exit(f"layout.rs does not have MuJoCo {mujoco.__version__} as its headers say; run layout.py")
     print(f"layout of MuJoCo {mujoco.__version__}: as its headers say")
 
