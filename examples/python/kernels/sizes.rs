@@ -35,6 +35,19 @@ impl Size {
     }
 }
 
+impl Needs {
+    /// The argument that asks for more than this size has.
+    fn culprit(&self, most: &Size) -> &'static str {
+        if self.n > most.n {
+            "M"
+        } else if self.contacts > most.contacts {
+            "H"
+        } else {
+            "rows"
+        }
+    }
+}
+
 /// The index of the first size that holds a scene.
 ///
 /// # Errors
@@ -45,10 +58,10 @@ pub fn index(needs: &Needs) -> Result<usize, String> {
         let of_dim = SIZES.iter().filter(|size| size.dim == dim);
         match of_dim.max_by_key(|size| (size.n, size.contacts, size.rows)) {
             Some(most) => format!(
-                "a scene of {n} velocities, {contacts} contacts of {dim} rows and {rows} joint rows: at most {}, {} and {} \
+                "{}: a scene of {n} velocities, {contacts} contacts of {dim} rows and {rows} joint rows: at most {}, {} and {} \
                  are compiled; leave out velocities that no contact moves, merge contacts, leave out limits that are far, \
                  or add a line to kernels/sizes.rs",
-                most.n, most.contacts, most.rows
+                needs.culprit(most), most.n, most.contacts, most.rows
             ),
             None => format!("H: contacts of {dim} rows; 1, 2, 3, 4 or 6 have a meaning"),
         }

@@ -52,15 +52,18 @@ def keys_array(name: str, given: ArrayLike) -> NDArray[np.uint32]:
     return np.require(found, np.uint32, ("C", "A")).reshape(found.shape)
 
 
-def friction(mu: ArrayLike, w: ArrayLike, dtype: np.dtype[Any], lead: int) -> Array:
-    """Coefficients; one number is that of all contacts."""
+def friction(mu: ArrayLike, offsets: tuple[str, ArrayLike], jacobian: ArrayLike | None, dtype: np.dtype[Any], lead: int) -> Array:
+    """Coefficients; one number is that of all contacts, whose number tell offsets or Jacobian with an axis of contacts."""
     found = array("mu", mu, dtype)
     if found.ndim > 0:
         return found
-    offsets = array("w", w, dtype)
-    if offsets.ndim < lead + 2:
-        raise ValueError("mu: one number does not tell how many contacts there are; give w as (contacts, rows)")
-    return np.full((1,) * lead + (offsets.shape[lead],), found, dtype)
+    name, given = offsets
+    shape = np.asarray(given).shape
+    if len(shape) < lead + 2 and jacobian is not None and np.asarray(jacobian).ndim == lead + 3:
+        shape = np.asarray(jacobian).shape
+    if len(shape) < lead + 2:
+        raise ValueError(f"{name}: one mu for all does not tell how many contacts there are; give {name} as (contacts, rows)")
+    return np.full((1,) * lead + (shape[lead],), found, dtype)
 
 
 def rows_tuple(rows: Rows, dtype: np.dtype[Any], lead: int, is_delassus: bool) -> tuple[Any, ...]:
@@ -104,10 +107,15 @@ def scene(
         raise ValueError("H: there is none")
     if rows is not None and not isinstance(rows, Rows):
         raise ValueError(f"rows: {type(rows).__name__} is not Rows")
+    jacobian = None if is_delassus else dynamics[1]
+
+    def coefficients() -> Array:
+        return friction(mu, ("q" if is_delassus else "w", w), jacobian, dtype, lead)
+
     return (
         *(dynamics if not is_delassus else (*dynamics, None, None)),
         w,
-        mu if isinstance(mu, np.ndarray) and mu.ndim else friction(mu, w, dtype, lead),
+        mu if isinstance(mu, np.ndarray) and mu.ndim else coefficients(),
         compliance,
         None if keys is None else keys_array("keys", keys),
         None if rows is None else rows_tuple(rows, dtype, lead, is_delassus),

@@ -42,6 +42,10 @@ class BatchSolution:
     #: Sweeps, chord steps, Newton steps, searches for a proof: ``(b, 4)``, int32.
     work: NDArray[np.int32]
 
+    def __len__(self) -> int:
+        """How many scenes there are."""
+        return len(self.status)
+
     @classmethod
     def empty(cls, b: int, n: int, c: int, d: int = 3, k: int = 0, dtype: DTypeLike = DOUBLE) -> BatchSolution:
         """Make arrays for ``b`` scenes of ``n`` velocities, ``c`` contacts of ``d`` rows and ``k`` joint rows."""
@@ -113,6 +117,8 @@ def solve_batch(
     shapes = _shapes(*_stiction.batch_shape(scenes, number.itemsize == 4), number)
     if out is None:
         out = BatchSolution(**{name: np.zeros(shape, kind) for name, (shape, kind) in shapes.items()})
+    elif not isinstance(out, BatchSolution):
+        raise ValueError(f"out: {type(out).__name__} is not BatchSolution")
     places = tuple(getattr(out, field.name) for field in fields(out))
     for place, (name, (shape, kind)) in zip(places, shapes.items(), strict=True):
         if place.shape != shape or place.dtype != kind or not place.flags.c_contiguous or not place.flags.writeable:

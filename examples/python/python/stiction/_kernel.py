@@ -67,7 +67,7 @@ def solve_delassus(
 
     Args:
         W: ``H M⁻¹ Hᵀ``, ``(m, m)``: ``d`` rows for each contact, then one for each joint row. Symmetric, without compliance;
-            it may be singular.
+            it may be singular, and its rank is at most that of the largest ``n`` that is compiled (:data:`SIZES`).
         q: contact velocities without impulses, ``(c, d)`` or ``(c·d,)``, m/s.
         mu: as in :func:`solve`.
         tol: as in :func:`solve`.
