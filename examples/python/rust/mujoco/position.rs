@@ -76,8 +76,10 @@ impl PositionPass {
                 } else {
                     RECOVERY * scale.speed
                 };
-                let share = if touch.is_curved { 1.0 } else { SHARE };
-                open = (share * open).max(-h * fastest * lever(touch.response, touch.mobility));
+                // What is from the step itself is taken back in it.
+                let old = (-open - touch.curve).max(0.0);
+                let most = h * fastest * lever(touch.response, touch.mobility);
+                open = (open + old) - (SHARE * old).min(most);
             }
             compliance
                 .0

@@ -472,13 +472,13 @@ fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &Found, grown: f64
                 Some(&there.rows),
                 &mut scratch,
             )?;
-            (touch.is_new, touch.is_curved) = (true, true);
+            (touch.is_new, touch.curve) = (true, (-touch.gap).max(0.0));
             Some(touch)
         } else {
             let curve = found.curves.get(&index).copied().unwrap_or(0.0);
             let gap = around.data.contact(index).gap(grown) + depth - curve;
             let mut touch = Touch::new(around, index, gap, None, &mut scratch)?;
-            touch.is_curved = curve != 0.0;
+            touch.curve = curve;
             Some(touch)
         }
     };

@@ -40,8 +40,8 @@ pub(super) struct Touch {
     pub(super) is_driven: bool,
     /// Was it found at the end of the step?
     pub(super) is_new: bool,
-    /// Was its gap taken from there?
-    pub(super) is_curved: bool,
+    /// How much of its depth is not from the start of the step, but what its path has of a curve (m).
+    pub(super) curve: f64,
 }
 
 /// The geoms of a contact, the smaller first.
@@ -103,7 +103,7 @@ impl Touch {
             response: inertia.response(&rows[..nv], scratch),
             is_driven: mocaps.iter().any(Option::is_some) || rows.chunks_exact(nv).any(writes),
             is_new: false,
-            is_curved: false,
+            curve: 0.0,
             rows,
         })
     }
