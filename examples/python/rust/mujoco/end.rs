@@ -109,7 +109,7 @@ impl Lookout<'_> {
                 if overlaps.is_empty() {
                     continue;
                 }
-                self.recognise(&mut overlaps, step, share, &moved);
+                self.recognise(&mut overlaps, step, (scratch, share), &moved);
                 scratch.com_pos(self.model);
                 for overlap in overlaps {
                     is_doubtful |= !self.tell(step, scratch, overlap, share, &mut seen, &mut found);
@@ -155,15 +155,34 @@ impl Lookout<'_> {
     }
 
     /// Tells which contacts of the scene they are, each of one overlap: those that are nearest to each other first.
-    fn recognise(&self, overlaps: &mut [Overlap], step: &Step<'_>, share: f64, moved: &[Moved]) {
+    fn recognise(
+        &self,
+        overlaps: &mut [Overlap],
+        step: &Step<'_>,
+        (scratch, share): (&Data, f64),
+        moved: &[Moved],
+    ) {
         let (touches, time) = (step.touches, share * self.model.step());
         let mut pairs = Vec::new();
         for (i, overlap) in overlaps.iter_mut().enumerate() {
             let [one, other] = overlap.geoms.map(|geom| &moved[geom]);
-            let reach = NEAR_KNOWN * self.length + 2.0 * (one.most + other.most);
-            overlap.deepest = NEAR_FOUND * self.length + one.curve + other.curve;
+            // Corners and edges come along with their bodies, contacts of what is round do not.
+            let has_corners = overlap
+                .geoms
+                .iter()
+                .all(|&geom| self.facts.has_corners(geom));
+            let turned = one.curve + other.curve;
+            let far = if has_corners {
+                turned
+            } else {
+                2.0 * (one.most + other.most)
+            };
+            let reach = NEAR_KNOWN * self.length + far;
+            overlap.deepest = NEAR_FOUND * self.length + turned;
             for (j, touch) in touches.iter().enumerate() {
-                let distance = (touch.place - overlap.place).norm();
+                let distance = came_along(touch, step.data, scratch)
+                    .map(|place| (place - overlap.place).norm())
+                    .fold(f64::INFINITY, f64::min);
                 let is_it = touch.faces(overlap.geoms, overlap.normal) && distance < reach;
                 let depth = touch.depth_after(step.velocity, time).max(-touch.gap);
                 if is_it && overlap.depth < depth + overlap.deepest {
@@ -248,6 +267,25 @@ impl Lookout<'_> {
         });
         true
     }
+}
+
+/// Where a contact is that has stayed in place, or has come along with one of its geoms.
+fn came_along<'a>(
+    touch: &'a Touch,
+    before: &'a Data,
+    after: &'a Data,
+) -> impl Iterator<Item = Vector3<f64>> + 'a {
+    let geoms = if touch.is_new {
+        &[][..]
+    } else {
+        &touch.geoms[..]
+    };
+    let along = |&geom: &usize| {
+        let frame = |data: &Data| Matrix3::from_row_slice(&data.geom_xmat()[geom]);
+        let place = |data: &Data| Vector3::from(data.geom_xpos()[geom]);
+        place(after) + frame(after) * frame(before).transpose() * (touch.place - place(before))
+    };
+    std::iter::once(touch.place).chain(geoms.iter().map(along))
 }
 
 /// How far a geom moves in a step, at most (m), and how far from a line.

@@ -1,8 +1,11 @@
 //! What of a model stays the same as it is stepped, and its own units of speed and length.
 
 use super::end::Moved;
-use super::ffi::{HFIELD, Model, PLANE};
+use super::ffi::{BOX, HFIELD, MESH, Model, PLANE};
 use nalgebra::{Matrix3, Vector3};
+
+/// Kinds of geoms that have corners, or are flat.
+const CORNERED: [i32; 4] = [PLANE, HFIELD, BOX, MESH];
 
 /// Where things are fixed to, and how thick they are.
 pub(super) struct Facts {
@@ -13,6 +16,7 @@ pub(super) struct Facts {
     thinnest: f64,
     /// May a geom move?
     moves: Vec<bool>,
+    has_corners: Vec<bool>,
     pub(super) height_fields: bool,
 }
 
@@ -50,8 +54,18 @@ impl Facts {
                 .map(|geom| model.body_weldid()[body(geom)] > 0 && thickness[geom].is_finite())
                 .collect(),
             thickness,
+            has_corners: model
+                .geom_type()
+                .iter()
+                .map(|kind| CORNERED.contains(kind))
+                .collect(),
             height_fields: geoms.clone().any(|geom| is(geom, HFIELD)),
         }
+    }
+
+    /// Does a geom touch with its corners and edges, or is it flat?
+    pub(super) fn has_corners(&self, geom: usize) -> bool {
+        self.has_corners[geom]
     }
 
     pub(super) fn mocap(&self, body: usize) -> Option<usize> {
