@@ -32,6 +32,7 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch]) -> bool {
         (DIRECTIONS, MANY),
         (DIRECTIONS / 2, MANY),
         (DIRECTIONS / 4, most),
+        (0, most), // the deepest alone
     ] {
         if island.len() > enough {
             thin_faces(island, touches, ROUND, directions);
