@@ -19,6 +19,7 @@ from ._types import Status
 __all__ = ["Rollout", "Stepper", "patch", "rollout"]
 
 _STATUS = tuple(Status)
+_BLOCK = 1000  # steps between looks at signals
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _ENABLE = mujoco.mjtEnableBit
 _INTEGRATOR = mujoco.mjtIntegrator
@@ -103,7 +104,8 @@ class Stepper:
         Raises:
             ValueError: the data belongs to another model, or the mass matrix is not positive definite.
         """
-        self._count(self._own.step(data._address, nstep, self._settings))
+        for first in range(0, nstep, _BLOCK):
+            self._count(self._own.step(data._address, min(_BLOCK, nstep - first), self._settings))
 
     def step1(self, data: mujoco.MjData) -> None:
         """Do what comes before controls are set: positions, collision, velocities, sensors of both."""
