@@ -10,7 +10,7 @@ use super::pack::Pack;
 use super::rows::{Kind, Row};
 use super::sweeps;
 use super::touch::Touch;
-use std::collections::HashSet;
+use std::collections::HashMap;
 use stiction::{Settings, Status, Work};
 use stiction_kernels::problem::{Answer, Outcome};
 
@@ -25,8 +25,8 @@ const HINT: f64 = 1e-7;
 /// those there are.
 const LARGEST_ERROR: f64 = 1e-3;
 const LARGEST_CHANGE: f64 = 1e4;
-/// What is blocked stays soft until it gives way by less than this share of its speed.
-const BLOCKED_SHARE: f64 = 0.3;
+/// In so many steps it is asked once whether what was blocked still is.
+const ASK_AGAIN: u32 = 8;
 
 /// What gives way.
 #[derive(Clone, Copy, PartialEq)]
@@ -85,8 +85,8 @@ impl Ends {
 pub(super) struct VelocityPass {
     pack: Pack,
     spare: Answer<f64>,
-    /// Islands in which something that is moved from outside was blocked in the last step.
-    blocked: HashSet<usize>,
+    /// Islands in which something that is moved from outside is blocked, and for how many steps.
+    blocked: HashMap<usize, u32>,
 }
 
 /// What is solved.
@@ -119,25 +119,20 @@ impl VelocityPass {
         self.fill(scene, island);
         self.pack.reduce();
         let mut found = None;
-        if is_moved && self.blocked.contains(&name) {
+        let blocked_for = self
+            .blocked
+            .remove(&name)
+            .filter(|_| is_moved)
+            .map(|steps| steps + 1);
+        if blocked_for.is_some_and(|steps| steps % ASK_AGAIN != 0) {
             found = self.attempt(scene, island, engines, settings, Softness::Driven);
-            if found
-                .as_ref()
-                .is_some_and(|(_, answer)| self.yields(scene, island, answer) < BLOCKED_SHARE)
-            {
-                self.blocked.remove(&name);
-                found = None;
-            }
-        } else {
-            self.blocked.remove(&name);
+            self.blocked.extend(blocked_for.map(|steps| (name, steps)));
         }
         found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid));
         // From nothing, as the last step may lead astray; then from where a little softness leads.
         for hint in [None, Some(Softness::Hint)] {
-            if found
-                .as_ref()
-                .is_some_and(|(outcome, _)| outcome.status == Status::Solved)
-            {
+            let is_solved = |(outcome, _): &(Outcome, _)| outcome.status == Status::Solved;
+            if blocked_for.is_some() || found.as_ref().is_some_and(is_solved) {
                 break;
             }
             engines.forget(name);
@@ -160,7 +155,7 @@ impl VelocityPass {
             found = None;
             if is_moved {
                 found = self.attempt(scene, island, engines, settings, Softness::Driven);
-                self.blocked.insert(name);
+                self.blocked.insert(name, blocked_for.unwrap_or(0));
             }
             if !self.is_usable(scene, island, settings, found.as_ref()) {
                 ends.gave_way = true;
@@ -288,27 +283,6 @@ impl VelocityPass {
             .map(|(touch, r)| largest(r) * touch.mobility.sqrt())
             .fold(0.0, f64::max);
         change <= LARGEST_CHANGE * speed || change == 0.0
-    }
-
-    /// By which share of its speed gives way what is moved from outside, at most?
-    fn yields(&self, scene: &Scene<'_>, island: &Island, answer: &Answer<f64>) -> f64 {
-        let touches = island
-            .touches
-            .iter()
-            .map(|&place| &scene.touches[place])
-            .zip(answer.r.chunks_exact(self.pack.dim));
-        let of_touches = touches
-            .filter(|(touch, _)| touch.is_moved())
-            .map(|(touch, r)| BLOCKED * touch.mobility * largest(r) / largest(&touch.outside));
-        let rows = island
-            .rows
-            .iter()
-            .map(|&place| &scene.rows[place])
-            .zip(&answer.rows[0]);
-        let of_rows = rows
-            .filter(|(row, _)| row.outside != 0.0)
-            .map(|(row, r)| BLOCKED * row.mobility * (r / row.outside).abs());
-        of_touches.chain(of_rows).fold(0.0, f64::max)
     }
 }
 
