@@ -15,12 +15,14 @@ const DIRECTIONS: u32 = 8;
 /// How far apart normals of one face may be: of a flat one, and, where there is no room for all, of a round one.
 const FLAT: f64 = 1e-4;
 const ROUND: f64 = 0.5;
+/// What overlaps by more than this share of the model's length does so for good.
+const DEEP: f64 = 1e-3;
 
 /// Leaves out contacts of an island: those inside of a face, of a round one only where there are many. `true` if there are still more
 /// than any kernel has room for.
-pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch]) -> bool {
+pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> bool {
     if island.len() > FEW {
-        thin_faces(island, touches, FLAT, DIRECTIONS);
+        thin_faces(island, touches, (FLAT, f64::INFINITY), DIRECTIONS);
     }
     let dim = if island.iter().all(|&place| touches[place].dim <= 3) {
         3
@@ -28,20 +30,27 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch]) -> bool {
         6
     };
     let most = sizes::most_contacts(dim);
-    for (directions, enough) in [
-        (DIRECTIONS, MANY),
-        (DIRECTIONS / 2, MANY),
-        (DIRECTIONS / 4, most),
-        (0, most), // the deepest alone
+    for (directions, enough, highest) in [
+        (DIRECTIONS, MANY, f64::INFINITY),
+        (DIRECTIONS / 2, MANY, f64::INFINITY),
+        // Of what overlaps few or one, as it has no exact answer anyway.
+        (DIRECTIONS / 4, most, -DEEP * length),
+        (0, most, -DEEP * length),
     ] {
         if island.len() > enough {
-            thin_faces(island, touches, ROUND, directions);
+            thin_faces(island, touches, (ROUND, highest), directions);
         }
     }
     island.len() > most
 }
 
-fn thin_faces(island: &mut Vec<usize>, all: &[Touch], apart: f64, directions: u32) {
+/// Leaves out what is inside of faces whose contacts all have at most a gap.
+fn thin_faces(
+    island: &mut Vec<usize>,
+    all: &[Touch],
+    (apart, highest): (f64, f64),
+    directions: u32,
+) {
     let touches: Vec<&Touch> = island.iter().map(|&place| &all[place]).collect();
     let mut stays = vec![true; touches.len()];
     let mut is_done = vec![false; touches.len()];
@@ -59,7 +68,8 @@ fn thin_faces(island: &mut Vec<usize>, all: &[Touch], apart: f64, directions: u3
         for &i in &face {
             is_done[i] = true;
         }
-        if face.len() <= FEW_OF_PAIR.min(directions as usize) {
+        let is_higher = face.iter().any(|&i| touches[i].gap > highest);
+        if is_higher || face.len() <= FEW_OF_PAIR.min(directions as usize) {
             continue;
         }
         for &i in &face {

@@ -299,7 +299,7 @@ impl Stepper {
         };
         let (mut ends, mut correction, mut is_crowded) = (Ends::NONE, vec![0.0; nv], false);
         for mut island in islands(&self.inertia, &touches, &rows, nv) {
-            is_crowded |= thin(&mut island.touches, &touches);
+            is_crowded |= thin(&mut island.touches, &touches, scale.length);
             let engines = &mut self.engines;
             self.velocity_pass
                 .solve(&scene, &island, engines, settings, &mut motion, &mut ends);

@@ -149,7 +149,8 @@ impl VelocityPass {
         }
         if !self.is_usable(scene, island, settings, found.as_ref()) {
             if let Some((outcome, _)) = &found {
-                ends.contradicts |= matches!(outcome.status, Status::Infeasible | Status::Jammed);
+                let is_proved = matches!(outcome.status, Status::Infeasible | Status::Jammed);
+                ends.contradicts |= is_proved && blocked_for.is_none();
             }
             engines.forget(name);
             found = None;
