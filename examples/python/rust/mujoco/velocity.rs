@@ -25,6 +25,8 @@ const HINT: f64 = 1e-7;
 /// those there are.
 const LARGEST_ERROR: f64 = 1e-3;
 const LARGEST_CHANGE: f64 = 1e4;
+/// What is moved from outside gives way where things would be this many times as fast as it.
+const LARGEST_SPEED: f64 = 4.0;
 /// In so many steps it is asked once whether what was blocked still is.
 const ASK_AGAIN: u32 = 8;
 
@@ -147,7 +149,11 @@ impl VelocityPass {
                 found = other;
             }
         }
-        if !self.is_usable(scene, island, settings, found.as_ref()) {
+        let is_thrown =
+            |found: &(Outcome, Answer<f64>)| is_moved && is_thrown(scene, island, found);
+        if !self.is_usable(scene, island, settings, found.as_ref())
+            || found.as_ref().is_some_and(is_thrown)
+        {
             if let Some((outcome, _)) = &found {
                 let is_proved = matches!(outcome.status, Status::Infeasible | Status::Jammed);
                 ends.contradicts |= is_proved && blocked_for.is_none();
@@ -268,23 +274,56 @@ impl VelocityPass {
         if !is_finite || is_proved || !is_near {
             return false;
         }
-        // Speeds in the metric: what moves, and what moves it from outside.
-        let energy: f64 = island
-            .dofs
-            .iter()
-            .map(|&dof| scene.inertia.impulse[dof] * scene.inertia.velocity[dof])
-            .sum();
+        let speed = speed(scene, island);
         let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
-        let drive = touches()
-            .filter(|touch| touch.mobility > 0.0)
-            .map(|touch| largest(&touch.outside) / touch.mobility.sqrt());
-        let speed = energy.max(0.0).sqrt() + drive.fold(0.0, f64::max);
         let impulses = touches().zip(answer.r.chunks_exact(self.pack.dim));
         let change = impulses
             .map(|(touch, r)| largest(r) * touch.mobility.sqrt())
             .fold(0.0, f64::max);
         change <= LARGEST_CHANGE * speed || change == 0.0
     }
+}
+
+/// Speed in the metric, `√(vᵀ M v)`: what there is without contacts and rows, and that of what moves them from outside.
+fn speed(scene: &Scene<'_>, island: &Island) -> f64 {
+    let Scene {
+        inertia,
+        touches,
+        rows,
+        ..
+    } = scene;
+    let energy: f64 = island
+        .dofs
+        .iter()
+        .map(|&dof| inertia.impulse[dof] * inertia.velocity[dof])
+        .sum();
+    let touches = island
+        .touches
+        .iter()
+        .map(|&place| (largest(&touches[place].outside), touches[place].mobility));
+    let rows = island
+        .rows
+        .iter()
+        .map(|&place| (rows[place].outside.abs(), rows[place].mobility));
+    let drive = touches.chain(rows).filter(|&(_, mobility)| mobility > 0.0);
+    energy.max(0.0).sqrt()
+        + drive
+            .map(|(speed, mobility)| speed / mobility.sqrt())
+            .fold(0.0, f64::max)
+}
+
+/// Is an answer much faster than what moves it from outside, as where an arm cannot follow?
+fn is_thrown(scene: &Scene<'_>, island: &Island, (_, answer): &(Outcome, Answer<f64>)) -> bool {
+    let moved = |(&i, v): (&usize, &f64)| {
+        let row = island
+            .dofs
+            .iter()
+            .zip(&answer.v)
+            .map(|(&j, w)| scene.inertia.entry(i, j) * w);
+        v * row.sum::<f64>()
+    };
+    let energy: f64 = island.dofs.iter().zip(&answer.v).map(moved).sum();
+    energy.sqrt() > LARGEST_SPEED * speed(scene, island)
 }
 
 fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
