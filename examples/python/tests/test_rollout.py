@@ -124,6 +124,33 @@ def test_an_environment_steps_through_this_law(name: str) -> None:
         patch(object())
 
 
+class Tray:
+    """An environment of ten frames a step, whose tray is moved by 5 mm in each."""
+
+    def __init__(self) -> None:
+        boxes = '<geom type="box" size=".2 .2 .01"/></body><body pos="0 0 .06"><freejoint/><geom type="box" size=".05 .05 .05"/>'
+        world = f'<worldbody><body mocap="true">{boxes}</body></worldbody>'
+        self.model = mujoco.MjModel.from_xml_string(f"<mujoco>{world}</mujoco>")
+        self.data = mujoco.MjData(self.model)
+
+    def _step_mujoco_simulation(self, ctrl: np.ndarray, n_frames: int) -> None:
+        raise AssertionError("MuJoCo's law")
+
+    def step(self) -> None:
+        self.data.mocap_pos[0, 0] += 0.005
+        self._step_mujoco_simulation(np.zeros(0), 10)
+
+
+def test_a_tray_carries_though_its_pose_is_written_each_tenth_step() -> None:
+    env = Tray()
+    stepper, speeds = patch(env), []
+    for _ in range(40):
+        env.step()
+        speeds.append(env.data.qvel[0])
+    assert stepper.steps == 400 and stepper.unsolved == stepper.fallbacks == 0
+    assert np.allclose(speeds[5:], 0.25, atol=1e-6) and env.data.qpos[0] > 0.19
+
+
 def test_threads_are_never_more_than_cores_and_arrays_need_not_be_aligned() -> None:
     H, push, w = np.eye(3)[None, None], np.array([[0, 0, -1.0]]), np.zeros((1, 1, 3))
     assert stiction.solve_batch(np.eye(3)[None], H, push, w, np.full((1, 1), 0.5), threads=2**40).v.shape == (1, 3)

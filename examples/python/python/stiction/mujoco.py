@@ -184,8 +184,28 @@ def rollout(
     return done
 
 
+class _Glide:
+    """Moves bodies of motion capture evenly over the frames of an environment's step, so that they have a velocity and carry."""
+
+    def __init__(self, stepper: Stepper) -> None:
+        self.stepper, self.end = stepper, (-1.0, np.zeros((0, 3)))
+
+    def step(self, data: mujoco.MjData, frames: int) -> None:
+        """Take so many steps, to the place that is written."""
+        (time, start), goal = self.end, data.mocap_pos.copy()
+        if time != data.time or np.array_equal(start, goal):  # a reset, or nothing moves
+            self.stepper.step(data, frames)
+        else:
+            for frame in range(1, frames + 1):
+                data.mocap_pos[:] = start + (goal - start) * (frame / frames)
+                self.stepper.step(data)
+        self.end = (data.time, goal)
+
+
 def patch(env: Any, *, tol: float = 1e-6, budget: int = 1000) -> Stepper:
     """Make an environment of gymnasium, gymnasium-robotics or metaworld step through this law; wrappers may be around it.
+
+    Bodies of motion capture move evenly over the frames of a step, where MuJoCo has them jump.
 
     Returns:
         The stepper, which counts what is not solved. A reset of the environment is noticed.
@@ -199,15 +219,17 @@ def patch(env: Any, *, tol: float = 1e-6, budget: int = 1000) -> Stepper:
         raise ValueError("env: no environment with a model and data of MuJoCo")
     stepper = Stepper(model, tol=tol, budget=budget)
 
+    glide = _Glide(stepper)
+
     def simulate(ctrl: ArrayLike, n_frames: int) -> None:
         bare.data.ctrl[:] = ctrl
-        stepper.step(bare.data, n_frames)
+        glide.step(bare.data, n_frames)
         mujoco.mj_rnePostConstraint(bare.model, bare.data)
 
     if hasattr(bare, "_step_mujoco_simulation"):
         bare._step_mujoco_simulation = simulate
     elif hasattr(bare, "_mujoco_step"):
-        bare._mujoco_step = lambda _action: stepper.step(bare.data, bare.n_substeps)
+        bare._mujoco_step = lambda _action: glide.step(bare.data, bare.n_substeps)
     else:
         raise ValueError("env: steps MuJoCo in a way that is not known; call Stepper.step in place of mujoco.mj_step")
     return stepper
