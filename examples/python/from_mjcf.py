@@ -35,6 +35,8 @@ while data.time < 2.0:
     stepper.step(data)
     force, slip = np.zeros((4, 6)), np.zeros(4, bool)
     for i, contact in enumerate(data.contact):
+        if stepper.modes[i] < 0:
+            continue
         foot = FEET.index(model.geom(contact.geom[1]).name)
         mujoco.mj_contactForce(model, data, i, force[foot])  # normal first, N
         slip[foot] = stepper.modes[i] == Mode.SLIP

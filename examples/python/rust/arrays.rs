@@ -1,11 +1,15 @@
 //! Arrays as they come from Python: their shapes checked, each complaint with the name of its argument.
 
-use crate::engine::Number;
-use crate::problem::{Dynamics, Friction, Problem, Rows};
 use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use stiction_kernels::problem::{Dynamics, Friction, Problem, Rows};
+
+/// A number of kernels and of numpy.
+pub(crate) trait Number: stiction_kernels::engine::Number + Element {}
+
+impl<T: stiction_kernels::engine::Number + Element> Number for T {}
 
 /// One array, with the length of its leading axis if it is one of a batch.
 struct Array<'py, T: Element> {
@@ -18,7 +22,7 @@ struct Array<'py, T: Element> {
 impl<'py, T: Element> Array<'py, T> {
     fn new(name: &'static str, array: &Bound<'py, PyAny>, is_batch: bool) -> PyResult<Self> {
         let values = match array.extract::<PyReadonlyArrayDyn<'py, T>>() {
-            Ok(values) if values.is_c_contiguous() => values,
+            Ok(values) if values.is_c_contiguous() && values.as_slice().is_ok() => values, // and aligned
             _ => Self::converted(name, array)?,
         };
         let lead = match (is_batch, values.shape().first()) {
@@ -135,7 +139,7 @@ impl<'py, T: Number> Arrays<'py, T> {
             .ok_or_else(|| friction.wrong("one coefficient a contact"))?;
         let mut dynamics = vec![number(if is_delassus { "W" } else { "M" }, 0)?];
         let n = if is_delassus {
-            crate::sizes::MOST_VELOCITIES
+            stiction_kernels::sizes::MOST_VELOCITIES
         } else {
             dynamics.push(number("H", 1)?);
             dynamics.push(number("free_impulse", 2)?);

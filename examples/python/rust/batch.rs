@@ -1,9 +1,7 @@
 //! Many scenes, on the cores of the machine.
 
 use crate::arrays::Arrays;
-use crate::engine::Number;
-use crate::problem::{Out, Outcome};
-use crate::sizes;
+use crate::arrays::Number;
 use crate::solve::{SettingsArguments, run, settings, value_error, with_engine};
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -14,6 +12,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 use stiction::Error;
+use stiction_kernels::problem::{Out, Outcome};
+use stiction_kernels::sizes;
 
 /// How often Ctrl-C is asked for.
 const PATIENCE: Duration = Duration::from_millis(50);

@@ -1,15 +1,16 @@
 //! A kernel that keeps what a warm start needs.
 
 use crate::arrays::Arrays;
-use crate::engine::{Engine, Number};
-use crate::problem::Needs;
-use crate::sizes;
+use crate::arrays::Number;
 use crate::solve::{SettingsArguments, run, settings, solved, value_error};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use std::sync::{Mutex, PoisonError};
+use stiction_kernels::engine::Engine;
+use stiction_kernels::problem::Needs;
+use stiction_kernels::sizes;
 
 /// A kernel of one number type.
 struct Kept<T> {
@@ -46,12 +47,12 @@ impl Kernel {
         let index = sizes::index(&needs).map_err(PyValueError::new_err)?;
         let kept = if single {
             Either::Single(Mutex::new(Kept {
-                engine: sizes::engine(index),
+                engine: stiction_kernels::engine::Number::engine(index),
                 loaded: None,
             }))
         } else {
             Either::Double(Mutex::new(Kept {
-                engine: sizes::engine(index),
+                engine: stiction_kernels::engine::Number::engine(index),
                 loaded: None,
             }))
         };

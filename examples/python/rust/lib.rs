@@ -2,14 +2,12 @@
 //! on all cores, and the gathering of a MuJoCo step.
 
 use pyo3::prelude::*;
+use stiction_kernels::sizes;
 
 mod arrays;
 mod batch;
-mod engine;
 mod kernel;
 mod mujoco;
-mod problem;
-mod sizes;
 mod solve;
 
 #[pymodule]
@@ -17,8 +15,8 @@ fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let sizes: Vec<_> = sizes::SIZES.iter().map(sizes::Size::tuple).collect();
     module.add("SIZES", sizes)?;
     module.add_class::<kernel::Kernel>()?;
-    module.add_class::<mujoco::Gather>()?;
-    module.add_class::<mujoco::LookAhead>()?;
+    module.add_class::<mujoco::Stepper>()?;
+    module.add_function(wrap_pyfunction!(mujoco::rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(solve::solve, module)?)?;
     module.add_function(wrap_pyfunction!(batch::solve_batch, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch_shape, module)?)?;

@@ -1,14 +1,15 @@
 //! One scene, solved by a kernel of this thread.
 
 use crate::arrays::Arrays;
-use crate::engine::{Engine, Number};
-use crate::problem::{Answer, Out, Outcome, Problem, refusal};
-use crate::sizes;
+use crate::arrays::Number;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use stiction::{Error, Model, Settings};
+use stiction_kernels::engine::Engine;
+use stiction_kernels::problem::{Answer, Out, Outcome, Problem, refusal};
+use stiction_kernels::sizes;
 
 /// Tolerance, budget, and whether the relaxed law is solved, as they come from Python.
 pub(crate) type SettingsArguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, bool);
@@ -82,7 +83,7 @@ pub(crate) fn with_engine<T: Number, V>(
         if engines.len() <= index {
             engines.resize_with(sizes::SIZES.len(), || None);
         }
-        let engine = engines[index].get_or_insert_with(|| sizes::engine(index));
+        let engine = engines[index].get_or_insert_with(|| T::engine(index));
         engine.reset();
         call(engine.as_mut())
     })

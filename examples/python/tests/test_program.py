@@ -29,6 +29,6 @@ def test_the_code_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     names: dict[str, Any] = {}
     for block in blocks:
         exec(block, names)
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     assert names["solution"].solved and names["solution"].modes[0] == stiction.Mode.SLIP
     assert names["stepper"].steps > 900 and names["stepper"].unsolved == 0

@@ -178,3 +178,15 @@ def test_a_jaw_that_jams_is_proved() -> None:
     assert found.status is Status.JAMMED and not found.is_usable(1.0)
     ((normal, x, y),) = found.certificate
     assert np.hypot(x, y) <= normal and abs(np.sum(H[0, :, 0] * found.certificate[0])) <= 1e-12 * normal
+
+
+def test_one_coefficient_is_that_of_all_contacts() -> None:
+    """Whose number tell offsets with an axis of contacts, or a Jacobian with one."""
+    H, push = np.zeros((2, 3, 3)), [0.0, 0, -1]
+    H[:, 0, 2] = H[:, 1, 0] = H[:, 2, 1] = 1.0
+    for w in (np.zeros((2, 3)), np.zeros(6)):
+        assert stiction.solve(np.eye(3), H, push, w, 0.5).status is stiction.Status.SOLVED
+    with pytest.raises(ValueError, match="^w:"):
+        stiction.solve(np.eye(3), H.reshape(6, 3), push, np.zeros(6), 0.5)
+    with pytest.raises(ValueError, match="^q:"):
+        stiction.solve_delassus(np.eye(6), np.zeros(6), 0.5)

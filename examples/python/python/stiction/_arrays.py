@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import os
 from typing import Any
 
 import numpy as np
@@ -32,13 +33,13 @@ def number_type(dtype: DTypeLike) -> np.dtype[Any]:
 
 def array(name: str, given: ArrayLike, dtype: np.dtype[Any]) -> Array:
     """An array of this type, contiguous; the one that was given, if it is so already."""
-    if isinstance(given, np.ndarray) and given.dtype == dtype and given.flags.c_contiguous:
+    if isinstance(given, np.ndarray) and given.dtype == dtype and given.flags.c_contiguous and given.flags.aligned:
         return given
     try:
         found = np.asarray(given)
         if found.dtype.kind not in "fiub":
             raise TypeError(f"numbers of type {found.dtype}")
-        return np.ascontiguousarray(found, dtype=dtype).reshape(found.shape)
+        return np.require(found, dtype, ("C", "A")).reshape(found.shape)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{name}: {error}") from None
 
@@ -48,18 +49,21 @@ def keys_array(name: str, given: ArrayLike) -> NDArray[np.uint32]:
     found = np.asarray(given)
     if found.dtype.kind not in "iu" or (found.size and (found.min() < 0 or found.max() >= 2**32)):
         raise ValueError(f"{name}: not integers from 0 to 2**32 - 1")
-    return np.ascontiguousarray(found, dtype=np.uint32).reshape(found.shape)
+    return np.require(found, np.uint32, ("C", "A")).reshape(found.shape)
 
 
-def friction(mu: ArrayLike, w: ArrayLike, dtype: np.dtype[Any], lead: int) -> Array:
-    """Coefficients; one number is that of all contacts."""
+def friction(mu: ArrayLike, offsets: tuple[str, ArrayLike], jacobian: ArrayLike | None, dtype: np.dtype[Any], lead: int) -> Array:
+    """Coefficients; one number is that of all contacts, whose number tell offsets or Jacobian with an axis of contacts."""
     found = array("mu", mu, dtype)
     if found.ndim > 0:
         return found
-    offsets = array("w", w, dtype)
-    if offsets.ndim < lead + 2:
-        raise ValueError("mu: one number does not tell how many contacts there are; give w as (contacts, rows)")
-    return np.full((1,) * lead + (offsets.shape[lead],), found, dtype)
+    name, given = offsets
+    shape = np.asarray(given).shape
+    if len(shape) < lead + 2 and jacobian is not None and np.asarray(jacobian).ndim == lead + 3:
+        shape = np.asarray(jacobian).shape
+    if len(shape) < lead + 2:
+        raise ValueError(f"{name}: one mu for all does not tell how many contacts there are; give {name} as (contacts, rows)")
+    return np.full((1,) * lead + (shape[lead],), found, dtype)
 
 
 def rows_tuple(rows: Rows, dtype: np.dtype[Any], lead: int, is_delassus: bool) -> tuple[Any, ...]:
@@ -103,10 +107,15 @@ def scene(
         raise ValueError("H: there is none")
     if rows is not None and not isinstance(rows, Rows):
         raise ValueError(f"rows: {type(rows).__name__} is not Rows")
+    jacobian = None if is_delassus else dynamics[1]
+
+    def coefficients() -> Array:
+        return friction(mu, ("q" if is_delassus else "w", w), jacobian, dtype, lead)
+
     return (
         *(dynamics if not is_delassus else (*dynamics, None, None)),
         w,
-        mu if isinstance(mu, np.ndarray) and mu.ndim else friction(mu, w, dtype, lead),
+        mu if isinstance(mu, np.ndarray) and mu.ndim else coefficients(),
         compliance,
         None if keys is None else keys_array("keys", keys),
         None if rows is None else rows_tuple(rows, dtype, lead, is_delassus),
@@ -122,3 +131,14 @@ def count(name: str, given: int) -> int:
     if found < 0:
         raise ValueError(f"{name}: {given!r} is not a number of them")
     return found
+
+
+def threads_of(given: int | None) -> int:
+    """How many threads to start: never more than there are cores for this process; ``None`` is as many."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    cores = len(affinity(0)) if affinity else os.cpu_count() or 1
+    if given is None:
+        return cores
+    if count("threads", given) == 0:
+        raise ValueError("threads: there has to be one")
+    return min(given, cores)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -42,6 +41,10 @@ class BatchSolution:
     error: Array
     #: Sweeps, chord steps, Newton steps, searches for a proof: ``(b, 4)``, int32.
     work: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        """How many scenes there are."""
+        return len(self.status)
 
     @classmethod
     def empty(cls, b: int, n: int, c: int, d: int = 3, k: int = 0, dtype: DTypeLike = DOUBLE) -> BatchSolution:
@@ -100,7 +103,7 @@ def solve_batch(
         rows: .
         compliance: .
         relaxed: .
-        threads: how many; ``None`` takes as many as there are cores for this process.
+        threads: how many, at most; ``None`` takes as many as there are cores for this process, and there are never more.
         out: arrays to write to (an earlier result, or :meth:`BatchSolution.empty`); they are returned.
         dtype: .
 
@@ -109,18 +112,16 @@ def solve_batch(
         KeyboardInterrupt: likewise.
     """
     number = _arrays.number_type(dtype)
-    if threads is None:
-        affinity = getattr(os, "sched_getaffinity", None)
-        threads = len(affinity(0)) if affinity else os.cpu_count() or 1
-    if _arrays.count("threads", threads) == 0:
-        raise ValueError("threads: there has to be one")
+    workers = _arrays.threads_of(threads)
     scenes = _arrays.scene((M, H, free_impulse), w, mu, compliance, None, rows, number, lead=1)
     shapes = _shapes(*_stiction.batch_shape(scenes, number.itemsize == 4), number)
     if out is None:
         out = BatchSolution(**{name: np.zeros(shape, kind) for name, (shape, kind) in shapes.items()})
+    elif not isinstance(out, BatchSolution):
+        raise ValueError(f"out: {type(out).__name__} is not BatchSolution")
     places = tuple(getattr(out, field.name) for field in fields(out))
     for place, (name, (shape, kind)) in zip(places, shapes.items(), strict=True):
         if place.shape != shape or place.dtype != kind or not place.flags.c_contiguous or not place.flags.writeable:
             raise ValueError(f"out.{name}: not a contiguous array of shape {list(shape)} and type {np.dtype(kind)}")
-    _stiction.solve_batch(scenes, (tol, budget, bool(relaxed)), threads, places, number.itemsize == 4)
+    _stiction.solve_batch(scenes, (tol, budget, bool(relaxed)), workers, places, number.itemsize == 4)
     return out

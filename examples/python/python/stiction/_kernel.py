@@ -67,7 +67,7 @@ def solve_delassus(
 
     Args:
         W: ``H M⁻¹ Hᵀ``, ``(m, m)``: ``d`` rows for each contact, then one for each joint row. Symmetric, without compliance;
-            it may be singular.
+            it may be singular, and its rank is at most that of the largest ``n`` that is compiled (:data:`SIZES`).
         q: contact velocities without impulses, ``(c, d)`` or ``(c·d,)``, m/s.
         mu: as in :func:`solve`.
         tol: as in :func:`solve`.
@@ -119,7 +119,17 @@ class Kernel:
         self._number = _arrays.number_type(dtype)
         sizes = {"n": n, "contacts": contacts, "dim": dim, "rows": rows}
         counts = [_arrays.count(name, given) for name, given in sizes.items()]
-        self._kernel = _stiction.Kernel(counts, bool(surfaces), self._number.itemsize == 4)
+        self._made = (counts, bool(surfaces), self._number.itemsize == 4)
+        self._kernel = _stiction.Kernel(*self._made)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what is compiled: a copy, also of another process, starts cold."""
+        return {name: own for name, own in vars(self).items() if name != "_kernel"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the kernel anew."""
+        vars(self).update(state)
+        self._kernel = _stiction.Kernel(*self._made)
 
     @property
     def size(self) -> tuple[int, int, int, int, int]:

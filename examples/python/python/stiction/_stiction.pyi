@@ -1,14 +1,16 @@
+from os import PathLike
 from typing import Any, final
 
 from numpy.typing import NDArray
 
 from ._arrays import Scene
 
-__all__ = ["SIZES", "Gather", "Kernel", "LookAhead", "batch_shape", "solve", "solve_batch"]
+__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "rollout", "solve", "solve_batch"]
 
 SIZES: list[tuple[int, int, int, int, int]]
 
 _Settings = tuple[Any, Any, bool]
+_Counts = tuple[int, int, float, int, int, int, tuple[int, float, int]]
 
 @final
 class Kernel:
@@ -21,39 +23,24 @@ class Kernel:
     def start(self, keys: NDArray[Any], impulses: NDArray[Any]) -> None: ...
 
 @final
-class Gather:
-    def __new__(cls, nv: int, joint_margins: list[float], tendon_margins: list[float]) -> Gather: ...
+class Stepper:
+    def __new__(cls, library: PathLike[str], model: int) -> Stepper: ...
     @property
     def modes(self) -> list[int]: ...
     def reset(self) -> None: ...
-    def step(
-        self,
-        metric: NDArray[Any],
-        state: tuple[NDArray[Any], ...],
-        constraints: tuple[NDArray[Any], ...],
-        contacts: tuple[NDArray[Any], ...],
-        written: tuple[NDArray[Any], ...],
-        look_ahead: LookAhead,
-        numbers: tuple[float, float, float],
-        settings: tuple[float, int],
-    ) -> tuple[int, float, int, bool, int]: ...
+    def step(self, data: int, steps: int, settings: tuple[float, int]) -> _Counts: ...
+    def step1(self, data: int) -> None: ...
+    def step2(self, data: int, settings: tuple[float, int]) -> _Counts: ...
 
-@final
-class LookAhead:
-    def __new__(
-        cls, margins: list[list[float]], geoms: list[tuple[int, int, float]], pairs: list[tuple[int, int]], least: float
-    ) -> LookAhead: ...
-    def keep(self, velocity: NDArray[Any]) -> None: ...
-    def is_pushed(self, velocity: NDArray[Any]) -> bool: ...
-    def set(
-        self,
-        motion: tuple[NDArray[Any], ...],
-        margins: list[NDArray[Any]],
-        step: float,
-        gravity: NDArray[Any],
-        fixed: float | None,
-    ) -> None: ...
-
+def rollout(
+    library: PathLike[str],
+    model: int,
+    kind: int,
+    from_: tuple[NDArray[Any], NDArray[Any]],
+    to: tuple[NDArray[Any], ...],
+    settings: tuple[float, int],
+    threads: int,
+) -> None: ...
 def solve(scene: Scene, settings: _Settings, single: bool) -> tuple[Any, ...]: ...
 def batch_shape(scenes: Scene, single: bool) -> tuple[int, int, int, int, int]: ...
 def solve_batch(scenes: Scene, settings: _Settings, threads: int, out: tuple[NDArray[Any], ...], single: bool) -> None: ...

@@ -1,86 +1,74 @@
 """MuJoCo's models, kinematics, collision, actuators and sensors, with exact Coulomb friction in its place.
 
-Needs the package ``mujoco``, 4.0 or later.
+Needs the package ``mujoco``, 4.0.
 """
 
 from __future__ import annotations
 
-import math
+import warnings
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ._stiction import Gather, LookAhead
+from . import _arrays, _stiction
 from ._types import Status
 
-__all__ = ["Stepper"]
+__all__ = ["Rollout", "Stepper", "patch", "rollout"]
 
-_MARGINS = ("geom_margin", "body_margin", "pair_margin", "jnt_margin", "tendon_margin")
-# As numbers: MuJoCo's enumerations take a microsecond to compare.
-_IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
-_EULERDAMP = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
-_DAMPER = int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
 _STATUS = tuple(Status)
+_BLOCK = 1000  # steps between looks at signals
+_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _ENABLE = mujoco.mjtEnableBit
+_INTEGRATOR = mujoco.mjtIntegrator
 
 
 class Stepper:
     """Steps a model as ``mujoco.mj_step`` does, but for its constraints: these are rigid, and friction is Coulomb's.
 
     Contacts (condim 1, 3, 4 and 6, friction of geoms and pairs, moving surfaces), limits of joints and tendons, friction loss and
-    equality constraints are solved together, to a tolerance, at the end of the step. Contacts and limits may close their gap
-    within the step and no further, so nothing sinks in. Damping of joints is implicit as with MuJoCo's Euler; with
-    ``implicitfast`` so are that of tendons and the velocity gains of actuators. ``efc_force``, ``qfrc_constraint`` and ``qacc`` are
-    written, so ``mj_contactForce`` and force sensors read what acts.
+    equality constraints are solved together, to a tolerance, at the end of the step. What would overlap after the step is found
+    there and the step solved again, so nothing sinks in. Overlaps and open equalities are taken back by a motion that is not kept
+    as a velocity. Damping of joints is implicit as with MuJoCo's Euler; all other integrators are stepped as ``implicitfast``, with
+    MuJoCo's own velocity derivatives. ``efc_force``, ``qfrc_constraint`` and ``qacc`` are written, so ``mj_contactForce`` and
+    force sensors read what acts.
 
     What has no meaning here and is not read: ``solref``, ``solimp``, ``impratio``, solver and iterations.
 
-    The stepper changes the model: cones become elliptic, Jacobians dense, and in each step margins of geoms, pairs, joints and
-    tendons grow by how far things may move in a step (MuJoCo lists contacts by their margin). For its own ``mj_step`` load another.
+    Of the model two options are changed: cones become elliptic, Jacobians dense. Several steppers, also of several threads, may
+    share a model.
     """
 
-    def __init__(
-        self,
-        model: mujoco.MjModel,
-        *,
-        tol: float = 1e-6,
-        budget: int = 1000,
-        recovery: float = 0.1,
-        closing: float = 1.0,
-        look_ahead: float | None = None,
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, *, tol: float = 1e-6, budget: int = 1000) -> None:
         """Take a model over.
 
         Args:
-            model: it is changed, see above.
+            model: see above for what is changed.
             tol: error up to which a step counts as solved.
-            budget: work that a step may take.
-            recovery: the fastest at which a penetration or a joint beyond its limit is pushed out; m/s, rad/s.
-            closing: the fastest at which an equality that is open is closed; m/s, rad/s. A body that is welded to one of motion
-                capture follows it at this speed.
-            look_ahead: contacts nearer than this are in the scene (m); ``None`` takes twice what its geoms move in a step.
+            budget: work that a solve may take.
 
         Raises:
             ValueError: the model asks for what does not map.
+            ImportError: this version of MuJoCo is not known.
         """
         _check(model)
+        _check_settings(tol, budget)
         self.model = model
         self._settings = (float(tol), int(budget))
-        self._recovery, self._closing = float(recovery), float(closing)
-        if not (self._recovery >= 0 and self._closing >= 0):
-            raise ValueError(f"recovery, closing: {recovery!r} and {closing!r} are not speeds")
-        self._fixed = None if look_ahead is None else float(look_ahead)
         #: Steps taken.
         self.steps = 0
-        #: Steps whose error is above the tolerance. They were taken all the same, with the best that was found.
+        #: Steps whose error is above the tolerance.
         self.unsolved = 0
         #: The largest error of a step that was not solved; 0 if all were.
         self.worst_error = 0.0
-        #: Steps in which penetrations contradicted each other (an object between walls that overlap it), and were left as they are.
+        #: Steps in which what is moved from outside contradicts what holds, so that it gave way.
         self.contradictions = 0
-        #: Steps in which more contacts were reached than there is room for, so that some sink in. They are not solved, with an
-        #: infinite error.
+        #: Steps in which the exact law had no usable answer and all contacts gave way a little.
+        self.fallbacks = 0
+        #: Steps in which an island had more contacts than any kernel has room for, so that all gave way a little. They are not
+        #: solved, with an infinite error.
         self.crowded = 0
         #: How the last step ended.
         self.status = Status.UNSOLVED
@@ -90,130 +78,181 @@ class Stepper:
         self.work = 0
         model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        self._margins = [getattr(model, name) for name in _MARGINS]
-        margins = [margin.tolist() for margin in self._margins]
-        radius = np.where(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE, 0.0, model.geom_rbound)
-        roots = model.body_rootid[model.geom_bodyid]
-        geoms = list(zip(model.geom_bodyid.tolist(), roots.tolist(), radius.tolist(), strict=True))
-        pairs = list(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True))
-        self._look_ahead = LookAhead(margins, geoms, pairs, 1e-3 * model.stat.meansize)
-        self._gather = Gather(model.nv, margins[3], margins[4])
-        self._metric = np.zeros((model.nv, model.nv))
-        self._no_damping = np.zeros(model.nv)
-        self._data: mujoco.MjData | None = None
+        self._own = _stiction.Stepper(_library(), model._address)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what is compiled: a copy, also of another process, starts cold, with the counts there are."""
+        return {name: own for name, own in vars(self).items() if name != "_own"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take the model over anew."""
+        vars(self).update(state)
+        self._own = _stiction.Stepper(_library(), self.model._address)
 
     @property
     def modes(self) -> list[int]:
         """:class:`stiction.Mode` of each contact of ``data.contact`` in the last step; -1 of one that took no part."""
-        return self._gather.modes
+        return self._own.modes
 
     def reset(self) -> None:
         """Forget the last step, as after ``mj_resetData``: the next one starts cold."""
-        self._gather.reset()
+        self._own.reset()
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> None:
         """Advance ``data`` by one step, or several; ``step1`` and ``step2`` in one.
 
         Raises:
-            ValueError: more joint rows than are compiled, or the mass matrix is not positive definite.
+            ValueError: the data belongs to another model, or the mass matrix is not positive definite.
         """
-        for _ in range(nstep):
-            self.step1(data)
-            self.step2(data)
+        for first in range(0, nstep, _BLOCK):
+            self._count(self._own.step(data._address, min(_BLOCK, nstep - first), self._settings))
 
     def step1(self, data: mujoco.MjData) -> None:
         """Do what comes before controls are set: positions, collision, velocities, sensors of both."""
-        if data is not self._data:
-            self._bind(data)
-        self._look(data)
-        mujoco.mj_step1(self.model, data)
+        self._own.step1(data._address)
 
     def step2(self, data: mujoco.MjData) -> None:
         """Do what comes after controls are set: actuation, the solve, the sensors of forces, and the step."""
-        model, step = self.model, self.model.opt.timestep
-        mujoco.mj_fwdActuation(model, data)
-        mujoco.mj_fwdAcceleration(model, data)
-        mujoco.mj_fullM(model, data, self._metric)
-        contact = data.contact
-        status, self.error, self.work, contradicts, left_out = self._gather.step(
-            self._implicit(data).reshape(-1),
-            self._state,
-            (data.efc_J, data.efc_type, data.efc_id, data.efc_pos, data.efc_frictionloss),
-            (
-                contact.dist,
-                contact.includemargin,
-                contact.dim,
-                contact.efc_address,
-                contact.geom,
-                contact.friction,
-                contact.surfacevel,
-            ),
-            (data.qacc, data.qfrc_constraint, data.efc_force),
-            self._look_ahead,
-            (step, self._recovery, self._closing),
-            self._settings,
-        )
+        self._count(self._own.step2(data._address, self._settings))
+
+    def _count(self, numbers: tuple[int, int, float, int, int, int, tuple[int, float, int]]) -> None:
+        """Add what a call has counted."""
+        steps, unsolved, worst_error, contradictions, fallbacks, crowded, (status, self.error, self.work) = numbers
         self.status = _STATUS[status]
-        self.steps += 1
-        self.contradictions += contradicts
-        self.crowded += left_out > 0
-        if self.status is not Status.SOLVED or left_out:
-            self.unsolved += 1
-            self.worst_error = max(self.worst_error, math.inf if left_out else self.error)
-        mujoco.mj_sensorAcc(model, data)
-        # The velocity at the end of the step is the solver's: damping is in it.
-        disabled = model.opt.disableflags
-        model.opt.disableflags = disabled | _EULERDAMP
-        mujoco.mj_Euler(model, data)
-        model.opt.disableflags = disabled
-        self._look_ahead.keep(data.qvel)
+        self.steps += steps
+        self.unsolved += unsolved
+        self.worst_error = max(self.worst_error, worst_error)
+        self.contradictions += contradictions
+        self.fallbacks += fallbacks
+        self.crowded += crowded
 
-    def _bind(self, data: mujoco.MjData) -> None:
-        """Keep what stays the same from step to step."""
-        self._data = data
-        implicit = not self.model.opt.disableflags & (_EULERDAMP | _DAMPER)
-        damping = self.model.dof_damping if implicit else self._no_damping
-        self._state = (data.qvel, data.qfrc_smooth, damping)
-        self._motion = (data.cvel, data.subtree_com, data.geom_xpos, data.qvel, data.ten_velocity)
 
-    def _look(self, data: mujoco.MjData) -> None:
-        """Set the margins that this step needs."""
-        model = self.model
-        if self._look_ahead.is_pushed(data.qvel):  # by somebody else, or it is the first step
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_comPos(model, data)
-            mujoco.mj_comVel(model, data)
-            mujoco.mj_tendon(model, data)
-        option = model.opt
-        self._look_ahead.set(self._motion, self._margins, option.timestep, option.gravity, self._fixed)
+class Rollout(NamedTuple):
+    """What copies of a model have done."""
 
-    def _implicit(self, data: mujoco.MjData) -> NDArray[np.float64]:
-        """Add to the mass matrix what ``implicitfast`` takes implicitly beside damping of joints."""
-        model, step = self.model, self.model.opt.timestep
-        if model.opt.integrator != _IMPLICITFAST:
-            return self._metric
-        if model.ntendon and np.any(model.tendon_damping):
-            jacobian = np.zeros((model.ntendon, model.nv))
-            mujoco.mju_sparse2dense(jacobian, data.ten_J.reshape(-1), model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind)
-            self._metric += step * jacobian.T @ (model.tendon_damping[:, None] * jacobian)
-        gain = -model.actuator_biasprm[:, 2] * (model.actuator_biastype == mujoco.mjtBias.mjBIAS_AFFINE)
-        if np.any(gain):
-            limited = model.actuator_forcelimited.astype(bool)
-            force, bounds = data.actuator_force, model.actuator_forcerange
-            gain[limited & ((force <= bounds[:, 0]) | (force >= bounds[:, 1]))] = 0.0
-            moment = np.zeros((model.nu, model.nv))
-            mujoco.mju_sparse2dense(moment, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind)
-            self._metric += step * moment.T @ (gain[:, None] * moment)
-        return self._metric
+    #: State of each copy after each step, as ``mujoco.mj_getState`` has it of ``mjSTATE_FULLPHYSICS``: ``(copies, steps, state)``.
+    states: NDArray[np.float64]
+    #: Readings of sensors in each step: ``(copies, steps, nsensordata)``.
+    sensors: NDArray[np.float64]
+    #: Steps of each copy that were not solved: ``(copies,)``.
+    unsolved: NDArray[np.int64]
+
+
+def rollout(
+    model: mujoco.MjModel,
+    states: ArrayLike,
+    controls: ArrayLike,
+    *,
+    threads: int | None = None,
+    tol: float = 1e-6,
+    budget: int = 1000,
+) -> Rollout:
+    """Step copies of a model, each from its state through its controls, as ``mujoco.rollout`` does.
+
+    The threads share the model, and run without the interpreter's lock. Each copy starts cold, so its result does not depend on
+    the others, nor on the number of threads.
+
+    Args:
+        model: is not changed.
+        states: where copies start, ``(copies, state)`` of ``mjSTATE_FULLPHYSICS``; one, ``(1, state)``, is the start of all.
+        controls: of each copy in each step, ``(copies, steps, nu)``; ``(1, steps, nu)`` are those of all.
+        threads: how many, at most; ``None`` takes as many as there are cores for this process, and there are never more.
+        tol: as of :class:`Stepper`.
+        budget: as of :class:`Stepper`.
+
+    Raises:
+        ValueError: the model asks for what does not map, or the shape of an array is none of these.
+        RuntimeError: MuJoCo gave up.
+    """
+    _check(model)
+    _check_settings(tol, budget)
+    size = mujoco.mj_stateSize(model, _STATE)
+    first, given = _arrays.array("states", states, _arrays.DOUBLE), _arrays.array("controls", controls, _arrays.DOUBLE)
+    if first.ndim != 2 or first.shape[1] != size:
+        raise ValueError(f"states: shape {list(first.shape)} is not (copies, {size})")
+    if given.ndim != 3 or given.shape[2] != model.nu:
+        raise ValueError(f"controls: shape {list(given.shape)} is not (copies, steps, {model.nu})")
+    copies, steps = max(len(first), len(given)), given.shape[1]
+    for name, found in (("states", first), ("controls", given)):
+        if len(found) not in (1, copies):
+            raise ValueError(f"{name}: there are {len(found)} for {copies} copies")
+    done = Rollout(np.empty((copies, steps, size)), np.empty((copies, steps, model.nsensordata)), np.zeros(copies, np.int64))
+    start = np.ascontiguousarray(np.broadcast_to(first, (copies, size)))
+    control = np.ascontiguousarray(np.broadcast_to(given, (copies, steps, model.nu)))
+    settings, workers = (float(tol), int(budget)), _arrays.threads_of(threads)
+    _stiction.rollout(_library(), model._address, int(_STATE), (start, control), tuple(done), settings, workers)
+    return done
+
+
+class _Glide:
+    """Moves bodies of motion capture evenly over the frames of an environment's step, so that they have a velocity and carry."""
+
+    def __init__(self, stepper: Stepper) -> None:
+        self.stepper, self.end = stepper, (-1.0, np.zeros((0, 3)))
+
+    def step(self, data: mujoco.MjData, frames: int) -> None:
+        """Take so many steps, to the place that is written."""
+        (time, start), goal = self.end, data.mocap_pos.copy()
+        if time != data.time or np.array_equal(start, goal):  # a reset, or nothing moves
+            self.stepper.step(data, frames)
+        else:
+            for frame in range(1, frames + 1):
+                data.mocap_pos[:] = start + (goal - start) * (frame / frames)
+                self.stepper.step(data)
+        self.end = (data.time, goal)
+
+
+def patch(env: Any, *, tol: float = 1e-6, budget: int = 1000) -> Stepper:
+    """Make an environment of gymnasium, gymnasium-robotics or metaworld step through this law; wrappers may be around it.
+
+    Bodies of motion capture move evenly over the frames of a step, where MuJoCo has them jump.
+
+    Returns:
+        The stepper, which counts what is not solved. A reset of the environment is noticed.
+
+    Raises:
+        ValueError: it has no model of MuJoCo that it steps as these do.
+    """
+    bare = getattr(env, "unwrapped", env)
+    model, data = getattr(bare, "model", None), getattr(bare, "data", None)
+    if not isinstance(model, mujoco.MjModel) or not isinstance(data, mujoco.MjData):
+        raise ValueError("env: no environment with a model and data of MuJoCo")
+    stepper = Stepper(model, tol=tol, budget=budget)
+
+    glide = _Glide(stepper)
+
+    def simulate(ctrl: ArrayLike, n_frames: int) -> None:
+        bare.data.ctrl[:] = ctrl
+        glide.step(bare.data, n_frames)
+        mujoco.mj_rnePostConstraint(bare.model, bare.data)
+
+    if hasattr(bare, "_step_mujoco_simulation"):
+        bare._step_mujoco_simulation = simulate
+    elif hasattr(bare, "_mujoco_step"):
+        bare._mujoco_step = lambda _action: glide.step(bare.data, bare.n_substeps)
+    else:
+        raise ValueError("env: steps MuJoCo in a way that is not known; call Stepper.step in place of mujoco.mj_step")
+    return stepper
+
+
+def _library() -> Path:
+    """MuJoCo's library, as the package ``mujoco`` has loaded it."""
+    folder = Path(mujoco.__file__).parent
+    names = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
+    return next(path for name in names for path in folder.glob(name))
+
+
+def _check_settings(tol: float, budget: int) -> None:
+    if not tol >= 0:
+        raise ValueError(f"tol: {tol!r} is no error")
+    if not budget >= 0:
+        raise ValueError(f"budget: {budget!r} is no amount of work")
 
 
 def _check(model: mujoco.MjModel) -> None:
     """Refuse what does not map."""
-    integrators = (mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
     refused = {
-        "option integrator: Euler and implicitfast map; RK4, implicit and discrete do not": (
-            model.opt.integrator not in integrators
-        ),
+        "option integrator: discrete does not map": model.opt.integrator == _INTEGRATOR.mjINT_DISCRETE,
         "flag sleep: bodies that sleep have no contacts here; disable it": model.opt.enableflags & _ENABLE.mjENBL_SLEEP,
         "flag speculative: its distances are made for soft contacts; disable it, a Stepper looks ahead by itself": (
             model.opt.enableflags & _ENABLE.mjENBL_SPECULATIVE
@@ -225,3 +264,5 @@ def _check(model: mujoco.MjModel) -> None:
     for reason, holds in refused.items():
         if holds:
             raise ValueError(f"model: {reason}")
+    if model.opt.integrator in (_INTEGRATOR.mjINT_RK4, _INTEGRATOR.mjINT_IMPLICIT):
+        warnings.warn("the model's integrator, RK4 or implicit, is stepped as implicitfast", stacklevel=3)

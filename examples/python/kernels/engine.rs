@@ -1,7 +1,6 @@
 //! A kernel of one compiled size behind an interface for all: fills it, padded, and reads its solution.
 
 use crate::problem::{Dynamics, Friction, Out, Outcome, Problem};
-use numpy::Element;
 use std::cell::RefCell;
 use std::thread::LocalKey;
 use stiction::nalgebra::{SMatrix, SVector};
@@ -10,11 +9,15 @@ use stiction::{
 };
 
 /// A kernel for each size, as far as this thread has needed them.
-pub(crate) type Engines<T> = RefCell<Vec<Option<Box<dyn Engine<T>>>>>;
+pub type Engines<T> = RefCell<Vec<Option<Box<dyn Engine<T>>>>>;
 
 /// `f32` and `f64`.
-pub(crate) trait Number: Real + Element + Default + Into<f64> {
+pub trait Number: Real + Default + Into<f64> + Send + Sync + 'static {
+    /// This thread's kernels.
     fn engines() -> &'static LocalKey<Engines<Self>>;
+
+    /// A kernel of a size, by its place in the table.
+    fn engine(index: usize) -> Box<dyn Engine<Self>>;
 }
 
 macro_rules! number {
@@ -26,13 +29,17 @@ macro_rules! number {
                 }
                 &ENGINES
             }
+
+            fn engine(index: usize) -> Box<dyn Engine<Self>> {
+                crate::sizes::engine(index)
+            }
         }
     )*};
 }
 number!(f32, f64);
 
 /// A kernel of one size.
-pub(crate) trait Engine<T>: Send + Sync {
+pub trait Engine<T>: Send + Sync {
     /// Takes a scene that fits.
     fn load(&mut self, problem: &Problem<'_, T>) -> Result<(), Error>;
 
@@ -53,7 +60,7 @@ type Push<T, const N: usize, const D: usize, const C: usize, const R: usize, con
     fn(&mut Scene<T, N, D, C, R, S>, &Contact<T, N, D>) -> Result<usize, Error>;
 
 /// The kernel of a size.
-pub(crate) struct Compiled<
+pub struct Compiled<
     T: Real,
     const N: usize,
     const D: usize,
@@ -66,16 +73,39 @@ pub(crate) struct Compiled<
     push: Push<T, N, D, C, R, S>,
 }
 
+/// Kernels of more bytes than this are made and run on a thread of their own, with a stack of so many bytes: their locals do not
+/// fit on every stack.
+const LARGE: usize = 1 << 19;
+const STACK: usize = 64 << 20;
+
+/// Runs what needs room for a kernel on the stack.
+fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    if size_of::<K>() <= LARGE {
+        return work();
+    }
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new()
+            .stack_size(STACK)
+            .spawn_scoped(scope, work);
+        let done = thread
+            .map_err(|error| -> Box<dyn std::any::Any + Send> { Box::new(error.to_string()) });
+        done.and_then(std::thread::ScopedJoinHandle::join)
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
 impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Compiled<T, N, D, C, R, S>
 {
-    pub(crate) fn new(push: Push<T, N, D, C, R, S>) -> Self {
-        let (kernel, free_impulse) = (Kernel::new(), SVector::zeros());
-        Self {
-            kernel,
-            free_impulse,
-            push,
-        }
+    pub fn boxed(push: Push<T, N, D, C, R, S>) -> Box<Self> {
+        with_room::<Self, _>(|| {
+            let (kernel, free_impulse) = (Kernel::new(), SVector::zeros());
+            Box::new(Self {
+                kernel,
+                free_impulse,
+                push,
+            })
+        })
     }
 
     /// Pads `M` with unit masses, which nothing moves.
@@ -196,15 +226,17 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
     }
 
     fn solve(&mut self, settings: &Settings<T>, resume: bool) -> Result<Outcome, Error> {
-        let solution = if resume {
-            self.kernel.resume(&self.free_impulse, settings)?
-        } else {
-            self.kernel.solve(&self.free_impulse, settings)?
-        };
-        Ok(Outcome {
-            status: solution.status,
-            error: solution.error.into(),
-            work: solution.work,
+        with_room::<Self, _>(|| {
+            let solution = if resume {
+                self.kernel.resume(&self.free_impulse, settings)?
+            } else {
+                self.kernel.solve(&self.free_impulse, settings)?
+            };
+            Ok(Outcome {
+                status: solution.status,
+                error: solution.error.into(),
+                work: solution.work,
+            })
         })
     }
 

@@ -6,7 +6,7 @@ use stiction::{Scene, Surface};
 
 /// A compiled size: velocities, rows of a contact, contacts, joint rows, contacts with a surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Size {
+pub struct Size {
     n: usize,
     dim: usize,
     contacts: usize,
@@ -15,7 +15,7 @@ pub(crate) struct Size {
 }
 
 impl Size {
-    pub(crate) fn tuple(&self) -> (usize, usize, usize, usize, usize) {
+    pub fn tuple(&self) -> (usize, usize, usize, usize, usize) {
         let Self {
             n,
             dim,
@@ -26,7 +26,7 @@ impl Size {
         (n, dim, contacts, rows, surfaces)
     }
 
-    pub(crate) fn holds(&self, needs: &Needs) -> bool {
+    pub fn holds(&self, needs: &Needs) -> bool {
         needs.n <= self.n
             && needs.dim == self.dim
             && needs.contacts <= self.contacts
@@ -35,20 +35,33 @@ impl Size {
     }
 }
 
+impl Needs {
+    /// The argument that asks for more than this size has.
+    fn culprit(&self, most: &Size) -> &'static str {
+        if self.n > most.n {
+            "M"
+        } else if self.contacts > most.contacts {
+            "H"
+        } else {
+            "rows"
+        }
+    }
+}
+
 /// The index of the first size that holds a scene.
 ///
 /// # Errors
 /// No size does: what to do.
-pub(crate) fn index(needs: &Needs) -> Result<usize, String> {
+pub fn index(needs: &Needs) -> Result<usize, String> {
     SIZES.iter().position(|size| size.holds(needs)).ok_or_else(|| {
         let Needs { n, dim, contacts, rows, .. } = *needs;
         let of_dim = SIZES.iter().filter(|size| size.dim == dim);
         match of_dim.max_by_key(|size| (size.n, size.contacts, size.rows)) {
             Some(most) => format!(
-                "a scene of {n} velocities, {contacts} contacts of {dim} rows and {rows} joint rows: at most {}, {} and {} \
+                "{}: a scene of {n} velocities, {contacts} contacts of {dim} rows and {rows} joint rows: at most {}, {} and {} \
                  are compiled; leave out velocities that no contact moves, merge contacts, leave out limits that are far, \
-                 or add a line to rust/sizes.rs",
-                most.n, most.contacts, most.rows
+                 or add a line to kernels/sizes.rs",
+                needs.culprit(most), most.n, most.contacts, most.rows
             ),
             None => format!("H: contacts of {dim} rows; 1, 2, 3, 4 or 6 have a meaning"),
         }
@@ -59,12 +72,12 @@ pub(crate) fn index(needs: &Needs) -> Result<usize, String> {
 macro_rules! sizes {
     ($($push:ident: $(($n:literal, $d:literal, $c:literal, $r:literal, $s:literal))*;)*) => {
         /// In the order in which they are tried.
-        pub(crate) const SIZES: &[Size] = &[$($(Size { n: $n, dim: $d, contacts: $c, rows: $r, surfaces: $s },)*)*];
+        pub const SIZES: &[Size] = &[$($(Size { n: $n, dim: $d, contacts: $c, rows: $r, surfaces: $s },)*)*];
 
         /// A kernel of a size.
         pub(crate) fn engine<T: Number>(index: usize) -> Box<dyn Engine<T>> {
             let constructors: &[fn() -> Box<dyn Engine<T>>] =
-                &[$($(|| Box::new(Compiled::<T, $n, $d, $c, $r, $s>::new($push!())),)*)*];
+                &[$($(|| Compiled::<T, $n, $d, $c, $r, $s>::boxed($push!()),)*)*];
             constructors[index]()
         }
     };
@@ -85,16 +98,16 @@ macro_rules! on_surface {
 // Room for contacts and rows costs next to nothing, velocities that nothing moves do.
 sizes! {
     plain:
-        (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 24, 16) (24, 3, 12, 24, 12) (36, 3, 24, 48, 24)
+        (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 24, 16) (24, 3, 12, 24, 12) (36, 3, 24, 48, 24) (60, 3, 64, 96, 64) (96, 3, 64, 96, 64) (144, 3, 64, 96, 64)
         (12, 2, 8, 12, 8) (36, 2, 16, 48, 16)
         (36, 1, 16, 48, 16);
     on_surface:
         (36, 4, 16, 48, 16)
-        (12, 6, 8, 12, 8) (36, 6, 24, 48, 24);
+        (12, 6, 8, 12, 8) (36, 6, 24, 48, 24) (96, 6, 64, 96, 64);
 }
 
 /// The most velocities that any of them has.
-pub(crate) const MOST_VELOCITIES: usize = {
+pub const MOST_VELOCITIES: usize = {
     let (mut most, mut place) = (0, 0);
     while place < SIZES.len() {
         if SIZES[place].n > most {
@@ -106,7 +119,16 @@ pub(crate) const MOST_VELOCITIES: usize = {
 };
 
 /// The most contacts of so many rows that any of them has.
-pub(crate) fn most_contacts(dim: usize) -> usize {
+pub fn most_contacts(dim: usize) -> usize {
     let of_dim = SIZES.iter().filter(|size| size.dim == dim);
     of_dim.map(|size| size.contacts).max().unwrap_or(0)
+}
+
+/// For how many velocities the smallest kernel has room that holds so many.
+pub fn room(velocities: usize) -> Option<usize> {
+    SIZES
+        .iter()
+        .map(|size| size.n)
+        .filter(|&n| n >= velocities)
+        .min()
 }

@@ -4,23 +4,23 @@ use stiction::{Error, Input, List, Real, Status, Work};
 
 /// A scene of `c` contacts with `dim` rows each and of `k` joint rows, over `n` velocities.
 #[derive(Clone, Copy)]
-pub(crate) struct Problem<'a, T> {
-    pub(crate) n: usize,
-    pub(crate) dim: usize,
-    pub(crate) dynamics: Dynamics<'a, T>,
+pub struct Problem<'a, T> {
+    pub n: usize,
+    pub dim: usize,
+    pub dynamics: Dynamics<'a, T>,
     /// `w`, or `q`; `c × dim`.
-    pub(crate) offsets: &'a [T],
-    pub(crate) friction: Friction<'a, T>,
+    pub offsets: &'a [T],
+    pub friction: Friction<'a, T>,
     /// Along normal and tangents, `c × 2`; empty if all are rigid.
-    pub(crate) compliance: &'a [T],
+    pub compliance: &'a [T],
     /// `c`, or empty if all are 0.
-    pub(crate) keys: &'a [u32],
-    pub(crate) rows: Rows<'a, T>,
+    pub keys: &'a [u32],
+    pub rows: Rows<'a, T>,
 }
 
 /// What moves.
 #[derive(Clone, Copy)]
-pub(crate) enum Dynamics<'a, T> {
+pub enum Dynamics<'a, T> {
     /// `M` (`n × n`), `H` (`c × dim × n`) and the free impulse (`n`).
     Mass(&'a [T], &'a [T], &'a [T]),
     /// `W` (`m × m`).
@@ -29,7 +29,7 @@ pub(crate) enum Dynamics<'a, T> {
 
 /// Friction coefficients.
 #[derive(Clone, Copy)]
-pub(crate) enum Friction<'a, T> {
+pub enum Friction<'a, T> {
     /// One a contact.
     Round(&'a [T]),
     /// One for each row behind the normal, `c × (dim - 1)`.
@@ -38,18 +38,18 @@ pub(crate) enum Friction<'a, T> {
 
 /// Joint rows; without bounds there are none.
 #[derive(Clone, Copy)]
-pub(crate) struct Rows<'a, T> {
+pub struct Rows<'a, T> {
     /// `k × n`; empty beside a `W`.
-    pub(crate) jacobian: &'a [T],
-    pub(crate) offset: &'a [T],
-    pub(crate) lower: &'a [T],
-    pub(crate) upper: &'a [T],
-    pub(crate) compliance: &'a [T],
-    pub(crate) keys: &'a [u32],
+    pub jacobian: &'a [T],
+    pub offset: &'a [T],
+    pub lower: &'a [T],
+    pub upper: &'a [T],
+    pub compliance: &'a [T],
+    pub keys: &'a [u32],
 }
 
 impl<T> Rows<'_, T> {
-    pub(crate) const NONE: Self = Self {
+    pub const NONE: Self = Self {
         jacobian: &[],
         offset: &[],
         lower: &[],
@@ -60,12 +60,12 @@ impl<T> Rows<'_, T> {
 }
 
 impl<T> Problem<'_, T> {
-    pub(crate) fn contacts(&self) -> usize {
+    pub fn contacts(&self) -> usize {
         self.offsets.len() / self.dim
     }
 
     /// What a compiled size has to hold.
-    pub(crate) fn needs(&self) -> Needs {
+    pub fn needs(&self) -> Needs {
         let (contacts, rows) = (self.contacts(), self.rows.lower.len());
         let n = match self.dynamics {
             Dynamics::Mass(..) => self.n,
@@ -84,43 +84,43 @@ impl<T> Problem<'_, T> {
 
 /// What a compiled size has to hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Needs {
-    pub(crate) n: usize,
-    pub(crate) dim: usize,
-    pub(crate) contacts: usize,
-    pub(crate) rows: usize,
-    pub(crate) surfaces: bool,
+pub struct Needs {
+    pub n: usize,
+    pub dim: usize,
+    pub contacts: usize,
+    pub rows: usize,
+    pub surfaces: bool,
 }
 
 /// Where a solution goes.
-pub(crate) struct Out<'a, T> {
-    pub(crate) v: &'a mut [T],
-    pub(crate) r: &'a mut [T],
-    pub(crate) u: &'a mut [T],
-    pub(crate) modes: &'a mut [i8],
-    pub(crate) certificate: &'a mut [T],
-    pub(crate) row_impulses: &'a mut [T],
-    pub(crate) row_velocities: &'a mut [T],
-    pub(crate) row_modes: &'a mut [i8],
-    pub(crate) row_certificate: &'a mut [T],
+pub struct Out<'a, T> {
+    pub v: &'a mut [T],
+    pub r: &'a mut [T],
+    pub u: &'a mut [T],
+    pub modes: &'a mut [i8],
+    pub certificate: &'a mut [T],
+    pub row_impulses: &'a mut [T],
+    pub row_velocities: &'a mut [T],
+    pub row_modes: &'a mut [i8],
+    pub row_certificate: &'a mut [T],
 }
 
 /// The arrays of a solution.
 #[derive(Default)]
-pub(crate) struct Answer<T> {
-    pub(crate) v: Vec<T>,
-    pub(crate) r: Vec<T>,
-    pub(crate) u: Vec<T>,
-    pub(crate) modes: Vec<i8>,
-    pub(crate) certificate: Vec<T>,
+pub struct Answer<T> {
+    pub v: Vec<T>,
+    pub r: Vec<T>,
+    pub u: Vec<T>,
+    pub modes: Vec<i8>,
+    pub certificate: Vec<T>,
     /// Impulses, velocities and certificate of joint rows.
-    pub(crate) rows: [Vec<T>; 3],
-    pub(crate) row_modes: Vec<i8>,
+    pub rows: [Vec<T>; 3],
+    pub row_modes: Vec<i8>,
 }
 
 impl<T: Real> Answer<T> {
     /// Places for so many velocities, contacts of so many rows, and joint rows.
-    pub(crate) fn out(&mut self, [n, contacts, dim, rows]: [usize; 4]) -> Out<'_, T> {
+    pub fn out(&mut self, [n, contacts, dim, rows]: [usize; 4]) -> Out<'_, T> {
         self.v.resize(n, T::ZERO);
         self.r.resize(contacts * dim, T::ZERO);
         self.u.resize(contacts * dim, T::ZERO);
@@ -147,15 +147,15 @@ impl<T: Real> Answer<T> {
 
 /// How a solve ended.
 #[derive(Clone, Copy)]
-pub(crate) struct Outcome {
-    pub(crate) status: Status,
-    pub(crate) error: f64,
-    pub(crate) work: Work,
+pub struct Outcome {
+    pub status: Status,
+    pub error: f64,
+    pub work: Work,
 }
 
 impl Outcome {
     /// Sweeps, chord steps, Newton steps, searches for a proof.
-    pub(crate) fn work(&self) -> [i32; 4] {
+    pub fn work(&self) -> [i32; 4] {
         let Work {
             sweeps,
             chord_steps,
@@ -169,7 +169,7 @@ impl Outcome {
 }
 
 /// An error, after the name of the argument that it speaks of.
-pub(crate) fn refusal(error: &Error) -> String {
+pub fn refusal(error: &Error) -> String {
     let argument = match error {
         Error::NotFinite { input, .. } => match input {
             Input::Mass => "M",

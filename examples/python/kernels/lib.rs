@@ -1,0 +1,5 @@
+//! Kernels of a table of sizes behind one interface: filled from slices, padded, and read into slices.
+
+pub mod engine;
+pub mod problem;
+pub mod sizes;

@@ -1,0 +1,97 @@
+//! Fewer contacts, where a pair of faces has more than hold it.
+
+use super::touch::Touch;
+use nalgebra::Vector3;
+use stiction_kernels::sizes;
+
+/// Up to so many contacts nothing is left out, nor of a pair of faces.
+const FEW: usize = 8;
+const FEW_OF_PAIR: usize = 4;
+/// From here on a step takes long.
+const MANY: usize = 24;
+/// Directions along a face in which its outermost contact stays.
+const DIRECTIONS: u32 = 8;
+
+/// How far apart normals of one face may be: of a flat one, and, where there is no room for all, of a round one.
+const FLAT: f64 = 1e-4;
+const ROUND: f64 = 0.5;
+/// What overlaps by more than this share of the model's length does so for good.
+const DEEP: f64 = 1e-3;
+
+/// Leaves out contacts of an island: those inside of a face, of a round one only where there are many. `true` if there are still more
+/// than any kernel has room for.
+pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> bool {
+    if island.len() > FEW {
+        thin_faces(island, touches, (FLAT, f64::INFINITY), DIRECTIONS);
+    }
+    let dim = if island.iter().all(|&place| touches[place].dim <= 3) {
+        3
+    } else {
+        6
+    };
+    let most = sizes::most_contacts(dim);
+    for (directions, enough, highest) in [
+        (DIRECTIONS, MANY, f64::INFINITY),
+        (DIRECTIONS / 2, MANY, f64::INFINITY),
+        // Of what overlaps few or one, as it has no exact answer anyway.
+        (DIRECTIONS / 4, most, -DEEP * length),
+        (0, most, -DEEP * length),
+    ] {
+        if island.len() > enough {
+            thin_faces(island, touches, (ROUND, highest), directions);
+        }
+    }
+    island.len() > most
+}
+
+/// Leaves out what is inside of faces whose contacts all have at most a gap.
+fn thin_faces(
+    island: &mut Vec<usize>,
+    all: &[Touch],
+    (apart, highest): (f64, f64),
+    directions: u32,
+) {
+    let touches: Vec<&Touch> = island.iter().map(|&place| &all[place]).collect();
+    let mut stays = vec![true; touches.len()];
+    let mut is_done = vec![false; touches.len()];
+    for first in 0..touches.len() {
+        if is_done[first] {
+            continue;
+        }
+        let normal = touches[first].normal;
+        let same = |touch: &&Touch| {
+            touch.geoms == touches[first].geoms && (touch.normal - normal).norm() < apart
+        };
+        let face: Vec<_> = (first..touches.len())
+            .filter(|&i| !is_done[i] && same(&touches[i]))
+            .collect();
+        for &i in &face {
+            is_done[i] = true;
+        }
+        let is_higher = face.iter().any(|&i| touches[i].gap > highest);
+        if is_higher || face.len() <= FEW_OF_PAIR.min(directions as usize) {
+            continue;
+        }
+        for &i in &face {
+            stays[i] = false;
+        }
+        let by =
+            |f: &dyn Fn(usize) -> f64| face.iter().copied().max_by(|&a, &b| f(a).total_cmp(&f(b)));
+        let across = if normal.x.abs() < 0.8 {
+            Vector3::x()
+        } else {
+            Vector3::y()
+        };
+        let one = normal.cross(&across).normalize();
+        let other = normal.cross(&one);
+        let outermost = (0..directions).filter_map(|i| {
+            let angle = 0.1 + f64::from(i) * std::f64::consts::TAU / f64::from(directions);
+            let direction = one * angle.cos() + other * angle.sin();
+            by(&|i| touches[i].place.dot(&direction))
+        });
+        let deepest = by(&|i| -touches[i].gap);
+        outermost.chain(deepest).for_each(|i| stays[i] = true);
+    }
+    let mut stays = stays.into_iter();
+    island.retain(|_| stays.next().unwrap_or(true));
+}

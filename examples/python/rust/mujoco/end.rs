@@ -1,0 +1,328 @@
+//! What overlaps at the end of the step and is not in the scene.
+
+use super::facts::{Facts, MOST_POSES, body_of, is_side_of_prism};
+use super::ffi::{ContactRef, Data, Model, OwnedContact};
+use super::touch::{SAME_NORMAL, Touch, dot, pair_of};
+use nalgebra::{Matrix3, Vector3};
+use std::collections::HashSet;
+
+/// A contact where it was found.
+pub(super) struct There {
+    gap: f64,
+    pub(super) rows: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl There {
+    /// The gap at the start of the step, as its row sees it.
+    pub(super) fn gap_before(&self, h: f64) -> f64 {
+        self.gap - h * dot(&self.rows[..self.velocity.len()], &self.velocity)
+    }
+}
+
+/// What is told of a contact at the end.
+pub(super) enum Seen {
+    /// It is listed, but did not take part: its place in MuJoCo's list.
+    Listed(usize),
+    /// It takes part, and is deeper than its row foresaw, by so much (m): its path has a curve.
+    Deeper(usize, f64),
+    /// It was found before, and is elsewhere now.
+    Again(usize, OwnedContact, There),
+    New(OwnedContact, There),
+}
+
+/// Looks at poses of the step.
+pub(super) struct Lookout<'a> {
+    pub(super) model: &'a Model,
+    pub(super) facts: &'a Facts,
+    /// By how much margins have grown (m).
+    pub(super) grown: f64,
+    /// Overlaps up to this count as none (m), and the model's length.
+    pub(super) slop: f64,
+    pub(super) length: f64,
+}
+
+/// What is looked at.
+pub(super) struct Step<'a> {
+    pub(super) data: &'a Data,
+    pub(super) velocity: &'a [f64],
+    /// Contacts that take part, and their places in MuJoCo's list.
+    pub(super) touches: &'a [Touch],
+    pub(super) taken: &'a HashSet<usize>,
+    /// May rows of contacts that were found before be taken anew?
+    pub(super) takes_anew: bool,
+}
+
+/// Contacts that are added at once.
+const MOST_NEW: usize = 64;
+/// Contacts of a pair as near as this are one: over the model's length, those of the scene and those found.
+const NEAR_KNOWN: f64 = 0.05;
+const NEAR_FOUND: f64 = 1e-3;
+
+/// An overlap at a pose.
+struct Overlap {
+    index: usize,
+    depth: f64,
+    /// How deep is only what its path has of a curve (m).
+    deepest: f64,
+    geoms: [usize; 2],
+    place: Vector3<f64>,
+    normal: Vector3<f64>,
+    known: Option<usize>,
+}
+
+impl Lookout<'_> {
+    /// Is a contact none of the surfaces, but of what a height field is made of?
+    pub(super) fn is_ghost(&self, data: &Data, contact: ContactRef<'_>) -> bool {
+        if !self.facts.height_fields {
+            return false;
+        }
+        let [normal, ..] = contact.frame();
+        let sides = contact.geoms().into_iter().zip([1.0, -1.0]);
+        sides.into_iter().any(|(geom, sign)| {
+            let (position, rotation) = (data.geom_xpos()[geom], data.geom_xmat()[geom]);
+            is_side_of_prism(
+                self.model,
+                geom,
+                [position, contact.place()],
+                rotation,
+                sign * Vector3::from(normal),
+            )
+        })
+    }
+
+    /// Looks for what overlaps after the step, or on the way where things move far.
+    pub(super) fn look(&self, step: &Step<'_>, scratch: &mut Data) -> Vec<Seen> {
+        let h = self.model.step();
+        self.pose(step, scratch, h);
+        let moved = moved(self.model, step.data, scratch);
+        let mut poses = self.facts.poses(&moved);
+        loop {
+            let (mut seen, mut found, mut is_doubtful) = (Vec::new(), Vec::new(), false);
+            for pose in 1..=poses {
+                let share = f64::from(pose) / f64::from(poses);
+                if poses > 1 {
+                    self.pose(step, scratch, share * h);
+                }
+                scratch.collision(self.model);
+                let mut overlaps = self.overlaps(scratch);
+                if overlaps.is_empty() {
+                    continue;
+                }
+                self.recognise(&mut overlaps, step, (scratch, share), &moved);
+                scratch.com_pos(self.model);
+                for overlap in overlaps {
+                    is_doubtful |= !self.tell(step, scratch, overlap, share, &mut seen, &mut found);
+                }
+            }
+            if !is_doubtful || !seen.is_empty() || poses >= MOST_POSES {
+                return seen;
+            }
+            // Entered so deep that its side is not known: looked at on the way.
+            poses = (4 * poses).min(MOST_POSES);
+        }
+    }
+
+    fn pose(&self, step: &Step<'_>, scratch: &mut Data, time: f64) {
+        scratch.qpos_mut().copy_from_slice(step.data.qpos());
+        scratch
+            .mocap_pos_mut()
+            .copy_from_slice(step.data.mocap_pos());
+        scratch
+            .mocap_quat_mut()
+            .copy_from_slice(step.data.mocap_quat());
+        self.model
+            .integrate(scratch.qpos_mut(), step.velocity, time);
+        scratch.kinematics(self.model);
+    }
+
+    fn overlaps(&self, scratch: &Data) -> Vec<Overlap> {
+        let overlap = |(index, contact): (usize, ContactRef<'_>)| {
+            let depth = -contact.gap(self.grown);
+            (depth > self.slop && !contact.is_excluded() && !self.is_ghost(scratch, contact)).then(
+                || Overlap {
+                    index,
+                    depth,
+                    deepest: 0.0,
+                    geoms: pair_of(contact),
+                    place: contact.place().into(),
+                    normal: contact.frame()[0].into(),
+                    known: None,
+                },
+            )
+        };
+        scratch.contacts().enumerate().filter_map(overlap).collect()
+    }
+
+    /// Tells which contacts of the scene they are, each of one overlap: those that are nearest to each other first.
+    fn recognise(
+        &self,
+        overlaps: &mut [Overlap],
+        step: &Step<'_>,
+        (scratch, share): (&Data, f64),
+        moved: &[Moved],
+    ) {
+        let (touches, time) = (step.touches, share * self.model.step());
+        let mut pairs = Vec::new();
+        for (i, overlap) in overlaps.iter_mut().enumerate() {
+            let [one, other] = overlap.geoms.map(|geom| &moved[geom]);
+            // Corners and edges come along with their bodies, contacts of what is round do not.
+            let has_corners = overlap
+                .geoms
+                .iter()
+                .all(|&geom| self.facts.has_corners(geom));
+            let turned = one.curve + other.curve;
+            let far = if has_corners {
+                turned
+            } else {
+                2.0 * (one.most + other.most)
+            };
+            let reach = NEAR_KNOWN * self.length + far;
+            overlap.deepest = NEAR_FOUND * self.length + turned;
+            for (j, touch) in touches.iter().enumerate() {
+                let distance = came_along(touch, step.data, scratch)
+                    .map(|place| (place - overlap.place).norm())
+                    .fold(f64::INFINITY, f64::min);
+                let is_it = touch.faces(overlap.geoms, overlap.normal) && distance < reach;
+                let depth = touch.depth_after(step.velocity, time).max(-touch.gap);
+                if is_it && overlap.depth < depth + overlap.deepest {
+                    pairs.push((distance, i, j));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut is_used = vec![false; touches.len()];
+        for (_, i, j) in pairs {
+            if overlaps[i].known.is_none() && !is_used[j] {
+                (overlaps[i].known, is_used[j]) = (Some(j), true);
+            }
+        }
+    }
+
+    /// Tells of an overlap; `false` if it is not known which side was entered.
+    fn tell(
+        &self,
+        step: &Step<'_>,
+        scratch: &Data,
+        overlap: Overlap,
+        share: f64,
+        seen: &mut Vec<Seen>,
+        found: &mut Vec<([usize; 2], Vector3<f64>)>,
+    ) -> bool {
+        let known = overlap.known.map(|known| &step.touches[known]);
+        if let Some(known) = known {
+            let more = overlap.depth - known.depth_after(step.velocity, self.model.step());
+            if !step.takes_anew || share < 1.0 || (!known.is_new && more <= self.slop) {
+                return true;
+            }
+            if !known.is_new {
+                seen.push(Seen::Deeper(known.index, more));
+                return true;
+            }
+        }
+        let near = |place: Vector3<f64>| (place - overlap.place).norm() < NEAR_FOUND * self.length;
+        if known.is_none() {
+            if seen.len() == MOST_NEW
+                || found
+                    .iter()
+                    .any(|&(geoms, place)| geoms == overlap.geoms && near(place))
+            {
+                return true;
+            }
+            let is_it = |&(index, contact): &(usize, ContactRef<'_>)| {
+                let distance = (Vector3::from(contact.place()) - overlap.place).norm();
+                !step.taken.contains(&index)
+                    && !seen
+                        .iter()
+                        .any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
+                    && pair_of(contact) == overlap.geoms
+                    && Vector3::from(contact.frame()[0]).dot(&overlap.normal) > SAME_NORMAL
+                    && distance < NEAR_KNOWN * self.length
+            };
+            if let Some((listed, _)) = step.data.contacts().enumerate().find(is_it) {
+                found.push((overlap.geoms, overlap.place));
+                seen.push(Seen::Listed(listed));
+                return true;
+            }
+        }
+        let contact = scratch.contact(overlap.index);
+        let velocity = step.velocity.iter().map(|v| v * share).collect();
+        let there = There {
+            gap: contact.gap(self.grown),
+            rows: jacobian(self.model, scratch, contact),
+            velocity,
+        };
+        // What would have overlapped all along is the wrong side of what was entered.
+        if there.gap_before(self.model.step()) < -overlap.deepest {
+            return false;
+        }
+        if known.is_none() {
+            found.push((overlap.geoms, overlap.place));
+        }
+        // With a distance that MuJoCo takes for a contact.
+        let copy = OwnedContact::new(contact, -self.slop, 0.0);
+        seen.push(match known {
+            Some(known) => Seen::Again(known.index, copy, there),
+            None => Seen::New(copy, there),
+        });
+        true
+    }
+}
+
+/// Where a contact is that has stayed in place, or has come along with one of its geoms.
+fn came_along<'a>(
+    touch: &'a Touch,
+    before: &'a Data,
+    after: &'a Data,
+) -> impl Iterator<Item = Vector3<f64>> + 'a {
+    let geoms = if touch.is_new {
+        &[][..]
+    } else {
+        &touch.geoms[..]
+    };
+    let along = |&geom: &usize| {
+        let frame = |data: &Data| Matrix3::from_row_slice(&data.geom_xmat()[geom]);
+        let place = |data: &Data| Vector3::from(data.geom_xpos()[geom]);
+        place(after) + frame(after) * frame(before).transpose() * (touch.place - place(before))
+    };
+    std::iter::once(touch.place).chain(geoms.iter().map(along))
+}
+
+/// How far a geom moves in a step, at most (m), and how far from a line.
+pub(super) struct Moved {
+    pub(super) most: f64,
+    curve: f64,
+}
+
+fn moved(model: &Model, before: &Data, after: &Data) -> Vec<Moved> {
+    let places = before.geom_xpos().iter().zip(after.geom_xpos());
+    let frames = before.geom_xmat().iter().zip(after.geom_xmat());
+    let both = places.zip(frames).zip(model.geom_rbound());
+    both.map(|(((p, q), (a, b)), radius)| {
+        let along = (Vector3::from(*q) - Vector3::from(*p)).norm();
+        let turned = (Matrix3::from_row_slice(b) - Matrix3::from_row_slice(a)).norm();
+        let most = along + turned * radius;
+        Moved {
+            most,
+            curve: turned * most,
+        }
+    })
+    .collect()
+}
+
+/// The Jacobian of a contact where the data is.
+fn jacobian(model: &Model, data: &Data, contact: ContactRef<'_>) -> Vec<f64> {
+    let nv = model.sizes.velocities;
+    let [first, second] = contact
+        .geoms()
+        .map(|geom| data.jacobian(model, contact.place(), body_of(model, geom)));
+    let mut rows = Vec::with_capacity(contact.dim() * nv);
+    for i in 0..contact.dim() {
+        let (axis, kind) = (contact.frame()[i % 3], i / 3);
+        rows.extend((0..nv).map(|dof| {
+            let entry = |k: usize| second[kind][k * nv + dof] - first[kind][k * nv + dof];
+            (0..3).map(|k| axis[k] * entry(k)).sum::<f64>()
+        }));
+    }
+    rows
+}

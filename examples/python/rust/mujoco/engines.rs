@@ -1,0 +1,91 @@
+//! Kernels of the islands, each of the smallest compiled size that holds what it has seen.
+
+use std::collections::HashMap;
+use stiction::Settings;
+use stiction_kernels::engine::{Engine, Number};
+use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
+use stiction_kernels::sizes;
+
+/// What an island's kernel is used for.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Pass {
+    Velocity,
+    Position,
+}
+
+struct Slot {
+    needs: Needs,
+    index: usize,
+    engine: Box<dyn Engine<f64>>,
+}
+
+/// Kernels, by the first velocity of their island.
+#[derive(Default)]
+pub(super) struct Engines(HashMap<(usize, Pass), Slot>);
+
+impl Engines {
+    /// Solves a problem from where the island's last solve ended, or `cold`. `None` if no compiled size holds it, or its numbers are
+    /// out of range.
+    pub(super) fn solve(
+        &mut self,
+        (island, pass): (usize, Pass),
+        problem: &Problem<'_, f64>,
+        settings: &Settings<f64>,
+        cold: bool,
+        answer: &mut Answer<f64>,
+    ) -> Option<Outcome> {
+        let now = problem.needs();
+        let place = self.0.entry((island, pass));
+        let mut needs = now;
+        if let std::collections::hash_map::Entry::Occupied(slot) = &place {
+            let seen = slot.get().needs;
+            if seen.n == now.n && seen.dim == now.dim {
+                needs.contacts = needs.contacts.max(seen.contacts);
+                needs.rows = needs.rows.max(seen.rows);
+                needs.surfaces |= seen.surfaces;
+            }
+        }
+        let index = sizes::index(&needs).ok()?;
+        let make = || Slot {
+            needs,
+            index,
+            engine: <f64 as Number>::engine(index),
+        };
+        let slot = place.or_insert_with(make);
+        if slot.index != index {
+            *slot = Slot {
+                needs,
+                index,
+                engine: <f64 as Number>::engine(index),
+            };
+        }
+        slot.needs = needs;
+        if cold {
+            slot.engine.reset();
+        }
+        slot.engine.load(problem).ok()?;
+        let outcome = slot.engine.solve(settings, false).ok()?;
+        slot.engine.read(&mut answer.out([
+            problem.n,
+            problem.contacts(),
+            problem.dim,
+            problem.rows.lower.len(),
+        ]));
+        Some(outcome)
+    }
+
+    /// Forgets the last solves, and how large they were.
+    pub(super) fn reset(&mut self) {
+        for slot in self.0.values_mut() {
+            slot.engine.reset();
+            slot.needs = Needs::default();
+        }
+    }
+
+    /// Forgets the last solve of an island.
+    pub(super) fn forget(&mut self, island: usize) {
+        if let Some(slot) = self.0.get_mut(&(island, Pass::Velocity)) {
+            slot.engine.reset();
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! What of a model stays the same as it is stepped, and its own units of speed and length.
+
+use super::end::Moved;
+use super::ffi::{BOX, HFIELD, MESH, Model, PLANE};
+use nalgebra::{Matrix3, Vector3};
+
+/// Kinds of geoms that have corners, or are flat.
+const CORNERED: [i32; 4] = [PLANE, HFIELD, BOX, MESH];
+
+/// Where things are fixed to, and how thick they are.
+pub(super) struct Facts {
+    /// The body of motion capture that a body is fixed to.
+    mocap: Vec<Option<usize>>,
+    /// Half of the thickness of a geom that can be passed through (m); infinite of a plane, a height field and what touches nothing.
+    thickness: Vec<f64>,
+    thinnest: f64,
+    /// May a geom move?
+    moves: Vec<bool>,
+    has_corners: Vec<bool>,
+    pub(super) height_fields: bool,
+}
+
+impl Facts {
+    pub(super) fn new(model: &Model) -> Self {
+        let bodies = 0..model.sizes.bodies;
+        let mocap = bodies.map(|body| {
+            let mut body = body;
+            while body > 0 && model.body_mocapid()[body] < 0 {
+                body = model.body_parentid()[body].unsigned_abs() as usize;
+            }
+            usize::try_from(model.body_mocapid()[body])
+                .ok()
+                .filter(|_| body > 0)
+        });
+        let is = |geom: usize, kind: i32| model.geom_type()[geom] == kind;
+        let thickness = |geom: usize| {
+            let half = &model.geom_aabb()[6 * geom + 3..][..3];
+            let touches = model.geom_contype()[geom] != 0 || model.geom_conaffinity()[geom] != 0;
+            let is_solid = touches && !is(geom, PLANE) && !is(geom, HFIELD);
+            if is_solid {
+                half.iter().copied().fold(f64::INFINITY, f64::min)
+            } else {
+                f64::INFINITY
+            }
+        };
+        let geoms = 0..model.sizes.geoms;
+        let thickness: Vec<_> = geoms.clone().map(thickness).collect();
+        let body = |geom: usize| model.geom_bodyid()[geom].unsigned_abs() as usize;
+        Self {
+            mocap: mocap.collect(),
+            thinnest: thickness.iter().copied().fold(f64::INFINITY, f64::min),
+            moves: geoms
+                .clone()
+                .map(|geom| model.body_weldid()[body(geom)] > 0 && thickness[geom].is_finite())
+                .collect(),
+            thickness,
+            has_corners: model
+                .geom_type()
+                .iter()
+                .map(|kind| CORNERED.contains(kind))
+                .collect(),
+            height_fields: geoms.clone().any(|geom| is(geom, HFIELD)),
+        }
+    }
+
+    /// Does a geom touch with its corners and edges, or is it flat?
+    pub(super) fn has_corners(&self, geom: usize) -> bool {
+        self.has_corners[geom]
+    }
+
+    pub(super) fn mocap(&self, body: usize) -> Option<usize> {
+        self.mocap[body]
+    }
+
+    /// At how many poses of a step contacts are looked for, if geoms move by so much: one at the end, more if something moves by
+    /// more than its thickness and that of the thinnest geom.
+    pub(super) fn poses(&self, moved: &[Moved]) -> u32 {
+        let most = (moved.iter().zip(&self.thickness).zip(&self.moves))
+            .filter(|&(_, &moves)| moves)
+            .map(|((moved, thickness), _)| moved.most / (thickness + self.thinnest))
+            .fold(1.0, f64::max);
+        (1..MOST_POSES)
+            .find(|&poses| f64::from(poses) >= most)
+            .unwrap_or(MOST_POSES)
+    }
+}
+
+/// The most poses of a step that contacts are looked for at.
+pub(super) const MOST_POSES: u32 = 16;
+
+/// How fast a length of the model falls from itself (m/s): `sqrt(g L)`.
+pub(super) fn speed_scale(model: &Model) -> f64 {
+    let gravity = Vector3::from(model.gravity()).norm();
+    let gravity = if gravity > 0.0 { gravity } else { 9.81 };
+    (gravity * model.size()).sqrt()
+}
+
+/// How much a free point of a body is moved by an impulse (1/kg).
+pub(super) fn mobility(model: &Model, body: usize) -> f64 {
+    model.body_invweight0()[2 * body]
+}
+
+/// The body of a geom.
+pub(super) fn body_of(model: &Model, geom: usize) -> usize {
+    model.geom_bodyid()[geom].unsigned_abs() as usize
+}
+
+/// Is a contact the side of a prism below a height field? Its normal is flatter than the surface around it.
+#[allow(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss
+)] // numbers of cells
+pub(super) fn is_side_of_prism(
+    model: &Model,
+    geom: usize,
+    [position, place]: [[f64; 3]; 2],
+    rotation: [f64; 9],
+    outward: Vector3<f64>,
+) -> bool {
+    if model.geom_type()[geom] != HFIELD {
+        return false;
+    }
+    let frame = Matrix3::from_row_slice(&rotation).transpose();
+    let place = frame * (Vector3::from(place) - Vector3::from(position));
+    let field = model.geom_dataid()[geom].unsigned_abs() as usize;
+    let ([x, y, top, _], heights, [rows, columns]) = model.height_field(field);
+    // Cells around, along one axis: first and behind the last.
+    let around = |place: f64, half: f64, count: usize| {
+        let cell = f64::midpoint(place / half, 1.0) * (count - 1) as f64;
+        let cell = cell.clamp(0.0, (count - 1) as f64) as usize;
+        (cell.saturating_sub(1), (cell + 3).min(count))
+    };
+    let (left, right) = around(place.x, x, columns);
+    let (front, back) = around(place.y, y, rows);
+    let height = |row: usize, column: usize| f64::from(heights[row * columns + column]) * top;
+    let [mut along, mut across] = [0.0_f64; 2];
+    for row in front..back {
+        for column in left..right {
+            if column + 1 < right {
+                along = along.max((height(row, column + 1) - height(row, column)).abs());
+            }
+            if row + 1 < back {
+                across = across.max((height(row + 1, column) - height(row, column)).abs());
+            }
+        }
+    }
+    let slope = [
+        along * (columns - 1) as f64 / (2.0 * x),
+        across * (rows - 1) as f64 / (2.0 * y),
+    ];
+    (frame * outward).z < 0.98 / (1.0 + slope[0] * slope[0] + slope[1] * slope[1]).sqrt()
+}

@@ -1,0 +1,489 @@
+//! A step: motion from outside, MuJoCo's first half, the two passes, a look at the end, MuJoCo's second half.
+
+use super::crowd::thin;
+use super::end::{self, Lookout, Seen, There};
+use super::engines::Engines;
+use super::facts::{Facts, speed_scale};
+use super::ffi::{Data, Model, OwnedContact};
+use super::inertia::Inertia;
+use super::islands::islands;
+use super::outside::Follower;
+use super::position::{PositionPass, Scale};
+use super::rows::{self, Row};
+use super::touch::{Around, Touch, pair_of};
+use super::velocity::{Ends, Motion, Scene, VelocityPass};
+use nalgebra::Vector3;
+use std::collections::{BTreeMap, HashSet};
+use stiction::Settings;
+
+/// Lengths over the model's own: contacts are listed up to this gap; overlaps up to this are none; contacts of the last step are
+/// listed up to this gap; a position that is written moves something from here on.
+const BAND: f64 = 1e-6;
+const SLOP: f64 = 1e-7;
+const KEPT: f64 = 1e-3;
+const WRITTEN: f64 = 1e-6;
+/// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`).
+const DEPTH: f64 = 3e-9;
+/// How often a step is solved again with what was found at its end, and how often contacts found are then taken anew.
+const ROUNDS: usize = 12;
+const ANEW: usize = 4;
+/// Velocities that differ by less than this share of the largest lead to the same place.
+const SAME: f64 = 1e-9;
+
+/// How a step ended.
+pub(super) struct Report {
+    pub(super) ends: Ends,
+    pub(super) is_crowded: bool,
+}
+
+/// What a step has found that was not there as it began.
+#[derive(Default)]
+struct Found {
+    /// Contacts, by their places in MuJoCo's list.
+    contacts: BTreeMap<usize, There>,
+    /// By how much contacts are deeper at the end than their rows foresaw (m).
+    curves: BTreeMap<usize, f64>,
+    /// Limits that may be reached, by their keys.
+    limits: HashSet<u32>,
+    /// Where the last trial led.
+    last: Vec<f64>,
+}
+
+/// A step as it would be.
+struct Trial {
+    touches: Vec<Touch>,
+    rows: Vec<Row>,
+    motion: Motion,
+    correction: Vec<f64>,
+    ends: Ends,
+    is_crowded: bool,
+}
+
+/// A contact of the last step: its geoms and its normal.
+type Live = ([usize; 2], Vector3<f64>);
+
+pub(super) struct Stepper {
+    pub(super) model: Model,
+    facts: Facts,
+    scratch: Data,
+    follower: Follower,
+    inertia: Inertia,
+    engines: Engines,
+    velocity_pass: VelocityPass,
+    position_pass: PositionPass,
+    /// Contacts that take part, by their places in MuJoCo's list.
+    taken: HashSet<usize>,
+    live: Vec<Live>,
+    /// What each contact of MuJoCo's list does; -1 of one that took no part.
+    pub(super) modes: Vec<i8>,
+}
+
+impl Stepper {
+    pub(super) fn new(mut model: Model) -> Self {
+        model.refresh();
+        Self {
+            facts: Facts::new(&model),
+            scratch: Data::scratch(&model),
+            follower: Follower::default(),
+            inertia: Inertia::default(),
+            engines: Engines::default(),
+            velocity_pass: VelocityPass::default(),
+            position_pass: PositionPass::default(),
+            taken: HashSet::new(),
+            live: Vec::new(),
+            modes: Vec::new(),
+            model,
+        }
+    }
+
+    /// Forgets the last step.
+    pub(super) fn reset(&mut self) {
+        self.engines.reset();
+        self.velocity_pass.reset();
+        self.follower.reset();
+        self.live.clear();
+    }
+
+    fn scale(&self) -> Scale {
+        Scale {
+            length: self.model.size(),
+            speed: speed_scale(&self.model),
+        }
+    }
+
+    fn lookout(&self) -> Lookout<'_> {
+        lookout(&self.model, &self.facts)
+    }
+
+    /// What comes before controls are set.
+    pub(super) fn step1(&mut self, data: &mut Data) {
+        self.model.refresh();
+        if !self.follower.follows(data) {
+            self.reset();
+        }
+        let length = self.model.size();
+        self.follower.look(&self.model, data, WRITTEN * length);
+        self.grow_margins(data, BAND * length);
+        data.step1(&self.model);
+        self.take(data);
+    }
+
+    /// Contacts are listed as they touch, limits as far as they may be reached.
+    fn grow_margins(&mut self, data: &Data, contacts: f64) {
+        let Scale { length, speed } = self.scale();
+        let fastest = |speeds: &[f64]| {
+            speeds
+                .iter()
+                .fold(0.0_f64, |most, speed| most.max(speed.abs()))
+        };
+        let (joint, tendon) = (fastest(data.qvel()), fastest(data.ten_velocity()));
+        // What stands still may start to move.
+        let (turn, h) = (joint + (speed / length).max(speed), self.model.step());
+        self.model
+            .grow_margins(contacts, [2.0 * h * turn, 2.0 * h * (tendon + speed)]);
+    }
+
+    /// Takes what overlaps, and contacts of the last step, also those that have opened a little since.
+    fn take(&mut self, data: &mut Data) {
+        self.taken.clear();
+        let lookout = self.lookout();
+        let mut taken = Vec::new();
+        let mut found = vec![false; self.live.len()];
+        for (index, contact) in data.contacts().enumerate() {
+            if contact.is_excluded() || lookout.is_ghost(data, contact) {
+                continue;
+            }
+            let (geoms, normal) = (pair_of(contact), Vector3::from(contact.frame()[0]));
+            let mut is_live = false;
+            for ((live_geoms, live_normal), found) in self.live.iter().zip(&mut found) {
+                if *live_geoms == geoms && live_normal.dot(&normal) > super::touch::SAME_NORMAL {
+                    (is_live, *found) = (true, true);
+                }
+            }
+            if is_live || contact.gap(lookout.grown) < -lookout.slop {
+                taken.push(index);
+            }
+        }
+        self.taken.extend(taken);
+        if found.contains(&false) {
+            self.keep(data);
+        }
+    }
+
+    /// Lists contacts of the last step that have opened by less than a thousandth of the model's length.
+    fn keep(&mut self, data: &mut Data) {
+        let length = self.model.size();
+        let (band, kept) = (BAND * length, KEPT * length);
+        self.grow_margins(data, band + kept);
+        let scratch = &mut self.scratch;
+        scratch.qpos_mut().copy_from_slice(data.qpos());
+        scratch.mocap_pos_mut().copy_from_slice(data.mocap_pos());
+        scratch.mocap_quat_mut().copy_from_slice(data.mocap_quat());
+        scratch.kinematics(&self.model);
+        scratch.collision(&self.model);
+        self.grow_margins(data, band);
+        let (model, facts) = (&self.model, &self.facts);
+        let mut has_more = false;
+        for contact in self.scratch.contacts() {
+            let geoms = pair_of(contact);
+            let normal = Vector3::from(contact.frame()[0]);
+            let is_live =
+                |live: &Live| live.0 == geoms && live.1.dot(&normal) > super::touch::SAME_NORMAL;
+            let is_field = geoms
+                .iter()
+                .any(|&geom| model.geom_type()[geom] == super::ffi::HFIELD && facts.height_fields);
+            if contact.is_excluded() || is_field || !self.live.iter().any(is_live) {
+                continue;
+            }
+            let place = Vector3::from(contact.place());
+            let is_there = self.taken.iter().any(|&index| {
+                let other = data.contact(index);
+                pair_of(other) == geoms
+                    && Vector3::from(other.frame()[0]).dot(&normal) > super::touch::SAME_NORMAL
+                    && (Vector3::from(other.place()) - place).norm() < 1e-2 * length
+            });
+            if is_there {
+                continue;
+            }
+            let own = OwnedContact::new(contact, f64::INFINITY, kept);
+            let Some(index) = data.add_contact(model, &own) else {
+                break;
+            };
+            self.taken.insert(index);
+            has_more = true;
+        }
+        if has_more {
+            data.make_constraint(&self.model);
+        }
+    }
+
+    /// What comes after controls are set.
+    ///
+    /// # Errors
+    /// The mass matrix is not positive definite.
+    pub(super) fn step2(
+        &mut self,
+        data: &mut Data,
+        settings: &Settings<f64>,
+    ) -> Result<Report, &'static str> {
+        data.actuation(&self.model);
+        data.acceleration(&self.model);
+        self.inertia.update(&self.model, data)?;
+        let h = self.model.step();
+        let rates = rows::equality_rates(&self.model, data, &mut self.scratch, &self.follower.now);
+        let (mut found, mut round) = (Found::default(), 0);
+        let trial = loop {
+            let trial = self.attempt(data, &rates, &mut found, settings, round == 0);
+            round += 1;
+            if round > ROUNDS || !self.finds_more(data, &trial, &mut found, round <= ANEW) {
+                break trial;
+            }
+        };
+        let Trial {
+            touches,
+            rows,
+            motion,
+            correction,
+            ends,
+            is_crowded,
+        } = trial;
+        self.write(data, &touches, &rows, &motion);
+        data.sensor_acc(&self.model);
+        data.check_acceleration(&self.model);
+        data.euler(&self.model);
+        if correction.iter().any(|&z| z != 0.0) {
+            self.model.integrate(data.qpos_mut(), &correction, h);
+        }
+        self.live.clear();
+        self.live
+            .extend(touches.iter().map(|touch| (touch.geoms, touch.normal)));
+        self.follower.keep(data);
+        Ok(Report { ends, is_crowded })
+    }
+
+    /// Solves the step with what has been found.
+    fn attempt(
+        &mut self,
+        data: &Data,
+        rates: &[f64],
+        found: &mut Found,
+        settings: &Settings<f64>,
+        is_first: bool,
+    ) -> Trial {
+        let around = Around {
+            model: &self.model,
+            data,
+            facts: &self.facts,
+            follower: &self.follower,
+            inertia: &self.inertia,
+        };
+        let touches = listed(&around, &self.taken, found, self.lookout().grown);
+        let rows = rows::list(
+            &around,
+            rates,
+            [data.qvel(), &self.inertia.velocity],
+            &mut found.limits,
+        );
+        let (h, nv, scale) = (self.model.step(), self.model.sizes.velocities, self.scale());
+        let scene = Scene {
+            inertia: &self.inertia,
+            touches: &touches,
+            rows: &rows,
+            h,
+        };
+        let mut motion = Motion {
+            velocity: self.inertia.velocity.clone(),
+            impulses: vec![[0.0; 6]; touches.len()],
+            modes: vec![-1; touches.len()],
+            rows: vec![0.0; rows.len()],
+        };
+        let (mut ends, mut correction, mut is_crowded) = (Ends::NONE, vec![0.0; nv], false);
+        for mut island in islands(&self.inertia, &touches, &rows, nv) {
+            is_crowded |= thin(&mut island.touches, &touches, scale.length);
+            let engines = &mut self.engines;
+            self.velocity_pass
+                .solve(&scene, &island, engines, settings, &mut motion, &mut ends);
+            let correct = &mut correction;
+            self.position_pass.solve(
+                &scene,
+                &island,
+                engines,
+                (&motion, scale),
+                is_first,
+                correct,
+            );
+        }
+        Trial {
+            touches,
+            rows,
+            motion,
+            correction,
+            ends,
+            is_crowded,
+        }
+    }
+
+    /// Looks at where a trial leads, and adds what it has not seen; `false` if there is nothing.
+    fn finds_more(
+        &mut self,
+        data: &mut Data,
+        trial: &Trial,
+        found: &mut Found,
+        takes_anew: bool,
+    ) -> bool {
+        let around = Around {
+            model: &self.model,
+            data,
+            facts: &self.facts,
+            follower: &self.follower,
+            inertia: &self.inertia,
+        };
+        let Trial {
+            motion,
+            correction,
+            touches,
+            ..
+        } = trial;
+        let least = 1e-12 * self.model.size().max(1.0);
+        if rows::passed(&around, &motion.velocity, least, &mut found.limits) {
+            return true;
+        }
+        let total: Vec<_> = motion
+            .velocity
+            .iter()
+            .zip(correction)
+            .map(|(v, z)| v + z)
+            .collect();
+        if is_same(&total, &found.last) {
+            return false;
+        }
+        let lookout = lookout(&self.model, &self.facts);
+        let step = end::Step {
+            data,
+            velocity: &total,
+            touches,
+            taken: &self.taken,
+            takes_anew,
+        };
+        let seen = lookout.look(&step, &mut self.scratch);
+        let finds_more = !seen.is_empty();
+        found.last = total;
+        let mut has_more = false;
+        for seen in seen {
+            match seen {
+                Seen::Listed(index) => {
+                    self.taken.insert(index);
+                }
+                Seen::Deeper(index, by) => *found.curves.entry(index).or_insert(0.0) += by,
+                Seen::Again(index, contact, there) => {
+                    data.replace_contact(index, &contact);
+                    found.contacts.insert(index, there);
+                }
+                Seen::New(contact, there) => {
+                    let Some(index) = data.add_contact(&self.model, &contact) else {
+                        break;
+                    };
+                    self.taken.insert(index);
+                    found.contacts.insert(index, there);
+                    has_more = true;
+                }
+            }
+        }
+        if has_more {
+            data.make_constraint(&self.model);
+        }
+        finds_more
+    }
+
+    /// Writes acceleration and forces.
+    fn write(&mut self, data: &mut Data, touches: &[Touch], rows: &[Row], motion: &Motion) {
+        let (h, nv) = (self.model.step(), self.model.sizes.velocities);
+        let acceleration: Vec<_> = motion
+            .velocity
+            .iter()
+            .zip(data.qvel())
+            .map(|(after, before)| (after - before) / h)
+            .collect();
+        data.qacc_mut().copy_from_slice(&acceleration);
+        let mut constraint = vec![0.0; nv];
+        let mut add = |row: &[f64], force: f64| {
+            if force != 0.0 {
+                constraint
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(sum, entry)| *sum += force * entry);
+            }
+        };
+        data.efc_force_mut().fill(0.0);
+        self.modes.clear();
+        self.modes.resize(data.contacts().len(), -1);
+        for ((touch, impulse), &mode) in touches.iter().zip(&motion.impulses).zip(&motion.modes) {
+            for (i, row) in touch.rows.chunks_exact(nv).enumerate() {
+                add(row, impulse[i] / h);
+                data.efc_force_mut()[touch.address + i] = impulse[i] / h;
+            }
+            self.modes[touch.index] = mode;
+            data.set_distance(touch.index, touch.gap);
+            if touch.is_new {
+                let first = touch.address * nv;
+                data.efc_j_mut()[first..first + touch.rows.len()].copy_from_slice(&touch.rows);
+            }
+        }
+        for (row, impulse) in rows.iter().zip(&motion.rows) {
+            add(&row.jacobian, impulse / h);
+            data.efc_force_mut()[row.constraint] = impulse / h;
+        }
+        data.qfrc_constraint_mut().copy_from_slice(&constraint);
+    }
+}
+
+fn lookout<'a>(model: &'a Model, facts: &'a Facts) -> Lookout<'a> {
+    let length = model.size();
+    Lookout {
+        model,
+        facts,
+        grown: BAND * length,
+        slop: SLOP * length,
+        length,
+    }
+}
+
+/// Are these velocities those of the round before? Then nothing else will be seen.
+fn is_same(now: &[f64], before: &[f64]) -> bool {
+    let largest = now.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    !before.is_empty()
+        && now
+            .iter()
+            .zip(before)
+            .all(|(now, before)| (now - before).abs() <= SAME * largest)
+}
+
+/// Contacts that take part, as they are now.
+fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &Found, grown: f64) -> Vec<Touch> {
+    let (h, depth) = (around.model.step(), DEPTH * around.model.size());
+    let contacts = 0..around.data.contacts().len();
+    let mut scratch = Vec::new();
+    let touch = |index: usize| {
+        if let Some(there) = found.contacts.get(&index) {
+            let mut touch = Touch::new(
+                around,
+                index,
+                there.gap_before(h) + depth,
+                Some(&there.rows),
+                &mut scratch,
+            )?;
+            (touch.is_new, touch.curve) = (true, (-touch.gap).max(0.0));
+            Some(touch)
+        } else {
+            let curve = found.curves.get(&index).copied().unwrap_or(0.0);
+            let gap = around.data.contact(index).gap(grown) + depth - curve;
+            let mut touch = Touch::new(around, index, gap, None, &mut scratch)?;
+            touch.curve = curve;
+            Some(touch)
+        }
+    };
+    contacts
+        .filter(|index| taken.contains(index))
+        .filter_map(touch)
+        .collect()
+}

@@ -1,0 +1,141 @@
+//! Contacts of a step, as the laws need them.
+
+use super::facts::{Facts, body_of, mobility};
+use super::ffi::{ContactRef, Data, Model};
+use super::inertia::Inertia;
+use super::outside::Follower;
+use nalgebra::Vector3;
+
+/// What contacts and rows are made from.
+pub(super) struct Around<'a> {
+    pub(super) model: &'a Model,
+    pub(super) data: &'a Data,
+    pub(super) facts: &'a Facts,
+    pub(super) follower: &'a Follower,
+    pub(super) inertia: &'a Inertia,
+}
+
+/// A contact that takes part.
+#[derive(Clone)]
+pub(super) struct Touch {
+    /// Its place in MuJoCo's list, and its first constraint.
+    pub(super) index: usize,
+    pub(super) address: usize,
+    pub(super) dim: usize,
+    pub(super) geoms: [usize; 2],
+    pub(super) place: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
+    /// Its Jacobian, row by row.
+    pub(super) rows: Vec<f64>,
+    /// Gap at the start of the step (m).
+    pub(super) gap: f64,
+    /// Velocities along its rows: of its surfaces, and from outside.
+    pub(super) surface: [f64; 3],
+    pub(super) outside: [f64; 6],
+    pub(super) friction: [f64; 5],
+    /// How much an impulse along the normal moves a free point of its bodies (1/kg), and how much it moves these.
+    pub(super) mobility: f64,
+    pub(super) response: f64,
+    /// Is one of its bodies moved from outside?
+    pub(super) is_driven: bool,
+    /// Was it found at the end of the step?
+    pub(super) is_new: bool,
+    /// How much of its depth is not from the start of the step, but what its path has of a curve (m).
+    pub(super) curve: f64,
+}
+
+/// The geoms of a contact, the smaller first.
+pub(super) fn pair_of(contact: ContactRef<'_>) -> [usize; 2] {
+    let mut pair = contact.geoms();
+    pair.sort_unstable();
+    pair
+}
+
+impl Touch {
+    /// Takes a contact of MuJoCo's list; `rows` in place of those at the start of the step.
+    pub(super) fn new(
+        around: &Around<'_>,
+        index: usize,
+        gap: f64,
+        rows: Option<&[f64]>,
+        scratch: &mut Vec<f64>,
+    ) -> Option<Self> {
+        let Around {
+            model,
+            data,
+            facts,
+            follower,
+            inertia,
+        } = around;
+        let contact = data.contact(index);
+        let (address, dim, nv) = (contact.address()?, contact.dim(), model.sizes.velocities);
+        let rows = rows
+            .unwrap_or_else(|| &data.efc_j()[address * nv..][..dim * nv])
+            .to_vec();
+        let (frame, place) = (contact.frame(), contact.place());
+        let bodies = contact.geoms().map(|geom| body_of(model, geom));
+        let mocaps = bodies.map(|body| facts.mocap(body));
+        let [first, second] = mocaps.map(|mocap| follower.now.velocity(mocap, data, place));
+        let mut outside = [0.0; 6];
+        for (i, axis) in frame.iter().enumerate().take(dim) {
+            outside[i] = Vector3::from(*axis).dot(&(second - first));
+        }
+        for (own, row) in outside.iter_mut().zip(rows.chunks_exact(nv)) {
+            *own += dot(row, &follower.now.joints);
+        }
+        let writes = |row: &[f64]| {
+            row.iter()
+                .zip(&follower.is_written)
+                .any(|(&entry, &written)| written && entry != 0.0)
+        };
+        Some(Self {
+            index,
+            address,
+            dim,
+            geoms: pair_of(contact),
+            place: place.into(),
+            normal: frame[0].into(),
+            gap,
+            surface: contact.surface_velocity(),
+            outside,
+            friction: contact.friction(),
+            mobility: bodies.map(|body| mobility(model, body)).iter().sum(),
+            response: inertia.response(&rows[..nv], scratch),
+            is_driven: mocaps.iter().any(Option::is_some) || rows.chunks_exact(nv).any(writes),
+            is_new: false,
+            curve: 0.0,
+            rows,
+        })
+    }
+
+    pub(super) fn normal_row(&self) -> &[f64] {
+        &self.rows[..self.rows.len() / self.dim]
+    }
+
+    /// Is it where another contact was, and does it face the same way?
+    pub(super) fn faces(&self, geoms: [usize; 2], normal: Vector3<f64>) -> bool {
+        self.geoms == geoms && self.normal.dot(&normal) > SAME_NORMAL
+    }
+
+    /// How deep it overlaps when its bodies have moved at a velocity for a time, by its row (m).
+    pub(super) fn depth_after(&self, velocity: &[f64], time: f64) -> f64 {
+        (-self.gap - time * dot(self.normal_row(), velocity)).max(0.0)
+    }
+
+    /// Does something move it from outside?
+    pub(super) fn is_moved(&self) -> bool {
+        self.outside.iter().any(|&speed| speed != 0.0)
+    }
+
+    /// Friction coefficient, 0 without tangents.
+    pub(super) fn mu(&self) -> f64 {
+        if self.dim > 1 { self.friction[0] } else { 0.0 }
+    }
+}
+
+/// Cosine of the angle (25°) up to which normals of a pair of geoms are the same contact's.
+pub(super) const SAME_NORMAL: f64 = 0.9;
+
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

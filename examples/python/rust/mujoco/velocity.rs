@@ -1,0 +1,384 @@
+//! The velocity pass: the exact law without recovery, and what gives way where it has no answer.
+//!
+//! Overlaps ask for no speed here, so without motion from outside standing still is allowed: nothing contradicts, and no overlap
+//! becomes momentum.
+
+use super::engines::{Engines, Pass};
+use super::inertia::Inertia;
+use super::islands::Island;
+use super::pack::Pack;
+use super::rows::{Kind, Row};
+use super::sweeps;
+use super::touch::Touch;
+use std::collections::HashMap;
+use stiction::{Settings, Status, Work};
+use stiction_kernels::problem::{Answer, Outcome};
+
+/// A normal row without lever is held as if its bodies were free, by this share of what would move them.
+const LEVER: f64 = 1e-5;
+/// Compliance over mobility: of what is moved from outside and blocked (its impulse is at most `m v`), and of all.
+const BLOCKED: f64 = 1.0;
+const SOFT: f64 = 1e-2;
+/// That of a question whose answer is only where another starts.
+const HINT: f64 = 1e-7;
+/// An answer that is not solved is used up to this error, and up to impulses that change velocities of free bodies by so many times
+/// those there are.
+const LARGEST_ERROR: f64 = 1e-3;
+const LARGEST_CHANGE: f64 = 1e4;
+/// What is moved from outside gives way where things would be this many times as fast as it.
+const LARGEST_SPEED: f64 = 4.0;
+/// In so many steps it is asked once whether what was blocked still is.
+const ASK_AGAIN: u32 = 8;
+
+/// What gives way.
+#[derive(Clone, Copy, PartialEq)]
+enum Softness {
+    Rigid,
+    Hint,
+    Driven,
+    All,
+}
+
+/// Velocities and impulses of a step.
+#[derive(Default)]
+pub(super) struct Motion {
+    pub(super) velocity: Vec<f64>,
+    pub(super) impulses: Vec<[f64; 6]>,
+    pub(super) modes: Vec<i8>,
+    pub(super) rows: Vec<f64>,
+}
+
+/// How the islands of a step ended, at worst.
+pub(super) struct Ends {
+    pub(super) status: Status,
+    pub(super) error: f64,
+    pub(super) work: usize,
+    pub(super) contradicts: bool,
+    pub(super) gave_way: bool,
+}
+
+impl Ends {
+    pub(super) const NONE: Self = Self {
+        status: Status::Solved,
+        error: 0.0,
+        work: 0,
+        contradicts: false,
+        gave_way: false,
+    };
+
+    fn add(&mut self, outcome: &Outcome) {
+        self.work += outcome.work.total();
+        if outcome.status != Status::Solved || outcome.error > self.error {
+            let error = if outcome.error.is_nan() {
+                f64::INFINITY
+            } else {
+                outcome.error
+            };
+            self.error = self.error.max(error);
+        }
+        if self.status == Status::Solved {
+            self.status = outcome.status;
+        }
+    }
+}
+
+/// Solves islands.
+#[derive(Default)]
+pub(super) struct VelocityPass {
+    pack: Pack,
+    spare: Answer<f64>,
+    /// Islands in which something that is moved from outside is blocked, and for how many steps.
+    blocked: HashMap<usize, u32>,
+}
+
+/// What is solved.
+pub(super) struct Scene<'a> {
+    pub(super) inertia: &'a Inertia,
+    pub(super) touches: &'a [Touch],
+    pub(super) rows: &'a [Row],
+    pub(super) h: f64,
+}
+
+impl VelocityPass {
+    pub(super) fn reset(&mut self) {
+        self.blocked.clear();
+    }
+
+    /// Solves an island, writes its motion, and says how that ended.
+    pub(super) fn solve(
+        &mut self,
+        scene: &Scene<'_>,
+        island: &Island,
+        engines: &mut Engines,
+        settings: &Settings<f64>,
+        motion: &mut Motion,
+        ends: &mut Ends,
+    ) {
+        let name = island.dofs[0];
+        let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
+        let rows = || island.rows.iter().map(|&place| &scene.rows[place]);
+        let is_moved = touches().any(Touch::is_moved) || rows().any(|row| row.outside != 0.0);
+        self.fill(scene, island);
+        self.pack.reduce();
+        let mut found = None;
+        let blocked_for = self
+            .blocked
+            .remove(&name)
+            .filter(|_| is_moved)
+            .map(|steps| steps + 1);
+        if blocked_for.is_some_and(|steps| steps % ASK_AGAIN != 0) {
+            found = self.attempt(scene, island, engines, settings, Softness::Driven);
+            self.blocked.extend(blocked_for.map(|steps| (name, steps)));
+        }
+        found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid));
+        // From nothing, as the last step may lead astray; then from where a little softness leads.
+        for hint in [None, Some(Softness::Hint)] {
+            let is_solved = |(outcome, _): &(Outcome, _)| outcome.status == Status::Solved;
+            if blocked_for.is_some() || found.as_ref().is_some_and(is_solved) {
+                break;
+            }
+            engines.forget(name);
+            if let Some(hint) = hint {
+                self.attempt(scene, island, engines, settings, hint);
+            }
+            let other = self.attempt(scene, island, engines, settings, Softness::Rigid);
+            if other
+                .as_ref()
+                .is_some_and(|(outcome, _)| outcome.status == Status::Solved)
+            {
+                found = other;
+            }
+        }
+        let is_thrown =
+            |found: &(Outcome, Answer<f64>)| is_moved && is_thrown(scene, island, found);
+        if !self.is_usable(scene, island, settings, found.as_ref())
+            || found.as_ref().is_some_and(is_thrown)
+        {
+            if let Some((outcome, _)) = &found {
+                let is_proved = matches!(outcome.status, Status::Infeasible | Status::Jammed);
+                ends.contradicts |= is_proved && blocked_for.is_none();
+            }
+            engines.forget(name);
+            found = None;
+            if is_moved {
+                found = self.attempt(scene, island, engines, settings, Softness::Driven);
+                self.blocked.insert(name, blocked_for.unwrap_or(0));
+            }
+            if !self.is_usable(scene, island, settings, found.as_ref()) {
+                ends.gave_way = true;
+                engines.forget(name);
+                found = self.attempt(scene, island, engines, settings, Softness::All);
+                if !self.is_usable(scene, island, settings, found.as_ref()) {
+                    engines.forget(name);
+                    found = Some(self.sweep(scene, island));
+                }
+            }
+        }
+        if let Some((outcome, answer)) = found {
+            ends.add(&outcome);
+            write(island, &answer, self.pack.dim, motion);
+            self.spare = answer;
+        }
+    }
+
+    fn fill(&mut self, scene: &Scene<'_>, island: &Island) {
+        let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
+        let dim = if touches().all(|touch| touch.dim <= 3) {
+            3
+        } else {
+            6
+        };
+        self.pack.begin(
+            scene.inertia,
+            &island.dofs,
+            dim,
+            Some(&scene.inertia.impulse),
+        );
+        touches().for_each(|touch| self.pack.contact(touch, offset(touch, scene.h)));
+        for row in island.rows.iter().map(|&place| &scene.rows[place]) {
+            self.pack.row(row, row_offset(row, scene.h));
+        }
+    }
+
+    fn soften(&mut self, scene: &Scene<'_>, island: &Island, softness: Softness) {
+        let touches = island.touches.iter().map(|&place| {
+            let touch = &scene.touches[place];
+            let soft = softness_of(softness, touch.mobility, touch.is_moved());
+            let lever = (LEVER * touch.mobility - touch.response).max(0.0);
+            [soft.max(lever), soft]
+        });
+        let rows = island.rows.iter().map(|&place| match &scene.rows[place] {
+            row if row.kind == Kind::Friction => 0.0,
+            row => softness_of(softness, row.mobility, row.outside != 0.0),
+        });
+        self.pack.soften(touches, rows);
+    }
+
+    fn attempt(
+        &mut self,
+        scene: &Scene<'_>,
+        island: &Island,
+        engines: &mut Engines,
+        settings: &Settings<f64>,
+        softness: Softness,
+    ) -> Option<(Outcome, Answer<f64>)> {
+        self.soften(scene, island, softness);
+        let name = (island.dofs[0], Pass::Velocity);
+        let mut answer = std::mem::take(&mut self.spare);
+        let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer)?;
+        self.pack.expand(&mut answer);
+        Some((outcome, answer))
+    }
+
+    /// All rows soft, by sweeps that always end.
+    fn sweep(&mut self, scene: &Scene<'_>, island: &Island) -> (Outcome, Answer<f64>) {
+        self.soften(scene, island, Softness::All);
+        let mut answer = sweeps::sweep(&self.pack.problem());
+        self.pack.expand(&mut answer);
+        let work = Work {
+            sweeps: sweeps::SWEEPS,
+            ..Work::default()
+        };
+        (
+            Outcome {
+                status: Status::OutOfBudget,
+                error: f64::INFINITY,
+                work,
+            },
+            answer,
+        )
+    }
+
+    /// May this be applied?
+    fn is_usable(
+        &self,
+        scene: &Scene<'_>,
+        island: &Island,
+        settings: &Settings<f64>,
+        found: Option<&(Outcome, Answer<f64>)>,
+    ) -> bool {
+        let Some((outcome, answer)) = found else {
+            return false;
+        };
+        let is_finite = answer
+            .v
+            .iter()
+            .chain(&answer.r)
+            .chain(&answer.rows[0])
+            .all(|x| x.is_finite());
+        if is_finite && outcome.status == Status::Solved {
+            return true;
+        }
+        let is_proved = matches!(outcome.status, Status::Infeasible | Status::Jammed);
+        let is_near = outcome.error <= LARGEST_ERROR.max(settings.tolerance); // not a number is not
+        if !is_finite || is_proved || !is_near {
+            return false;
+        }
+        let speed = speed(scene, island);
+        let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
+        let impulses = touches().zip(answer.r.chunks_exact(self.pack.dim));
+        let change = impulses
+            .map(|(touch, r)| largest(r) * touch.mobility.sqrt())
+            .fold(0.0, f64::max);
+        change <= LARGEST_CHANGE * speed || change == 0.0
+    }
+}
+
+/// Speed in the metric, `√(vᵀ M v)`: what there is without contacts and rows, and that of what moves them from outside.
+fn speed(scene: &Scene<'_>, island: &Island) -> f64 {
+    let Scene {
+        inertia,
+        touches,
+        rows,
+        ..
+    } = scene;
+    let energy: f64 = island
+        .dofs
+        .iter()
+        .map(|&dof| inertia.impulse[dof] * inertia.velocity[dof])
+        .sum();
+    let touches = island
+        .touches
+        .iter()
+        .map(|&place| (largest(&touches[place].outside), touches[place].mobility));
+    let rows = island
+        .rows
+        .iter()
+        .map(|&place| (rows[place].outside.abs(), rows[place].mobility));
+    let drive = touches.chain(rows).filter(|&(_, mobility)| mobility > 0.0);
+    energy.max(0.0).sqrt()
+        + drive
+            .map(|(speed, mobility)| speed / mobility.sqrt())
+            .fold(0.0, f64::max)
+}
+
+/// Is an answer much faster than what moves it from outside, as where an arm cannot follow?
+fn is_thrown(scene: &Scene<'_>, island: &Island, (_, answer): &(Outcome, Answer<f64>)) -> bool {
+    let moved = |(&i, v): (&usize, &f64)| {
+        let row = island
+            .dofs
+            .iter()
+            .zip(&answer.v)
+            .map(|(&j, w)| scene.inertia.entry(i, j) * w);
+        v * row.sum::<f64>()
+    };
+    let energy: f64 = island.dofs.iter().zip(&answer.v).map(moved).sum();
+    energy.sqrt() > LARGEST_SPEED * speed(scene, island)
+}
+
+fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
+    match softness {
+        Softness::Driven if is_moved => BLOCKED * mobility,
+        Softness::All => SOFT * mobility,
+        Softness::Hint => HINT * mobility,
+        Softness::Rigid | Softness::Driven => 0.0,
+    }
+}
+
+/// Velocities that close a gap in the step, and those of surfaces; an overlap asks for what comes from outside alone.
+fn offset(touch: &Touch, h: f64) -> [f64; 6] {
+    let mut offset = touch.outside;
+    for (offset, speed) in offset[1..].iter_mut().zip(touch.surface) {
+        *offset += speed;
+    }
+    offset[0] = closing(touch.gap, touch.outside[0], h);
+    offset
+}
+
+fn closing(gap: f64, outside: f64, h: f64) -> f64 {
+    if gap >= 0.0 {
+        gap / h
+    } else {
+        (gap / h).max(outside.min(0.0))
+    }
+}
+
+fn row_offset(row: &Row, h: f64) -> f64 {
+    match row.kind {
+        Kind::Equality => row.outside,
+        Kind::Friction => 0.0,
+        Kind::Limit => closing(row.gap, row.outside, h),
+    }
+}
+
+fn largest(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(0.0, |most, x| most.max(x.abs()))
+}
+
+fn write(island: &Island, answer: &Answer<f64>, dim: usize, motion: &mut Motion) {
+    for (&dof, &v) in island.dofs.iter().zip(&answer.v) {
+        motion.velocity[dof] = v;
+    }
+    for (i, (&place, r)) in island
+        .touches
+        .iter()
+        .zip(answer.r.chunks_exact(dim))
+        .enumerate()
+    {
+        motion.impulses[place][..dim].copy_from_slice(r);
+        motion.modes[place] = answer.modes[i];
+    }
+    for (&place, &impulse) in island.rows.iter().zip(&answer.rows[0]) {
+        motion.rows[place] = impulse;
+    }
+}
