@@ -58,9 +58,10 @@ fn thin_faces(
         if is_done[first] {
             continue;
         }
-        let normal = touches[first].normal;
+        let normal = touches[first].face.normal;
         let same = |touch: &&Touch| {
-            touch.geoms == touches[first].geoms && (touch.normal - normal).norm() < apart
+            touch.face.geoms == touches[first].face.geoms
+                && (touch.face.normal - normal).norm() < apart
         };
         let face: Vec<_> = (first..touches.len())
             .filter(|&i| !is_done[i] && same(&touches[i]))

@@ -2,7 +2,7 @@
 
 use super::facts::{Facts, MOST_POSES, body_of, is_side_of_prism};
 use super::ffi::{ContactRef, Data, Model, OwnedContact};
-use super::touch::{SAME_NORMAL, Touch, dot, pair_of};
+use super::touch::{Face, Touch, dot};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashSet;
 
@@ -65,9 +65,8 @@ struct Overlap {
     depth: f64,
     /// How deep is only what its path has of a curve (m).
     deepest: f64,
-    geoms: [usize; 2],
+    face: Face,
     place: Vector3<f64>,
-    normal: Vector3<f64>,
     known: Option<usize>,
 }
 
@@ -124,13 +123,7 @@ impl Lookout<'_> {
     }
 
     fn pose(&self, step: &Step<'_>, scratch: &mut Data, time: f64) {
-        scratch.qpos_mut().copy_from_slice(step.data.qpos());
-        scratch
-            .mocap_pos_mut()
-            .copy_from_slice(step.data.mocap_pos());
-        scratch
-            .mocap_quat_mut()
-            .copy_from_slice(step.data.mocap_quat());
+        scratch.copy_pose(step.data);
         self.model
             .integrate(scratch.qpos_mut(), step.velocity, time);
         scratch.kinematics(self.model);
@@ -144,9 +137,8 @@ impl Lookout<'_> {
                     index,
                     depth,
                     deepest: 0.0,
-                    geoms: pair_of(contact),
+                    face: Face::of(contact),
                     place: contact.place().into(),
-                    normal: contact.frame()[0].into(),
                     known: None,
                 },
             )
@@ -165,9 +157,10 @@ impl Lookout<'_> {
         let (touches, time) = (step.touches, share * self.model.step());
         let mut pairs = Vec::new();
         for (i, overlap) in overlaps.iter_mut().enumerate() {
-            let [one, other] = overlap.geoms.map(|geom| &moved[geom]);
+            let [one, other] = overlap.face.geoms.map(|geom| &moved[geom]);
             // Corners and edges come along with their bodies, contacts of what is round do not.
             let has_corners = overlap
+                .face
                 .geoms
                 .iter()
                 .all(|&geom| self.facts.has_corners(geom));
@@ -183,7 +176,7 @@ impl Lookout<'_> {
                 let distance = came_along(touch, step.data, scratch)
                     .map(|place| (place - overlap.place).norm())
                     .fold(f64::INFINITY, f64::min);
-                let is_it = touch.faces(overlap.geoms, overlap.normal) && distance < reach;
+                let is_it = touch.face.is(&overlap.face) && distance < reach;
                 let depth = touch.depth_after(step.velocity, time).max(-touch.gap);
                 if is_it && overlap.depth < depth + overlap.deepest {
                     pairs.push((distance, i, j));
@@ -225,7 +218,7 @@ impl Lookout<'_> {
             if seen.len() == MOST_NEW
                 || found
                     .iter()
-                    .any(|&(geoms, place)| geoms == overlap.geoms && near(place))
+                    .any(|&(geoms, place)| geoms == overlap.face.geoms && near(place))
             {
                 return true;
             }
@@ -235,12 +228,11 @@ impl Lookout<'_> {
                     && !seen
                         .iter()
                         .any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
-                    && pair_of(contact) == overlap.geoms
-                    && Vector3::from(contact.frame()[0]).dot(&overlap.normal) > SAME_NORMAL
+                    && Face::of(contact).is(&overlap.face)
                     && distance < NEAR_KNOWN * self.length
             };
             if let Some((listed, _)) = step.data.contacts().enumerate().find(is_it) {
-                found.push((overlap.geoms, overlap.place));
+                found.push((overlap.face.geoms, overlap.place));
                 seen.push(Seen::Listed(listed));
                 return true;
             }
@@ -257,7 +249,7 @@ impl Lookout<'_> {
             return false;
         }
         if known.is_none() {
-            found.push((overlap.geoms, overlap.place));
+            found.push((overlap.face.geoms, overlap.place));
         }
         // With a distance that MuJoCo takes for a contact.
         let copy = OwnedContact::new(contact, -self.slop, 0.0);
@@ -278,7 +270,7 @@ fn came_along<'a>(
     let geoms = if touch.is_new {
         &[][..]
     } else {
-        &touch.geoms[..]
+        &touch.face.geoms[..]
     };
     let along = |&geom: &usize| {
         let frame = |data: &Data| Matrix3::from_row_slice(&data.geom_xmat()[geom]);

@@ -1,6 +1,7 @@
 //! Kernels of the islands, each of the smallest compiled size that holds what it has seen.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use stiction::Settings;
 use stiction_kernels::engine::{Engine, Number};
 use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
@@ -37,7 +38,7 @@ impl Engines {
         let now = problem.needs();
         let place = self.0.entry((island, pass));
         let mut needs = now;
-        if let std::collections::hash_map::Entry::Occupied(slot) = &place {
+        if let Entry::Occupied(slot) = &place {
             let seen = slot.get().needs;
             if seen.n == now.n && seen.dim == now.dim {
                 needs.contacts = needs.contacts.max(seen.contacts);
@@ -46,19 +47,18 @@ impl Engines {
             }
         }
         let index = sizes::index(&needs).ok()?;
-        let make = || Slot {
-            needs,
-            index,
-            engine: <f64 as Number>::engine(index),
+        let slot = match place {
+            Entry::Occupied(slot) if slot.get().index == index => slot.into_mut(),
+            place => {
+                let engine = <f64 as Number>::engine(index);
+                let slot = Slot {
+                    needs,
+                    index,
+                    engine,
+                };
+                place.insert_entry(slot).into_mut()
+            }
         };
-        let slot = place.or_insert_with(make);
-        if slot.index != index {
-            *slot = Slot {
-                needs,
-                index,
-                engine: <f64 as Number>::engine(index),
-            };
-        }
         slot.needs = needs;
         if cold {
             slot.engine.reset();

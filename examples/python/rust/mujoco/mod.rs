@@ -110,9 +110,14 @@ impl Stepper {
         );
         let own = &mut self.own;
         let done = py.detach(|| library.watched(|| call(own, &mut data)));
-        done.map_err(|said| PyRuntimeError::new_err(format!("MuJoCo: {said}")))?
-            .map_err(PyValueError::new_err)
+        heard(done)
     }
+}
+
+/// What a call has brought: MuJoCo may have given up, and the Stepper may have refused.
+fn heard<R>(done: Result<Result<R, &'static str>, String>) -> PyResult<R> {
+    done.map_err(|said| PyRuntimeError::new_err(format!("MuJoCo: {said}")))?
+        .map_err(PyValueError::new_err)
 }
 
 fn settings_of((tolerance, budget): (f64, usize)) -> Settings<f64> {

@@ -18,7 +18,7 @@ pub(super) struct Pack {
     is_shaped: bool,
     is_compliant: bool,
     mass: Vec<f64>,
-    pub(super) impulse: Vec<f64>,
+    impulse: Vec<f64>,
     jacobian: Vec<f64>,
     offsets: Vec<f64>,
     round: Vec<f64>,
@@ -100,6 +100,7 @@ impl Pack {
         self.is_shaped |=
             touch.dim > 1 && touch.friction[0].to_bits() != touch.friction[1].to_bits();
         let [first, second] = touch
+            .face
             .geoms
             .map(|geom| u32::try_from(geom).unwrap_or(u32::MAX));
         self.keys.push(first << 16 ^ second);

@@ -24,6 +24,10 @@ const NO_LEVER: f64 = 1e-6;
 const RECOVERY: f64 = 0.2;
 /// Errors in lengths that are left as they are, over the model's own length.
 const LEFT: f64 = 1e-9;
+/// A correction is solved to this error, for this much work, and used up to that one.
+const TOLERANCE: f64 = 1e-4;
+const BUDGET: usize = 1_000;
+const USABLE: f64 = 1e-2;
 
 #[derive(Default)]
 pub(super) struct PositionPass {
@@ -107,8 +111,8 @@ impl PositionPass {
             .soften(compliance.0.into_iter(), compliance.1.into_iter());
         self.pack.reduce();
         let settings = Settings {
-            tolerance: 1e-4,
-            budget: 1_000,
+            tolerance: TOLERANCE,
+            budget: BUDGET,
             model: Law::Coulomb,
         };
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
@@ -148,6 +152,3 @@ fn is_needed(scene: &Scene<'_>, island: &Island, motion: &Motion, left: f64) -> 
             Kind::Friction => false,
         })
 }
-
-/// A correction is used up to this error.
-const USABLE: f64 = 1e-2;

@@ -2,9 +2,8 @@
 
 use super::ffi::Data;
 use super::tally::Tally;
-use super::{opened, settings_of};
+use super::{heard, opened, settings_of};
 use numpy::{PyReadonlyArrayDyn, PyReadwriteArrayDyn};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -70,9 +69,7 @@ pub(crate) fn rollout(
             }
             Ok(())
         });
-        let done: Result<_, &'static str> =
-            done.map_err(|said| PyRuntimeError::new_err(format!("MuJoCo: {said}")))?;
-        done.map_err(PyValueError::new_err)
+        heard(done)
     };
     py.detach(|| {
         std::thread::scope(|scope| {

@@ -138,12 +138,12 @@ pub(super) fn list(
 
 /// Adds the limits that a velocity passes by more than `least` (m, rad); `true` if there are any.
 pub(super) fn passed(
-    around: &Around<'_>,
+    model: &Model,
+    data: &Data,
     velocity: &[f64],
     least: f64,
     reached: &mut HashSet<u32>,
 ) -> bool {
-    let Around { model, data, .. } = around;
     let mut any = false;
     for (constraint, _, row) in
         constraints(model, data).filter(|&(_, kind, _)| kind == LIMIT_JOINT || kind == LIMIT_TENDON)

@@ -4,13 +4,13 @@ use super::crowd::thin;
 use super::end::{self, Lookout, Seen, There};
 use super::engines::Engines;
 use super::facts::{Facts, speed_scale};
-use super::ffi::{Data, Model, OwnedContact};
+use super::ffi::{Data, HFIELD, Model, OwnedContact};
 use super::inertia::Inertia;
 use super::islands::islands;
 use super::outside::Follower;
 use super::position::{PositionPass, Scale};
 use super::rows::{self, Row};
-use super::touch::{Around, Touch, pair_of};
+use super::touch::{Around, Face, Touch, largest};
 use super::velocity::{Ends, Motion, Scene, VelocityPass};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashSet};
@@ -22,6 +22,10 @@ const BAND: f64 = 1e-6;
 const SLOP: f64 = 1e-7;
 const KEPT: f64 = 1e-3;
 const WRITTEN: f64 = 1e-6;
+/// Contacts of a face as near as this are one.
+const NEAR: f64 = 1e-2;
+/// A limit is passed from here on (m or rad; over the model's length if that is more than 1 m).
+const PASSED: f64 = 1e-12;
 /// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`).
 const DEPTH: f64 = 3e-9;
 /// How often a step is solved again with what was found at its end, and how often contacts found are then taken anew.
@@ -59,9 +63,6 @@ struct Trial {
     is_crowded: bool,
 }
 
-/// A contact of the last step: its geoms and its normal.
-type Live = ([usize; 2], Vector3<f64>);
-
 pub(super) struct Stepper {
     pub(super) model: Model,
     facts: Facts,
@@ -73,14 +74,14 @@ pub(super) struct Stepper {
     position_pass: PositionPass,
     /// Contacts that take part, by their places in MuJoCo's list.
     taken: HashSet<usize>,
-    live: Vec<Live>,
+    /// The contacts of the last step.
+    live: Vec<Face>,
     /// What each contact of MuJoCo's list does; -1 of one that took no part.
     pub(super) modes: Vec<i8>,
 }
 
 impl Stepper {
-    pub(super) fn new(mut model: Model) -> Self {
-        model.refresh();
+    pub(super) fn new(model: Model) -> Self {
         Self {
             facts: Facts::new(&model),
             scratch: Data::scratch(&model),
@@ -111,10 +112,6 @@ impl Stepper {
         }
     }
 
-    fn lookout(&self) -> Lookout<'_> {
-        lookout(&self.model, &self.facts)
-    }
-
     /// What comes before controls are set.
     pub(super) fn step1(&mut self, data: &mut Data) {
         self.model.refresh();
@@ -131,12 +128,7 @@ impl Stepper {
     /// Contacts are listed as they touch, limits as far as they may be reached.
     fn grow_margins(&mut self, data: &Data, contacts: f64) {
         let Scale { length, speed } = self.scale();
-        let fastest = |speeds: &[f64]| {
-            speeds
-                .iter()
-                .fold(0.0_f64, |most, speed| most.max(speed.abs()))
-        };
-        let (joint, tendon) = (fastest(data.qvel()), fastest(data.ten_velocity()));
+        let (joint, tendon) = (largest(data.qvel()), largest(data.ten_velocity()));
         // What stands still may start to move.
         let (turn, h) = (joint + (speed / length).max(speed), self.model.step());
         self.model
@@ -146,17 +138,16 @@ impl Stepper {
     /// Takes what overlaps, and contacts of the last step, also those that have opened a little since.
     fn take(&mut self, data: &mut Data) {
         self.taken.clear();
-        let lookout = self.lookout();
+        let lookout = lookout(&self.model, &self.facts);
         let mut taken = Vec::new();
         let mut found = vec![false; self.live.len()];
         for (index, contact) in data.contacts().enumerate() {
             if contact.is_excluded() || lookout.is_ghost(data, contact) {
                 continue;
             }
-            let (geoms, normal) = (pair_of(contact), Vector3::from(contact.frame()[0]));
-            let mut is_live = false;
-            for ((live_geoms, live_normal), found) in self.live.iter().zip(&mut found) {
-                if *live_geoms == geoms && live_normal.dot(&normal) > super::touch::SAME_NORMAL {
+            let (face, mut is_live) = (Face::of(contact), false);
+            for (live, found) in self.live.iter().zip(&mut found) {
+                if live.is(&face) {
                     (is_live, *found) = (true, true);
                 }
             }
@@ -176,31 +167,24 @@ impl Stepper {
         let (band, kept) = (BAND * length, KEPT * length);
         self.grow_margins(data, band + kept);
         let scratch = &mut self.scratch;
-        scratch.qpos_mut().copy_from_slice(data.qpos());
-        scratch.mocap_pos_mut().copy_from_slice(data.mocap_pos());
-        scratch.mocap_quat_mut().copy_from_slice(data.mocap_quat());
+        scratch.copy_pose(data);
         scratch.kinematics(&self.model);
         scratch.collision(&self.model);
         self.grow_margins(data, band);
-        let (model, facts) = (&self.model, &self.facts);
+        let model = &self.model;
         let mut has_more = false;
         for contact in self.scratch.contacts() {
-            let geoms = pair_of(contact);
-            let normal = Vector3::from(contact.frame()[0]);
-            let is_live =
-                |live: &Live| live.0 == geoms && live.1.dot(&normal) > super::touch::SAME_NORMAL;
-            let is_field = geoms
-                .iter()
-                .any(|&geom| model.geom_type()[geom] == super::ffi::HFIELD && facts.height_fields);
-            if contact.is_excluded() || is_field || !self.live.iter().any(is_live) {
+            let face = Face::of(contact);
+            let is_field = |&geom: &usize| model.geom_type()[geom] == HFIELD;
+            let is_live = self.live.iter().any(|live| live.is(&face));
+            if contact.is_excluded() || face.geoms.iter().any(is_field) || !is_live {
                 continue;
             }
             let place = Vector3::from(contact.place());
             let is_there = self.taken.iter().any(|&index| {
                 let other = data.contact(index);
-                pair_of(other) == geoms
-                    && Vector3::from(other.frame()[0]).dot(&normal) > super::touch::SAME_NORMAL
-                    && (Vector3::from(other.place()) - place).norm() < 1e-2 * length
+                let distance = (Vector3::from(other.place()) - place).norm();
+                Face::of(other).is(&face) && distance < NEAR * length
             });
             if is_there {
                 continue;
@@ -255,8 +239,7 @@ impl Stepper {
             self.model.integrate(data.qpos_mut(), &correction, h);
         }
         self.live.clear();
-        self.live
-            .extend(touches.iter().map(|touch| (touch.geoms, touch.normal)));
+        self.live.extend(touches.iter().map(|touch| touch.face));
         self.follower.keep(data);
         Ok(Report { ends, is_crowded })
     }
@@ -277,7 +260,7 @@ impl Stepper {
             follower: &self.follower,
             inertia: &self.inertia,
         };
-        let touches = listed(&around, &self.taken, found, self.lookout().grown);
+        let touches = listed(&around, &self.taken, found);
         let rows = rows::list(
             &around,
             rates,
@@ -331,21 +314,15 @@ impl Stepper {
         found: &mut Found,
         takes_anew: bool,
     ) -> bool {
-        let around = Around {
-            model: &self.model,
-            data,
-            facts: &self.facts,
-            follower: &self.follower,
-            inertia: &self.inertia,
-        };
         let Trial {
             motion,
             correction,
             touches,
             ..
         } = trial;
-        let least = 1e-12 * self.model.size().max(1.0);
-        if rows::passed(&around, &motion.velocity, least, &mut found.limits) {
+        let least = PASSED * self.model.size().max(1.0);
+        let limits = &mut found.limits;
+        if rows::passed(&self.model, data, &motion.velocity, least, limits) {
             return true;
         }
         let total: Vec<_> = motion
@@ -450,17 +427,18 @@ fn lookout<'a>(model: &'a Model, facts: &'a Facts) -> Lookout<'a> {
 
 /// Are these velocities those of the round before? Then nothing else will be seen.
 fn is_same(now: &[f64], before: &[f64]) -> bool {
-    let largest = now.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let most = SAME * largest(now);
     !before.is_empty()
         && now
             .iter()
             .zip(before)
-            .all(|(now, before)| (now - before).abs() <= SAME * largest)
+            .all(|(now, before)| (now - before).abs() <= most)
 }
 
 /// Contacts that take part, as they are now.
-fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &Found, grown: f64) -> Vec<Touch> {
-    let (h, depth) = (around.model.step(), DEPTH * around.model.size());
+fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &Found) -> Vec<Touch> {
+    let (h, length) = (around.model.step(), around.model.size());
+    let (grown, depth) = (BAND * length, DEPTH * length);
     let contacts = 0..around.data.contacts().len();
     let mut scratch = Vec::new();
     let touch = |index: usize| {

@@ -22,9 +22,8 @@ pub(super) struct Touch {
     pub(super) index: usize,
     pub(super) address: usize,
     pub(super) dim: usize,
-    pub(super) geoms: [usize; 2],
+    pub(super) face: Face,
     pub(super) place: Vector3<f64>,
-    pub(super) normal: Vector3<f64>,
     /// Its Jacobian, row by row.
     pub(super) rows: Vec<f64>,
     /// Gap at the start of the step (m).
@@ -44,11 +43,27 @@ pub(super) struct Touch {
     pub(super) curve: f64,
 }
 
-/// The geoms of a contact, the smaller first.
-pub(super) fn pair_of(contact: ContactRef<'_>) -> [usize; 2] {
-    let mut pair = contact.geoms();
-    pair.sort_unstable();
-    pair
+/// Which geoms touch, the smaller first, and along which normal.
+#[derive(Clone, Copy)]
+pub(super) struct Face {
+    pub(super) geoms: [usize; 2],
+    pub(super) normal: Vector3<f64>,
+}
+
+impl Face {
+    pub(super) fn of(contact: ContactRef<'_>) -> Self {
+        let mut geoms = contact.geoms();
+        geoms.sort_unstable();
+        Self {
+            geoms,
+            normal: contact.frame()[0].into(),
+        }
+    }
+
+    /// Is it a face of the same geoms, that looks the same way?
+    pub(super) fn is(&self, other: &Self) -> bool {
+        self.geoms == other.geoms && self.normal.dot(&other.normal) > SAME_NORMAL
+    }
 }
 
 impl Touch {
@@ -92,9 +107,8 @@ impl Touch {
             index,
             address,
             dim,
-            geoms: pair_of(contact),
             place: place.into(),
-            normal: frame[0].into(),
+            face: Face::of(contact),
             gap,
             surface: contact.surface_velocity(),
             outside,
@@ -110,11 +124,6 @@ impl Touch {
 
     pub(super) fn normal_row(&self) -> &[f64] {
         &self.rows[..self.rows.len() / self.dim]
-    }
-
-    /// Is it where another contact was, and does it face the same way?
-    pub(super) fn faces(&self, geoms: [usize; 2], normal: Vector3<f64>) -> bool {
-        self.geoms == geoms && self.normal.dot(&normal) > SAME_NORMAL
     }
 
     /// How deep it overlaps when its bodies have moved at a velocity for a time, by its row (m).
@@ -134,8 +143,12 @@ impl Touch {
 }
 
 /// Cosine of the angle (25°) up to which normals of a pair of geoms are the same contact's.
-pub(super) const SAME_NORMAL: f64 = 0.9;
+const SAME_NORMAL: f64 = 0.9;
 
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+pub(super) fn largest(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(0.0, |most, x| most.max(x.abs()))
 }

@@ -9,7 +9,7 @@ use super::islands::Island;
 use super::pack::Pack;
 use super::rows::{Kind, Row};
 use super::sweeps;
-use super::touch::Touch;
+use super::touch::{Touch, largest};
 use std::collections::HashMap;
 use stiction::{Settings, Status, Work};
 use stiction_kernels::problem::{Answer, Outcome};
@@ -131,9 +131,9 @@ impl VelocityPass {
             self.blocked.extend(blocked_for.map(|steps| (name, steps)));
         }
         found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid));
+        let is_solved = |(outcome, _): &(Outcome, _)| outcome.status == Status::Solved;
         // From nothing, as the last step may lead astray; then from where a little softness leads.
         for hint in [None, Some(Softness::Hint)] {
-            let is_solved = |(outcome, _): &(Outcome, _)| outcome.status == Status::Solved;
             if blocked_for.is_some() || found.as_ref().is_some_and(is_solved) {
                 break;
             }
@@ -142,10 +142,7 @@ impl VelocityPass {
                 self.attempt(scene, island, engines, settings, hint);
             }
             let other = self.attempt(scene, island, engines, settings, Softness::Rigid);
-            if other
-                .as_ref()
-                .is_some_and(|(outcome, _)| outcome.status == Status::Solved)
-            {
+            if other.as_ref().is_some_and(is_solved) {
                 found = other;
             }
         }
@@ -155,8 +152,7 @@ impl VelocityPass {
             || found.as_ref().is_some_and(is_thrown)
         {
             if let Some((outcome, _)) = &found {
-                let is_proved = matches!(outcome.status, Status::Infeasible | Status::Jammed);
-                ends.contradicts |= is_proved && blocked_for.is_none();
+                ends.contradicts |= has_no_answer(outcome) && blocked_for.is_none();
             }
             engines.forget(name);
             found = None;
@@ -269,9 +265,8 @@ impl VelocityPass {
         if is_finite && outcome.status == Status::Solved {
             return true;
         }
-        let is_proved = matches!(outcome.status, Status::Infeasible | Status::Jammed);
         let is_near = outcome.error <= LARGEST_ERROR.max(settings.tolerance); // not a number is not
-        if !is_finite || is_proved || !is_near {
+        if !is_finite || has_no_answer(outcome) || !is_near {
             return false;
         }
         let speed = speed(scene, island);
@@ -282,6 +277,11 @@ impl VelocityPass {
             .fold(0.0, f64::max);
         change <= LARGEST_CHANGE * speed || change == 0.0
     }
+}
+
+/// Is it proved that the question has no answer?
+fn has_no_answer(outcome: &Outcome) -> bool {
+    matches!(outcome.status, Status::Infeasible | Status::Jammed)
 }
 
 /// Speed in the metric, `√(vᵀ M v)`: what there is without contacts and rows, and that of what moves them from outside.
@@ -359,10 +359,6 @@ fn row_offset(row: &Row, h: f64) -> f64 {
         Kind::Friction => 0.0,
         Kind::Limit => closing(row.gap, row.outside, h),
     }
-}
-
-fn largest(numbers: &[f64]) -> f64 {
-    numbers.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
 fn write(island: &Island, answer: &Answer<f64>, dim: usize, motion: &mut Motion) {

@@ -179,6 +179,13 @@ impl Data {
         }
     }
 
+    /// Takes over another's positions and poses of motion capture.
+    pub(in super::super) fn copy_pose(&mut self, other: &Self) {
+        self.qpos_mut().copy_from_slice(other.qpos());
+        self.mocap_pos_mut().copy_from_slice(other.mocap_pos());
+        self.mocap_quat_mut().copy_from_slice(other.mocap_quat());
+    }
+
     /// Where it is: the same data has the same place.
     pub(in super::super) fn place(&self) -> usize {
         self.at as usize
