@@ -18,7 +18,7 @@ mod table;
 /// Impulses this many times as large as expected are no start.
 const MAX_IMPULSE_RATIO: f64 = 1e8;
 
-/// A body that creeps asks in each such tick whether it can stay.
+/// In the last of so many ticks in a row that creep a body asks whether it can stay.
 const PATIENCE: u8 = 4;
 
 /// What is known where a solve starts.
