@@ -48,6 +48,22 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     #[must_use]
     fn splitter() -> Self;
 
+    /// Running hashes of a sequence of numbers.
+    #[doc(hidden)]
+    type Hashes: Copy;
+
+    /// The hashes of no numbers, for a place.
+    #[doc(hidden)]
+    fn begin_hashes(place: usize) -> Self::Hashes;
+
+    /// Continues the hashes with four numbers.
+    #[doc(hidden)]
+    fn hash_four(hashes: &mut Self::Hashes, numbers: &[Self; 4]);
+
+    /// One hash of all.
+    #[doc(hidden)]
+    fn end_hashes(hashes: Self::Hashes) -> u64;
+
     /// Continues the hash of a sequence of numbers with the bits of this one.
     #[doc(hidden)]
     #[must_use]
@@ -63,8 +79,22 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     fn literal(value: f64) -> Self;
 }
 
+/// The words of 32 bits of two numbers.
+#[inline]
+const fn words([a, b]: [f32; 2]) -> [u32; 2] {
+    [a.to_bits(), b.to_bits()]
+}
+
+/// The same of longer ones.
+#[inline]
+#[allow(clippy::cast_possible_truncation)]
+const fn words_of_long([a, b]: [f64; 2]) -> [u32; 4] {
+    let [a, b] = [a.to_bits(), b.to_bits()];
+    [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]
+}
+
 macro_rules! real {
-    ($float:ident, $bits:ident, $sqrt:path) => {
+    ($float:ident, $bits:ident, $words:path, $lanes:literal, $sqrt:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -102,6 +132,36 @@ macro_rules! real {
                 Self::power_of_two($float::MANTISSA_DIGITS.div_ceil(2) as i32) + 1.0
             }
 
+            type Hashes = [[u32; 2]; $lanes];
+
+            #[inline]
+            #[allow(clippy::cast_possible_truncation)]
+            fn begin_hashes(place: usize) -> Self::Hashes {
+                [[place as u32; 2]; $lanes]
+            }
+
+            #[inline]
+            fn hash_four(hashes: &mut Self::Hashes, numbers: &[Self; 4]) {
+                let [a, b, c, d] = *numbers;
+                for two in [[a, b], [c, d]] {
+                    for ([sum, sums], word) in hashes.iter_mut().zip($words(two)) {
+                        // Sums and rotations alone: products take more registers than a Cortex-M has.
+                        *sum = sum.rotate_right(5).wrapping_add(word);
+                        *sums = sums.rotate_right(11).wrapping_add(*sum);
+                    }
+                }
+            }
+
+            #[inline]
+            fn end_hashes(hashes: Self::Hashes) -> u64 {
+                let mix = |hash: u64, &word: &u32| {
+                    let hash = (hash.rotate_left(29) ^ u64::from(word))
+                        .wrapping_mul(0xd6e8_feb8_6659_fd93);
+                    hash ^ (hash >> 32)
+                };
+                hashes.as_flattened().iter().fold(1, mix)
+            }
+
             #[inline]
             #[allow(clippy::cast_possible_truncation)]
             fn hash(self, hash: u64) -> u64 {
@@ -126,11 +186,11 @@ macro_rules! real {
 }
 
 #[cfg(not(stiction_core_sqrt))]
-real!(f32, u32, libm::sqrtf);
+real!(f32, u32, words, 2, libm::sqrtf);
 #[cfg(not(stiction_core_sqrt))]
-real!(f64, u64, libm::sqrt);
+real!(f64, u64, words_of_long, 4, libm::sqrt);
 // An instruction where the core has one; the same numbers everywhere.
 #[cfg(stiction_core_sqrt)]
-real!(f32, u32, core::f32::math::sqrt);
+real!(f32, u32, words, 2, core::f32::math::sqrt);
 #[cfg(stiction_core_sqrt)]
-real!(f64, u64, core::f64::math::sqrt);
+real!(f64, u64, words_of_long, 4, core::f64::math::sqrt);

@@ -8,47 +8,55 @@ use nalgebra::SMatrix;
 #[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
-    hashed(chunks.iter(), rest, place)
+    let mut hashes = T::begin_hashes(place);
+    for numbers in chunks {
+        T::hash_four(&mut hashes, numbers);
+    }
+    T::hash_four(&mut hashes, &padded(rest));
+    T::end_hashes(hashes)
 }
 
-/// Copies numbers and returns their fingerprint: a loop for each would take half as many instructions more.
+/// Copies a matrix and returns its fingerprint. If an entry is not finite, the copy is of no use.
+#[inline]
+pub(super) fn copy_finite<T: Real, const R: usize, const K: usize>(
+    target: &mut SMatrix<T, R, K>,
+    matrix: &SMatrix<T, R, K>,
+    place: usize,
+    input: Input,
+) -> Result<u64, Error> {
+    let print = copy_and_hash(target.as_mut_slice(), matrix.as_slice(), place);
+    print.ok_or_else(|| entry_not_finite::<T, R>(matrix.as_slice(), input))
+}
+
+/// Copies numbers and returns their fingerprint, unless one is not finite.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u64 {
+fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> Option<u64> {
     let (chunks, rest) = numbers.as_chunks::<4>();
     let (targets, last) = target.as_chunks_mut::<4>();
+    let mut hashes = T::begin_hashes(place);
+    for (target, numbers) in targets.iter_mut().zip(chunks) {
+        // A loop that cannot end here would become a `memcpy`, which takes longer.
+        if !are_finite(numbers) {
+            return None;
+        }
+        T::hash_four(&mut hashes, numbers);
+        *target = *numbers;
+    }
+    let last_four = padded(rest);
+    T::hash_four(&mut hashes, &last_four);
     for (target, &number) in last.iter_mut().zip(rest) {
         *target = number;
     }
-    let pairs = targets.iter_mut().zip(chunks);
-    let copied = pairs.map(|(target, numbers)| {
-        *target = *numbers;
-        numbers
-    });
-    hashed(copied, rest, place)
+    are_finite(&last_four).then(|| T::end_hashes(hashes))
 }
 
-/// Hash of numbers in chunks and what is left of them, in four running hashes: one alone would be waited for at each number.
-#[inline]
-fn hashed<'a, T: Real>(chunks: impl Iterator<Item = &'a [T; 4]>, rest: &[T], place: usize) -> u64 {
-    // Not 0, which zeros would leave as it is.
-    let mut hashes = [u64::try_from(place).unwrap_or(0).wrapping_add(1); 4];
-    for numbers in chunks {
-        for (hash, number) in hashes.iter_mut().zip(numbers) {
-            *hash = number.hash(*hash);
-        }
+/// Up to three numbers, and zeros.
+fn padded<T: Real>(rest: &[T]) -> [T; 4] {
+    let mut numbers = [T::ZERO; 4];
+    for (target, &number) in numbers.iter_mut().zip(rest) {
+        *target = number;
     }
-    for (hash, number) in hashes.iter_mut().zip(rest) {
-        *hash = number.hash(*hash);
-    }
-    let [first, others @ ..] = hashes;
-    others
-        .into_iter()
-        .fold(mixed(first), |sum, hash| mixed(sum.rotate_left(5) ^ hash))
-}
-
-/// Until here the sign of the last number moves the highest bits alone, and two such bits would cancel in a sum.
-const fn mixed(hash: u64) -> u64 {
-    (hash ^ (hash >> 32)).wrapping_mul(0xd6e8_feb8_6659_fd93)
+    numbers
 }
 
 /// Every entry of a matrix or vector is a number.
@@ -57,61 +65,66 @@ pub(crate) fn check_finite<T: Real, const R: usize, const K: usize>(
     matrix: &SMatrix<T, R, K>,
     input: Input,
 ) -> Result<(), Error> {
-    match not_finite(matrix.as_slice()) {
-        None => Ok(()),
-        Some(index) => Err(Error::NotFinite {
-            input,
-            row: index % R.max(1),
-            column: index.checked_div(R).unwrap_or(0),
-        }),
+    let (chunks, rest) = matrix.as_slice().as_chunks::<4>();
+    if chunks.iter().all(are_finite) && are_finite(&padded(rest)) {
+        Ok(())
+    } else {
+        Err(entry_not_finite::<T, R>(matrix.as_slice(), input))
     }
 }
 
-/// Which of them is the first that is not a number? `0 x` is 0 for a number, and for no other: four sums say sooner than a
-/// comparison for each whether there is one.
+/// Names the first entry that is not a number, of a matrix of `R` rows.
+#[cold]
+fn entry_not_finite<T: Real, const R: usize>(entries: &[T], input: Input) -> Error {
+    let index = entries.iter().position(|entry| !entry.is_finite());
+    let index = index.unwrap_or(0);
+    Error::NotFinite {
+        input,
+        row: index % R.max(1),
+        column: index.checked_div(R).unwrap_or(0),
+    }
+}
+
+/// Are all four numbers finite? Their sum is not, if one of them is not.
+#[inline]
+fn are_finite<T: Real>(numbers: &[T; 4]) -> bool {
+    let [a, b, c, d] = *numbers;
+    ((a + b) + (c + d)).is_finite() || numbers.iter().all(|number| number.is_finite())
+}
+
+/// Is it symmetric, number by number?
 #[cfg_attr(target_os = "none", inline(never))]
-fn not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
-    let mut sums = [T::ZERO; 4];
-    let (chunks, rest) = numbers.as_chunks::<4>();
-    for numbers in chunks {
-        for (sum, &number) in sums.iter_mut().zip(numbers) {
-            *sum += number * T::ZERO;
+pub(super) fn is_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> bool {
+    let (columns, mut gaps) = (&mass.data.0, T::ZERO);
+    for (j, column) in columns.iter().enumerate() {
+        let below = column.get(j + 1..).unwrap_or_default();
+        let others = columns.get(j + 1..).unwrap_or_default();
+        for (&below, other) in below.iter().zip(others) {
+            let right = other.get(j).copied().unwrap_or(below);
+            gaps += (below - right).abs(); // a comparison for each would take longer
         }
     }
-    for (sum, &number) in sums.iter_mut().zip(rest) {
-        *sum += number * T::ZERO;
-    }
-    if sums == [T::ZERO; 4] {
-        return None;
-    }
-    let mut numbers = numbers.iter();
-    numbers.position(|number| !number.is_finite())
+    gaps == T::ZERO
 }
 
-/// Is it symmetric to the bit? An error if `M_ij` and `M_ji` differ by more than the root of `eps`.
+/// Names the first of `M_ij` and `M_ji` that differ by more than the root of `eps`.
+#[cold]
 pub(super) fn check_symmetric<T: Real, const N: usize>(
     mass: &SMatrix<T, N, N>,
-) -> Result<bool, Error> {
-    let (columns, mut is_symmetric) = (&mass.data.0, true);
+) -> Result<(), Error> {
     let diagonal = |i: usize| mass.get((i, i)).copied().unwrap_or(T::ZERO);
-    for (j, column) in columns.iter().enumerate() {
-        let (Some(lower), Some(others)) = (column.get(j..), columns.get(j..)) else {
-            continue;
-        };
-        for (k, (&lower, other)) in lower.iter().zip(others).enumerate() {
-            let upper = other.get(j).copied().unwrap_or(lower);
-            if lower == upper {
-                continue; // as a rule, and without a root
+    for (j, (column, row)) in mass.column_iter().zip(mass.row_iter()).enumerate() {
+        for (k, (&below, &right)) in column.iter().zip(row.iter()).enumerate().skip(j + 1) {
+            if below == right {
+                continue; // without roots
             }
-            let row = j + k;
-            is_symmetric = false;
-            let [one, other] = [row, j].map(|i| diagonal(i).abs().square_root()); // whose product may overflow
-            if (lower - upper).abs() > T::EPSILON.square_root() * one * other {
-                return Err(Error::MassNotSymmetric { row, column: j });
+            let [one, other] = [k, j].map(|i| diagonal(i).abs().square_root()); // whose product may overflow
+            if (below - right).abs() > T::EPSILON.square_root() * one * other {
+                return Err(Error::MassNotSymmetric { row: k, column: j });
             }
         }
     }
-    Ok(is_symmetric)
+    Ok(())
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The contacts of a scene: pushed, changed, removed.
 
-use super::checks::{check_finite, copy_and_hash, fingerprint};
+use super::checks::{check_finite, copy_finite, fingerprint};
 use super::surface::Scaling;
 use super::{Contact, Scene, Surface, move_up};
 use crate::cone::FrictionCone;
@@ -57,7 +57,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 capacity: C,
             });
         };
-        check_finite(&contact.jacobian, Input::Jacobian { contact: index })?;
+        let input = Input::Jacobian { contact: index };
+        let print = copy_finite(&mut place.jacobian, &contact.jacobian, index, input)?;
         check_finite(&contact.offset, Input::Offset { contact: index })?;
         if !FrictionCone::is_valid(mu) {
             return Err(Error::InvalidFriction {
@@ -66,8 +67,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             });
         }
         (place.offset, place.mu, place.key) = (contact.offset, mu, contact.key);
-        let (target, numbers) = (place.jacobian.as_mut_slice(), contact.jacobian.as_slice());
-        let print = copy_and_hash(target, numbers, index);
         if let Some(place) = self.scalings.get_mut(index) {
             *place = *scaling;
         }

@@ -4,7 +4,7 @@ use crate::error::{Error, Input};
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::Counts;
 use crate::real::Real;
-use checks::{check_symmetric, copy_and_hash, fingerprint};
+use checks::{check_symmetric, copy_finite, fingerprint, is_symmetric};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 pub(crate) use rows::check_compliance;
 pub(crate) use surface::Scaling;
@@ -161,20 +161,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if they differ by more.
     /// Whether `M` is positive definite is checked by [`crate::Factor::prepare`].
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
-        check_finite(mass, Input::Mass)?;
-        let is_symmetric = check_symmetric(mass)?;
         if self.mass_print.is_none() {
             self.contacts_print = self.prints_of_contacts();
             self.rows_print = self.prints_of_rows();
         }
-        let mut print = copy_and_hash(self.mass.as_mut_slice(), mass.as_slice(), C + R);
-        if !is_symmetric {
-            self.mass.fill_lower_triangle_with_upper_triangle();
-            print = fingerprint(self.mass.as_slice(), C + R);
-        }
-        self.mass_print = Some(print);
         self.delassus_gap = T::ZERO;
-        Ok(())
+        let mut print = copy_finite(&mut self.mass, mass, C + R, Input::Mass);
+        if print.is_ok() && !is_symmetric(mass) {
+            self.mass.fill_lower_triangle_with_upper_triangle();
+            print = check_symmetric(mass).map(|()| fingerprint(self.mass.as_slice(), C + R));
+        }
+        if print.is_err() {
+            self.mass.fill(T::ZERO);
+        }
+        self.mass_print = Some(print.unwrap_or(0));
+        print.map(|_| ())
     }
 
     /// Removes all contacts and joint rows.

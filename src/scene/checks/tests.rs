@@ -26,3 +26,27 @@ fn no_two_of_many_scenes_have_the_same_fingerprint() {
     let halves: HashSet<u64> = prints.iter().map(|print| print >> 16 << 16).collect();
     assert_eq!(halves.len(), 300_000);
 }
+
+/// What changes places or signs is told apart, which a sum would not do.
+#[test]
+fn numbers_that_change_places_or_signs_have_another_fingerprint() {
+    let numbers: Vec<f32> = (0..54_u8).map(f32::from).collect();
+    let mut prints = HashSet::from([fingerprint(&numbers, 1)]);
+    let mut count = 1;
+    for i in 1..54 {
+        for j in 1..i {
+            let mut swapped = numbers.clone();
+            swapped.swap(i, j);
+            let mut mirrored = numbers.clone();
+            for k in [i, j] {
+                mirrored[k] = -mirrored[k];
+            }
+            prints.extend([&swapped, &mirrored].map(|numbers| fingerprint(numbers, 1)));
+            count += 2;
+        }
+    }
+    // Two tangents that change places.
+    let rows = |a: f32, b: f32| [a, b, b, a];
+    prints.extend([rows(1.0, 0.0), rows(0.0, 1.0)].map(|numbers| fingerprint(&numbers, 1)));
+    assert_eq!(prints.len(), count + 2);
+}
