@@ -234,7 +234,7 @@ impl Controller {
         let wanted = STANCE.iter().zip(LIMITS).cycle();
         for (((torque, angle), rate), (target, limit)) in joints.zip(wanted) {
             let feedback = GAINS[0] * (target - angle) - GAINS[1] * rate;
-            *torque = (*torque + or_zero(feedback)).clamp(-limit, limit);
+            *torque = limited(*torque + or_zero(feedback), limit);
         }
         torques
     }
@@ -259,9 +259,19 @@ impl Controller {
 
 /// Returns torques that only damp.
 fn brake(sensors: &Sensors) -> Torques {
-    sensors
-        .rates
-        .map(|leg| leg.map(|rate| or_zero(-BRAKE * rate).clamp(-LIMITS[0], LIMITS[0])))
+    let torque = |rate| limited(or_zero(-BRAKE * rate), LIMITS[0]);
+    sensors.rates.map(|leg| leg.map(torque))
+}
+
+/// Returns the torque, or the limit that it exceeds. (`f32::clamp` panics if its limits are in the wrong order.)
+const fn limited(torque: f32, limit: f32) -> f32 {
+    if torque > limit {
+        limit
+    } else if torque < -limit {
+        -limit
+    } else {
+        torque
+    }
 }
 
 /// Returns the number, or 0 if it is not finite: of a joint whose encoder is broken there is no feedback.

@@ -51,7 +51,9 @@ impl Plant {
         } = self.state;
         let [[a, b, c, x, y, z, joints @ ..]] = velocity.data.0;
         let mut rates = [[0.0; 3]; 4];
-        rates.as_flattened_mut().copy_from_slice(&joints);
+        for (rate, &joint) in rates.as_flattened_mut().iter_mut().zip(&joints) {
+            *rate = joint;
+        }
         Sensors {
             angles,
             rates,
