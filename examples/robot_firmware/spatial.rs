@@ -100,15 +100,15 @@ impl Inertia {
 
     /// Makes that of a body from the axes of its link and its centre of mass (m), both in the world.
     pub(crate) fn new(body: &Body, axes: &Axes, centre: &Vector3<f32>) -> Self {
+        // Exactly symmetric, as `M` is to be: a product of entries comes first.
         let ([x, y, z], [about_x, about_y, about_z]) = (axes.0, body.inertia);
-        let own = (x * about_x) * x.transpose() + (y * about_y) * y.transpose();
-        let first = centre * body.mass;
-        let parallel =
-            Matrix3::from_diagonal_element(first.dot(centre)) - first * centre.transpose();
+        let square = |v: &Vector3<f32>| v * v.transpose();
+        let own = square(&x) * about_x + square(&y) * about_y + square(&z) * about_z;
+        let parallel = Matrix3::from_diagonal_element(centre.dot(centre)) - square(centre);
         Self {
             mass: body.mass,
-            first,
-            second: own + (z * about_z) * z.transpose() + parallel,
+            first: centre * body.mass,
+            second: own + parallel * body.mass,
         }
     }
 
