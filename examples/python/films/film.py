@@ -1,12 +1,15 @@
 """Films, MuJoCo left and this package right: `python examples/python/films/film.py` writes gripper.webp and hammer.webp beside it.
 
 The hammer is a task of metaworld, done by metaworld's own policy; first `pip install --no-deps metaworld==3.1.1 scipy`.
+With `--count` it says in how many tasks the hammer falls, and how many kinds of tasks are done (a quarter of an hour).
 """
 
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import draw
@@ -23,8 +26,9 @@ import stiction.mujoco
 WIDTH, HEIGHT, HEAD, LINE, GAP = 420, 320, 84, 30, 4  # of a side, the title, a line, and between sides (pixels)
 STAY = 2.0  # how long the last picture stays (s)
 SHARES, STEP, LASTS, EVERY, SLOW = (0.90, 1.00, 1.10), 0.002, 3.0, 16, 2  # friction over critical; steps a picture; slow motion
-TASK, STEPS, STILL, FRAMES = "hammer-v3", 500, 200, 5  # steps of the policy: all, until the hammer is held still, a picture
-Side = list[tuple[Image.Image, list[str]]]  # pictures, each with lines below
+STEPS, STILL, FRAMES = 500, 200, 5  # steps of the policy, 80 a second: all, until the hammer is held still, a picture
+FALLEN = 0.03  # m
+Side = Iterable[tuple[Image.Image, list[str]]]  # pictures, each with lines below
 
 
 def film(name: str, words: tuple[str, str, str], sides: tuple[Side, Side], interval: float, slow: float) -> None:
@@ -62,7 +66,7 @@ def grippers(engine: scenes.Engine) -> Side:
     spec.add_texture(type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, **white)
     model, camera, wide = spec.compile(), draw.look((0.0, 0.0, 0.46), 0.4, 70.0, -12.0), WIDTH // len(SHARES)
     count, caption = round(LASTS / STEP) // EVERY, "how far the block has slid"
-    side: Side = [(Image.new("RGB", (WIDTH, HEIGHT)), [caption]) for _ in range(count)]
+    side = [(Image.new("RGB", (WIDTH, HEIGHT)), [caption]) for _ in range(count)]
     for column, share in enumerate(SHARES):
         poses, drops = scenes.grip(engine, STEP, share, LASTS)
         shots = draw.shots(model, camera, (wide, HEIGHT), poses[EVERY - 1 :: EVERY])
@@ -74,46 +78,89 @@ def grippers(engine: scenes.Engine) -> Side:
     return side
 
 
-def hammer(start: Callable[[Any], object]) -> tuple[Side, str]:
-    """The hammer, after `start` was called with the environment; and how far it has slid in the hand at the end."""
-    tasks = metaworld.MT1(TASK, seed=0)
-    env, policy = tasks.train_classes[TASK](), ENV_POLICY_MAP[TASK]()
-    env.set_task(tasks.train_tasks[0])
-    seen, _ = env.reset()  # by MuJoCo, so that both start alike
+@dataclass
+class Run:
+    """What became of a task after each step of the policy."""
+
+    model: mujoco.MjModel
+    poses: list[draw.Array]
+    lags: list[float]  # how far the hand is from where it is told (mm)
+    slid: draw.Array  # the farthest that the object was in the hand from where it was at `STILL`, from then on
+    done: bool  # at any time, as metaworld counts
+
+
+def run(start: Callable[[Any], object], kind: str = "hammer-v3", number: int = 0) -> Run:
+    """A task of metaworld by metaworld's policy, after `start` was called with the environment."""
+    tasks = metaworld.MT1(kind, seed=0)
+    env, policy = tasks.train_classes[kind](), ENV_POLICY_MAP[kind]()
+    env.set_task(tasks.train_tasks[number])
+    seen, _ = env.reset()  # by MuJoCo, so that all start alike
     start(env)
-    data, hand, tool = env.data, env.data.body("hand"), env.data.body("hammerbody")
-    poses, places, lags = [], [], []
+    data, hand = env.data, env.data.body("hand")
+    poses, lags, places, done = [], [], [], False
     for _ in range(STEPS):
-        seen = env.step(np.clip(policy.get_action(seen), -1, 1))[0]
+        seen, *_, told = env.step(np.clip(policy.get_action(seen), -1, 1))
         poses.append(data.qpos.copy())
-        places.append(hand.xmat.reshape(3, 3).T @ (tool.xpos - hand.xpos))
-        lags.append(1e3 * np.linalg.norm(data.mocap_pos[0] - hand.xpos))
-    slid = np.maximum.accumulate(np.linalg.norm(np.array(places[STILL:]) - places[STILL], axis=1))
-    fates = [*["–"] * STILL, *map(scenes.length, slid)]
+        lags.append(1e3 * float(np.linalg.norm(data.mocap_pos[0] - hand.xpos)))
+        places.append(hand.xmat.reshape(3, 3).T @ (seen[4:7] - hand.xpos))
+        done |= bool(told["success"])
+    slid = np.linalg.norm(np.array(places[STILL:]) - places[STILL], axis=1)
+    return Run(env.model, poses, lags, np.maximum.accumulate(slid), done)
+
+
+def hammer(done: Run) -> Side:
+    """The hammer in the hand."""
+    fates = [*["–"] * STILL, *map(scenes.length, done.slid)]
     at, camera = slice(FRAMES - 1, None, FRAMES), draw.look((0.02, 0.65, 0.13), 0.85, 160.0, -18.0)
-    shots = draw.shots(env.model, camera, (WIDTH, HEIGHT), poses[at])
-    lines = [[f"hammer slid in the hand: {a}", f"hand {b:.1f} mm from where it is told"] for a, b in zip(fates, lags, strict=True)]
-    return list(zip(shots, lines[at], strict=True)), fates[-1]
+    lines = [
+        [f"hammer slid in the hand: {a}", f"hand {b:.1f} mm from where it is told"] for a, b in zip(fates, done.lags, strict=True)
+    ]
+    return zip(draw.shots(done.model, camera, (WIDTH, HEIGHT), done.poses[at]), lines[at], strict=True)
+
+
+STARTS: dict[str, Callable[[Any], object]] = {
+    "as metaworld sets it": lambda env: None,
+    "noslip 50": lambda env: setattr(env.model.opt, "noslip_iterations", 50),
+    "impratio 100": lambda env: setattr(env.model.opt, "impratio", 100),
+    "stiction": lambda env: stiction.mujoco.patch(env, tol=1e-8),
+}
+
+
+def count() -> None:
+    """All hammers, and the first task of each kind."""
+    for name, start in STARTS.items():
+        runs = [run(start, number=number) for number in range(50)]
+        ends = [scenes.length(slid) for slid in np.quantile([each.slid[-1] for each in runs], (0.5, 1.0), method="lower")]
+        fell = sum(each.slid[-1] > FALLEN for each in runs)
+        print(
+            f"hammer, {name}: {sum(each.done for each in runs)} of 50 done, {fell} fell; slid {ends[0]} (median), {ends[1]} (most)"
+        )
+    for name in ("as metaworld sets it", "stiction"):
+        fails = [kind for kind in ENV_POLICY_MAP if not run(STARTS[name], kind).done]
+        print(f"kinds of tasks, {name}: {len(fails)} of {len(ENV_POLICY_MAP)} are not done: {', '.join(fails)}")
+
+
+def reset_welds(env: SawyerMocapBase) -> None:
+    """As metaworld has it; MuJoCo 4 has a number more."""
+    env.model.eq_data[env.model.eq_type == mujoco.mjtEq.mjEQ_WELD, :11] = (0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 5)
 
 
 def main() -> None:
     """Run and draw."""
+    SawyerMocapBase.reset_mocap_welds = reset_welds
+    if "--count" in sys.argv:
+        count()
+        return
     careful = scenes.length(scenes.grip(scenes.CAREFUL, STEP, 1.0, LASTS)[1][-1])
     below = f"half speed, steps of 2 ms; MuJoCo with elliptic cones, impratio 100 and noslip: {careful} at 1.00"
     words = "Held by friction: 0.90, 1.00 and 1.10 of what the weight needs", "MuJoCo, default", below
     film("gripper", words, (grippers(scenes.DEFAULT), grippers(scenes.HERE)), EVERY * STEP, SLOW)
 
-    def reset_welds(env: SawyerMocapBase) -> None:
-        """As metaworld has it; MuJoCo 4 has a number more."""
-        env.model.eq_data[:, :11] = (0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 5)
-
-    SawyerMocapBase.reset_mocap_welds = reset_welds
-    left, _ = hammer(lambda env: None)
-    _, stiff = hammer(lambda env: setattr(env.model.opt, "impratio", 100))
-    right, _ = hammer(lambda env: stiction.mujoco.patch(env, tol=1e-8))
-    below = f"real time; slid since {0.0125 * STILL:g} s; metaworld's cones are elliptic; with impratio 100 MuJoCo's end is {stiff}"
+    soft, stiff, here = (run(STARTS[name]) for name in ("as metaworld sets it", "impratio 100", "stiction"))
+    below = f"real time; slid since {STILL / 80:g} s; metaworld's cones are elliptic; "
+    below += f"with impratio 100 MuJoCo's end is {scenes.length(stiff.slid[-1])}"
     words = "Metaworld's task “hammer”, done by metaworld's own policy", "MuJoCo, as metaworld sets it", below
-    film("hammer", words, (left, right), 0.0125 * FRAMES, 1)
+    film("hammer", words, (hammer(soft), hammer(here)), FRAMES / 80, 1)
 
 
 if __name__ == "__main__":
