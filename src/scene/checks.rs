@@ -92,11 +92,13 @@ fn are_finite<T: Real>(numbers: &[T; 4]) -> bool {
     ((a + b) + (c + d)).is_finite() || numbers.iter().all(|number| number.is_finite())
 }
 
-/// Is it symmetric, number by number?
+/// Is it symmetric, number by number, and finite?
 #[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn is_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> bool {
     let (columns, mut gaps) = (&mass.data.0, T::ZERO);
     for (j, column) in columns.iter().enumerate() {
+        let own = column.get(j).copied().unwrap_or(T::ZERO);
+        gaps += own - own; // 0 of a number alone
         let below = column.get(j + 1..).unwrap_or_default();
         let others = columns.get(j + 1..).unwrap_or_default();
         for (&below, other) in below.iter().zip(others) {

@@ -161,21 +161,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if they differ by more.
     /// Whether `M` is positive definite is checked by [`crate::Factor::prepare`].
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
+        let is_symmetric = is_symmetric(mass);
+        if !is_symmetric {
+            check_finite(mass, Input::Mass)?;
+            check_symmetric(mass)?;
+        }
         if self.mass_print.is_none() {
             self.contacts_print = self.prints_of_contacts();
             self.rows_print = self.prints_of_rows();
         }
-        self.delassus_gap = T::ZERO;
-        let mut print = copy_finite(&mut self.mass, mass, C + R, Input::Mass);
-        if print.is_ok() && !is_symmetric(mass) {
+        let mut print = copy_finite(&mut self.mass, mass, C + R, Input::Mass)?;
+        if !is_symmetric {
             self.mass.fill_lower_triangle_with_upper_triangle();
-            print = check_symmetric(mass).map(|()| fingerprint(self.mass.as_slice(), C + R));
+            print = fingerprint(self.mass.as_slice(), C + R);
         }
-        if print.is_err() {
-            self.mass.fill(T::ZERO);
-        }
-        self.mass_print = Some(print.unwrap_or(0));
-        print.map(|_| ())
+        self.mass_print = Some(print);
+        self.delassus_gap = T::ZERO;
+        Ok(())
     }
 
     /// Removes all contacts and joint rows.
