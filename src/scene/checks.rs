@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Input};
 use crate::real::Real;
-use nalgebra::SMatrix;
+use nalgebra::{ComplexField, SMatrix};
 
 /// Fingerprint of some numbers and their place among others.
 #[cfg_attr(target_os = "none", inline(never))]
@@ -89,7 +89,7 @@ fn entry_not_finite<T: Real, const R: usize>(entries: &[T], input: Input) -> Err
 #[inline]
 fn are_finite<T: Real>(numbers: &[T; 4]) -> bool {
     let [a, b, c, d] = *numbers;
-    ((a + b) + (c + d)).is_finite() || numbers.iter().all(|number| number.is_finite())
+    ((a + b) + (c + d)).is_finite() || numbers.iter().all(ComplexField::is_finite)
 }
 
 /// Is it symmetric, number by number, and finite?
@@ -98,7 +98,7 @@ pub(super) fn is_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> 
     let (columns, mut gaps) = (&mass.data.0, T::ZERO);
     for (j, column) in columns.iter().enumerate() {
         let own = column.get(j).copied().unwrap_or(T::ZERO);
-        gaps += own - own; // 0 of a number alone
+        gaps += own * T::ZERO; // 0 of a number alone
         let below = column.get(j + 1..).unwrap_or_default();
         let others = columns.get(j + 1..).unwrap_or_default();
         for (&below, other) in below.iter().zip(others) {

@@ -38,8 +38,10 @@ fn numbers_that_change_places_or_signs_have_another_fingerprint() {
             let mut swapped = numbers.clone();
             swapped.swap(i, j);
             let mut mirrored = numbers.clone();
-            for k in [i, j] {
-                mirrored[k] = -mirrored[k];
+            for (k, number) in mirrored.iter_mut().enumerate() {
+                if k == i || k == j {
+                    *number = -*number;
+                }
             }
             prints.extend([&swapped, &mirrored].map(|numbers| fingerprint(numbers, 1)));
             count += 2;
