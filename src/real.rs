@@ -48,21 +48,9 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     #[must_use]
     fn splitter() -> Self;
 
-    /// Running hashes of a sequence of numbers.
+    /// Continues four running hashes with four numbers.
     #[doc(hidden)]
-    type Hashes: Copy;
-
-    /// The hashes of no numbers, for a place.
-    #[doc(hidden)]
-    fn begin_hashes(place: usize) -> Self::Hashes;
-
-    /// Continues the hashes with four numbers.
-    #[doc(hidden)]
-    fn hash_four(hashes: &mut Self::Hashes, numbers: &[Self; 4]);
-
-    /// One hash of all.
-    #[doc(hidden)]
-    fn end_hashes(hashes: Self::Hashes) -> u64;
+    fn hash_four(hashes: &mut [u64; 4], numbers: [Self; 4]);
 
     /// Continues the hash of a sequence of numbers with the bits of this one.
     #[doc(hidden)]
@@ -79,22 +67,31 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     fn literal(value: f64) -> Self;
 }
 
-/// The words of 32 bits of two numbers.
-#[inline]
-const fn words([a, b]: [f32; 2]) -> [u32; 2] {
-    [a.to_bits(), b.to_bits()]
-}
-
-/// The same of longer ones.
+/// Two running hashes by sums and rotations, of words of 32 bits: products take more registers than a Cortex-M has.
 #[inline]
 #[allow(clippy::cast_possible_truncation)]
-const fn words_of_long([a, b]: [f64; 2]) -> [u32; 4] {
-    let [a, b] = [a.to_bits(), b.to_bits()];
-    [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]
+fn hash_words([one, other, ..]: &mut [u64; 4], [a, b, c, d]: [f32; 4]) {
+    for two in [[a, b], [c, d]] {
+        for (hash, number) in [&mut *one, &mut *other].into_iter().zip(two) {
+            let sum = (*hash as u32)
+                .rotate_right(5)
+                .wrapping_add(number.to_bits());
+            let sums = ((*hash >> 32) as u32).rotate_right(11).wrapping_add(sum);
+            *hash = u64::from(sums) << 32 | u64::from(sum);
+        }
+    }
+}
+
+/// Four running hashes by products: one alone would be waited for at each number.
+#[inline]
+fn hash_products(hashes: &mut [u64; 4], numbers: [f64; 4]) {
+    for (hash, number) in hashes.iter_mut().zip(numbers) {
+        *hash = number.hash(*hash);
+    }
 }
 
 macro_rules! real {
-    ($float:ident, $bits:ident, $words:path, $lanes:literal, $sqrt:path) => {
+    ($float:ident, $bits:ident, $hash_four:path, $sqrt:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -132,34 +129,9 @@ macro_rules! real {
                 Self::power_of_two($float::MANTISSA_DIGITS.div_ceil(2) as i32) + 1.0
             }
 
-            type Hashes = [[u32; 2]; $lanes];
-
             #[inline]
-            #[allow(clippy::cast_possible_truncation)]
-            fn begin_hashes(place: usize) -> Self::Hashes {
-                [[place as u32; 2]; $lanes]
-            }
-
-            #[inline]
-            fn hash_four(hashes: &mut Self::Hashes, numbers: &[Self; 4]) {
-                let [a, b, c, d] = *numbers;
-                for two in [[a, b], [c, d]] {
-                    for ([sum, sums], word) in hashes.iter_mut().zip($words(two)) {
-                        // Sums and rotations alone: products take more registers than a Cortex-M has.
-                        *sum = sum.rotate_right(5).wrapping_add(word);
-                        *sums = sums.rotate_right(11).wrapping_add(*sum);
-                    }
-                }
-            }
-
-            #[inline]
-            fn end_hashes(hashes: Self::Hashes) -> u64 {
-                let mix = |hash: u64, &word: &u32| {
-                    let hash = (hash.rotate_left(29) ^ u64::from(word))
-                        .wrapping_mul(0xd6e8_feb8_6659_fd93);
-                    hash ^ (hash >> 32)
-                };
-                hashes.as_flattened().iter().fold(1, mix)
+            fn hash_four(hashes: &mut [u64; 4], numbers: [Self; 4]) {
+                $hash_four(hashes, numbers);
             }
 
             #[inline]
@@ -186,11 +158,11 @@ macro_rules! real {
 }
 
 #[cfg(not(stiction_core_sqrt))]
-real!(f32, u32, words, 2, libm::sqrtf);
+real!(f32, u32, hash_words, libm::sqrtf);
 #[cfg(not(stiction_core_sqrt))]
-real!(f64, u64, words_of_long, 4, libm::sqrt);
+real!(f64, u64, hash_products, libm::sqrt);
 // An instruction where the core has one; the same numbers everywhere.
 #[cfg(stiction_core_sqrt)]
-real!(f32, u32, words, 2, core::f32::math::sqrt);
+real!(f32, u32, hash_words, core::f32::math::sqrt);
 #[cfg(stiction_core_sqrt)]
-real!(f64, u64, words_of_long, 4, core::f64::math::sqrt);
+real!(f64, u64, hash_products, core::f64::math::sqrt);

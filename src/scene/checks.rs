@@ -8,12 +8,12 @@ use nalgebra::{ComplexField, SMatrix};
 #[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
-    let mut hashes = T::begin_hashes(place);
+    let mut hashes = begin(place);
     for numbers in chunks {
-        T::hash_four(&mut hashes, numbers);
+        T::hash_four(&mut hashes, *numbers);
     }
-    T::hash_four(&mut hashes, &padded(rest));
-    T::end_hashes(hashes)
+    T::hash_four(&mut hashes, padded(rest));
+    end(hashes)
 }
 
 /// Copies a matrix and returns its fingerprint. If an entry is not finite, the copy is of no use.
@@ -33,21 +33,35 @@ pub(super) fn copy_finite<T: Real, const R: usize, const K: usize>(
 fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> Option<u64> {
     let (chunks, rest) = numbers.as_chunks::<4>();
     let (targets, last) = target.as_chunks_mut::<4>();
-    let mut hashes = T::begin_hashes(place);
+    let mut hashes = begin(place);
     for (target, numbers) in targets.iter_mut().zip(chunks) {
         // A loop that cannot end here would become a `memcpy`, which takes longer.
         if !are_finite(numbers) {
             return None;
         }
-        T::hash_four(&mut hashes, numbers);
+        T::hash_four(&mut hashes, *numbers);
         *target = *numbers;
     }
     let last_four = padded(rest);
-    T::hash_four(&mut hashes, &last_four);
+    T::hash_four(&mut hashes, last_four);
     for (target, &number) in last.iter_mut().zip(rest) {
         *target = number;
     }
-    are_finite(&last_four).then(|| T::end_hashes(hashes))
+    are_finite(&last_four).then(|| end(hashes))
+}
+
+/// Hashes of no numbers, for a place. They are not 0, which zeros would leave as it is.
+fn begin(place: usize) -> [u64; 4] {
+    [u64::try_from(place).unwrap_or(0).wrapping_add(1); 4]
+}
+
+/// One hash of four.
+fn end(hashes: [u64; 4]) -> u64 {
+    hashes.into_iter().fold(0_u64, |sum, hash| {
+        let product = (sum.rotate_left(5) ^ hash).wrapping_mul(0xd6e8_feb8_6659_fd93);
+        // Until here the sign of the last number moves the highest bits alone, and two such bits would cancel in a sum.
+        product ^ (product >> 32)
+    })
 }
 
 /// Up to three numbers, and zeros.
