@@ -60,12 +60,12 @@ mod firmware {
         let mut out = hio::hstdout().ok()?;
         loop {
             pace::wait();
-            let start = pace::microseconds();
+            let start = pace::counts();
             if !trot.sense() {
                 break;
             }
             ok &= trot.solve();
-            let time = pace::microseconds() - start;
+            let time = pace::counts().wrapping_sub(start) / pace::COUNTS_A_MICROSECOND;
             steps += 1;
             late += u32::from(time > 1000);
             trot.report(&mut out).ok()?;

@@ -7,8 +7,8 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::exception;
 
 /// `SysTick` of the emulated boards runs at 25 MHz. On an STM32F4 it runs at the core's clock.
-const TICKS_A_MICROSECOND: u32 = 25;
-const TICKS_A_MILLISECOND: u32 = 1000 * TICKS_A_MICROSECOND;
+pub(crate) const COUNTS_A_MICROSECOND: u32 = 25;
+const COUNTS_A_MILLISECOND: u32 = 1000 * COUNTS_A_MICROSECOND;
 
 static MILLISECONDS: AtomicU32 = AtomicU32::new(0);
 
@@ -20,7 +20,7 @@ fn SysTick() {
 /// Starts the clock.
 pub(crate) fn start(mut timer: SYST) {
     timer.set_clock_source(SystClkSource::Core);
-    timer.set_reload(TICKS_A_MILLISECOND - 1);
+    timer.set_reload(COUNTS_A_MILLISECOND - 1);
     timer.clear_current();
     timer.enable_counter();
     timer.enable_interrupt();
@@ -34,15 +34,17 @@ pub(crate) fn wait() {
     }
 }
 
-/// Microseconds since the clock was started.
-pub(crate) fn microseconds() -> u32 {
+/// Counts of the timer since the clock was started. They begin again at 0 after three minutes.
+pub(crate) fn counts() -> u32 {
     loop {
         let milliseconds = MILLISECONDS.load(Ordering::Relaxed);
         let left = SYST::get_current();
         // Otherwise an interrupt came between the two.
         if MILLISECONDS.load(Ordering::Relaxed) == milliseconds {
-            let passed = (TICKS_A_MILLISECOND - 1 - left) / TICKS_A_MICROSECOND;
-            return milliseconds * 1000 + passed;
+            let passed = COUNTS_A_MILLISECOND - 1 - left;
+            return milliseconds
+                .wrapping_mul(COUNTS_A_MILLISECOND)
+                .wrapping_add(passed);
         }
     }
 }

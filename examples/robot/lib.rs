@@ -12,6 +12,8 @@
 mod collide;
 mod draw;
 mod dynamics;
+#[cfg(test)]
+mod firmware_tests;
 mod report;
 mod rows;
 #[cfg(test)]

@@ -41,7 +41,8 @@ def strip(poses: draw.Array, colour: tuple[float, float, float], height: int) ->
         body.add_geom(type=BOX, size=[half, half, 0.3 * half], pos=[0, 0, 0.7 * half], rgba=[1, 0.8, 0.2, 1])
     camera = draw.look((0.5 * (LEFT + RIGHT), 0.0, (0.5 * height - FLOOR) / PIXELS), 5.0, 90.0, -12.0)
     camera.orthographic = 1
-    return draw.render(spec, camera, (WIDTH, height))
+    model = spec.compile()
+    return next(draw.shots(model, camera, (WIDTH, height), [model.qpos0]))
 
 
 def instants(slide: scenes.Slide) -> draw.Array:

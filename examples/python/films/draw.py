@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+from collections.abc import Iterable, Iterator
 
 os.environ.setdefault("MUJOCO_GL", "egl")
 
@@ -35,16 +36,15 @@ def font(size: int, bold: bool = False) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(font_manager.findfont(name), size)
 
 
-def render(spec: mujoco.MjSpec, camera: mujoco.MjvCamera, size: tuple[int, int], poses: Array | None = None) -> Image.Image:
-    """The model of a spec seen by a camera; `size` is width and height in pixels, `poses` go to `qpos`."""
-    model = spec.compile()
+def shots(model: mujoco.MjModel, camera: mujoco.MjvCamera, size: tuple[int, int], poses: Iterable[Array]) -> Iterator[Image.Image]:
+    """A model in several poses, seen by a camera; `size` is width and height in pixels."""
     data = mujoco.MjData(model)
-    if poses is not None:
-        data.qpos[:] = poses
-    mujoco.mj_forward(model, data)
     with mujoco.Renderer(model, size[1], size[0]) as renderer:
-        renderer.update_scene(data, camera)
-        return Image.fromarray(renderer.render())
+        for pose in poses:
+            data.qpos[:] = pose
+            mujoco.mj_forward(model, data)
+            renderer.update_scene(data, camera)
+            yield Image.fromarray(renderer.render())
 
 
 def look(at: tuple[float, float, float], distance: float, azimuth: float, elevation: float) -> mujoco.MjvCamera:

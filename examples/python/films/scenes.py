@@ -184,8 +184,8 @@ def rest(engine: Engine, step: float, end: float = 5.0) -> tuple[float, float]:
     return abs(float(places[-1] - places[-1 - round(1.0 / step)])), float(np.median(times)) * 1e6
 
 
-def grip(engine: Engine, step: float, share: float, end: float, turned: float = 0.0) -> tuple[Array, float]:
-    """Pinch the block for 0.5 s while its weight is carried, then let that act: positions at the end, and the drop.
+def grip(engine: Engine, step: float, share: float, end: float, turned: float = 0.0) -> tuple[Array, Array]:
+    """Pinch the block for 0.5 s while its weight is carried, then let that act: positions after each step, and drops.
 
     Args:
         engine: what makes steps.
@@ -212,14 +212,16 @@ def grip(engine: Engine, step: float, share: float, end: float, turned: float = 
     model.opt.gravity[:] = gravity
     for carried, duration in ((1.0, 0.5), (0.0, end)):
         data.qfrc_applied[2:5] = -carried * model.body("block").mass * gravity
-        start = data.qpos[2:5].copy()
+        start, poses = data.qpos[2:5].copy(), []
         for _ in range(round(duration / step)):
             advance(data)
-    return data.qpos.copy(), float((data.qpos[2:5] - start) @ gravity) / GRAVITY
+            poses.append(data.qpos.copy())
+    moved = np.array(poses)
+    return moved, (moved[:, 2:5] - start) @ gravity / GRAVITY
 
 
 def length(metres: float) -> str:
-    """A length in words, or that the block fell out of the fingers."""
+    """How far something slid, in words, or that it fell out of the fingers."""
     if metres > 0.04:
         return "fell"
     if metres < 1e-12:

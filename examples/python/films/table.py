@@ -12,7 +12,7 @@ STEPS = (0.01, 0.005, 0.002, 0.001)
 SHARES = (0.90, 0.98, 1.00, 1.02, 1.10)
 HEAD = f"""# A cube and a gripper, in MuJoCo {mujoco.__version__} and here
 
-Written by `films/table.py`; pictures by `films/cube.py` and `films/gripper.py`. The models are in `models`.
+Written by `films/table.py`; a picture by `films/cube.py`, a film by `films/film.py`. The models are in `models`.
 `stiction` solves each step to {scenes.HERE.tolerance:g}.
 
 ## The cube
@@ -83,7 +83,7 @@ def gripper(settings: list[scenes.Engine]) -> list[str]:
     lines = [row(["settings", "axes", *[f"{share:.2f}" for share in SHARES]]), "|---|---|" + "--:|" * len(SHARES)]
     for engine in settings:
         for turned, axes in ((0.0, "upright"), (np.pi / 4, "turned")):
-            drops = [scenes.grip(engine, 0.002, share, 5.0, turned)[1] for share in SHARES]
+            drops = [scenes.grip(engine, 0.002, share, 5.0, turned)[1][-1] for share in SHARES]
             lines.append(row([engine.name, axes, *[scenes.length(max(drop, 0.0)) for drop in drops]]))
     return lines
 
