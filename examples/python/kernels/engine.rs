@@ -1,6 +1,7 @@
 //! A kernel of one compiled size behind an interface for all: fills it, padded, and reads its solution.
 
 use crate::problem::{Dynamics, Friction, Out, Outcome, Problem};
+use crate::room;
 use std::cell::RefCell;
 use std::thread::LocalKey;
 use stiction::nalgebra::{SMatrix, SVector};
@@ -73,25 +74,16 @@ pub struct Compiled<
     push: Push<T, N, D, C, R, S>,
 }
 
-/// Kernels of more bytes than this are made and run on a thread of their own, with a stack of so many bytes: their locals do not
-/// fit on every stack.
+/// Kernels of more bytes than this are made and run where there is room on the stack.
 const LARGE: usize = 1 << 19;
-const STACK: usize = 64 << 20;
 
 /// Runs what needs room for a kernel on the stack.
 fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
     if size_of::<K>() <= LARGE {
-        return work();
+        work()
+    } else {
+        room::with_room(work)
     }
-    std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new()
-            .stack_size(STACK)
-            .spawn_scoped(scope, work);
-        let done = thread
-            .map_err(|error| -> Box<dyn std::any::Any + Send> { Box::new(error.to_string()) });
-        done.and_then(std::thread::ScopedJoinHandle::join)
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    })
 }
 
 impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>

@@ -2,4 +2,5 @@
 
 pub mod engine;
 pub mod problem;
+pub mod room;
 pub mod sizes;

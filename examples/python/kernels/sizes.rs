@@ -98,12 +98,12 @@ macro_rules! on_surface {
 // Room for contacts and rows costs next to nothing, velocities that nothing moves do.
 sizes! {
     plain:
-        (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 24, 16) (24, 3, 12, 24, 12) (36, 3, 24, 48, 24) (60, 3, 64, 96, 64) (96, 3, 64, 96, 64) (144, 3, 64, 96, 64)
+        (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 24, 16) (24, 3, 12, 24, 12) (36, 3, 24, 48, 24) (60, 3, 24, 48, 24) (60, 3, 64, 96, 64) (96, 3, 64, 96, 64) (144, 3, 64, 96, 64)
         (12, 2, 8, 12, 8) (36, 2, 16, 48, 16)
         (36, 1, 16, 48, 16);
     on_surface:
         (36, 4, 16, 48, 16)
-        (12, 6, 8, 12, 8) (36, 6, 24, 48, 24) (96, 6, 64, 96, 64);
+        (12, 6, 8, 12, 8) (36, 6, 24, 48, 24) (60, 6, 24, 48, 24) (96, 6, 64, 96, 64);
 }
 
 /// The most velocities that any of them has.
@@ -124,10 +124,11 @@ pub fn most_contacts(dim: usize) -> usize {
     of_dim.map(|size| size.contacts).max().unwrap_or(0)
 }
 
-/// For how many velocities the smallest kernel has room that holds so many.
-pub fn room(velocities: usize) -> Option<usize> {
+/// For how many velocities the smallest kernel of so many rows a contact has room that holds so many.
+pub fn room(velocities: usize, dim: usize) -> Option<usize> {
     SIZES
         .iter()
+        .filter(|size| size.dim == dim)
         .map(|size| size.n)
         .filter(|&n| n >= velocities)
         .min()

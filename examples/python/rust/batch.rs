@@ -13,7 +13,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 use stiction::Error;
 use stiction_kernels::problem::{Out, Outcome};
-use stiction_kernels::sizes;
+use stiction_kernels::{room, sizes};
 
 /// How often Ctrl-C is asked for.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -133,6 +133,8 @@ fn solve_all<T: Number>(
     let (settings, stopped) = (settings::<T>(given)?, AtomicBool::new(false));
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
+        .stack_size(room::STACK)
+        .start_handler(|_| room::note())
         .build()
         .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
     // The first that is refused, whichever thread comes to it.

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import struct
 from pathlib import Path
 from typing import Any
@@ -105,3 +106,21 @@ def test_reset_start_and_refusal() -> None:
             kernel.solve(EYE, H, PUSH, W, MU, keys=keys)
     with pytest.raises(ValueError, match="^r"):
         kernel.start_at([7], [1.0])
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a fork")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_large_scene_is_solved_again_after_a_fork() -> None:
+    """Large kernels run on a thread that is kept, and a fork leaves threads behind."""
+    H = np.zeros((1, 3, 130))
+    H[0, [0, 1, 2], [2, 0, 1]] = 1.0
+    push = np.concatenate([[0.03, 0.0, -0.02], np.zeros(127)])
+
+    def is_solved() -> bool:
+        return stiction.solve(np.eye(130), H, push, W, MU).solved
+
+    assert is_solved()
+    child = os.fork()
+    if child == 0:
+        os._exit(0 if is_solved() else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0

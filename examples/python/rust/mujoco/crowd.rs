@@ -34,8 +34,8 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> b
         (DIRECTIONS, MANY, f64::INFINITY),
         (DIRECTIONS / 2, MANY, f64::INFINITY),
         // Of what overlaps few or one, as it has no exact answer anyway.
-        (DIRECTIONS / 4, most, -DEEP * length),
-        (0, most, -DEEP * length),
+        (DIRECTIONS / 4, MANY, -DEEP * length),
+        (0, MANY, -DEEP * length),
     ] {
         if island.len() > enough {
             thin_faces(island, touches, (ROUND, highest), directions);

@@ -1,12 +1,70 @@
 //! The mass matrix with what is implicit in it, by blocks of trees that it does not couple.
 
 use super::ffi::{Data, EULER, Model};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-
+use super::touch::dot;
 /// Velocities that a part of the mass matrix couples.
 struct Block {
+    /// The last first: with what is farther out eliminated first, zeros of trees stay zeros.
     dofs: Vec<usize>,
-    factor: Cholesky<f64, Dyn>,
+    /// Cholesky's factor, column by column.
+    lower: Vec<f64>,
+}
+
+impl Block {
+    fn column(&self, j: usize) -> &[f64] {
+        &self.lower[j * self.dofs.len()..][..self.dofs.len()]
+    }
+
+    /// `L⁻¹ x`
+    fn forward(&self, x: &mut [f64]) {
+        for j in 0..x.len() {
+            if x[j] == 0.0 {
+                continue;
+            }
+            let column = self.column(j);
+            x[j] /= column[j];
+            let own = x[j];
+            x[j + 1..]
+                .iter_mut()
+                .zip(&column[j + 1..])
+                .for_each(|(x, l)| *x -= l * own);
+        }
+    }
+
+    /// `L⁻ᵀ x`
+    fn backward(&self, x: &mut [f64]) {
+        for j in (0..x.len()).rev() {
+            let column = self.column(j);
+            x[j] = (x[j] - dot(&column[j + 1..], &x[j + 1..])) / column[j];
+        }
+    }
+}
+
+/// Cholesky's factor of the part of a matrix, column by column, past its zeros; `None` if it is not positive definite.
+fn factor(dofs: &[usize], entry: impl Fn(usize, usize) -> f64) -> Option<Vec<f64>> {
+    let n = dofs.len();
+    let mut lower = vec![0.0; n * n];
+    for (j, &dof) in dofs.iter().enumerate() {
+        let (before, own) = lower.split_at_mut(j * n);
+        let own = &mut own[j..n];
+        for (own, &other) in own.iter_mut().zip(&dofs[j..]) {
+            *own = entry(other, dof);
+        }
+        for column in before.chunks_exact(n).filter(|column| column[j] != 0.0) {
+            let share = column[j];
+            own.iter_mut()
+                .zip(&column[j..])
+                .for_each(|(own, l)| *own -= share * l);
+        }
+        let root = own[0].sqrt();
+        if root.is_nan() || root <= 0.0 {
+            return None;
+        }
+        for own in own {
+            *own /= root;
+        }
+    }
+    Some(lower)
 }
 
 /// `M'`, its factors, and the free motion.
@@ -116,21 +174,14 @@ impl Inertia {
             if first[start] != start {
                 continue;
             }
-            let dofs: Vec<_> = (start..n).filter(|&i| first[i] == start).collect();
-            let matrix = if dofs.len() == n {
-                DMatrix::from_row_slice(n, n, &self.matrix)
-            } else {
-                DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| {
-                    self.matrix[dofs[i] * n + dofs[j]]
-                })
-            };
-            let Some(factor) = Cholesky::new(matrix) else {
+            let dofs: Vec<_> = (start..n).rev().filter(|&i| first[i] == start).collect();
+            let Some(lower) = factor(&dofs, |i, j| self.matrix[i * n + j]) else {
                 return false;
             };
             for &dof in &dofs {
                 self.block_of[dof] = self.blocks.len();
             }
-            self.blocks.push(Block { dofs, factor });
+            self.blocks.push(Block { dofs, lower });
         }
         true
     }
@@ -155,37 +206,61 @@ impl Inertia {
     pub(super) fn solve(&self, right: &[f64]) -> Vec<f64> {
         let mut solution = vec![0.0; self.n];
         for block in &self.blocks {
-            let mut part =
-                DVector::from_iterator(block.dofs.len(), block.dofs.iter().map(|&dof| right[dof]));
-            block.factor.solve_mut(&mut part);
+            let mut part: Vec<_> = block.dofs.iter().map(|&dof| right[dof]).collect();
+            block.forward(&mut part);
+            block.backward(&mut part);
             block
                 .dofs
                 .iter()
-                .zip(part.iter())
-                .for_each(|(&dof, &x)| solution[dof] = x);
+                .zip(part)
+                .for_each(|(&dof, x)| solution[dof] = x);
         }
         solution
+    }
+
+    /// Blocks of an island.
+    fn blocks_of(&self, dofs: &[usize]) -> impl Iterator<Item = &Block> {
+        self.blocks
+            .iter()
+            .filter(move |block| dofs.binary_search(&block.dofs[0]).is_ok())
+    }
+
+    /// Adds a row in coordinates in which the masses of an island are one: `L⁻¹ row`.
+    pub(super) fn to_unit(&self, dofs: &[usize], row: &[f64], out: &mut Vec<f64>) {
+        for block in self.blocks_of(dofs) {
+            let start = out.len();
+            out.extend(block.dofs.iter().map(|&dof| row[dof]));
+            block.forward(&mut out[start..]);
+        }
+    }
+
+    /// Takes a motion from these coordinates to velocities, `L⁻ᵀ motion`, and tells them one by one.
+    pub(super) fn back_from_unit(
+        &self,
+        dofs: &[usize],
+        motion: &mut [f64],
+        mut tell: impl FnMut(usize, f64),
+    ) {
+        let mut rest = motion;
+        for block in self.blocks_of(dofs) {
+            let own = rest.split_off_mut(..block.dofs.len()).unwrap_or_default();
+            block.backward(own);
+            block
+                .dofs
+                .iter()
+                .zip(own)
+                .for_each(|(&dof, z)| tell(dof, *z));
+        }
     }
 
     /// How much an impulse along a row moves that row: `H M'⁻¹ Hᵀ`.
     pub(super) fn response(&self, row: &[f64], scratch: &mut Vec<f64>) -> f64 {
         let mut sum = 0.0;
-        for Block { dofs, factor } in &self.blocks {
+        for block in &self.blocks {
             scratch.clear();
-            scratch.extend(dofs.iter().map(|&dof| row[dof]));
-            let Some(first) = scratch.iter().position(|&x| x != 0.0) else {
-                continue;
-            };
-            let lower = factor.l_dirty();
-            for j in first..dofs.len() {
-                let x = scratch[j] / lower[(j, j)];
-                sum += x * x;
-                let below = &lower.column(j).data.into_slice()[j + 1..];
-                scratch[j + 1..]
-                    .iter_mut()
-                    .zip(below)
-                    .for_each(|(y, l)| *y -= l * x);
-            }
+            scratch.extend(block.dofs.iter().map(|&dof| row[dof]));
+            block.forward(scratch);
+            sum += scratch.iter().map(|x| x * x).sum::<f64>();
         }
         sum
     }

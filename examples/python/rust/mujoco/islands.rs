@@ -23,7 +23,7 @@ pub(super) fn islands(
 ) -> Vec<Island> {
     if inertia.blocks() == 1 {
         let all = Island {
-            dofs: inertia.dofs(0).to_vec(),
+            dofs: (0..nv).collect(),
             touches: (0..touches.len()).collect(),
             rows: (0..rows.len()).collect(),
         };

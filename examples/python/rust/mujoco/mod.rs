@@ -15,6 +15,7 @@ mod pack;
 mod position;
 pub(crate) mod rollout;
 mod rows;
+mod settle;
 mod stepper;
 mod sweeps;
 mod tally;

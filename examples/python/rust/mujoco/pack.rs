@@ -3,7 +3,7 @@
 use super::inertia::Inertia;
 use super::rows::{Kind, Row};
 use super::touch::Touch;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 use stiction_kernels::problem::{Answer, Dynamics, Friction, Problem, Rows};
 use stiction_kernels::sizes;
 
@@ -34,13 +34,12 @@ pub(super) struct Pack {
     reduced: Option<Reduced>,
 }
 
-/// Coordinates of what the rows move: with `L Lᵀ = M` and `A = H L⁻ᵀ = Rᵀ Qᵀ` the law is that of unit masses, rows `Rᵀ` and the
-/// free impulse `Qᵀ L⁻¹ b`, with the same impulses.
+/// Coordinates of unit masses: with `L Lᵀ = M` and `A = H L⁻ᵀ` the law is that of rows `A` and the free impulse `L⁻¹ b`, with the same
+/// impulses; with `A = Rᵀ Qᵀ` that of rows `Rᵀ` and `Qᵀ L⁻¹ b`.
 struct Reduced {
-    factor: Cholesky<f64, Dyn>,
-    /// `L⁻¹ b` and `Aᵀ`.
-    free: DVector<f64>,
-    columns: DMatrix<f64>,
+    /// `L⁻¹ b`, and `A` row by row.
+    free: Vec<f64>,
+    rows: Vec<f64>,
 }
 
 impl Pack {
@@ -134,64 +133,87 @@ impl Pack {
         self.row_compliance.extend(rows);
     }
 
-    /// Changes to as many coordinates as there are rows, if these fit a smaller kernel.
-    pub(super) fn reduce(&mut self) {
+    /// Changes to coordinates of unit masses: to those that the rows move, or to as many as there are rows, if these fit a smaller
+    /// kernel.
+    pub(super) fn reduce(&mut self, inertia: &Inertia) {
         let n = self.dofs.len();
-        let rows = self
+        let count = (self.jacobian.len() + self.row_jacobian.len()) / n;
+        if count == 0 || n <= SMALL {
+            return;
+        }
+        let mut wide = vec![0.0; self.dofs.last().map_or(0, |last| last + 1)];
+        let mut unit = |row: &[f64], out: &mut Vec<f64>| {
+            let places = self.dofs.iter().zip(row);
+            places.for_each(|(&dof, &entry)| wide[dof] = entry);
+            inertia.to_unit(&self.dofs, &wide, out);
+        };
+        let mut rows = Vec::with_capacity(count * n);
+        let all = self
             .jacobian
             .chunks_exact(n)
             .chain(self.row_jacobian.chunks_exact(n));
-        let count = rows.clone().count();
-        if count == 0 || count >= n || n <= SMALL || sizes::room(count) == sizes::room(n) {
+        all.for_each(|row| unit(row, &mut rows));
+        let is_moved = |&j: &usize| rows[j..].iter().step_by(n).any(|&entry| entry != 0.0);
+        let moved: Vec<_> = (0..n).filter(is_moved).collect();
+        let room = |velocities| sizes::room(velocities, self.dim);
+        let is_few = room(moved.len()) <= room(count);
+        if room(moved.len().min(count)) == room(n) {
             return;
         }
-        let Some(factor) = Cholesky::new(DMatrix::from_row_slice(n, n, &self.mass)) else {
-            return;
+        let mut free = Vec::with_capacity(n);
+        unit(&self.impulse, &mut free);
+        let of_moved = |row: &[f64]| moved.iter().map(|&j| row[j]).collect::<Vec<_>>();
+        let contact_rows = self.jacobian.len() / n;
+        let (impulse, own): (Vec<f64>, Vec<f64>) = if is_few {
+            (
+                of_moved(&free),
+                rows.chunks_exact(n).flat_map(of_moved).collect(),
+            )
+        } else {
+            let columns = rows.chunks_exact(n).flat_map(of_moved);
+            let parts = DMatrix::from_iterator(moved.len(), count, columns).qr();
+            let mut along = DVector::from_vec(of_moved(&free));
+            parts.q_tr_mul(&mut along);
+            let triangle = parts.r();
+            let own = triangle
+                .column_iter()
+                .flat_map(|row| row.iter().copied().collect::<Vec<_>>());
+            (
+                along.as_slice()[..count.min(moved.len())].to_vec(),
+                own.collect(),
+            )
         };
-        let mut columns = DMatrix::from_iterator(n, count, rows.flatten().copied());
-        let mut free = DVector::from_column_slice(&self.impulse);
-        factor.l_dirty().solve_lower_triangular_mut(&mut columns);
-        factor.l_dirty().solve_lower_triangular_mut(&mut free);
-        let parts = columns.clone().qr();
-        let (basis, triangle) = (parts.q(), parts.r());
-        let contacts = self.jacobian.len() / n;
-        let along = |row: usize| (0..count).map(move |i| (i, row));
-        self.jacobian = (0..contacts)
-            .flat_map(along)
-            .map(|place| triangle[place])
-            .collect();
-        self.row_jacobian = (contacts..count)
-            .flat_map(along)
-            .map(|place| triangle[place])
-            .collect();
-        self.impulse = (basis.transpose() * &free).as_slice().to_vec();
-        self.mass = DMatrix::<f64>::identity(count, count).as_slice().to_vec();
-        self.reduced = Some(Reduced {
-            factor,
-            free,
-            columns,
-        });
+        let size = impulse.len();
+        (self.jacobian, self.row_jacobian) = {
+            let (contacts, others) = own.split_at(contact_rows * size);
+            (contacts.to_vec(), others.to_vec())
+        };
+        self.impulse = impulse;
+        self.mass = DMatrix::<f64>::identity(size, size).as_slice().to_vec();
+        self.reduced = Some(Reduced { free, rows });
     }
 
     /// Takes the velocities of an answer back to all coordinates.
-    pub(super) fn expand(&self, answer: &mut Answer<f64>) {
-        if let Some(Reduced {
-            factor,
-            free,
-            columns,
-        }) = &self.reduced
-        {
-            let impulses = DVector::from_iterator(
-                columns.ncols(),
-                answer.r.iter().chain(&answer.rows[0]).copied(),
-            );
-            let mut velocity = free + columns * impulses;
-            factor
-                .l_dirty()
-                .tr_solve_lower_triangular_mut(&mut velocity);
-            answer.v.clear();
-            answer.v.extend(&velocity);
+    pub(super) fn expand(&self, inertia: &Inertia, answer: &mut Answer<f64>) {
+        let Some(Reduced { free, rows }) = &self.reduced else {
+            return;
+        };
+        let mut motion = free.clone();
+        let impulses = answer.r.iter().chain(&answer.rows[0]);
+        for (row, &impulse) in rows.chunks_exact(motion.len()).zip(impulses) {
+            if impulse != 0.0 {
+                motion
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(v, a)| *v += impulse * a);
+            }
         }
+        answer.v.resize(motion.len(), 0.0);
+        inertia.back_from_unit(&self.dofs, &mut motion, |dof, v| {
+            if let Ok(place) = self.dofs.binary_search(&dof) {
+                answer.v[place] = v;
+            }
+        });
     }
 
     pub(super) fn problem(&self) -> Problem<'_, f64> {

@@ -1,13 +1,16 @@
 //! The position pass: what overlaps, or is open, is taken back by a motion that is not kept as a velocity.
 //!
-//! The same kernel solves `M' z = Hᵀ r'` with friction and a little compliance, from nothing; positions then move by `h (v + z)`.
+//! `M' z = Hᵀ r'` is solved with friction and a little compliance, from nothing: of many contacts by sweeps if these converge, else by
+//! the same kernel. Positions then move by `h (v + z)`.
 
 use super::engines::{Engines, Pass};
 use super::islands::Island;
 use super::pack::Pack;
 use super::rows::Kind;
+use super::settle::Settler;
 use super::touch::dot;
 use super::velocity::{Motion, Scene};
+use std::collections::HashMap;
 use stiction::{Model as Law, Settings};
 use stiction_kernels::problem::Answer;
 
@@ -28,11 +31,28 @@ const LEFT: f64 = 1e-9;
 const TOLERANCE: f64 = 1e-4;
 const BUDGET: usize = 1_000;
 const USABLE: f64 = 1e-2;
+/// More contacts and rows than so many are swept first.
+const FEW: usize = 8;
+/// An island that does less than this share of what is asked is asked again only after so many steps, as what is locked would be asked in
+/// vain.
+const LITTLE: f64 = 0.1;
+const ASK_AGAIN: u32 = 8;
 
 #[derive(Default)]
 pub(super) struct PositionPass {
     pack: Pack,
     answer: Answer<f64>,
+    settler: Settler,
+    asked: Asked,
+    /// Islands that hardly gave way, by their first velocities, and for how many steps they are left as they are.
+    locked: HashMap<usize, u32>,
+}
+
+/// What is asked of an island: contacts and rows by their places, with the velocities that are left to them, and their compliance.
+#[derive(Default)]
+struct Asked {
+    touches: Vec<(usize, f64, f64)>,
+    rows: Vec<(usize, f64, f64)>,
     scratch: Vec<f64>,
 }
 
@@ -44,6 +64,10 @@ pub(super) struct Scale {
 }
 
 impl PositionPass {
+    pub(super) fn reset(&mut self) {
+        self.locked.clear();
+    }
+
     /// Adds an island's correction to `correction`; in the first round of a step from nothing.
     pub(super) fn solve(
         &mut self,
@@ -54,12 +78,135 @@ impl PositionPass {
         is_first: bool,
         correction: &mut [f64],
     ) {
-        if !is_needed(scene, island, motion, LEFT * scale.length) {
+        let left = LEFT * scale.length;
+        if !is_needed(scene, island, motion, left) || is_first && self.is_locked(scene, island) {
             return;
         }
-        let h = scene.h;
+        self.asked.list(scene, island, (motion, scale));
+        let is_found = self.sweep(scene, island, correction)
+            || self.solve_exactly(scene, island, engines, is_first, correction);
+        if is_found && self.asked.gives_way(scene, correction) {
+            self.locked.remove(&island.dofs[0]);
+        } else {
+            self.locked.insert(island.dofs[0], ASK_AGAIN - 1);
+        }
+    }
+
+    /// Is an island left as it is in this step? Not if something moves it from outside.
+    fn is_locked(&mut self, scene: &Scene<'_>, island: &Island) -> bool {
+        let Some(steps) = self.locked.remove(&island.dofs[0]) else {
+            return false;
+        };
+        let mut touches = island.touches.iter().map(|&place| &scene.touches[place]);
+        let mut rows = island.rows.iter().map(|&place| &scene.rows[place]);
+        if steps == 0
+            || touches.any(|touch| touch.is_driven || touch.is_moved())
+            || rows.any(|row| row.outside != 0.0)
+        {
+            return false;
+        }
+        self.locked.insert(island.dofs[0], steps - 1);
+        true
+    }
+
+    /// Sweeps over what is asked, if it is much; `false` if that finds nothing.
+    fn sweep(&mut self, scene: &Scene<'_>, island: &Island, correction: &mut [f64]) -> bool {
+        let Asked { touches, rows, .. } = &self.asked;
+        if touches.len() + rows.len() <= FEW {
+            return false;
+        }
+        let (settler, place) = (&mut self.settler, (scene.inertia, &island.dofs[..]));
+        settler.begin(island.dofs.len());
+        for &(touch, offset, compliance) in touches {
+            settler.contact(place, &scene.touches[touch], (offset, compliance));
+        }
+        for &(row, offset, compliance) in rows {
+            settler.row(place, &scene.rows[row], (offset, compliance));
+        }
+        let is_found = settler.sweep(TOLERANCE);
+        if is_found {
+            settler.write(place, correction);
+        }
+        is_found
+    }
+
+    /// Solves what is asked by a kernel; `false` if that finds nothing.
+    fn solve_exactly(
+        &mut self,
+        scene: &Scene<'_>,
+        island: &Island,
+        engines: &mut Engines,
+        is_first: bool,
+        correction: &mut [f64],
+    ) -> bool {
+        let Asked { touches, rows, .. } = &self.asked;
         self.pack.begin(scene.inertia, &island.dofs, 3, None);
-        let mut compliance = (Vec::new(), Vec::new());
+        for &(touch, offset, _) in touches {
+            let offset = [offset, 0.0, 0.0, 0.0, 0.0, 0.0];
+            self.pack.contact(&scene.touches[touch], offset);
+        }
+        for &(row, offset, _) in rows {
+            self.pack.row(&scene.rows[row], offset);
+        }
+        self.pack.soften(
+            touches.iter().map(|&(.., soft)| [soft; 2]),
+            rows.iter().map(|&(.., soft)| soft),
+        );
+        self.pack.reduce(scene.inertia);
+        for model in [Law::Coulomb, Law::ConvexRelaxation] {
+            let settings = Settings {
+                tolerance: TOLERANCE,
+                budget: BUDGET,
+                model,
+            };
+            let name = (island.dofs[0], Pass::Position);
+            let problem = self.pack.problem();
+            let outcome = engines.solve(name, &problem, &settings, is_first, &mut self.answer);
+            if outcome.is_some_and(|outcome| outcome.error <= USABLE)
+                && self.answer.v.iter().all(|z| z.is_finite())
+            {
+                self.pack.expand(scene.inertia, &mut self.answer);
+                island
+                    .dofs
+                    .iter()
+                    .zip(&self.answer.v)
+                    .for_each(|(&dof, &z)| correction[dof] = z);
+                return true;
+            }
+        }
+        false
+    }
+}
+
+impl Asked {
+    /// Does a correction do more than a little of it?
+    fn gives_way(&self, scene: &Scene<'_>, correction: &[f64]) -> bool {
+        let (mut asked, mut done) = (0.0, 0.0);
+        let mut add = |row: &[f64], offset: f64, wrong: fn(f64) -> f64| {
+            asked += wrong(offset);
+            done += wrong(offset) - wrong(offset + dot(row, correction));
+        };
+        let closing = |speed: f64| (-speed).max(0.0);
+        for &(touch, offset, _) in &self.touches {
+            add(scene.touches[touch].normal_row(), offset, closing);
+        }
+        for &(row, offset, _) in &self.rows {
+            let row = &scene.rows[row];
+            let is_equality = row.kind == Kind::Equality;
+            add(
+                &row.jacobian,
+                offset,
+                if is_equality { f64::abs } else { closing },
+            );
+        }
+        done > LITTLE * asked
+    }
+
+    /// Lists what is asked at the end of a motion.
+    fn list(&mut self, scene: &Scene<'_>, island: &Island, (motion, scale): (&Motion, Scale)) {
+        let h = scene.h;
+        self.touches.clear();
+        self.rows.clear();
         let soft =
             |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
         let lever = |response: f64, mobility: f64| {
@@ -69,7 +216,11 @@ impl PositionPass {
                 1.0
             }
         };
-        for touch in island.touches.iter().map(|&place| &scene.touches[place]) {
+        for (place, touch) in island
+            .touches
+            .iter()
+            .map(|&place| (place, &scene.touches[place]))
+        {
             if touch.response < NO_LEVER * touch.mobility {
                 continue;
             }
@@ -85,13 +236,10 @@ impl PositionPass {
                 let most = h * fastest * lever(touch.response, touch.mobility);
                 open = (open + old) - (SHARE * old).min(most);
             }
-            compliance
-                .0
-                .push([soft(CONTACT, touch.response, touch.mobility); 2]);
-            self.pack
-                .contact(touch, [open / h, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            let soft = soft(CONTACT, touch.response, touch.mobility);
+            self.touches.push((place, open / h, soft));
         }
-        for row in island.rows.iter().map(|&place| &scene.rows[place]) {
+        for (place, row) in island.rows.iter().map(|&place| (place, &scene.rows[place])) {
             let response = scene.inertia.response(&row.jacobian, &mut self.scratch);
             if row.kind == Kind::Friction || response < NO_LEVER * row.mobility {
                 continue;
@@ -104,38 +252,8 @@ impl PositionPass {
             } else if open < 0.0 {
                 open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever);
             }
-            compliance.1.push(soft(ROW, response, row.mobility));
-            self.pack.row(row, open / h);
-        }
-        self.pack
-            .soften(compliance.0.into_iter(), compliance.1.into_iter());
-        self.pack.reduce();
-        let settings = Settings {
-            tolerance: TOLERANCE,
-            budget: BUDGET,
-            model: Law::Coulomb,
-        };
-        for model in [Law::Coulomb, Law::ConvexRelaxation] {
-            let settings = Settings { model, ..settings };
-            let name = (island.dofs[0], Pass::Position);
-            let outcome = engines.solve(
-                name,
-                &self.pack.problem(),
-                &settings,
-                is_first,
-                &mut self.answer,
-            );
-            if outcome.is_some_and(|outcome| outcome.error <= USABLE)
-                && self.answer.v.iter().all(|z| z.is_finite())
-            {
-                self.pack.expand(&mut self.answer);
-                island
-                    .dofs
-                    .iter()
-                    .zip(&self.answer.v)
-                    .for_each(|(&dof, &z)| correction[dof] = z);
-                return;
-            }
+            self.rows
+                .push((place, open / h, soft(ROW, response, row.mobility)));
         }
     }
 }

@@ -7,6 +7,7 @@ use numpy::{PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Mutex;
+use stiction_kernels::room;
 
 /// What is known of one copy, and where its results go: its first state, its controls; its states, readings of sensors, and number
 /// of steps that were not solved.
@@ -62,6 +63,7 @@ pub(crate) fn rollout(
         .map(|_| opened(&library, model))
         .collect::<PyResult<Vec<_>>>()?;
     let work = |mut stepper: super::stepper::Stepper| {
+        room::note();
         let (library, mut data) = (stepper.model.library(), Data::scratch(&stepper.model));
         let done = library.watched(|| {
             while let Some(copy) = next() {
@@ -75,8 +77,11 @@ pub(crate) fn rollout(
         std::thread::scope(|scope| {
             let threads: Vec<_> = steppers
                 .into_iter()
-                .map(|stepper| scope.spawn(|| work(stepper)))
-                .collect();
+                .map(|stepper| {
+                    let thread = std::thread::Builder::new().stack_size(room::STACK);
+                    thread.spawn_scoped(scope, || work(stepper))
+                })
+                .collect::<Result<_, _>>()?;
             let ends = threads.into_iter().map(|thread| {
                 thread
                     .join()

@@ -101,6 +101,7 @@ impl Stepper {
     pub(super) fn reset(&mut self) {
         self.engines.reset();
         self.velocity_pass.reset();
+        self.position_pass.reset();
         self.follower.reset();
         self.live.clear();
     }

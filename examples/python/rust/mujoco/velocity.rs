@@ -119,7 +119,7 @@ impl VelocityPass {
         let rows = || island.rows.iter().map(|&place| &scene.rows[place]);
         let is_moved = touches().any(Touch::is_moved) || rows().any(|row| row.outside != 0.0);
         self.fill(scene, island);
-        self.pack.reduce();
+        self.pack.reduce(scene.inertia);
         let mut found = None;
         let blocked_for = self
             .blocked
@@ -222,7 +222,7 @@ impl VelocityPass {
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
         let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer)?;
-        self.pack.expand(&mut answer);
+        self.pack.expand(scene.inertia, &mut answer);
         Some((outcome, answer))
     }
 
@@ -230,7 +230,7 @@ impl VelocityPass {
     fn sweep(&mut self, scene: &Scene<'_>, island: &Island) -> (Outcome, Answer<f64>) {
         self.soften(scene, island, Softness::All);
         let mut answer = sweeps::sweep(&self.pack.problem());
-        self.pack.expand(&mut answer);
+        self.pack.expand(scene.inertia, &mut answer);
         let work = Work {
             sweeps: sweeps::SWEEPS,
             ..Work::default()

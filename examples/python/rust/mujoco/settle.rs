@@ -1,0 +1,201 @@
+//! Sweeps of the position pass, in coordinates in which all masses are one: a line costs as much as there are velocities.
+
+use super::inertia::Inertia;
+use super::rows::{Kind, Row};
+use super::touch::{Touch, dot};
+
+/// Sweeps that are tried, and after how many it is asked whether these will do.
+const SWEEPS: usize = 200;
+const FIRST: usize = 20;
+
+/// A line on the way: what an impulse along it moves, and what has been done.
+struct Line {
+    stiffness: f64,
+    compliance: f64,
+    offset: f64,
+    impulse: f64,
+}
+
+/// What bounds lines.
+enum Law {
+    /// A normal, and how many tangents stand behind it, stretched so that the normal impulse bounds them, and the most that moves them.
+    Contact(usize, f64),
+    /// A row, and the least impulse of it.
+    Row(f64),
+}
+
+/// The lines of an island.
+#[derive(Default)]
+pub(super) struct Settler {
+    n: usize,
+    matrix: Vec<f64>,
+    lines: Vec<Line>,
+    laws: Vec<Law>,
+    motion: Vec<f64>,
+}
+
+impl Settler {
+    pub(super) fn begin(&mut self, velocities: usize) {
+        self.n = velocities;
+        self.matrix.clear();
+        self.lines.clear();
+        self.laws.clear();
+    }
+
+    fn line(
+        &mut self,
+        (inertia, dofs): (&Inertia, &[usize]),
+        row: &[f64],
+        (stretch, offset, compliance): (f64, f64, f64),
+    ) {
+        let start = self.matrix.len();
+        inertia.to_unit(dofs, row, &mut self.matrix);
+        let own = &mut self.matrix[start..];
+        for own in own.iter_mut() {
+            *own *= stretch;
+        }
+        let compliance = compliance * stretch * stretch;
+        self.lines.push(Line {
+            stiffness: dot(own, own) + compliance,
+            compliance,
+            offset,
+            impulse: 0.0,
+        });
+    }
+
+    pub(super) fn contact(
+        &mut self,
+        place: (&Inertia, &[usize]),
+        touch: &Touch,
+        (offset, compliance): (f64, f64),
+    ) {
+        let nv = touch.rows.len() / touch.dim;
+        let mut rows = touch.rows.chunks_exact(nv);
+        if let Some(row) = rows.next() {
+            self.line(place, row, (1.0, offset, compliance));
+        }
+        let first = self.lines.len();
+        if touch.dim > 1 && touch.mu() > 0.0 {
+            for (row, &mu) in rows.zip(&touch.friction[..2]) {
+                self.line(place, row, (mu, 0.0, compliance));
+            }
+        }
+        let tangents = self.lines.len() - first;
+        let own: Vec<_> = (first..self.lines.len())
+            .map(|i| &self.matrix[i * self.n..][..self.n])
+            .collect();
+        let most = match (&self.lines[first..], &own[..]) {
+            ([one, other], [a, b]) => {
+                let half = 0.5 * (one.stiffness - other.stiffness);
+                0.5 * (one.stiffness + other.stiffness) + half.hypot(dot(a, b))
+            }
+            _ => 0.0,
+        };
+        self.laws.push(Law::Contact(tangents, most));
+    }
+
+    pub(super) fn row(
+        &mut self,
+        place: (&Inertia, &[usize]),
+        row: &Row,
+        (offset, compliance): (f64, f64),
+    ) {
+        self.line(place, &row.jacobian, (1.0, offset, compliance));
+        let least = if row.kind == Kind::Equality {
+            -f64::INFINITY
+        } else {
+            0.0
+        };
+        self.laws.push(Law::Row(least));
+    }
+
+    /// The impulse that would stop a line of this stiffness.
+    fn wanted(&self, i: usize, stiffness: f64) -> f64 {
+        let line = &self.lines[i];
+        if stiffness <= 0.0 {
+            return 0.0; // nothing moves it
+        }
+        let speed = dot(&self.matrix[i * self.n..][..self.n], &self.motion) + line.offset;
+        line.impulse - (speed + line.compliance * line.impulse) / stiffness
+    }
+
+    /// Sets an impulse; the square of what that changes, in the metric of the line alone.
+    fn set(&mut self, i: usize, impulse: f64) -> f64 {
+        let line = &mut self.lines[i];
+        let change = impulse - line.impulse;
+        line.impulse = impulse;
+        if change == 0.0 {
+            return 0.0;
+        }
+        let row = &self.matrix[i * self.n..][..self.n];
+        for (v, a) in self.motion.iter_mut().zip(row) {
+            *v += change * a;
+        }
+        change * change * line.stiffness
+    }
+
+    /// Sweeps until what is left to do is a share of what was done; `false` if it takes too long.
+    pub(super) fn sweep(&mut self, tolerance: f64) -> bool {
+        self.motion.clear();
+        self.motion.resize(self.n, 0.0);
+        let mut last = f64::INFINITY;
+        for done in 0..SWEEPS {
+            let change = self.sweep_once();
+            let size: f64 = (self.lines.iter())
+                .map(|line| line.stiffness * line.impulse * line.impulse)
+                .sum();
+            // What further sweeps would change at this rate.
+            let (rate, most) = (change / last, tolerance * size.sqrt());
+            let left = |change: f64| change * rate / (1.0 - rate);
+            if change == 0.0 || (done > 0 && rate < 1.0 && left(change) <= most) {
+                return true;
+            }
+            #[allow(clippy::cast_precision_loss)] // of a few hundred
+            let later = change * rate.powf((SWEEPS - done) as f64);
+            if done > FIRST && (rate >= 1.0 || left(later) > most) {
+                return false;
+            }
+            last = change;
+        }
+        false
+    }
+
+    /// Goes over all lines once; how much that changes, in the metric of the lines alone.
+    fn sweep_once(&mut self) -> f64 {
+        let (mut i, mut change) = (0, 0.0);
+        for law in 0..self.laws.len() {
+            match self.laws[law] {
+                Law::Contact(tangents, most) => {
+                    let normal = self.wanted(i, self.lines[i].stiffness).max(0.0);
+                    // What is open stays so.
+                    if normal > 0.0 || self.lines[i].impulse > 0.0 {
+                        change += self.set(i, normal);
+                        if tangents == 2 {
+                            let wanted = [i + 1, i + 2].map(|line| self.wanted(line, most));
+                            let length = wanted[0].hypot(wanted[1]);
+                            let share = if length > normal {
+                                normal / length
+                            } else {
+                                1.0
+                            };
+                            change += self.set(i + 1, share * wanted[0]);
+                            change += self.set(i + 2, share * wanted[1]);
+                        }
+                    }
+                    i += 1 + tangents;
+                }
+                Law::Row(least) => {
+                    let wanted = self.wanted(i, self.lines[i].stiffness);
+                    change += self.set(i, wanted.max(least));
+                    i += 1;
+                }
+            }
+        }
+        change.sqrt()
+    }
+
+    /// Writes the motion.
+    pub(super) fn write(&mut self, (inertia, dofs): (&Inertia, &[usize]), correction: &mut [f64]) {
+        inertia.back_from_unit(dofs, &mut self.motion, |dof, z| correction[dof] = z);
+    }
+}
