@@ -12,6 +12,7 @@ use stiction::Contact;
 
 /// Number of velocities.
 pub(crate) const N: usize = 18;
+
 /// State of the robot, as encoders, inertial unit and an estimator tell it.
 #[derive(Clone, Copy)]
 pub(crate) struct State {

@@ -106,9 +106,9 @@ fn are_finite<T: Real>(numbers: &[T; 4]) -> bool {
     ((a + b) + (c + d)).is_finite() || numbers.iter().all(ComplexField::is_finite)
 }
 
-/// Is it symmetric, number by number, and finite?
+/// Is it finite, and symmetric to the bit?
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn is_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> bool {
+pub(super) fn is_finite_and_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> bool {
     let (columns, mut gaps) = (&mass.data.0, T::ZERO);
     for (j, column) in columns.iter().enumerate() {
         let own = column.get(j).copied().unwrap_or(T::ZERO);

@@ -4,7 +4,7 @@ use crate::error::{Error, Input};
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::Counts;
 use crate::real::Real;
-use checks::{check_symmetric, copy_finite, fingerprint, is_symmetric};
+use checks::{check_symmetric, copy_finite, fingerprint, is_finite_and_symmetric};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 pub(crate) use rows::check_compliance;
 pub(crate) use surface::Scaling;
@@ -161,7 +161,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if they differ by more.
     /// Whether `M` is positive definite is checked by [`crate::Factor::prepare`].
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
-        let is_symmetric = is_symmetric(mass);
+        let is_symmetric = is_finite_and_symmetric(mass);
         if !is_symmetric {
             check_finite(mass, Input::Mass)?;
             check_symmetric(mass)?;

@@ -4,6 +4,7 @@
 extern crate std;
 
 use super::fingerprint;
+use crate::real::Real;
 use std::collections::HashSet;
 use std::vec::Vec;
 
@@ -28,9 +29,8 @@ fn no_two_of_many_scenes_have_the_same_fingerprint() {
 }
 
 /// What changes places or signs is told apart, which a sum would not do.
-#[test]
-fn numbers_that_change_places_or_signs_have_another_fingerprint() {
-    let numbers: Vec<f32> = (0..54_u8).map(f32::from).collect();
+fn are_told_apart<T: Real>() {
+    let numbers: Vec<T> = (0..54).map(T::count).collect();
     let mut prints = HashSet::from([fingerprint(&numbers, 1)]);
     let mut count = 1;
     for i in 1..54 {
@@ -48,7 +48,14 @@ fn numbers_that_change_places_or_signs_have_another_fingerprint() {
         }
     }
     // Two tangents that change places.
-    let rows = |a: f32, b: f32| [a, b, b, a];
-    prints.extend([rows(1.0, 0.0), rows(0.0, 1.0)].map(|numbers| fingerprint(&numbers, 1)));
+    let rows = |a: T, b: T| [a, b, b, a];
+    let rows = [rows(T::ONE, T::ZERO), rows(T::ZERO, T::ONE)];
+    prints.extend(rows.map(|numbers| fingerprint(&numbers, 1)));
     assert_eq!(prints.len(), count + 2);
+}
+
+#[test]
+fn numbers_that_change_places_or_signs_have_another_fingerprint() {
+    are_told_apart::<f32>();
+    are_told_apart::<f64>();
 }

@@ -2,6 +2,7 @@
 
 use super::ffi::{Data, EULER, Model};
 use super::touch::dot;
+
 /// Velocities that a part of the mass matrix couples.
 struct Block {
     /// The last first: with what is farther out eliminated first, zeros of trees stay zeros.

@@ -9,7 +9,7 @@ use super::pack::Pack;
 use super::rows::Kind;
 use super::settle::Settler;
 use super::touch::dot;
-use super::velocity::{Motion, Scene};
+use super::velocity::{ASK_AGAIN, Motion, Scene};
 use std::collections::HashMap;
 use stiction::{Model as Law, Settings};
 use stiction_kernels::problem::Answer;
@@ -33,10 +33,8 @@ const BUDGET: usize = 1_000;
 const USABLE: f64 = 1e-2;
 /// More contacts and rows than so many are swept first.
 const FEW: usize = 8;
-/// An island that does less than this share of what is asked is asked again only after so many steps, as what is locked would be asked in
-/// vain.
+/// An island that does less than this share of what is asked is locked: it is asked again after [`ASK_AGAIN`] steps.
 const LITTLE: f64 = 0.1;
-const ASK_AGAIN: u32 = 8;
 
 #[derive(Default)]
 pub(super) struct PositionPass {
@@ -48,12 +46,21 @@ pub(super) struct PositionPass {
     locked: HashMap<usize, u32>,
 }
 
-/// What is asked of an island: contacts and rows by their places, with the velocities that are left to them, and their compliance.
+/// What is asked of an island.
 #[derive(Default)]
 struct Asked {
-    touches: Vec<(usize, f64, f64)>,
-    rows: Vec<(usize, f64, f64)>,
+    touches: Vec<Demand>,
+    rows: Vec<Demand>,
     scratch: Vec<f64>,
+}
+
+/// What is asked of a contact or a row.
+struct Demand {
+    /// Its place among those of the scene.
+    place: usize,
+    /// The velocity that is left to it.
+    offset: f64,
+    compliance: f64,
 }
 
 /// The model's own length (m) and speed (m/s).
@@ -92,17 +99,13 @@ impl PositionPass {
         }
     }
 
-    /// Is an island left as it is in this step? Not if something moves it from outside.
+    /// Is an island locked, and left as it is in this step? Not if something moves it from outside.
     fn is_locked(&mut self, scene: &Scene<'_>, island: &Island) -> bool {
         let Some(steps) = self.locked.remove(&island.dofs[0]) else {
             return false;
         };
-        let mut touches = island.touches.iter().map(|&place| &scene.touches[place]);
-        let mut rows = island.rows.iter().map(|&place| &scene.rows[place]);
-        if steps == 0
-            || touches.any(|touch| touch.is_driven || touch.is_moved())
-            || rows.any(|row| row.outside != 0.0)
-        {
+        let is_driven = scene.touches(island).any(|touch| touch.is_driven);
+        if steps == 0 || is_driven || scene.is_moved(island) {
             return false;
         }
         self.locked.insert(island.dofs[0], steps - 1);
@@ -115,17 +118,19 @@ impl PositionPass {
         if touches.len() + rows.len() <= FEW {
             return false;
         }
-        let (settler, place) = (&mut self.settler, (scene.inertia, &island.dofs[..]));
+        let (settler, coordinates) = (&mut self.settler, (scene.inertia, &island.dofs[..]));
         settler.begin(island.dofs.len());
-        for &(touch, offset, compliance) in touches {
-            settler.contact(place, &scene.touches[touch], (offset, compliance));
+        for demand in touches {
+            let touch = &scene.touches[demand.place];
+            settler.contact(coordinates, touch, (demand.offset, demand.compliance));
         }
-        for &(row, offset, compliance) in rows {
-            settler.row(place, &scene.rows[row], (offset, compliance));
+        for demand in rows {
+            let row = &scene.rows[demand.place];
+            settler.row(coordinates, row, (demand.offset, demand.compliance));
         }
         let is_found = settler.sweep(TOLERANCE);
         if is_found {
-            settler.write(place, correction);
+            settler.write(coordinates, correction);
         }
         is_found
     }
@@ -141,16 +146,16 @@ impl PositionPass {
     ) -> bool {
         let Asked { touches, rows, .. } = &self.asked;
         self.pack.begin(scene.inertia, &island.dofs, 3, None);
-        for &(touch, offset, _) in touches {
-            let offset = [offset, 0.0, 0.0, 0.0, 0.0, 0.0];
-            self.pack.contact(&scene.touches[touch], offset);
+        for demand in touches {
+            let offset = [demand.offset, 0.0, 0.0, 0.0, 0.0, 0.0];
+            self.pack.contact(&scene.touches[demand.place], offset);
         }
-        for &(row, offset, _) in rows {
-            self.pack.row(&scene.rows[row], offset);
+        for demand in rows {
+            self.pack.row(&scene.rows[demand.place], demand.offset);
         }
         self.pack.soften(
-            touches.iter().map(|&(.., soft)| [soft; 2]),
-            rows.iter().map(|&(.., soft)| soft),
+            touches.iter().map(|demand| [demand.compliance; 2]),
+            rows.iter().map(|demand| demand.compliance),
         );
         self.pack.reduce(scene.inertia);
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
@@ -182,22 +187,24 @@ impl Asked {
     /// Does a correction do more than a little of it?
     fn gives_way(&self, scene: &Scene<'_>, correction: &[f64]) -> bool {
         let (mut asked, mut done) = (0.0, 0.0);
-        let mut add = |row: &[f64], offset: f64, wrong: fn(f64) -> f64| {
+        let mut add = |row: &[f64], offset: f64, is_equality: bool| {
+            let wrong = |speed: f64| {
+                if is_equality {
+                    speed.abs()
+                } else {
+                    (-speed).max(0.0)
+                }
+            };
             asked += wrong(offset);
             done += wrong(offset) - wrong(offset + dot(row, correction));
         };
-        let closing = |speed: f64| (-speed).max(0.0);
-        for &(touch, offset, _) in &self.touches {
-            add(scene.touches[touch].normal_row(), offset, closing);
+        for demand in &self.touches {
+            let row = scene.touches[demand.place].normal_row();
+            add(row, demand.offset, false);
         }
-        for &(row, offset, _) in &self.rows {
-            let row = &scene.rows[row];
-            let is_equality = row.kind == Kind::Equality;
-            add(
-                &row.jacobian,
-                offset,
-                if is_equality { f64::abs } else { closing },
-            );
+        for demand in &self.rows {
+            let row = &scene.rows[demand.place];
+            add(&row.jacobian, demand.offset, row.kind == Kind::Equality);
         }
         done > LITTLE * asked
     }
@@ -216,11 +223,7 @@ impl Asked {
                 1.0
             }
         };
-        for (place, touch) in island
-            .touches
-            .iter()
-            .map(|&place| (place, &scene.touches[place]))
-        {
+        for (&place, touch) in island.touches.iter().zip(scene.touches(island)) {
             if touch.response < NO_LEVER * touch.mobility {
                 continue;
             }
@@ -236,10 +239,13 @@ impl Asked {
                 let most = h * fastest * lever(touch.response, touch.mobility);
                 open = (open + old) - (SHARE * old).min(most);
             }
-            let soft = soft(CONTACT, touch.response, touch.mobility);
-            self.touches.push((place, open / h, soft));
+            self.touches.push(Demand {
+                place,
+                offset: open / h,
+                compliance: soft(CONTACT, touch.response, touch.mobility),
+            });
         }
-        for (place, row) in island.rows.iter().map(|&place| (place, &scene.rows[place])) {
+        for (&place, row) in island.rows.iter().zip(scene.rows(island)) {
             let response = scene.inertia.response(&row.jacobian, &mut self.scratch);
             if row.kind == Kind::Friction || response < NO_LEVER * row.mobility {
                 continue;
@@ -252,8 +258,11 @@ impl Asked {
             } else if open < 0.0 {
                 open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever);
             }
-            self.rows
-                .push((place, open / h, soft(ROW, response, row.mobility)));
+            self.rows.push(Demand {
+                place,
+                offset: open / h,
+                compliance: soft(ROW, response, row.mobility),
+            });
         }
     }
 }
@@ -261,8 +270,7 @@ impl Asked {
 /// Does something overlap, or is something open, by more than what is left?
 fn is_needed(scene: &Scene<'_>, island: &Island, motion: &Motion, left: f64) -> bool {
     let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &motion.velocity);
-    let mut touches = island.touches.iter().map(|&place| &scene.touches[place]);
-    let mut rows = island.rows.iter().map(|&place| &scene.rows[place]);
+    let (mut touches, mut rows) = (scene.touches(island), scene.rows(island));
     touches.any(|touch| after(touch.gap, touch.normal_row()) < -left)
         || rows.any(|row| match row.kind {
             Kind::Equality => after(row.gap, &row.jacobian).abs() > left,

@@ -4,7 +4,7 @@ use super::inertia::Inertia;
 use super::rows::{Kind, Row};
 use super::touch::{Touch, dot};
 
-/// Sweeps that are tried, and after how many it is asked whether these will do.
+/// The most sweeps, and after how many it is asked whether these will be enough.
 const SWEEPS: usize = 200;
 const FIRST: usize = 20;
 
@@ -18,10 +18,18 @@ struct Line {
 
 /// What bounds lines.
 enum Law {
-    /// A normal, and how many tangents stand behind it, stretched so that the normal impulse bounds them, and the most that moves them.
-    Contact(usize, f64),
-    /// A row, and the least impulse of it.
-    Row(f64),
+    /// A normal, and behind it tangents that are stretched so that the normal impulse bounds them.
+    Contact {
+        /// How many: none or two.
+        tangents: usize,
+        /// The largest stiffness of a direction between the two.
+        stiffness: f64,
+    },
+    /// A row.
+    Row {
+        /// The least impulse that its law allows.
+        least: f64,
+    },
 }
 
 /// The lines of an island.
@@ -35,6 +43,7 @@ pub(super) struct Settler {
 }
 
 impl Settler {
+    /// Begins an island of so many velocities.
     pub(super) fn begin(&mut self, velocities: usize) {
         self.n = velocities;
         self.matrix.clear();
@@ -42,6 +51,7 @@ impl Settler {
         self.laws.clear();
     }
 
+    /// Adds a line: a row, stretched, with its offset and its compliance before that.
     fn line(
         &mut self,
         (inertia, dofs): (&Inertia, &[usize]),
@@ -63,6 +73,7 @@ impl Settler {
         });
     }
 
+    /// Adds the lines of a contact.
     pub(super) fn contact(
         &mut self,
         place: (&Inertia, &[usize]),
@@ -84,16 +95,20 @@ impl Settler {
         let own: Vec<_> = (first..self.lines.len())
             .map(|i| &self.matrix[i * self.n..][..self.n])
             .collect();
-        let most = match (&self.lines[first..], &own[..]) {
+        let stiffness = match (&self.lines[first..], &own[..]) {
             ([one, other], [a, b]) => {
                 let half = 0.5 * (one.stiffness - other.stiffness);
                 0.5 * (one.stiffness + other.stiffness) + half.hypot(dot(a, b))
             }
             _ => 0.0,
         };
-        self.laws.push(Law::Contact(tangents, most));
+        self.laws.push(Law::Contact {
+            tangents,
+            stiffness,
+        });
     }
 
+    /// Adds the line of a row.
     pub(super) fn row(
         &mut self,
         place: (&Inertia, &[usize]),
@@ -106,7 +121,7 @@ impl Settler {
         } else {
             0.0
         };
-        self.laws.push(Law::Row(least));
+        self.laws.push(Law::Row { least });
     }
 
     /// The impulse that would stop a line of this stiffness.
@@ -165,13 +180,16 @@ impl Settler {
         let (mut i, mut change) = (0, 0.0);
         for law in 0..self.laws.len() {
             match self.laws[law] {
-                Law::Contact(tangents, most) => {
+                Law::Contact {
+                    tangents,
+                    stiffness,
+                } => {
                     let normal = self.wanted(i, self.lines[i].stiffness).max(0.0);
                     // What is open stays so.
                     if normal > 0.0 || self.lines[i].impulse > 0.0 {
                         change += self.set(i, normal);
                         if tangents == 2 {
-                            let wanted = [i + 1, i + 2].map(|line| self.wanted(line, most));
+                            let wanted = [i + 1, i + 2].map(|line| self.wanted(line, stiffness));
                             let length = wanted[0].hypot(wanted[1]);
                             let share = if length > normal {
                                 normal / length
@@ -184,7 +202,7 @@ impl Settler {
                     }
                     i += 1 + tangents;
                 }
-                Law::Row(least) => {
+                Law::Row { least } => {
                     let wanted = self.wanted(i, self.lines[i].stiffness);
                     change += self.set(i, wanted.max(least));
                     i += 1;

@@ -27,8 +27,8 @@ const LARGEST_ERROR: f64 = 1e-3;
 const LARGEST_CHANGE: f64 = 1e4;
 /// What is moved from outside gives way where things would be this many times as fast as it.
 const LARGEST_SPEED: f64 = 4.0;
-/// In so many steps it is asked once whether what was blocked still is.
-const ASK_AGAIN: u32 = 8;
+/// In so many steps it is asked once whether what was blocked, or locked, still is.
+pub(super) const ASK_AGAIN: u32 = 8;
 
 /// What gives way.
 #[derive(Clone, Copy, PartialEq)]
@@ -99,6 +99,23 @@ pub(super) struct Scene<'a> {
     pub(super) h: f64,
 }
 
+impl<'a> Scene<'a> {
+    /// The contacts of an island.
+    pub(super) fn touches(&self, island: &Island) -> impl Iterator<Item = &'a Touch> {
+        island.touches.iter().map(|&place| &self.touches[place])
+    }
+
+    /// Its rows.
+    pub(super) fn rows(&self, island: &Island) -> impl Iterator<Item = &'a Row> {
+        island.rows.iter().map(|&place| &self.rows[place])
+    }
+
+    /// Does something move it from outside?
+    pub(super) fn is_moved(&self, island: &Island) -> bool {
+        self.touches(island).any(Touch::is_moved) || self.rows(island).any(|row| row.outside != 0.0)
+    }
+}
+
 impl VelocityPass {
     pub(super) fn reset(&mut self) {
         self.blocked.clear();
@@ -115,9 +132,7 @@ impl VelocityPass {
         ends: &mut Ends,
     ) {
         let name = island.dofs[0];
-        let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
-        let rows = || island.rows.iter().map(|&place| &scene.rows[place]);
-        let is_moved = touches().any(Touch::is_moved) || rows().any(|row| row.outside != 0.0);
+        let is_moved = scene.is_moved(island);
         self.fill(scene, island);
         self.pack.reduce(scene.inertia);
         let mut found = None;
@@ -178,8 +193,7 @@ impl VelocityPass {
     }
 
     fn fill(&mut self, scene: &Scene<'_>, island: &Island) {
-        let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
-        let dim = if touches().all(|touch| touch.dim <= 3) {
+        let dim = if scene.touches(island).all(|touch| touch.dim <= 3) {
             3
         } else {
             6
@@ -190,20 +204,21 @@ impl VelocityPass {
             dim,
             Some(&scene.inertia.impulse),
         );
-        touches().for_each(|touch| self.pack.contact(touch, offset(touch, scene.h)));
-        for row in island.rows.iter().map(|&place| &scene.rows[place]) {
+        for touch in scene.touches(island) {
+            self.pack.contact(touch, offset(touch, scene.h));
+        }
+        for row in scene.rows(island) {
             self.pack.row(row, row_offset(row, scene.h));
         }
     }
 
     fn soften(&mut self, scene: &Scene<'_>, island: &Island, softness: Softness) {
-        let touches = island.touches.iter().map(|&place| {
-            let touch = &scene.touches[place];
+        let touches = scene.touches(island).map(|touch| {
             let soft = softness_of(softness, touch.mobility, touch.is_moved());
             let lever = (LEVER * touch.mobility - touch.response).max(0.0);
             [soft.max(lever), soft]
         });
-        let rows = island.rows.iter().map(|&place| match &scene.rows[place] {
+        let rows = scene.rows(island).map(|row| match row {
             row if row.kind == Kind::Friction => 0.0,
             row => softness_of(softness, row.mobility, row.outside != 0.0),
         });
@@ -270,8 +285,9 @@ impl VelocityPass {
             return false;
         }
         let speed = speed(scene, island);
-        let touches = || island.touches.iter().map(|&place| &scene.touches[place]);
-        let impulses = touches().zip(answer.r.chunks_exact(self.pack.dim));
+        let impulses = scene
+            .touches(island)
+            .zip(answer.r.chunks_exact(self.pack.dim));
         let change = impulses
             .map(|(touch, r)| largest(r) * touch.mobility.sqrt())
             .fold(0.0, f64::max);
@@ -286,25 +302,18 @@ fn has_no_answer(outcome: &Outcome) -> bool {
 
 /// Speed in the metric, `√(vᵀ M v)`: what there is without contacts and rows, and that of what moves them from outside.
 fn speed(scene: &Scene<'_>, island: &Island) -> f64 {
-    let Scene {
-        inertia,
-        touches,
-        rows,
-        ..
-    } = scene;
+    let inertia = scene.inertia;
     let energy: f64 = island
         .dofs
         .iter()
         .map(|&dof| inertia.impulse[dof] * inertia.velocity[dof])
         .sum();
-    let touches = island
-        .touches
-        .iter()
-        .map(|&place| (largest(&touches[place].outside), touches[place].mobility));
-    let rows = island
-        .rows
-        .iter()
-        .map(|&place| (rows[place].outside.abs(), rows[place].mobility));
+    let touches = scene
+        .touches(island)
+        .map(|touch| (largest(&touch.outside), touch.mobility));
+    let rows = scene
+        .rows(island)
+        .map(|row| (row.outside.abs(), row.mobility));
     let drive = touches.chain(rows).filter(|&(_, mobility)| mobility > 0.0);
     energy.max(0.0).sqrt()
         + drive
