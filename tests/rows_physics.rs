@@ -3,7 +3,9 @@
 use crate::support::boxes::GRAVITY;
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, vector};
 use stiction::time_stepping::{ClosedLoop, DryFriction, JointLimit, Motor};
-use stiction::{Error, Factor, Kernel, RowMode, Scene, Settings, Solver};
+use stiction::{
+    Contact, Error, Factor, JointRow, Kernel, RowLaw, RowMode, Scene, Settings, Solver,
+};
 
 #[test]
 fn a_pendulum_on_its_stop_loses_its_momentum_there() -> Result<(), Error> {
@@ -48,6 +50,54 @@ fn dry_friction_stops_a_flywheel_after_its_momentum_over_the_torque() -> Result<
     let solution = kernel.solve(&push, &Settings::new(1e-12))?;
     let gear = solution.rows[gear];
     assert_eq!((gear.mode, solution.velocity[0]), (RowMode::Holding, 0.0));
+    Ok(())
+}
+
+/// What is left of its momentum is rounding, and says nothing of the impulses that the spring brings.
+#[test]
+fn a_spring_presses_a_body_at_rest_onto_its_contacts() -> Result<(), Error> {
+    for exponent in 10..24 {
+        for step in 0..40 {
+            let speed = 0.1 + 0.01 * f64::from(step); // of the spring alone
+            let mut kernel = Kernel::<f64, 1, 3, 4, 1>::new();
+            let scene = kernel.scene_mut();
+            scene.set_mass(&Matrix1::new(2.0))?;
+            for key in 0..4 {
+                let jacobian = vector![-1.0, 0.0, 0.0];
+                let offset = SVector::zeros();
+                scene.push(&Contact {
+                    jacobian,
+                    offset,
+                    mu: 1.0,
+                    key,
+                })?;
+            }
+            let (law, compliance, key) = (RowLaw::Equality, 0.5, 0);
+            let row = vector![1.0];
+            scene.push_row(&JointRow {
+                row,
+                offset: -speed,
+                law,
+                compliance,
+                key,
+            })?;
+            let rounding = vector![10_f64.powi(-exponent)];
+            let solution = kernel.solve(&rounding, &Settings::new(1e-8))?;
+            assert!(
+                solution.is_solved(),
+                "{exponent} {speed} {:?}",
+                solution.status
+            );
+            let pressed: f64 = solution
+                .contacts
+                .iter()
+                .map(|contact| contact.impulse[0])
+                .sum();
+            assert!(
+                (pressed - speed / compliance).abs() < 1e-7 && solution.velocity[0].abs() < 1e-8
+            );
+        }
+    }
     Ok(())
 }
 

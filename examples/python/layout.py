@@ -21,7 +21,7 @@ FIELDS = {
         opt.cone opt.jacobian opt.timestep opt.gravity opt.integrator opt.disableflags opt.ccd_tolerance opt.ccd_iterations
         stat.meansize
         body_parentid body_weldid body_mocapid body_invweight0 body_margin
-        jnt_dofadr jnt_margin dof_treeid dof_damping dof_invweight0
+        jnt_type jnt_dofadr jnt_margin dof_treeid dof_damping dof_invweight0
         geom_type geom_contype geom_conaffinity geom_bodyid geom_dataid geom_rbound geom_aabb geom_margin
         pair_margin hfield_size hfield_nrow hfield_ncol hfield_adr hfield_data site_bodyid
         eq_type eq_obj1id eq_obj2id eq_objtype eq_data tendon_invweight0 tendon_margin
@@ -29,7 +29,7 @@ FIELDS = {
     """,
     "data": """
         time ncon nefc qpos qvel ctrl sensordata mocap_pos mocap_quat qacc qDeriv qfrc_smooth qfrc_constraint ten_velocity
-        geom_xpos geom_xmat contact efc_type efc_id efc_J efc_pos efc_frictionloss efc_force signature
+        geom_xpos geom_xmat contact efc_type efc_id efc_J efc_pos efc_frictionloss efc_KBIP efc_force signature
     """,
     "contact": "dist pos frame includemargin friction surfacevel dim geom exclude efc_address",
 }

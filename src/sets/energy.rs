@@ -55,7 +55,7 @@ impl<T: Real> EnergyScale<T> {
         }
         for set in sets.rows() {
             if set.alpha > T::ZERO {
-                let alone = set.project(-set.q * set.alpha).abs();
+                let alone = set.alone().abs();
                 exponent = exponent.max(2 * alone.exponent() - set.alpha.exponent());
             }
         }

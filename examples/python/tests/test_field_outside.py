@@ -191,8 +191,39 @@ def test_a_weld_out_of_reach_breaks_nothing(reach: float) -> None:
         s.step()
         assert np.abs(s.data.qvel).max() < 1e-6 and np.abs(s.data.qpos - before).max() < 0.1
     mujoco.mj_kinematics(s.model, s.data)
+    assert np.abs(s.data.qpos - before).max() < 1e-4  # and does not tremble
     off = float(np.linalg.norm(s.data.body("hand").xpos - [reach, 0, 0]))
     assert off < np.linalg.norm([reach - np.cos(start[0]), 0]) and s.stepper.unsolved == 0
+
+
+def test_an_arm_comes_to_a_weld_that_is_far_open() -> None:
+    """As environments reset: the arm is stretched, its target is elsewhere and turned."""
+    link = '<joint axis="0 0 1" damping=".1"/><geom type="capsule" fromto="0 0 0 .3 0 0" size=".02"/>'
+    arm = f'<body>{link}<body pos=".3 0 0">{link}<body name="hand" pos=".3 0 0">{link}</body></body></body>'
+    target = '<body name="target" mocap="true" pos=".1 .2 0" quat="1 0 0 1"/>'
+    weld = '<equality><weld body1="target" body2="hand" relpose="0 0 0 1 0 0 0"/></equality>'
+    s = scene(target + arm, weld, 'gravity="0 0 0"')
+    for _ in range(300):
+        assert np.abs(s.step().qvel).max() < 1e-6
+    hand = s.data.body("hand")
+    assert np.abs(hand.xpos - [0.1, 0.2, 0]).max() < 1e-6 and np.abs(hand.xmat[:2] - [0, -1]).max() < 1e-6 and s.is_clean()
+
+
+def test_a_hand_that_is_blocked_presses_as_its_weld_pulls() -> None:
+    """With a free body's force at MuJoCo's `solref`; led back, it follows again."""
+    world = '<geom type="box" size=".05 .2 .2" pos=".2 0 0"/><body name="t" mocap="true"/>'
+    world += '<body name="hand"><joint type="slide" axis="1 0 0"/><geom type="box" size=".05 .02 .02" mass="2"/></body>'
+    s = scene(world, '<equality><weld body1="t" body2="hand"/></equality>', 'gravity="0 0 0"', tol=1e-8)
+    for i in range(500):
+        s.data.mocap_pos[0, 0] = min(0.5 * i * s.h, 0.2)
+        s.step()
+    stiffness = 0.95 / (0.95 * 0.02) ** 2  # solimp's share of what solref and it ask for
+    pressed = float(s.data.qfrc_constraint[0] - s.data.efc_force[0] * s.data.efc_J.reshape(-1, 1)[0, 0])
+    assert s.data.qpos[0] == pytest.approx(0.1, abs=1e-7) and -pressed == pytest.approx(2 * stiffness * 0.1, rel=0.05)
+    for i in range(500):
+        s.data.mocap_pos[0, 0] = max(0.2 - 0.5 * i * s.h, 0.0)
+        s.step()
+    assert abs(s.data.qpos[0]) < 1e-6 and s.stepper.unsolved == 0 and s.stepper.contradictions <= 1
 
 
 def test_an_overlap_that_no_joint_can_open_leaves_the_rest_alone() -> None:

@@ -53,7 +53,7 @@ fn lengths<T>(entries: &[T]) -> &[T] {
     entries.get(..3).unwrap_or(entries)
 }
 
-/// The impulse (N·s) that the momentum of one dof asks of the contact with the longest lever on it, and that which gives the dof the
+/// The impulse (N·s) that the `momentum` of one dof, by size, asks of the contact with the longest lever on it, and that which gives the dof the
 /// fastest offset: the largest of `(|p_j| + M_jj s / h_j) / h_j` with `s = max |w|` and `h_j = max_k |H_kj|`. In a stack a light body
 /// carries a heavy one, of which `|r0|` knows nothing. A dof counts if its lever is more than 1e-7 of what the most
 /// mobile contact would have if it moved this dof alone.
@@ -89,7 +89,7 @@ pub(crate) fn carried_impulse<
     for ((&lever, &momentum), (j, column)) in levers.iter().zip(momentum).zip(masses) {
         let mass = column.get(j).copied().unwrap_or(T::ZERO);
         if lever > T::literal(1e-7) * (mass * mobility).square_root() {
-            largest = largest.max((momentum.abs() + mass * fastest / lever) / lever);
+            largest = largest.max((momentum + mass * fastest / lever) / lever);
         }
     }
     largest

@@ -102,8 +102,13 @@ impl<T: Real> RowSet<T> {
         if self.alpha <= T::ZERO {
             return T::ZERO;
         }
-        let alone = self.project(-self.q * self.alpha) * unit;
+        let alone = self.alone() * unit;
         alone * alone / self.alpha
+    }
+
+    /// Its impulse if it were alone.
+    pub(crate) fn alone(&self) -> T {
+        self.project(-self.q * self.alpha)
     }
 
     /// Its part of the duality gap, `r u` less the least that an impulse within the bounds makes of it.

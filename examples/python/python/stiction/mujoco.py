@@ -35,7 +35,8 @@ class Stepper:
     MuJoCo's own velocity derivatives. ``efc_force``, ``qfrc_constraint`` and ``qacc`` are written, so ``mj_contactForce`` and
     force sensors read what acts.
 
-    What has no meaning here and is not read: ``solref``, ``solimp``, ``impratio``, solver and iterations.
+    What has no meaning here and is not read: ``impratio``, solver, iterations, and ``solref`` and ``solimp`` but of equalities with
+    a body of motion capture. These are rigid while what they lead can follow; where it is blocked they pull as MuJoCo has them.
 
     Of the model two options are changed: cones become elliptic, Jacobians dense. Several steppers, also of several threads, may
     share a model.

@@ -1,7 +1,7 @@
 //! What of a model stays the same as it is stepped, and its own units of speed and length.
 
 use super::end::Moved;
-use super::ffi::{BOX, HFIELD, MESH, Model, PLANE};
+use super::ffi::{BALL, BOX, FREE, HFIELD, MESH, Model, PLANE, SLIDE};
 use nalgebra::{Matrix3, Vector3};
 
 /// Kinds of geoms that have corners, or are flat.
@@ -17,6 +17,8 @@ pub(super) struct Facts {
     /// May a geom move?
     moves: Vec<bool>,
     has_corners: Vec<bool>,
+    /// Is a velocity one of turning?
+    pub(super) turns: Vec<bool>,
     pub(super) height_fields: bool,
 }
 
@@ -59,6 +61,7 @@ impl Facts {
                 .iter()
                 .map(|kind| CORNERED.contains(kind))
                 .collect(),
+            turns: turns(model),
             height_fields: geoms.clone().any(|geom| is(geom, HFIELD)),
         }
     }
@@ -89,6 +92,18 @@ impl Facts {
 pub(super) const MOST_POSES: u32 = 16;
 
 /// How fast a length of the model falls from itself (m/s): `sqrt(g L)`.
+fn turns(model: &Model) -> Vec<bool> {
+    let mut turns = Vec::new();
+    for &kind in model.jnt_type() {
+        match kind {
+            FREE => turns.extend([false, false, false, true, true, true]),
+            BALL => turns.extend([true; 3]),
+            _ => turns.push(kind != SLIDE),
+        }
+    }
+    turns
+}
+
 pub(super) fn speed_scale(model: &Model) -> f64 {
     let gravity = Vector3::from(model.gravity()).norm();
     let gravity = if gravity > 0.0 { gravity } else { 9.81 };

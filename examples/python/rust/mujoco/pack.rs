@@ -133,6 +133,12 @@ impl Pack {
         self.row_compliance.extend(rows);
     }
 
+    /// Sets the offsets of rows.
+    pub(super) fn ask(&mut self, offsets: impl Iterator<Item = f64>) {
+        self.row_offset.clear();
+        self.row_offset.extend(offsets);
+    }
+
     /// Changes to coordinates of unit masses: to those that the rows move, or to as many as there are rows, if these fit a smaller
     /// kernel.
     pub(super) fn reduce(&mut self, inertia: &Inertia) {

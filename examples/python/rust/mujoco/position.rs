@@ -6,10 +6,11 @@
 use super::engines::{Engines, Pass};
 use super::islands::Island;
 use super::pack::Pack;
-use super::rows::Kind;
+use super::rows::{Kind, Row};
 use super::settle::Settler;
 use super::touch::dot;
 use super::velocity::{ASK_AGAIN, Motion, Scene};
+use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 use stiction::{Model as Law, Settings};
 use stiction_kernels::problem::Answer;
@@ -25,6 +26,8 @@ const LEAST: f64 = 1e-2;
 const NO_LEVER: f64 = 1e-6;
 /// The fastest recovery of an overlap, over the model's own speed.
 const RECOVERY: f64 = 0.2;
+/// How fast joints turn to close what is far open, over the model's speed over its length.
+const TURN: f64 = 4.0;
 /// Errors in lengths that are left as they are, over the model's own length.
 const LEFT: f64 = 1e-9;
 /// A correction is solved to this error, for this much work, and used up to that one.
@@ -70,6 +73,23 @@ pub(super) struct Scale {
     pub(super) speed: f64,
 }
 
+/// How an island moves.
+pub(super) struct Moving<'a> {
+    pub(super) motion: &'a Motion,
+    pub(super) scale: Scale,
+    /// Is a velocity one of turning?
+    pub(super) turns: &'a [bool],
+    /// Is something blocked that a body of motion capture leads? Then its spring pulls, and nothing else.
+    pub(super) is_blocked: bool,
+}
+
+impl Moving<'_> {
+    /// Is a row asked to close?
+    fn asks(&self, row: &Row) -> bool {
+        row.kind != Kind::Friction && !(self.is_blocked && row.spring.is_some())
+    }
+}
+
 impl PositionPass {
     pub(super) fn reset(&mut self) {
         self.locked.clear();
@@ -81,15 +101,14 @@ impl PositionPass {
         scene: &Scene<'_>,
         island: &Island,
         engines: &mut Engines,
-        (motion, scale): (&Motion, Scale),
+        moving: &Moving<'_>,
         is_first: bool,
         correction: &mut [f64],
     ) {
-        let left = LEFT * scale.length;
-        if !is_needed(scene, island, motion, left) || is_first && self.is_locked(scene, island) {
+        if !is_needed(scene, island, moving) || is_first && self.is_locked(scene, island) {
             return;
         }
-        self.asked.list(scene, island, (motion, scale));
+        self.asked.list(scene, island, moving);
         let is_found = self.sweep(scene, island, correction)
             || self.solve_exactly(scene, island, engines, is_first, correction);
         if is_found && self.asked.gives_way(scene, correction) {
@@ -210,8 +229,8 @@ impl Asked {
     }
 
     /// Lists what is asked at the end of a motion.
-    fn list(&mut self, scene: &Scene<'_>, island: &Island, (motion, scale): (&Motion, Scale)) {
-        let h = scene.h;
+    fn list(&mut self, scene: &Scene<'_>, island: &Island, moving: &Moving<'_>) {
+        let (h, Moving { motion, scale, .. }) = (scene.h, moving);
         self.touches.clear();
         self.rows.clear();
         let soft =
@@ -247,16 +266,19 @@ impl Asked {
         }
         for (&place, row) in island.rows.iter().zip(scene.rows(island)) {
             let response = scene.inertia.response(&row.jacobian, &mut self.scratch);
-            if row.kind == Kind::Friction || response < NO_LEVER * row.mobility {
+            if !moving.asks(row) || response < NO_LEVER * row.mobility {
                 continue;
             }
             let mut open = row.gap + h * dot(&row.jacobian, &motion.velocity);
-            let lever = lever(response, row.mobility);
             if row.kind == Kind::Equality {
-                let most = h * scale.speed * lever.sqrt();
-                open = open.clamp(-most, most);
+                let most = h * scale.speed;
+                if open.abs() <= most {
+                    let most = most * lever(response, row.mobility).sqrt();
+                    open = open.clamp(-most, most);
+                }
             } else if open < 0.0 {
-                open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever);
+                open =
+                    (SHARE * open).max(-h * RECOVERY * scale.speed * lever(response, row.mobility));
             }
             self.rows.push(Demand {
                 place,
@@ -264,17 +286,76 @@ impl Asked {
                 compliance: soft(ROW, response, row.mobility),
             });
         }
+        self.slow_down(scene, moving);
+    }
+
+    /// Takes what is far open a share of its way, as much as joints may move in the step: that of damped least squares.
+    fn slow_down(&mut self, scene: &Scene<'_>, moving: &Moving<'_>) {
+        let Scale { length, speed } = moving.scale;
+        let is_equality = |demand: &Demand| scene.rows[demand.place].kind == Kind::Equality;
+        let is_far = |demand: &Demand| is_equality(demand) && demand.offset.abs() > speed;
+        if !self.rows.iter().any(is_far) {
+            return;
+        }
+        let rows: Vec<_> = self
+            .rows
+            .iter()
+            .filter(|&demand| is_equality(demand))
+            .collect();
+        let jacobian = |demand: &Demand| &scene.rows[demand.place].jacobian;
+        let motions: Vec<_> = rows
+            .iter()
+            .map(|demand| scene.inertia.solve(jacobian(demand)))
+            .collect();
+        let mut system = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+            dot(jacobian(rows[i]), &motions[j])
+        });
+        rows.iter()
+            .enumerate()
+            .for_each(|(i, demand)| system[(i, i)] += demand.compliance);
+        let asked = DVector::from_iterator(rows.len(), rows.iter().map(|demand| demand.offset));
+        let Some(factor) = system.cholesky() else {
+            return;
+        };
+        let impulses = factor.solve(&asked);
+        let fastest = moving.turns.iter().enumerate().map(|(dof, &turns)| {
+            let z: f64 = motions
+                .iter()
+                .zip(&impulses)
+                .map(|(motion, impulse)| motion[dof] * impulse)
+                .sum();
+            z.abs() * if turns { length / TURN } else { 1.0 }
+        });
+        // Less where joints hardly move it, as of an arm that is stretched.
+        let all: f64 = rows
+            .iter()
+            .map(|demand| demand.offset.powi(2) / demand.compliance)
+            .sum();
+        let gain = 1.0 - impulses.dot(&asked) / all;
+        let share = (speed / fastest.fold(0.0, f64::max)).min(1.0) * gain;
+        let equality = |demand: &Demand| scene.rows[demand.place].equality();
+        let far: Vec<_> = self
+            .rows
+            .iter()
+            .filter(|demand| is_far(demand))
+            .map(equality)
+            .collect();
+        let rows = self
+            .rows
+            .iter_mut()
+            .filter(|demand| far.contains(&equality(demand)));
+        rows.for_each(|demand| demand.offset *= share);
     }
 }
 
 /// Does something overlap, or is something open, by more than what is left?
-fn is_needed(scene: &Scene<'_>, island: &Island, motion: &Motion, left: f64) -> bool {
-    let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &motion.velocity);
-    let (mut touches, mut rows) = (scene.touches(island), scene.rows(island));
+fn is_needed(scene: &Scene<'_>, island: &Island, moving: &Moving<'_>) -> bool {
+    let left = LEFT * moving.scale.length;
+    let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &moving.motion.velocity);
+    let (mut touches, rows) = (scene.touches(island), scene.rows(island));
     touches.any(|touch| after(touch.gap, touch.normal_row()) < -left)
-        || rows.any(|row| match row.kind {
-            Kind::Equality => after(row.gap, &row.jacobian).abs() > left,
-            Kind::Limit => after(row.gap, &row.jacobian) < -left,
-            Kind::Friction => false,
+        || rows.filter(|row| moving.asks(row)).any(|row| {
+            let after = after(row.gap, &row.jacobian);
+            after < -left || row.kind == Kind::Equality && after > left
         })
 }

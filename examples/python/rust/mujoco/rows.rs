@@ -11,6 +11,12 @@ const EQUALITY: i32 = 0;
 const LIMIT_JOINT: i32 = 3;
 const LIMIT_TENDON: i32 = 4;
 
+/// Entries of rows up to this are none (m, rad): their squares would be lost.
+const NO_LEVER: f64 = 1e-30;
+
+/// Of a key, what names the equality, joint or tendon.
+const ID: u32 = 0xff_ffff;
+
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Kind {
     Equality,
@@ -35,6 +41,16 @@ pub(super) struct Row {
     pub(super) most: f64,
     /// How much an impulse moves what the row is about if nothing else holds it.
     pub(super) mobility: f64,
+    /// Of an equality with a body of motion capture: how fast it opens or closes where that is blocked, by MuJoCo's own law of
+    /// it (`solref`, `solimp`).
+    pub(super) spring: Option<f64>,
+}
+
+impl Row {
+    /// The equality that it is a row of.
+    pub(super) fn equality(&self) -> Option<u32> {
+        (self.kind == Kind::Equality).then_some(self.key & ID)
+    }
 }
 
 /// A limit among MuJoCo's constraints: its key, and what is left up to it (m, rad).
@@ -57,7 +73,7 @@ fn limit(model: &Model, data: &Data, constraint: usize, row: &[f64]) -> (u32, f6
 }
 
 fn key(kind: i32, number: usize, id: u32) -> u32 {
-    kind.unsigned_abs() << 28 | u32::try_from(number).unwrap_or(0) << 24 | id
+    kind.unsigned_abs() << 28 | u32::try_from(number).unwrap_or(0) << 24 | id & ID
 }
 
 /// The constraints before contacts, and their rows.
@@ -122,15 +138,24 @@ pub(super) fn list(
             _ => (key(sort, 0, id), Kind::Friction, 0.0, 0.0, 1.0),
         };
         let most = h * data.efc_frictionloss()[constraint];
+        let spring = (sort == EQUALITY && is_led(around, id as usize)).then(|| {
+            let [stiffness, damping, impedance, _] = data.efc_kbip()[constraint];
+            let rate = dot(row, data.qvel()) + outside;
+            outside - rate * (1.0 - h * damping) + h * stiffness * impedance * gap
+        });
         rows.push(Row {
             constraint,
             key,
             kind,
-            jacobian: row.to_vec(),
+            jacobian: row
+                .iter()
+                .map(|&entry| if entry.abs() > NO_LEVER { entry } else { 0.0 })
+                .collect(),
             gap,
             outside,
             most,
             mobility,
+            spring,
         });
     }
     rows
@@ -181,6 +206,24 @@ pub(super) fn equality_rates(
     pairs.map(|(now, before)| (now - before) / h).collect()
 }
 
+/// Is an equality with a body of motion capture?
+fn is_led(around: &Around<'_>, equality: usize) -> bool {
+    let Around { model, facts, .. } = around;
+    let is_mocap = |&body: &usize| facts.mocap(body).is_some();
+    matches!(model.eq_type()[equality], CONNECT | WELD)
+        && bodies(model, equality).any(|body| is_mocap(&body))
+}
+
+/// Bodies of an equality that has them.
+fn bodies(model: &Model, equality: usize) -> impl Iterator<Item = usize> {
+    let is_site = model.eq_objtype()[equality] == SITE;
+    let objects = [model.eq_obj1id()[equality], model.eq_obj2id()[equality]];
+    let objects = objects
+        .into_iter()
+        .filter_map(|id| usize::try_from(id).ok());
+    objects.map(move |id| if is_site { model.site_body(id) } else { id })
+}
+
 /// Of a row of an equality, as MuJoCo has it of its bodies, joints and tendons.
 fn equality_mobility(model: &Model, equality: usize, row: usize) -> f64 {
     let objects = [model.eq_obj1id()[equality], model.eq_obj2id()[equality]]
@@ -188,13 +231,16 @@ fn equality_mobility(model: &Model, equality: usize, row: usize) -> f64 {
     let sum = |of: &dyn Fn(usize) -> f64| objects.iter().flatten().map(|&id| of(id)).sum::<f64>();
     match model.eq_type()[equality] {
         kind @ (CONNECT | WELD) => {
-            let is_site = model.eq_objtype()[equality] == SITE;
-            let body = |id: usize| if is_site { model.site_body(id) } else { id };
             if kind == CONNECT || row < 3 {
-                sum(&|id| mobility(model, body(id)))
+                bodies(model, equality)
+                    .map(|body| mobility(model, body))
+                    .sum()
             } else {
                 let scale = model.weld_scale(equality);
-                sum(&|id| model.body_invweight0()[2 * body(id) + 1]) * scale * scale
+                let sum: f64 = bodies(model, equality)
+                    .map(|body| model.body_invweight0()[2 * body + 1])
+                    .sum();
+                sum * scale * scale
             }
         }
         JOINT => sum(&|id| model.dof_invweight0()[model.jnt_dofadr()[id].unsigned_abs() as usize]),

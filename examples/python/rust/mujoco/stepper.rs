@@ -8,7 +8,7 @@ use super::ffi::{Data, HFIELD, Model, OwnedContact};
 use super::inertia::Inertia;
 use super::islands::islands;
 use super::outside::Follower;
-use super::position::{PositionPass, Scale};
+use super::position::{Moving, PositionPass, Scale};
 use super::rows::{self, Row};
 use super::touch::{Around, Face, Touch, largest};
 use super::velocity::{Ends, Motion, Scene, VelocityPass};
@@ -274,6 +274,7 @@ impl Stepper {
             touches: &touches,
             rows: &rows,
             h,
+            reach: h * scale.speed,
         };
         let mut motion = Motion {
             velocity: self.inertia.velocity.clone(),
@@ -287,15 +288,15 @@ impl Stepper {
             let engines = &mut self.engines;
             self.velocity_pass
                 .solve(&scene, &island, engines, settings, &mut motion, &mut ends);
+            let motion = Moving {
+                motion: &motion,
+                scale,
+                turns: &self.facts.turns,
+                is_blocked: self.velocity_pass.is_blocked(&island),
+            };
             let correct = &mut correction;
-            self.position_pass.solve(
-                &scene,
-                &island,
-                engines,
-                (&motion, scale),
-                is_first,
-                correct,
-            );
+            self.position_pass
+                .solve(&scene, &island, engines, &motion, is_first, correct);
         }
         Trial {
             touches,

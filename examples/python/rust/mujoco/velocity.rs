@@ -34,6 +34,8 @@ pub(super) const ASK_AGAIN: u32 = 8;
 #[derive(Clone, Copy, PartialEq)]
 enum Softness {
     Rigid,
+    /// What was blocked comes after what leads it.
+    Following,
     Hint,
     Driven,
     All,
@@ -97,6 +99,8 @@ pub(super) struct Scene<'a> {
     pub(super) touches: &'a [Touch],
     pub(super) rows: &'a [Row],
     pub(super) h: f64,
+    /// What is open by more than this is not closed in a step (m, rad).
+    pub(super) reach: f64,
 }
 
 impl<'a> Scene<'a> {
@@ -110,6 +114,21 @@ impl<'a> Scene<'a> {
         island.rows.iter().map(|&place| &self.rows[place])
     }
 
+    /// Is something open that a body of motion capture leads?
+    pub(super) fn is_open(&self, island: &Island) -> bool {
+        self.rows(island).any(|row| self.open(row).is_some())
+    }
+
+    fn open(&self, row: &Row) -> Option<f64> {
+        row.spring.filter(|_| row.gap.abs() > self.reach)
+    }
+
+    /// How fast a row is led from outside.
+    fn lead(&self, row: &Row) -> f64 {
+        let pulled = self.open(row).map_or(0.0, f64::abs);
+        row.outside.abs().max(pulled)
+    }
+
     /// Does something move it from outside?
     pub(super) fn is_moved(&self, island: &Island) -> bool {
         self.touches(island).any(Touch::is_moved) || self.rows(island).any(|row| row.outside != 0.0)
@@ -119,6 +138,11 @@ impl<'a> Scene<'a> {
 impl VelocityPass {
     pub(super) fn reset(&mut self) {
         self.blocked.clear();
+    }
+
+    /// Is something blocked in an island that a body of motion capture leads?
+    pub(super) fn is_blocked(&self, island: &Island) -> bool {
+        self.blocked.contains_key(&island.dofs[0])
     }
 
     /// Solves an island, writes its motion, and says how that ended.
@@ -139,13 +163,23 @@ impl VelocityPass {
         let blocked_for = self
             .blocked
             .remove(&name)
-            .filter(|_| is_moved)
+            .filter(|_| is_moved || scene.is_open(island))
             .map(|steps| steps + 1);
         if blocked_for.is_some_and(|steps| steps % ASK_AGAIN != 0) {
             found = self.attempt(scene, island, engines, settings, Softness::Driven);
             self.blocked.extend(blocked_for.map(|steps| (name, steps)));
         }
-        found = found.or_else(|| self.attempt(scene, island, engines, settings, Softness::Rigid));
+        let rigid = if blocked_for.is_some() {
+            Softness::Following
+        } else {
+            Softness::Rigid
+        };
+        if found.is_none() {
+            found = self.attempt(scene, island, engines, settings, rigid);
+            if blocked_for.is_some() && scene.is_open(island) {
+                self.blocked.insert(name, ASK_AGAIN - 1);
+            }
+        }
         let is_solved = |(outcome, _): &(Outcome, _)| outcome.status == Status::Solved;
         // From nothing, as the last step may lead astray; then from where a little softness leads.
         for hint in [None, Some(Softness::Hint)] {
@@ -161,8 +195,9 @@ impl VelocityPass {
                 found = other;
             }
         }
-        let is_thrown =
-            |found: &(Outcome, Answer<f64>)| is_moved && is_thrown(scene, island, found);
+        let is_thrown = |found: &(Outcome, Answer<f64>)| {
+            (is_moved || blocked_for.is_some()) && is_thrown(scene, island, found)
+        };
         if !self.is_usable(scene, island, settings, found.as_ref())
             || found.as_ref().is_some_and(is_thrown)
         {
@@ -171,7 +206,7 @@ impl VelocityPass {
             }
             engines.forget(name);
             found = None;
-            if is_moved {
+            if is_moved || blocked_for.is_some() {
                 found = self.attempt(scene, island, engines, settings, Softness::Driven);
                 self.blocked.insert(name, blocked_for.unwrap_or(0));
             }
@@ -220,9 +255,18 @@ impl VelocityPass {
         });
         let rows = scene.rows(island).map(|row| match row {
             row if row.kind == Kind::Friction => 0.0,
-            row => softness_of(softness, row.mobility, row.outside != 0.0),
+            row => softness_of(
+                softness,
+                row.mobility,
+                row.spring.is_some() || row.outside != 0.0,
+            ),
+        });
+        let offsets = scene.rows(island).map(|row| match row.spring {
+            Some(spring) if pulls(softness) => spring,
+            _ => row_offset(row, scene.h),
         });
         self.pack.soften(touches, rows);
+        self.pack.ask(offsets);
     }
 
     fn attempt(
@@ -284,7 +328,7 @@ impl VelocityPass {
         if !is_finite || has_no_answer(outcome) || !is_near {
             return false;
         }
-        let speed = speed(scene, island);
+        let speed = speed(scene, island, |row| row.outside.abs());
         let impulses = scene
             .touches(island)
             .zip(answer.r.chunks_exact(self.pack.dim));
@@ -301,7 +345,7 @@ fn has_no_answer(outcome: &Outcome) -> bool {
 }
 
 /// Speed in the metric, `√(vᵀ M v)`: what there is without contacts and rows, and that of what moves them from outside.
-fn speed(scene: &Scene<'_>, island: &Island) -> f64 {
+fn speed(scene: &Scene<'_>, island: &Island, lead: impl Fn(&Row) -> f64) -> f64 {
     let inertia = scene.inertia;
     let energy: f64 = island
         .dofs
@@ -311,9 +355,7 @@ fn speed(scene: &Scene<'_>, island: &Island) -> f64 {
     let touches = scene
         .touches(island)
         .map(|touch| (largest(&touch.outside), touch.mobility));
-    let rows = scene
-        .rows(island)
-        .map(|row| (row.outside.abs(), row.mobility));
+    let rows = scene.rows(island).map(|row| (lead(row), row.mobility));
     let drive = touches.chain(rows).filter(|&(_, mobility)| mobility > 0.0);
     energy.max(0.0).sqrt()
         + drive
@@ -332,7 +374,15 @@ fn is_thrown(scene: &Scene<'_>, island: &Island, (_, answer): &(Outcome, Answer<
         v * row.sum::<f64>()
     };
     let energy: f64 = island.dofs.iter().zip(&answer.v).map(moved).sum();
-    energy.sqrt() > LARGEST_SPEED * speed(scene, island)
+    energy.sqrt() > LARGEST_SPEED * speed(scene, island, |row| scene.lead(row))
+}
+
+/// Does what is blocked pull by its own law?
+fn pulls(softness: Softness) -> bool {
+    matches!(
+        softness,
+        Softness::Following | Softness::Driven | Softness::All
+    )
 }
 
 fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
@@ -340,7 +390,7 @@ fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
         Softness::Driven if is_moved => BLOCKED * mobility,
         Softness::All => SOFT * mobility,
         Softness::Hint => HINT * mobility,
-        Softness::Rigid | Softness::Driven => 0.0,
+        Softness::Rigid | Softness::Following | Softness::Driven => 0.0,
     }
 }
 

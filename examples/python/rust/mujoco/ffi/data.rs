@@ -59,6 +59,7 @@ arrays! {
     efc_id, efc_id_mut: i32, Self::constraints;
     efc_pos, efc_pos_mut: f64, Self::constraints;
     efc_frictionloss, efc_frictionloss_mut: f64, Self::constraints;
+    efc_kbip, efc_kbip_mut: [f64; 4], Self::constraints;
     efc_force, efc_force_mut: f64, Self::constraints;
     efc_j, efc_j_mut: f64, |own: &Self| own.constraints() * own.sizes.velocities;
 }

@@ -28,6 +28,10 @@ pub(super) const PLANE: i32 = 0;
 pub(super) const HFIELD: i32 = 1;
 pub(super) const BOX: i32 = 6;
 pub(super) const MESH: i32 = 7;
+/// `mjtJoint`.
+pub(super) const FREE: i32 = 0;
+pub(super) const BALL: i32 = 1;
+pub(super) const SLIDE: i32 = 2;
 pub(super) const CONNECT: i32 = 0;
 pub(super) const WELD: i32 = 1;
 pub(super) const JOINT: i32 = 2;

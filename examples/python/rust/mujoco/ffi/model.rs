@@ -53,6 +53,7 @@ arrays! {
     body_weldid: i32, bodies * 1;
     body_mocapid: i32, bodies * 1;
     body_invweight0: f64, bodies * 2;
+    jnt_type: i32, joints * 1;
     jnt_dofadr: i32, joints * 1;
     dof_treeid: i32, velocities * 1;
     dof_damping: f64, velocities * 1;
