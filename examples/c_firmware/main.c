@@ -29,9 +29,7 @@ static enum stiction_status fill(stiction_real height)
     const stiction_real offset[STICTION_D] = {height / h};                                      /* m/s */
     status = stiction_clear(&solver);
     if (status != STICTION_OK) return status;
-    status = stiction_add_contact(&solver, jacobian, offset, (stiction_real)0.5, FLOOR);
-    if (status != STICTION_OK) stiction_clear(&solver); /* not half a scene */
-    return status;
+    return stiction_add_contact(&solver, jacobian, offset, (stiction_real)0.5, FLOOR);
 }
 
 /* Solves a tick. Unless that goes well, the last good solution stays. */

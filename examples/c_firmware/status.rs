@@ -2,7 +2,7 @@
 
 use super::header::{CALLS, number};
 use core::ffi::CStr;
-use stiction::{ContactMode, Error, Input, List};
+use stiction::{ContactMode, Error, Input, List, Part};
 
 const _: () = assert!(number(CALLS, "STICTION_OK") == Status::Solved as i32);
 
@@ -69,6 +69,7 @@ enum_of_the_header! {
     InvalidLimit = "STICTION_INVALID_LIMIT",
     LimitsLeftOut = "STICTION_LIMITS_LEFT_OUT",
     LimitListFull = "STICTION_LIMIT_LIST_FULL",
+    SceneIncomplete = "STICTION_SCENE_INCOMPLETE",
 }
 
 enum_of_the_header! {
@@ -113,6 +114,7 @@ enum_of_the_header! {
     InitialImpulse = "STICTION_INPUT_INITIAL_IMPULSE",
     InitialRowImpulse = "STICTION_INPUT_INITIAL_ROW_IMPULSE",
     Limit = "STICTION_INPUT_LIMIT",
+    Contact = "STICTION_INPUT_CONTACT",
 }
 
 /// What an error is about, `stiction_culprit`: -1 where an index has no meaning.
@@ -176,6 +178,7 @@ impl From<Error> for Status {
             Error::InvalidRowCompliance { .. } => Self::InvalidRowCompliance,
             Error::InvalidLimit { .. } => Self::InvalidLimit,
             Error::LimitsLeftOut => Self::LimitsLeftOut,
+            Error::SceneIncomplete { .. } => Self::SceneIncomplete,
             Error::NoSuchRow { .. } => Self::NoSuchRow,
             Error::InvalidParameter { .. } => Self::InvalidParameter,
             _ => Self::Unknown,
@@ -285,6 +288,12 @@ impl From<Error> for Culprit {
                 Input::Limit { limit } => Self::entry(Source::Limit, row, column).joint_row(limit),
                 _ => Self::entry(Source::Other, row, column),
             },
+            Error::SceneIncomplete { part } => of(match part {
+                Part::Mass => Source::Mass,
+                Part::Contact => Source::Contact,
+                Part::JointRow => Source::JointRow,
+                _ => Source::Other,
+            }),
             Error::MassNotSymmetric { row, column } => Self::entry(Source::Mass, row, column),
             Error::MassNotPositiveDefinite { dof } => Self::entry(Source::Mass, dof, dof),
             Error::InvalidFriction { contact, .. } => of(Source::Friction).contact(contact),

@@ -41,8 +41,8 @@ typedef struct stiction {
 #endif
 
 /* How a call ended: 0 done or solved; > 0 how else a solve ended; < 0 what was wrong. A call with an error has changed nothing,
-   and the last solution is still there. If stiction_add_contact or stiction_add_row fails, clear the scene: half a scene can be
-   solved, too. */
+   and the last solution is still there. After a contact or joint row that was refused no solve takes the scene until stiction_clear, after a
+   mass matrix until another one is set: STICTION_SCENE_INCOMPLETE. */
 enum stiction_status {
     STICTION_OK = 0,     /* of a call that does not solve */
     STICTION_SOLVED = 0, /* the error is at most the tolerance */
@@ -77,6 +77,7 @@ enum stiction_status {
     STICTION_INVALID_LIMIT = -28,             /* bounds or compliance of a limit are refused as those of a joint row would be */
     STICTION_LIMITS_LEFT_OUT = -29,           /* the solve that was paused had limits: call stiction_solve_with_limits again */
     STICTION_LIMIT_LIST_FULL = -30,           /* more than STICTION_L limits */
+    STICTION_SCENE_INCOMPLETE = -31,          /* said by a solve: a part of the scene was refused, and is missing */
     /* Errors of stiction that no call of this header can cause. */
     STICTION_INVALID_PENALTY = -12,
     STICTION_STALE_FACTOR = -13,
@@ -128,6 +129,7 @@ enum stiction_input {
     STICTION_INPUT_INITIAL_IMPULSE = 10,     /* `contact` is its place in the list */
     STICTION_INPUT_INITIAL_ROW_IMPULSE = 11, /* `joint_row` is its place in the list */
     STICTION_INPUT_LIMIT = 12,               /* `joint_row` is its place in the list; its offset is `row` STICTION_N */
+    STICTION_INPUT_CONTACT = 13,             /* one that is missing */
     STICTION_INPUT_WIDTH = 0x7fffffff
 };
 

@@ -195,6 +195,11 @@ static void refusals(void)
     CHECK(stiction_set_friction(s, 0, -1) == STICTION_INVALID_FRICTION && culprit().input == STICTION_INPUT_FRICTION);
     for (int i = 1; i < STICTION_C; i++) CHECK(add(h, offset, 1, 1) == STICTION_OK);
     CHECK(add(h, offset, 1, 1) == STICTION_CONTACT_LIST_FULL && culprit().contact == STICTION_C && culprit().key == -1);
+    /* Neither half a scene nor one without its mass is solved. */
+    CHECK(solve(-2, 0, 10) == STICTION_SCENE_INCOMPLETE && culprit().input == STICTION_INPUT_MASS);
+    mass[2][1] = 0;
+    CHECK(set_mass() == STICTION_OK && solve(-2, 0, 10) == STICTION_SCENE_INCOMPLETE && culprit().input == STICTION_INPUT_CONTACT);
+    point(0.5);
     CHECK(stiction_solve(s, free_impulse, -1, 10) == STICTION_INVALID_TOLERANCE);
     free_impulse[2] = NAN;
     CHECK(stiction_solve(s, free_impulse, 1, 10) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_FREE_IMPULSE);
@@ -208,8 +213,8 @@ static void refusals(void)
         for (int i = 0; i < STICTION_S; i++) CHECK(stiction_add_contact_on(s, h, offset, &surface, 1) == STICTION_OK);
         CHECK(stiction_add_contact_on(s, h, offset, &surface, 1) == STICTION_SURFACE_LIST_FULL);
         CHECK(culprit().contact == STICTION_S && culprit().input == STICTION_INPUT_NONE && culprit().key == -1);
-        CHECK(stiction_clear_contacts(s) == STICTION_OK);
     }
+    CHECK(stiction_clear_contacts(s) == STICTION_OK);
     CHECK(stiction_remove_contact(s, 5) == STICTION_NO_SUCH_KEY && culprit().key == 5);
     stiction_contact_impulse impulses[STICTION_C + 1] = {{.key = 1}};
     CHECK(stiction_set_impulses(s, impulses, STICTION_C + 1, NULL, 0) == STICTION_IMPULSE_LIST_FULL);
@@ -489,6 +494,8 @@ static void refused_rows(void)
     row = (stiction_joint_row){.law = STICTION_BOX, .lower = 1, .upper = -1};
     CHECK(stiction_add_row(s, &row) == STICTION_INVALID_BOUNDS && culprit().input == STICTION_INPUT_BOUNDS);
     CHECK(culprit().joint_row == 0);
+    CHECK(turn(1) == STICTION_SCENE_INCOMPLETE && culprit().input == STICTION_INPUT_JOINT_ROW);
+    CHECK(stiction_clear_rows(s) == STICTION_OK && turn(2) == STICTION_SOLVED);
     for (int i = 0; i < STICTION_R; i++) CHECK(stiction_add_row(s, &good) == STICTION_OK);
     CHECK(stiction_add_row(s, &good) == STICTION_ROW_LIST_FULL && culprit().joint_row == STICTION_R && culprit().key == -1);
     CHECK(stiction_set_row_offset(s, STICTION_R, 0) == STICTION_NO_SUCH_ROW && culprit().joint_row == STICTION_R);
@@ -507,6 +514,7 @@ static void refused_rows(void)
         stiction_real tiny = 1; /* its square vanishes */
         while (tiny * tiny > 0) tiny /= 2;
         const stiction_real jacobian_row[STICTION_N] = {tiny};
+        CHECK(stiction_clear_rows(s) == STICTION_OK && stiction_add_row(s, &good) == STICTION_OK);
         CHECK(stiction_set_row_jacobian(s, 0, jacobian_row) == STICTION_OK && turn(1) == STICTION_ROW_OUT_OF_RANGE);
         CHECK(culprit().input == STICTION_INPUT_JOINT_ROW && culprit().key == 7 && culprit().joint_row == -1);
     }

@@ -9,7 +9,7 @@ use cortex_m_semihosting::hprintln;
 /// Ticks so far.
 static TICK: AtomicU16 = AtomicU16::new(0);
 
-/// Velocity and force.
+/// Velocity and force. One velocity is garbage, a number none the less.
 pub fn sense() -> [crate::Vector; 2] {
     let tick = TICK.fetch_add(1, Relaxed);
     let push = if tick < 10 {
@@ -17,7 +17,8 @@ pub fn sense() -> [crate::Vector; 2] {
     } else {
         f32::NAN
     };
-    [[0.0; 3].into(), [push, 0.0, -2.0 * 9.81].into()]
+    let falls = if tick == 5 { -1e6 } else { 0.0 };
+    [[0.0, 0.0, falls].into(), [push, 0.0, -2.0 * 9.81].into()]
 }
 
 /// Prints the torques. Those of the stop end the program.
