@@ -65,9 +65,24 @@ pub enum List {
     InitialRowImpulses,
 }
 
+/// Part of a scene that an [`Error::SceneIncomplete`] speaks of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Part {
+    /// The generalised mass matrix `M`, or the `W` in its place.
+    Mass,
+    /// A contact.
+    Contact,
+    /// A joint row.
+    JointRow,
+}
+
 /// What is wrong with the data of a call; it names the culprit. [`crate::guide::error`] says what a control loop does then.
 ///
-/// The call that returns it changes nothing, and the last solution stays. Only after [`crate::Factor::prepare`] (and so
+/// The call that returns it changes nothing, and the last solution stays. Only what a scene refuses as it is filled is missing there
+/// ([`Self::SceneIncomplete`]). After [`crate::Factor::prepare`] (and so
 /// [`crate::Kernel::solve`]) the factor is empty, and [`crate::Kernel::solve_with_limits`] may leave no solution
 /// ([`crate::Status::Unsolved`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,6 +140,12 @@ pub enum Error {
     InvalidPenalty,
     /// The tolerance asked for is NaN, infinite or negative.
     InvalidTolerance,
+    /// A part of the scene was refused as it was filled, and is missing. Contacts and joint rows: call [`crate::Scene::clear`] (or
+    /// [`crate::Scene::clear_contacts`], [`crate::Scene::clear_rows`]) and add them again. A mass matrix: set another one.
+    SceneIncomplete {
+        /// What is missing.
+        part: Part,
+    },
     /// The factor is not that of the scene's current `M`, `H` and number of contacts; prepare it.
     StaleFactor,
     /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact is too large for the number type, or that of its normal too small, though its row
@@ -216,6 +237,16 @@ impl fmt::Display for List {
     }
 }
 
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Mass => "mass matrix M",
+            Self::Contact => "contact",
+            Self::JointRow => "joint row",
+        })
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -239,6 +270,9 @@ impl fmt::Display for Error {
             Self::NoSuchContact { contact } => write!(f, "there is no contact {contact}"),
             Self::InvalidPenalty => write!(f, "penalty rho is not a usable positive number"),
             Self::InvalidTolerance => write!(f, "tolerance is negative or not finite"),
+            Self::SceneIncomplete { part } => {
+                write!(f, "scene is incomplete: a {part} was refused")
+            }
             Self::StaleFactor => write!(
                 f,
                 "factor is not that of the scene's M and H as they are now"

@@ -108,7 +108,7 @@ pub mod time_stepping;
 
 pub use admm::{Acceleration, AdmmSolver, SlipUpdate};
 pub use cone::FrictionCone;
-pub use error::{Error, Input, List};
+pub use error::{Error, Input, List, Part};
 pub use factor::{AdmmFactor, AdmmFactorParts, Factor, FactorParts};
 pub use kernel::Kernel;
 pub use real::Real;

@@ -3,8 +3,8 @@
 use crate::support::check;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, List, Model, Scene, Settings, Solver,
-    Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, JointRow, Kernel, List, Model, Part,
+    RowLaw, Scene, Settings, Solver, Status, Surface,
 };
 use testbed::measure::{Law, error_of};
 
@@ -608,4 +608,84 @@ fn what_was_refused_first_has_an_infinite_error() -> Result<(), Error> {
         (Status::Unsolved, f64::INFINITY)
     );
     Ok(())
+}
+
+/// Half a scene would be solved as if nothing else were there: a foot whose Jacobian is broken would push with nothing.
+#[test]
+fn half_a_scene_is_not_solved() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 2, 2, 2, 1, 1>::new();
+    let (push, settings) = (vector![0.0, -1.0], Settings::new(1e-9));
+    let nan = f64::NAN;
+    let bad = Contact {
+        offset: vector![nan, 0.0],
+        ..floor()
+    };
+    let soft = Surface {
+        compliance: [nan, 0.0],
+        ..Surface::isotropic(0.5)
+    };
+    let row = |offset| JointRow {
+        row: vector![1.0, 0.0],
+        offset,
+        law: RowLaw::Limit,
+        compliance: 0.0,
+        key: 0,
+    };
+    let mut refused = |part, fill: &mut dyn FnMut(&mut Scene<f64, 2, 2, 2, 1, 1>)| {
+        let error = Err(Error::SceneIncomplete { part });
+        let scene = kernel.scene_mut();
+        scene.clear();
+        scene.set_mass(&MASS)?;
+        scene.push(&floor())?;
+        assert!(kernel.solve(&push, &settings)?.is_solved());
+        // Also where the factor is that of what is there.
+        fill(kernel.scene_mut());
+        assert_eq!(kernel.solve(&push, &settings).map(|_| ()), error);
+        assert_eq!(kernel.resume(&push, &settings).map(|_| ()), error);
+        assert_eq!(kernel.advance(&push, &settings).map(|_| ()), error);
+        let limited = kernel.solve_with_limits(&[], &push, &settings);
+        assert_eq!(limited.map(|_| ()), error);
+        assert_eq!(Factor::new(kernel.scene()).map(|_| ()), error);
+        assert!(kernel.solution().is_solved()); // the last one stays
+        // A contact more does not make it whole.
+        kernel.scene_mut().remove_contact(0)?;
+        kernel.scene_mut().push(&floor())?;
+        assert_eq!(kernel.solve(&push, &settings).map(|_| ()), error);
+        // Nor does another part.
+        if part == Part::Mass {
+            kernel.scene_mut().clear();
+        } else {
+            kernel.scene_mut().set_mass(&MASS)?;
+        }
+        assert_eq!(kernel.solve(&push, &settings).map(|_| ()), error);
+        let scene = kernel.scene_mut();
+        match part {
+            Part::Mass => scene.set_mass(&MASS)?,
+            Part::Contact => scene.clear_contacts(),
+            _ => scene.clear_rows(),
+        }
+        assert!(kernel.solve(&push, &settings)?.is_solved());
+        Ok::<_, Error>(())
+    };
+    refused(Part::Contact, &mut |scene| {
+        assert!(scene.push(&bad).is_err());
+    })?;
+    refused(Part::Contact, &mut |scene| {
+        assert!(scene.push_on(&floor(), &soft).is_err());
+    })?;
+    refused(Part::JointRow, &mut |scene| {
+        assert!(scene.push_row(&row(nan)).is_err());
+    })?;
+    refused(Part::Mass, &mut |scene| {
+        assert!(scene.set_mass(&(MASS * nan)).is_err());
+    })?;
+    refused(Part::Mass, &mut |scene| {
+        assert!(scene.set_delassus(&[nan; 4]).is_err());
+    })?;
+    // One too many is missing as well.
+    refused(Part::Contact, &mut |scene| {
+        assert_eq!(scene.push(&floor()), Ok(1));
+        assert!(scene.push(&floor()).is_err());
+        assert_eq!(scene.remove_contact(0), Ok(()));
+    })
 }

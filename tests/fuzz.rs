@@ -9,7 +9,7 @@ use mixed::{Mixed, Rolling};
 use nalgebra::SMatrix;
 use proptest::prelude::*;
 use steps::{Budget, Step};
-use stiction::{Kernel, Model, Real, Scene, Settings, Solution, Status};
+use stiction::{Error, Factor, Kernel, Model, Real, Scene, Settings, Solution, Status};
 
 mod cases;
 mod files;
@@ -134,6 +134,7 @@ impl<
     }
 
     fn call(&mut self, step: &Step) {
+        let whole = self.kernel.scene().clone();
         let scene = self.kernel.scene_mut();
         K::call(&mut self.beside, scene, step);
         // Calls that are refused are calls, too.
@@ -166,6 +167,10 @@ impl<
             }
             _ => Ok(()),
         };
+        // A call that is refused changes nothing, but for that: the sequence goes on without it.
+        if let Err(Error::SceneIncomplete { .. }) = Factor::new(self.kernel.scene()) {
+            *self.kernel.scene_mut() = whole;
+        }
         match step {
             Step::Clear => self.kernel.scene_mut().clear(),
             Step::ClearContacts => self.kernel.scene_mut().clear_contacts(),

@@ -37,4 +37,5 @@ mod sweeps;
 mod time_stepping;
 mod units;
 mod warm_start;
+mod wheels;
 mod zero_columns;

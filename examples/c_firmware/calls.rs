@@ -7,11 +7,10 @@
 //! Of all functions: a pointer is null, or points to what the header declares, which nothing else uses meanwhile.
 #![allow(clippy::missing_safety_doc)] // it is above
 
-use super::header::{C, D, N, R, Real};
+use super::given::{ContactImpulse, JointRow, LawNumber, RowImpulse, Surface};
+use super::header::{C, D, L, N, R, Real};
 use super::outcome::{ContactOutcome, RowOutcome, Solution, Violation};
-use super::solver::{
-    ContactImpulse, JointRow, Kernel, LawNumber, Refusal, RowImpulse, Solver, Surface,
-};
+use super::solver::{Kernel, Refusal, Solver};
 use super::status::{Culprit, Status, turned};
 use core::ffi::{CStr, c_char};
 use stiction::Contact;
@@ -260,6 +259,13 @@ pub unsafe extern "C" fn stiction_set_impulses(
     }
 }
 
+/// `stiction_budget_within`.
+#[unsafe(no_mangle)]
+pub extern "C" fn stiction_budget_within(microseconds: u32, megahertz: u32) -> u32 {
+    let budget = Kernel::budget_within(index(microseconds), index(megahertz));
+    u32::try_from(budget).unwrap_or(u32::MAX)
+}
+
 /// `stiction_solve`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_solve(
@@ -282,6 +288,36 @@ pub unsafe extern "C" fn stiction_resume(
 ) -> Status {
     let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
     solver.solve(Kernel::resume, free_impulse, tolerance, index(budget))
+}
+
+/// `stiction_advance`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_advance(
+    memory: *mut Solver,
+    free_impulse: *const Real,
+    tolerance: Real,
+    budget: u32,
+) -> Status {
+    let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
+    solver.advance(free_impulse, tolerance, index(budget))
+}
+
+/// `stiction_solve_with_limits`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_solve_with_limits(
+    memory: *mut Solver,
+    limits: *const JointRow,
+    limit_count: u32,
+    free_impulse: *const Real,
+    tolerance: Real,
+    budget: u32,
+) -> Status {
+    let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
+    // SAFETY: the caller's promise. One more than fits is as many as are looked at.
+    let Some(limits) = (unsafe { some(limits, limit_count.min(L as u32 + 1)) }) else {
+        return Status::Null;
+    };
+    solver.solve_with_limits(limits, free_impulse, tolerance, index(budget))
 }
 
 /// `stiction_is_usable`.

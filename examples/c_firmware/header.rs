@@ -13,6 +13,8 @@ pub const C: usize = size("STICTION_C");
 pub const R: usize = size("STICTION_R");
 /// Contacts that may have a surface: the first so many.
 pub const S: usize = size("STICTION_S");
+/// Most limits that stay out of the scene until they are reached.
+pub const L: usize = size("STICTION_L");
 /// Bytes of one `stiction`.
 pub const BYTES: usize = size("STICTION_BYTES");
 
@@ -44,6 +46,52 @@ impl Number for Bits<false> {
 
 impl Number for Bits<true> {
     type Type = f64;
+}
+
+/// The type of [`PHASES`].
+pub type Phases = <Choice<{ choice() }> as Chosen>::Phases;
+/// What the solver goes through.
+pub const PHASES: Phases = <Choice<{ choice() }> as Chosen>::PHASES;
+
+/// The place of `STICTION_PHASES` among the choices.
+const fn choice() -> usize {
+    if is(SIZES, "STICTION_PHASES", "AllPhases") {
+        0
+    } else if is(SIZES, "STICTION_PHASES", "SweepsAndNewton") {
+        1
+    } else {
+        assert!(
+            is(SIZES, "STICTION_PHASES", "SweepsOnly"),
+            "STICTION_PHASES is AllPhases, SweepsAndNewton or SweepsOnly"
+        );
+        2
+    }
+}
+
+/// Phases by their place.
+pub struct Choice<const PLACE: usize>;
+
+/// What stands behind [`Choice`].
+pub trait Chosen {
+    /// Their type.
+    type Phases: stiction::Phases;
+    /// They themselves.
+    const PHASES: Self::Phases;
+}
+
+impl Chosen for Choice<0> {
+    type Phases = stiction::AllPhases;
+    const PHASES: Self::Phases = stiction::AllPhases;
+}
+
+impl Chosen for Choice<1> {
+    type Phases = stiction::SweepsAndNewton;
+    const PHASES: Self::Phases = stiction::SweepsAndNewton;
+}
+
+impl Chosen for Choice<2> {
+    type Phases = stiction::SweepsOnly;
+    const PHASES: Self::Phases = stiction::SweepsOnly;
 }
 
 /// The calls and enums, in the text of `stiction.h`.

@@ -3,15 +3,17 @@
 #![cfg_attr(target_os = "none", no_std)]
 
 mod calls;
+mod given;
 mod header;
 mod outcome;
 mod solver;
 mod status;
 
 pub use calls::*;
-pub use header::{BYTES, C, D, N, R, Real, S};
+pub use given::{ContactImpulse, JointRow, LawNumber, RowImpulse, Surface};
+pub use header::{BYTES, C, D, L, N, R, Real, S};
 pub use outcome::{ContactOutcome, RowOutcome, Solution, Violation};
-pub use solver::{ContactImpulse, JointRow, Kernel, LawNumber, RowImpulse, Solver, Surface};
+pub use solver::{Kernel, Solver};
 pub use status::{Culprit, Law, Mode, RowMode, Source, Status, turned};
 
 /// The sizes, in the text of `stiction_sizes.h`.

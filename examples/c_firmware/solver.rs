@@ -1,14 +1,16 @@
-//! What lives in the caller's memory, and the structs of `stiction.h` that go into it.
+//! What lives in the caller's memory.
 
-use super::header::{BYTES, C, D, N, R, Real, S, ending};
-use super::status::{Culprit, Law, Status};
+use super::given::{ContactImpulse, JointRow, RowImpulse};
+use super::header::{BYTES, C, D, L, N, PHASES, Phases, R, Real, S, ending};
+use super::status::{Culprit, Status};
 use core::fmt::{self, Write};
 use core::mem::{align_of, size_of};
+use stiction::heapless::Vec;
 use stiction::nalgebra::SVector;
-use stiction::{Contact, Error, List, RowLaw, Scene, Settings};
+use stiction::{Contact, Error, List, Scene, Settings};
 
 /// The kernel of the sizes in `stiction_sizes.h`.
-pub type Kernel = stiction::Kernel<Real, N, D, C, R, S>;
+pub type Kernel = stiction::Kernel<Real, N, D, C, R, S, Phases>;
 pub(super) type Outcome = stiction::Solution<Real, N, D, C, R>;
 type Solve =
     for<'a> fn(&'a mut Kernel, &SVector<Real, N>, &Settings<Real>) -> Result<&'a Outcome, Error>;
@@ -55,7 +57,7 @@ impl Solver {
     pub(super) unsafe fn init(memory: *mut Self) {
         // SAFETY: the caller's promise.
         unsafe {
-            (&raw mut (*memory).kernel).write(const { Kernel::new() });
+            (&raw mut (*memory).kernel).write(const { Kernel::with_phases(PHASES) });
             (&raw mut (*memory).error).write(None);
             (&raw mut (*memory).ready).write(Self::READY);
         }
@@ -117,7 +119,7 @@ impl Solver {
         self.end(result)
     }
 
-    /// Solves or goes on, and remembers what was wrong with that.
+    /// Solves or goes on, and remembers what was wrong with that. (A function by its pointer: there is one copy of this.)
     pub(super) fn solve(
         &mut self,
         solve: Solve,
@@ -125,14 +127,47 @@ impl Solver {
         tolerance: Real,
         budget: usize,
     ) -> Status {
-        let settings = Settings {
-            budget,
-            ..Settings::new(tolerance)
-        };
+        let settings = settings(tolerance, budget);
         match solve(&mut self.kernel, &SVector::from(*free_impulse), &settings) {
             Ok(solution) => solution.status.into(),
             Err(error) => self.refuse(Refusal::Error(error)),
         }
+    }
+
+    /// Works on a solve.
+    pub(super) fn advance(
+        &mut self,
+        free_impulse: &[Real; N],
+        tolerance: Real,
+        budget: usize,
+    ) -> Status {
+        let settings = settings(tolerance, budget);
+        let free_impulse = SVector::from(*free_impulse);
+        match self.kernel.advance(&free_impulse, &settings) {
+            // Unsolved until it has ended.
+            Ok(_) => self.kernel.solution().status.into(),
+            Err(error) => self.refuse(Refusal::Error(error)),
+        }
+    }
+
+    /// Solves with limits.
+    pub(super) fn solve_with_limits(
+        &mut self,
+        limits: &[JointRow],
+        free_impulse: &[Real; N],
+        tolerance: Real,
+        budget: usize,
+    ) -> Status {
+        let settings = settings(tolerance, budget);
+        let free_impulse = SVector::from(*free_impulse);
+        let solve = |limits: Vec<_, L>| {
+            let solution = self
+                .kernel
+                .solve_with_limits(&limits, &free_impulse, &settings);
+            Ok(solution.map_err(Refusal::Error)?.status.into())
+        };
+        let result = limits_of(limits).and_then(solve);
+        result.unwrap_or_else(|refusal| self.refuse(refusal))
     }
 
     fn end(&mut self, result: Result<(), Error>) -> Status {
@@ -148,6 +183,7 @@ impl Solver {
         match refusal {
             Refusal::Error(error) => error.into(),
             Refusal::Law => Status::InvalidLaw,
+            Refusal::Limits => Status::LimitListFull,
         }
     }
 
@@ -163,6 +199,23 @@ impl Solver {
     }
 }
 
+/// Settings of a call.
+const fn settings(tolerance: Real, budget: usize) -> Settings<Real> {
+    Settings {
+        budget,
+        ..Settings::new(tolerance)
+    }
+}
+
+/// Limits in the form of the library.
+fn limits_of(limits: &[JointRow]) -> Result<Vec<stiction::JointRow<Real, N>, L>, Refusal> {
+    let mut rows = Vec::new();
+    for limit in limits {
+        rows.push(limit.read()?).map_err(|_| Refusal::Limits)?;
+    }
+    Ok(rows)
+}
+
 /// What was wrong with a call.
 #[derive(Clone, Copy)]
 pub(super) enum Refusal {
@@ -170,6 +223,8 @@ pub(super) enum Refusal {
     Error(Error),
     /// A number that is no `enum stiction_law`.
     Law,
+    /// More limits than there is room for.
+    Limits,
 }
 
 impl Refusal {
@@ -178,6 +233,7 @@ impl Refusal {
         match self {
             Self::Error(error) => error.into(),
             Self::Law => Culprit::NONE,
+            Self::Limits => Culprit::limit(L),
         }
     }
 }
@@ -187,6 +243,7 @@ impl fmt::Display for Refusal {
         match self {
             Self::Error(error) => write!(f, "{error}"),
             Self::Law => write!(f, "a number that is no law of a joint row"),
+            Self::Limits => write!(f, "limits are full (room for {L})"),
         }
     }
 }
@@ -244,102 +301,4 @@ impl Write for Text<'_> {
             Ok(())
         }
     }
-}
-
-/// `stiction_surface`.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct Surface {
-    /// Friction coefficients along the tangents.
-    pub friction: [Real; 2],
-    /// That about the normal, m.
-    pub spin: Real,
-    /// Those about the tangents, m.
-    pub roll: [Real; 2],
-    /// Compliance along the normal and along the tangents, 1/kg.
-    pub compliance: [Real; 2],
-}
-
-impl From<&Surface> for stiction::Surface<Real> {
-    fn from(surface: &Surface) -> Self {
-        Self {
-            friction: surface.friction,
-            spin: surface.spin,
-            roll: surface.roll,
-            compliance: surface.compliance,
-        }
-    }
-}
-
-/// An `enum stiction_law` as it comes from C, which may be any number.
-pub type LawNumber = u32;
-
-/// `stiction_joint_row`.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct JointRow {
-    /// The row over the velocities.
-    pub row: [Real; N],
-    /// What is added to its velocity, m/s or rad/s.
-    pub offset: Real,
-    /// Its law.
-    pub law: LawNumber,
-    /// The least impulse of a box, N s or N m s.
-    pub lower: Real,
-    /// The largest one.
-    pub upper: Real,
-    /// Its compliance.
-    pub compliance: Real,
-    /// Which row it is.
-    pub key: u32,
-}
-
-impl JointRow {
-    /// The row for a scene.
-    pub(super) fn read(&self) -> Result<stiction::JointRow<Real, N>, Refusal> {
-        Ok(stiction::JointRow {
-            row: SVector::from(self.row),
-            offset: self.offset,
-            law: Self::law(self.law, self.lower, self.upper)?,
-            compliance: self.compliance,
-            key: self.key,
-        })
-    }
-
-    /// A law for a scene.
-    pub(super) fn law(
-        number: LawNumber,
-        lower: Real,
-        upper: Real,
-    ) -> Result<RowLaw<Real>, Refusal> {
-        const LIMIT: u32 = Law::Limit as u32;
-        const EQUALITY: u32 = Law::Equality as u32;
-        const BOX: u32 = Law::Box as u32;
-        match number {
-            LIMIT => Ok(RowLaw::Limit),
-            EQUALITY => Ok(RowLaw::Equality),
-            BOX => Ok(RowLaw::Box { lower, upper }),
-            _ => Err(Refusal::Law),
-        }
-    }
-}
-
-/// `stiction_contact_impulse`.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct ContactImpulse {
-    /// Key of the contact.
-    pub key: u32,
-    /// Its impulse, N s.
-    pub impulse: [Real; D],
-}
-
-/// `stiction_row_impulse`.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct RowImpulse {
-    /// Key of the joint row.
-    pub key: u32,
-    /// Its impulse, N s or N m s.
-    pub impulse: Real,
 }

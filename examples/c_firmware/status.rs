@@ -2,7 +2,7 @@
 
 use super::header::{CALLS, number};
 use core::ffi::CStr;
-use stiction::{ContactMode, Error, Input, List};
+use stiction::{ContactMode, Error, Input, List, Part};
 
 const _: () = assert!(number(CALLS, "STICTION_OK") == Status::Solved as i32);
 
@@ -66,6 +66,10 @@ enum_of_the_header! {
     InvalidLaw = "STICTION_INVALID_LAW",
     WrongSizes = "STICTION_WRONG_SIZES",
     DelassusSize = "STICTION_DELASSUS_SIZE",
+    InvalidLimit = "STICTION_INVALID_LIMIT",
+    LimitsLeftOut = "STICTION_LIMITS_LEFT_OUT",
+    LimitListFull = "STICTION_LIMIT_LIST_FULL",
+    SceneIncomplete = "STICTION_SCENE_INCOMPLETE",
 }
 
 enum_of_the_header! {
@@ -109,6 +113,8 @@ enum_of_the_header! {
     Compliance = "STICTION_INPUT_COMPLIANCE",
     InitialImpulse = "STICTION_INPUT_INITIAL_IMPULSE",
     InitialRowImpulse = "STICTION_INPUT_INITIAL_ROW_IMPULSE",
+    Limit = "STICTION_INPUT_LIMIT",
+    Contact = "STICTION_INPUT_CONTACT",
 }
 
 /// What an error is about, `stiction_culprit`: -1 where an index has no meaning.
@@ -170,6 +176,9 @@ impl From<Error> for Status {
             Error::InvalidBounds { .. } => Self::InvalidBounds,
             Error::InvalidCompliance { .. } => Self::InvalidCompliance,
             Error::InvalidRowCompliance { .. } => Self::InvalidRowCompliance,
+            Error::InvalidLimit { .. } => Self::InvalidLimit,
+            Error::LimitsLeftOut => Self::LimitsLeftOut,
+            Error::SceneIncomplete { .. } => Self::SceneIncomplete,
             Error::NoSuchRow { .. } => Self::NoSuchRow,
             Error::InvalidParameter { .. } => Self::InvalidParameter,
             _ => Self::Unknown,
@@ -241,6 +250,11 @@ impl Culprit {
         }
     }
 
+    /// A limit, or how many there is room for.
+    pub(super) fn limit(place: usize) -> Self {
+        Self::of(Source::Limit).joint_row(place)
+    }
+
     fn key(self, key: u32) -> Self {
         Self {
             key: i64::from(key),
@@ -271,8 +285,15 @@ impl From<Error> for Culprit {
                 Input::JointRow { row: joint } => {
                     Self::entry(Source::JointRow, row, column).joint_row(joint)
                 }
+                Input::Limit { limit } => Self::entry(Source::Limit, row, column).joint_row(limit),
                 _ => Self::entry(Source::Other, row, column),
             },
+            Error::SceneIncomplete { part } => of(match part {
+                Part::Mass => Source::Mass,
+                Part::Contact => Source::Contact,
+                Part::JointRow => Source::JointRow,
+                _ => Source::Other,
+            }),
             Error::MassNotSymmetric { row, column } => Self::entry(Source::Mass, row, column),
             Error::MassNotPositiveDefinite { dof } => Self::entry(Source::Mass, dof, dof),
             Error::InvalidFriction { contact, .. } => of(Source::Friction).contact(contact),
@@ -284,6 +305,7 @@ impl From<Error> for Culprit {
             Error::InvalidBounds { row } => of(Source::Bounds).joint_row(row),
             Error::InvalidCompliance { contact, .. } => of(Source::Compliance).contact(contact),
             Error::InvalidRowCompliance { row } => of(Source::Compliance).joint_row(row),
+            Error::InvalidLimit { limit } => Self::limit(limit),
             Error::ListFull { list, capacity } => match list {
                 List::Contacts | List::Surfaces => of(Source::None).contact(capacity),
                 List::InitialImpulses => of(Source::InitialImpulse).contact(capacity),

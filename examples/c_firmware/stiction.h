@@ -41,15 +41,15 @@ typedef struct stiction {
 #endif
 
 /* How a call ended: 0 done or solved; > 0 how else a solve ended; < 0 what was wrong. A call with an error has changed nothing,
-   and the last solution is still there. If stiction_add_contact or stiction_add_row fails, clear the scene: half a scene can be
-   solved, too. */
+   and the last solution is still there. After a contact or joint row that was refused no solve takes the scene until stiction_clear, after a
+   mass matrix until another one is set: STICTION_SCENE_INCOMPLETE. */
 enum stiction_status {
     STICTION_OK = 0,     /* of a call that does not solve */
     STICTION_SOLVED = 0, /* the error is at most the tolerance */
     STICTION_OUT_OF_BUDGET = 1,   /* the budget is used up: the best solution so far; stiction_resume goes on */
     STICTION_PRECISION_LIMIT = 2, /* the error is above the tolerance, and the number type allows hardly less */
     STICTION_INFEASIBLE = 3,      /* no velocity satisfies all contacts and joint rows: see their offsets, and do not use this */
-    STICTION_UNSOLVED = 4,        /* nothing was solved yet */
+    STICTION_UNSOLVED = 4,        /* nothing was solved yet, or stiction_advance has not come to an end */
     STICTION_JAMMED = 5,          /* none was found, and friction locks what is to be pushed apart: see the offsets, and do not use this */
 
     STICTION_NULL = -1,                       /* a null pointer */
@@ -74,6 +74,10 @@ enum stiction_status {
     STICTION_INVALID_LAW = -24,               /* a number that is none of enum stiction_law */
     STICTION_WRONG_SIZES = -25,               /* the library was built with another stiction_sizes.h: build all anew */
     STICTION_SURFACE_LIST_FULL = -27,         /* a surface for a contact that is none of the first STICTION_S */
+    STICTION_INVALID_LIMIT = -28,             /* bounds or compliance of a limit are refused as those of a joint row would be */
+    STICTION_LIMITS_LEFT_OUT = -29,           /* the solve that was paused had limits: call stiction_solve_with_limits again */
+    STICTION_LIMIT_LIST_FULL = -30,           /* more than STICTION_L limits */
+    STICTION_SCENE_INCOMPLETE = -31,          /* said by a solve: a part of the scene was refused, and is missing */
     /* Errors of stiction that no call of this header can cause. */
     STICTION_INVALID_PENALTY = -12,
     STICTION_STALE_FACTOR = -13,
@@ -124,6 +128,8 @@ enum stiction_input {
     STICTION_INPUT_COMPLIANCE = 9, /* of a contact or of a joint row */
     STICTION_INPUT_INITIAL_IMPULSE = 10,     /* `contact` is its place in the list */
     STICTION_INPUT_INITIAL_ROW_IMPULSE = 11, /* `joint_row` is its place in the list */
+    STICTION_INPUT_LIMIT = 12,               /* `joint_row` is its place in the list; its offset is `row` STICTION_N */
+    STICTION_INPUT_CONTACT = 13,             /* one that is missing */
     STICTION_INPUT_WIDTH = 0x7fffffff
 };
 
@@ -263,6 +269,10 @@ enum stiction_status stiction_set_row_compliance(stiction *s, uint32_t row, stic
 enum stiction_status stiction_set_impulses(stiction *s, const stiction_contact_impulse *contacts, uint32_t contact_count,
                                            const stiction_row_impulse *rows, uint32_t row_count);
 
+/* The budget whose worst case takes at most so many microseconds at a clock of so many megahertz, in float on a Cortex-M4F with all
+   contacts and joint rows in use: of the solve alone, without limits; 0 if there is not enough time. */
+uint32_t stiction_budget_within(uint32_t microseconds, uint32_t megahertz);
+
 /* Solves for a free impulse M v_free (N s) to an error of `tolerance`; 1e-4 suits float. A call does at most `budget` work
    and 27 more: a Newton step counts 10, a sweep 2. If the budget has ended, resume goes on, with the same scene, free impulse and
    tolerance, and in how many calls makes no difference, except that STICTION_INFEASIBLE and STICTION_JAMMED may come sooner. Otherwise, and with
@@ -271,6 +281,20 @@ enum stiction_status stiction_solve(stiction *s, const stiction_real free_impuls
                                     uint32_t budget);
 enum stiction_status stiction_resume(stiction *s, const stiction_real free_impulse[STICTION_N], stiction_real tolerance,
                                      uint32_t budget);
+
+/* The same in small pieces, for a task below the control loop: works for `budget` on a solve, and writes no solution before its end,
+   which would take longer than a small budget. Returns STICTION_UNSOLVED until then. When time is over stiction_resume with a
+   budget of 0 writes down the best so far. */
+enum stiction_status stiction_advance(stiction *s, const stiction_real free_impulse[STICTION_N], stiction_real tolerance,
+                                      uint32_t budget);
+
+/* Solves with as many of these limits as are reached, at most STICTION_L of them: joint rows of STICTION_LIMIT that are not added to the
+   scene, each with a key of its own. STICTION_R has to have room for those that are reached, behind the rows of the scene; they stand in
+   the solution behind them, and what does not stand there does not push. After a budget call this again. Its solutions are those of a scene
+   with all of the limits; one with an error may have left STICTION_UNSOLVED in place of the last solution. A list of none may be null. */
+enum stiction_status stiction_solve_with_limits(stiction *s, const stiction_joint_row *limits, uint32_t limit_count,
+                                                const stiction_real free_impulse[STICTION_N], stiction_real tolerance,
+                                                uint32_t budget);
 
 /* May the last solution be used? It is solved, or the budget or the number type ended it at an error of at most `error`. If
    not, use the impulses of an earlier tick. After a solve with an error the last solution is that of an earlier tick. */

@@ -13,6 +13,11 @@ static void failed(const char *what, int line)
     exit(1);
 }
 
+/* The phases of stiction_sizes.h: do they prove that a scene is infeasible? Otherwise its budget ends. */
+enum { AllPhases, SweepsAndNewton, SweepsOnly, PROVES = STICTION_PHASES == AllPhases };
+#define INFEASIBLE (PROVES ? STICTION_INFEASIBLE : STICTION_OUT_OF_BUDGET)
+#define JAMMED (PROVES ? STICTION_JAMMED : STICTION_OUT_OF_BUDGET)
+
 static const uint64_t mark = 0xA5A5A5A5A5A5A5A5u;
 static struct { uint64_t before; stiction solver; uint64_t after; } place = {mark, {{0}}, mark};
 static stiction *const s = &place.solver;
@@ -130,9 +135,9 @@ static void endings(void)
         CHECK(stiction_set_offset(s, 0, offset) == STICTION_OK);
         jacobian[0][0] = -1;
         CHECK(add(h, offset, 0, 43) == STICTION_OK);
-        CHECK(solve(0, 0, 1000) == STICTION_INFEASIBLE && !stiction_is_usable(s, 1));
-        CHECK(stiction_read(s, &solution) == STICTION_OK && solution.status == STICTION_INFEASIBLE);
-        CHECK(solution.contacts[0].certificate[0] > 0 && solution.contacts[1].certificate[0] > 0);
+        CHECK(solve(0, 0, 1000) == INFEASIBLE && !stiction_is_usable(s, (stiction_real)0.1));
+        CHECK(stiction_read(s, &solution) == STICTION_OK && solution.status == INFEASIBLE);
+        CHECK((solution.contacts[0].certificate[0] > 0 && solution.contacts[1].certificate[0] > 0) == PROVES);
     }
     offset[0] = 0;
     jacobian[0][0] = 1;
@@ -143,9 +148,9 @@ static void endings(void)
     jacobian[0][0] = (stiction_real)0.0872;
     jacobian[1][0] = (stiction_real)0.9962;
     jacobian[1][1] = 0;
-    CHECK(add(h, offset, 1, 44) == STICTION_OK && solve(0, 0, 1000) == STICTION_JAMMED && !stiction_is_usable(s, 1));
+    CHECK(add(h, offset, 1, 44) == STICTION_OK && solve(0, 0, 1000) == JAMMED && !stiction_is_usable(s, (stiction_real)0.1));
     CHECK(stiction_read(s, &solution) == STICTION_OK);
-    CHECK(solution.contacts[0].certificate[0] > 0 && solution.contacts[0].certificate[1] < 0);
+    CHECK((solution.contacts[0].certificate[0] > 0 && solution.contacts[0].certificate[1] < 0) == PROVES);
     offset[0] = 0;
     jacobian[0][0] = 1;
     jacobian[1][0] = 0;
@@ -190,6 +195,11 @@ static void refusals(void)
     CHECK(stiction_set_friction(s, 0, -1) == STICTION_INVALID_FRICTION && culprit().input == STICTION_INPUT_FRICTION);
     for (int i = 1; i < STICTION_C; i++) CHECK(add(h, offset, 1, 1) == STICTION_OK);
     CHECK(add(h, offset, 1, 1) == STICTION_CONTACT_LIST_FULL && culprit().contact == STICTION_C && culprit().key == -1);
+    /* Neither half a scene nor one without its mass is solved. */
+    CHECK(solve(-2, 0, 10) == STICTION_SCENE_INCOMPLETE && culprit().input == STICTION_INPUT_MASS);
+    mass[2][1] = 0;
+    CHECK(set_mass() == STICTION_OK && solve(-2, 0, 10) == STICTION_SCENE_INCOMPLETE && culprit().input == STICTION_INPUT_CONTACT);
+    point(0.5);
     CHECK(stiction_solve(s, free_impulse, -1, 10) == STICTION_INVALID_TOLERANCE);
     free_impulse[2] = NAN;
     CHECK(stiction_solve(s, free_impulse, 1, 10) == STICTION_NOT_FINITE && culprit().input == STICTION_INPUT_FREE_IMPULSE);
@@ -203,8 +213,8 @@ static void refusals(void)
         for (int i = 0; i < STICTION_S; i++) CHECK(stiction_add_contact_on(s, h, offset, &surface, 1) == STICTION_OK);
         CHECK(stiction_add_contact_on(s, h, offset, &surface, 1) == STICTION_SURFACE_LIST_FULL);
         CHECK(culprit().contact == STICTION_S && culprit().input == STICTION_INPUT_NONE && culprit().key == -1);
-        CHECK(stiction_clear_contacts(s) == STICTION_OK);
     }
+    CHECK(stiction_clear_contacts(s) == STICTION_OK);
     CHECK(stiction_remove_contact(s, 5) == STICTION_NO_SUCH_KEY && culprit().key == 5);
     stiction_contact_impulse impulses[STICTION_C + 1] = {{.key = 1}};
     CHECK(stiction_set_impulses(s, impulses, STICTION_C + 1, NULL, 0) == STICTION_IMPULSE_LIST_FULL);
@@ -281,7 +291,34 @@ static void one_by_one(void)
     }
 }
 
+/* A solve in pieces comes to the same bits as in one call. */
+static void pieces(void)
+{
+    point(0.5);
+    CHECK(stiction_reset(s) == STICTION_OK && solve(-2, 3, 1000) == STICTION_SOLVED);
+    static stiction_solution whole;
+    CHECK(stiction_read(s, &whole) == STICTION_OK && stiction_reset(s) == STICTION_OK);
+    CHECK(stiction_advance(s, free_impulse, (stiction_real)3e-6, 0) == STICTION_UNSOLVED && !stiction_is_usable(s, 1));
+    CHECK(stiction_resume(s, free_impulse, (stiction_real)3e-6, 0) == STICTION_OUT_OF_BUDGET); /* the best so far */
+    int calls = 1;
+    while (stiction_advance(s, free_impulse, (stiction_real)3e-6, 1) == STICTION_UNSOLVED) CHECK(++calls < 1000);
+    CHECK(stiction_is_usable(s, 0) && stiction_read(s, &solution) == STICTION_OK && solution.work == whole.work);
+    CHECK(memcmp(solution.velocity, whole.velocity, sizeof whole.velocity) == 0);
+    CHECK(memcmp(solution.contacts[0].impulse, whole.contacts[0].impulse, sizeof whole.contacts[0].impulse) == 0);
+    free_impulse[1] = NAN;
+    CHECK(stiction_advance(s, free_impulse, 1, 1) == STICTION_NOT_FINITE && culprit().row == 1);
+    free_impulse[1] = 0;
+}
+
 #endif
+
+/* More time is more budget, and none is none. */
+static void budgets(void)
+{
+    const uint32_t one = stiction_budget_within(100000, 168), ten = stiction_budget_within(1000000, 168);
+    CHECK(stiction_budget_within(0, 168) == 0 && stiction_budget_within(1000, 0) == 0);
+    CHECK(one > 0 && ten > 9 * one && stiction_budget_within(UINT32_MAX, UINT32_MAX) >= ten);
+}
 
 static stiction_row row_at(uint32_t place)
 {
@@ -371,8 +408,9 @@ static void joint_rows(void)
         row = (stiction_joint_row){.row = {[JOINT] = 1}, .law = STICTION_EQUALITY, .key = 1};
         CHECK(stiction_add_row(s, &row) == STICTION_OK);
         row = (stiction_joint_row){.row = {[JOINT] = 1}, .law = STICTION_EQUALITY, .offset = 1, .key = 2};
-        CHECK(stiction_add_row(s, &row) == STICTION_OK && turn(1) == STICTION_INFEASIBLE && !stiction_is_usable(s, 1));
-        CHECK(stiction_row_by_key(s, 2, &found) == STICTION_OK && found.certificate != 0 && row_at(0).certificate != 0);
+        CHECK(stiction_add_row(s, &row) == STICTION_OK && turn(1) == INFEASIBLE && !stiction_is_usable(s, (stiction_real)0.1));
+        CHECK(stiction_row_by_key(s, 2, &found) == STICTION_OK);
+        CHECK((found.certificate != 0 && row_at(0).certificate != 0) == PROVES);
         CHECK(stiction_reset(s) == STICTION_OK);
     }
 #if STICTION_C > 0
@@ -385,6 +423,46 @@ static void joint_rows(void)
         CHECK(turns(0, 6, STICTION_ROW_AT_LIMIT));
     }
 #endif
+}
+
+/* Both stops of a joint of 2 kg m^2, beside the scene: the lower one is reached, the upper one 10 rad/s away. */
+static void limits(void)
+{
+    stiction_joint_row stops[STICTION_L + 2] = {{.row = {[JOINT] = 1}, .key = 1}, {.row = {[JOINT] = -1}, .offset = 10, .key = 2}};
+    nothing_there();
+    memset(free_impulse, 0, sizeof free_impulse);
+    free_impulse[JOINT] = -6;
+    const stiction_real tolerance = (stiction_real)3e-6;
+    CHECK(stiction_solve_with_limits(s, NULL, 0, free_impulse, tolerance, 1000) == STICTION_SOLVED);
+    CHECK(stiction_read(s, &solution) == STICTION_OK && near(solution.velocity[JOINT], -3));
+    CHECK(stiction_solve_with_limits(s, NULL, 1, free_impulse, tolerance, 1000) == STICTION_NULL);
+    CHECK(stiction_solve_with_limits(s, stops, STICTION_L + 1, free_impulse, tolerance, 1000) == STICTION_LIMIT_LIST_FULL);
+    CHECK(culprit().input == STICTION_INPUT_LIMIT && culprit().joint_row == STICTION_L);
+    char text[80] = "";
+    CHECK(stiction_describe(s, text, sizeof text) == STICTION_OK && strncmp(text, "limits are full (room for ", 26) == 0);
+    if (STICTION_L < 2 || STICTION_R == 0) return;
+    stiction_row found = {.key = 99};
+    CHECK(stiction_solve_with_limits(s, stops, 2, free_impulse, tolerance, 0) == STICTION_OUT_OF_BUDGET);
+    CHECK(stiction_resume(s, free_impulse, tolerance, 1000) == STICTION_LIMITS_LEFT_OUT);
+    CHECK(stiction_solve_with_limits(s, stops, 2, free_impulse, tolerance, 1000) == STICTION_SOLVED);
+    CHECK(stiction_read(s, &solution) == STICTION_OK && near(solution.velocity[JOINT], 0));
+    CHECK(stiction_row_by_key(s, 1, &found) == STICTION_OK && found.mode == STICTION_ROW_AT_LIMIT && near(found.impulse, 6));
+    CHECK(stiction_row_by_key(s, 2, &found) == STICTION_NO_SUCH_KEY);
+    free_impulse[JOINT] = 26; /* onto the other one */
+    CHECK(stiction_solve_with_limits(s, stops, 2, free_impulse, tolerance, 1000) == STICTION_SOLVED);
+    CHECK(stiction_row_by_key(s, 2, &found) == STICTION_OK && near(found.impulse, 6));
+    stops[1].law = (enum stiction_law)3;
+    CHECK(stiction_solve_with_limits(s, stops, 2, free_impulse, tolerance, 1000) == STICTION_INVALID_LAW);
+    stops[1].law = STICTION_LIMIT;
+    stops[1].compliance = -1;
+    CHECK(stiction_solve_with_limits(s, stops, 2, free_impulse, tolerance, 1000) == STICTION_INVALID_LIMIT);
+    CHECK(culprit().input == STICTION_INPUT_LIMIT && culprit().joint_row == 1 && culprit().row == -1);
+    stops[1].compliance = 0;
+    stops[1].offset = NAN;
+    CHECK(stiction_solve_with_limits(s, stops, 2, free_impulse, tolerance, 1000) == STICTION_NOT_FINITE);
+    CHECK(culprit().input == STICTION_INPUT_LIMIT && culprit().joint_row == 1 && culprit().row == STICTION_N);
+    free_impulse[JOINT] = 0;
+    CHECK(stiction_reset(s) == STICTION_OK && turn(-6) == STICTION_SOLVED && near(solution.velocity[JOINT], -3)); /* none is in the scene */
 }
 
 /* What is refused of joint rows, and what it is about. */
@@ -416,6 +494,8 @@ static void refused_rows(void)
     row = (stiction_joint_row){.law = STICTION_BOX, .lower = 1, .upper = -1};
     CHECK(stiction_add_row(s, &row) == STICTION_INVALID_BOUNDS && culprit().input == STICTION_INPUT_BOUNDS);
     CHECK(culprit().joint_row == 0);
+    CHECK(turn(1) == STICTION_SCENE_INCOMPLETE && culprit().input == STICTION_INPUT_JOINT_ROW);
+    CHECK(stiction_clear_rows(s) == STICTION_OK && turn(2) == STICTION_SOLVED);
     for (int i = 0; i < STICTION_R; i++) CHECK(stiction_add_row(s, &good) == STICTION_OK);
     CHECK(stiction_add_row(s, &good) == STICTION_ROW_LIST_FULL && culprit().joint_row == STICTION_R && culprit().key == -1);
     CHECK(stiction_set_row_offset(s, STICTION_R, 0) == STICTION_NO_SUCH_ROW && culprit().joint_row == STICTION_R);
@@ -434,6 +514,7 @@ static void refused_rows(void)
         stiction_real tiny = 1; /* its square vanishes */
         while (tiny * tiny > 0) tiny /= 2;
         const stiction_real jacobian_row[STICTION_N] = {tiny};
+        CHECK(stiction_clear_rows(s) == STICTION_OK && stiction_add_row(s, &good) == STICTION_OK);
         CHECK(stiction_set_row_jacobian(s, 0, jacobian_row) == STICTION_OK && turn(1) == STICTION_ROW_OUT_OF_RANGE);
         CHECK(culprit().input == STICTION_INPUT_JOINT_ROW && culprit().key == 7 && culprit().joint_row == -1);
     }
@@ -463,6 +544,8 @@ static void nothing(stiction *none, enum stiction_status status)
     CHECK(stiction_set_row_law(none, 0, STICTION_LIMIT, 0, 0) == status && stiction_set_row_compliance(none, 0, 0) == status);
     CHECK(stiction_set_impulses(none, &contact_impulse, 1, &row_impulse, 1) == status);
     CHECK(stiction_solve(none, free_impulse, 1, 9) == status && stiction_resume(none, free_impulse, 1, 9) == status);
+    CHECK(stiction_advance(none, free_impulse, 1, 9) == status);
+    CHECK(stiction_solve_with_limits(none, &joint_row, 1, free_impulse, 1, 9) == status);
     CHECK(!stiction_is_usable(none, 1) && stiction_read(none, &solution) == status);
     CHECK(stiction_contact_at(none, 0, &contact) == status && stiction_contact_by_key(none, 0, &contact) == status);
     CHECK(stiction_row_at(none, 0, &row) == status && stiction_row_by_key(none, 0, &row) == status);
@@ -488,6 +571,7 @@ static void nulls(void)
     CHECK(stiction_set_impulses(s, NULL, 0, NULL, 1) == STICTION_NULL);
     CHECK(stiction_set_impulses(s, NULL, 0, NULL, 0) == STICTION_OK);
     CHECK(stiction_solve(s, NULL, 1, 9) == STICTION_NULL && stiction_resume(s, NULL, 1, 9) == STICTION_NULL);
+    CHECK(stiction_advance(s, NULL, 1, 9) == STICTION_NULL && stiction_solve_with_limits(s, NULL, 0, NULL, 1, 9) == STICTION_NULL);
     CHECK(stiction_contact_at(s, 0, NULL) == STICTION_NULL && stiction_contact_by_key(s, 0, NULL) == STICTION_NULL);
     CHECK(stiction_row_at(s, 0, NULL) == STICTION_NULL && stiction_row_by_key(s, 0, NULL) == STICTION_NULL);
     CHECK(stiction_read(s, NULL) == STICTION_NULL && stiction_worst_violation(s, NULL) == STICTION_NULL);
@@ -508,9 +592,12 @@ int main(void)
     stop();
     endings();
     one_by_one();
+    pieces();
     refusals();
 #endif
+    budgets();
     joint_rows();
+    limits();
     refused_rows();
     nulls();
     CHECK(place.before == mark && place.after == mark);

@@ -20,6 +20,8 @@ const SETTINGS: Settings<f32> = Settings {
 };
 /// Error of impulses that are good enough, if the budget ends before they are solved.
 const ENOUGH: f32 = 1e-2;
+/// Largest plausible impulse of a foot (N·s): it stops the whole robot, 6.4 kg, at 3 m/s. More comes from a sensor that tells garbage.
+const PLAUSIBLE: f32 = 6.4 * 3.0;
 /// Ticks for which the last good impulses are held. Then the robot stops.
 const AGE_LIMIT: u32 = 20;
 
@@ -97,6 +99,8 @@ pub(crate) enum Fault {
     Data(Error),
     /// The solve ended without a usable solution.
     Solve(Status),
+    /// An impulse is larger than any that there can be.
+    Implausible,
 }
 
 impl From<Error> for Fault {
@@ -110,6 +114,7 @@ impl fmt::Display for Fault {
         match self {
             Self::Data(error) => error.fmt(out),
             Self::Solve(status) => status.fmt(out),
+            Self::Implausible => out.write_str("an impulse is implausible"),
         }
     }
 }
@@ -188,6 +193,10 @@ impl Controller {
         if !solution.is_usable(ENOUGH) {
             return Err(Fault::Solve(solution.status));
         }
+        let pushes = solution.contacts.iter().map(|contact| contact.impulse[0]);
+        if pushes.fold(0.0, f32::max) > PLAUSIBLE {
+            return Err(Fault::Implausible);
+        }
         self.bias = self.dynamics.bias;
         self.held.clear();
         let feet = (0..).zip(&self.dynamics.feet);
@@ -205,7 +214,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Fills the scene, and returns the free impulse (N·s). After an error the scene is incomplete and must not be solved: the
+    /// Fills the scene, and returns the free impulse (N·s). After an error the scene is incomplete, and no solve takes it: the
     /// next tick fills it anew.
     fn fill(&mut self, state: &State, switches: [bool; 4]) -> Result<SVector<f32, N>, Error> {
         let Dynamics { mass, bias, feet } = &mut self.dynamics;

@@ -1,4 +1,4 @@
-//! What happens to the robot: it drops, stands, is pushed, and its sensors fail.
+//! What happens to the robot: it drops, stands, is pushed, and its sensors fail or tell garbage.
 
 use crate::controller::{Clock, Controller, Sensors};
 use crate::plant::Plant;
@@ -18,6 +18,8 @@ fn disturb(tick: u32, sensors: &mut Sensors) {
         350..400 => sensors.switches[0] = false,
         // The encoder of the calf behind at the left has a loose wire.
         500..510 => sensors.angles[2][2] = f32::NAN,
+        // The estimator tells garbage: numbers, but no velocity.
+        570..575 => sensors.velocity.z = -1e4,
         // The encoder of the front left thigh breaks.
         650.. => sensors.angles[0][1] = f32::NAN,
         _ => {}

@@ -125,12 +125,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// Factorises a scene in place.
     ///
     /// # Errors
-    /// [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOutOfRange`] and [`Error::RowOutOfRange`]. The factor is then empty.
+    /// [`Error::SceneIncomplete`]; [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOutOfRange`] and [`Error::RowOutOfRange`]. The factor is then empty.
     pub fn prepare<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
     ) -> Result<(), Error> {
-        let result = self.compute_delassus(scene);
+        let result = scene.check_complete();
+        let result = result.and_then(|()| self.compute_delassus(scene));
         let result = result.and_then(|()| self.check(scene));
         if result.is_err() {
             self.clear();

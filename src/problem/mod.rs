@@ -63,6 +63,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<(), Error> {
+        scene.check_complete()?;
         let tolerance = settings.tolerance;
         if !tolerance.is_finite() || tolerance < T::ZERO {
             return Err(Error::InvalidTolerance);

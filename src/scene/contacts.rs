@@ -20,6 +20,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn push(&mut self, contact: &Contact<T, N, D>) -> Result<usize, Error> {
         const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
         self.append(contact, contact.mu, &Scaling::plain())
+            .inspect_err(|_| self.refused.contact = true)
     }
 
     /// Adds a contact with a surface of its own, which stands in for its [`Contact::mu`], and returns its index: one of the first
@@ -28,6 +29,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// As [`Self::push`]; [`Error::InvalidCompliance`].
     pub fn push_on(
+        &mut self,
+        contact: &Contact<T, N, D>,
+        surface: &Surface<T>,
+    ) -> Result<usize, Error> {
+        self.append_on(contact, surface)
+            .inspect_err(|_| self.refused.contact = true)
+    }
+
+    /// Adds a contact with a surface of its own.
+    fn append_on(
         &mut self,
         contact: &Contact<T, N, D>,
         surface: &Surface<T>,
@@ -83,6 +94,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.counts.contacts = 0;
         self.contacts_print = 0;
         self.has_surfaces = false;
+        self.refused.contact = false;
     }
 
     /// Removes the first contact with this key; those behind it move up. (A place for a surface that becomes free is the last of the

@@ -49,6 +49,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::DelassusNotGram`] if it is not symmetric, not positive semidefinite, or of a rank above `N`. The scene stays what
     /// it was.
     pub fn set_delassus(&mut self, delassus: &[T]) -> Result<(), Error> {
+        self.refused.mass = true; // until the end
         let counts = self.counts;
         let size = D * counts.contacts + counts.rows;
         let wanted = size * size;
@@ -86,6 +87,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         self.contacts_print = self.prints_of_contacts();
         self.rows_print = self.prints_of_rows();
+        self.refused.mass = false;
         Ok(())
     }
 

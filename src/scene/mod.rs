@@ -6,6 +6,7 @@ use crate::linalg::stacked::Counts;
 use crate::real::Real;
 use checks::{check_symmetric, copy_finite, fingerprint, is_finite_and_symmetric};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
+use refused::Refused;
 pub(crate) use rows::check_compliance;
 pub(crate) use surface::Scaling;
 
@@ -14,6 +15,7 @@ mod contact;
 mod contacts;
 mod delassus;
 mod joint_row;
+mod refused;
 mod rows;
 mod surface;
 
@@ -26,8 +28,9 @@ pub use surface::Surface;
 /// contacts may have a [`Surface`] of their own.
 ///
 /// How many contacts and rows there are is chosen at run time, the sizes at compile time. A scene can stand in
-/// a `static`. What is in it has been checked; but after an `Err` halfway through filling it is half a scene, which a
-/// solve would solve: call [`Self::clear`] then.
+/// a `static`. What is in it has been checked. After an `Err` halfway through filling it is half a scene, and no solve takes it
+/// ([`Error::SceneIncomplete`]): a contact or joint row that was refused is missing until [`Self::clear`], a mass matrix until another
+/// one is set.
 ///
 /// Everything is replaced in place. What a change costs before the next solve, with `m` contact and joint rows:
 ///
@@ -78,6 +81,7 @@ pub struct Scene<
     counts: Counts,
     /// Is there a contact with a surface of its own?
     has_surfaces: bool,
+    refused: Refused,
     /// Fingerprint of `M`; `None` as long as no mass was set, and then no other is known either.
     mass_print: Option<u64>,
     /// Sums of the fingerprints of contacts and of joint rows.
@@ -115,6 +119,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 rows: 0,
             },
             has_surfaces: false,
+            refused: Refused::none(),
             mass_print: None,
             contacts_print: 0,
             rows_print: 0,
@@ -145,6 +150,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 rows: R,
             },
             has_surfaces: false,
+            refused: Refused::none(),
             mass_print: None,
             contacts_print: 0,
             rows_print: 0,
@@ -161,6 +167,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if they differ by more.
     /// Whether `M` is positive definite is checked by [`crate::Factor::prepare`].
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
+        self.refused.mass = true; // until the end
         let is_symmetric = is_finite_and_symmetric(mass);
         if !is_symmetric {
             check_finite(mass, Input::Mass)?;
@@ -177,6 +184,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         self.mass_print = Some(print);
         self.delassus_gap = T::ZERO;
+        self.refused.mass = false;
         Ok(())
     }
 

@@ -30,7 +30,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// [`Error::ListFull`], [`Error::NotFinite`], [`Error::InvalidBounds`], [`Error::InvalidRowCompliance`].
     pub fn push_row(&mut self, row: &JointRow<T, N>) -> Result<usize, Error> {
-        let index = self.place_row(row)?;
+        let index = self
+            .place_row(row)
+            .inspect_err(|_| self.refused.row = true)?;
         self.rows_print = self.rows_print.wrapping_add(self.row_print(index));
         self.forget_delassus();
         Ok(index)
@@ -63,6 +65,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn clear_rows(&mut self) {
         self.counts.rows = 0;
         self.rows_print = 0;
+        self.refused.row = false;
     }
 
     /// Removes the first joint row with this key; those behind it move up.

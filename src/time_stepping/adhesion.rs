@@ -5,7 +5,8 @@ use crate::error::Error;
 use crate::real::Real;
 use nalgebra::{SMatrix, SVector};
 
-/// A contact that pulls with up to a force before it lets go: a suction cup, a magnet.
+/// A contact that pulls with up to a force while it touches: a suction cup, a magnet. One that was torn off has a gap, and with [`Self::touches`]
+/// false pulls no more.
 ///
 /// With the largest pull `a = h force` the impulse `r + a e_N` lies in the friction cone (pressed by its suction, the contact also
 /// rubs more). So a scene is solved in which all of them are pushed back by `a`, and `a` is taken from what it gives.

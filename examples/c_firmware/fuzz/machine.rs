@@ -1,7 +1,7 @@
 //! A `stiction` of C, and a kernel in Rust that is given the same.
 
 use crate::c;
-use crate::c::{D, Kernel, N, Real, Status};
+use crate::c::{D, Kernel, L, N, Real, Status};
 use crate::given::{
     at, contact, joint_row, joint_row_of_c, law, number, rows, surface, surface_of_c, vector,
 };
@@ -338,25 +338,53 @@ impl Machine {
         })
     }
 
+    /// Solves; with limits made of the same numbers where a scene in Rust would be relaxed.
     fn solve(&mut self, push: &[f64], budget: Budget, fault: Fault) {
-        let (push, tolerance) = (vector::<N>(push), number(budget.tolerance));
+        let (numbers, push, tolerance) = (push, vector::<N>(push), number(budget.tolerance));
         let settings = Settings {
             budget: budget.work,
             ..Settings::new(tolerance)
         };
+        let work = budget.work as u32;
         let given: [Real; N] = push.into();
         let given = fault.pointer(1, &given);
-        // SAFETY: pointers are null or good.
-        let call = |s| unsafe { c::stiction_solve(s, given, tolerance, budget.work as u32) };
-        let solve = |k: &mut Kernel| Ok(k.solve(&push, &settings)?.status.into());
         let before = self.error.take();
-        if self.both(fault, 1, call, solve) && self.error.is_none() {
+        let reached = if budget.relaxed {
+            let law = (0, 0.0, 0.0);
+            let row = |i: usize| joint_row(&numbers[i..], law, 0.0, i as u32);
+            let mut rows = (0..budget.work % 4).map(row).collect::<Vec<_>>();
+            rows.truncate(L);
+            let count = rows.len();
+            let in_c = rows.iter().map(|row| joint_row_of_c(row, 0, law));
+            let in_c = in_c.collect::<Vec<_>>();
+            let first = fault.pointer(2, &in_c);
+            // A list of none may be null.
+            let fault = match fault {
+                Fault::Null(2) if count == 0 => Fault::No,
+                fault => fault,
+            };
+            // SAFETY: pointers are null or good.
+            let call = |s| unsafe {
+                c::stiction_solve_with_limits(s, first, count as u32, given, tolerance, work)
+            };
+            self.both(fault, 2, call, |k| {
+                Ok(k.solve_with_limits(&rows, &push, &settings)?.status.into())
+            })
+        } else {
+            // SAFETY: pointers are null or good.
+            let call = |s| unsafe { c::stiction_solve(s, given, tolerance, work) };
+            let solve = |k: &mut Kernel| Ok(k.solve(&push, &settings)?.status.into());
+            self.both(fault, 1, call, solve)
+        };
+        self.paused = None;
+        if reached && self.error.is_none() && !budget.relaxed {
             self.paused = Some((push, tolerance));
             self.is_true(&push, tolerance);
         }
         self.error = self.error.or(before);
     }
 
+    /// Goes on, or where a scene in Rust would be relaxed advances.
     fn resume(&mut self, push: &[f64], budget: Budget, fault: Fault) {
         let other = (vector(push), number(budget.tolerance));
         let (push, tolerance) = self.paused.unwrap_or(other);
@@ -364,13 +392,24 @@ impl Machine {
             budget: budget.work,
             ..Settings::new(tolerance)
         };
+        let work = budget.work as u32;
         let given: [Real; N] = push.into();
         let given = fault.pointer(1, &given);
-        // SAFETY: pointers are null or good.
-        let call = |s| unsafe { c::stiction_resume(s, given, tolerance, budget.work as u32) };
-        let resume = |k: &mut Kernel| Ok(k.resume(&push, &settings)?.status.into());
         let before = self.error.take();
-        if self.both(fault, 1, call, resume) && self.error.is_none() && self.paused.is_some() {
+        // SAFETY: of both calls: pointers are null or good.
+        let reached = if budget.relaxed {
+            let call = |s| unsafe { c::stiction_advance(s, given, tolerance, work) };
+            let advance = |k: &mut Kernel| {
+                k.advance(&push, &settings)?;
+                Ok(k.solution().status.into())
+            };
+            self.both(fault, 1, call, advance)
+        } else {
+            let call = |s| unsafe { c::stiction_resume(s, given, tolerance, work) };
+            let resume = |k: &mut Kernel| Ok(k.resume(&push, &settings)?.status.into());
+            self.both(fault, 1, call, resume)
+        };
+        if reached && self.error.is_none() && self.paused.is_some() {
             self.is_true(&push, tolerance);
         }
         self.error = self.error.or(before);

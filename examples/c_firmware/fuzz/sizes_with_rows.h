@@ -5,4 +5,6 @@
 #define STICTION_C 3
 #define STICTION_R 4
 #define STICTION_S 2
-#define STICTION_BYTES 7832
+#define STICTION_L 3
+#define STICTION_PHASES AllPhases
+#define STICTION_BYTES 7840

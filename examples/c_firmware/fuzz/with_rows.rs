@@ -2,6 +2,8 @@
 
 #[path = "../calls.rs"]
 mod calls;
+#[path = "../given.rs"]
+mod given;
 #[path = "../header.rs"]
 mod header;
 #[path = "../outcome.rs"]
@@ -12,9 +14,10 @@ mod solver;
 mod status;
 
 pub use calls::*;
-pub use header::{BYTES, C, D, N, R, Real, S};
+pub use given::{ContactImpulse, JointRow, RowImpulse, Surface};
+pub use header::{BYTES, C, D, L, N, R, Real, S};
 pub use outcome::{ContactOutcome, RowOutcome, Solution, Violation};
-pub use solver::{ContactImpulse, JointRow, Kernel, RowImpulse, Solver, Surface};
+pub use solver::{Kernel, Solver};
 pub use status::{Culprit, Mode, RowMode, Status, turned};
 
 const SIZES: &str = include_str!("sizes_with_rows.h");
