@@ -270,8 +270,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         if call != Call::Resume {
             self.record.begin();
         }
-        // There is no work left for a search.
-        self.record.has_sought_proof |= call == Call::Append && settings.budget == 0;
         let mut problem = Problem::new(scene, factor, free_impulse, settings.model);
         problem.fill(true);
         let (solution, record) = (&mut self.solution, &mut self.record);
@@ -287,7 +285,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
                 self.method.end_question(&mut monitor);
             }
             monitor.finish(self.method.impulses());
-            if P::CENTRAL_PATH {
+            // Without a budget there is no work for a search.
+            if P::CENTRAL_PATH && settings.budget > 0 {
                 monitor.check_infeasibility(self.method.impulses());
             }
         } else {

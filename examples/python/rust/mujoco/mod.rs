@@ -3,6 +3,7 @@
 //! The way of a step: `stepper`, which asks `outside`, MuJoCo (`ffi`), `touch` and `rows` for what there is, `islands` for what
 //! belongs together, `velocity` and `position` for the two passes, and `end` for what was not foreseen.
 
+mod asked;
 mod crowd;
 mod end;
 mod engines;

@@ -1,5 +1,6 @@
 //! A step: motion from outside, MuJoCo's first half, the two passes, a look at the end, MuJoCo's second half.
 
+use super::asked::{Moving, Scale};
 use super::crowd::thin;
 use super::end::{self, Lookout, Seen, There};
 use super::engines::Engines;
@@ -8,7 +9,7 @@ use super::ffi::{Data, HFIELD, Model, OwnedContact};
 use super::inertia::Inertia;
 use super::islands::islands;
 use super::outside::Follower;
-use super::position::{Moving, PositionPass, Scale};
+use super::position::PositionPass;
 use super::rows::{self, Row};
 use super::touch::{Around, Face, Touch, largest};
 use super::velocity::{Ends, Motion, Scene, VelocityPass};

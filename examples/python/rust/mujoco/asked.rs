@@ -1,0 +1,224 @@
+//! What the position pass asks of an island: how far each contact and each row is to come back in the step.
+
+use super::islands::Island;
+use super::rows::{Kind, Row};
+use super::touch::dot;
+use super::velocity::{Motion, Scene};
+use nalgebra::{DMatrix, DVector};
+
+/// The share of an overlap that is taken back in a step; of an equality, and of what this step found, all.
+const SHARE: f64 = 0.8;
+/// Compliance of contacts and of other rows, over what moves them.
+const CONTACT: f64 = 1e-4;
+const ROW: f64 = 0.02;
+/// A row is moved as little as if it were at least this share of a free point.
+const LEAST: f64 = 1e-2;
+/// Rows that move less than this share of a free point have no lever: they are left as they are.
+const NO_LEVER: f64 = 1e-6;
+/// The fastest recovery of an overlap, over the model's own speed.
+const RECOVERY: f64 = 0.2;
+/// How fast joints turn to close what is far open, over the model's speed over its length.
+const TURN: f64 = 4.0;
+/// Errors in lengths that are left as they are, over the model's own length.
+const LEFT: f64 = 1e-9;
+/// An island that does less than this share of what is asked is locked: it is asked again after [`ASK_AGAIN`] steps.
+const LITTLE: f64 = 0.1;
+
+/// What is asked of an island.
+#[derive(Default)]
+pub(super) struct Asked {
+    pub(super) touches: Vec<Demand>,
+    pub(super) rows: Vec<Demand>,
+    scratch: Vec<f64>,
+}
+
+/// What is asked of a contact or a row.
+pub(super) struct Demand {
+    /// Its place among those of the scene.
+    pub(super) place: usize,
+    /// The velocity that is left to it.
+    pub(super) offset: f64,
+    pub(super) compliance: f64,
+}
+
+/// The model's own length (m) and speed (m/s).
+#[derive(Clone, Copy)]
+pub(super) struct Scale {
+    pub(super) length: f64,
+    pub(super) speed: f64,
+}
+
+/// How an island moves.
+pub(super) struct Moving<'a> {
+    pub(super) motion: &'a Motion,
+    pub(super) scale: Scale,
+    /// Is a velocity one of turning?
+    pub(super) turns: &'a [bool],
+    /// Is something blocked that a body of motion capture leads? Then its spring pulls, and nothing else.
+    pub(super) is_blocked: bool,
+}
+
+impl Moving<'_> {
+    /// Is a row asked to close?
+    fn asks(&self, row: &Row) -> bool {
+        row.kind != Kind::Friction && !(self.is_blocked && row.spring.is_some())
+    }
+}
+
+impl Asked {
+    /// Does a correction do more than a little of it?
+    pub(super) fn gives_way(&self, scene: &Scene<'_>, correction: &[f64]) -> bool {
+        let (mut asked, mut done) = (0.0, 0.0);
+        let mut add = |row: &[f64], offset: f64, is_equality: bool| {
+            let wrong = |speed: f64| {
+                if is_equality {
+                    speed.abs()
+                } else {
+                    (-speed).max(0.0)
+                }
+            };
+            asked += wrong(offset);
+            done += wrong(offset) - wrong(offset + dot(row, correction));
+        };
+        for demand in &self.touches {
+            let row = scene.touches[demand.place].normal_row();
+            add(row, demand.offset, false);
+        }
+        for demand in &self.rows {
+            let row = &scene.rows[demand.place];
+            add(&row.jacobian, demand.offset, row.kind == Kind::Equality);
+        }
+        done > LITTLE * asked
+    }
+
+    /// Lists what is asked at the end of a motion.
+    pub(super) fn list(&mut self, scene: &Scene<'_>, island: &Island, moving: &Moving<'_>) {
+        let (h, Moving { motion, scale, .. }) = (scene.h, moving);
+        self.touches.clear();
+        self.rows.clear();
+        let soft =
+            |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
+        let lever = |response: f64, mobility: f64| {
+            if mobility > 0.0 {
+                (response / mobility).min(1.0)
+            } else {
+                1.0
+            }
+        };
+        for (&place, touch) in island.touches.iter().zip(scene.touches(island)) {
+            if touch.response < NO_LEVER * touch.mobility {
+                continue;
+            }
+            let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
+            if open < 0.0 {
+                let fastest = if touch.is_driven {
+                    scale.speed
+                } else {
+                    RECOVERY * scale.speed
+                };
+                // What is from the step itself is taken back in it.
+                let old = (-open - touch.curve).max(0.0);
+                let most = h * fastest * lever(touch.response, touch.mobility);
+                open = (open + old) - (SHARE * old).min(most);
+            }
+            self.touches.push(Demand {
+                place,
+                offset: open / h,
+                compliance: soft(CONTACT, touch.response, touch.mobility),
+            });
+        }
+        for (&place, row) in island.rows.iter().zip(scene.rows(island)) {
+            let response = scene.inertia.response(&row.jacobian, &mut self.scratch);
+            if !moving.asks(row) || response < NO_LEVER * row.mobility {
+                continue;
+            }
+            let mut open = row.gap + h * dot(&row.jacobian, &motion.velocity);
+            if row.kind == Kind::Equality {
+                let most = h * scale.speed;
+                if open.abs() <= most {
+                    let most = most * lever(response, row.mobility).sqrt();
+                    open = open.clamp(-most, most);
+                }
+            } else if open < 0.0 {
+                open =
+                    (SHARE * open).max(-h * RECOVERY * scale.speed * lever(response, row.mobility));
+            }
+            self.rows.push(Demand {
+                place,
+                offset: open / h,
+                compliance: soft(ROW, response, row.mobility),
+            });
+        }
+        self.slow_down(scene, moving);
+    }
+
+    /// Takes what is far open a share of its way, as much as joints may move in the step: that of damped least squares.
+    fn slow_down(&mut self, scene: &Scene<'_>, moving: &Moving<'_>) {
+        let Scale { length, speed } = moving.scale;
+        let is_equality = |demand: &Demand| scene.rows[demand.place].kind == Kind::Equality;
+        let is_far = |demand: &Demand| is_equality(demand) && demand.offset.abs() > speed;
+        if !self.rows.iter().any(is_far) {
+            return;
+        }
+        let rows: Vec<_> = self
+            .rows
+            .iter()
+            .filter(|&demand| is_equality(demand))
+            .collect();
+        let jacobian = |demand: &Demand| &scene.rows[demand.place].jacobian;
+        let motions: Vec<_> = rows
+            .iter()
+            .map(|demand| scene.inertia.solve(jacobian(demand)))
+            .collect();
+        let mut system = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+            dot(jacobian(rows[i]), &motions[j])
+        });
+        rows.iter()
+            .enumerate()
+            .for_each(|(i, demand)| system[(i, i)] += demand.compliance);
+        let asked = DVector::from_iterator(rows.len(), rows.iter().map(|demand| demand.offset));
+        let Some(factor) = system.cholesky() else {
+            return;
+        };
+        let impulses = factor.solve(&asked);
+        let fastest = moving.turns.iter().enumerate().map(|(dof, &turns)| {
+            let z: f64 = motions
+                .iter()
+                .zip(&impulses)
+                .map(|(motion, impulse)| motion[dof] * impulse)
+                .sum();
+            z.abs() * if turns { length / TURN } else { 1.0 }
+        });
+        // Less where joints hardly move it, as of an arm that is stretched.
+        let all: f64 = rows
+            .iter()
+            .map(|demand| demand.offset.powi(2) / demand.compliance)
+            .sum();
+        let gain = 1.0 - impulses.dot(&asked) / all;
+        let share = (speed / fastest.fold(0.0, f64::max)).min(1.0) * gain;
+        let equality = |demand: &Demand| scene.rows[demand.place].equality();
+        let far: Vec<_> = self
+            .rows
+            .iter()
+            .filter(|demand| is_far(demand))
+            .map(equality)
+            .collect();
+        let rows = self
+            .rows
+            .iter_mut()
+            .filter(|demand| far.contains(&equality(demand)));
+        rows.for_each(|demand| demand.offset *= share);
+    }
+}
+
+/// Does something overlap, or is something open, by more than what is left?
+pub(super) fn is_needed(scene: &Scene<'_>, island: &Island, moving: &Moving<'_>) -> bool {
+    let left = LEFT * moving.scale.length;
+    let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &moving.motion.velocity);
+    let (mut touches, rows) = (scene.touches(island), scene.rows(island));
+    touches.any(|touch| after(touch.gap, touch.normal_row()) < -left)
+        || rows.filter(|row| moving.asks(row)).any(|row| {
+            let after = after(row.gap, &row.jacobian);
+            after < -left || row.kind == Kind::Equality && after > left
+        })
+}
