@@ -241,6 +241,17 @@ impl NaturalMap {
     }
 }
 
+impl Row {
+    /// The nearest impulse within the bounds.
+    fn clamped(&self, x: Wide) -> Wide {
+        match self.bounds {
+            [Some(lower), _] if x < lower => Wide::from(lower),
+            [_, Some(upper)] if x > upper => Wide::from(upper),
+            _ => x,
+        }
+    }
+}
+
 /// The rows of a contact times a vector.
 fn times(rows: &[Vector], scales: &[Wide], v: &[Wide]) -> Vector {
     let pairs = rows.iter().zip(scales);
@@ -295,7 +306,7 @@ impl Scene {
         Some((map, pushed, free, cholesky))
     }
 
-    /// The impulse that the momentum of a dof asks of the contact with the longest lever on it, and that which gives it the fastest
+    /// The impulse that the momentum of a dof, with what joint rows bring, asks of the contact with the longest lever on it, and that which gives it the fastest
     /// offset.
     fn carried(&self) -> Wide {
         let size = |x: Wide| larger(x, -x);
@@ -322,12 +333,26 @@ impl Scene {
             }
             mobility = larger(mobility, moved);
         }
+        let mut asked: Vector = self.push.iter().map(|&p| size(p)).collect();
+        let free = cholesky.whiten(&self.push);
+        for row in &self.rows {
+            let x = cholesky.whiten(&row.entries);
+            let inverse_mass = square(&x) + row.compliance;
+            let s_free = dot(&x, &free) + row.offset;
+            let alone = if inverse_mass > zero() {
+                row.clamped(-s_free / inverse_mass)
+            } else {
+                row.clamped(zero())
+            };
+            for (asked, &entry) in asked.iter_mut().zip(&row.entries) {
+                *asked += size(entry * alone);
+            }
+        }
         let mut largest = zero();
         for (j, &lever) in levers.iter().enumerate() {
             let mass = self.mass[j][j];
             if lever * lever > Wide::from(1e-14) * mass * mobility {
-                let asked = size(self.push[j]) + mass * fastest / lever;
-                largest = larger(largest, asked / lever);
+                largest = larger(largest, (asked[j] + mass * fastest / lever) / lever);
             }
         }
         largest
@@ -368,11 +393,6 @@ impl Scene {
     ) -> Option<(Wide, Wide)> {
         let (mut off, mut energy, mut stored) = (zero(), map.energy, zero());
         for (row, &given) in self.rows.iter().zip(lambda) {
-            let clamped = |x: Wide| match row.bounds {
-                [Some(lower), _] if x < lower => Wide::from(lower),
-                [_, Some(upper)] if x > upper => Wide::from(upper),
-                _ => x,
-            };
             let [lower, upper] = row.bounds;
             if lower.is_some_and(|lower| given < lower) || upper.is_some_and(|upper| given > upper)
             {
@@ -383,8 +403,8 @@ impl Scene {
             let s = dot(&row.entries, v) + row.offset + row.compliance * lambda;
             let s_free = dot(&x, free) + row.offset;
             if inverse_mass > zero() {
-                let left = lambda - clamped(lambda - s / inverse_mass);
-                let alone = clamped(-s_free / inverse_mass);
+                let left = lambda - row.clamped(lambda - s / inverse_mass);
+                let alone = row.clamped(-s_free / inverse_mass);
                 off += inverse_mass * left * left;
                 energy += inverse_mass * alone * alone;
             } else if s > zero() && lower.is_none() || s < zero() && upper.is_none() {

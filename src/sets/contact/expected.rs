@@ -54,7 +54,7 @@ fn lengths<T>(entries: &[T]) -> &[T] {
 }
 
 /// The impulse (N·s) that the `momentum` of one dof, by size, asks of the contact with the longest lever on it, and that which gives the dof the
-/// fastest offset: the largest of `(|p_j| + M_jj s / h_j) / h_j` with `s = max |w|` and `h_j = max_k |H_kj|`. In a stack a light body
+/// fastest offset: the largest of `(p_j + M_jj s / h_j) / h_j` with `s = max |w|` and `h_j = max_k |H_kj|`. In a stack a light body
 /// carries a heavy one, of which `|r0|` knows nothing. A dof counts if its lever is more than 1e-7 of what the most
 /// mobile contact would have if it moved this dof alone.
 #[cfg_attr(target_os = "none", inline(never))]
