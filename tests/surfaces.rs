@@ -6,6 +6,7 @@ use stiction::time_stepping as law;
 use stiction::{
     Contact, ContactMode, Error, Factor, Kernel, List, Scene, Settings, Solver, Surface,
 };
+use testbed::rolling;
 
 #[test]
 fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error> {
@@ -58,21 +59,8 @@ fn rolling(
     let matrix = SMatrix::from_diagonal(&vector![mass, mass, mass, moment, moment, moment]);
     let mut scene = Scene::new();
     scene.set_mass(&matrix)?;
-    let mut jacobian = SMatrix::zeros();
-    for (row, column, entry) in [
-        (0, 2, 1.0),
-        (1, 0, 1.0),
-        (1, 4, -radius),
-        (2, 1, 1.0),
-        (2, 3, radius),
-        (3, 5, 1.0),
-        (4, 3, 1.0),
-        (5, 4, 1.0),
-    ] {
-        jacobian[(row, column)] = entry;
-    }
     let contact = Contact {
-        jacobian,
+        jacobian: rolling::jacobian(radius),
         offset: SVector::zeros(),
         mu: 0.0,
         key: 0,

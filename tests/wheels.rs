@@ -4,6 +4,7 @@ use crate::support::boxes::GRAVITY;
 use nalgebra::{SMatrix, SVector, vector};
 use stiction::time_stepping::{DryFriction, Motor};
 use stiction::{Contact, ContactMode, Error, Kernel, Settings, Surface};
+use testbed::rolling;
 
 const STEP: f64 = 1e-3;
 const MASS: f64 = 8.0;
@@ -38,20 +39,7 @@ fn drive<const D: usize>(surface: &Surface<f64>, axle: f64) -> Result<Wheel, Err
     let moment = 0.5 * MASS * RADIUS * RADIUS;
     let mass =
         SMatrix::<f64, 6, 6>::from_diagonal(&vector![MASS, MASS, MASS, moment, moment, moment]);
-    let mut jacobian = SMatrix::<f64, D, 6>::zeros();
-    let entries = [
-        (0, 2, 1.0),
-        (1, 0, 1.0),
-        (1, 4, -RADIUS),
-        (2, 1, 1.0),
-        (2, 3, RADIUS),
-        (3, 5, 1.0),
-        (4, 3, 1.0),
-        (5, 4, 1.0),
-    ];
-    for (row, column, entry) in entries.into_iter().filter(|&(row, ..)| row < D) {
-        jacobian[(row, column)] = entry;
-    }
+    let jacobian = rolling::jacobian::<D>(RADIUS);
     let mut kernel = Kernel::<f64, 6, D, 1, 2, 1>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&mass)?;

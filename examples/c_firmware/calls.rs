@@ -10,7 +10,7 @@
 use super::given::{ContactImpulse, JointRow, LawNumber, RowImpulse, Surface};
 use super::header::{C, D, L, N, R, Real};
 use super::outcome::{ContactOutcome, RowOutcome, Solution, Violation};
-use super::solver::{Kernel, Refusal, Solver};
+use super::solver::{Kernel, Refusal, Solver, advance};
 use super::status::{Culprit, Status, turned};
 use core::ffi::{CStr, c_char};
 use stiction::Contact;
@@ -299,7 +299,7 @@ pub unsafe extern "C" fn stiction_advance(
     budget: u32,
 ) -> Status {
     let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
-    solver.advance(free_impulse, tolerance, index(budget))
+    solver.solve(advance, free_impulse, tolerance, index(budget))
 }
 
 /// `stiction_solve_with_limits`.

@@ -119,7 +119,7 @@ impl Solver {
         self.end(result)
     }
 
-    /// Solves or goes on, and remembers what was wrong with that. (A function by its pointer: there is one copy of this.)
+    /// Solves, goes on or advances, and remembers what was wrong with that. (A function by its pointer: there is one copy of this.)
     pub(super) fn solve(
         &mut self,
         solve: Solve,
@@ -130,22 +130,6 @@ impl Solver {
         let settings = settings(tolerance, budget);
         match solve(&mut self.kernel, &SVector::from(*free_impulse), &settings) {
             Ok(solution) => solution.status.into(),
-            Err(error) => self.refuse(Refusal::Error(error)),
-        }
-    }
-
-    /// Works on a solve.
-    pub(super) fn advance(
-        &mut self,
-        free_impulse: &[Real; N],
-        tolerance: Real,
-        budget: usize,
-    ) -> Status {
-        let settings = settings(tolerance, budget);
-        let free_impulse = SVector::from(*free_impulse);
-        match self.kernel.advance(&free_impulse, &settings) {
-            // Unsolved until it has ended.
-            Ok(_) => self.kernel.solution().status.into(),
             Err(error) => self.refuse(Refusal::Error(error)),
         }
     }
@@ -197,6 +181,16 @@ impl Solver {
             None => write!(text, "no error"),
         };
     }
+}
+
+/// Works on a solve, whose solution is unsolved until it has ended.
+pub(super) fn advance<'a>(
+    kernel: &'a mut Kernel,
+    free_impulse: &SVector<Real, N>,
+    settings: &Settings<Real>,
+) -> Result<&'a Outcome, Error> {
+    kernel.advance(free_impulse, settings)?;
+    Ok(kernel.solution())
 }
 
 /// Settings of a call.

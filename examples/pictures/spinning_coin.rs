@@ -5,11 +5,12 @@
 //!
 //! `cargo run --release -p pictures --bin spinning_coin [FILE.svg]`
 
-use nalgebra::{Matrix6, SMatrix, SVector, vector};
+use nalgebra::{Matrix6, SVector, vector};
 use pictures::{curve, dots, panel};
 use std::error::Error;
 use stiction::time_stepping::ClosedLoop;
 use stiction::{Contact, Kernel, Settings, Surface};
+use testbed::rolling;
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 2e-4;
@@ -35,19 +36,6 @@ fn run(spin: f64) -> Result<Run, Box<dyn Error>> {
     let mut kernel = Kernel::<f64, 6, 6, 1, 2, 1>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix6::from_diagonal(&masses))?;
-    let mut jacobian = SMatrix::<f64, 6, 6>::zeros();
-    for (row, dof, entry) in [
-        (0, 2, 1.0),
-        (1, 0, 1.0),
-        (1, 4, -RADIUS),
-        (2, 1, 1.0),
-        (2, 3, RADIUS),
-        (3, 5, 1.0),
-        (4, 3, 1.0),
-        (5, 4, 1.0),
-    ] {
-        jacobian[(row, dof)] = entry;
-    }
     let surface = Surface {
         spin: SPIN,
         roll: [ROLL; 2],
@@ -55,7 +43,7 @@ fn run(spin: f64) -> Result<Run, Box<dyn Error>> {
     };
     scene.push_on(
         &Contact {
-            jacobian,
+            jacobian: rolling::jacobian(RADIUS),
             offset: SVector::zeros(),
             mu: 0.0,
             key: 0,

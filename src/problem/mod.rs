@@ -11,7 +11,7 @@ use crate::sets::energy::EnergyScale;
 use crate::sets::{ContactSet, RowSet, Sets};
 use crate::solution::{Model, Settings};
 use core::cell::Cell;
-use nalgebra::{ComplexField, SVector};
+use nalgebra::SVector;
 
 mod infeasibility;
 pub(crate) mod judge;
@@ -286,20 +286,9 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     ) -> T {
         let carried = || {
             self.carried.get().unwrap_or_else(|| {
-                let [mut momentum] = self
-                    .free_impulse
-                    .data
-                    .0
-                    .map(|free| free.map(ComplexField::abs));
-                // Also what joint rows bring, as a spring that presses a body at rest onto its contacts.
-                for (set, row) in self.sets.rows().iter().zip(self.scene.rows()) {
-                    let alone = set.alone();
-                    for (momentum, &entry) in momentum.iter_mut().zip(&row.row) {
-                        *momentum += (entry * alone).abs();
-                    }
-                }
-                let carried =
-                    expected::carried_impulse(self.scene, self.sets.contacts(), &momentum);
+                let [free] = &self.free_impulse.data.0;
+                let sets = (self.sets.contacts(), self.sets.rows());
+                let carried = expected::carried_impulse(self.scene, sets, free);
                 self.carried.set(Some(carried));
                 carried
             })

@@ -17,6 +17,7 @@ pub mod measure;
 pub mod method;
 pub mod mixed;
 pub mod mixed_measure;
+pub mod rolling;
 pub mod scene_file;
 pub mod solve;
 

@@ -4,8 +4,8 @@ use crate::linalg::sparsity::{GROUP, add_sizes};
 use crate::linalg::vector::{larger, square, unit};
 use crate::real::Real;
 use crate::scene::Scene;
-use crate::sets::ContactSet;
-use nalgebra::SVector;
+use crate::sets::{ContactSet, RowSet};
+use nalgebra::{ComplexField, SVector};
 
 /// Impulses are never compared with less than this share of the impulse that would stop the motion.
 pub(crate) const SHARE: f64 = 1e-2;
@@ -53,10 +53,11 @@ fn lengths<T>(entries: &[T]) -> &[T] {
     entries.get(..3).unwrap_or(entries)
 }
 
-/// The impulse (N·s) that the `momentum` of one dof, by size, asks of the contact with the longest lever on it, and that which gives the dof the
-/// fastest offset: the largest of `(p_j + M_jj s / h_j) / h_j` with `s = max |w|` and `h_j = max_k |H_kj|`. In a stack a light body
-/// carries a heavy one, of which `|r0|` knows nothing. A dof counts if its lever is more than 1e-7 of what the most
-/// mobile contact would have if it moved this dof alone.
+/// The impulse (N·s) that the momentum of one dof asks of the contact with the longest lever on it, and that which gives the dof the
+/// fastest offset: the largest of `(p_j + M_jj s / h_j) / h_j` with `s = max |w|` and `h_j = max_k |H_kj|`. The momentum `p_j` is that
+/// of the free motion and of joint rows, each as if it were alone, by their sizes. In a stack a light body carries a heavy one, and a
+/// spring presses a body at rest onto its contacts: of both `|r0|` knows nothing. A dof counts if its lever is more than 1e-7 of what
+/// the most mobile contact would have if it moved this dof alone.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn carried_impulse<
     T: Real,
@@ -67,11 +68,11 @@ pub(crate) fn carried_impulse<
     const S: usize,
 >(
     scene: &Scene<T, N, D, C, R, S>,
-    sets: &[ContactSet<T, D>],
-    momentum: &[T; N],
+    (contacts, rows): (&[ContactSet<T, D>], &[RowSet<T>]),
+    free: &[T; N],
 ) -> T {
     let (mut levers, mut fastest, mut mobility) = ([T::ZERO; N], T::ZERO, T::ZERO);
-    for (i, (contact, set)) in scene.contacts().iter().zip(sets).enumerate() {
+    for (i, (contact, set)) in scene.contacts().iter().zip(contacts).enumerate() {
         let mut offset = without_gap(&contact.offset);
         for (offset, &share) in offset.iter_mut().zip(&scene.scale(i, [T::ONE; D])) {
             if share == T::ZERO {
@@ -84,9 +85,16 @@ pub(crate) fn carried_impulse<
             *lever = larger(*lever, lengths(column), T::ONE);
         }
     }
+    let mut momenta = free.map(ComplexField::abs);
+    for (set, row) in rows.iter().zip(scene.rows()) {
+        let alone = set.alone();
+        for (momentum, &entry) in momenta.iter_mut().zip(&row.row) {
+            *momentum += (entry * alone).abs();
+        }
+    }
     let mut largest = T::ZERO;
     let masses = scene.mass().data.0.iter().enumerate();
-    for ((&lever, &momentum), (j, column)) in levers.iter().zip(momentum).zip(masses) {
+    for ((&lever, &momentum), (j, column)) in levers.iter().zip(&momenta).zip(masses) {
         let mass = column.get(j).copied().unwrap_or(T::ZERO);
         if lever > T::literal(1e-7) * (mass * mobility).square_root() {
             largest = largest.max((momentum + mass * fastest / lever) / lever);

@@ -91,7 +91,7 @@ impl Facts {
 /// The most poses of a step that contacts are looked for at.
 pub(super) const MOST_POSES: u32 = 16;
 
-/// How fast a length of the model falls from itself (m/s): `sqrt(g L)`.
+/// Which velocities are those of turning.
 fn turns(model: &Model) -> Vec<bool> {
     let mut turns = Vec::new();
     for &kind in model.jnt_type() {
@@ -104,6 +104,7 @@ fn turns(model: &Model) -> Vec<bool> {
     turns
 }
 
+/// How fast a length of the model falls from itself (m/s): `sqrt(g L)`.
 pub(super) fn speed_scale(model: &Model) -> f64 {
     let gravity = Vector3::from(model.gravity()).norm();
     let gravity = if gravity > 0.0 { gravity } else { 9.81 };

@@ -106,10 +106,9 @@ impl Pack {
     }
 
     /// Adds a row.
-    pub(super) fn row(&mut self, row: &Row, offset: f64) {
+    pub(super) fn row(&mut self, row: &Row) {
         self.row_jacobian
             .extend(self.dofs.iter().map(|&dof| row.jacobian[dof]));
-        self.row_offset.push(offset);
         let [lower, upper] = match row.kind {
             Kind::Equality => [-f64::INFINITY, f64::INFINITY],
             Kind::Friction => [-row.most, row.most],
@@ -120,23 +119,21 @@ impl Pack {
         self.row_keys.push(row.key);
     }
 
-    /// Sets the compliance of contacts, along normal and tangents, and of rows.
-    pub(super) fn soften(
+    /// Sets the compliance of contacts, along normal and tangents, and offset and compliance of rows.
+    pub(super) fn ask(
         &mut self,
         contacts: impl Iterator<Item = [f64; 2]>,
-        rows: impl Iterator<Item = f64>,
+        rows: impl Iterator<Item = [f64; 2]>,
     ) {
         self.compliance.clear();
         self.compliance.extend(contacts.flatten());
         self.is_compliant = self.compliance.iter().any(|&c| c != 0.0);
-        self.row_compliance.clear();
-        self.row_compliance.extend(rows);
-    }
-
-    /// Sets the offsets of rows.
-    pub(super) fn ask(&mut self, offsets: impl Iterator<Item = f64>) {
         self.row_offset.clear();
-        self.row_offset.extend(offsets);
+        self.row_compliance.clear();
+        for [offset, compliance] in rows {
+            self.row_offset.push(offset);
+            self.row_compliance.push(compliance);
+        }
     }
 
     /// Changes to coordinates of unit masses: to those that the rows move, or to as many as there are rows, if these fit a smaller

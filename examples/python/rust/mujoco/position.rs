@@ -110,11 +110,11 @@ impl PositionPass {
             self.pack.contact(&scene.touches[demand.place], offset);
         }
         for demand in rows {
-            self.pack.row(&scene.rows[demand.place], demand.offset);
+            self.pack.row(&scene.rows[demand.place]);
         }
-        self.pack.soften(
+        self.pack.ask(
             touches.iter().map(|demand| [demand.compliance; 2]),
-            rows.iter().map(|demand| demand.compliance),
+            rows.iter().map(|demand| [demand.offset, demand.compliance]),
         );
         self.pack.reduce(scene.inertia);
         for model in [Law::Coulomb, Law::ConvexRelaxation] {

@@ -207,40 +207,36 @@ pub(super) fn equality_rates(
 }
 
 /// Is an equality with a body of motion capture?
-fn is_led(around: &Around<'_>, equality: usize) -> bool {
-    let Around { model, facts, .. } = around;
-    let is_mocap = |&body: &usize| facts.mocap(body).is_some();
+fn is_led(Around { model, facts, .. }: &Around<'_>, equality: usize) -> bool {
     matches!(model.eq_type()[equality], CONNECT | WELD)
-        && bodies(model, equality).any(|body| is_mocap(&body))
+        && bodies(model, equality).any(|body| facts.mocap(body).is_some())
+}
+
+/// What an equality is between.
+fn objects(model: &Model, equality: usize) -> impl Iterator<Item = usize> {
+    let objects = [model.eq_obj1id()[equality], model.eq_obj2id()[equality]];
+    objects
+        .into_iter()
+        .filter_map(|id| usize::try_from(id).ok())
 }
 
 /// Bodies of an equality that has them.
 fn bodies(model: &Model, equality: usize) -> impl Iterator<Item = usize> {
     let is_site = model.eq_objtype()[equality] == SITE;
-    let objects = [model.eq_obj1id()[equality], model.eq_obj2id()[equality]];
-    let objects = objects
-        .into_iter()
-        .filter_map(|id| usize::try_from(id).ok());
-    objects.map(move |id| if is_site { model.site_body(id) } else { id })
+    objects(model, equality).map(move |id| if is_site { model.site_body(id) } else { id })
 }
 
 /// Of a row of an equality, as MuJoCo has it of its bodies, joints and tendons.
 fn equality_mobility(model: &Model, equality: usize, row: usize) -> f64 {
-    let objects = [model.eq_obj1id()[equality], model.eq_obj2id()[equality]]
-        .map(|id| usize::try_from(id).ok());
-    let sum = |of: &dyn Fn(usize) -> f64| objects.iter().flatten().map(|&id| of(id)).sum::<f64>();
+    let sum = |of: &dyn Fn(usize) -> f64| objects(model, equality).map(of).sum::<f64>();
+    let sum_of_bodies = |of: &dyn Fn(usize) -> f64| bodies(model, equality).map(of).sum::<f64>();
     match model.eq_type()[equality] {
         kind @ (CONNECT | WELD) => {
             if kind == CONNECT || row < 3 {
-                bodies(model, equality)
-                    .map(|body| mobility(model, body))
-                    .sum()
+                sum_of_bodies(&|body| mobility(model, body))
             } else {
                 let scale = model.weld_scale(equality);
-                let sum: f64 = bodies(model, equality)
-                    .map(|body| model.body_invweight0()[2 * body + 1])
-                    .sum();
-                sum * scale * scale
+                sum_of_bodies(&|body| model.body_invweight0()[2 * body + 1]) * scale * scale
             }
         }
         JOINT => sum(&|id| model.dof_invweight0()[model.jnt_dofadr()[id].unsigned_abs() as usize]),

@@ -195,9 +195,9 @@ impl VelocityPass {
                 found = other;
             }
         }
-        let is_thrown = |found: &(Outcome, Answer<f64>)| {
-            (is_moved || blocked_for.is_some()) && is_thrown(scene, island, found)
-        };
+        let is_driven = is_moved || blocked_for.is_some();
+        let is_thrown =
+            |found: &(Outcome, Answer<f64>)| is_driven && is_thrown(scene, island, found);
         if !self.is_usable(scene, island, settings, found.as_ref())
             || found.as_ref().is_some_and(is_thrown)
         {
@@ -206,7 +206,7 @@ impl VelocityPass {
             }
             engines.forget(name);
             found = None;
-            if is_moved || blocked_for.is_some() {
+            if is_driven {
                 found = self.attempt(scene, island, engines, settings, Softness::Driven);
                 self.blocked.insert(name, blocked_for.unwrap_or(0));
             }
@@ -243,30 +243,30 @@ impl VelocityPass {
             self.pack.contact(touch, offset(touch, scene.h));
         }
         for row in scene.rows(island) {
-            self.pack.row(row, row_offset(row, scene.h));
+            self.pack.row(row);
         }
     }
 
-    fn soften(&mut self, scene: &Scene<'_>, island: &Island, softness: Softness) {
+    /// Says how much gives way, and what is asked of rows.
+    fn ask(&mut self, scene: &Scene<'_>, island: &Island, softness: Softness) {
         let touches = scene.touches(island).map(|touch| {
             let soft = softness_of(softness, touch.mobility, touch.is_moved());
             let lever = (LEVER * touch.mobility - touch.response).max(0.0);
             [soft.max(lever), soft]
         });
-        let rows = scene.rows(island).map(|row| match row {
-            row if row.kind == Kind::Friction => 0.0,
-            row => softness_of(
-                softness,
-                row.mobility,
-                row.spring.is_some() || row.outside != 0.0,
-            ),
+        let rows = scene.rows(island).map(|row| {
+            let offset = match row.spring {
+                Some(spring) if pulls(softness) => spring,
+                _ => row_offset(row, scene.h),
+            };
+            let is_led = row.spring.is_some() || row.outside != 0.0;
+            let compliance = match row.kind {
+                Kind::Friction => 0.0,
+                _ => softness_of(softness, row.mobility, is_led),
+            };
+            [offset, compliance]
         });
-        let offsets = scene.rows(island).map(|row| match row.spring {
-            Some(spring) if pulls(softness) => spring,
-            _ => row_offset(row, scene.h),
-        });
-        self.pack.soften(touches, rows);
-        self.pack.ask(offsets);
+        self.pack.ask(touches, rows);
     }
 
     fn attempt(
@@ -277,7 +277,7 @@ impl VelocityPass {
         settings: &Settings<f64>,
         softness: Softness,
     ) -> Option<(Outcome, Answer<f64>)> {
-        self.soften(scene, island, softness);
+        self.ask(scene, island, softness);
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
         let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer)?;
@@ -287,7 +287,7 @@ impl VelocityPass {
 
     /// All rows soft, by sweeps that always end.
     fn sweep(&mut self, scene: &Scene<'_>, island: &Island) -> (Outcome, Answer<f64>) {
-        self.soften(scene, island, Softness::All);
+        self.ask(scene, island, Softness::All);
         let mut answer = sweeps::sweep(&self.pack.problem());
         self.pack.expand(scene.inertia, &mut answer);
         let work = Work {
