@@ -1,7 +1,7 @@
 """Scenes and steps per second, beside Pinocchio and MuJoCo: prints the tables of the guide.
 
 ``pip install . pin mujoco``, then ``python speed.py`` on a machine that does nothing else. Pinocchio is left out where it is not
-installed.
+installed. ``python speed.py steps copies`` prints these tables alone.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 from mujoco import rollout
 
 import stiction
+import stiction.mujoco
 from stiction import BatchSolution
 from stiction.mujoco import Stepper
 
@@ -36,10 +37,10 @@ COUNT = 20_000
 TURNS = 7
 
 
-def least(call: Callable[[], Any], number: int = 1) -> float:
+def least(call: Callable[[], Any], number: int = 1, turns: int = TURNS) -> float:
     """Time a call (s): the least of some turns of ``number`` calls."""
     best = np.inf
-    for _ in range(TURNS):
+    for _ in range(turns):
         start = time.perf_counter()
         for _ in range(number):
             call()
@@ -187,55 +188,83 @@ def beside_mujoco() -> None:
         print(f"| {len(states)} of {name} | {model.nv} | {count} | {1 / seconds:,.0f} | {worst:.1e} | " + " | ".join(cells) + " |")
 
 
+def standing(name: str, advance: Callable[[mujoco.MjModel], Any], **options: float) -> tuple[mujoco.MjModel, mujoco.MjData, Any]:
+    """A model that has stood for a second, its data, and what advances them."""
+    model = mujoco.MjModel.from_xml_path(str(HERE / f"models/{name}.xml"))
+    model.opt.timestep = 0.002
+    for option, value in options.items():
+        setattr(model.opt, option, value)
+    data, step = mujoco.MjData(model), advance(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    step(data, 500)
+    return model, data, step
+
+
+def exact(model: mujoco.MjModel) -> Callable[..., None]:
+    """Steps of this package."""
+    return Stepper(model, tol=TOLERANCE).step
+
+
+def soft(model: mujoco.MjModel) -> Callable[..., None]:
+    """Steps of MuJoCo."""
+    return lambda data, count=1: mujoco.mj_step(model, data, count)
+
+
+def shared(model: mujoco.MjModel) -> Callable[..., None]:
+    """What such steps have of MuJoCo: kinematics, collision, actuation, sensors, Euler. Nothing pushes, so it falls."""
+    stages = (mujoco.mj_step1, mujoco.mj_fwdActuation, mujoco.mj_fwdAcceleration, mujoco.mj_sensorAcc, mujoco.mj_Euler)
+
+    def step(data: mujoco.MjData, count: int = 1) -> None:
+        for _ in range(count):
+            for stage in stages:
+                stage(model, data)
+
+    return step
+
+
 def steps() -> None:
-    """Print steps per second of a quadruped that stands, from an MJCF."""
-    print("\n| step of a standing quadruped, 2 ms | µs a step | steps/s |")
-    print("|---|--:|--:|")
-    print_ = lambda name, seconds: print(f"| {name} | {1e6 * seconds:.1f} | {1 / seconds:,.0f} |")  # noqa: E731
+    """Print how long a step takes of models that stand."""
+    print("\n| step of 2 ms, µs | quadruped | humanoid |\n|---|--:|--:|")
+    best = {"cone": 1, "impratio": 100.0}
+    kinds: dict[str, tuple[Any, dict[str, float]]] = {
+        "`Stepper.step`": (exact, {}),
+        "of it MuJoCo's parts": (shared, {}),
+        "`mj_step`, pyramids (default)": (soft, {}),
+        "`mj_step`, elliptic, `impratio` 100": (soft, best),
+        "`mj_step`, elliptic, `impratio` 100, `noslip` 10": (soft, {**best, "noslip_iterations": 10}),
+    }
+    for kind, (advance, options) in kinds.items():
+        cells = []
+        for name in ("quadruped", "humanoid"):
+            _, data, step = standing(name, advance, **options)
+            cells.append(f"{1e6 * least(lambda data=data, step=step: step(data), 2000):.1f}")  # type: ignore[misc]
+        print(f"| {kind} | " + " | ".join(cells) + " |")
 
-    def load(**options: Any) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        model = mujoco.MjModel.from_xml_path(str(HERE / "models/quadruped.xml"))
-        model.opt.timestep = 0.002
-        for option, value in options.items():
-            setattr(model.opt, option, value)
-        data = mujoco.MjData(model)
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-        mujoco.mj_step(model, data, 500)
-        return model, data
 
-    model, data = load()
-    stepper = Stepper(model, tol=TOLERANCE)
-    stepper.step(data, 500)
-
-    def own() -> None:
-        mujoco.mj_step1(model, data)
-        mujoco.mj_fwdActuation(model, data)
-        mujoco.mj_fwdAcceleration(model, data)
-        mujoco.mj_sensorAcc(model, data)
-        mujoco.mj_Euler(model, data)
-
-    print_("`Stepper.step`", least(lambda: stepper.step(data), 2000))
-    assert stepper.unsolved == 0
-    data.qacc[:] = 0.0
-    print_("of it MuJoCo's kinematics, collision, actuation, sensors, Euler", least(own, 2000))
-    kinds = {"pyramids (default)": {}, "elliptic, impratio 100": {"cone": 1, "impratio": 100.0}}
-    kinds["elliptic, impratio 100, noslip 10"] = {**kinds["elliptic, impratio 100"], "noslip_iterations": 10}
-    for name, options in kinds.items():
-        model, data = load(**options)
-        print_(f"`mj_step`, {name}", least(lambda model=model, data=data: mujoco.mj_step(model, data), 2000))  # type: ignore[misc]
-    model, data = load()
-    state = np.zeros(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
-    mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-    state = np.tile(state, (2, 1))
-    control = np.broadcast_to(data.ctrl, (2, 1000, model.nu)).copy()
-    for threads in (1, 2):
-        datas = [mujoco.MjData(model) for _ in range(threads)]
-        with rollout.Rollout(nthread=threads) as run:
-            seconds = least(lambda run=run, datas=datas: run.rollout(model, datas, state, control))  # type: ignore[misc]
-        print_(f"`mujoco.rollout`, {threads} threads", seconds / 2000)
+def copies(count: int = 4096, length: int = 50) -> None:
+    """Print steps per second of copies of the quadruped, by turns with MuJoCo's, on two cores: targets of joints shake."""
+    print(f"\n| {count} copies, {length} steps each; targets shake by, rad | `rollout` | MuJoCo's, elliptic, `impratio` 100 |")
+    print("|--:|--:|--:|")
+    model, own, _ = standing("quadruped", exact)
+    other, theirs, _ = standing("quadruped", soft, cone=1, impratio=100.0)
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    states = np.zeros((2, 1, mujoco.mj_stateSize(model, kind)))
+    mujoco.mj_getState(model, own, states[0, 0], kind)
+    mujoco.mj_getState(other, theirs, states[1, 0], kind)
+    shape, datas = (count, length), [mujoco.MjData(other) for _ in range(2)]
+    out = {"state": np.zeros((*shape, states.shape[2])), "sensordata": np.zeros((*shape, other.nsensordata))}
+    with rollout.Rollout(nthread=2) as run:
+        for shake in (0.05, 0.5):
+            controls = own.ctrl + np.random.default_rng(0).normal(0.0, shake, (*shape, model.nu))
+            both: list[Callable[[], Any]] = [
+                lambda controls=controls: stiction.mujoco.rollout(model, states[0], controls, threads=2, tol=TOLERANCE),  # type: ignore[misc]
+                lambda controls=controls: run.rollout(other, datas, np.tile(states[1], (count, 1)), controls, **out),  # type: ignore[misc]
+            ]
+            seconds = np.min([[least(call, turns=1) for call in both] for _ in range(TURNS)], axis=0)
+            print(f"| {shake} | " + " | ".join(f"{count * length / each:,.0f}" for each in seconds) + " |")
 
 
 if __name__ == "__main__":
-    scenes()
-    beside_mujoco()
-    steps()
+    for table in (scenes, beside_mujoco, steps, copies):
+        if not sys.argv[1:] or table.__name__ in sys.argv[1:]:
+            table()
