@@ -80,6 +80,18 @@ def test_a_bullet_does_not_pass_a_thin_wall(radius: float, start: float) -> None
     assert s.data.qpos[0] == pytest.approx(0.4975 - radius, abs=1e-6) and np.abs(s.data.qvel).max() < 1e-6
 
 
+@pytest.mark.parametrize(
+    ("shape", "contacts"),
+    [('size=".01"', 1), ('type="capsule" size=".01 .05" euler="0 90 0"', 2), ('type="box" size=".01 .01 .01"', 4)],
+)
+def test_what_travels_far_in_a_step_touches_once(shape: str, contacts: int) -> None:
+    """It is looked for at eight poses of its way, 16 cm down and 10 cm along."""
+    s = scene(PLANE + f'<body pos="0 0 .05"><freejoint/><geom mass="1" {shape}/></body>', h=0.02)
+    s.data.qvel[:3] = [5.0, 0.0, -8.0]
+    assert s.step().ncon == contacts
+    assert s.overlap() < 1e-6 * s.model.stat.meansize and s.is_clean()
+
+
 LEVERS = [0.0, 1e-9, 1e-6, 1e-4, 1e-3, 3e-3, 1e-2]
 
 

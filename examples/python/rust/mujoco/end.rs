@@ -68,6 +68,15 @@ struct Overlap {
     face: Face,
     place: Vector3<f64>,
     known: Option<usize>,
+    /// How far it may have moved since the pose before (m).
+    moved: f64,
+}
+
+/// An overlap that is told of, where it was seen last: at which share of the step.
+struct Told {
+    face: Face,
+    place: Vector3<f64>,
+    share: f64,
 }
 
 impl Lookout<'_> {
@@ -97,7 +106,7 @@ impl Lookout<'_> {
         let moved = moved(self.model, step.data, scratch);
         let mut poses = self.facts.poses(&moved);
         loop {
-            let (mut seen, mut found, mut is_doubtful) = (Vec::new(), Vec::new(), false);
+            let (mut seen, mut told, mut is_doubtful) = (Vec::new(), Vec::new(), false);
             for pose in 1..=poses {
                 let share = f64::from(pose) / f64::from(poses);
                 if poses > 1 {
@@ -111,7 +120,7 @@ impl Lookout<'_> {
                 self.recognise(&mut overlaps, step, (scratch, share), &moved);
                 scratch.com_pos(self.model);
                 for overlap in overlaps {
-                    is_doubtful |= !self.tell(step, scratch, overlap, share, &mut seen, &mut found);
+                    is_doubtful |= !self.tell(step, scratch, overlap, share, &mut seen, &mut told);
                 }
             }
             if !is_doubtful || !seen.is_empty() || poses >= MOST_POSES {
@@ -140,6 +149,7 @@ impl Lookout<'_> {
                     face: Face::of(contact),
                     place: contact.place().into(),
                     known: None,
+                    moved: 0.0,
                 },
             )
         };
@@ -172,6 +182,7 @@ impl Lookout<'_> {
             };
             let reach = NEAR_KNOWN * self.length + far;
             overlap.deepest = NEAR_FOUND * self.length + turned;
+            overlap.moved = NEAR_KNOWN * self.length + one.most + other.most;
             for (j, touch) in touches.iter().enumerate() {
                 let distance = came_along(touch, step.data, scratch)
                     .map(|place| (place - overlap.place).norm())
@@ -200,7 +211,7 @@ impl Lookout<'_> {
         overlap: Overlap,
         share: f64,
         seen: &mut Vec<Seen>,
-        found: &mut Vec<([usize; 2], Vector3<f64>)>,
+        told: &mut Vec<Told>,
     ) -> bool {
         let known = overlap.known.map(|known| &step.touches[known]);
         if let Some(known) = known {
@@ -213,26 +224,35 @@ impl Lookout<'_> {
                 return true;
             }
         }
-        let near = |place: Vector3<f64>| (place - overlap.place).norm() < NEAR_FOUND * self.length;
+        let (face, place) = (overlap.face, overlap.place);
         if known.is_none() {
-            if seen.len() == MOST_NEW
-                || found
-                    .iter()
-                    .any(|&(geoms, place)| geoms == overlap.face.geoms && near(place))
-            {
+            // At an earlier pose it was elsewhere.
+            let is_it = |told: &&mut Told| {
+                let distance = (told.place - place).norm();
+                if told.share < share {
+                    told.face.is(&face) && distance < overlap.moved
+                } else {
+                    told.face.geoms == face.geoms && distance < NEAR_FOUND * self.length
+                }
+            };
+            if let Some(told) = told.iter_mut().find(is_it) {
+                (told.place, told.share) = (place, share);
+                return true;
+            }
+            if seen.len() == MOST_NEW {
                 return true;
             }
             let is_it = |&(index, contact): &(usize, ContactRef<'_>)| {
-                let distance = (Vector3::from(contact.place()) - overlap.place).norm();
+                let distance = (Vector3::from(contact.place()) - place).norm();
                 !step.taken.contains(&index)
                     && !seen
                         .iter()
                         .any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
-                    && Face::of(contact).is(&overlap.face)
+                    && Face::of(contact).is(&face)
                     && distance < NEAR_KNOWN * self.length
             };
             if let Some((listed, _)) = step.data.contacts().enumerate().find(is_it) {
-                found.push((overlap.face.geoms, overlap.place));
+                told.push(Told { face, place, share });
                 seen.push(Seen::Listed(listed));
                 return true;
             }
@@ -249,7 +269,7 @@ impl Lookout<'_> {
             return false;
         }
         if known.is_none() {
-            found.push((overlap.face.geoms, overlap.place));
+            told.push(Told { face, place, share });
         }
         // With a distance that MuJoCo takes for a contact.
         let copy = OwnedContact::new(contact, -self.slop, 0.0);
