@@ -16,6 +16,7 @@ fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("SIZES", sizes)?;
     module.add_class::<kernel::Kernel>()?;
     module.add_class::<mujoco::Stepper>()?;
+    module.add_function(wrap_pyfunction!(mujoco::check_version, module)?)?;
     module.add_function(wrap_pyfunction!(mujoco::rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(solve::solve, module)?)?;
     module.add_function(wrap_pyfunction!(batch::solve_batch, module)?)?;

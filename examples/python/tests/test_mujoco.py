@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scene_judge import Ends, less
 
-from stiction import Mode, Status
+from stiction import Mode, Status, _stiction
 from stiction.mujoco import Stepper
 
 from judge import project
@@ -339,6 +339,15 @@ def test_what_does_not_map_is_refused() -> None:
             Stepper(build(FLOOR + BOX)[0], tol=tol)
     with pytest.raises(ValueError, match="^budget"):
         Stepper(build(FLOOR + BOX)[0], budget=-1)
+
+
+def test_another_version_of_mujoco_is_refused_before_its_names_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """This package's own library has no version of MuJoCo."""
+    model, _ = build(FLOOR + BOX)
+    monkeypatch.setattr("stiction.mujoco._library", lambda: _stiction.__file__)
+    monkeypatch.setattr("stiction.mujoco._INTEGRATOR", None)
+    with pytest.raises(ImportError, match="mj_version"):
+        Stepper(model)
 
 
 def test_the_model_stays_as_it_is_but_for_two_options() -> None:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from ._arrays import Scene
 
-__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "rollout", "solve", "solve_batch"]
+__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "check_version", "rollout", "solve", "solve_batch"]
 
 SIZES: list[tuple[int, int, int, int, int]]
 
@@ -32,6 +32,7 @@ class Stepper:
     def step1(self, data: int) -> None: ...
     def step2(self, data: int, settings: tuple[float, int]) -> _Counts: ...
 
+def check_version(library: PathLike[str]) -> None: ...
 def rollout(
     library: PathLike[str],
     model: int,

@@ -52,7 +52,7 @@ class Stepper:
 
         Raises:
             ValueError: the model asks for what does not map.
-            ImportError: this version of MuJoCo is not known.
+            ImportError: this version of MuJoCo is not known; it says which are.
         """
         _check(model)
         _check_settings(tol, budget)
@@ -252,6 +252,7 @@ def _check_settings(tol: float, budget: int) -> None:
 
 def _check(model: mujoco.MjModel) -> None:
     """Refuse what does not map."""
+    _stiction.check_version(_library())  # others lack some of the names below
     refused = {
         "option integrator: discrete does not map": model.opt.integrator == _INTEGRATOR.mjINT_DISCRETE,
         "flag sleep: bodies that sleep have no contacts here; disable it": model.opt.enableflags & _ENABLE.mjENBL_SLEEP,

@@ -26,7 +26,8 @@ mod velocity;
 use ffi::{Data, Library, Model};
 use pyo3::exceptions::{PyImportError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use stiction::Settings;
 use tally::Tally;
 
@@ -129,9 +130,19 @@ fn settings_of((tolerance, budget): (f64, usize)) -> Settings<f64> {
     }
 }
 
+/// Raises an `ImportError` if MuJoCo's library is of a version that is not known.
+#[pyfunction]
+pub(crate) fn check_version(library: PathBuf) -> PyResult<()> {
+    open(&library).map(|_| ())
+}
+
+fn open(library: &Path) -> PyResult<Arc<Library>> {
+    Library::open(library).map_err(PyImportError::new_err)
+}
+
 /// A stepper of the model of this address.
-fn opened(library: &std::path::Path, model: usize) -> PyResult<stepper::Stepper> {
-    let library = Library::open(library).map_err(PyImportError::new_err)?;
+fn opened(library: &Path, model: usize) -> PyResult<stepper::Stepper> {
+    let library = open(library)?;
     // SAFETY: Python says so, and holds the model as long as this.
     #[allow(unsafe_code)]
     let model = unsafe { Model::new(library, model) };

@@ -82,7 +82,6 @@ functions! {
     get_state as b"mj_getState": fn(Address, Address, *mut f64, c_int);
     set_log_handler as b"_mjPRIVATE_setTlsLogHandler": fn(Option<LogHandler>) -> Option<LogHandler>;
     global_log_handler as b"_mjPRIVATE_getGlobalLogHandler": fn() -> Option<LogHandler>;
-    version as b"mj_version": fn() -> c_int;
 }
 
 /// The first fields of an `mjLogMessage`.
@@ -139,27 +138,25 @@ impl Library {
         // SAFETY: its initialisers have run, since Python has loaded it.
         let library =
             unsafe { libloading::Library::new(path) }.map_err(|error| error.to_string())?;
-        // SAFETY: as its path says.
-        let functions = unsafe { Functions::load(&library) }.map_err(|error| error.to_string())?;
-        // SAFETY: takes nothing.
-        let version = unsafe { (functions.version)() };
+        // SAFETY: MuJoCo's header gives the types; the name ends by 0.
+        let (version, name) = unsafe {
+            let said = |error: libloading::Error| error.to_string();
+            let version = library.get::<unsafe extern "C" fn() -> c_int>(b"mj_version");
+            let name = library.get::<unsafe extern "C" fn() -> *const c_char>(b"mj_versionString");
+            let (version, name) = (version.map_err(said)?(), name.map_err(said)?());
+            (version, CStr::from_ptr(name).to_string_lossy().into_owned())
+        };
         let layout = LAYOUTS.iter().find(|layout| layout.version == version);
         let layout = layout.ok_or_else(|| {
-            let named = |version: i32| {
-                format!(
-                    "{}.{}.{}",
-                    version / 1_000_000,
-                    version / 1_000 % 1_000,
-                    version % 1_000
-                )
-            };
-            let known: Vec<_> = LAYOUTS.iter().map(|layout| named(layout.version)).collect();
-            format!(
-                "MuJoCo {}: the Stepper knows {}",
-                named(version),
-                known.join(", ")
-            )
+            let known = LAYOUTS.iter().map(|layout| {
+                let of = |unit: i32| layout.version / unit % 1_000;
+                format!("{}.{}.{}", of(1_000_000), of(1_000), of(1))
+            });
+            let known = known.collect::<Vec<_>>().join(", ");
+            format!("MuJoCo {name}: the Stepper knows {known}")
         })?;
+        // SAFETY: as its path says, and of a version that has all of them.
+        let functions = unsafe { Functions::load(&library) }.map_err(|error| error.to_string())?;
         Ok(Arc::new(Self {
             functions,
             layout,
