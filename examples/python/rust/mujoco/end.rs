@@ -68,15 +68,6 @@ struct Overlap {
     face: Face,
     place: Vector3<f64>,
     known: Option<usize>,
-    /// How far it may have moved since the pose before (m).
-    moved: f64,
-}
-
-/// An overlap that is told of, where it was seen last: at which share of the step.
-struct Told {
-    face: Face,
-    place: Vector3<f64>,
-    share: f64,
 }
 
 impl Lookout<'_> {
@@ -99,14 +90,14 @@ impl Lookout<'_> {
         })
     }
 
-    /// Looks for what overlaps after the step, or on the way where things move far.
+    /// Looks for what overlaps after the step; where things move far, for what overlaps first on the way.
     pub(super) fn look(&self, step: &Step<'_>, scratch: &mut Data) -> Vec<Seen> {
         let h = self.model.step();
         self.pose(step, scratch, h);
         let moved = moved(self.model, step.data, scratch);
         let mut poses = self.facts.poses(&moved);
         loop {
-            let (mut seen, mut told, mut is_doubtful) = (Vec::new(), Vec::new(), false);
+            let mut is_doubtful = false;
             for pose in 1..=poses {
                 let share = f64::from(pose) / f64::from(poses);
                 if poses > 1 {
@@ -119,12 +110,17 @@ impl Lookout<'_> {
                 }
                 self.recognise(&mut overlaps, step, (scratch, share), &moved);
                 scratch.com_pos(self.model);
+                let (mut seen, mut found) = (Vec::new(), Vec::new());
                 for overlap in overlaps {
-                    is_doubtful |= !self.tell(step, scratch, overlap, share, &mut seen, &mut told);
+                    is_doubtful |= !self.tell(step, scratch, overlap, share, &mut seen, &mut found);
+                }
+                // Where it goes from there is not known yet.
+                if !seen.is_empty() {
+                    return seen;
                 }
             }
-            if !is_doubtful || !seen.is_empty() || poses >= MOST_POSES {
-                return seen;
+            if !is_doubtful || poses >= MOST_POSES {
+                return Vec::new();
             }
             // Entered so deep that its side is not known: looked at on the way.
             poses = (4 * poses).min(MOST_POSES);
@@ -149,7 +145,6 @@ impl Lookout<'_> {
                     face: Face::of(contact),
                     place: contact.place().into(),
                     known: None,
-                    moved: 0.0,
                 },
             )
         };
@@ -182,7 +177,6 @@ impl Lookout<'_> {
             };
             let reach = NEAR_KNOWN * self.length + far;
             overlap.deepest = NEAR_FOUND * self.length + turned;
-            overlap.moved = NEAR_KNOWN * self.length + one.most + other.most;
             for (j, touch) in touches.iter().enumerate() {
                 let distance = came_along(touch, step.data, scratch)
                     .map(|place| (place - overlap.place).norm())
@@ -211,7 +205,7 @@ impl Lookout<'_> {
         overlap: Overlap,
         share: f64,
         seen: &mut Vec<Seen>,
-        told: &mut Vec<Told>,
+        found: &mut Vec<([usize; 2], Vector3<f64>)>,
     ) -> bool {
         let known = overlap.known.map(|known| &step.touches[known]);
         if let Some(known) = known {
@@ -224,35 +218,26 @@ impl Lookout<'_> {
                 return true;
             }
         }
-        let (face, place) = (overlap.face, overlap.place);
+        let near = |place: Vector3<f64>| (place - overlap.place).norm() < NEAR_FOUND * self.length;
         if known.is_none() {
-            // At an earlier pose it was elsewhere.
-            let is_it = |told: &&mut Told| {
-                let distance = (told.place - place).norm();
-                if told.share < share {
-                    told.face.is(&face) && distance < overlap.moved
-                } else {
-                    told.face.geoms == face.geoms && distance < NEAR_FOUND * self.length
-                }
-            };
-            if let Some(told) = told.iter_mut().find(is_it) {
-                (told.place, told.share) = (place, share);
-                return true;
-            }
-            if seen.len() == MOST_NEW {
+            if seen.len() == MOST_NEW
+                || found
+                    .iter()
+                    .any(|&(geoms, place)| geoms == overlap.face.geoms && near(place))
+            {
                 return true;
             }
             let is_it = |&(index, contact): &(usize, ContactRef<'_>)| {
-                let distance = (Vector3::from(contact.place()) - place).norm();
+                let distance = (Vector3::from(contact.place()) - overlap.place).norm();
                 !step.taken.contains(&index)
                     && !seen
                         .iter()
                         .any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
-                    && Face::of(contact).is(&face)
+                    && Face::of(contact).is(&overlap.face)
                     && distance < NEAR_KNOWN * self.length
             };
             if let Some((listed, _)) = step.data.contacts().enumerate().find(is_it) {
-                told.push(Told { face, place, share });
+                found.push((overlap.face.geoms, overlap.place));
                 seen.push(Seen::Listed(listed));
                 return true;
             }
@@ -269,7 +254,7 @@ impl Lookout<'_> {
             return false;
         }
         if known.is_none() {
-            told.push(Told { face, place, share });
+            found.push((overlap.face.geoms, overlap.place));
         }
         // With a distance that MuJoCo takes for a contact.
         let copy = OwnedContact::new(contact, -self.slop, 0.0);
