@@ -87,7 +87,7 @@ fn a_split_solve_gives_the_same_bits() {
                 }
             }
             // A call ends with the piece of work in which its budget ends, and the one search for a proof.
-            assert!(dearest < budget + 28, "{}: {dearest}", file.name);
+            assert!(dearest < budget + 20, "{}: {dearest}", file.name);
         }
     }
 }

@@ -92,9 +92,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         if tau.is_finite() {
             self.path.tau = tau;
         }
+        self.path.steps += 1;
         self.back_to_path(monitor);
         self.consider_answer(monitor);
-        if monitor.is_over() {
+        if monitor.waits() {
             return Progress::Far;
         }
         if self.point.natural_map < tuning::near() {
@@ -111,7 +112,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             }
             self.back_to_path(monitor);
         }
-        self.path.steps += 1;
         let too_long = self.path.steps >= tuning::longest_path();
         if too_long || length.is_none_or(|length| length < tuning::jammed()) {
             Progress::Jammed
@@ -219,7 +219,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let (r, u) = (&self.point.r, &mut self.point.u);
         self.point.natural_map = monitor.problem.natural_map(r, u);
         self.consider(monitor);
-        let is_near = self.point.natural_map < tuning::near();
+        let is_near = self.point.natural_map < tuning::near() || monitor.waits();
         if is_near {
             self.point.rebuild_from_velocity(monitor.problem);
         }

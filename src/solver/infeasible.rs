@@ -6,6 +6,9 @@ use crate::scene::RowLaw;
 use crate::solution::Status;
 use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
 
+/// The least budget with which a proof of a jam is looked for: the search takes as long as hundreds of sweeps.
+pub(crate) const JAM_BUDGET: usize = 1_000;
+
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>
 {
@@ -92,7 +95,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.look_for_proof();
             if self.record.status == Status::Infeasible {
                 self.solution.status = Status::Infeasible;
-            } else if self.record.has_sought_proof {
+            } else if self.record.has_sought_proof && self.budget() >= JAM_BUDGET {
                 self.look_for_jam(present);
             }
         }

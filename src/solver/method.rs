@@ -23,7 +23,7 @@ use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin, Outcome};
 use crate::solver::phases::Phases;
 use crate::solver::point::Point;
-use crate::solver::record::Rest;
+use crate::solver::record::{Question, Rest};
 use crate::solver::rest::DISTURBED;
 use crate::solver::state::State;
 use crate::solver::sweeps::Pace;
@@ -35,6 +35,8 @@ use crate::solver::warm_start::{WarmStart, WarmStartKind};
 pub(crate) enum Phase {
     /// Nothing: no solve was begun.
     Idle,
+    /// The start, once it is known how good the last solution is.
+    Start(WarmStartKind),
     /// A Gauss-Seidel sweep.
     Sweeps,
     /// A step of Newton's method.
@@ -81,11 +83,26 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         if let Some(places) = warm_start.follow(monitor.problem.scene) {
             self.state.jacobian.follow(&places);
         }
-        let tolerance = monitor.tolerance();
-        let onwards = monitor.is_first_call();
+        let start = (monitor.tolerance(), monitor.is_first_call());
         let (problem, point) = (&*monitor.problem, &mut self.state.point);
-        let known = warm_start.start(problem, (tolerance, onwards), self.phases, point);
+        let known = warm_start.start(problem, start, self.phases, point);
         self.state.consider(monitor);
+        self.phase = if monitor.waits() {
+            Phase::Start(known)
+        } else {
+            self.start(monitor, warm_start, known)
+        };
+    }
+
+    /// Where a solve begins.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn start<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+        warm_start: &mut WarmStart<T, D, C, R>,
+        known: WarmStartKind,
+    ) -> Phase {
+        let tolerance = monitor.tolerance();
         if P::CENTRAL_PATH
             && monitor.problem.may_be_redundant()
             && (!monitor.is_over() || warm_start.has_crept(monitor.creeps(&self.state.point)))
@@ -93,8 +110,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         {
             monitor.record.rest = Rest::Before;
             if monitor.leaves_rest(&self.state.point) {
-                self.phase = self.begin_path(monitor);
-                return;
+                return self.begin_path(monitor);
             }
             warm_start.is_disturbed |= self.state.point.natural_map > T::literal(DISTURBED);
         }
@@ -104,14 +120,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 && warm_start.is_at_rest(monitor.problem, tolerance)
             {
                 monitor.ask_for_centre();
-                self.phase = self.begin_guess(monitor, Newton::centring());
-                return;
+                return self.begin_guess(monitor, Newton::centring());
             }
         }
         // Good enough for contact space, but not once its velocity was known?
         let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();
         let newton = Newton::warm(known == WarmStartKind::Isostatic);
-        self.phase = match known {
+        match known {
             _ if !P::NEWTON => {
                 self.state.go_on_sweeping(monitor);
                 self.begin_sweeps(monitor)
@@ -127,25 +142,72 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 }
                 Phase::Newton(newton)
             }
-        };
+        }
     }
 
     /// One piece of work, and what comes after it.
     pub(crate) fn advance<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+        warm_start: &mut WarmStart<T, D, C, R>,
     ) {
-        self.phase = match self.phase {
-            Phase::Idle => Phase::Idle,
+        if monitor.waits() {
+            self.state.judge(monitor);
+            if monitor.record.question != Question::Nothing {
+                return;
+            }
+            if let Phase::Start(known) = self.phase {
+                self.phase = self.start(monitor, warm_start, known);
+                return;
+            }
+            if !monitor.is_over() {
+                self.phase = self.after_correction(monitor);
+            }
+        } else {
+            self.phase = self.work(monitor);
+        }
+        let waits = monitor.record.question != Question::Nothing;
+        if P::CENTRAL_PATH && monitor.record.rest != Rest::Known && !waits {
+            self.keep_rest(monitor);
+        }
+    }
+
+    /// What comes after a point that was not good enough, of which the velocities may have been corrected.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn after_correction<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) -> Phase {
+        match self.phase {
+            Phase::Sweeps => return self.after_sweeps(monitor),
+            Phase::CentralPath if P::CENTRAL_PATH => self.state.back_to_path(monitor),
+            _ => self.state.point.update(monitor.problem),
+        }
+        self.phase
+    }
+
+    /// What comes after sweeps that were enough.
+    fn after_sweeps<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+    ) -> Phase {
+        if P::NEWTON {
+            return self.begin_newton(monitor, self.state.newton_after_sweeps());
+        }
+        self.state.go_on_sweeping(monitor);
+        Phase::Sweeps
+    }
+
+    /// The next piece of the phase, and what comes after it.
+    fn work<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) -> Phase {
+        match self.phase {
+            Phase::Idle | Phase::Start(_) => Phase::Idle,
             Phase::Sweeps => match self.state.sweep(monitor) {
                 Pace::Continue => Phase::Sweeps,
-                Pace::Enough if P::NEWTON => {
-                    self.begin_newton(monitor, self.state.newton_after_sweeps())
-                }
-                Pace::Enough => {
-                    self.state.go_on_sweeping(monitor);
-                    Phase::Sweeps
-                }
+                Pace::Enough => self.after_sweeps(monitor),
             },
             Phase::Newton(newton) if P::NEWTON => match self.state.step(monitor, newton) {
                 Outcome::Accepted(newton) => Phase::Newton(newton),
@@ -170,9 +232,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             },
             // A phase that is left out is not begun.
             Phase::Newton(_) | Phase::CentralPath => Phase::Sweeps,
-        };
-        if P::CENTRAL_PATH && monitor.record.rest != Rest::Known {
-            self.keep_rest(monitor);
         }
     }
 
@@ -316,8 +375,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         problem: &Problem<'_, T, N, D, C, R, S>,
     ) -> [&Stacked<T, D, C, R>; 2] {
         let Point { p, r, u, .. } = &mut self.state.point;
-        if let Phase::Sweeps | Phase::CentralPath = self.phase {
-            problem.sets.augment(u, p);
+        match self.phase {
+            Phase::Start(WarmStartKind::Hyperstatic) | Phase::Newton(_) | Phase::Idle => {}
+            Phase::Start(_) | Phase::Sweeps | Phase::CentralPath => problem.sets.augment(u, p),
         }
         [p, r]
     }

@@ -277,8 +277,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         if call != Call::Resume {
             self.method.begin(&mut monitor, &mut self.warm_start);
         }
-        while monitor.is_running() {
-            self.method.advance(&mut monitor);
+        // What is written is to have its error.
+        while monitor.is_running() || writes && monitor.asks_for_error() {
+            self.method.advance(&mut monitor, &mut self.warm_start);
         }
         if writes || monitor.is_over() {
             if P::CENTRAL_PATH {

@@ -4,12 +4,16 @@ use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Settings, Solution, Status, Work};
-use crate::solver::record::{Call, Record};
+use crate::solver::record::{Call, Question, Record};
 use crate::solver::tuning;
+use core::mem;
 use nalgebra::SVector;
 
 /// How often `q` is corrected (iterative refinement) before the number type is to blame.
 const CORRECTIONS: u8 = 4;
+
+/// An error with twice the digits takes as much of a budget as so much work.
+const EXACT_ERROR: usize = 20;
 
 /// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
 /// a proof; five times as much would call slow walls solved.)
@@ -84,6 +88,11 @@ impl<
         self.settings.tolerance
     }
 
+    /// The work that the call may do.
+    pub(super) fn budget(&self) -> usize {
+        self.settings.budget
+    }
+
     /// Is it the first call for its tick?
     pub(crate) fn is_first_call(&self) -> bool {
         self.call == Call::Begin
@@ -92,6 +101,16 @@ impl<
     /// Does it go on?
     pub(crate) fn is_running(&self) -> bool {
         !self.is_over() && self.solution.work.total() < self.limit
+    }
+
+    /// Is there to be an answer about the point, or an end, before the search goes on?
+    pub(crate) fn waits(&self) -> bool {
+        self.is_over() || self.record.question != Question::Nothing
+    }
+
+    /// Is the error of the point asked for? To compute it takes nothing of the budget.
+    pub(crate) fn asks_for_error(&self) -> bool {
+        !self.is_over() && self.record.question == Question::Error
     }
 
     /// Has it ended?
@@ -111,10 +130,7 @@ impl<
         self.record.natural_map = None;
     }
 
-    /// Keeps an impulse if it is the best so far, and stops if it solves the problem.
-    ///
-    /// `u = W r + q`. Velocity and error are computed only if the impulse is good enough in contact space. If `H v + w`
-    /// and `W r + q` differ by rounding, the difference is added to `q` and the search continues (iterative refinement).
+    /// Keeps an impulse if it is the best so far. If it is good enough in contact space, its error is [asked for](Self::judge).
     pub(crate) fn consider(
         &mut self,
         r: &Stacked<T, D, C, R>,
@@ -139,22 +155,33 @@ impl<
         }
         self.record.best = *r;
         self.record.natural_map = Some(natural_map);
-        if natural_map > tolerance {
-            return;
+        if natural_map <= tolerance {
+            self.record.question = Question::Error;
         }
-        self.problem.evaluate(r, tolerance, self.solution);
-        if self.solution.error > tolerance && !self.problem.counts_stopping {
+    }
+
+    /// Answers what is asked about an impulse that was [considered](Self::consider), and stops if it solves the problem.
+    ///
+    /// `u = W r + q`. If the error exceeds the tolerance, it is asked for with twice the digits. If that exceeds it, too, `H v + w` and
+    /// `W r + q` differ by rounding: the difference is added to `q`, and the search continues (iterative refinement).
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn judge(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) {
+        let mut is_solved = self.is_within(r);
+        if !is_solved && !self.problem.counts_stopping {
             self.count_stopping();
             self.record.natural_map = Some(self.problem.natural_map_at(r, u));
-            self.problem.evaluate(r, tolerance, self.solution);
+            is_solved = self.is_within(r);
         }
-        if self.solution.error <= tolerance {
-            let solved = self.solution.has_numbers() && r.contact_square().is_finite();
-            self.stop(if solved {
+        let question = mem::replace(&mut self.record.question, Question::Nothing);
+        if is_solved {
+            let is_finite = self.solution.has_numbers() && r.contact_square().is_finite();
+            self.stop(if is_finite {
                 Status::Solved
             } else {
                 Status::PrecisionLimit // squares overflow
             });
+        } else if question == Question::Error {
+            self.record.question = Question::ExactError;
         } else if self.record.corrections < CORRECTIONS {
             self.record.corrections += 1;
             self.record.natural_map = Some(self.solution.error);
@@ -162,6 +189,18 @@ impl<
         } else {
             self.stop(Status::PrecisionLimit);
         }
+    }
+
+    /// Is the error of an impulse, which becomes the solution, within the tolerance? It is computed as exactly as is asked.
+    pub(super) fn is_within(&mut self, r: &Stacked<T, D, C, R>) -> bool {
+        let tolerance = self.settings.tolerance;
+        let mut most = T::INFINITY;
+        if self.record.question == Question::ExactError {
+            self.limit = self.limit.saturating_sub(EXACT_ERROR);
+            most = tolerance;
+        }
+        self.problem.evaluate(r, most, self.solution);
+        self.solution.error <= tolerance
     }
 
     /// Adds to what is added to `W r` by how much that is not `H v + w`.
@@ -231,15 +270,20 @@ impl<
             self.record.bases = self.problem.sets.bases();
         }
         self.problem.count_stopping();
-        let tolerance = self.settings.tolerance;
         if self.problem.throws(&r, T::literal(DOUBTFUL_IMPULSE_RATIO)) {
             r = Stacked::zero();
         }
-        self.problem.evaluate(&r, tolerance, self.solution);
+        // What goes on may know it more exactly later.
+        let most = if self.record.status == Status::PrecisionLimit {
+            self.settings.tolerance
+        } else {
+            T::INFINITY
+        };
+        self.problem.evaluate(&r, most, self.solution);
         if !self.solution.has_numbers() {
             // Squares overflow, and no impulse is known.
             let none = Stacked::zero();
-            self.problem.evaluate(&none, tolerance, self.solution);
+            self.problem.evaluate(&none, T::INFINITY, self.solution);
         }
     }
 

@@ -119,20 +119,26 @@ impl Newton {
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
-    /// Steps with the kept Jacobian, or if they fail a step with a new one.
+    /// Steps with the kept Jacobian, or a step with a new one.
     #[inline(never)]
     pub(super) fn step<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         mut newton: Newton,
     ) -> Outcome {
-        let reused = newton.reuse && self.reuse_jacobian(monitor, &mut newton.reuse);
-        if !reused && newton.sweeps_first {
-            return Outcome::NoJacobian;
-        }
-        let accepted = reused || self.step_anew(monitor, &mut newton);
+        let reused = if newton.reuse {
+            self.reuse_jacobian(monitor, &mut newton.reuse)
+        } else {
+            None
+        };
+        let accepted = match reused {
+            Some(true) => true,
+            _ if newton.sweeps_first => return Outcome::NoJacobian,
+            Some(false) => return Outcome::Accepted(newton),
+            None => self.step_anew(monitor, &mut newton),
+        };
         newton.left = newton.left.saturating_sub(1);
-        if monitor.is_over() || accepted && newton.left > 0 {
+        if monitor.waits() || accepted && newton.left > 0 {
             Outcome::Accepted(newton)
         } else {
             Outcome::Rejected
@@ -140,15 +146,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Up to [`tuning::chord_steps`] steps with the Jacobian of an earlier point, while the active set stays the same and the
-    /// merit falls tenfold. Goes back and returns false if together they do not lower the merit.
+    /// merit falls tenfold. Goes back and returns false if together they do not lower the merit; `None` if there is no such Jacobian.
     #[inline(never)]
     fn reuse_jacobian<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         again: &mut bool,
-    ) -> bool {
+    ) -> Option<bool> {
         if !self.holds_jacobian || !self.has_same_active_set(monitor) {
-            return false;
+            return None;
         }
         let (start, before) = (self.point.z, self.point.merit);
         *again = true;
@@ -160,8 +166,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
                 break;
             };
             self.evaluate_at(monitor, &z, &step, T::ONE);
-            if monitor.is_over() {
-                return true;
+            if monitor.waits() {
+                return Some(true);
             }
             let fast = self.point.merit < merit * tuning::chord_fall();
             if !fast || !self.has_same_active_set(monitor) {
@@ -170,11 +176,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             }
         }
         if self.point.merit < before {
-            return true;
+            return Some(true);
         }
         *again = false;
         self.go_back(monitor, &start);
-        false
+        Some(false)
     }
 
     /// Does everything do at the point what it did where the Jacobian was computed?
@@ -249,7 +255,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             let length = T::literal(length);
             self.evaluate_at(monitor, &start, step, length);
             let share = rise.filter(|_| length == T::ONE).unwrap_or(T::ONE);
-            if self.point.merit < before * share || monitor.is_over() {
+            if self.point.merit < before * share || monitor.waits() {
                 return Some(length);
             }
         }

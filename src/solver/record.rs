@@ -33,6 +33,18 @@ pub(super) enum Rest {
     Centred,
 }
 
+/// What is to be found out about the point before the search goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)] // so that `Nothing` is zero, and a new solver takes no flash
+pub(super) enum Question {
+    /// Nothing.
+    Nothing,
+    /// Contact space says that its impulses are good enough. What is their error?
+    Error,
+    /// A bound on rounding exceeds the tolerance. What is the error, computed with twice the digits?
+    ExactError,
+}
+
 /// Was a solve begun?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Begun {
@@ -53,7 +65,9 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     /// The best impulse so far, and the first part of its error as contact space sees it.
     pub(super) best: Stacked<T, D, C, R>,
     pub(super) natural_map: Option<T>,
-    /// Number of corrections, see [`super::monitor::Monitor::consider`], and what they left at the last pause.
+    /// What is asked about the point.
+    pub(super) question: Question,
+    /// Number of corrections, see [`super::monitor::Monitor::judge`], and what they left at the last pause.
     pub(super) corrections: u8,
     pub(super) bases: Stacked<T, D, C, R>,
     /// Does the problem count `|stop|`?
@@ -75,6 +89,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
             status: Status::Unsolved,
             best: Stacked::zero(),
             natural_map: None,
+            question: Question::Nothing,
             counts_stopping: false,
             corrections: 0,
             bases: Stacked::zero(),
@@ -89,6 +104,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         self.begun = Begun::No;
         self.status = Status::Unsolved;
         self.natural_map = None;
+        self.question = Question::Nothing;
         self.counts_stopping = false;
         self.corrections = 0;
         self.has_sought_proof = false;

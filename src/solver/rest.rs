@@ -15,7 +15,8 @@ use crate::real::Real;
 use crate::sets::point::Point;
 use crate::solution::{Model, Status};
 use crate::solver::monitor::Monitor;
-use crate::solver::record::{Record, Rest};
+use crate::solver::record::{Question, Record, Rest};
+use core::mem;
 use nalgebra::SVector;
 
 /// A solution leaves a rest if the error of the relaxation exceeds this share of the tolerance.
@@ -181,8 +182,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         leaves
     }
 
-    /// Keeps impulses that solve the relaxation and Coulomb's law. Stops if they are far more exact than was asked, or as exact as can be: at
-    /// its limit a body is not to be carried beyond by the error of a tick.
+    /// Impulses that solve the relaxation: if contact space says that they solve Coulomb's law, too, their error is
+    /// [asked for](Self::judge_rest).
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn consider_rest(
         &mut self,
@@ -196,22 +197,46 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if natural_map > tolerance || centred && !margin() {
             return;
         }
+        if self.coulomb_error(r, u) <= tolerance {
+            self.record.question = Question::Error;
+        }
+    }
+
+    /// What contact space says of the error by Coulomb's law, while the relaxation is solved.
+    fn coulomb_error(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
         self.problem.set_shift(true);
         let error = self.problem.natural_map_at(r, u);
-        if error <= tolerance {
-            self.problem.evaluate(r, tolerance, self.solution);
-            if self.solution.error <= tolerance && self.solution.has_numbers() {
-                self.record.best = *r;
-                self.record.natural_map = Some(error);
-                if !centred {
-                    self.record.rest = Rest::Asked;
-                }
-                if error <= tolerance * T::literal(ANSWERED) || self.is_exact(natural_map) {
-                    self.record.rest = Rest::Known;
-                    self.stop(Status::Solved);
-                    return;
-                }
+        self.problem.set_shift(false);
+        error
+    }
+
+    /// Keeps impulses that were [considered](Self::consider_rest) if they solve Coulomb's law, too. Stops if they are far more exact than was
+    /// asked, or as exact as can be: at its limit a body is not to be carried beyond by the error of a tick.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn judge_rest(
+        &mut self,
+        r: &Stacked<T, D, C, R>,
+        u: &Stacked<T, D, C, R>,
+        natural_map: T,
+    ) {
+        let error = self.coulomb_error(r, u);
+        self.problem.set_shift(true);
+        let is_solved = self.is_within(r) && self.solution.has_numbers();
+        let question = mem::replace(&mut self.record.question, Question::Nothing);
+        if is_solved {
+            self.record.best = *r;
+            self.record.natural_map = Some(error);
+            let centred = self.record.rest == Rest::Centred;
+            if !centred {
+                self.record.rest = Rest::Asked;
             }
+            if error <= self.tolerance() * T::literal(ANSWERED) || self.is_exact(natural_map) {
+                self.record.rest = Rest::Known;
+                self.stop(Status::Solved);
+                return;
+            }
+        } else if question == Question::Error {
+            self.record.question = Question::ExactError;
         }
         self.problem.set_shift(false);
     }
@@ -238,6 +263,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(super) fn give_up_rest(&mut self) -> Option<Stacked<T, D, C, R>> {
         let known = self.record.knows_answer();
         self.record.rest = Rest::Known;
+        self.record.question = Question::Nothing;
         self.problem.set_shift(true);
         if known {
             let (best, tolerance) = (self.record.best, self.tolerance());

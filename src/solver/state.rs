@@ -65,6 +65,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             self.consider(monitor);
         }
     }
+
+    /// Answers what is asked about the point.
+    pub(super) fn judge<const N: usize, const S: usize>(
+        &self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        let Point {
+            r, u, natural_map, ..
+        } = &self.point;
+        if monitor.record.asks_for_rest() {
+            monitor.judge_rest(r, u, *natural_map);
+        } else {
+            monitor.judge(r, u);
+        }
+    }
 }
 
 /// Sweeps, from one to the next.

@@ -118,7 +118,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             let (r, u) = (&self.point.r, &self.point.u);
             self.point.natural_map = monitor.problem.natural_map_at(r, u);
             self.consider(monitor);
-            if monitor.is_over() {
+            if monitor.waits() {
                 return Pace::Continue;
             }
             here = here.max(self.point.natural_map);

@@ -22,7 +22,7 @@ const MAX_IMPULSE_RATIO: f64 = 1e8;
 const PATIENCE: u8 = 4;
 
 /// What is known where a solve starts.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum WarmStartKind {
     /// Nothing: it starts without impulses.
     None,

@@ -23,7 +23,7 @@ fn swept(corners: usize, mu: f64, sideways: f64) -> Result<(usize, &'static str)
         loop {
             let pace = state.sweep(monitor);
             let end = match pace {
-                Pace::Continue if !monitor.is_over() => continue,
+                Pace::Continue if !monitor.waits() => continue,
                 Pace::Continue => "over",
                 Pace::Enough => "enough",
             };
