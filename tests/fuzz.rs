@@ -263,7 +263,8 @@ impl<
             }
             kernel.resume(push, few).expect("it was accepted");
             let work = kernel.solution().work.total();
-            assert!(spent < work && work <= spent + few.budget + 27);
+            // With twice the digits a call may do nothing else.
+            assert!(spent <= work && work <= spent + few.budget + 19);
             spent = work;
         }
         let split = kernel.solution();

@@ -200,7 +200,9 @@ fn a_solve_in_pieces_is_the_whole_solve() -> Result<(), Error> {
         before.resume(&push, &piece)?;
         let mut shown = kernel.clone();
         let shown = shown.resume(&push, &none)?;
-        assert_eq!(shown.status, Status::OutOfBudget);
+        // The last piece may have led to a solution, of which nobody has asked the error yet.
+        let is_last = shown.status == Status::Solved;
+        assert!(is_last || shown.status == Status::OutOfBudget);
         assert!(shown.error >= before.solution().error); // that has seen all the points between
         pieces += 1;
     }

@@ -2,8 +2,10 @@
 //!
 //! `cargo run -p bake -- records FILE > scene.bin` writes a scene, or some steps of a
 //! sequence, as the bytes `examples/embedded/records.rs` reads; `rust FILE` writes a scene and its
-//! stored factor as the constants of `examples/baked`.
+//! stored factor as the constants of `examples/baked`; `by-size FILES` all scenes of some files as a macro call of
+//! `examples/worst_case`.
 
+mod by_size;
 mod records;
 mod rust_source;
 
@@ -20,6 +22,14 @@ enum Command {
     Records(Selection),
     /// Rust constants, factor included
     Rust(Selection),
+    /// Scenes with or without joint rows, by size
+    BySize {
+        /// Scene or sequence files
+        files: Vec<PathBuf>,
+        /// Time steps to take of a sequence
+        #[arg(long, default_value_t = 4)]
+        steps: usize,
+    },
 }
 
 /// What to take of a file.
@@ -45,7 +55,15 @@ struct Selection {
 }
 
 fn run(command: &Command) -> Result<(), String> {
-    let (Command::Records(selection) | Command::Rust(selection)) = command;
+    let selection = match command {
+        Command::Records(selection) | Command::Rust(selection) => selection,
+        Command::BySize { files, steps } => {
+            let source = by_size::write(files, *steps)?;
+            return stdout()
+                .write_all(source.as_bytes())
+                .map_err(|error| error.to_string());
+        }
+    };
     let scenes = scene_file::read(&selection.file)?;
     let steps = scenes.iter().skip(selection.from);
     let mut bytes = Vec::new();
@@ -53,7 +71,7 @@ fn run(command: &Command) -> Result<(), String> {
         let scene = selection.reduce(scene);
         match command {
             Command::Records(_) => records::write(&scene, &mut bytes),
-            Command::Rust(_) => bytes.extend(rust_source::write(&scene)?.into_bytes()),
+            _ => bytes.extend(rust_source::write(&scene)?.into_bytes()),
         }
     }
     stdout()

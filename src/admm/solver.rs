@@ -214,7 +214,7 @@ fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: us
     let natural_map = monitor.problem.natural_map(&r, &mut u);
     monitor.consider(&r, &u, natural_map);
     while !monitor.is_over() && monitor.waits() {
-        monitor.judge(&r, &u);
+        monitor.judge();
     }
 }
 

@@ -9,6 +9,7 @@ use crate::solver::{AllPhases, Phases, Solver};
 use nalgebra::SVector;
 
 mod limits;
+mod worst_case;
 
 /// A scene, its factor and its solver in one value, for a `static`.
 ///
@@ -97,40 +98,6 @@ impl<
     pub fn worst_contact(&self, settings: &Settings<T>) -> Option<usize> {
         let solution = self.solution();
         solution.worst_contact(&self.scene, &self.factor, settings)
-    }
-
-    /// The [`Settings::budget`] whose worst case takes at most so many microseconds at a clock of so many megahertz, in `f32` on a
-    /// Cortex-M4F with all contacts and joint rows in use; 0 if not even a call without budget fits.
-    ///
-    /// That is the solve alone: filling the scene and preparing its factor are not in it ([`crate::guide::error`] says what they take),
-    /// nor are the passes of [`Self::solve_with_limits`] after the first; and a kernel of `f64` takes longer.
-    ///
-    /// With the constants of [`crate::guide::error`]: a budget of `B` costs `(B + 27) a + b` multiplications, and each
-    /// of them seven cycles. Memory that makes the core wait costs more: measure, and give a slower clock.
-    /// (A step of Newton's method is counted also where the solver has none.)
-    ///
-    /// ```
-    /// use stiction::{Kernel, Settings};
-    ///
-    /// const TICK: Settings<f32> = Settings {
-    ///     budget: Kernel::<f32, 18, 3, 4>::budget_within(2_000, 168),
-    ///     ..Settings::new(1e-4)
-    /// };
-    /// assert!(TICK.budget > 80);
-    /// ```
-    #[must_use]
-    pub const fn budget_within(microseconds: usize, megahertz: usize) -> usize {
-        const CYCLES: usize = 7;
-        let (n, m, c) = (N, D * C + R, C + R);
-        // In thirtieths, of which a Newton step has whole ones.
-        let a = m * m * m + 45 * m * m;
-        let b = 19 * N * N + 38 * n * m + 8 * m * m + c * c * c * c;
-        let multiplications = microseconds.saturating_mul(megahertz).div_euclid(CYCLES);
-        let left = multiplications.saturating_sub(b).saturating_mul(30);
-        match left.checked_div(a) {
-            Some(budget) => budget.saturating_sub(27),
-            None => 0,
-        }
     }
 
     /// The scene.

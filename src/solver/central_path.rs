@@ -88,6 +88,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) -> Progress {
         monitor.solution.work.newton_steps += 1;
         let length = self.move_pairs(monitor);
+        self.path.is_stuck = length.is_none_or(|length| length < tuning::jammed());
         let tau = self.path.pairs.tau(self.path.beta);
         if tau.is_finite() {
             self.path.tau = tau;
@@ -98,6 +99,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         if monitor.waits() {
             return Progress::Far;
         }
+        self.progress(monitor)
+    }
+
+    /// What came of a step that does not solve the problem.
+    #[inline(never)]
+    pub(super) fn progress<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+    ) -> Progress {
         if self.point.natural_map < tuning::near() {
             self.point.rebuild_from_velocity(monitor.problem);
             let (merit, tried) = (self.point.merit, self.path.tried);
@@ -112,8 +122,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             }
             self.back_to_path(monitor);
         }
-        let too_long = self.path.steps >= tuning::longest_path();
-        if too_long || length.is_none_or(|length| length < tuning::jammed()) {
+        if self.path.is_stuck || self.path.steps >= tuning::longest_path() {
             Progress::Jammed
         } else {
             Progress::Far

@@ -179,11 +179,40 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Phase {
         match self.phase {
-            Phase::Sweeps => return self.after_sweeps(monitor),
-            Phase::CentralPath if P::CENTRAL_PATH => self.state.back_to_path(monitor),
-            _ => self.state.point.update(monitor.problem),
+            Phase::Sweeps => self.after_sweeps(monitor),
+            Phase::CentralPath if P::CENTRAL_PATH => {
+                let progress = self.state.progress(monitor);
+                self.after_path_step(monitor, progress)
+            }
+            Phase::Newton(newton) if P::NEWTON && newton.is_spent() => {
+                self.after_rejection(monitor, newton.origin())
+            }
+            phase => {
+                self.state.point.update(monitor.problem);
+                phase
+            }
         }
-        self.phase
+    }
+
+    /// What comes after a step along the central path.
+    fn after_path_step<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+        progress: Progress,
+    ) -> Phase {
+        match progress {
+            Progress::Far => Phase::CentralPath,
+            Progress::Near => Phase::Newton(Newton::finish()),
+            Progress::Jammed if monitor.record.asks_for_rest() => self.after_question(monitor),
+            Progress::Jammed => {
+                if self.state.leave_jam(monitor) {
+                    Phase::Newton(Newton::finish())
+                } else {
+                    self.state.back_to_path(monitor);
+                    Phase::CentralPath
+                }
+            }
+        }
     }
 
     /// What comes after sweeps that were enough.
@@ -217,19 +246,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 }
                 Outcome::Rejected => self.after_rejection(monitor, newton.origin()),
             },
-            Phase::CentralPath if P::CENTRAL_PATH => match self.state.path_step(monitor) {
-                Progress::Far => Phase::CentralPath,
-                Progress::Near => Phase::Newton(Newton::finish()),
-                Progress::Jammed if monitor.record.asks_for_rest() => self.after_question(monitor),
-                Progress::Jammed => {
-                    if self.state.leave_jam(monitor) {
-                        Phase::Newton(Newton::finish())
-                    } else {
-                        self.state.back_to_path(monitor);
-                        Phase::CentralPath
-                    }
-                }
-            },
+            Phase::CentralPath if P::CENTRAL_PATH => {
+                let progress = self.state.path_step(monitor);
+                self.after_path_step(monitor, progress)
+            }
             // A phase that is left out is not begun.
             Phase::Newton(_) | Phase::CentralPath => Phase::Sweeps,
         }

@@ -30,6 +30,7 @@ mod sweeps;
 mod tuning;
 pub(crate) mod warm_start;
 
+pub(crate) use infeasible::JAM_BUDGET;
 pub use phases::{AllPhases, Phases, SweepsAndNewton, SweepsOnly};
 pub(crate) use record::Call;
 

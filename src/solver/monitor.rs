@@ -160,17 +160,18 @@ impl<
         }
     }
 
-    /// Answers what is asked about an impulse that was [considered](Self::consider), and stops if it solves the problem.
+    /// Answers what is asked about the best impulse, which was [considered](Self::consider) last, and stops if it solves the problem.
     ///
     /// `u = W r + q`. If the error exceeds the tolerance, it is asked for with twice the digits. If that exceeds it, too, `H v + w` and
     /// `W r + q` differ by rounding: the difference is added to `q`, and the search continues (iterative refinement).
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn judge(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) {
-        let mut is_solved = self.is_within(r);
+    pub(crate) fn judge(&mut self) {
+        let (r, mut u) = (self.record.best, Stacked::zero());
+        let mut is_solved = self.is_within(&r);
         if !is_solved && !self.problem.counts_stopping {
             self.count_stopping();
-            self.record.natural_map = Some(self.problem.natural_map_at(r, u));
-            is_solved = self.is_within(r);
+            self.record.natural_map = Some(self.problem.natural_map(&r, &mut u));
+            is_solved = self.is_within(&r);
         }
         let question = mem::replace(&mut self.record.question, Question::Nothing);
         if is_solved {
@@ -185,7 +186,8 @@ impl<
         } else if self.record.corrections < CORRECTIONS {
             self.record.corrections += 1;
             self.record.natural_map = Some(self.solution.error);
-            self.correct_velocities(u);
+            self.problem.velocities(&r, &mut u);
+            self.correct_velocities(&u);
         } else {
             self.stop(Status::PrecisionLimit);
         }

@@ -112,6 +112,11 @@ impl Newton {
         share * natural_map.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
     }
 
+    /// Is there no step left?
+    pub(crate) const fn is_spent(self) -> bool {
+        self.left == 0
+    }
+
     /// The kind of point at which it began.
     pub(crate) const fn origin(self) -> Origin {
         self.origin
@@ -166,12 +171,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
                 break;
             };
             self.evaluate_at(monitor, &z, &step, T::ONE);
+            let fast = self.point.merit < merit * tuning::chord_fall();
+            *again = fast && self.has_same_active_set(monitor);
             if monitor.waits() {
                 return Some(true);
             }
-            let fast = self.point.merit < merit * tuning::chord_fall();
-            if !fast || !self.has_same_active_set(monitor) {
-                *again = false;
+            if !*again {
                 break;
             }
         }
@@ -234,6 +239,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         if length == Some(T::ONE) {
             newton.nonmonotone &= self.point.merit < before;
             newton.reuse = self.point.merit < before * tuning::chord_fall();
+        }
+        if monitor.waits() && self.point.merit >= before {
+            newton.left = 0; // rejected, unless it is good enough
         }
         if length.is_none() {
             monitor.note_failure();

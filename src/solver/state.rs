@@ -71,13 +71,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        let Point {
-            r, u, natural_map, ..
-        } = &self.point;
         if monitor.record.asks_for_rest() {
+            let Point {
+                r, u, natural_map, ..
+            } = &self.point;
             monitor.judge_rest(r, u, *natural_map);
         } else {
-            monitor.judge(r, u);
+            monitor.judge();
         }
     }
 }
@@ -117,6 +117,8 @@ pub(crate) struct CentralPath<T: Real, const D: usize, const C: usize, const R: 
     pub(super) tau: T,
     /// Steps on this path.
     pub(super) steps: usize,
+    /// Was the last one too short?
+    pub(super) is_stuck: bool,
     /// The merit at Newton's last trial on this path.
     pub(super) tried: Option<T>,
     pub(super) jams: usize,
@@ -130,6 +132,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> CentralPath<T, D, 
             beta: T::ZERO,
             tau: T::ZERO,
             steps: 0,
+            is_stuck: false,
             tried: None,
             jams: 0,
         }

@@ -21,7 +21,7 @@ fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C, 0, 0>, r: &Stacked<f64, D, C
     let natural_map = monitor.problem.natural_map(r, &mut u);
     monitor.consider(r, &u, natural_map);
     if monitor.waits() {
-        monitor.judge(r, &u);
+        monitor.judge();
     }
 }
 

@@ -1,0 +1,147 @@
+//! Scenes from numbers in flash, as `bake by-size` writes them, and disturbed ones.
+
+use crate::worst_case::Push;
+use core::array::from_fn;
+use nalgebra::{SMatrix, SVector};
+use stiction::{Contact, JointRow, RowLaw, Scene, Surface};
+
+/// A scene and its free impulse (N·s).
+pub(crate) struct Given<const N: usize, const D: usize, const C: usize, const R: usize> {
+    mass: SMatrix<f32, N, N>,
+    push: SVector<f32, N>,
+    contacts: [(Contact<f32, N, D>, Surface<f32>); C],
+    rows: [JointRow<f32, N>; R],
+}
+
+/// Numerical Recipes' generator: a number between -1 and 1.
+pub(crate) struct Random(pub(crate) u32);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 16) as u16 as f32 / 32768.0 - 1.0
+    }
+}
+
+impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D, C, R> {
+    /// `None` if there are too few numbers.
+    pub(crate) fn read(numbers: &[f32], has_surfaces: bool) -> Option<Self> {
+        let mut numbers = numbers.iter().copied();
+        let mut next = || numbers.next();
+        let mut given = Self {
+            mass: SMatrix::zeros(),
+            push: SVector::zeros(),
+            contacts: from_fn(|_| {
+                let contact = Contact {
+                    jacobian: SMatrix::zeros(),
+                    offset: SVector::zeros(),
+                    mu: 0.0,
+                    key: 0,
+                };
+                (contact, Surface::isotropic(0.0))
+            }),
+            rows: from_fn(|_| JointRow {
+                row: SVector::zeros(),
+                offset: 0.0,
+                law: RowLaw::Limit,
+                compliance: 0.0,
+                key: 0,
+            }),
+        };
+        for entry in given.mass.iter_mut() {
+            *entry = next()?; // it is symmetric
+        }
+        for push in given.push.iter_mut() {
+            *push = next()?;
+        }
+        for (key, (contact, surface)) in (0..).zip(&mut given.contacts) {
+            contact.key = key;
+            contact.mu = next()?;
+            if has_surfaces {
+                surface.friction = [contact.mu, next()?];
+                surface.spin = next()?;
+                surface.roll = [next()?, next()?];
+                surface.compliance = [next()?, next()?];
+            }
+            for w in contact.offset.iter_mut() {
+                *w = next()?;
+            }
+            for mut row in contact.jacobian.row_iter_mut() {
+                for entry in row.iter_mut() {
+                    *entry = next()?;
+                }
+            }
+        }
+        for (key, row) in (1000..).zip(&mut given.rows) {
+            row.key = key;
+            for entry in row.row.iter_mut() {
+                *entry = next()?;
+            }
+            (row.offset, row.compliance) = (next()?, next()?);
+            let [kind, lower, upper] = [next()?, next()?, next()?];
+            row.law = match kind {
+                0.0 => RowLaw::Limit,
+                1.0 => RowLaw::Equality,
+                _ => RowLaw::Box { lower, upper },
+            };
+        }
+        Some(given)
+    }
+
+    /// The same with other pushes, offsets and friction, the more the larger `share` is.
+    pub(crate) fn disturb(&mut self, share: f32, random: &mut Random) {
+        let largest = self.push.amax();
+        for push in self.push.iter_mut() {
+            *push += largest * share * random.next();
+        }
+        for (contact, _) in &mut self.contacts {
+            contact.mu *= 1.0 + 0.5 * share.min(1.0) * random.next();
+            for w in contact.offset.iter_mut() {
+                *w += 0.1 * share * random.next();
+            }
+        }
+        for row in &mut self.rows {
+            row.offset += 0.1 * share * random.next();
+        }
+    }
+
+    /// The same where everything moves everything: no zeros in `M`, `H` and the joint rows.
+    pub(crate) fn make_dense(&mut self, random: &mut Random) {
+        let scale = self.mass.diagonal().amax();
+        self.mass = SMatrix::from_diagonal_element(scale);
+        for i in 0..N {
+            for j in 0..i {
+                let entry = scale / N as f32 * random.next();
+                (self.mass[(i, j)], self.mass[(j, i)]) = (entry, entry);
+            }
+        }
+        for (contact, _) in &mut self.contacts {
+            contact.jacobian.iter_mut().for_each(|h| *h = random.next());
+        }
+        for row in &mut self.rows {
+            row.row.iter_mut().for_each(|entry| *entry = random.next());
+        }
+    }
+
+    /// Fills a scene; `None` if it refuses.
+    pub(crate) fn fill<const S: usize>(
+        &self,
+        scene: &mut Scene<f32, N, D, C, R, S>,
+        push: Push<N, D, C, R, S>,
+    ) -> Option<()> {
+        scene.clear();
+        scene.set_mass(&self.mass).ok()?;
+        for (contact, surface) in &self.contacts {
+            push(scene, contact, surface).ok()?;
+        }
+        for row in &self.rows {
+            scene.push_row(row).ok()?;
+        }
+        Some(())
+    }
+
+    /// Its free impulse.
+    pub(crate) const fn push(&self) -> &SVector<f32, N> {
+        &self.push
+    }
+}

@@ -1,0 +1,116 @@
+//! How long a call takes at most.
+
+use super::Kernel;
+use crate::real::Real;
+use crate::solver::{JAM_BUDGET, Phases};
+
+impl<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+    P: Phases,
+> Kernel<T, N, D, C, R, S, P>
+{
+    /// The [`crate::Settings::budget`] with which [`Self::solve`] takes at most so many microseconds at a clock of so many megahertz; 0
+    /// if not even a call without budget fits.
+    ///
+    /// The largest budget whose [`Self::worst_cycles`] fit. Filling the scene comes on top. Where memory makes the core wait, give a slower
+    /// clock.
+    ///
+    /// ```
+    /// use stiction::{Kernel, Settings, SweepsAndNewton};
+    ///
+    /// type Robot = Kernel<f32, 18, 3, 4, 0, 0, SweepsAndNewton>;
+    /// const BUDGET: usize = Robot::budget_within(2_000, 168);
+    /// const { assert!(BUDGET > 0, "no budget fits") }
+    /// const TICK: Settings<f32> = Settings { budget: BUDGET, ..Settings::new(1e-4) };
+    /// assert!(TICK.budget < 100);
+    /// ```
+    #[must_use]
+    pub const fn budget_within(microseconds: usize, megahertz: usize) -> usize {
+        let cycles = microseconds.saturating_mul(megahertz);
+        let Some(left) = cycles.checked_sub(Self::WITHOUT_BUDGET) else {
+            return 0;
+        };
+        let budget = match left.checked_sub(Self::ONCE) {
+            Some(left) => left.div_euclid(Self::UNIT),
+            None => 0,
+        };
+        if budget < JAM_BUDGET {
+            return budget;
+        }
+        let dearer = left.saturating_sub(Self::ONCE + Self::JAM);
+        let dearer = dearer.div_euclid(Self::UNIT);
+        if dearer < JAM_BUDGET {
+            JAM_BUDGET - 1
+        } else {
+            dearer
+        }
+    }
+
+    /// Cycles that [`Self::solve`] or [`Self::resume`] with a budget takes at most, preparing included, in `f32` on a Cortex-M4F without wait
+    /// states, with all contacts and joint rows in use.
+    ///
+    /// That is a bound for any data and tolerance, by this kernel's phases; most solves take a tenth of it. [`crate::guide::error`] says what
+    /// it is made of and how it was measured. Filling the scene is not in it, nor are the passes of [`Self::solve_with_limits`] after the
+    /// first; a kernel of `f64` takes longer.
+    #[must_use]
+    pub const fn worst_cycles(budget: usize) -> usize {
+        let mut cycles = Self::WITHOUT_BUDGET;
+        if budget > 0 {
+            cycles = cycles.saturating_add(Self::ONCE);
+            cycles = cycles.saturating_add(budget.saturating_mul(Self::UNIT));
+        }
+        if P::CENTRAL_PATH && budget >= JAM_BUDGET {
+            cycles = cycles.saturating_add(Self::JAM);
+        }
+        cycles
+    }
+
+    /// Rows.
+    const ROWS: usize = D * C + R;
+
+    /// Cycles without a budget: preparing, the way from the free impulse to the contacts, and the error of what is known.
+    const WITHOUT_BUDGET: usize = {
+        let (n, m) = (N, Self::ROWS);
+        let prepare = 3 * (n * n * n / 6 + m * n * (m + n) / 2);
+        prepare + 330 * n * n + 220 * m * m + 1_500 * m + 11_000 + 2_000 * Self::MIXED
+    };
+
+    /// Rows, where there are joint rows or surfaces, of which sizes are weighed.
+    const MIXED: usize = if R + S > 0 { Self::ROWS } else { 0 };
+
+    /// Cycles that the first unit of work adds: a call exceeds its budget by one piece, and a search for a proof follows once.
+    const ONCE: usize = {
+        let m = Self::ROWS;
+        6_000 * Self::MIXED
+            + if P::CENTRAL_PATH {
+                9 * Self::UNIT + 3_600 * m + 100 * C * C * C
+            } else if P::NEWTON {
+                9 * Self::UNIT
+            } else {
+                Self::UNIT
+            }
+    };
+
+    /// Cycles for a unit of work.
+    const UNIT: usize = {
+        let m = Self::ROWS;
+        250 + if P::CENTRAL_PATH {
+            450 * m + 3 * m * m * m / 8
+        } else if P::NEWTON {
+            400 * m + m * m * m / 8
+        } else {
+            370 * m
+        }
+    };
+
+    /// Cycles of the search for a proof of a jam.
+    const JAM: usize = {
+        let (n, m) = (N, Self::ROWS);
+        700 * n * m * if n < m { n } else { m }
+    };
+}
