@@ -264,7 +264,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// First part of the error, from `u = W r + q`.
-    #[inline]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn natural_map_at(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
         if self.is_immovable_and_violated {
             return T::INFINITY;
