@@ -103,6 +103,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
     }
 
     /// Rows along which they may push.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn pushing_rows(&self) -> usize {
         let contacts = self.contacts().iter().map(ContactSet::pushing_rows);
         contacts.sum::<usize>() + self.counts.rows
