@@ -58,7 +58,7 @@ pub(crate) fn unit<T: Real>(largest: T) -> T {
 }
 
 /// The largest of a number and of some sizes; sizes that are not numbers do not count.
-#[cfg_attr(target_os = "none", inline(never))]
+#[inline]
 pub(crate) fn larger<T: Real>(mut largest: T, values: &[T], scale: T) -> T {
     for &value in values {
         let size = (value * scale).abs();

@@ -29,6 +29,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Writes down a proof.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn write_certificate(&mut self, proof: &Stacked<T, D, C, R>) {
         // There is room: a solution holds as many as a scene.
         let counts = self.problem.sets.counts();
