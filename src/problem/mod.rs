@@ -116,8 +116,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn fill(&mut self, may_use_momentum: bool) {
         let (scene, factor) = (self.scene, self.factor);
-        let [free_impulse] = self.free_impulse.data.0;
-        self.whitened = free_impulse;
+        let [free_impulse] = &self.free_impulse.data.0;
+        self.whitened.copy_from_slice(free_impulse); // an assignment might move what overlaps: `memmove`
         factor.whiten(&mut self.whitened);
         let mut moved = Stacked::zero();
         let energy = factor.contact_velocity(&self.whitened, &mut moved);
