@@ -13,10 +13,13 @@ fn main() {
 #[cfg(target_os = "none")]
 #[path = "../embedded/board.rs"]
 mod board;
+#[cfg(all(target_os = "none", contestant = "gauss_seidel"))]
+mod by_hand;
 #[cfg(target_os = "none")]
 #[path = "../embedded/counter.rs"]
 mod counter;
 #[cfg(all(target_os = "none", contestant = "gauss_seidel"))]
+#[path = "../embedded/gauss_seidel.rs"]
 mod gauss_seidel;
 #[cfg(target_os = "none")]
 #[path = "../embedded/records.rs"]
@@ -38,7 +41,7 @@ mod race {
     use nalgebra::SVector;
 
     #[cfg(contestant = "gauss_seidel")]
-    use crate::gauss_seidel::race as contest;
+    use crate::by_hand::race as contest;
     #[cfg(not(any(contestant = "stiction", contestant = "gauss_seidel")))]
     use crate::stack::stack_bytes;
     #[cfg(contestant = "stiction")]

@@ -1,8 +1,8 @@
 //! Instructions, RAM and stack of the kernel on an emulated Cortex-M (`.ci/firmware` runs it), or cycles on a board
 //! (`examples/embedded/boards`).
 //!
-//! A line is `scene quantity value`. A warm solve starts from the solution of a free impulse 1 % smaller. Beside it a
-//! projected Gauss-Seidel loop with as many sweeps as it needs, and no test for when to stop.
+//! A line is `scene quantity value`. A warm solve starts from the solution of a free impulse 1 % smaller. Beside it the loop that
+//! one writes by hand in contact space (`race`).
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
@@ -17,11 +17,14 @@ mod board;
 #[path = "../embedded/counter.rs"]
 mod counter;
 #[cfg(target_os = "none")]
+#[path = "../embedded/gauss_seidel.rs"]
 mod gauss_seidel;
 #[cfg(target_os = "none")]
 mod limits;
 #[cfg(target_os = "none")]
 mod phases;
+#[cfg(target_os = "none")]
+mod race;
 #[cfg(target_os = "none")]
 #[path = "../embedded/records.rs"]
 mod records;
@@ -35,9 +38,9 @@ mod stack;
 mod measure {
     use crate::board::exit;
     use crate::counter::Counter;
-    use crate::gauss_seidel::GaussSeidel;
     use crate::limits::Limits;
     use crate::phases::OfPhases;
+    use crate::race::Races;
     use crate::records::{Records, Step};
     use crate::sharing::Sharing;
     use crate::stack::stack_bytes;
@@ -64,7 +67,6 @@ mod measure {
         admm_factor: AdmmFactor<T, N, D, C>,
         solver: Solver<T, N, D, C>,
         admm: AdmmSolver<T, N, D, C>,
-        peer: GaussSeidel<T, N, D, C>,
     }
 
     impl<T: Real, const N: usize, const D: usize, const C: usize> Bench<T, N, D, C> {
@@ -77,7 +79,6 @@ mod measure {
                 admm_factor: AdmmFactor::empty(),
                 solver: Solver::new(),
                 admm: AdmmSolver::new(),
-                peer: GaussSeidel::new(),
             }
         }
 
@@ -191,7 +192,6 @@ mod measure {
             self.print("ram_factor", bytes(size_of_val(&self.factor)));
             self.print("ram_solver", bytes(size_of_val(&self.solver)));
             self.print("ram_restart", bytes(size_of_val(&self.admm)));
-            self.measure_peer(counter, &push)?;
             let all = stack_bytes(|| ok &= self.solve_by_all_phases(&push));
             self.print("stack_all_phases", bytes(all));
             ok.then_some(())
@@ -243,50 +243,6 @@ mod measure {
             // Newton's method takes 30 steps in a row at most.
             set.is_ok() && !solved && work.newton_steps > 60 && work.proof_searches == 1
         }
-
-        fn measure_peer(&mut self, counter: &mut Counter, push: &SVector<T, N>) -> Option<()> {
-            let scene = &self.step.scene;
-            let mut prepared = None;
-            let prepare = || prepared = self.peer.prepare(scene);
-            let count = counter.count(prepare)?;
-            prepared?;
-            let free = scene.mass().cholesky()?.solve(&push);
-            let reference = self.peer.reference(scene, &free);
-            let mut of = |sweeps| {
-                let mut v = black_box(free);
-                let count = counter.count(|| self.peer.solve(scene, &mut v, sweeps));
-                (count, self.peer.error(scene, &v, reference))
-            };
-            let sweep = of(2).0?.checked_sub(of(1).0?)?;
-            let mut needed = |tolerance: f64| {
-                (1..=60)
-                    .chain([100, 200, 400])
-                    .find(|&sweeps| of(sweeps).1 <= T::literal(tolerance))
-            };
-            let (rough, fine) = (needed(1e-3), needed(1e-5));
-            self.print("gs_prepare", count);
-            self.print("gs_sweep", sweep);
-            for (name, sweeps) in [("gs_sweeps_1e-3", rough), ("gs_sweeps_1e-5", fine)] {
-                if let Some(sweeps) = sweeps {
-                    self.print(name, u32::try_from(sweeps).ok()?);
-                }
-            }
-            for (name, sweeps, tolerance) in [
-                ("gs_tested_1e-3", rough, 1e-3),
-                ("gs_tested_1e-5", fine, 1e-5),
-            ] {
-                if sweeps.is_some() {
-                    let mut v = black_box(free);
-                    let limit = T::literal(tolerance);
-                    let until = || self.peer.solve_until(scene, &mut v, limit);
-                    // Of hundreds of sweeps the timer loses count.
-                    if let Some(count) = counter.count(until) {
-                        self.print(name, count);
-                    }
-                }
-            }
-            Some(())
-        }
     }
 
     /// Double precision where the core has it.
@@ -326,6 +282,7 @@ mod measure {
         static mut STACK: Bench<Number, 18, 3, 12> =
             Bench::new("stack", include_bytes!("stack.bin"));
         static mut LIMITS: Limits<Number> = Limits::new();
+        static mut RACES: Races<Number> = Races::new();
         static mut SHARING: Sharing<Number> = Sharing::new();
         let Some(peripherals) = cortex_m::Peripherals::take() else {
             exit(false)
@@ -342,6 +299,7 @@ mod measure {
             WALKER.measure(&mut counter),
             STACK.measure(&mut counter),
             LIMITS.measure(include_bytes!("quadruped.bin"), &mut counter),
+            RACES.measure(&mut counter),
             SHARING.measure(&mut counter),
             WHOLE_BOX.measure(&mut counter),
             WHOLE_QUADRUPED.measure(&mut counter),

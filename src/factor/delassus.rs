@@ -7,6 +7,7 @@ use crate::linalg::cholesky::{axpy, dot, factorise};
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::{Counts, Stacked};
 use crate::linalg::substitution::{Scaled, solve_upper_block};
+use crate::linalg::vector::at_least;
 use crate::real::Real;
 use crate::scene::{Contact, Scene};
 use core::array::from_fn;
@@ -78,7 +79,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
     #[inline(never)]
     fn drop_rows<const N: usize>(&mut self, contact: usize, whitened: &mut [[[T; D]; N]; C]) {
         let own = from_fn::<T, D, _>(|k| self.inverse_mass(contact, k));
-        let largest = own.iter().fold(T::ZERO, |x, &y| x.max(y));
+        let largest = own.iter().fold(T::ZERO, |x, &y| at_least(y, x));
         for (k, &own) in own.iter().enumerate() {
             if own >= largest * rounding_share() {
                 continue;
@@ -221,7 +222,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         let mut growth = T::ONE;
         for (k, (mass, factor)) in mass.iter().zip(&self.mass).enumerate() {
             if let (Some(&diagonal), Some(&reciprocal)) = (mass.get(k), factor.get(k)) {
-                growth = growth.max((diagonal * reciprocal).abs());
+                growth = at_least((diagonal * reciprocal).abs(), growth);
             }
         }
         self.uncertainty = T::literal(64.0) * T::EPSILON * growth + delassus_gap;

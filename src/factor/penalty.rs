@@ -21,8 +21,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn default_penalty(&self) -> T {
-        let participation = self.participation();
-        let moved = participation.iter().filter(|&&share| share > T::ZERO);
+        let mut participation = [T::ZERO; N];
+        let least = self.participation(&mut participation);
+        let moved = participation.iter().filter(|&&share| share > least);
         let exponents = moved.clone().map(|share| share.exponent()).sum::<i32>();
         let count = i32::try_from(moved.count()).unwrap_or(0);
         let mean = exponents.checked_div_euclid(count);
@@ -31,17 +32,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Number of dofs that contacts and joint rows move.
     pub(crate) fn moved_dofs(&self) -> usize {
-        let participation = self.participation();
-        participation
-            .iter()
-            .filter(|&&share| share > T::ZERO)
-            .count()
+        let mut participation = [T::ZERO; N];
+        let least = self.participation(&mut participation);
+        participation.iter().filter(|&&share| share > least).count()
     }
 
-    /// `(HᵀH)_jj / M_jj`; 0 if that is rounding relative to the largest.
+    /// Adds `(HᵀH)_jj / M_jj` to zeros, and returns what is rounding relative to the largest.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn participation(&self) -> [T; N] {
-        let mut participation = [T::ZERO; N];
+    fn participation(&self, participation: &mut [T; N]) -> T {
         let (groups, last) = participation.as_chunks_mut::<GROUP>();
         for (contact, support) in self.supported() {
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
@@ -67,12 +65,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 largest = *participation;
             }
         }
-        for participation in &mut participation {
-            if *participation <= largest * T::literal(1e-9) {
-                *participation = T::ZERO;
-            }
-        }
-        participation
+        largest * T::literal(1e-9)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::linalg::blocks::subtract_rows;
 use crate::linalg::cholesky::dot;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::real::Real;
-use contact::{divide, keep, multiply, own_columns, own_columns_mut, triangularise};
+use contact::{divide, exchange, keep, multiply, own_columns, own_columns_mut, triangularise};
 use core::ops::Range;
 
 mod contact;
@@ -153,7 +153,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
             }
             *self.row_order.get_mut(k)? = pivot;
             if k < pivot && pivot < R {
-                rows.swap(k, pivot);
+                exchange(rows, k, pivot)?;
             }
             let (done, below) = rows.split_at_mut_checked(k + 1)?;
             let source = done.last()?.rows;

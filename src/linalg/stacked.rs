@@ -68,6 +68,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
     }
 
     /// Square of the Euclidean norm over the contacts.
+    #[inline]
     pub(crate) fn contact_square(&self) -> T {
         self.contacts.iter().fold(T::ZERO, |sum, x| sum + square(x))
     }

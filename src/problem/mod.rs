@@ -116,8 +116,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn fill(&mut self, may_use_momentum: bool) {
         let (scene, factor) = (self.scene, self.factor);
-        let [free_impulse] = self.free_impulse.data.0;
-        self.whitened = free_impulse;
+        let [free_impulse] = &self.free_impulse.data.0;
+        self.whitened.copy_from_slice(free_impulse); // an assignment might move what overlaps: `memmove`
         factor.whiten(&mut self.whitened);
         let mut moved = Stacked::zero();
         let energy = factor.contact_velocity(&self.whitened, &mut moved);
@@ -264,7 +264,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// First part of the error, from `u = W r + q`.
-    #[inline]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn natural_map_at(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
         if self.is_immovable_and_violated {
             return T::INFINITY;

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Input};
 use crate::real::Real;
+use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 use nalgebra::{ComplexField, SMatrix};
 
 /// Fingerprint of some numbers and their place among others.
@@ -16,38 +17,24 @@ pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u64 {
     end(hashes)
 }
 
-/// Copies a matrix and returns its fingerprint. If an entry is not finite, the copy is of no use.
-#[inline]
-pub(super) fn copy_finite<T: Real, const R: usize, const K: usize>(
-    target: &mut SMatrix<T, R, K>,
-    matrix: &SMatrix<T, R, K>,
-    place: usize,
-    input: Input,
-) -> Result<u64, Error> {
-    let print = copy_and_hash(target.as_mut_slice(), matrix.as_slice(), place);
-    print.ok_or_else(|| entry_not_finite::<T, R>(matrix.as_slice(), input))
-}
-
-/// Copies numbers and returns their fingerprint, unless one is not finite.
+/// Copies numbers and returns their fingerprint, as [`fingerprint`] does.
 #[cfg_attr(target_os = "none", inline(never))]
-fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> Option<u64> {
+pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
     let (targets, last) = target.as_chunks_mut::<4>();
     let mut hashes = begin(place);
     for (target, numbers) in targets.iter_mut().zip(chunks) {
-        // A loop that cannot end here would become a `memcpy`, which takes longer.
-        if !are_finite(numbers) {
-            return None;
-        }
         T::hash_four(&mut hashes, *numbers);
         *target = *numbers;
+        compiler_fence(SeqCst); // without, it would become a `memcpy`, which takes longer
     }
-    let last_four = padded(rest);
+    let mut last_four = [T::ZERO; 4];
+    for ((target, place), &number) in last.iter_mut().zip(&mut last_four).zip(rest) {
+        (*target, *place) = (number, number);
+        compiler_fence(SeqCst);
+    }
     T::hash_four(&mut hashes, last_four);
-    for (target, &number) in last.iter_mut().zip(rest) {
-        *target = number;
-    }
-    are_finite(&last_four).then(|| end(hashes))
+    end(hashes)
 }
 
 /// Hashes of no numbers, for a place. They are not 0, which zeros would leave as it is.
@@ -79,8 +66,7 @@ pub(crate) fn check_finite<T: Real, const R: usize, const K: usize>(
     matrix: &SMatrix<T, R, K>,
     input: Input,
 ) -> Result<(), Error> {
-    let (chunks, rest) = matrix.as_slice().as_chunks::<4>();
-    if chunks.iter().all(are_finite) && are_finite(&padded(rest)) {
+    if are_finite(matrix.as_slice()) {
         Ok(())
     } else {
         Err(entry_not_finite::<T, R>(matrix.as_slice(), input))
@@ -99,11 +85,19 @@ fn entry_not_finite<T: Real, const R: usize>(entries: &[T], input: Input) -> Err
     }
 }
 
-/// Are all four numbers finite? Their sum is not, if one of them is not.
-#[inline]
-fn are_finite<T: Real>(numbers: &[T; 4]) -> bool {
-    let [a, b, c, d] = *numbers;
-    ((a + b) + (c + d)).is_finite() || numbers.iter().all(ComplexField::is_finite)
+/// Are all numbers finite? A sum is not, if one of them is not, and nothing else times 0 is not 0.
+#[cfg_attr(target_os = "none", inline(never))]
+fn are_finite<T: Real>(numbers: &[T]) -> bool {
+    let (chunks, rest) = numbers.as_chunks::<4>();
+    let mut gaps = T::ZERO;
+    for &[a, b, c, d] in chunks {
+        gaps += ((a + b) + (c + d)) * T::ZERO;
+    }
+    for &number in rest {
+        gaps += number * T::ZERO;
+    }
+    // A sum may overflow.
+    gaps == T::ZERO || numbers.iter().all(ComplexField::is_finite)
 }
 
 /// Is it finite, and symmetric to the bit?

@@ -1,6 +1,6 @@
 //! The contacts of a scene: pushed, changed, removed.
 
-use super::checks::{check_finite, copy_finite, fingerprint};
+use super::checks::{check_finite, copy_and_hash, fingerprint};
 use super::surface::Scaling;
 use super::{Contact, Scene, Surface, move_up};
 use crate::cone::FrictionCone;
@@ -69,7 +69,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             });
         };
         let input = Input::Jacobian { contact: index };
-        let print = copy_finite(&mut place.jacobian, &contact.jacobian, index, input)?;
+        check_finite(&contact.jacobian, input)?;
+        let entries = contact.jacobian.as_slice();
+        let print = copy_and_hash(place.jacobian.as_mut_slice(), entries, index);
         check_finite(&contact.offset, Input::Offset { contact: index })?;
         if !FrictionCone::is_valid(mu) {
             return Err(Error::InvalidFriction {

@@ -4,7 +4,7 @@ use crate::error::{Error, Input};
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::Counts;
 use crate::real::Real;
-use checks::{check_symmetric, copy_finite, fingerprint, is_finite_and_symmetric};
+use checks::{check_symmetric, copy_and_hash, fingerprint, is_finite_and_symmetric};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 use refused::Refused;
 pub(crate) use rows::check_compliance;
@@ -177,7 +177,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.contacts_print = self.prints_of_contacts();
             self.rows_print = self.prints_of_rows();
         }
-        let mut print = copy_finite(&mut self.mass, mass, C + R, Input::Mass)?;
+        let mut print = copy_and_hash(self.mass.as_mut_slice(), mass.as_slice(), C + R);
         if !is_symmetric {
             self.mass.fill_lower_triangle_with_upper_triangle();
             print = fingerprint(self.mass.as_slice(), C + R);

@@ -103,6 +103,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
     }
 
     /// Rows along which they may push.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn pushing_rows(&self) -> usize {
         let contacts = self.contacts().iter().map(ContactSet::pushing_rows);
         contacts.sum::<usize>() + self.counts.rows
@@ -141,6 +142,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
     }
 
     /// Are impulses those nearest to 0?
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn are_at_rest(&self, r: &Stacked<T, D, C, R>) -> bool {
         let mut contacts = r.contacts.iter();
         let mut rows = self.rows().iter().zip(&r.rows);

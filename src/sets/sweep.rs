@@ -79,11 +79,11 @@ fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
         *r = new;
         if taken != [T::ZERO; D] {
-            let contacts = velocities.contacts.as_flattened_mut();
-            for k in 0..(D * counts.contacts).min(D * C) {
-                subtract(contacts.get_mut(k), &taken, rows, |row| {
-                    row.as_flattened().get(k)
-                });
+            let contacts = velocities.contacts.iter_mut().enumerate();
+            for (j, u) in contacts.take(counts.contacts) {
+                for (k, u) in u.iter_mut().enumerate() {
+                    subtract(Some(u), &taken, rows, |row| row.get(j)?.get(k));
+                }
             }
             let coupling = delassus.coupling.iter().zip(&mut velocities.rows);
             for (blocks, u) in coupling.take(counts.rows) {

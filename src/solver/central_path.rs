@@ -217,11 +217,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
                 self.sweep_once(monitor);
             }
         }
-        let value = |values: &[f64]| {
+        // Rounded by the compiler.
+        let value = |values: &[T]| {
             let value = values.get(jams % values.len().max(1));
-            value.map_or(T::ONE, |&value| T::literal(value))
+            value.copied().unwrap_or(T::ONE)
         };
-        let (gain, beta) = (value(&tuning::GAINS), value(&tuning::WEIGHTS));
+        let gain = value(&tuning::GAINS.map(T::literal));
+        let beta = value(&tuning::WEIGHTS.map(T::literal));
         // Higher with each round of weights, so that none repeats another.
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         self.enter_path(monitor, tau * tuning::tau_raise() * round, gain, beta);

@@ -1,6 +1,7 @@
 //! When the monitor doubts a solution: scenes that have none.
 
 use crate::linalg::stacked::Stacked;
+use crate::linalg::vector::at_least;
 use crate::real::Real;
 use crate::scene::RowLaw;
 use crate::solution::Status;
@@ -31,6 +32,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Writes down a proof.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn write_certificate(&mut self, proof: &Stacked<T, D, C, R>) {
         // There is room: a solution holds as many as a scene.
         let counts = self.problem.sets.counts();
@@ -62,7 +64,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             if let (Some(&u), Some(&w)) =
                 (found.velocity.iter().next(), contact.offset.iter().next())
             {
-                (closing, asked) = (closing.max(-u), asked.max(-w));
+                (closing, asked) = (at_least(-u, closing), at_least(-w, asked));
             }
         }
         for (found, row) in self.solution.rows.iter().zip(scene.rows()) {
@@ -71,8 +73,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 RowLaw::Equality => velocity.abs(),
                 RowLaw::Box { .. } => T::ZERO,
             };
-            closing = closing.max(violation(found.velocity));
-            asked = asked.max(violation(row.offset));
+            closing = at_least(violation(found.velocity), closing);
+            asked = at_least(violation(row.offset), asked);
         }
         let is_met = self.record.status == Status::Solved && closing * T::literal(10.0) <= asked;
         if !is_met && let Some(proof) = self.problem.jam() {

@@ -2,6 +2,7 @@
 
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
+use core::mem::swap;
 use core::ops::Range;
 
 /// The entries of a row in the first columns from `start` on, as many as a contact may have.
@@ -99,7 +100,7 @@ pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: us
         }
         *taken = index;
         if index != p && index < D {
-            rows.swap(p, index);
+            exchange(rows, p, index)?;
             block.swap(p, index);
         }
         let source = *block.get(p)?;
@@ -137,6 +138,25 @@ pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: us
     }
     for k in 0..last_row {
         eliminate_column(rows, &block, |row| row.rows.get_mut(k));
+    }
+    Some(())
+}
+
+/// Exchanges a row and one behind it, number by number: a `swap` of such large values would link `memmove`.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(super) fn exchange<T, const D: usize, const C: usize, const R: usize>(
+    rows: &mut [Stacked<T, D, C, R>],
+    one: usize,
+    behind: usize,
+) -> Option<()> {
+    let (before, rest) = rows.split_at_mut_checked(behind)?;
+    let (one, other) = (before.get_mut(one)?, rest.first_mut()?);
+    let contacts = one.contacts.as_flattened_mut().iter_mut();
+    for (x, y) in contacts.zip(other.contacts.as_flattened_mut()) {
+        swap(x, y);
+    }
+    for (x, y) in one.rows.iter_mut().zip(&mut other.rows) {
+        swap(x, y);
     }
     Some(())
 }

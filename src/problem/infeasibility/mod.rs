@@ -10,6 +10,7 @@
 
 use crate::factor::{Delassus, Factor};
 use crate::linalg::stacked::{Stacked, StackedMatrix};
+use crate::linalg::vector::at_least;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{RowLaw, Scene};
@@ -63,7 +64,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         };
         normalised(factor.delassus(), mass, &scales, &mut search.gram);
         let fastest = offsets.iter();
-        let fastest = fastest.fold(T::ZERO, |fastest, g| fastest.max(g.abs()));
+        let fastest = fastest.fold(T::ZERO, |fastest, g| at_least(g.abs(), fastest));
         let mut d = search.minimise(fastest)?;
         search.purify(&mut d)?;
         // What rounding left of W d, taken away twice.
@@ -144,7 +145,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let places = sums.get_mut(column).zip(sizes.get_mut(column));
             if let Some((sum, size)) = places.filter(|_| weight != T::ZERO) {
                 *sum += entry * d;
-                *size = size.max((entry * d / weight).abs());
+                *size = at_least((entry * d / weight).abs(), *size);
             }
         };
         let pairs = d.contacts.iter().zip(&weights.contacts);
@@ -231,7 +232,7 @@ fn is_strong<T: Real, const D: usize, const C: usize, const R: usize>(
 ) -> bool {
     let mut fastest = T::ZERO;
     for (&offset, &x) in offsets.iter().zip(x.iter()) {
-        fastest = fastest.max(offset.abs());
+        fastest = at_least(offset.abs(), fastest);
         leak += x.abs() * T::literal(0.25) * T::EPSILON; // what rounding may hide
     }
     let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);

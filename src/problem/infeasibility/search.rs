@@ -6,6 +6,7 @@
 use super::Proof;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
+use crate::linalg::vector::at_least;
 use crate::real::Real;
 
 /// What a row asks of its velocity.
@@ -239,7 +240,9 @@ fn support<T: Real, const C: usize, const R: usize>(d: &Proof<T, C, R>) -> Proof
 
 /// Scales to a largest entry of 1.
 fn normalise<T: Real, const C: usize, const R: usize>(d: &mut Proof<T, C, R>) {
-    let largest = d.iter().fold(T::ZERO, |largest, d| largest.max(d.abs()));
+    let largest = d
+        .iter()
+        .fold(T::ZERO, |largest, d| at_least(d.abs(), largest));
     for d in d.iter_mut() {
         *d /= largest;
     }

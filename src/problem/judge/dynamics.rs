@@ -3,7 +3,7 @@
 use crate::linalg::cholesky::{BLOCK, axpy, dot};
 use crate::linalg::sparsity::{GROUP, add_columns_and_sizes, add_products_and_sizes};
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::{larger, quotient, root_sum};
+use crate::linalg::vector::{at_least, larger, quotient, root_sum};
 use crate::real::Real;
 use crate::scene::Scene;
 use nalgebra::ComplexField;
@@ -90,7 +90,7 @@ impl<T: Real> Norms<T> {
         }
         Self {
             residual,
-            size: size_free.max(size_v).max(size_r),
+            size: at_least(size_r, at_least(size_v, size_free)),
             magnitude,
             unit,
         }

@@ -1,6 +1,7 @@
 //! The judge: from an impulse to a solution, its velocity and its error.
 
 use crate::linalg::stacked::Stacked;
+use crate::linalg::vector::at_least;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::Scaling;
@@ -122,7 +123,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if let Some(weighted) = &mut momentum.weighted {
             let diagonal = scene.mass().data.0.iter().enumerate();
             let heaviest = diagonal.fold(T::ZERO, |largest, (k, column)| {
-                column.get(k).map_or(largest, |&mass| largest.max(mass))
+                column
+                    .get(k)
+                    .map_or(largest, |&mass| at_least(mass, largest))
             });
             weighted.compare_with(self.energy.momentum_floor(weighted.unit));
             let plain = self.energy.momentum_floor(momentum.plain.unit);

@@ -16,7 +16,7 @@
 //! ([`crate::solver::initial_guess`]), if sticking is likely.
 
 use crate::linalg::blocks::product;
-use crate::linalg::vector::square;
+use crate::linalg::vector::{at_least, square};
 use crate::real::Real;
 use crate::sets::contact::ContactSet;
 use crate::sets::contact::local::Local;
@@ -155,12 +155,6 @@ fn push<T: Real, const D: usize>(
 /// Smallest trusted difference, relative to its terms.
 fn floor<T: Real>() -> T {
     T::EPSILON * T::literal(64.0)
-}
-
-/// The larger of two numbers; the second if the first is none. (`max` would take four times as many instructions.)
-#[inline]
-fn at_least<T: Real>(number: T, least: T) -> T {
-    if number > least { number } else { least }
 }
 
 /// `S_kk`, at least a trusted share of `W_kk`, so that a row that nothing moves has a pivot, too.

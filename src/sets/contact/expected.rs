@@ -1,7 +1,7 @@
 //! The sizes of impulses that are expected beside `|r0|`: what would stop the motion, and what momenta carry.
 
 use crate::linalg::sparsity::{GROUP, add_sizes};
-use crate::linalg::vector::{larger, square, unit};
+use crate::linalg::vector::{at_least, larger, square, unit};
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::{ContactSet, RowSet};
@@ -80,7 +80,7 @@ pub(crate) fn carried_impulse<
             }
         }
         fastest = larger(fastest, lengths(offset.as_slice()), T::ONE);
-        mobility = mobility.max(set.inverse_mass());
+        mobility = at_least(set.inverse_mass(), mobility);
         for (lever, column) in levers.iter_mut().zip(&contact.jacobian.data.0) {
             *lever = larger(*lever, lengths(column), T::ONE);
         }
@@ -97,7 +97,7 @@ pub(crate) fn carried_impulse<
     for ((&lever, &momentum), (j, column)) in levers.iter().zip(&momenta).zip(masses) {
         let mass = column.get(j).copied().unwrap_or(T::ZERO);
         if lever > T::literal(1e-7) * (mass * mobility).square_root() {
-            largest = largest.max((momentum + mass * fastest / lever) / lever);
+            largest = at_least((momentum + mass * fastest / lever) / lever, largest);
         }
     }
     largest

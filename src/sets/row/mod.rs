@@ -74,6 +74,7 @@ impl<T: Real> RowSet<T> {
     }
 
     /// The nearest impulse within the bounds, a clamp; what is no number stays so.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn project(&self, r: T) -> T {
         let [lower, upper] = self.bounds;
         if r < lower {
