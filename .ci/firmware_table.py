@@ -33,7 +33,7 @@ RACES = {
     "stack": SCENES["stack"],
 }
 COLUMNS = ["prepare", "prepare_restart", "iteration", "newton_step", "cold_1e-3", "cold_1e-4", "cold_1e-5",
-           "warm_1e-3", "warm_1e-4", "warm_1e-5", "piece"]
+           "warm_1e-3", "warm_1e-4", "warm_1e-5", "piece", "slice"]
 # Of a chip: its clock, and cycles for an instruction without and with five wait states (`examples/cycles`).
 MEGAHERTZ, CYCLES = 168, (1.8, 2.5)
 BYTES = ["ram_scene", "ram_factor", "ram_solver", "ram_restart",
@@ -49,7 +49,8 @@ was measured. `.ci/firmware` fails where a number differs by more than 2 %; with
   of a cold solve, with what it takes to find its length.
 - `cold` and `warm` are solves to a tolerance with all prepared; a warm one starts from the solution of a free impulse
   1 % smaller.
-- A `piece` is what each call costs more where a cold solve to 1e-5 is made of the smallest pieces of work (`Solver::advance`).
+- A `piece` is what each call costs more where a cold solve to 1e-5 is made of the smallest pieces of work (`Solver::advance`);
+  a `slice` is the longest of these calls.
 - `restart` means `AdmmSolver`: `ram_restart` is its size, `stack_restart` the stack of its solve.
 - Bytes of stack are what a call takes beyond what its caller holds. `stack_solve` is that of the cold solve to 1e-5, which
   need not reach the interior point. `stack_all_phases` is that of a solve that goes through sweeps, Newton's method, a

@@ -18,18 +18,13 @@ pub(crate) fn write(files: &[PathBuf], steps: usize) -> Result<String, String> {
     let mut sizes = BTreeMap::<Size, Vec<Numbers>>::new();
     for path in files {
         if let Some(file) = mixed::read(path)? {
-            let size = [
-                file.n_dof,
-                file.dim,
-                file.n_contacts,
-                file.joints.len(),
-                file.n_contacts,
-            ];
+            let [contacts, rows] = [file.n_contacts, file.joints.len()].map(rounded);
+            let size = [file.n_dof, file.dim, contacts, rows, contacts];
             sizes.entry(size).or_default().push(of_mixed(&file));
             continue;
         }
         for scene in scene_file::read(path)?.iter().take(steps) {
-            let size = [scene.n_dof, scene.dim, scene.n_contacts, 0, 0];
+            let size = [scene.n_dof, scene.dim, rounded(scene.n_contacts), 0, 0];
             sizes.entry(size).or_default().push(of_contacts(scene));
         }
     }
@@ -48,9 +43,18 @@ pub(crate) fn write(files: &[PathBuf], steps: usize) -> Result<String, String> {
     Ok(source)
 }
 
+/// The next larger number of contacts or joint rows, so that fewer sizes have to be compiled.
+fn rounded(count: usize) -> usize {
+    [0, 1, 2, 4, 6, 8, 12, 24]
+        .into_iter()
+        .find(|&size| size >= count)
+        .unwrap_or(count)
+}
+
 /// A scene of contacts alone.
 fn of_contacts(scene: &SceneFile) -> Numbers {
-    let mut numbers: Numbers = scene.mass.transpose().iter().copied().collect();
+    let mut numbers = counts(scene.n_contacts, 0);
+    numbers.extend(scene.mass.transpose().iter());
     numbers.extend(scene.f.iter().map(|f| -f));
     for i in 0..scene.n_contacts {
         numbers.push(scene.mu[i]);
@@ -65,7 +69,8 @@ fn of_contacts(scene: &SceneFile) -> Numbers {
 
 /// A scene with surfaces and joint rows.
 fn of_mixed(file: &MixedFile) -> Numbers {
-    let mut numbers = file.mass.concat();
+    let mut numbers = counts(file.n_contacts, file.joints.len());
+    numbers.extend(file.mass.concat());
     numbers.extend(file.f.iter().map(|f| -f));
     for (i, mu) in file.mu.iter().enumerate() {
         for row in 0..5 {
@@ -89,4 +94,10 @@ fn of_mixed(file: &MixedFile) -> Numbers {
         });
     }
     numbers
+}
+
+/// How many contacts and joint rows follow.
+#[allow(clippy::cast_precision_loss)] // a few
+fn counts(contacts: usize, rows: usize) -> Numbers {
+    vec![contacts as f64, rows as f64]
 }

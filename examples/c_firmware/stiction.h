@@ -269,12 +269,12 @@ enum stiction_status stiction_set_row_compliance(stiction *s, uint32_t row, stic
 enum stiction_status stiction_set_impulses(stiction *s, const stiction_contact_impulse *contacts, uint32_t contact_count,
                                            const stiction_row_impulse *rows, uint32_t row_count);
 
-/* The budget whose worst case takes at most so many microseconds at a clock of so many megahertz, in float on a Cortex-M4F with all
-   contacts and joint rows in use: of the solve alone, without limits; 0 if there is not enough time. */
+/* The largest budget with which a call takes at most so many microseconds at a clock of so many megahertz, in float on a Cortex-M4F with
+   all contacts and joint rows in use: preparing included, filling and the passes of limits not; 0 if there is not enough time. */
 uint32_t stiction_budget_within(uint32_t microseconds, uint32_t megahertz);
 
 /* Solves for a free impulse M v_free (N s) to an error of `tolerance`; 1e-4 suits float. A call does at most `budget` work
-   and 27 more: a Newton step counts 10, a sweep 2. If the budget has ended, resume goes on, with the same scene, free impulse and
+   and 19 more: a Newton step counts 10, a sweep 2. If the budget has ended, resume goes on, with the same scene, free impulse and
    tolerance, and in how many calls makes no difference, except that STICTION_INFEASIBLE and STICTION_JAMMED may come sooner. Otherwise, and with
    anything else, resume solves. */
 enum stiction_status stiction_solve(stiction *s, const stiction_real free_impulse[STICTION_N], stiction_real tolerance,

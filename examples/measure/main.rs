@@ -197,7 +197,7 @@ mod measure {
             ok.then_some(())
         }
 
-        /// What a solve in pieces costs more than in one, for each piece.
+        /// What a solve in pieces costs more than in one, for each piece, and the longest piece.
         fn measure_pieces(&mut self, counter: &mut Counter, push: &SVector<T, N>) -> Option<()> {
             let whole = Settings::new(T::literal(1e-5));
             let piece = Settings { budget: 1, ..whole };
@@ -218,6 +218,17 @@ mod measure {
             if let Some(more) = in_pieces.saturating_sub(all).checked_div(pieces - 1) {
                 self.print("piece", more);
             }
+            self.solver.reset();
+            let (mut longest, mut has_ended) = (0, false);
+            while !has_ended {
+                let (scene, factor) = (&self.step.scene, &self.factor);
+                let solver = &mut self.solver;
+                let count = counter.count(|| {
+                    has_ended = solver.advance(scene, factor, push, &piece) != Ok(false);
+                })?;
+                longest = longest.max(count);
+            }
+            self.print("slice", longest);
             Some(())
         }
 

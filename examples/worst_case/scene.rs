@@ -9,6 +9,8 @@ use stiction::{Contact, JointRow, RowLaw, Scene, Surface};
 pub(crate) struct Given<const N: usize, const D: usize, const C: usize, const R: usize> {
     mass: SMatrix<f32, N, N>,
     push: SVector<f32, N>,
+    /// Contacts and joint rows in use.
+    counts: [usize; 2],
     contacts: [(Contact<f32, N, D>, Surface<f32>); C],
     rows: [JointRow<f32, N>; R],
 }
@@ -28,7 +30,9 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
     pub(crate) fn read(numbers: &[f32], has_surfaces: bool) -> Option<Self> {
         let mut numbers = numbers.iter().copied();
         let mut next = || numbers.next();
+        let counts = [next()?, next()?].map(|count| count as usize);
         let mut given = Self {
+            counts,
             mass: SMatrix::zeros(),
             push: SVector::zeros(),
             contacts: from_fn(|_| {
@@ -54,7 +58,7 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
         for push in given.push.iter_mut() {
             *push = next()?;
         }
-        for (key, (contact, surface)) in (0..).zip(&mut given.contacts) {
+        for (key, (contact, surface)) in (0..).zip(&mut given.contacts).take(counts[0]) {
             contact.key = key;
             contact.mu = next()?;
             if has_surfaces {
@@ -72,7 +76,7 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
                 }
             }
         }
-        for (key, row) in (1000..).zip(&mut given.rows) {
+        for (key, row) in (1000..).zip(&mut given.rows).take(counts[1]) {
             row.key = key;
             for entry in row.row.iter_mut() {
                 *entry = next()?;
@@ -105,7 +109,7 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
         }
     }
 
-    /// The same where everything moves everything: no zeros in `M`, `H` and the joint rows.
+    /// The same where everything moves everything, with as many contacts as there is room for: no zeros in `M`, `H` and the joint rows.
     pub(crate) fn make_dense(&mut self, random: &mut Random) {
         let scale = self.mass.diagonal().amax();
         self.mass = SMatrix::from_diagonal_element(scale);
@@ -115,9 +119,13 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
                 (self.mass[(i, j)], self.mass[(j, i)]) = (entry, entry);
             }
         }
-        for (contact, _) in &mut self.contacts {
+        for (key, (contact, _)) in (0..).zip(&mut self.contacts) {
+            if key as usize >= self.counts[0] {
+                (contact.key, contact.mu) = (key, 0.5);
+            }
             contact.jacobian.iter_mut().for_each(|h| *h = random.next());
         }
+        self.counts[0] = C;
         for row in &mut self.rows {
             row.row.iter_mut().for_each(|entry| *entry = random.next());
         }
@@ -131,10 +139,10 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
     ) -> Option<()> {
         scene.clear();
         scene.set_mass(&self.mass).ok()?;
-        for (contact, surface) in &self.contacts {
+        for (contact, surface) in self.contacts.iter().take(self.counts[0]) {
             push(scene, contact, surface).ok()?;
         }
-        for row in &self.rows {
+        for row in self.rows.iter().take(self.counts[1]) {
             scene.push_row(row).ok()?;
         }
         Some(())

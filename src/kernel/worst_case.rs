@@ -14,10 +14,10 @@ impl<
     P: Phases,
 > Kernel<T, N, D, C, R, S, P>
 {
-    /// The [`crate::Settings::budget`] with which [`Self::solve`] takes at most so many microseconds at a clock of so many megahertz; 0
-    /// if not even a call without budget fits.
+    /// The largest [`crate::Settings::budget`] with which [`Self::solve`] takes at most so many microseconds at a clock of so many megahertz; 0
+    /// if none fits.
     ///
-    /// The largest budget whose [`Self::worst_cycles`] fit. Filling the scene comes on top. Where memory makes the core wait, give a slower
+    /// Its [`Self::worst_cycles`] fit, preparing included. Filling the scene comes on top. Where memory makes the core wait, give a slower
     /// clock.
     ///
     /// ```
@@ -32,18 +32,12 @@ impl<
     #[must_use]
     pub const fn budget_within(microseconds: usize, megahertz: usize) -> usize {
         let cycles = microseconds.saturating_mul(megahertz);
-        let Some(left) = cycles.checked_sub(Self::WITHOUT_BUDGET) else {
-            return 0;
-        };
-        let budget = match left.checked_sub(Self::ONCE) {
-            Some(left) => left.div_euclid(Self::UNIT),
-            None => 0,
-        };
+        let spare = cycles.saturating_sub(Self::WITHOUT_BUDGET + Self::ONCE);
+        let budget = spare.div_euclid(Self::UNIT);
         if budget < JAM_BUDGET {
             return budget;
         }
-        let dearer = left.saturating_sub(Self::ONCE + Self::JAM);
-        let dearer = dearer.div_euclid(Self::UNIT);
+        let dearer = spare.saturating_sub(Self::JAM).div_euclid(Self::UNIT);
         if dearer < JAM_BUDGET {
             JAM_BUDGET - 1
         } else {
@@ -64,7 +58,7 @@ impl<
             cycles = cycles.saturating_add(Self::ONCE);
             cycles = cycles.saturating_add(budget.saturating_mul(Self::UNIT));
         }
-        if P::CENTRAL_PATH && budget >= JAM_BUDGET {
+        if budget >= JAM_BUDGET {
             cycles = cycles.saturating_add(Self::JAM);
         }
         cycles
@@ -99,18 +93,29 @@ impl<
     /// Cycles for a unit of work.
     const UNIT: usize = {
         let m = Self::ROWS;
-        250 + if P::CENTRAL_PATH {
-            450 * m + 3 * m * m * m / 8
-        } else if P::NEWTON {
-            400 * m + m * m * m / 8
-        } else {
-            370 * m
-        }
+        // Where a contact spins and rolls, a sweep looks for its slip in rounds.
+        let slip = match D {
+            0..=3 => 0,
+            4 => 1_000 * C,
+            _ => 9_000 * C,
+        };
+        slip + 250
+            + if P::CENTRAL_PATH {
+                450 * m + 3 * m * m * m / 8
+            } else if P::NEWTON {
+                400 * m + m * m * m / 8
+            } else {
+                370 * m
+            }
     };
 
     /// Cycles of the search for a proof of a jam.
     const JAM: usize = {
         let (n, m) = (N, Self::ROWS);
-        700 * n * m * if n < m { n } else { m }
+        if P::CENTRAL_PATH {
+            700 * n * m * if n < m { n } else { m }
+        } else {
+            0
+        }
     };
 }

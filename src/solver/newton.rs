@@ -240,7 +240,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             newton.nonmonotone &= self.point.merit < before;
             newton.reuse = self.point.merit < before * tuning::chord_fall();
         }
-        if monitor.waits() && self.point.merit >= before {
+        let lowers = self.point.merit < before * rise.unwrap_or(T::ONE);
+        if monitor.waits() && !lowers {
             newton.left = 0; // rejected, unless it is good enough
         }
         if length.is_none() {
