@@ -187,10 +187,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             Phase::Newton(newton) if P::NEWTON && newton.is_spent() => {
                 self.after_rejection(monitor, newton.origin())
             }
-            phase => {
-                self.state.point.update(monitor.problem);
-                phase
-            }
+            phase => phase,
         }
     }
 
