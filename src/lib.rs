@@ -92,6 +92,7 @@ mod admm;
 mod cone;
 #[cfg(feature = "defmt")]
 mod defmt_format;
+mod derivative;
 mod error;
 mod factor;
 pub mod guide;
@@ -108,6 +109,7 @@ pub mod time_stepping;
 
 pub use admm::{Acceleration, AdmmSolver, SlipUpdate};
 pub use cone::FrictionCone;
+pub use derivative::{Derivative, Inputs, Outputs};
 pub use error::{Error, Input, List, Part};
 pub use factor::{AdmmFactor, AdmmFactorParts, Factor, FactorParts};
 pub use kernel::Kernel;
