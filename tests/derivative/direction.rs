@@ -56,6 +56,9 @@ pub(crate) fn moved(file: &MixedFile, seed: u64, what: What, h: f64) -> MixedFil
         }
     }
     for joint in &mut moved.joints {
+        if joint.lower == joint.upper {
+            continue; // they would get out of order
+        }
         let bounds = [&mut joint.lower, &mut joint.upper];
         for bound in bounds.into_iter().flatten() {
             *bound += h * (bound.abs() + 1e-3 * share) * draws.next();
@@ -69,21 +72,31 @@ pub(crate) fn moved(file: &MixedFile, seed: u64, what: What, h: f64) -> MixedFil
         *w += h * speed * draws.next();
     }
     for row in &mut moved.h {
-        row.iter_mut().for_each(|entry| *entry *= 1.0 + h * draws.next());
+        row.iter_mut()
+            .for_each(|entry| *entry *= 1.0 + h * draws.next());
     }
     for soft in moved.compliance.iter_mut().flatten() {
         *soft *= 1.0 + h * draws.next();
     }
     for joint in &mut moved.joints {
         joint.offset += h * speed * draws.next();
-        joint.row.iter_mut().for_each(|entry| *entry *= 1.0 + h * draws.next());
+        joint
+            .row
+            .iter_mut()
+            .for_each(|entry| *entry *= 1.0 + h * draws.next());
         joint.compliance *= 1.0 + h * draws.next();
     }
     moved
 }
 
 /// The same direction as the derivative takes it, from the scene, the scene moved to `h = 1`, and the solution.
-pub(crate) fn inputs<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+pub(crate) fn inputs<
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
     (file, scene): (&MixedFile, &Scene<f64, N, D, C, R, S>),
     (moved_file, moved): (&MixedFile, &Scene<f64, N, D, C, R, S>),
     solution: &Solution<f64, N, D, C, R>,
