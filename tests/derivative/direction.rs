@@ -13,6 +13,8 @@ pub(crate) enum What {
     All,
     /// Free impulse, mass matrix and friction: whatever contacts are redundant can follow.
     Momentum,
+    /// The same without friction, with which normal velocities of the relaxed law change.
+    Impulse,
 }
 
 /// Draws numbers between -1 and 1.
@@ -48,8 +50,9 @@ pub(crate) fn moved(file: &MixedFile, seed: u64, what: What, h: f64) -> MixedFil
             }
         }
     }
+    let rubs = if what == What::Impulse { 0.0 } else { h };
     for mu in &mut moved.mu {
-        let change = h * draws.next();
+        let change = rubs * draws.next();
         match mu {
             Friction::Isotropic(mu) => *mu *= 1.0 + change,
             Friction::Rows(rows) => rows.iter_mut().for_each(|mu| *mu *= 1.0 + change),
@@ -64,7 +67,7 @@ pub(crate) fn moved(file: &MixedFile, seed: u64, what: What, h: f64) -> MixedFil
             *bound += h * (bound.abs() + 1e-3 * share) * draws.next();
         }
     }
-    if what == What::Momentum {
+    if what != What::All {
         return moved;
     }
     let speed = 0.1 * size(&file.w) + 1e-3;
@@ -117,8 +120,12 @@ pub(crate) fn inputs<
         {
             for k in 0..D {
                 let change = if k == 0 { n_moved - n } else { t_moved - t };
-                // Of spins and rolls over the square of their lengths; no file of those is soft.
-                inputs.offsets[i][k] += change * r[k];
+                // Of spins and rolls over the square of their lengths.
+                let length = match &file.mu[i] {
+                    Friction::Rows(mu) if k > 2 && mu[k - 1] > 0.0 => mu[k - 1] / contact.mu,
+                    _ => 1.0,
+                };
+                inputs.offsets[i][k] += change * r[k] / (length * length);
             }
         }
     }
