@@ -207,14 +207,13 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
 
     /// Does an impulse that leaves all equations fulfilled move anything?
     fn find_free_motion(&self, floor: T) -> bool {
-        let nulls = (0..).map_while(|k| self.lu.null_vector(k));
-        let mut energies = nulls.map(|x| {
-            let (r, mut u) = (self.spread(&x, Side::Free), Stacked::zero());
-            let counts = self.scene.counts();
-            self.factor.delassus().times(&r, &mut u, counts);
-            r.dot(&u, 0..D * C + R)
-        });
-        energies.any(|energy| energy > floor)
+        let Some(x) = self.lu.null_vector() else {
+            return false;
+        };
+        let (r, mut u) = (self.spread(&x, Side::Free), Stacked::zero());
+        let (counts, all) = (self.scene.counts(), 0..D * C + R);
+        self.factor.delassus().times(&r, &mut u, counts);
+        r.dot(&u, all.clone()) > floor * x.dot(&x, all)
     }
 
     /// How far the next change of a mode is: the least impulse that would change one, as a share of the largest impulse

@@ -82,14 +82,46 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
         }
     }
 
-    /// The largest size of an entry in some places.
+    /// `x -= factor y` in some places; returns the largest size of an entry there.
     #[inline]
+    pub(crate) fn subtract_and_find_max(
+        &mut self,
+        factor: T,
+        other: &Self,
+        range: Range<usize>,
+    ) -> T {
+        let mut largest = [T::ZERO; 4];
+        for (x, y) in self
+            .pieces_mut(&range)
+            .into_iter()
+            .zip(other.pieces(&range))
+        {
+            let (xs, x_rest) = x.as_chunks_mut::<4>();
+            let (ys, y_rest) = y.as_chunks::<4>();
+            for (x, y) in xs.iter_mut().zip(ys) {
+                for ((x, &y), largest) in x.iter_mut().zip(y).zip(&mut largest) {
+                    *x -= factor * y;
+                    note(x.abs(), largest);
+                }
+            }
+            for ((x, &y), largest) in x_rest.iter_mut().zip(y_rest).zip(&mut largest) {
+                *x -= factor * y;
+                note(x.abs(), largest);
+            }
+        }
+        largest.into_iter().fold(T::ZERO, |mut sum, x| {
+            note(x, &mut sum);
+            sum
+        })
+    }
+
+    /// The largest size of an entry in some places.
     pub(crate) fn max(&self, range: Range<usize>) -> T {
         let pieces = self.pieces(&range);
         let entries = pieces.iter().flat_map(|piece| piece.iter());
-        entries.fold(T::ZERO, |largest, x| {
-            let size = x.abs();
-            if size > largest { size } else { largest }
+        entries.fold(T::ZERO, |mut largest, x| {
+            note(x.abs(), &mut largest);
+            largest
         })
     }
 
@@ -140,5 +172,13 @@ impl<T: Copy, const D: usize, const C: usize, const R: usize> StackedMatrix<T, D
         swap(&mut row, self.row_mut(b)?);
         *self.row_mut(a)? = row;
         Some(())
+    }
+}
+
+/// Keeps the larger one.
+#[inline]
+fn note<T: Real>(size: T, largest: &mut T) {
+    if size > *largest {
+        *largest = size;
     }
 }

@@ -2,11 +2,10 @@
 //! transpose.
 //!
 //! `P A Q = L U` with as many pivots as `A` has rank. Equations without a pivot are left out. Unknowns without one are free, and
-//! chosen so that the solution is the shortest: an orthonormal basis of the null space stands where they had their columns.
+//! chosen so that the solution is the shortest: what that takes stands where they had their columns.
 
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::real::Real;
-use core::ops::Range;
 
 /// A factorised matrix of some rows and columns, as many as there are contact rows and joint rows at most.
 #[derive(Clone, Debug)]
@@ -71,7 +70,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         let size = self.size;
         let mut largest = (floor, None);
         for (i, row) in self.matrix.iter_mut().enumerate().take(size) {
-            note_largest(row, i, 0..size, &mut largest);
+            let max = row.subtract_and_find_max(T::ZERO, &Stacked::zero(), 0..size);
+            if max > largest.0 {
+                largest = (max, Some(i));
+            }
         }
         while let (_, Some(row)) = largest {
             let k = self.rank;
@@ -83,16 +85,20 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
             largest = (floor, None);
             let others = self.matrix.iter_mut().enumerate().take(size).skip(k + 1);
             for (i, row) in others {
-                let factor = *row.at(k)? * reciprocal;
-                *row.at_mut(k)? = factor;
-                if factor != T::ZERO {
-                    row.subtract(factor, &source, k + 1..size);
+                let entry = row.at_mut(k)?;
+                let factor = *entry * reciprocal;
+                *entry = factor;
+                let max = row.subtract_and_find_max(factor, &source, k + 1..size);
+                if max > largest.0 {
+                    largest = (max, Some(i));
                 }
-                note_largest(row, i, k + 1..size, &mut largest);
             }
             self.rank += 1;
         }
-        self.find_null_space()
+        if self.rank < size {
+            self.find_null_space()?;
+        }
+        Some(())
     }
 
     /// Exchanges a row and a column with those in the next place.
@@ -110,52 +116,84 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Some(())
     }
 
-    /// Puts an orthonormal basis of the null space in the columns without a pivot.
+    /// Puts `T = U₁⁻¹ U₂` in the columns without a pivot, and below it the factor `L D Lᵀ` of `1 + Tᵀ T`, as `D Lᵀ` with reciprocals of
+    /// `D` apart.
     #[cold]
     #[inline(never)]
     fn find_null_space(&mut self) -> Option<()> {
         let (size, rank) = (self.size, self.rank);
-        for c in rank..size {
-            let mut null = Stacked::<T, D, C, R>::zero();
-            for (i, row) in self.matrix.iter_mut().enumerate().take(rank) {
-                *null.at_mut(i)? = -*row.at(c)?;
+        for i in (0..rank).rev() {
+            let mut row = *self.matrix.row(i)?;
+            for j in i + 1..rank {
+                row.subtract(*row.at(j)?, self.matrix.row(j)?, rank..size);
             }
-            self.back_substitute(&mut null)?;
-            *null.at_mut(c)? = T::ONE;
-            // Twice is enough (Kahan, Parlett).
-            for _ in 0..2 {
-                self.leave_null_space(&mut null, c)?;
+            let reciprocal = *self.reciprocals.at(i)?;
+            for c in rank..size {
+                *row.at_mut(c)? *= reciprocal;
             }
-            let scale = T::ONE / null.dot(&null, 0..size).square_root();
-            for (i, row) in self.matrix.iter_mut().enumerate().take(size) {
-                *row.at_mut(c)? = *null.at(i)? * scale;
+            *self.matrix.row_mut(i)? = row;
+        }
+        for a in rank..size {
+            let mut gram = *self.matrix.row(a)?;
+            for c in rank..size {
+                *gram.at_mut(c)? = if c == a { T::ONE } else { T::ZERO };
             }
+            for i in 0..rank {
+                let source = self.matrix.row(i)?;
+                gram.subtract(-*source.at(a)?, source, a..size);
+            }
+            for b in rank..a {
+                let source = self.matrix.row(b)?;
+                let factor = *source.at(a)? * *self.reciprocals.at(b)?;
+                gram.subtract(factor, source, a..size);
+            }
+            *self.reciprocals.at_mut(a)? = T::ONE / *gram.at(a)?;
+            *self.matrix.row_mut(a)? = gram;
         }
         Some(())
     }
 
-    /// A vector of the basis of the null space, in the order of the unknowns; `None` if there are no more.
-    pub(crate) fn null_vector(&self, index: usize) -> Option<Stacked<T, D, C, R>> {
-        let column = self.rank + index;
-        if column >= self.size {
-            return None;
+    /// A vector of the null space in which all free unknowns have a part, in the order of the unknowns; `None` if there is none.
+    pub(crate) fn null_vector(&self) -> Option<Stacked<T, D, C, R>> {
+        let (size, rank) = (self.size, self.rank);
+        let mut free = Stacked::<T, D, C, R>::zero();
+        let mut part = T::ONE;
+        for c in rank..size {
+            *free.at_mut(c)? = part;
+            part *= T::literal(-0.9);
         }
         let mut null = Stacked::zero();
-        for (i, &place) in self.columns.iter().enumerate().take(self.size) {
-            *null.at_mut(place)? = *self.matrix.row(i)?.at(column)?;
+        for (i, &place) in self.columns.iter().enumerate().take(size) {
+            *null.at_mut(place)? = if i < rank {
+                -self.matrix.row(i)?.dot(&free, rank..size)
+            } else {
+                *free.at(i)?
+            };
         }
-        Some(null)
+        (rank < size).then_some(null)
     }
 
-    /// Takes from `x` what lies in the null space, as far as its basis is known up to column `end`.
-    fn leave_null_space(&self, x: &mut Stacked<T, D, C, R>, end: usize) -> Option<()> {
-        for c in self.rank..end {
-            let mut share = T::ZERO;
-            for (i, x) in x.iter().enumerate().take(self.size) {
-                share += *x * *self.matrix.row(i)?.at(c)?;
-            }
-            for (i, x) in x.iter_mut().enumerate().take(self.size) {
-                *x -= share * *self.matrix.row(i)?.at(c)?;
+    /// Takes from `x` what lies in the null space: `x - N (Nᵀ N)⁻¹ Nᵀ x` with `N = (-T, 1)`.
+    fn leave_null_space(&self, x: &mut Stacked<T, D, C, R>) -> Option<()> {
+        let (size, rank) = (self.size, self.rank);
+        let mut share = *x;
+        for (i, &x) in x.iter().enumerate().take(rank) {
+            share.subtract(x, self.matrix.row(i)?, rank..size);
+        }
+        for a in rank..size {
+            let known = *share.at(a)? * *self.reciprocals.at(a)?;
+            share.subtract(known, self.matrix.row(a)?, a + 1..size);
+        }
+        for a in (rank..size).rev() {
+            let known = self.matrix.row(a)?.dot(&share, a + 1..size);
+            let unknown = share.at_mut(a)?;
+            *unknown = (*unknown - known) * *self.reciprocals.at(a)?;
+        }
+        for (i, x) in x.iter_mut().enumerate().take(size) {
+            if i < rank {
+                *x += self.matrix.row(i)?.dot(&share, rank..size);
+            } else {
+                *x -= *share.at(i)?;
             }
         }
         Some(())
@@ -186,7 +224,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
             }
         }
         self.back_substitute(&mut x)?;
-        self.leave_null_space(&mut x, self.size)?;
+        if self.rank < self.size {
+            self.leave_null_space(&mut x)?;
+        }
         let mut ordered = Stacked::zero();
         for (&place, &x) in self.columns.iter().zip(x.iter()).take(self.size) {
             *ordered.at_mut(place)? = x;
@@ -201,7 +241,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         for (y, &place) in y.iter_mut().zip(self.columns.iter()).take(self.size) {
             *y = *c.at(place)?;
         }
-        self.leave_null_space(&mut y, self.size)?;
+        if self.rank < self.size {
+            self.leave_null_space(&mut y)?;
+        }
         for i in 0..self.rank {
             let known = *y.at(i)? * *self.reciprocals.at(i)?;
             *y.at_mut(i)? = known;
@@ -216,19 +258,5 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
             *ordered.at_mut(place)? = y;
         }
         Some(ordered)
-    }
-}
-
-/// Notes a row that has a larger entry in some columns than all before.
-#[inline]
-fn note_largest<T: Real, const D: usize, const C: usize, const R: usize>(
-    row: &Stacked<T, D, C, R>,
-    place: usize,
-    columns: Range<usize>,
-    largest: &mut (T, Option<usize>),
-) {
-    let size = row.max(columns);
-    if size > largest.0 {
-        *largest = (size, Some(place));
     }
 }
