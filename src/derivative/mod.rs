@@ -32,7 +32,7 @@ pub use directions::{Inputs, Outputs};
 ///
 /// [`Self::forward`] says how the solution moves with a change of the data, [`Self::adjoint`] how a sum of its parts moves
 /// with each of the data; both for data that change a little, in the modes that the solution has. It borrows scene and factor.
-/// Factorised once, by `u³ / 3` multiplications for `u` rows that hold, it serves any number of calls. The guide
+/// Factorised once, by `u³ / 3` multiplications for `u` rows that hold, it serves any number of calls. [`crate::guide::derivatives`]
 /// explains it.
 ///
 /// ```
