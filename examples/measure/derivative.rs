@@ -17,12 +17,12 @@ pub(crate) fn measure<T: Real, const N: usize, const D: usize, const C: usize>(
     let count = counter.count(|| _ = black_box(new()))?;
     hprintln!("{} derivative {}", name, count);
     let derivative = new().ok()?;
-    let mut change = Inputs::zero();
+    let mut change = Inputs::<T, N, D, C>::zero();
     change.free_impulse.fill(T::ONE);
     change.friction.fill(T::ONE);
     let count = counter.count(|| _ = black_box(derivative.forward(black_box(&change))))?;
     hprintln!("{} forward {}", name, count);
-    let mut weights = Outputs::zero();
+    let mut weights = Outputs::<T, N, D, C>::zero();
     weights.velocity.fill(T::ONE);
     let count = counter.count(|| _ = black_box(derivative.adjoint(black_box(&weights))))?;
     hprintln!("{} adjoint {}", name, count);

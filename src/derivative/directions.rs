@@ -1,6 +1,7 @@
 //! Changes of data and of solutions, and what the derivative makes of one out of the other.
 
 use super::Derivative;
+use super::local::{Local, LocalRow};
 use crate::linalg::blocks::product;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::zeros;
@@ -248,26 +249,38 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// The transpose of [`Self::spread`].
     fn collect(&self, u: &Stacked<T, D, C, R>, side: Side) -> Stacked<T, D, C, R> {
         let mut collected = Stacked::zero();
-        let mut places = collected.iter_mut();
-        for (u, local) in u.contacts.iter().zip(&self.contacts) {
-            let vectors = if side == Side::Free {
-                &local.free
-            } else {
-                &local.held
-            };
-            for (vector, place) in vectors.iter().take(local.count).zip(places.by_ref()) {
+        collect(&self.contacts, &self.rows, u, side, &mut collected);
+        collected
+    }
+}
+
+/// From contacts and joint rows to unknowns: `Zᵀ u`, `Yᵀ u`.
+pub(super) fn collect<T: Real, const D: usize, const C: usize, const R: usize>(
+    contacts: &[Local<T, D>; C],
+    rows: &[LocalRow<T>; R],
+    u: &Stacked<T, D, C, R>,
+    side: Side,
+    collected: &mut Stacked<T, D, C, R>,
+) {
+    let mut places = collected.iter_mut();
+    for (u, local) in u.contacts.iter().zip(contacts) {
+        let vectors = if side == Side::Free {
+            &local.free
+        } else {
+            &local.held
+        };
+        for vector in vectors.iter().take(local.count) {
+            if let Some(place) = places.next() {
                 *place = product(vector, u);
             }
         }
-        for (&u, local) in u.rows.iter().zip(&self.rows) {
-            if local.count() > 0
-                && let Some(place) = places.next()
-            {
-                *place = local.scale * u;
-            }
+    }
+    for (&u, local) in u.rows.iter().zip(rows) {
+        if local.count() > 0
+            && let Some(place) = places.next()
+        {
+            *place = local.scale * u;
         }
-        drop(places);
-        collected
     }
 }
 

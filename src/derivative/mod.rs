@@ -10,7 +10,8 @@
 
 use crate::error::Error;
 use crate::factor::Factor;
-use crate::linalg::blocks::{block, product};
+use crate::linalg::blocks::product;
+use crate::linalg::cholesky::axpy;
 use crate::linalg::lu::Lu;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::zeros;
@@ -18,7 +19,7 @@ use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::{ContactSet, RowSet};
 use crate::solution::{Settings, Solution, Status};
-use directions::Side;
+use directions::{Side, collect};
 use local::{Local, LocalRow};
 use margin::Margin;
 
@@ -149,58 +150,39 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         unknowns
     }
 
-    /// Fills `A = Yᵀ W Z + c`.
+    /// Fills `A = Yᵀ W Z + c`: each row is `W` times one of `Y`, brought to the unknowns.
     fn assemble(&mut self) -> Option<()> {
-        let (delassus, lu) = (self.factor.delassus(), &mut self.lu);
-        let mut column = 0;
-        for (j, source) in self.contacts.iter().enumerate() {
-            let columns = source.free.iter().zip(&source.damping).take(source.count);
-            for (b, (free, &damping)) in columns.enumerate() {
-                let mut row = 0;
-                for (i, target) in self.contacts.iter().enumerate() {
-                    if target.count == 0 {
-                        continue;
-                    }
-                    let moved = block(&delassus.contacts, i, j)?.map(|w| product(&w, free));
-                    for (a, held) in target.held.iter().enumerate().take(target.count) {
-                        let own = if (i, a) == (j, b) { damping } else { T::ZERO };
-                        *lu.entry_mut(row, column)? = product(held, &moved) + own;
-                        row += 1;
+        let delassus = self.factor.delassus();
+        let mut unknown = 0;
+        for (i, local) in self.contacts.iter().enumerate() {
+            let equations = local.held.iter().zip(&local.damping).take(local.count);
+            for (held, &damping) in equations {
+                let mut moved = Stacked::zero();
+                for (&held, row) in held.iter().zip(delassus.contacts.get(i)?) {
+                    if held != T::ZERO {
+                        axpy(held, row.as_flattened(), moved.contacts.as_flattened_mut());
                     }
                 }
-                for (k, target) in self
-                    .rows
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, row)| row.count() > 0)
-                {
-                    let coupling = delassus.coupling.get(k)?.get(j)?;
-                    *lu.entry_mut(row, column)? = target.scale * product(coupling, free);
-                    row += 1;
+                for (moved, coupling) in moved.rows.iter_mut().zip(&delassus.coupling) {
+                    *moved = product(held, coupling.get(i)?);
                 }
-                column += 1;
+                let row = self.lu.row_mut(unknown)?;
+                collect(&self.contacts, &self.rows, &moved, Side::Free, row);
+                *row.at_mut(unknown)? += damping;
+                unknown += 1;
             }
         }
-        for (k, source) in self
-            .rows
-            .iter()
-            .enumerate()
-            .filter(|(_, row)| row.count() > 0)
-        {
-            let mut row = 0;
-            for (coupling, target) in delassus.coupling.get(k)?.iter().zip(&self.contacts) {
-                for held in target.held.iter().take(target.count) {
-                    *lu.entry_mut(row, column)? = product(held, coupling) * source.scale;
-                    row += 1;
-                }
+        let sources = delassus.coupling.iter().zip(&delassus.rows);
+        for (local, (coupling, row)) in self.rows.iter().zip(sources) {
+            if local.count() > 0 {
+                let moved = Stacked {
+                    contacts: coupling.map(|block| block.map(|entry| entry * local.scale)),
+                    rows: row.map(|entry| entry * local.scale),
+                };
+                let row = self.lu.row_mut(unknown)?;
+                collect(&self.contacts, &self.rows, &moved, Side::Free, row);
+                unknown += 1;
             }
-            for (&own, target) in delassus.rows.get(k)?.iter().zip(&self.rows) {
-                if target.count() > 0 {
-                    *lu.entry_mut(row, column)? = target.scale * own * source.scale;
-                    row += 1;
-                }
-            }
-            column += 1;
         }
         Some(())
     }

@@ -1,5 +1,6 @@
 //! Stacked vectors and matrices as plain ones: places are counted through the contacts' rows, and on through the joint rows.
 
+use crate::linalg::cholesky::{axpy, dot};
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::real::Real;
 use core::mem::swap;
@@ -63,66 +64,34 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
     /// `x · y` over some places.
     #[inline]
     pub(crate) fn dot(&self, other: &Self, range: Range<usize>) -> T {
-        let mut sum = T::ZERO;
-        for (x, y) in self.pieces(&range).iter().zip(other.pieces(&range)) {
-            for (&x, &y) in x.iter().zip(y) {
-                sum += x * y;
-            }
+        let ([x, x_rows], [y, y_rows]) = (self.pieces(&range), other.pieces(&range));
+        let sum = dot(x, y);
+        if x_rows.is_empty() {
+            return sum;
         }
-        sum
+        sum + dot(x_rows, y_rows)
     }
 
     /// `x -= factor y` in some places.
     #[inline]
     pub(crate) fn subtract(&mut self, factor: T, other: &Self, range: Range<usize>) {
-        for (x, y) in self.pieces_mut(&range).iter_mut().zip(other.pieces(&range)) {
-            for (x, &y) in x.iter_mut().zip(y) {
-                *x -= factor * y;
-            }
+        let ([x, x_rows], [y, y_rows]) = (self.pieces_mut(&range), other.pieces(&range));
+        axpy(-factor, y, x);
+        if !x_rows.is_empty() {
+            axpy(-factor, y_rows, x_rows);
         }
-    }
-
-    /// `x -= factor y` in some places; returns the largest size of an entry there.
-    #[inline]
-    pub(crate) fn subtract_and_find_max(
-        &mut self,
-        factor: T,
-        other: &Self,
-        range: Range<usize>,
-    ) -> T {
-        let mut largest = [T::ZERO; 4];
-        for (x, y) in self
-            .pieces_mut(&range)
-            .into_iter()
-            .zip(other.pieces(&range))
-        {
-            let (xs, x_rest) = x.as_chunks_mut::<4>();
-            let (ys, y_rest) = y.as_chunks::<4>();
-            for (x, y) in xs.iter_mut().zip(ys) {
-                for ((x, &y), largest) in x.iter_mut().zip(y).zip(&mut largest) {
-                    *x -= factor * y;
-                    note(x.abs(), largest);
-                }
-            }
-            for ((x, &y), largest) in x_rest.iter_mut().zip(y_rest).zip(&mut largest) {
-                *x -= factor * y;
-                note(x.abs(), largest);
-            }
-        }
-        largest.into_iter().fold(T::ZERO, |mut sum, x| {
-            note(x, &mut sum);
-            sum
-        })
     }
 
     /// The largest size of an entry in some places.
     pub(crate) fn max(&self, range: Range<usize>) -> T {
-        let pieces = self.pieces(&range);
-        let entries = pieces.iter().flat_map(|piece| piece.iter());
-        entries.fold(T::ZERO, |mut largest, x| {
-            note(x.abs(), &mut largest);
-            largest
-        })
+        let mut largest = T::ZERO;
+        for x in self.pieces(&range).into_iter().flatten() {
+            let size = x.abs();
+            if size > largest {
+                largest = size;
+            }
+        }
+        largest
     }
 
     /// The place of the largest entry in some places.
@@ -158,6 +127,12 @@ impl<T: Copy, const D: usize, const C: usize, const R: usize> StackedMatrix<T, D
         }
     }
 
+    /// All rows.
+    #[inline]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Stacked<T, D, C, R>> {
+        self.contacts.as_flattened().iter().chain(&self.rows)
+    }
+
     /// All rows, to be changed.
     #[inline]
     pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Stacked<T, D, C, R>> {
@@ -172,13 +147,5 @@ impl<T: Copy, const D: usize, const C: usize, const R: usize> StackedMatrix<T, D
         swap(&mut row, self.row_mut(b)?);
         *self.row_mut(a)? = row;
         Some(())
-    }
-}
-
-/// Keeps the larger one.
-#[inline]
-fn note<T: Real>(size: T, largest: &mut T) {
-    if size > *largest {
-        *largest = size;
     }
 }

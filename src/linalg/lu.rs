@@ -51,9 +51,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         }
     }
 
-    /// An entry, to be filled in.
-    pub(crate) fn entry_mut(&mut self, row: usize, column: usize) -> Option<&mut T> {
-        self.matrix.row_mut(row)?.at_mut(column)
+    /// A row, to be filled in.
+    pub(crate) fn row_mut(&mut self, row: usize) -> Option<&mut Stacked<T, D, C, R>> {
+        self.matrix.row_mut(row)
     }
 
     pub(crate) const fn size(&self) -> usize {
@@ -68,29 +68,18 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn factorise(&mut self, floor: T) -> Option<()> {
         let size = self.size;
-        let mut largest = (floor, None);
-        for (i, row) in self.matrix.iter_mut().enumerate().take(size) {
-            let max = row.subtract_and_find_max(T::ZERO, &Stacked::zero(), 0..size);
-            if max > largest.0 {
-                largest = (max, Some(i));
-            }
-        }
-        while let (_, Some(row)) = largest {
+        while let Some((row, column)) = self.find_pivot(floor) {
             let k = self.rank;
-            let column = self.matrix.row(row)?.largest(k..size);
             self.bring_up(k, row, column)?;
             let source = *self.matrix.row(k)?;
             let reciprocal = T::ONE / *source.at(k)?;
             *self.reciprocals.at_mut(k)? = reciprocal;
-            largest = (floor, None);
-            let others = self.matrix.iter_mut().enumerate().take(size).skip(k + 1);
-            for (i, row) in others {
+            for row in self.matrix.iter_mut().take(size).skip(k + 1) {
                 let entry = row.at_mut(k)?;
-                let factor = *entry * reciprocal;
-                *entry = factor;
-                let max = row.subtract_and_find_max(factor, &source, k + 1..size);
-                if max > largest.0 {
-                    largest = (max, Some(i));
+                if *entry != T::ZERO {
+                    let factor = *entry * reciprocal;
+                    *entry = factor;
+                    row.subtract(factor, &source, k + 1..size);
                 }
             }
             self.rank += 1;
@@ -99,6 +88,45 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
             self.find_null_space()?;
         }
         Some(())
+    }
+
+    /// The next pivot. A large one on the diagonal, the next if that will do, spares a search among all: of a semidefinite matrix no other
+    /// entry is larger.
+    fn find_pivot(&self, floor: T) -> Option<(usize, usize)> {
+        let (k, size) = (self.rank, self.size);
+        let diagonal = |i: usize| {
+            let entry = self.matrix.row(i).and_then(|row| row.at(i));
+            entry.map_or(T::ZERO, |entry| entry.abs())
+        };
+        let (mut largest, mut best) = (T::ZERO, k);
+        for i in k..size {
+            let size = diagonal(i);
+            if size > largest {
+                (largest, best) = (size, i);
+            }
+        }
+        let share = T::literal(0.25);
+        if diagonal(k) > largest * share {
+            best = k;
+        }
+        let pivot = diagonal(best);
+        if pivot > floor {
+            let beside = self.matrix.row(best)?.max(k..size);
+            let rows = self.matrix.iter().take(size).skip(k);
+            let above = rows.filter_map(|row| row.at(best));
+            let fits = above.fold(beside, |max, entry| max.max(entry.abs()));
+            if pivot > fits * share {
+                return Some((best, best));
+            }
+        }
+        let (mut largest, mut place) = (floor, None);
+        for (i, row) in self.matrix.iter().enumerate().take(size).skip(k) {
+            let max = row.max(k..size);
+            if max > largest {
+                (largest, place) = (max, Some((i, row.largest(k..size))));
+            }
+        }
+        place
     }
 
     /// Exchanges a row and a column with those in the next place.
