@@ -1,6 +1,6 @@
 //! A skid that is pulled from concrete onto ice, and the estimator that watches it through a noisy sensor.
 
-use crate::estimator::{Estimator, STEP, Skid};
+use crate::estimator::{Estimator, Skid};
 use core::fmt;
 use nalgebra::{Vector3, vector};
 use stiction::Error;
@@ -98,9 +98,4 @@ impl Drive {
             speed,
         })
     }
-}
-
-/// Seconds that all steps last.
-pub(crate) fn duration() -> f32 {
-    STEP * STEPS as f32
 }

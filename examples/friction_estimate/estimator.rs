@@ -10,7 +10,7 @@ use stiction::{Contact, Error, Inputs, Kernel, Settings};
 type Vector = nalgebra::Vector3<f32>;
 
 /// h (s)
-pub(crate) const STEP: f32 = 5e-3;
+const STEP: f32 = 5e-3;
 const MASS: f32 = 2.0; // kg
 const WEIGHT: f32 = MASS * 9.81; // N
 const SETTINGS: Settings<f32> = Settings::new(1e-5);

@@ -18,7 +18,6 @@ fn main() -> Result<(), stiction::Error> {
         let line = drive.go_on(20)?;
         println!("{line}");
     }
-    println!("{} s", drive::duration());
     Ok(())
 }
 

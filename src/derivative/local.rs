@@ -177,11 +177,10 @@ impl<T: Real> LocalRow<T> {
         let mut local = Self::open();
         let [lower, upper] = &mut local.follows;
         match found.mode {
-            RowMode::Open => {}
             RowMode::AtLower => *lower = T::ONE,
             RowMode::AtUpper => *upper = T::ONE,
             RowMode::AtLimit | RowMode::Holding if alpha > T::ZERO => local.scale = root(alpha),
-            RowMode::AtLimit | RowMode::Holding => {}
+            RowMode::Open | RowMode::AtLimit | RowMode::Holding => {}
         }
         if !matches!(row.law, RowLaw::Box { .. }) {
             local.follows = [T::ZERO; 2];

@@ -1,10 +1,13 @@
 //! Stacked vectors and matrices as plain ones: places are counted through the contacts' rows, and on through the joint rows.
 
-use crate::linalg::cholesky::{axpy, dot};
+use crate::linalg::cholesky::axpy;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::real::Real;
 use core::mem::swap;
 use core::ops::Range;
+
+/// What is shorter is not worth a call.
+const SHORT: usize = 8;
 
 impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
     /// The entry in a place.
@@ -28,6 +31,10 @@ impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
     /// The entries in a range of places, in two pieces.
     #[inline]
     fn pieces(&self, range: &Range<usize>) -> [&[T]; 2] {
+        if R == 0 {
+            let contacts = self.contacts.as_flattened().get(range.clone());
+            return [contacts.unwrap_or_default(), &[]];
+        }
         let [contacts, rows] = split::<D, C>(range);
         let contacts = self.contacts.as_flattened().get(contacts);
         [contacts, self.rows.get(rows)].map(Option::unwrap_or_default)
@@ -36,6 +43,10 @@ impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
     /// The same, to be changed.
     #[inline]
     fn pieces_mut(&mut self, range: &Range<usize>) -> [&mut [T]; 2] {
+        if R == 0 {
+            let contacts = self.contacts.as_flattened_mut().get_mut(range.clone());
+            return [contacts.unwrap_or_default(), &mut []];
+        }
         let [contacts, rows] = split::<D, C>(range);
         let contacts = self.contacts.as_flattened_mut().get_mut(contacts);
         [contacts, self.rows.get_mut(rows)].map(Option::unwrap_or_default)
@@ -65,20 +76,29 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
     #[inline]
     pub(crate) fn dot(&self, other: &Self, range: Range<usize>) -> T {
         let ([x, x_rows], [y, y_rows]) = (self.pieces(&range), other.pieces(&range));
-        let sum = dot(x, y);
-        if x_rows.is_empty() {
-            return sum;
+        let mut sum = T::ZERO;
+        for (&x, &y) in x.iter().zip(y) {
+            sum += x * y;
         }
-        sum + dot(x_rows, y_rows)
+        for (&x, &y) in x_rows.iter().zip(y_rows) {
+            sum += x * y;
+        }
+        sum
     }
 
     /// `x -= factor y` in some places.
     #[inline]
     pub(crate) fn subtract(&mut self, factor: T, other: &Self, range: Range<usize>) {
         let ([x, x_rows], [y, y_rows]) = (self.pieces_mut(&range), other.pieces(&range));
-        axpy(-factor, y, x);
-        if !x_rows.is_empty() {
-            axpy(-factor, y_rows, x_rows);
+        if y.len() < SHORT {
+            for (x, &y) in x.iter_mut().zip(y) {
+                *x -= factor * y;
+            }
+        } else {
+            axpy(-factor, y, x);
+        }
+        for (x, &y) in x_rows.iter_mut().zip(y_rows) {
+            *x -= factor * y;
         }
     }
 
@@ -99,7 +119,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
     pub(crate) fn largest(&self, range: Range<usize>) -> usize {
         let mut largest = (T::ZERO, range.start);
         for place in range {
-            let size = self.at(place).map_or(T::ZERO, |x| x.abs());
+            let size = self.at(place).copied().unwrap_or(T::ZERO).abs();
             if size > largest.0 {
                 largest = (size, place);
             }

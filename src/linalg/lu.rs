@@ -96,7 +96,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         let (k, size) = (self.rank, self.size);
         let diagonal = |i: usize| {
             let entry = self.matrix.row(i).and_then(|row| row.at(i));
-            entry.map_or(T::ZERO, |entry| entry.abs())
+            entry.copied().unwrap_or(T::ZERO).abs()
         };
         let (mut largest, mut best) = (T::ZERO, k);
         for i in k..size {

@@ -26,7 +26,7 @@ impl Draws {
     }
 
     pub(crate) fn next(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        f64::from(self.0.next_u32()) / f64::from(1_u32 << 31) - 1.0
     }
 }
 
@@ -38,10 +38,11 @@ pub(crate) fn moved(file: &MixedFile, seed: u64, what: What, h: f64) -> MixedFil
     for f in &mut moved.f {
         *f += h * share * draws.next();
     }
+    let smallness = file.mass.iter().fold(1.0, |sum: f64, _| sum + 1.0).recip();
     for i in 0..file.n_dof {
         for j in 0..=i {
             // Diagonally dominant, so that it stays what it is.
-            let both = (file.mass[i][i] * file.mass[j][j]).sqrt() / file.n_dof as f64;
+            let both = (file.mass[i][i] * file.mass[j][j]).sqrt() * smallness;
             let zero = file.mass[i][j] == 0.0;
             let change = if zero { 0.0 } else { h * both * draws.next() };
             moved.mass[i][j] += change;
@@ -75,8 +76,9 @@ pub(crate) fn moved(file: &MixedFile, seed: u64, what: What, h: f64) -> MixedFil
         *w += h * speed * draws.next();
     }
     for row in &mut moved.h {
-        row.iter_mut()
-            .for_each(|entry| *entry *= 1.0 + h * draws.next());
+        for entry in row {
+            *entry *= 1.0 + h * draws.next();
+        }
     }
     for soft in moved.compliance.iter_mut().flatten() {
         *soft *= 1.0 + h * draws.next();
