@@ -2,7 +2,7 @@
 
 use crate::estimator::{Estimator, Skid};
 use core::fmt;
-use nalgebra::{Vector3, vector};
+use nalgebra::Vector3;
 use stiction::Error;
 
 /// Coefficients of the two floors, and the step at which the second begins.
@@ -86,7 +86,7 @@ impl Drive {
             };
             self.velocity = self.skid.step(truth, &self.velocity, pull)?;
             let before = self.measured;
-            self.measured = self.velocity + vector![self.noise(), self.noise(), 0.0];
+            self.measured = self.velocity + Vector3::new(self.noise(), self.noise(), 0.0);
             self.estimator.learn(&before, &self.measured, pull)?;
             self.step += 1;
         }

@@ -3,11 +3,11 @@
 //! A Kalman filter of one number: the solve predicts the velocity at the end of a step, its derivative says how that moves with the
 //! coefficient, and what was measured corrects it. While the contact sticks or is open the derivative is 0, and nothing is learned.
 
-use nalgebra::{Matrix3, matrix, vector};
+use nalgebra::{Matrix3, Vector3};
 use stiction::time_stepping::free_impulse;
 use stiction::{Contact, Error, Inputs, Kernel, Settings};
 
-type Vector = nalgebra::Vector3<f32>;
+type Vector = Vector3<f32>;
 
 /// h (s)
 const STEP: f32 = 5e-3;
@@ -31,7 +31,7 @@ impl Skid {
     pub(crate) fn place(&mut self) -> Result<(), Error> {
         let scene = self.0.scene_mut();
         scene.set_mass(&(Matrix3::identity() * MASS))?;
-        let jacobian = matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0];
+        let jacobian = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
         let (offset, mu, key) = (Vector::zeros(), 0.5, 0);
         scene.push(&Contact {
             jacobian,
@@ -52,7 +52,7 @@ impl Skid {
         let [x, y] = pull;
         self.0.scene_mut().set_friction(0, mu)?;
         let mass = *self.0.scene().mass();
-        let push = free_impulse(&mass, velocity, &vector![x, y, -WEIGHT], STEP);
+        let push = free_impulse(&mass, velocity, &Vector::new(x, y, -WEIGHT), STEP);
         Ok(self.0.solve(&push, &SETTINGS)?.velocity)
     }
 }
