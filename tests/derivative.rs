@@ -3,10 +3,11 @@
 mod chains;
 mod direction;
 mod marks;
+mod single;
 
 use direction::{Draws, What, inputs, moved};
 use std::path::Path;
-use stiction::{Derivative, Inputs, Kernel, Model, Outputs, RowMode, Settings, Solution};
+use stiction::{Derivative, Inputs, Kernel, Model, Outputs, Real, RowMode, Settings, Solution};
 use testbed::generate::{self, Class};
 use testbed::mixed::MixedFile;
 use testbed::scene_file;
@@ -50,8 +51,8 @@ fn filled<const N: usize, const D: usize, const C: usize, const R: usize>(
     kernel
 }
 
-fn modes<const N: usize, const D: usize, const C: usize, const R: usize>(
-    solution: &Solution<f64, N, D, C, R>,
+fn modes<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    solution: &Solution<T, N, D, C, R>,
 ) -> (Vec<stiction::ContactMode>, Vec<RowMode>) {
     (
         solution

@@ -118,7 +118,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let unknowns = derivative.linearise(solution, settings);
         derivative.lu.begin(unknowns);
         derivative.assemble().ok_or(Error::NoSolution)?;
-        let floor = factor.uncertainty();
+        // What rounding leaves of a pivot; where it leaves more than half of the digits, all the same no more.
+        let floor = factor.uncertainty().min(T::EPSILON.square_root());
         derivative.lu.factorise(floor).ok_or(Error::NoSolution)?;
         derivative.moves_freely = derivative.find_free_motion(floor.square_root());
         Ok(derivative)
