@@ -197,6 +197,8 @@ pub enum Error {
     },
     /// The solve that was paused had limits: [`crate::Kernel::solve_with_limits`] goes on with them.
     LimitsLeftOut,
+    /// There is no solution to be differentiated: nothing was solved, the scene has none, or its contacts and joint rows are others.
+    NoSolution,
     /// There is no joint row of this index.
     NoSuchRow {
         /// The index asked for.
@@ -312,6 +314,7 @@ impl fmt::Display for Error {
                 write!(f, "bounds or compliance of limit {limit} are invalid")
             }
             Self::LimitsLeftOut => write!(f, "the solve that was paused had limits"),
+            Self::NoSolution => write!(f, "there is no solution of the scene to be differentiated"),
             Self::NoSuchRow { row } => write!(f, "there is no joint row {row}"),
             Self::InvalidParameter { parameter } => write!(f, "{parameter}"),
         }

@@ -30,6 +30,10 @@ pub mod rows {}
 pub mod forces {}
 
 #[doc = links!()]
+#[doc = include_str!("guide/derivatives.md")]
+pub mod derivatives {}
+
+#[doc = links!()]
 #[doc = include_str!("guide/error.md")]
 pub mod error {}
 

@@ -50,6 +50,7 @@
 //! | `problem` | one time step in contact space; the judge of the error that "solved" promises; Farkas' proof that there is nothing to solve | |
 //! | `solver` | [`Solver`]: **`method` decides what comes next**; sweeps, Newton, central path, warm start; `phases` are what a type may leave out | |
 //! | `solution`, `error` | what comes out, what can be wrong | |
+//! | `derivative` | how a solution moves with its data, forward and adjoint ([`guide::derivatives`]) | |
 //! | `kernel` | scene, factor and solver in one value; limits that stay out until they are reached | |
 //! | `linalg` | small dense linear algebra | |
 //! | [`time_stepping`] | free impulse, gaps, restitution, limits, motors | |
@@ -92,6 +93,7 @@ mod admm;
 mod cone;
 #[cfg(feature = "defmt")]
 mod defmt_format;
+mod derivative;
 mod error;
 mod factor;
 pub mod guide;
@@ -108,6 +110,7 @@ pub mod time_stepping;
 
 pub use admm::{Acceleration, AdmmSolver, SlipUpdate};
 pub use cone::FrictionCone;
+pub use derivative::{Derivative, Inputs, Outputs};
 pub use error::{Error, Input, List, Part};
 pub use factor::{AdmmFactor, AdmmFactorParts, Factor, FactorParts};
 pub use kernel::Kernel;

@@ -495,6 +495,7 @@ fn every_error_says_which_datum_is_wrong() {
         (Error::NoSuchKey { key: 12 }, "nothing with key 12"),
         (Error::NoSuchRow { row: 13 }, "no joint row 13"),
         (Error::LimitsLeftOut, "had limits"),
+        (Error::NoSolution, "no solution of the scene"),
         (
             Error::InvalidRowCompliance { row: 14 },
             "compliance of joint row 14",

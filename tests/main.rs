@@ -7,6 +7,7 @@ mod belts;
 mod budget;
 mod cone;
 mod delassus;
+mod derivative;
 mod edits;
 mod equivalence;
 mod errors;

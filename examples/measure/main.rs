@@ -17,6 +17,8 @@ mod board;
 #[path = "../embedded/counter.rs"]
 mod counter;
 #[cfg(target_os = "none")]
+mod derivative;
+#[cfg(target_os = "none")]
 #[path = "../embedded/gauss_seidel.rs"]
 mod gauss_seidel;
 #[cfg(target_os = "none")]
@@ -38,6 +40,7 @@ mod stack;
 mod measure {
     use crate::board::exit;
     use crate::counter::Counter;
+    use crate::derivative;
     use crate::limits::Limits;
     use crate::phases::OfPhases;
     use crate::race::Races;
@@ -178,6 +181,9 @@ mod measure {
                 self.print(warm, count);
             }
 
+            let fine = Settings::new(T::literal(1e-5));
+            let data = (&self.step.scene, &self.factor);
+            derivative::measure(self.name, data, self.solver.solution(), &fine, counter)?;
             self.measure_pieces(counter, &push)?;
             let settings = Settings::new(T::literal(1e-5));
             self.solver.reset();

@@ -1,5 +1,6 @@
 //! Every public call of scenes, factors and solvers for contacts alone, and of friction cones.
 
+use crate::derivatives::differentiate;
 use crate::proof::{Sink, take};
 use core::fmt::Write;
 use core::hint::black_box;
@@ -135,6 +136,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         take(kernel.resume(push, settings));
         take(kernel.advance(push, settings));
         black_box(kernel.worst_contact(settings));
+        differentiate(kernel.derivative(settings));
         black_box(kernel.solution().error);
         kernel.solver_mut().reset();
         kernel.scene_mut().clear_contacts();

@@ -7,6 +7,8 @@
 #[cfg(target_os = "none")]
 mod contacts;
 #[cfg(target_os = "none")]
+mod derivatives;
+#[cfg(target_os = "none")]
 mod helpers;
 #[cfg(target_os = "none")]
 mod rows;

@@ -1,5 +1,6 @@
 //! Every public call of scenes of contacts and joint rows.
 
+use crate::derivatives::differentiate;
 use crate::helpers;
 use crate::proof::take;
 use core::array::from_fn;
@@ -112,6 +113,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         black_box(solution.violation(scene));
         black_box((solution.is_solved(), solution.is_usable(number)));
         black_box(kernel.worst_contact(settings));
+        differentiate(kernel.derivative(settings));
         let (microseconds, megahertz) = black_box((2_000, 168));
         let budget = Kernel::<T, N, D, C, R, S>::budget_within(microseconds, megahertz);
         black_box(budget);

@@ -1,5 +1,6 @@
 //! Scene, factor and solver in one value.
 
+use crate::derivative::Derivative;
 use crate::error::Error;
 use crate::factor::Factor;
 use crate::real::Real;
@@ -163,6 +164,18 @@ impl<
         self.prepare()?;
         let solver = &mut self.solver;
         solver.advance(&self.scene, &self.factor, free_impulse, settings)
+    }
+
+    /// The derivative of the last solution with respect to its data, as [`Derivative::new`]: for the scene as it was solved, and with
+    /// the settings of the solve.
+    ///
+    /// # Errors
+    /// As [`Derivative::new`].
+    pub fn derivative(
+        &self,
+        settings: &Settings<T>,
+    ) -> Result<Derivative<'_, T, N, D, C, R, S>, Error> {
+        Derivative::new(&self.scene, &self.factor, self.solution(), settings)
     }
 
     /// Computes the factor now, if `M` or a Jacobian has changed; otherwise the next solve does.

@@ -4,6 +4,8 @@ pub(crate) mod blocks;
 pub(crate) mod cholesky;
 pub(crate) mod dot2;
 pub(crate) mod elimination;
+pub(crate) mod flat;
+pub(crate) mod lu;
 pub(crate) mod pivot;
 pub(crate) mod sparsity;
 pub(crate) mod stacked;

@@ -1,0 +1,290 @@
+//! LU factorisation with complete pivoting of a matrix that may be singular: it tells the rank, and solves with the matrix and with its
+//! transpose.
+//!
+//! `P A Q = L U` with as many pivots as `A` has rank. Equations without a pivot are left out. Unknowns without one are free, and
+//! chosen so that the solution is the shortest: what that takes stands where they had their columns.
+
+use crate::linalg::stacked::{Stacked, StackedMatrix};
+use crate::real::Real;
+
+/// A factorised matrix of some rows and columns, as many as there are contact rows and joint rows at most.
+#[derive(Clone, Debug)]
+pub(crate) struct Lu<T, const D: usize, const C: usize, const R: usize> {
+    matrix: StackedMatrix<T, D, C, R>,
+    reciprocals: Stacked<T, D, C, R>,
+    /// Which row and which column of `A` stands at each place.
+    rows: Stacked<usize, D, C, R>,
+    columns: Stacked<usize, D, C, R>,
+    size: usize,
+    rank: usize,
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
+    /// All zeros, without rows and columns.
+    pub(crate) const fn zero() -> Self {
+        Self {
+            matrix: StackedMatrix::zero(),
+            reciprocals: Stacked::zero(),
+            rows: Stacked {
+                contacts: [[0; D]; C],
+                rows: [0; R],
+            },
+            columns: Stacked {
+                contacts: [[0; D]; C],
+                rows: [0; R],
+            },
+            size: 0,
+            rank: 0,
+        }
+    }
+
+    /// Has so many rows and columns from now on, of zeros.
+    pub(crate) fn begin(&mut self, size: usize) {
+        self.size = size;
+        for (place, (row, column)) in self
+            .rows
+            .iter_mut()
+            .zip(self.columns.iter_mut())
+            .enumerate()
+        {
+            (*row, *column) = (place, place);
+        }
+    }
+
+    /// A row, to be filled in.
+    pub(crate) fn row_mut(&mut self, row: usize) -> Option<&mut Stacked<T, D, C, R>> {
+        self.matrix.row_mut(row)
+    }
+
+    pub(crate) const fn size(&self) -> usize {
+        self.size
+    }
+
+    pub(crate) const fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Factorises what was filled in; what is left once no entry exceeds the floor counts as zero.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn factorise(&mut self, floor: T) -> Option<()> {
+        let size = self.size;
+        while let Some((row, column)) = self.find_pivot(floor) {
+            let k = self.rank;
+            self.bring_up(k, row, column)?;
+            let source = *self.matrix.row(k)?;
+            let reciprocal = T::ONE / *source.at(k)?;
+            *self.reciprocals.at_mut(k)? = reciprocal;
+            for row in self.matrix.iter_mut().take(size).skip(k + 1) {
+                let entry = row.at_mut(k)?;
+                if *entry != T::ZERO {
+                    let factor = *entry * reciprocal;
+                    *entry = factor;
+                    row.subtract(factor, &source, k + 1..size);
+                }
+            }
+            self.rank += 1;
+        }
+        if self.rank < size {
+            self.find_null_space()?;
+        }
+        Some(())
+    }
+
+    /// The next pivot. A large one on the diagonal, the next if that will do, spares a search among all: of a semidefinite matrix no other
+    /// entry is larger.
+    fn find_pivot(&self, floor: T) -> Option<(usize, usize)> {
+        let (k, size) = (self.rank, self.size);
+        let diagonal = |i: usize| {
+            let entry = self.matrix.row(i).and_then(|row| row.at(i));
+            entry.copied().unwrap_or(T::ZERO).abs()
+        };
+        let (mut largest, mut best) = (T::ZERO, k);
+        for i in k..size {
+            let size = diagonal(i);
+            if size > largest {
+                (largest, best) = (size, i);
+            }
+        }
+        let share = T::literal(0.25);
+        if diagonal(k) > largest * share {
+            best = k;
+        }
+        let pivot = diagonal(best);
+        if pivot > floor {
+            let beside = self.matrix.row(best)?.max(k..size);
+            let rows = self.matrix.iter().take(size).skip(k);
+            let above = rows.filter_map(|row| row.at(best));
+            let fits = above.fold(beside, |max, entry| max.max(entry.abs()));
+            if pivot > fits * share {
+                return Some((best, best));
+            }
+        }
+        let (mut largest, mut place) = (floor, None);
+        for (i, row) in self.matrix.iter().enumerate().take(size).skip(k) {
+            let max = row.max(k..size);
+            if max > largest {
+                (largest, place) = (max, Some((i, row.largest(k..size))));
+            }
+        }
+        place
+    }
+
+    /// Exchanges a row and a column with those in the next place.
+    fn bring_up(&mut self, k: usize, row: usize, column: usize) -> Option<()> {
+        if row != k {
+            self.matrix.swap(k, row)?;
+            self.rows.swap(k, row)?;
+        }
+        if column != k {
+            for row in self.matrix.iter_mut().take(self.size) {
+                row.swap(k, column)?;
+            }
+            self.columns.swap(k, column)?;
+        }
+        Some(())
+    }
+
+    /// Puts `T = U₁⁻¹ U₂` in the columns without a pivot, and below it the factor `L D Lᵀ` of `1 + Tᵀ T`, as `D Lᵀ` with reciprocals of
+    /// `D` apart.
+    #[cold]
+    #[inline(never)]
+    fn find_null_space(&mut self) -> Option<()> {
+        let (size, rank) = (self.size, self.rank);
+        for i in (0..rank).rev() {
+            let mut row = *self.matrix.row(i)?;
+            for j in i + 1..rank {
+                row.subtract(*row.at(j)?, self.matrix.row(j)?, rank..size);
+            }
+            let reciprocal = *self.reciprocals.at(i)?;
+            for c in rank..size {
+                *row.at_mut(c)? *= reciprocal;
+            }
+            *self.matrix.row_mut(i)? = row;
+        }
+        for a in rank..size {
+            let mut gram = *self.matrix.row(a)?;
+            for c in rank..size {
+                *gram.at_mut(c)? = if c == a { T::ONE } else { T::ZERO };
+            }
+            for i in 0..rank {
+                let source = self.matrix.row(i)?;
+                gram.subtract(-*source.at(a)?, source, a..size);
+            }
+            for b in rank..a {
+                let source = self.matrix.row(b)?;
+                let factor = *source.at(a)? * *self.reciprocals.at(b)?;
+                gram.subtract(factor, source, a..size);
+            }
+            *self.reciprocals.at_mut(a)? = T::ONE / *gram.at(a)?;
+            *self.matrix.row_mut(a)? = gram;
+        }
+        Some(())
+    }
+
+    /// A vector of the null space in which all free unknowns have a part, in the order of the unknowns; `None` if there is none.
+    pub(crate) fn null_vector(&self) -> Option<Stacked<T, D, C, R>> {
+        let (size, rank) = (self.size, self.rank);
+        let mut free = Stacked::<T, D, C, R>::zero();
+        let mut part = T::ONE;
+        for c in rank..size {
+            *free.at_mut(c)? = part;
+            part *= T::literal(-0.9);
+        }
+        let mut null = Stacked::zero();
+        for (i, &place) in self.columns.iter().enumerate().take(size) {
+            *null.at_mut(place)? = if i < rank {
+                -self.matrix.row(i)?.dot(&free, rank..size)
+            } else {
+                *free.at(i)?
+            };
+        }
+        (rank < size).then_some(null)
+    }
+
+    /// Takes from `x` what lies in the null space: `x - N (Nᵀ N)⁻¹ Nᵀ x` with `N = (-T, 1)`.
+    fn leave_null_space(&self, x: &mut Stacked<T, D, C, R>) -> Option<()> {
+        let (size, rank) = (self.size, self.rank);
+        let mut share = *x;
+        for (i, &x) in x.iter().enumerate().take(rank) {
+            share.subtract(x, self.matrix.row(i)?, rank..size);
+        }
+        for a in rank..size {
+            let known = *share.at(a)? * *self.reciprocals.at(a)?;
+            share.subtract(known, self.matrix.row(a)?, a + 1..size);
+        }
+        for a in (rank..size).rev() {
+            let known = self.matrix.row(a)?.dot(&share, a + 1..size);
+            let unknown = share.at_mut(a)?;
+            *unknown = (*unknown - known) * *self.reciprocals.at(a)?;
+        }
+        for (i, x) in x.iter_mut().enumerate().take(size) {
+            if i < rank {
+                *x += self.matrix.row(i)?.dot(&share, rank..size);
+            } else {
+                *x -= *share.at(i)?;
+            }
+        }
+        Some(())
+    }
+
+    /// `U x = y` in place, with the pivots that there are.
+    fn back_substitute(&self, x: &mut Stacked<T, D, C, R>) -> Option<()> {
+        for i in (0..self.rank).rev() {
+            let known = self.matrix.row(i)?.dot(x, i + 1..self.rank);
+            let unknown = x.at_mut(i)?;
+            *unknown = (*unknown - known) * *self.reciprocals.at(i)?;
+        }
+        Some(())
+    }
+
+    /// The shortest solution of the equations with a pivot, and the largest of what is left of the others.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn solve(&self, b: &Stacked<T, D, C, R>) -> Option<(Stacked<T, D, C, R>, T)> {
+        let mut x = Stacked::zero();
+        let mut left = T::ZERO;
+        for (i, &place) in self.rows.iter().enumerate().take(self.size) {
+            let known = self.matrix.row(i)?.dot(&x, 0..i.min(self.rank));
+            let rest = *b.at(place)? - known;
+            if i < self.rank {
+                *x.at_mut(i)? = rest;
+            } else {
+                left = left.max(rest.abs());
+            }
+        }
+        self.back_substitute(&mut x)?;
+        if self.rank < self.size {
+            self.leave_null_space(&mut x)?;
+        }
+        let mut ordered = Stacked::zero();
+        for (&place, &x) in self.columns.iter().zip(x.iter()).take(self.size) {
+            *ordered.at_mut(place)? = x;
+        }
+        Some((ordered, left))
+    }
+
+    /// The transpose of [`Self::solve`].
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn solve_transposed(&self, c: &Stacked<T, D, C, R>) -> Option<Stacked<T, D, C, R>> {
+        let mut y = Stacked::zero();
+        for (y, &place) in y.iter_mut().zip(self.columns.iter()).take(self.size) {
+            *y = *c.at(place)?;
+        }
+        if self.rank < self.size {
+            self.leave_null_space(&mut y)?;
+        }
+        for i in 0..self.rank {
+            let known = *y.at(i)? * *self.reciprocals.at(i)?;
+            *y.at_mut(i)? = known;
+            y.subtract(known, self.matrix.row(i)?, i + 1..self.rank);
+        }
+        for i in (0..self.rank).rev() {
+            let known = *y.at(i)?;
+            y.subtract(known, self.matrix.row(i)?, 0..i);
+        }
+        let mut ordered = Stacked::zero();
+        for (&place, &y) in self.rows.iter().zip(y.iter()).take(self.rank) {
+            *ordered.at_mut(place)? = y;
+        }
+        Some(ordered)
+    }
+}
