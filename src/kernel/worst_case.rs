@@ -70,7 +70,7 @@ impl<
     /// Cycles without a budget: preparing, the way from the free impulse to the contacts, and the error of what is known.
     const WITHOUT_BUDGET: usize = {
         let (n, m) = (N, Self::ROWS);
-        let prepare = 3 * (n * n * n / 6 + m * n * (m + n) / 2);
+        let prepare = (n * n * n + 3 * m * n * (m + n)).div_euclid(2);
         prepare + 330 * n * n + 220 * m * m + 1_500 * m + 11_000 + 2_000 * Self::MIXED
     };
 
@@ -101,9 +101,9 @@ impl<
         };
         slip + 250
             + if P::CENTRAL_PATH {
-                450 * m + 3 * m * m * m / 8
+                450 * m + (3 * m * m * m).div_euclid(8)
             } else if P::NEWTON {
-                400 * m + m * m * m / 8
+                400 * m + (m * m * m).div_euclid(8)
             } else {
                 370 * m
             }

@@ -26,6 +26,7 @@ const FALL: f64 = 4.0;
 const FALL_AT_REST: f64 = 1e4;
 
 /// What came of a step.
+#[derive(Clone, Copy)]
 pub(super) enum Progress {
     /// There are more to come.
     Far,
