@@ -79,15 +79,12 @@ impl<
 
     /// Cycles that the first unit of work adds: a call exceeds its budget by one piece, and a search for a proof follows once.
     const ONCE: usize = {
-        let m = Self::ROWS;
-        6_000 * Self::MIXED
-            + if P::CENTRAL_PATH {
-                9 * Self::UNIT + 3_600 * m + 100 * C * C * C
-            } else if P::NEWTON {
-                9 * Self::UNIT
-            } else {
-                Self::UNIT
-            }
+        let proof = if P::CENTRAL_PATH {
+            3_600 * Self::ROWS + 100 * C * C * C
+        } else {
+            0
+        };
+        9 * Self::UNIT + 6_000 * Self::MIXED + proof
     };
 
     /// Cycles for a unit of work.
@@ -96,8 +93,8 @@ impl<
         // Where a contact spins and rolls, a sweep looks for its slip in rounds.
         let slip = match D {
             0..=3 => 0,
-            4 => 1_000 * C,
-            _ => 9_000 * C,
+            4 => 1_500 * C,
+            _ => 15_000 * C,
         };
         slip + 250
             + if P::CENTRAL_PATH {
