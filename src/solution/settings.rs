@@ -31,8 +31,8 @@ pub struct Settings<T> {
     /// Error up to which a solution counts as solved (dimensionless, not negative), see [`crate::Solution::error`].
     pub tolerance: T,
     /// Work that one call may do, in units of [`Work::total`]. A call may exceed it by 19: it ends between two pieces of work
-    /// (`Monitor::is_running`). Without any it judges what is known, and looks for no proof; below 1,000 it looks for no jam. [`crate::guide::error`] says how to choose it
-    /// from the time of a tick, and how to continue in the next one.
+    /// (`Monitor::is_running`). Without any it judges what is known, and looks for no proof; below 1,000 it looks for no jam.
+    /// [`crate::guide::error`] says how to choose it from the time of a tick, and how to continue in the next one.
     pub budget: usize,
     /// The contact law that is solved.
     pub model: Model,

@@ -10,7 +10,8 @@
 //! solved, but a rest is left ──► CentralPath of the relaxation: can all stay?
 //! ```
 //!
-//! A phase does one piece of work at a time and says what came of it. [`Method::advance`] alone decides what is next. A last
+//! A phase does one piece of work at a time and says what came of it. [`Method::advance`] alone decides what is next. Where a point is good
+//! enough in contact space, its error is asked for, and answered before the next piece. A last
 //! solution whose impulses are nearly unique is swept too, if no Jacobian was kept. Only [`Method`], the
 //! monitor's record and the solution (its work, the impulses shown) are carried from one piece to the next: a solve can pause after
 //! any of them and continue later with the same bits.
