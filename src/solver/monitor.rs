@@ -182,7 +182,12 @@ impl<
                 Status::PrecisionLimit // squares overflow
             });
         } else if question == Question::Error {
-            self.record.question = Question::ExactError;
+            // What a sweep leaves is not the natural map.
+            let natural_map = self.problem.natural_map(&r, &mut u);
+            self.record.natural_map = Some(natural_map);
+            if natural_map <= self.settings.tolerance {
+                self.record.question = Question::ExactError;
+            }
         } else if self.record.corrections < CORRECTIONS {
             self.record.corrections += 1;
             self.record.natural_map = Some(self.solution.error);
@@ -196,12 +201,12 @@ impl<
     /// Is the error of an impulse, which becomes the solution, within the tolerance? It is computed as exactly as is asked.
     pub(super) fn is_within(&mut self, r: &Stacked<T, D, C, R>) -> bool {
         let tolerance = self.settings.tolerance;
-        let mut most = T::INFINITY;
-        if self.record.question == Question::ExactError {
+        let exactly = self.record.question == Question::ExactError;
+        if exactly {
             self.limit = self.limit.saturating_sub(EXACT_ERROR);
-            most = tolerance;
         }
-        self.problem.evaluate(r, most, self.solution);
+        let wanted = (tolerance, exactly);
+        self.problem.evaluate(r, wanted, self.solution);
         self.solution.error <= tolerance
     }
 
@@ -269,29 +274,27 @@ impl<
                     (r, least) = (other, Some(natural_map));
                 }
             }
-            self.record.bases = self.problem.sets.bases();
+            self.problem.sets.copy_bases(&mut self.record.bases);
         }
         self.problem.count_stopping();
         if self.problem.throws(&r, T::literal(DOUBTFUL_IMPULSE_RATIO)) {
             r = Stacked::zero();
         }
         // What goes on may know it more exactly later.
-        let most = if self.record.status == Status::PrecisionLimit {
-            self.settings.tolerance
-        } else {
-            T::INFINITY
-        };
-        self.problem.evaluate(&r, most, self.solution);
+        let exactly = self.record.status == Status::PrecisionLimit;
+        let wanted = (self.settings.tolerance, exactly);
+        self.problem.evaluate(&r, wanted, self.solution);
         if !self.solution.has_numbers() {
             // Squares overflow, and no impulse is known.
             let none = Stacked::zero();
-            self.problem.evaluate(&none, T::INFINITY, self.solution);
+            self.problem
+                .evaluate(&none, (T::ZERO, false), self.solution);
         }
     }
 
     /// Leaves the search for a later call, without a solution.
     pub(crate) fn pause(&mut self) {
-        self.record.bases = self.problem.sets.bases();
+        self.problem.sets.copy_bases(&mut self.record.bases);
         self.solution.disown();
     }
 

@@ -1,7 +1,9 @@
 //! The second part of the error, `|M v - M v_free - Hᵀ r|`, and `u = H v + w` on the way.
 
 use crate::linalg::cholesky::{BLOCK, axpy, dot};
-use crate::linalg::sparsity::{GROUP, add_columns_and_sizes, add_products_and_sizes};
+use crate::linalg::sparsity::{
+    GROUP, add_columns, add_columns_and_sizes, add_products, add_products_and_sizes,
+};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{at_least, larger, quotient, root_sum};
 use crate::real::Real;
@@ -178,17 +180,7 @@ pub(crate) fn momentum<
         magnitudes,
         ..
     } = &mut momenta;
-    if N * size_of::<T>() <= SUMS {
-        multiply::<T, N, N>(mass, 0, v, (&mut *inertia, &mut *magnitudes));
-    } else {
-        // The last block repeats some rows, so that all blocks have the same size.
-        let (mut first, last) = (0, N - BLOCK);
-        while first < last + BLOCK {
-            let places = (&mut *inertia, &mut *magnitudes);
-            multiply::<T, N, BLOCK>(mass, first.min(last), v, places);
-            first += BLOCK;
-        }
-    }
+    multiply::<T, N, true>(mass, v, (&mut *inertia, &mut *magnitudes));
     let places = u.rows.iter_mut().zip(&mut sizes.rows);
     for (row, (&r, (u, size))) in scene.rows().iter().zip(r.rows.iter().zip(places)) {
         let [entries] = &row.row.data.0;
@@ -232,9 +224,80 @@ pub(crate) fn momentum<
     }
 }
 
-/// `K` entries of `M v` from row `first` on, and the sums of the magnitudes of their terms.
+/// [`momentum`] of contacts alone, without sums of magnitudes.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn plain_momentum<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    scene: &Scene<T, N, D, C, R, S>,
+    free: &[T; N],
+    v: &[T; N],
+    r: &Stacked<T, D, C, R>,
+    u: &mut Stacked<T, D, C, R>,
+) -> Dynamics<T> {
+    let zeros = [T::ZERO; N];
+    let [mut inertia, mut pushed] = [zeros; 2];
+    let mass = &scene.mass().data.0;
+    multiply::<T, N, false>(mass, v, (&mut inertia, &mut pushed));
+    let (groups, last) = v.as_chunks::<GROUP>();
+    let (places, place) = pushed.as_chunks_mut::<GROUP>();
+    let contacts = scene.supported().zip(&r.contacts).zip(&mut u.contacts);
+    for (((contact, support), &r), u) in contacts {
+        let mut velocity: [T; D] = contact.offset.into();
+        let pushes = r != [T::ZERO; D];
+        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+        for group in support.groups::<N>() {
+            let columns = columns.get(group).zip(groups.get(group));
+            if let (Some((columns, v)), Some(pushed)) = (columns, places.get_mut(group)) {
+                add_columns(columns, v, &mut velocity);
+                if pushes {
+                    add_products(columns, r, pushed);
+                }
+            }
+        }
+        add_columns(rest, last, &mut velocity);
+        add_products(rest, r, &mut *place);
+        *u = velocity;
+    }
+    let momenta = Momenta {
+        free,
+        inertia,
+        pushed,
+        magnitudes: zeros,
+    };
+    Dynamics {
+        plain: Norms::of(&momenta, |_| T::ONE),
+        weighted: None,
+    }
+}
+
+/// `M v` and, with `SIZES`, the sums of the magnitudes of its terms.
 #[inline]
-fn multiply<T: Real, const N: usize, const K: usize>(
+fn multiply<T: Real, const N: usize, const SIZES: bool>(
+    mass: &[[T; N]; N],
+    v: &[T; N],
+    (products, magnitudes): (&mut [T; N], &mut [T; N]),
+) {
+    if N * size_of::<T>() <= SUMS * if SIZES { 1 } else { 2 } {
+        return multiply_rows::<T, N, N, SIZES>(mass, 0, v, (products, magnitudes));
+    }
+    // The last block repeats some rows, so that all blocks have the same size.
+    let (mut first, last) = (0, N - BLOCK);
+    while first < last + BLOCK {
+        let places = (&mut *products, &mut *magnitudes);
+        multiply_rows::<T, N, BLOCK, SIZES>(mass, first.min(last), v, places);
+        first += BLOCK;
+    }
+}
+
+/// `K` entries of [`multiply`] from row `first` on.
+#[inline]
+fn multiply_rows<T: Real, const N: usize, const K: usize, const SIZES: bool>(
     mass: &[[T; N]; N],
     first: usize,
     v: &[T; N],
@@ -249,7 +312,9 @@ fn multiply<T: Real, const N: usize, const K: usize>(
         for ([sum, size], &mass) in sums.iter_mut().zip(column) {
             let product = mass * v;
             *sum += product;
-            *size += product.abs();
+            if SIZES {
+                *size += product.abs();
+            }
         }
     }
     let products = products.get_mut(first..).unwrap_or_default();
