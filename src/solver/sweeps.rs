@@ -2,7 +2,7 @@
 //!
 //! What a sweep leaves is read off the contacts; the natural map, which takes roots, is computed where that is within the tolerance.
 //! A Newton step costs as much as five sweeps. Sweeps go on while they are fast, or while five more at the present rate
-//! reach the tolerance (`after_five`).
+//! reach the tolerance (`after_five`). Where a Newton step was rejected more of them pay: the central path takes ten times as long.
 
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
@@ -15,6 +15,9 @@ use crate::solver::point::Point;
 use crate::solver::state::{State, Sweeps};
 use crate::solver::tuning;
 use core::mem;
+
+/// The share of the tolerance up to which the natural map is left to the judge.
+const CLEAR: f64 = 0.5;
 
 /// How sweeps get on.
 pub(crate) enum Pace {
@@ -52,6 +55,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         self.sweeps.at_least = self.sweeps.at_least.saturating_mul(2).max(first);
         self.sweeps.done = 0;
         self.sweeps.is_cold = true; // so that a rejected step leads here again
+    }
+
+    /// Sweeps before the central path, as long as they pay.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn sweep_before_path(&mut self) {
+        self.sweeps = Sweeps {
+            lead_to_path: true,
+            ..Sweeps::none()
+        };
     }
 
     /// Goes on where Newton's method would: with velocities that know of a correction, if there was one.
@@ -115,8 +127,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
         let last = mem::replace(&mut self.point.natural_map, here);
         if here <= tolerance {
-            let (r, u) = (&self.point.r, &self.point.u);
-            self.point.natural_map = monitor.problem.natural_map_at(r, u);
+            if here > tolerance * T::literal(CLEAR) {
+                let (r, u) = (&self.point.r, &self.point.u);
+                self.point.natural_map = monitor.problem.natural_map_at(r, u);
+            }
             self.consider(monitor);
             if monitor.waits() {
                 return Pace::Continue;
@@ -130,9 +144,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let rate = if first { T::ZERO } else { here / last };
         let is_fast = rate < tuning::sweep_rate();
         let after_five = here * rate * rate * rate * rate * rate;
-        let pays = is_fast && usize::from(sweeps.done) < tuning::fast_sweeps()
-            || after_five <= tolerance
-            || sweeps.done < sweeps.at_least;
+        let done = usize::from(sweeps.done);
+        let pays = if sweeps.lead_to_path {
+            let most = tuning::sweeps_before_path();
+            let at_the_end = (done..most).fold(here, |left, _| left * rate);
+            done < 3 || done < most && at_the_end <= tolerance
+        } else {
+            is_fast && done < tuning::fast_sweeps()
+                || after_five <= tolerance
+                || sweeps.done < sweeps.at_least
+        };
         if here > tolerance && pays {
             Pace::Continue
         } else {
