@@ -216,8 +216,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     /// What comes after sweeps that were enough.
     fn after_sweeps<const N: usize, const S: usize>(
         &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Phase {
+        if P::CENTRAL_PATH && self.state.sweeps.lead_to_path {
+            return self.begin_path(monitor);
+        }
         if P::NEWTON {
             return self.begin_newton(monitor, self.state.newton_after_sweeps());
         }
@@ -308,6 +311,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             }
             Origin::Cold if P::CENTRAL_PATH => {
                 monitor.look_for_proof();
+                if monitor.problem.can_be_swept() {
+                    self.state.sweep_before_path();
+                    return Phase::Sweeps;
+                }
                 self.begin_path(monitor)
             }
             Origin::Path if P::CENTRAL_PATH => {

@@ -93,6 +93,8 @@ pub(crate) struct Sweeps<T, const C: usize> {
     pub(super) at_least: u16,
     /// Did they begin without impulses?
     pub(super) is_cold: bool,
+    /// Does the central path follow?
+    pub(super) lead_to_path: bool,
 }
 
 impl<T: Real, const C: usize> Sweeps<T, C> {
@@ -103,6 +105,7 @@ impl<T: Real, const C: usize> Sweeps<T, C> {
             done: 0,
             at_least: 0,
             is_cold: false,
+            lead_to_path: false,
         }
     }
 }

@@ -16,6 +16,9 @@ use crate::solver::state::{State, Sweeps};
 use crate::solver::tuning;
 use core::mem;
 
+/// Sweeps before the central path, at most: as long as so many reach the tolerance.
+const BEFORE_PATH: u16 = 40;
+
 /// How sweeps get on.
 pub(crate) enum Pace {
     /// Another one pays, or the solve is over.
@@ -52,6 +55,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         self.sweeps.at_least = self.sweeps.at_least.saturating_mul(2).max(first);
         self.sweeps.done = 0;
         self.sweeps.is_cold = true; // so that a rejected step leads here again
+    }
+
+    /// Sweeps before the central path, as long as they pay.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn sweep_before_path(&mut self) {
+        self.sweeps = Sweeps {
+            lead_to_path: true,
+            ..Sweeps::none()
+        };
     }
 
     /// Goes on where Newton's method would: with velocities that know of a correction, if there was one.
@@ -130,9 +142,14 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let rate = if first { T::ZERO } else { here / last };
         let is_fast = rate < tuning::sweep_rate();
         let after_five = here * rate * rate * rate * rate * rate;
-        let pays = is_fast && usize::from(sweeps.done) < tuning::fast_sweeps()
-            || after_five <= tolerance
-            || sweeps.done < sweeps.at_least;
+        let pays = if sweeps.lead_to_path {
+            let end = (sweeps.done..BEFORE_PATH).fold(here, |end, _| end * rate);
+            sweeps.done < 3 || sweeps.done < BEFORE_PATH && end <= tolerance
+        } else {
+            is_fast && usize::from(sweeps.done) < tuning::fast_sweeps()
+                || after_five <= tolerance
+                || sweeps.done < sweeps.at_least
+        };
         if here > tolerance && pays {
             Pace::Continue
         } else {

@@ -3,7 +3,7 @@
 //! `∘` is the Jordan product, `a ∘ b = (a·b, a_N b_T + b_N a_T)`, and `det a = a_N² - |a_T|²`.
 
 use crate::cone::split;
-use crate::linalg::vector::norm;
+use crate::linalg::vector::{norm, square};
 use crate::real::Real;
 use nalgebra::SVector;
 
@@ -65,6 +65,12 @@ pub(in crate::sets) fn max_step<T: Real, const D: usize>(
     d: &SVector<T, D>,
     limit: T,
 ) -> T {
+    // The cone is convex: where the end of the step is inside, all of it is. (Squares that vanish or overflow are no answer.)
+    let end = a + d * limit;
+    let (normal, tangent) = split(&end);
+    if normal > T::ZERO && normal * normal > square(tangent) {
+        return limit;
+    }
     // In units of `a_N`, so that no square overflows or vanishes.
     let unit = T::ONE / first(a);
     let (forward, tangent) = (first(d) * unit, d * unit);

@@ -205,11 +205,11 @@ impl<T: Real, const D: usize> Scaling<T, D> {
 
     pub(crate) fn of(pair: &Pair<T, D>) -> Self {
         let (of_x, of_w) = (size(&pair.x), size(&pair.dual));
-        let (x, w) = (pair.x / of_x, pair.dual / of_w);
+        let (x, w) = (pair.x * (T::ONE / of_x), pair.dual * (T::ONE / of_w));
         let mirrored = joined(first(&w), -w);
         let half = (T::ONE + x.dot(&w)) * T::literal(0.5);
         Self {
-            omega: (x + mirrored) / (half.square_root() * T::literal(2.0)),
+            omega: (x + mirrored) * (T::literal(0.5) / half.square_root()),
             stretch: of_w / of_x,
         }
     }
