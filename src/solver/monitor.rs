@@ -182,7 +182,12 @@ impl<
                 Status::PrecisionLimit // squares overflow
             });
         } else if question == Question::Error {
-            self.record.question = Question::ExactError;
+            // What a sweep leaves is not the natural map.
+            let natural_map = self.problem.natural_map(&r, &mut u);
+            self.record.natural_map = Some(natural_map);
+            if natural_map <= self.settings.tolerance {
+                self.record.question = Question::ExactError;
+            }
         } else if self.record.corrections < CORRECTIONS {
             self.record.corrections += 1;
             self.record.natural_map = Some(self.solution.error);

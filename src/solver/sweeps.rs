@@ -19,6 +19,9 @@ use core::mem;
 /// Sweeps before the central path, at most: as long as so many reach the tolerance.
 const BEFORE_PATH: u16 = 40;
 
+/// The share of the tolerance up to which what a sweep leaves needs no natural map.
+const CLEAR: f64 = 0.5;
+
 /// How sweeps get on.
 pub(crate) enum Pace {
     /// Another one pays, or the solve is over.
@@ -127,8 +130,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
         let last = mem::replace(&mut self.point.natural_map, here);
         if here <= tolerance {
-            let (r, u) = (&self.point.r, &self.point.u);
-            self.point.natural_map = monitor.problem.natural_map_at(r, u);
+            // Where the sweep has left clearly less, the judge takes the same roots.
+            if here > tolerance * T::literal(CLEAR) {
+                let (r, u) = (&self.point.r, &self.point.u);
+                self.point.natural_map = monitor.problem.natural_map_at(r, u);
+            }
             self.consider(monitor);
             if monitor.waits() {
                 return Pace::Continue;
