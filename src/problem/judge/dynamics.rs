@@ -1,7 +1,9 @@
 //! The second part of the error, `|M v - M v_free - Hᵀ r|`, and `u = H v + w` on the way.
 
 use crate::linalg::cholesky::{BLOCK, axpy, dot};
-use crate::linalg::sparsity::{GROUP, add_columns_and_sizes, add_products_and_sizes};
+use crate::linalg::sparsity::{
+    GROUP, add_columns, add_columns_and_sizes, add_products, add_products_and_sizes,
+};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{at_least, larger, quotient, root_sum};
 use crate::real::Real;
@@ -39,8 +41,11 @@ struct Momenta<'a, T, const N: usize> {
 
 impl<T: Real> Norms<T> {
     #[inline]
-    fn of<const N: usize>(momenta: &Momenta<'_, T, N>, weight: impl Fn(usize) -> T + Copy) -> Self {
-        let norms = Self::in_unit(momenta, T::ONE, weight);
+    fn of<const N: usize, const SIZES: bool>(
+        momenta: &Momenta<'_, T, N>,
+        weight: impl Fn(usize) -> T + Copy,
+    ) -> Self {
+        let norms = Self::in_unit::<N, SIZES>(momenta, T::ONE, weight);
         if norms.is_safe() {
             return norms;
         }
@@ -54,7 +59,7 @@ impl<T: Real> Norms<T> {
             }
         }
         let unit = exponent.map_or(T::ONE, |exponent: i32| T::power_of_two(-(exponent >> 1)));
-        Self::in_unit(momenta, unit, weight)
+        Self::in_unit::<N, SIZES>(momenta, unit, weight)
     }
 
     /// Can none of its squares have overflown or vanished?
@@ -64,7 +69,7 @@ impl<T: Real> Norms<T> {
     }
 
     #[cfg_attr(target_os = "none", inline(never))]
-    fn in_unit<const N: usize>(
+    fn in_unit<const N: usize, const SIZES: bool>(
         momenta: &Momenta<'_, T, N>,
         unit: T,
         weight: impl Fn(usize) -> T,
@@ -81,12 +86,14 @@ impl<T: Real> Norms<T> {
         for (k, ((&free, (&inertia, &pushed)), &terms)) in sums.enumerate() {
             let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed);
             let (gap, weight) = (inertia - free - pushed, weight(k));
-            let terms = unit * terms + free.abs();
             residual += gap * gap * weight;
             size_free += free * free * weight;
             size_v += inertia * inertia * weight;
             size_r += pushed * pushed * weight;
-            magnitude += terms * terms * weight;
+            if SIZES {
+                let terms = unit * terms + free.abs();
+                magnitude += terms * terms * weight;
+            }
         }
         Self {
             residual,
@@ -148,9 +155,10 @@ fn weights<T: Real, const N: usize>(mass: &[[T; N]; N]) -> impl Fn(usize) -> T +
 }
 
 /// Evaluates the dynamics, and fills `u = H v + w`, without compliance, of impulses in rows that are not scaled; and the sums of the
-/// magnitudes of the terms of `u`.
+/// magnitudes of the terms of `u`. Without `SIZES` no magnitudes are added up.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn momentum<
+    const SIZES: bool,
     T: Real,
     const N: usize,
     const D: usize,
@@ -179,13 +187,13 @@ pub(crate) fn momentum<
         ..
     } = &mut momenta;
     if N * size_of::<T>() <= SUMS {
-        multiply::<T, N, N>(mass, 0, v, (&mut *inertia, &mut *magnitudes));
+        multiply::<T, N, N, SIZES>(mass, 0, v, (&mut *inertia, &mut *magnitudes));
     } else {
         // The last block repeats some rows, so that all blocks have the same size.
         let (mut first, last) = (0, N - BLOCK);
         while first < last + BLOCK {
             let places = (&mut *inertia, &mut *magnitudes);
-            multiply::<T, N, BLOCK>(mass, first.min(last), v, places);
+            multiply::<T, N, BLOCK, SIZES>(mass, first.min(last), v, places);
             first += BLOCK;
         }
     }
@@ -212,29 +220,43 @@ pub(crate) fn momentum<
     for (((contact, support), r), (u, size)) in contacts {
         let mut velocity: [T; D] = contact.offset.into();
         let mut terms = velocity.map(ComplexField::abs);
+        let pushes = *r != [T::ZERO; D];
         let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
         for group in support.groups::<N>() {
             let columns = columns.get(group).zip(groups.get(group));
             let targets = places.get_mut(group).zip(size_places.get_mut(group));
             if let (Some((columns, v)), Some((pushed, magnitudes))) = (columns, targets) {
-                add_columns_and_sizes(columns, v, (&mut velocity, &mut terms));
-                add_products_and_sizes(columns, *r, (pushed, magnitudes));
+                if SIZES {
+                    add_columns_and_sizes(columns, v, (&mut velocity, &mut terms));
+                    add_products_and_sizes(columns, *r, (pushed, magnitudes));
+                } else {
+                    add_columns(columns, v, &mut velocity);
+                    if pushes {
+                        add_products(columns, *r, pushed);
+                    }
+                }
             }
         }
-        add_columns_and_sizes(rest, last, (&mut velocity, &mut terms));
-        add_products_and_sizes(rest, *r, (&mut *place, &mut *size_place));
-        (*u, *size) = (velocity, terms);
+        if SIZES {
+            add_columns_and_sizes(rest, last, (&mut velocity, &mut terms));
+            add_products_and_sizes(rest, *r, (&mut *place, &mut *size_place));
+            *size = terms;
+        } else {
+            add_columns(rest, last, &mut velocity);
+            add_products(rest, *r, &mut *place);
+        }
+        *u = velocity;
     }
     let is_mixed = scene.is_mixed();
     Dynamics {
-        plain: Norms::of(&momenta, |_| T::ONE),
-        weighted: is_mixed.then(|| Norms::of(&momenta, weights(mass))),
+        plain: Norms::of::<N, SIZES>(&momenta, |_| T::ONE),
+        weighted: is_mixed.then(|| Norms::of::<N, SIZES>(&momenta, weights(mass))),
     }
 }
 
 /// `K` entries of `M v` from row `first` on, and the sums of the magnitudes of their terms.
 #[inline]
-fn multiply<T: Real, const N: usize, const K: usize>(
+fn multiply<T: Real, const N: usize, const K: usize, const SIZES: bool>(
     mass: &[[T; N]; N],
     first: usize,
     v: &[T; N],
@@ -249,7 +271,9 @@ fn multiply<T: Real, const N: usize, const K: usize>(
         for ([sum, size], &mass) in sums.iter_mut().zip(column) {
             let product = mass * v;
             *sum += product;
-            *size += product.abs();
+            if SIZES {
+                *size += product.abs();
+            }
         }
     }
     let products = products.get_mut(first..).unwrap_or_default();

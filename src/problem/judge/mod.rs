@@ -85,7 +85,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         };
         let ([v], [free]) = (&solution.velocity.data.0, &self.free_impulse.data.0);
         let mut sizes = u;
-        let mut momentum = dynamics::momentum(self.scene, free, v, written, &mut u, &mut sizes);
+        if let Some(rounding) = rounding::crude(self, v, judged, tolerance) {
+            let mut momentum =
+                dynamics::momentum::<false, _, _, _, _, _, _>(self.scene, free, v, written, &mut u, &mut sizes);
+            momentum.plain.compare_with_less(rounding.momentum);
+            solution.error = self.error(&momentum, &u, judged, &rounding);
+            if solution.error <= tolerance {
+                self.write(written, judged, &u, solution);
+                return;
+            }
+        }
+        let mut momentum =
+            dynamics::momentum::<true, _, _, _, _, _, _>(self.scene, free, v, written, &mut u, &mut sizes);
         self.add_compliance(written, &mut u);
         self.set_floors(&mut momentum);
         let mut rounding = rounding::bound(self, [judged, written], &sizes, &mut momentum);

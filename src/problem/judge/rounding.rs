@@ -100,6 +100,74 @@ pub(crate) fn bound<
     }
 }
 
+/// Bounds without sums of magnitudes, from the diagonals of `M` and `W` alone; `None` if that may be too much of the tolerance, or where
+/// they are not worth it. `|M_ik| <= sqrt(M_ii M_kk)` and `|H_ak| <= sqrt(W_aa M_kk)`, since `M` and `W = H M⁻¹ Hᵀ` are positive
+/// semidefinite. With `S = Σ_k sqrt(M_kk) |v_k|` and `P = Σ_a sqrt(W_aa) |r_a|` the magnitudes of the terms of a momentum are then
+/// at most `sqrt(M_kk) (S + P)`, and those of a velocity `sqrt(W_aa) S`.
+#[inline]
+pub(crate) fn crude<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    problem: &Problem<'_, T, N, D, C, R, S>,
+    v: &[T; N],
+    r: &Stacked<T, D, C, R>,
+    tolerance: T,
+) -> Option<Rounding<T, C, R>> {
+    let (scene, sets, [free]) = (problem.scene, &problem.sets, &problem.free_impulse.data.0);
+    // Single precision has too few digits for them.
+    let usable = T::EPSILON < T::literal(1e-10)
+        && !scene.is_mixed()
+        && scene.delassus_gap() == T::ZERO
+        && problem.factor.uncertainty() < T::literal(0.1);
+    if !usable {
+        return None;
+    }
+    let (mut trace, mut energy) = (T::ZERO, T::ZERO);
+    let columns = scene.mass().data.0.iter().zip(v).enumerate();
+    for (k, (column, &v)) in columns {
+        let mass = column.get(k).copied().unwrap_or(T::ZERO);
+        trace += mass;
+        energy += mass * (v * v);
+    }
+    let free = square(free);
+    // Squares of `S` and `P` (Cauchy and Schwarz), twice as large as they may be: so much for their own rounding, and for that of `W`.
+    let moved = T::count(2 * N) * energy;
+    let own = precision::<T>(N + 1 + operations_after::<D>(false, problem.model));
+    let own = T::literal(2.0) * own * own;
+    let mut velocities = VelocityNoise {
+        contacts: [[T::ONE; 2]; C],
+        rows: [T::ONE; R],
+    };
+    let mut pushed = T::ZERO;
+    let sources = sets.contacts().iter().zip(scene.contacts()).zip(&r.contacts);
+    for (bound, ((set, contact), r)) in velocities.contacts.iter_mut().zip(sources) {
+        let inverse = set.inverse_mass();
+        pushed += inverse * square(r);
+        *bound = [own * (square(&<[T; D]>::from(contact.offset)) + inverse * moved); 2];
+    }
+    let pushed = T::count(2 * C) * pushed;
+    // Of a sum of three the square is at most three times the sum of their squares.
+    let share = precision::<T>(N.max(rows(sets)) + 3);
+    let terms = T::literal(3.0) * (trace * (moved + pushed) + free);
+    let noise = share * share * terms;
+    let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
+    let enough = T::literal(CRUDE) * tolerance;
+    let is_safe = energy > tiny && free > tiny && terms * tiny < T::ONE;
+    (is_safe && noise <= enough * enough * free).then_some(Rounding {
+        momentum: noise,
+        weighted: T::ZERO,
+        velocities,
+    })
+}
+
+/// The share of the tolerance that bounds without sums of magnitudes may take.
+const CRUDE: f64 = 0.125;
+
 /// Rows of contacts and joint rows in use.
 fn rows<T: Real, const D: usize, const C: usize, const R: usize>(sets: &Sets<T, D, C, R>) -> usize {
     D * sets.contacts().len() + sets.rows().len()

@@ -162,6 +162,9 @@ pub(crate) fn r0_norm<T: Real, const D: usize>(sets: &[ContactSet<T, D>]) -> T {
     let unit = unit(largest);
     let mut squares = T::ZERO;
     for set in sets {
+        if separates(set, &set.q.into(), None) {
+            continue; // without a root
+        }
         let argument = -set.augmented(&(set.q * (set.alpha * unit)));
         squares += set.cone.projected_square(&argument);
     }
@@ -195,6 +198,10 @@ pub(crate) fn error<T: Real, const D: usize>(
     let is_final = !noise.is_empty();
     let mut noise = noise.iter();
     for ((set, u), r) in sets.iter().zip(u).zip(r) {
+        let noise = noise.next();
+        if *r == [T::ZERO; D] && separates(set, u, noise) {
+            continue; // without a root
+        }
         let source = r;
         let r = SVector::from(*r) * unit;
         let pushed = SVector::from(*u) * (set.alpha * unit);
@@ -213,9 +220,7 @@ pub(crate) fn error<T: Real, const D: usize>(
             }
         }
         residual += left;
-        if let Some(&[noise, normal]) = noise.next()
-            && !(r == zeros::<T, D>() && separates(set, u, noise))
-        {
+        if let Some(&[noise, normal]) = noise {
             let mut moved = reach * reach * noise;
             if let Some(boundary) = slips {
                 let change = boundary.change(set, &r);
@@ -275,14 +280,24 @@ fn with_share<T: Real>(
     error.max((share - T::ONE).min(T::ONE))
 }
 
-/// Is the contact open for every velocity within the rounding bound `noise`, (m/s)²?
-fn separates<T: Real, const D: usize>(set: &ContactSet<T, D>, u: &[T; D], noise: T) -> bool {
-    let u = SVector::from(*u);
-    let (normal, tangent) = split(&u);
+/// Does a contact without impulse obey the law, with every velocity within the rounding bound, of which `noise` has the squares (m/s)²?
+#[inline]
+fn separates<T: Real, const D: usize>(
+    set: &ContactSet<T, D>,
+    u: &[T; D],
+    noise: Option<&[T; 2]>,
+) -> bool {
     let mu = set.cone.friction();
-    let margin = normal + (set.shift_factor - mu) * norm(tangent);
+    let [normal, tangent @ ..] = u.as_slice() else {
+        return false;
+    };
+    let mut margin = *normal;
+    if set.shift_factor != mu {
+        margin += (set.shift_factor - mu) * norm(tangent);
+    }
     let reach = T::ONE + mu;
-    margin > T::ZERO && margin * margin > reach * reach * noise
+    margin >= T::ZERO
+        && noise.is_none_or(|&[noise, _]| margin > T::ZERO && margin * margin > reach * reach * noise)
 }
 
 #[cfg(test)]
