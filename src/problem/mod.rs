@@ -253,7 +253,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             self.velocities(r, u);
             return;
         }
-        *u = self.sets.bases();
+        self.sets.copy_bases(u);
     }
 
     /// [`Self::velocities`]; returns the first part of the error.
@@ -295,15 +295,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         };
         self.sets
             .contact_error(self.reference_impulse, u, r, noise, &carried)
-    }
-
-    /// The size of impulses, in units of what is expected.
-    pub(crate) fn impulse_ratio(&self, r: &Stacked<T, D, C, R>) -> T {
-        if self.scene.is_mixed() {
-            return self.energy.ratio(&self.sets, r);
-        }
-        let norm = r.contact_square().square_root();
-        crate::linalg::vector::quotient(norm, self.reference_impulse)
     }
 
     /// Are impulses more than so many times as large as expected?

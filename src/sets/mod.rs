@@ -80,16 +80,14 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         self.rows.get_mut(..self.counts.rows).unwrap_or_default()
     }
 
-    /// The constant terms of velocities, with their corrections.
-    pub(crate) fn bases(&self) -> Stacked<T, D, C, R> {
-        let mut bases = Stacked::zero();
+    /// Copies the constant terms of velocities, with their corrections.
+    pub(crate) fn copy_bases(&self, bases: &mut Stacked<T, D, C, R>) {
         for (base, set) in bases.contacts.iter_mut().zip(self.contacts()) {
             *base = set.base.into();
         }
         for (base, set) in bases.rows.iter_mut().zip(self.rows()) {
             *base = set.base;
         }
-        bases
     }
 
     /// Replaces the constant terms of velocities.

@@ -97,12 +97,14 @@ impl Work {
     /// Its sum, in iterations of ADMM: a sweep and a chord step count 2; a Newton step, a step of the interior point and a
     /// search for a proof count 10. What is too large for a `usize` is its largest number.
     #[must_use]
+    #[inline]
     pub const fn total(&self) -> usize {
         let searches = self.proof_searches.saturating_mul(10);
         self.on_solution().saturating_add(searches)
     }
 
     /// That without searches for a proof, which bring no solution nearer.
+    #[inline]
     pub(crate) const fn on_solution(&self) -> usize {
         let twos = self.sweeps.saturating_add(self.chord_steps);
         let tens = self.newton_steps.saturating_mul(10);

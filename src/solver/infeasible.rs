@@ -88,8 +88,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(crate) fn check_infeasibility(&mut self, present: &Stacked<T, D, C, R>) {
         let convincing = match self.record.status {
             Status::Solved => {
-                let ratio = self.problem.impulse_ratio(&self.record.best);
-                ratio <= T::literal(DOUBTFUL_IMPULSE_RATIO)
+                let doubtful = T::literal(DOUBTFUL_IMPULSE_RATIO);
+                !self.problem.exceeds(&self.record.best, doubtful)
             }
             status => status == Status::Infeasible,
         };

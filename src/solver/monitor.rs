@@ -274,7 +274,7 @@ impl<
                     (r, least) = (other, Some(natural_map));
                 }
             }
-            self.record.bases = self.problem.sets.bases();
+            self.problem.sets.copy_bases(&mut self.record.bases);
         }
         self.problem.count_stopping();
         if self.problem.throws(&r, T::literal(DOUBTFUL_IMPULSE_RATIO)) {
@@ -296,7 +296,7 @@ impl<
 
     /// Leaves the search for a later call, without a solution.
     pub(crate) fn pause(&mut self) {
-        self.record.bases = self.problem.sets.bases();
+        self.problem.sets.copy_bases(&mut self.record.bases);
         self.solution.disown();
     }
 

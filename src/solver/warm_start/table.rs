@@ -70,18 +70,18 @@ impl<T: Real, const L: usize, const K: usize> Table<T, L, K> {
         let Some(entry) = self.entries.get_mut(place) else {
             return;
         };
-        let (before, solves) = match entry {
-            Some(last) if replaces => (last.before, last.solves),
-            Some(last) => (last.r, last.solves.saturating_add(1)),
-            None => ([T::ZERO; L], 1),
-        };
-        *entry = Some(Entry {
+        let counts = !replaces || entry.is_none();
+        let entry = entry.get_or_insert(Entry {
             key,
             u,
             r,
-            before,
-            solves,
+            before: r,
+            solves: 0,
         });
+        if counts {
+            (entry.before, entry.solves) = (entry.r, entry.solves.saturating_add(1));
+        }
+        (entry.key, entry.u, entry.r) = (key, u, r);
     }
 
     /// Forgets all for impulses that are given.
