@@ -201,12 +201,12 @@ impl<
     /// Is the error of an impulse, which becomes the solution, within the tolerance? It is computed as exactly as is asked.
     pub(super) fn is_within(&mut self, r: &Stacked<T, D, C, R>) -> bool {
         let tolerance = self.settings.tolerance;
-        let mut most = T::INFINITY;
-        if self.record.question == Question::ExactError {
+        let exactly = self.record.question == Question::ExactError;
+        if exactly {
             self.limit = self.limit.saturating_sub(EXACT_ERROR);
-            most = tolerance;
         }
-        self.problem.evaluate(r, most, self.solution);
+        let wanted = (tolerance, exactly);
+        self.problem.evaluate(r, wanted, self.solution);
         self.solution.error <= tolerance
     }
 
@@ -281,16 +281,13 @@ impl<
             r = Stacked::zero();
         }
         // What goes on may know it more exactly later.
-        let most = if self.record.status == Status::PrecisionLimit {
-            self.settings.tolerance
-        } else {
-            T::INFINITY
-        };
-        self.problem.evaluate(&r, most, self.solution);
+        let exactly = self.record.status == Status::PrecisionLimit;
+        let wanted = (self.settings.tolerance, exactly);
+        self.problem.evaluate(&r, wanted, self.solution);
         if !self.solution.has_numbers() {
             // Squares overflow, and no impulse is known.
             let none = Stacked::zero();
-            self.problem.evaluate(&none, T::INFINITY, self.solution);
+            self.problem.evaluate(&none, (T::ZERO, false), self.solution);
         }
     }
 

@@ -41,11 +41,8 @@ struct Momenta<'a, T, const N: usize> {
 
 impl<T: Real> Norms<T> {
     #[inline]
-    fn of<const N: usize, const SIZES: bool>(
-        momenta: &Momenta<'_, T, N>,
-        weight: impl Fn(usize) -> T + Copy,
-    ) -> Self {
-        let norms = Self::in_unit::<N, SIZES>(momenta, T::ONE, weight);
+    fn of<const N: usize>(momenta: &Momenta<'_, T, N>, weight: impl Fn(usize) -> T + Copy) -> Self {
+        let norms = Self::in_unit(momenta, T::ONE, weight);
         if norms.is_safe() {
             return norms;
         }
@@ -59,7 +56,7 @@ impl<T: Real> Norms<T> {
             }
         }
         let unit = exponent.map_or(T::ONE, |exponent: i32| T::power_of_two(-(exponent >> 1)));
-        Self::in_unit::<N, SIZES>(momenta, unit, weight)
+        Self::in_unit(momenta, unit, weight)
     }
 
     /// Can none of its squares have overflown or vanished?
@@ -69,7 +66,7 @@ impl<T: Real> Norms<T> {
     }
 
     #[cfg_attr(target_os = "none", inline(never))]
-    fn in_unit<const N: usize, const SIZES: bool>(
+    fn in_unit<const N: usize>(
         momenta: &Momenta<'_, T, N>,
         unit: T,
         weight: impl Fn(usize) -> T,
@@ -86,14 +83,12 @@ impl<T: Real> Norms<T> {
         for (k, ((&free, (&inertia, &pushed)), &terms)) in sums.enumerate() {
             let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed);
             let (gap, weight) = (inertia - free - pushed, weight(k));
+            let terms = unit * terms + free.abs();
             residual += gap * gap * weight;
             size_free += free * free * weight;
             size_v += inertia * inertia * weight;
             size_r += pushed * pushed * weight;
-            if SIZES {
-                let terms = unit * terms + free.abs();
-                magnitude += terms * terms * weight;
-            }
+            magnitude += terms * terms * weight;
         }
         Self {
             residual,
@@ -155,10 +150,9 @@ fn weights<T: Real, const N: usize>(mass: &[[T; N]; N]) -> impl Fn(usize) -> T +
 }
 
 /// Evaluates the dynamics, and fills `u = H v + w`, without compliance, of impulses in rows that are not scaled; and the sums of the
-/// magnitudes of the terms of `u`. Without `SIZES` no magnitudes are added up.
+/// magnitudes of the terms of `u`.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn momentum<
-    const SIZES: bool,
     T: Real,
     const N: usize,
     const D: usize,
@@ -186,17 +180,7 @@ pub(crate) fn momentum<
         magnitudes,
         ..
     } = &mut momenta;
-    if N * size_of::<T>() <= SUMS {
-        multiply::<T, N, N, SIZES>(mass, 0, v, (&mut *inertia, &mut *magnitudes));
-    } else {
-        // The last block repeats some rows, so that all blocks have the same size.
-        let (mut first, last) = (0, N - BLOCK);
-        while first < last + BLOCK {
-            let places = (&mut *inertia, &mut *magnitudes);
-            multiply::<T, N, BLOCK, SIZES>(mass, first.min(last), v, places);
-            first += BLOCK;
-        }
-    }
+    multiply::<T, N, true>(mass, v, (&mut *inertia, &mut *magnitudes));
     let places = u.rows.iter_mut().zip(&mut sizes.rows);
     for (row, (&r, (u, size))) in scene.rows().iter().zip(r.rows.iter().zip(places)) {
         let [entries] = &row.row.data.0;
@@ -220,43 +204,100 @@ pub(crate) fn momentum<
     for (((contact, support), r), (u, size)) in contacts {
         let mut velocity: [T; D] = contact.offset.into();
         let mut terms = velocity.map(ComplexField::abs);
-        let pushes = *r != [T::ZERO; D];
         let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
         for group in support.groups::<N>() {
             let columns = columns.get(group).zip(groups.get(group));
             let targets = places.get_mut(group).zip(size_places.get_mut(group));
             if let (Some((columns, v)), Some((pushed, magnitudes))) = (columns, targets) {
-                if SIZES {
-                    add_columns_and_sizes(columns, v, (&mut velocity, &mut terms));
-                    add_products_and_sizes(columns, *r, (pushed, magnitudes));
-                } else {
-                    add_columns(columns, v, &mut velocity);
-                    if pushes {
-                        add_products(columns, *r, pushed);
-                    }
-                }
+                add_columns_and_sizes(columns, v, (&mut velocity, &mut terms));
+                add_products_and_sizes(columns, *r, (pushed, magnitudes));
             }
         }
-        if SIZES {
-            add_columns_and_sizes(rest, last, (&mut velocity, &mut terms));
-            add_products_and_sizes(rest, *r, (&mut *place, &mut *size_place));
-            *size = terms;
-        } else {
-            add_columns(rest, last, &mut velocity);
-            add_products(rest, *r, &mut *place);
-        }
-        *u = velocity;
+        add_columns_and_sizes(rest, last, (&mut velocity, &mut terms));
+        add_products_and_sizes(rest, *r, (&mut *place, &mut *size_place));
+        (*u, *size) = (velocity, terms);
     }
     let is_mixed = scene.is_mixed();
     Dynamics {
-        plain: Norms::of::<N, SIZES>(&momenta, |_| T::ONE),
-        weighted: is_mixed.then(|| Norms::of::<N, SIZES>(&momenta, weights(mass))),
+        plain: Norms::of(&momenta, |_| T::ONE),
+        weighted: is_mixed.then(|| Norms::of(&momenta, weights(mass))),
     }
 }
 
-/// `K` entries of `M v` from row `first` on, and the sums of the magnitudes of their terms.
+/// [`momentum`] of contacts alone, without sums of magnitudes.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(crate) fn plain_momentum<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    scene: &Scene<T, N, D, C, R, S>,
+    free: &[T; N],
+    v: &[T; N],
+    r: &Stacked<T, D, C, R>,
+    u: &mut Stacked<T, D, C, R>,
+) -> Dynamics<T> {
+    let zeros = [T::ZERO; N];
+    let [mut inertia, mut pushed] = [zeros; 2];
+    let mass = &scene.mass().data.0;
+    multiply::<T, N, false>(mass, v, (&mut inertia, &mut pushed));
+    let (groups, last) = v.as_chunks::<GROUP>();
+    let (places, place) = pushed.as_chunks_mut::<GROUP>();
+    let contacts = scene.supported().zip(&r.contacts).zip(&mut u.contacts);
+    for (((contact, support), &r), u) in contacts {
+        let mut velocity: [T; D] = contact.offset.into();
+        let pushes = r != [T::ZERO; D];
+        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+        for group in support.groups::<N>() {
+            let columns = columns.get(group).zip(groups.get(group));
+            if let (Some((columns, v)), Some(pushed)) = (columns, places.get_mut(group)) {
+                add_columns(columns, v, &mut velocity);
+                if pushes {
+                    add_products(columns, r, pushed);
+                }
+            }
+        }
+        add_columns(rest, last, &mut velocity);
+        add_products(rest, r, &mut *place);
+        *u = velocity;
+    }
+    let momenta = Momenta {
+        free,
+        inertia,
+        pushed,
+        magnitudes: zeros,
+    };
+    Dynamics {
+        plain: Norms::of(&momenta, |_| T::ONE),
+        weighted: None,
+    }
+}
+
+/// `M v` and, with `SIZES`, the sums of the magnitudes of its terms.
 #[inline]
-fn multiply<T: Real, const N: usize, const K: usize, const SIZES: bool>(
+fn multiply<T: Real, const N: usize, const SIZES: bool>(
+    mass: &[[T; N]; N],
+    v: &[T; N],
+    (products, magnitudes): (&mut [T; N], &mut [T; N]),
+) {
+    if N * size_of::<T>() <= SUMS * if SIZES { 1 } else { 2 } {
+        return multiply_rows::<T, N, N, SIZES>(mass, 0, v, (products, magnitudes));
+    }
+    // The last block repeats some rows, so that all blocks have the same size.
+    let (mut first, last) = (0, N - BLOCK);
+    while first < last + BLOCK {
+        let places = (&mut *products, &mut *magnitudes);
+        multiply_rows::<T, N, BLOCK, SIZES>(mass, first.min(last), v, places);
+        first += BLOCK;
+    }
+}
+
+/// `K` entries of [`multiply`] from row `first` on.
+#[inline]
+fn multiply_rows<T: Real, const N: usize, const K: usize, const SIZES: bool>(
     mass: &[[T; N]; N],
     first: usize,
     v: &[T; N],

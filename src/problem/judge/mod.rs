@@ -23,22 +23,23 @@ struct Impulses<T, const D: usize, const C: usize, const R: usize> {
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Writes velocity, contacts, joint rows and error of an impulse into a solution. The error includes a bound on rounding. If it
-    /// exceeds the tolerance, what it is made of is computed again with twice the digits.
+    /// Writes velocity, contacts, joint rows and error of an impulse into a solution. The error includes a bound on rounding, as fine as the
+    /// tolerance needs it. If it exceeds the tolerance and is wanted `exactly`, what it is made of is computed again with twice the digits.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn evaluate(
         &self,
         r: &Stacked<T, D, C, R>,
-        tolerance: T,
+        (tolerance, exactly): (T, bool),
         solution: &mut Solution<T, N, D, C, R>,
     ) {
         let [v] = &mut solution.velocity.data.0;
         self.factor.velocity(&self.whitened, r, v);
         if self.scene.is_mixed() {
             let impulses = self.written(r);
-            self.judge(&impulses.written, &impulses.judged, tolerance, solution);
+            let impulses = [&impulses.written, &impulses.judged];
+            self.judge(impulses, (tolerance, exactly), solution);
         } else {
-            self.judge(r, r, tolerance, solution);
+            self.judge([r; 2], (tolerance, exactly), solution);
         }
     }
 
@@ -74,20 +75,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[cfg_attr(target_os = "none", inline(never))]
     fn judge(
         &self,
-        written: &Stacked<T, D, C, R>,
-        judged: &Stacked<T, D, C, R>,
-        tolerance: T,
+        [written, judged]: [&Stacked<T, D, C, R>; 2],
+        (tolerance, exactly): (T, bool),
         solution: &mut Solution<T, N, D, C, R>,
     ) {
-        let mut u = Stacked {
-            contacts: [[T::ONE; D]; C], // all that is used is overwritten, and zeros would call memset
+        // All that is used is overwritten, and zeros would call memset.
+        let unknown = || Stacked {
+            contacts: [[T::ONE; D]; C],
             rows: [T::ONE; R],
         };
         let ([v], [free]) = (&solution.velocity.data.0, &self.free_impulse.data.0);
-        let mut sizes = u;
+        let mut u = unknown();
         if let Some(rounding) = rounding::crude(self, v, judged, tolerance) {
-            let mut momentum =
-                dynamics::momentum::<false, _, _, _, _, _, _>(self.scene, free, v, written, &mut u, &mut sizes);
+            let mut momentum = dynamics::plain_momentum(self.scene, free, v, written, &mut u);
             momentum.plain.compare_with_less(rounding.momentum);
             solution.error = self.error(&momentum, &u, judged, &rounding);
             if solution.error <= tolerance {
@@ -95,13 +95,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 return;
             }
         }
-        let mut momentum =
-            dynamics::momentum::<true, _, _, _, _, _, _>(self.scene, free, v, written, &mut u, &mut sizes);
+        let mut sizes = unknown();
+        let mut momentum = dynamics::momentum(self.scene, free, v, written, &mut u, &mut sizes);
         self.add_compliance(written, &mut u);
         self.set_floors(&mut momentum);
         let mut rounding = rounding::bound(self, [judged, written], &sizes, &mut momentum);
         solution.error = self.error(&momentum, &u, judged, &rounding);
-        if solution.error > tolerance {
+        if exactly && solution.error > tolerance {
             let places = (&mut u, &mut momentum);
             rounding::refine(self, v, [judged, written], places, &mut rounding);
             solution.error = self.error(&momentum, &u, judged, &rounding);
