@@ -72,11 +72,14 @@ fn every_step_of_every_sequence_is_solved_and_a_warm_start_costs_less() -> Resul
             let question = if name == "stack2_1000" { 100 } else { 0 };
             assert!(
                 now[0] < now[1] + question && warm[half] <= cold[half],
-                "{name} to {tolerance:e}"
+                "{name} to {tolerance:e}: warm {warm:?}, cold {cold:?}"
             );
             // The choice of a start that misleads comes on top of a cold solve.
             let dearest = 9 * (cold[most] + question);
-            assert!(8 * warm[most] <= dearest, "{name} to {tolerance:e}");
+            assert!(
+                8 * warm[most] <= dearest,
+                "{name} to {tolerance:e}: warm {warm:?}, cold {cold:?}"
+            );
         }
     }
     assert!(changed.is_empty(), "{}", changed.join("\n"));

@@ -3,7 +3,7 @@
 //! The whole diagram and a table of the transitions stand in [`crate::guide::method`]; in short:
 //!
 //! ```text
-//! Sweeps ── enough ──► Newton ── rejected ──► CentralPath ── jam ──► CentralPath (another one)
+//! Sweeps ── enough ──► Newton ── rejected ──► Sweeps ── slow ──► CentralPath ── jam ──► CentralPath (another one)
 //! Newton ── rejected, began at the last solution or at a guess ──► cold start, without a guess
 //! CentralPath ── near the end, also after a jam ──► Newton
 //! Newton ── rejected ──► search for a proof, once in a solve
@@ -311,7 +311,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             }
             Origin::Cold if P::CENTRAL_PATH => {
                 monitor.look_for_proof();
-                if monitor.problem.can_be_swept() {
+                if monitor.problem.can_be_swept() && !monitor.record.asks_for_rest() {
                     self.state.sweep_before_path();
                     return Phase::Sweeps;
                 }

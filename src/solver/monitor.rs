@@ -287,7 +287,8 @@ impl<
         if !self.solution.has_numbers() {
             // Squares overflow, and no impulse is known.
             let none = Stacked::zero();
-            self.problem.evaluate(&none, (T::ZERO, false), self.solution);
+            self.problem
+                .evaluate(&none, (T::ZERO, false), self.solution);
         }
     }
 

@@ -267,7 +267,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.problem.set_shift(true);
         if known {
             let (best, tolerance) = (self.record.best, self.tolerance());
-            self.problem.evaluate(&best, (tolerance, true), self.solution);
+            self.problem
+                .evaluate(&best, (tolerance, true), self.solution);
             self.stop(Status::Solved);
         }
         known.then_some(self.record.best)

@@ -2,7 +2,7 @@
 //!
 //! What a sweep leaves is read off the contacts; the natural map, which takes roots, is computed where that is within the tolerance.
 //! A Newton step costs as much as five sweeps. Sweeps go on while they are fast, or while five more at the present rate
-//! reach the tolerance (`after_five`).
+//! reach the tolerance (`after_five`). Where a Newton step was rejected more of them pay: the central path takes ten times as long.
 
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
@@ -16,10 +16,7 @@ use crate::solver::state::{State, Sweeps};
 use crate::solver::tuning;
 use core::mem;
 
-/// Sweeps before the central path, at most: as long as so many reach the tolerance.
-const BEFORE_PATH: u16 = 40;
-
-/// The share of the tolerance up to which what a sweep leaves needs no natural map.
+/// The share of the tolerance up to which the natural map is left to the judge.
 const CLEAR: f64 = 0.5;
 
 /// How sweeps get on.
@@ -130,7 +127,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
         let last = mem::replace(&mut self.point.natural_map, here);
         if here <= tolerance {
-            // Where the sweep has left clearly less, the judge takes the same roots.
             if here > tolerance * T::literal(CLEAR) {
                 let (r, u) = (&self.point.r, &self.point.u);
                 self.point.natural_map = monitor.problem.natural_map_at(r, u);
@@ -148,11 +144,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let rate = if first { T::ZERO } else { here / last };
         let is_fast = rate < tuning::sweep_rate();
         let after_five = here * rate * rate * rate * rate * rate;
+        let done = usize::from(sweeps.done);
         let pays = if sweeps.lead_to_path {
-            let end = (sweeps.done..BEFORE_PATH).fold(here, |end, _| end * rate);
-            sweeps.done < 3 || sweeps.done < BEFORE_PATH && end <= tolerance
+            let most = tuning::sweeps_before_path();
+            let at_the_end = (done..most).fold(here, |left, _| left * rate);
+            done < 3 || done < most && at_the_end <= tolerance
         } else {
-            is_fast && usize::from(sweeps.done) < tuning::fast_sweeps()
+            is_fast && done < tuning::fast_sweeps()
                 || after_five <= tolerance
                 || sweeps.done < sweeps.at_least
         };

@@ -91,6 +91,9 @@ counts! {
     /// Sweeps that are made as long as they are fast. (Further ones are made if five more reach the tolerance.)
     fast_sweeps: 3;
 
+    /// Sweeps before the central path: as long as so many in all reach the tolerance at their present rate.
+    sweeps_before_path: 40;
+
     /// Newton: steps of one phase.
     newton_steps: 30;
     /// Newton: steps with one Jacobian, which cost somewhat less than a new one.

@@ -100,10 +100,15 @@ pub(crate) fn bound<
     }
 }
 
-/// Bounds without sums of magnitudes, from the diagonals of `M` and `W` alone; `None` if that may be too much of the tolerance, or where
-/// they are not worth it. `|M_ik| <= sqrt(M_ii M_kk)` and `|H_ak| <= sqrt(W_aa M_kk)`, since `M` and `W = H M⁻¹ Hᵀ` are positive
-/// semidefinite. With `S = Σ_k sqrt(M_kk) |v_k|` and `P = Σ_a sqrt(W_aa) |r_a|` the magnitudes of the terms of a momentum are then
-/// at most `sqrt(M_kk) (S + P)`, and those of a velocity `sqrt(W_aa) S`.
+/// The share of the tolerance that bounds without sums of magnitudes may take.
+const CRUDE: f64 = 0.125;
+
+/// Bounds without sums of magnitudes, from the diagonals of `M` and `W` alone, in double precision and without joint rows; `None` if they
+/// may be too much of the tolerance.
+///
+/// `M` and `W = H M⁻¹ Hᵀ` are positive semidefinite: `|M_ik| <= sqrt(M_ii M_kk)` and `|H_ak| <= sqrt(W_aa M_kk)`. With
+/// `S = Σ_k sqrt(M_kk) |v_k|` and `P = Σ_a sqrt(W_aa) |r_a|` the magnitudes of the terms of a momentum are then at most
+/// `sqrt(M_kk) (S + P) + |f_k|`, and those of a velocity `sqrt(W_aa) S + |w_a|`.
 #[inline]
 pub(crate) fn crude<
     T: Real,
@@ -135,7 +140,7 @@ pub(crate) fn crude<
         energy += mass * (v * v);
     }
     let free = square(free);
-    // Squares of `S` and `P` (Cauchy and Schwarz), twice as large as they may be: so much for their own rounding, and for that of `W`.
+    // Squares of `S` and `P`, by Cauchy and Schwarz, and twice as large: for their own rounding, and that of `W`.
     let moved = T::count(2 * N) * energy;
     let own = precision::<T>(N + 1 + operations_after::<D>(false, problem.model));
     let own = T::literal(2.0) * own * own;
@@ -144,7 +149,11 @@ pub(crate) fn crude<
         rows: [T::ONE; R],
     };
     let mut pushed = T::ZERO;
-    let sources = sets.contacts().iter().zip(scene.contacts()).zip(&r.contacts);
+    let sources = sets
+        .contacts()
+        .iter()
+        .zip(scene.contacts())
+        .zip(&r.contacts);
     for (bound, ((set, contact), r)) in velocities.contacts.iter_mut().zip(sources) {
         let inverse = set.inverse_mass();
         pushed += inverse * square(r);
@@ -164,9 +173,6 @@ pub(crate) fn crude<
         velocities,
     })
 }
-
-/// The share of the tolerance that bounds without sums of magnitudes may take.
-const CRUDE: f64 = 0.125;
 
 /// Rows of contacts and joint rows in use.
 fn rows<T: Real, const D: usize, const C: usize, const R: usize>(sets: &Sets<T, D, C, R>) -> usize {

@@ -120,7 +120,7 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
         augmented
     }
 
-    /// `W_ii` of a row, on average; 0 if nothing moves it.
+    /// The trace of `W_ii`; 0 if nothing moves it.
     pub(crate) fn inverse_mass(&self) -> T {
         if self.alpha > T::ZERO {
             T::count(D) / self.alpha

@@ -297,7 +297,8 @@ fn separates<T: Real, const D: usize>(
     }
     let reach = T::ONE + mu;
     margin >= T::ZERO
-        && noise.is_none_or(|&[noise, _]| margin > T::ZERO && margin * margin > reach * reach * noise)
+        && noise
+            .is_none_or(|&[noise, _]| margin > T::ZERO && margin * margin > reach * reach * noise)
 }
 
 #[cfg(test)]

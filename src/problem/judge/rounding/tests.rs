@@ -1,13 +1,13 @@
 //! The bounds against what rounding has done.
 #![allow(clippy::expect_used)]
 
-use super::{bound, refine};
+use super::{bound, crude, refine};
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::problem::judge::dynamics;
 use crate::{Contact, Factor, Model, Scene};
 use nalgebra::{SMatrix, SVector};
-use proptest::array::{uniform2, uniform4};
+use proptest::array::{uniform2, uniform3, uniform4};
 use proptest::prelude::*;
 
 const N: usize = 4;
@@ -69,6 +69,42 @@ proptest! {
             prop_assert!(off <= f64::from(bounds.momentum).sqrt() + 1e-6 * unit * gap.norm());
             let places = (&mut u, &mut momentum);
             refine(&problem, &v, [&r, &r], places, &mut bounds);
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn bounds_from_diagonals_are_above_those_from_magnitudes(
+        root in uniform4(uniform4(-1.0..1.0_f64)),
+        masses in uniform4(-3_i32..4),
+        jacobians in uniform2(uniform4(uniform3(-1e3..1e3_f64))),
+        offset in -1e3..1e3_f64,
+        (f, v) in (uniform4(-1e3..1e3_f64), uniform4(-1e3..1e3_f64)),
+        r in uniform2(uniform3(-1e3..1e3_f64)),
+    ) {
+        let root = SMatrix::<f64, N, N>::from(root) + SMatrix::identity();
+        let units = SMatrix::from_diagonal(&SVector::from(masses.map(|e| 10_f64.powi(e))));
+        let mass = units * (root * root.transpose() + SMatrix::identity() * 1e-2) * units;
+        let mut scene = Scene::<f64, N, D, 2>::new();
+        scene.set_mass(&((mass + mass.transpose()) * 0.5)).expect("symmetric");
+        for columns in jacobians {
+            let (jacobian, offset) = (SMatrix::from(columns), SVector::repeat(offset));
+            scene.push(&Contact { jacobian, offset, mu: 0.5, key: 0 }).expect("room for two");
+        }
+        let factor = Factor::new(&scene).expect("positive definite");
+        let push = SVector::from(f);
+        let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
+        problem.fill(true);
+        let r = Stacked { contacts: r, rows: [] };
+        let (mut u, mut sizes) = (Stacked::zero(), Stacked::zero());
+        let mut momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u, &mut sizes);
+        let fine = bound(&problem, [&r; 2], &sizes, &mut momentum);
+        let crude = crude(&problem, &v, &r, 1.0).expect("far below the tolerance");
+        prop_assert!(crude.momentum >= fine.momentum);
+        let pairs = crude.velocities.contacts.iter().zip(&fine.velocities.contacts);
+        for (crude, fine) in pairs {
+            prop_assert!(crude.iter().zip(fine).all(|(crude, fine)| crude >= fine));
         }
     }
 }
