@@ -100,6 +100,10 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
         })
     }
 
+    pub(crate) fn kernel_mut(&mut self) -> &mut Kernel<T, N, D, C, R, S> {
+        &mut self.kernel
+    }
+
     /// Pads `M` with unit masses, which nothing moves.
     fn set_mass(&mut self, n: usize, mass: &[T]) -> Result<(), Error> {
         let mut padded = SMatrix::<T, N, N>::zeros();
