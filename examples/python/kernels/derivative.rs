@@ -1,6 +1,6 @@
 //! Derivatives of solutions, in double precision, by kernels of a few sizes.
 
-use crate::engine::{Compiled, Engine};
+use crate::engine::{Compiled, Engine, with_room};
 use crate::problem::{Dynamics, Needs, Problem};
 use std::cell::RefCell;
 use stiction::nalgebra::SVector;
@@ -83,91 +83,111 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize, const S: us
         &mut self,
         problem: &Problem<'_, f64>,
         settings: &Settings<f64>,
-        [impulses, row_impulses]: [&[f64]; 2],
+        impulses: [&[f64]; 2],
         way: Way,
-        mut from: &[f64],
-        mut to: &mut [f64],
+        from: &[f64],
+        to: &mut [f64],
     ) -> Result<Facts, Error> {
-        let (n, contacts, rows) = (problem.n, problem.contacts(), problem.rows.lower.len());
-        self.reset();
-        self.load(problem)?;
-        let key = |keys: &[u32], i: usize| keys.get(i).copied().unwrap_or(0);
-        let contact = |(i, r)| (key(problem.keys, i), SVector::from_column_slice(r));
-        let known: Vec<_> = impulses.chunks_exact(D).enumerate().map(contact).collect();
-        let row = |(j, &r)| (key(problem.rows.keys, j), r);
-        let known_rows: Vec<_> = row_impulses.iter().enumerate().map(row).collect();
-        self.kernel_mut()
-            .solver_mut()
-            .set_impulses(&known, &known_rows)?;
-        let settings = Settings {
-            budget: 1,
-            ..*settings
-        }; // to judge them
-        let mut error = self.solve(&settings, false)?.error;
-        let kernel = self.kernel_mut();
-        let found = kernel.solution();
-        let found = (found
-            .contacts
-            .iter()
-            .flat_map(|contact| contact.impulse.as_slice()))
-        .chain(found.rows.iter().map(|row| &row.impulse));
-        let (mut off, mut largest) = (0.0_f64, 0.0_f64);
-        for (found, given) in found.zip(impulses.iter().chain(row_impulses)) {
-            (off, largest) = (off.max((found - given).abs()), largest.max(given.abs()));
-        }
-        if off > SAME * largest {
-            error = f64::INFINITY; // they are of another scene
-        }
-        let derivative = kernel.derivative(&settings)?;
-        match way {
-            Way::Forward => {
-                let mut change = Inputs::<f64, N, D, C, R>::zero();
-                take(&mut from, &mut change.free_impulse.as_mut_slice()[..n]);
-                for offset in &mut change.offsets[..contacts] {
-                    take(&mut from, offset.as_mut_slice());
-                }
-                take(&mut from, &mut change.friction[..contacts]);
-                take(&mut from, &mut change.row_offsets[..rows]);
-                for side in 0..2 {
-                    for bounds in &mut change.bounds[..rows] {
-                        take(&mut from, &mut bounds[side..=side]);
-                    }
-                }
-                let response = derivative.forward(&change);
-                put(&mut to, &response.velocity.as_slice()[..n]);
-                for impulse in &response.impulses[..contacts] {
-                    put(&mut to, impulse.as_slice());
-                }
-                put(&mut to, &response.row_impulses[..rows]);
-            }
-            Way::Adjoint => {
-                let mut weights = Outputs::<f64, N, D, C, R>::zero();
-                take(&mut from, &mut weights.velocity.as_mut_slice()[..n]);
-                for impulse in &mut weights.impulses[..contacts] {
-                    take(&mut from, impulse.as_mut_slice());
-                }
-                take(&mut from, &mut weights.row_impulses[..rows]);
-                let gradient = derivative.adjoint(&weights);
-                put(&mut to, &gradient.free_impulse.as_slice()[..n]);
-                for offset in &gradient.offsets[..contacts] {
-                    put(&mut to, offset.as_slice());
-                }
-                put(&mut to, &gradient.friction[..contacts]);
-                put(&mut to, &gradient.row_offsets[..rows]);
-                for side in 0..2 {
-                    for bounds in &gradient.bounds[..rows] {
-                        put(&mut to, &bounds[side..=side]);
-                    }
-                }
-            }
-        }
-        Ok(Facts {
-            error,
-            margin: derivative.margin(),
-            unique_impulses: derivative.has_unique_impulses(),
-            unique_velocity: derivative.has_unique_velocity(),
+        // Its matrix takes about as much room as the kernel.
+        with_room::<Self, _>(|| {
+            differentiate_by(self, problem, settings, impulses, (way, from, to))
         })
     }
+}
+
+/// As [`Differentiable::differentiate`], where there is room.
+fn differentiate_by<
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    kept: &mut Compiled<f64, N, D, C, R, S>,
+    problem: &Problem<'_, f64>,
+    settings: &Settings<f64>,
+    [impulses, row_impulses]: [&[f64]; 2],
+    (way, mut from, mut to): (Way, &[f64], &mut [f64]),
+) -> Result<Facts, Error> {
+    let (n, contacts, rows) = (problem.n, problem.contacts(), problem.rows.lower.len());
+    kept.reset();
+    kept.load(problem)?;
+    let key = |keys: &[u32], i: usize| keys.get(i).copied().unwrap_or(0);
+    let contact = |(i, r)| (key(problem.keys, i), SVector::from_column_slice(r));
+    let known: Vec<_> = impulses.chunks_exact(D).enumerate().map(contact).collect();
+    let row = |(j, &r)| (key(problem.rows.keys, j), r);
+    let known_rows: Vec<_> = row_impulses.iter().enumerate().map(row).collect();
+    kept.kernel_mut()
+        .solver_mut()
+        .set_impulses(&known, &known_rows)?;
+    let settings = Settings {
+        budget: 1,
+        ..*settings
+    }; // to judge them
+    let mut error = kept.solve(&settings, false)?.error;
+    let kernel = kept.kernel_mut();
+    let found = kernel.solution();
+    let found = (found
+        .contacts
+        .iter()
+        .flat_map(|contact| contact.impulse.as_slice()))
+    .chain(found.rows.iter().map(|row| &row.impulse));
+    let (mut off, mut largest) = (0.0_f64, 0.0_f64);
+    for (found, given) in found.zip(impulses.iter().chain(row_impulses)) {
+        (off, largest) = (off.max((found - given).abs()), largest.max(given.abs()));
+    }
+    if off > SAME * largest {
+        error = f64::INFINITY; // they are of another scene
+    }
+    let derivative = kernel.derivative(&settings)?;
+    match way {
+        Way::Forward => {
+            let mut change = Inputs::<f64, N, D, C, R>::zero();
+            take(&mut from, &mut change.free_impulse.as_mut_slice()[..n]);
+            for offset in &mut change.offsets[..contacts] {
+                take(&mut from, offset.as_mut_slice());
+            }
+            take(&mut from, &mut change.friction[..contacts]);
+            take(&mut from, &mut change.row_offsets[..rows]);
+            for side in 0..2 {
+                for bounds in &mut change.bounds[..rows] {
+                    take(&mut from, &mut bounds[side..=side]);
+                }
+            }
+            let response = derivative.forward(&change);
+            put(&mut to, &response.velocity.as_slice()[..n]);
+            for impulse in &response.impulses[..contacts] {
+                put(&mut to, impulse.as_slice());
+            }
+            put(&mut to, &response.row_impulses[..rows]);
+        }
+        Way::Adjoint => {
+            let mut weights = Outputs::<f64, N, D, C, R>::zero();
+            take(&mut from, &mut weights.velocity.as_mut_slice()[..n]);
+            for impulse in &mut weights.impulses[..contacts] {
+                take(&mut from, impulse.as_mut_slice());
+            }
+            take(&mut from, &mut weights.row_impulses[..rows]);
+            let gradient = derivative.adjoint(&weights);
+            put(&mut to, &gradient.free_impulse.as_slice()[..n]);
+            for offset in &gradient.offsets[..contacts] {
+                put(&mut to, offset.as_slice());
+            }
+            put(&mut to, &gradient.friction[..contacts]);
+            put(&mut to, &gradient.row_offsets[..rows]);
+            for side in 0..2 {
+                for bounds in &gradient.bounds[..rows] {
+                    put(&mut to, &bounds[side..=side]);
+                }
+            }
+        }
+    }
+    Ok(Facts {
+        error,
+        margin: derivative.margin(),
+        unique_impulses: derivative.has_unique_impulses(),
+        unique_velocity: derivative.has_unique_velocity(),
+    })
 }
 
 /// Sizes and their constructors; all of them are sizes of the table.

@@ -78,7 +78,7 @@ pub struct Compiled<
 const LARGE: usize = 1 << 19;
 
 /// Runs what needs room for a kernel on the stack.
-fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
+pub(crate) fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
     if size_of::<K>() <= LARGE {
         work()
     } else {

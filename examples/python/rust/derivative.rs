@@ -68,23 +68,27 @@ pub(crate) fn derivative<'py>(
         facts.copy_from_slice(&[found.margin, impulses, velocity, found.error]);
         Ok(())
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .stack_size(room::STACK)
-        .start_handler(|_| room::note())
-        .build()
-        .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-    let done: Result<(), String> = py.detach(|| {
-        pool.install(|| {
-            let places = to
-                .par_chunks_exact_mut(wide.max(1))
-                .zip(facts.par_chunks_exact_mut(4));
-            places
-                .enumerate()
-                .try_for_each(|(scene, (to, facts))| one(scene, to, facts))
-        })
+    let done: PyResult<Result<(), String>> = py.detach(|| {
+        let (places, of_each) = (to.chunks_exact_mut(wide.max(1)), facts.chunks_exact_mut(4));
+        let mut tasks: Vec<_> = places.zip(of_each).enumerate().collect();
+        if threads == 1 {
+            return Ok(tasks
+                .iter_mut()
+                .try_for_each(|(scene, (to, facts))| one(*scene, to, facts)));
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .stack_size(room::STACK)
+            .start_handler(|_| room::note())
+            .build()
+            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+        Ok(pool.install(|| {
+            tasks
+                .par_iter_mut()
+                .try_for_each(|(scene, (to, facts))| one(*scene, to, facts))
+        }))
     });
-    done.map_err(PyValueError::new_err)?;
+    done?.map_err(PyValueError::new_err)?;
     let table = |numbers: &[f64], width: usize| {
         numpy::PyArray1::from_slice(py, numbers).reshape([count, width])
     };
