@@ -14,7 +14,7 @@ from judge import read
 
 EYE, PUSH, W, MU = np.eye(3) * 2.0, np.array([0.03, 0.0, -0.02]), np.zeros((1, 3)), np.array([0.8])
 H = np.array([[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
-TIGHT = {"tol": 1e-12, "budget": 10_000}
+TIGHT: dict[str, Any] = {"tol": 1e-12, "budget": 10_000}
 
 
 def changes(rng: np.random.Generator, M: Any, H: Any, push: Any, w: Any, mu: Any) -> dict[str, Any]:
@@ -75,7 +75,7 @@ def test_backward_is_the_transpose_of_forward(bundled: dict[str, Any]) -> None:
     rng = np.random.default_rng(2)
     change = changes(rng, *arguments)
     told = found.jvp(**change)
-    weights = {"v": rng.normal(size=found.v.shape), "r": rng.normal(size=found.r.shape)}
+    weights: dict[str, Any] = {"v": rng.normal(size=found.v.shape), "r": rng.normal(size=found.r.shape)}
     gradient = found.vjp(**weights)
     forward = [(weights["v"] * told.v).sum(), (weights["r"] * told.r).sum()]
     backward = [(getattr(gradient, name) * own).sum() for name, own in change.items()]
@@ -95,7 +95,9 @@ def test_joint_rows() -> None:
     told = found.jvp(rows=RowChange(offset=[0.0, 1.0]))
     assert np.allclose(told.v, [0.0, -1.0])
     gradient = found.vjp(v=[1.0, 1.0]).rows
-    assert np.allclose(gradient.lower, [1.0, 0.0]) and np.allclose(gradient.upper, 0.0) and np.allclose(gradient.offset, [0.0, -1.0])
+    assert (
+        np.allclose(gradient.lower, [1.0, 0.0]) and np.allclose(gradient.upper, 0.0) and np.allclose(gradient.offset, [0.0, -1.0])
+    )
 
 
 def test_a_batch_is_its_scenes(trot: list[dict[str, Any]]) -> None:
@@ -159,5 +161,6 @@ def test_torch() -> None:
     from stiction.torch import solve
 
     mu = torch.tensor(MU, requires_grad=True)
-    solve(*map(torch.tensor, (EYE, H, PUSH, W)), mu)[0][0].backward()
+    tensors = [torch.tensor(array) for array in (EYE, H, PUSH, W)]
+    solve(tensors[0], tensors[1], tensors[2], tensors[3], mu)[0][0].backward()
     assert np.allclose(mu.grad, [-0.01])

@@ -12,8 +12,8 @@ in SI units, rows with the normal first. :func:`solve` solves one scene, :func:`
 """
 
 from ._batch import BatchSolution, solve_batch
-from ._kernel import Kernel, solve, solve_delassus
 from ._derivative import Facts, Gradient, RowChange, SolutionChange
+from ._kernel import Kernel, solve, solve_delassus
 from ._solution import Solution
 from ._stiction import SIZES
 from ._types import Mode, RowMode, Rows, Status, Work

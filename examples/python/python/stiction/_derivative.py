@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -82,22 +84,22 @@ class Differentiable:
     def jvp(
         self,
         *,
-        M: ArrayLike = 0.0,
-        H: ArrayLike = 0.0,
-        free_impulse: ArrayLike = 0.0,
-        w: ArrayLike = 0.0,
-        mu: ArrayLike = 0.0,
+        M: ArrayLike | None = None,
+        H: ArrayLike | None = None,
+        free_impulse: ArrayLike | None = None,
+        w: ArrayLike | None = None,
+        mu: ArrayLike | None = None,
         rows: RowChange | None = None,
         threads: int | None = None,
     ) -> SolutionChange:
         """Tell how the solution changes with its data: the Jacobian times a vector.
 
         Args:
-            M: the change of the mass matrix, ``(n, n)``, with the free impulse as it is; nothing said is no change, here and below.
+            M: the change of the mass matrix, ``(n, n)``, with the free impulse as it is; ``None`` is no change, here and below.
             H: of the contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``.
             free_impulse: of the free impulse, ``(n,)``.
             w: of the offsets, ``(c, d)`` or ``(c·d,)``.
-            mu: of the friction coefficients, ``(c,)`` or one number for all; of coefficients by row that of the larger one of the tangents,
+            mu: of the friction coefficients, ``(c,)`` or one number; of coefficients by row that of the larger one of the tangents,
                 which scales the others.
             rows: of the joint rows.
             threads: as of :func:`solve_batch`.
@@ -105,28 +107,40 @@ class Differentiable:
         Raises:
             ValueError: there is no derivative, an argument has the wrong shape, or the arrays that were solved have changed.
         """
-        v, r, impulses = self.v, self.r, self.row_impulses
-        rows = RowChange() if rows is None else rows
-        lead, (c, d, n, k) = v.shape[:-1], (*r.shape[-2:], v.shape[-1], impulses.shape[-1])
-        change_m, change_h = _shaped("M", M, (*lead, n, n)), _shaped("H", H, (*lead, c, d, n))
-        change_j = _shaped("rows.jacobian", rows.jacobian, (*lead, k, n))
-        pushed = _shaped("free_impulse", free_impulse, (*lead, n)) - np.einsum("...ij,...j->...i", change_m, v)
-        pushed = pushed + np.einsum("...cdn,...cd->...n", change_h, r) + np.einsum("...kn,...k->...n", change_j, impulses)
-        offsets = _shaped("w", w, (*lead, c, d)) + np.einsum("...cdn,...n->...cd", change_h, v)
-        compliance = _shaped("rows.compliance", rows.compliance, (*lead, k))
-        row_offsets = _shaped("rows.offset", rows.offset, (*lead, k)) + np.einsum("...kn,...n->...k", change_j, v) + compliance * impulses
-        bounds = [_shaped(f"rows.{name}", getattr(rows, name), (*lead, k)) for name in ("lower", "upper")]
-        parts = [pushed, offsets, _shaped("mu", mu, (*lead, c)), row_offsets, *bounds]
-        (dv, dr, dl), facts = self._derivative(parts, [(n,), (c, d), (k,)], False, threads)
-        return SolutionChange(dv, dr, dl, facts)
+        lead, inputs, outputs = self._shapes()
+        numbers, (p, offsets, friction, row_offsets, lower, upper) = _parts(lead, inputs)
+        (n,), r, impulses = inputs[0], self.r, self.row_impulses
+        for name, given, part in (("free_impulse", free_impulse, p), ("w", w, offsets), ("mu", mu, friction)):
+            if given is not None:
+                part += _shaped(name, given, part.shape)
+        if M is not None:
+            p -= np.einsum("...ij,...j->...i", _shaped("M", M, (*lead, n, n)), self.v)
+        if H is not None:
+            change = _shaped("H", H, (*r.shape, n))
+            p += np.einsum("...cdn,...cd->...n", change, r)
+            offsets += np.einsum("...cdn,...n->...cd", change, self.v)
+        if rows is not None:
+            change = _shaped("rows.jacobian", rows.jacobian, (*impulses.shape, n))
+            p += np.einsum("...kn,...k->...n", change, impulses)
+            row_offsets += np.einsum("...kn,...n->...k", change, self.v)
+            row_offsets += _shaped("rows.compliance", rows.compliance, impulses.shape) * impulses
+            for name, part in (("offset", row_offsets), ("lower", lower), ("upper", upper)):
+                part += _shaped(f"rows.{name}", getattr(rows, name), part.shape)
+        (v, r, impulses), facts = self._derivative(numbers, outputs, False, threads)
+        return SolutionChange(v, r, impulses, facts)
 
     def vjp(
-        self, *, v: ArrayLike = 0.0, r: ArrayLike = 0.0, row_impulses: ArrayLike = 0.0, threads: int | None = None
+        self,
+        *,
+        v: ArrayLike | None = None,
+        r: ArrayLike | None = None,
+        row_impulses: ArrayLike | None = None,
+        threads: int | None = None,
     ) -> Gradient:
         """Tell how a sum of the solution changes with all of its data: a vector times the Jacobian.
 
         Args:
-            v: the weight of each velocity in the sum, ``(n,)``; nothing said is 0, here and below.
+            v: the weight of each velocity in the sum, ``(n,)``; ``None`` is 0, here and below.
             r: that of each contact impulse, ``(c, d)``.
             row_impulses: that of each joint row's impulse, ``(k,)``.
             threads: as of :func:`solve_batch`.
@@ -134,17 +148,15 @@ class Differentiable:
         Raises:
             ValueError: as of :meth:`jvp`.
         """
-        lead, (c, d, n, k) = self.v.shape[:-1], (*self.r.shape[-2:], self.v.shape[-1], self.row_impulses.shape[-1])
-        weights = [
-            _shaped("v", v, self.v.shape),
-            _shaped("r", r, self.r.shape),
-            _shaped("row_impulses", row_impulses, self.row_impulses.shape),
-        ]
-        shapes = [(n,), (c, d), (c,), (k,), (k,), (k,)]
-        (p, offsets, mu, row_offsets, lower, upper), facts = self._derivative(weights, shapes, True, threads)
+        lead, inputs, outputs = self._shapes()
+        numbers, parts = _parts(lead, outputs)
+        for (name, given), part in zip({"v": v, "r": r, "row_impulses": row_impulses}.items(), parts, strict=True):
+            if given is not None:
+                part += _shaped(name, given, part.shape)
+        (p, offsets, mu, row_offsets, lower, upper), facts = self._derivative(numbers, inputs, True, threads)
 
         def outer(x: Array, y: Array) -> Array:
-            return x.reshape(*x.shape, 1) * y.reshape(*lead, *(1,) * (x.ndim - len(lead)), n)
+            return x[..., None] * y.reshape(*lead, *(1,) * (x.ndim - len(lead)), -1)
 
         rows = RowChange(
             jacobian=outer(row_offsets, self.v) + outer(self.row_impulses, p),
@@ -155,35 +167,49 @@ class Differentiable:
         )
         return Gradient(-outer(p, self.v), outer(offsets, self.v) + outer(self.r, p), p, offsets, mu, rows, facts)
 
-    def _derivative(
-        self, parts: list[Array], shapes: list[tuple[int, ...]], backward: bool, threads: int | None
-    ) -> tuple[list[Array], Facts]:
+    def _shapes(self) -> tuple[Shape, list[Shape], list[Shape]]:
+        """Axes of the batch, and the shapes of the parts of data and of solutions as the compiled side has them."""
+        contacts, velocity, rows = self.r.shape[-2:], self.v.shape[-1:], self.row_impulses.shape[-1:]
+        return self.v.shape[:-1], [velocity, contacts, contacts[:1], rows, rows, rows], [velocity, contacts, rows]
+
+    def _derivative(self, numbers: Array, shapes: list[Shape], backward: bool, threads: int | None) -> tuple[list[Array], Facts]:
         """Go one way on the compiled side, and cut what comes out into parts of these shapes."""
         scene, settings = vars(self).get("_solved", (None, None))
         if scene is None:
             raise ValueError("solution: its scene is not known")
-        lead = self.v.shape[:-1]
-        count = int(np.prod(lead))
-
-        def lines(part: Array) -> Array:
-            return np.ascontiguousarray(part.reshape(count, int(np.prod(part.shape[len(lead) :]))), np.float64)
-
-        impulses = (lines(self.r), lines(self.row_impulses))
-        numbers = np.concatenate([lines(part) for part in parts], axis=1)
+        lead, count = self.v.shape[:-1], len(numbers)
+        size = prod(self.r.shape[-2:])
+        impulses = (
+            np.ascontiguousarray(self.r, np.float64).reshape(count, size),
+            np.ascontiguousarray(self.row_impulses, np.float64).reshape(count, -1 if self.row_impulses.size else 0),
+        )
         workers = min(_arrays.threads_of(threads), max(count, 1))
         found, facts = _stiction.derivative(scene, settings, len(lead) > 0, impulses, numbers, backward, workers)
         if (facts[:, 3] > 2 * settings[0] + 1e-6).any():
             raise ValueError("solution: the arrays that were solved have changed, or it was not solved")
-        ends = np.cumsum([int(np.prod(shape)) for shape in shapes])[:-1]
-        cut = [piece.reshape(*lead, *shape) for piece, shape in zip(np.split(found, ends, axis=1), shapes, strict=True)]
-        margin, impulses_flag, velocity_flag = (facts[:, i].reshape(lead) for i in range(3))
-        return cut, Facts(margin, impulses_flag > 0, velocity_flag > 0)
+        margin, unique_impulses, unique_velocity = (column.reshape(lead) for column in facts.T[:3])
+        return _cut(found, lead, shapes), Facts(margin, unique_impulses > 0, unique_velocity > 0)
 
 
-def _shaped(name: str, given: Any, shape: tuple[int, ...]) -> Array:
-    """An array of this shape; a number or what has a shorter leading axis is spread."""
+Shape = tuple[int, ...]
+
+
+def _cut(numbers: Array, lead: Shape, shapes: list[Shape]) -> list[Array]:
+    """Parts of lines of numbers, as views."""
+    ends = list(accumulate(map(prod, shapes), initial=0))
+    return [numbers[:, first:end].reshape(*lead, *shape) for first, end, shape in zip(ends, ends[1:], shapes, strict=False)]
+
+
+def _parts(lead: Shape, shapes: list[Shape]) -> tuple[Array, list[Array]]:
+    """Lines of zeros, one for each scene, and their parts."""
+    numbers = np.zeros((prod(lead), sum(map(prod, shapes))))
+    return numbers, _cut(numbers, lead, shapes)
+
+
+def _shaped(name: str, given: Any, shape: Shape) -> Array:
+    """A number, or an array of this shape, or of one that is spread to it."""
     found = _arrays.array(name, given, _arrays.DOUBLE)
-    if found.ndim > 0 and found.size == int(np.prod(shape)):
+    if found.ndim > 0 and found.size == prod(shape):
         return found.reshape(shape)
     try:
         return np.broadcast_to(found, shape)

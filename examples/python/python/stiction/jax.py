@@ -16,7 +16,7 @@ def _solved(arrays: tuple[Any, ...]) -> Any:
 
 def _call(host: Any, shapes: Any, *arrays: Any) -> Any:
     """Call the host with arrays, and give its results the shapes and types of others."""
-    structures = [jax.ShapeDtypeStruct(like.shape, like.dtype) for like in shapes]
+    structures = [jax.ShapeDtypeStruct(like.shape, like.dtype) for like in shapes]  # type: ignore[no-untyped-call]
 
     def cast(*given: Any) -> list[Any]:
         return [np.asarray(found, like.dtype).reshape(like.shape) for found, like in zip(host(*given), structures, strict=True)]

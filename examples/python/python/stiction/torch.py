@@ -26,4 +26,5 @@ class _Solve(torch.autograd.Function):  # type: ignore[misc]
 
 def solve(M: Any, H: Any, free_impulse: Any, w: Any, mu: Any) -> tuple[Any, Any]:
     """Velocity and impulses of :func:`stiction.solve` to 1e-9, for tensors: ``w`` is ``(c, d)``, ``mu`` ``(c,)``."""
-    return _Solve.apply(M, H, free_impulse, w, mu)
+    found: tuple[Any, Any] = _Solve.apply(M, H, free_impulse, w, mu)
+    return found
