@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import importlib.util
 import json
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -141,26 +144,34 @@ def test_what_has_no_derivative_says_so() -> None:
     assert not stands.jvp(mu=1.0).facts.has_unique_impulses
 
 
-def test_jax() -> None:
-    jax = pytest.importorskip("jax")
-    jax.config.update("jax_enable_x64", True)
-    from stiction.jax import solve
+JAX = """
+import jax, numpy as np, stiction
+jax.config.update("jax_enable_x64", True)
+from stiction.jax import solve
+M, push, w, mu = np.eye(3) * 2.0, np.array([0.03, 0.0, -0.02]), np.zeros((1, 3)), np.array([0.8])
+H = np.array([[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
+speed = lambda mu, push: solve(M, H, push, w, mu)[0][0]
+by_mu, by_push = jax.grad(speed, argnums=(0, 1))(mu, push)
+gradient = stiction.solve(M, H, push, w, mu, tol=1e-9).vjp(v=[1.0, 0, 0])
+assert np.allclose(by_mu, gradient.mu) and np.allclose(by_push, gradient.free_impulse)
+both = jax.vmap(jax.grad(speed), in_axes=(0, None))(np.array([[0.8], [0.5]]), push)
+assert np.allclose(both, [[-0.01], [-0.01]])
+"""
 
-    def speed(mu: Any, push: Any) -> Any:
-        return solve(EYE, H, push, W, mu)[0][0]
+TORCH = """
+import numpy as np, torch
+from stiction.torch import solve
+H = [[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]
+scene = [np.eye(3) * 2.0, np.array(H), np.array([0.03, 0.0, -0.02]), np.zeros((1, 3))]
+mu = torch.tensor([0.8], dtype=torch.float64, requires_grad=True)
+solve(*map(torch.tensor, scene), mu)[0][0].backward()
+assert np.allclose(mu.grad, [-0.01])
+"""
 
-    by_mu, by_push = jax.grad(speed, argnums=(0, 1))(jax.numpy.asarray(MU), jax.numpy.asarray(PUSH))
-    gradient = stiction.solve(EYE, H, PUSH, W, MU, tol=1e-9).vjp(v=[1.0, 0, 0])
-    assert np.allclose(by_mu, gradient.mu) and np.allclose(by_push, gradient.free_impulse)
-    both = jax.vmap(jax.grad(speed), in_axes=(0, None))(np.array([[0.8], [0.5]]), PUSH)
-    assert np.allclose(both, [[-0.01], [-0.01]])
 
-
-def test_torch() -> None:
-    torch = pytest.importorskip("torch")
-    from stiction.torch import solve
-
-    mu = torch.tensor(MU, requires_grad=True)
-    tensors = [torch.tensor(array) for array in (EYE, H, PUSH, W)]
-    solve(tensors[0], tensors[1], tensors[2], tensors[3], mu)[0][0].backward()
-    assert np.allclose(mu.grad, [-0.01])
+@pytest.mark.parametrize(("name", "code"), [("jax", JAX), ("torch", TORCH)])
+def test_learning_frameworks(name: str, code: str) -> None:
+    """Each in a process of its own: other tests fork, and these start threads."""
+    if importlib.util.find_spec(name) is None:
+        pytest.skip(f"{name} is not installed")
+    subprocess.run([sys.executable, "-c", code], check=True)
