@@ -78,7 +78,7 @@ pub struct Compiled<
 const LARGE: usize = 1 << 19;
 
 /// Runs what needs room for a kernel on the stack.
-fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
+pub(crate) fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
     if size_of::<K>() <= LARGE {
         work()
     } else {
@@ -98,6 +98,10 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
                 push,
             })
         })
+    }
+
+    pub(crate) fn kernel_mut(&mut self) -> &mut Kernel<T, N, D, C, R, S> {
+        &mut self.kernel
     }
 
     /// Pads `M` with unit masses, which nothing moves.

@@ -1,5 +1,6 @@
 //! Kernels of a table of sizes behind one interface: filled from slices, padded, and read into slices.
 
+pub mod derivative;
 pub mod engine;
 pub mod problem;
 pub mod room;

@@ -2,7 +2,7 @@
 
 use crate::engine::{Compiled, Engine, Number};
 use crate::problem::Needs;
-use stiction::{Scene, Surface};
+use stiction::{Contact, Error, Scene, Surface};
 
 /// A compiled size: velocities, rows of a contact, contacts, joint rows, contacts with a surface.
 #[derive(Clone, Copy, Debug)]
@@ -91,8 +91,23 @@ macro_rules! plain {
 
 macro_rules! on_surface {
     () => {
-        |scene, contact| scene.push_on(contact, &Surface::isotropic(contact.mu))
+        push_on_surface
     };
+}
+
+/// Adds a contact with one coefficient, which spin and roll have not.
+pub(crate) fn push_on_surface<
+    T: stiction::Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    scene: &mut Scene<T, N, D, C, R, S>,
+    contact: &Contact<T, N, D>,
+) -> Result<usize, Error> {
+    scene.push_on(contact, &Surface::isotropic(contact.mu))
 }
 
 // Room for contacts and rows costs next to nothing, velocities that nothing moves do.

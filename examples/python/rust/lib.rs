@@ -6,6 +6,7 @@ use stiction_kernels::sizes;
 
 mod arrays;
 mod batch;
+mod derivative;
 mod kernel;
 mod mujoco;
 mod solve;
@@ -21,5 +22,6 @@ fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(solve::solve, module)?)?;
     module.add_function(wrap_pyfunction!(batch::solve_batch, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch_shape, module)?)?;
+    module.add_function(wrap_pyfunction!(derivative::derivative, module)?)?;
     Ok(())
 }

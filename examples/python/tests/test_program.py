@@ -29,6 +29,7 @@ def test_the_code_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     names: dict[str, Any] = {}
     for block in blocks:
         exec(block, names)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     assert names["solution"].solved and names["solution"].modes[0] == stiction.Mode.SLIP
+    assert names["change"].facts.has_unique_impulses and names["gradient"].mu[0] < 0
     assert names["stepper"].steps > 900 and names["stepper"].unsolved == 0

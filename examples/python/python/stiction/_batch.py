@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _arrays, _stiction
 from ._arrays import DOUBLE
+from ._derivative import Differentiable
 from ._types import Array, Rows
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BatchSolution:
+@dataclass(frozen=True, eq=False)
+class BatchSolution(Differentiable):
     """The solutions of a batch of ``b`` scenes: as :class:`Solution`, with a leading axis."""
 
     #: ``(b, n)``
@@ -123,5 +124,7 @@ def solve_batch(
     for place, (name, (shape, kind)) in zip(places, shapes.items(), strict=True):
         if place.shape != shape or place.dtype != kind or not place.flags.c_contiguous or not place.flags.writeable:
             raise ValueError(f"out.{name}: not a contiguous array of shape {list(shape)} and type {np.dtype(kind)}")
-    _stiction.solve_batch(scenes, (tol, budget, bool(relaxed)), workers, places, number.itemsize == 4)
+    settings = (tol, budget, bool(relaxed))
+    _stiction.solve_batch(scenes, settings, workers, places, number.itemsize == 4)
+    object.__setattr__(out, "_solved", (scenes, settings))
     return out

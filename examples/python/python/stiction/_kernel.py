@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from . import _arrays, _stiction
 from ._arrays import DOUBLE
-from ._types import Rows, Solution, solution
+from ._solution import Solution, solution
+from ._types import Rows
 
 
 def solve(
@@ -49,7 +50,8 @@ def solve(
     """
     number = _arrays.number_type(dtype)
     scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, None, rows, number)
-    return solution(_stiction.solve(scene, (tol, budget, bool(relaxed)), number.itemsize == 4))
+    settings = (tol, budget, bool(relaxed))
+    return solution(_stiction.solve(scene, settings, number.itemsize == 4), scene, settings)
 
 
 def solve_delassus(
@@ -84,7 +86,8 @@ def solve_delassus(
     """
     number = _arrays.number_type(dtype)
     scene = _arrays.scene((W,), q, mu, None, None, rows, number)
-    return solution(_stiction.solve(scene, (tol, budget, bool(relaxed)), number.itemsize == 4))
+    settings = (tol, budget, bool(relaxed))
+    return solution(_stiction.solve(scene, settings, number.itemsize == 4), scene, settings)
 
 
 class Kernel:
@@ -121,15 +124,17 @@ class Kernel:
         counts = [_arrays.count(name, given) for name, given in sizes.items()]
         self._made = (counts, bool(surfaces), self._number.itemsize == 4)
         self._kernel = _stiction.Kernel(*self._made)
+        self._scene: _arrays.Scene | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out what is compiled: a copy, also of another process, starts cold."""
-        return {name: own for name, own in vars(self).items() if name != "_kernel"}
+        return {name: own for name, own in vars(self).items() if name not in ("_kernel", "_scene")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Make the kernel anew."""
         vars(self).update(state)
         self._kernel = _stiction.Kernel(*self._made)
+        self._scene = None
 
     @property
     def size(self) -> tuple[int, int, int, int, int]:
@@ -157,7 +162,8 @@ class Kernel:
         geoms). Of several with one key the first follows the first. Without keys they follow each other by their order.
         """
         scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, keys, rows, self._number)
-        return solution(self._kernel.solve(scene, (tol, budget, bool(relaxed))))
+        self._scene, settings = scene, (tol, budget, bool(relaxed))
+        return solution(self._kernel.solve(scene, settings), scene, settings)
 
     def resume(self, *, tol: float = 1e-6, budget: int = 1000, relaxed: bool = False) -> Solution:
         """Go on with a solve that ended as ``Status.OUT_OF_BUDGET``, with the same ``tol``, for ``budget`` more.
@@ -165,7 +171,8 @@ class Kernel:
         Raises:
             ValueError: there is no scene.
         """
-        return solution(self._kernel.resume((tol, budget, bool(relaxed))))
+        settings = (tol, budget, bool(relaxed))
+        return solution(self._kernel.resume(settings), self._scene, settings)
 
     def reset(self) -> None:
         """Forget the last solve: the next one starts cold."""

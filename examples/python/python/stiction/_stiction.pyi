@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from ._arrays import Scene
 
-__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "check_version", "rollout", "solve", "solve_batch"]
+__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "check_version", "derivative", "rollout", "solve", "solve_batch"]
 
 SIZES: list[tuple[int, int, int, int, int]]
 
@@ -45,3 +45,12 @@ def rollout(
 def solve(scene: Scene, settings: _Settings, single: bool) -> tuple[Any, ...]: ...
 def batch_shape(scenes: Scene, single: bool) -> tuple[int, int, int, int, int]: ...
 def solve_batch(scenes: Scene, settings: _Settings, threads: int, out: tuple[NDArray[Any], ...], single: bool) -> None: ...
+def derivative(
+    scenes: Scene,
+    given: _Settings,
+    is_batch: bool,
+    impulses: tuple[NDArray[Any], NDArray[Any]],
+    numbers: NDArray[Any],
+    backward: bool,
+    threads: int,
+) -> tuple[NDArray[Any], NDArray[Any]]: ...

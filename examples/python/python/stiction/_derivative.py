@@ -1,0 +1,217 @@
+"""How a solution moves with its data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import accumulate
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _arrays, _stiction
+from ._types import Array
+
+
+@dataclass(frozen=True, eq=False)
+class RowChange:
+    """Changes of joint rows, or a gradient: as :class:`Rows`, but 0 where nothing is said."""
+
+    #: ``(k, n)``
+    jacobian: ArrayLike = 0.0
+    #: ``(k,)``, here and below.
+    offset: ArrayLike = 0.0
+    #: Of the least impulse, where it is the bound of a box.
+    lower: ArrayLike = 0.0
+    #: Of the largest impulse, likewise.
+    upper: ArrayLike = 0.0
+    #: Of compliance.
+    compliance: ArrayLike = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class SolutionChange:
+    """The change of a solution."""
+
+    #: Of the velocity, ``(n,)``.
+    v: Array
+    #: Of contact impulses, ``(c, d)``.
+    r: Array
+    #: Of the impulses of joint rows, ``(k,)``.
+    row_impulses: Array
+    facts: Facts
+
+
+@dataclass(frozen=True, eq=False)
+class Gradient:
+    """The gradient of a weighted sum of a solution with respect to all that went in, each in the shape of what went in."""
+
+    #: ``(n, n)``; it is not symmetric, a symmetric change takes the sum of both halves.
+    M: Array
+    #: ``(c, d, n)``
+    H: Array
+    #: ``(n,)``
+    free_impulse: Array
+    #: ``(c, d)``
+    w: Array
+    #: ``(c,)``; of coefficients by row that of the larger one of the tangents, which scales the others.
+    mu: Array
+    #: Of the joint rows.
+    rows: RowChange
+    facts: Facts
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """Whether there is a derivative, and how near the next change of a mode is; of a batch with a leading axis."""
+
+    #: The least impulse that would change a mode, as a share of the largest; near 0 derivatives are one-sided.
+    margin: Array
+    #: Are impulses determined by the data? If not, theirs are the least changes.
+    has_unique_impulses: Array
+    #: Is the velocity?
+    has_unique_velocity: Array
+
+
+class Differentiable:
+    """A solution, or those of a batch, that can be differentiated. The arrays that were solved have to be as they were."""
+
+    v: Array
+    r: Array
+    row_impulses: Array
+
+    def jvp(
+        self,
+        *,
+        M: ArrayLike | None = None,
+        H: ArrayLike | None = None,
+        free_impulse: ArrayLike | None = None,
+        w: ArrayLike | None = None,
+        mu: ArrayLike | None = None,
+        rows: RowChange | None = None,
+        threads: int | None = None,
+    ) -> SolutionChange:
+        """Tell how the solution changes with its data: the Jacobian times a vector.
+
+        Args:
+            M: the change of the mass matrix, ``(n, n)``, with the free impulse as it is; ``None`` is no change, here and below.
+            H: of the contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``.
+            free_impulse: of the free impulse, ``(n,)``.
+            w: of the offsets, ``(c, d)`` or ``(c·d,)``.
+            mu: of the friction coefficients, ``(c,)`` or one number; of coefficients by row that of the larger one of the tangents,
+                which scales the others.
+            rows: of the joint rows.
+            threads: as of :func:`solve_batch`.
+
+        Raises:
+            ValueError: there is no derivative, an argument has the wrong shape, or the arrays that were solved have changed.
+        """
+        lead, inputs, outputs = self._shapes()
+        numbers, (p, offsets, friction, row_offsets, lower, upper) = _parts(lead, inputs)
+        (n,), r, impulses = inputs[0], self.r, self.row_impulses
+        for name, given, part in (("free_impulse", free_impulse, p), ("w", w, offsets), ("mu", mu, friction)):
+            if given is not None:
+                part += _shaped(name, given, part.shape)
+        if M is not None:
+            p -= np.einsum("...ij,...j->...i", _shaped("M", M, (*lead, n, n)), self.v)
+        if H is not None:
+            change = _shaped("H", H, (*r.shape, n))
+            p += np.einsum("...cdn,...cd->...n", change, r)
+            offsets += np.einsum("...cdn,...n->...cd", change, self.v)
+        if rows is not None:
+            change = _shaped("rows.jacobian", rows.jacobian, (*impulses.shape, n))
+            p += np.einsum("...kn,...k->...n", change, impulses)
+            row_offsets += np.einsum("...kn,...n->...k", change, self.v)
+            row_offsets += _shaped("rows.compliance", rows.compliance, impulses.shape) * impulses
+            for name, part in (("offset", row_offsets), ("lower", lower), ("upper", upper)):
+                part += _shaped(f"rows.{name}", getattr(rows, name), part.shape)
+        (v, r, impulses), facts = self._derivative(numbers, outputs, False, threads)
+        return SolutionChange(v, r, impulses, facts)
+
+    def vjp(
+        self,
+        *,
+        v: ArrayLike | None = None,
+        r: ArrayLike | None = None,
+        row_impulses: ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> Gradient:
+        """Tell how a sum of the solution changes with all of its data: a vector times the Jacobian.
+
+        Args:
+            v: the weight of each velocity in the sum, ``(n,)``; ``None`` is 0, here and below.
+            r: that of each contact impulse, ``(c, d)``.
+            row_impulses: that of each joint row's impulse, ``(k,)``.
+            threads: as of :func:`solve_batch`.
+
+        Raises:
+            ValueError: as of :meth:`jvp`.
+        """
+        lead, inputs, outputs = self._shapes()
+        numbers, parts = _parts(lead, outputs)
+        for (name, given), part in zip({"v": v, "r": r, "row_impulses": row_impulses}.items(), parts, strict=True):
+            if given is not None:
+                part += _shaped(name, given, part.shape)
+        (p, offsets, mu, row_offsets, lower, upper), facts = self._derivative(numbers, inputs, True, threads)
+
+        def outer(x: Array, y: Array) -> Array:
+            return x[..., None] * y.reshape(*lead, *(1,) * (x.ndim - len(lead)), -1)
+
+        rows = RowChange(
+            jacobian=outer(row_offsets, self.v) + outer(self.row_impulses, p),
+            offset=row_offsets,
+            lower=lower,
+            upper=upper,
+            compliance=row_offsets * self.row_impulses,
+        )
+        return Gradient(-outer(p, self.v), outer(offsets, self.v) + outer(self.r, p), p, offsets, mu, rows, facts)
+
+    def _shapes(self) -> tuple[Shape, list[Shape], list[Shape]]:
+        """Axes of the batch, and the shapes of the parts of data and of solutions as the compiled side has them."""
+        contacts, velocity, rows = self.r.shape[-2:], self.v.shape[-1:], self.row_impulses.shape[-1:]
+        return self.v.shape[:-1], [velocity, contacts, contacts[:1], rows, rows, rows], [velocity, contacts, rows]
+
+    def _derivative(self, numbers: Array, shapes: list[Shape], backward: bool, threads: int | None) -> tuple[list[Array], Facts]:
+        """Go one way on the compiled side, and cut what comes out into parts of these shapes."""
+        scene, settings = vars(self).get("_solved", (None, None))
+        if scene is None:
+            raise ValueError("solution: its scene is not known")
+        lead, count = self.v.shape[:-1], len(numbers)
+        size = prod(self.r.shape[-2:])
+        impulses = (
+            np.ascontiguousarray(self.r, np.float64).reshape(count, size),
+            np.ascontiguousarray(self.row_impulses, np.float64).reshape(count, -1 if self.row_impulses.size else 0),
+        )
+        workers = min(_arrays.threads_of(threads), max(count, 1))
+        found, facts = _stiction.derivative(scene, settings, len(lead) > 0, impulses, numbers, backward, workers)
+        if (facts[:, 3] > 2 * settings[0] + 1e-6).any():
+            raise ValueError("solution: the arrays that were solved have changed, or it was not solved")
+        margin, unique_impulses, unique_velocity = (column.reshape(lead) for column in facts.T[:3])
+        return _cut(found, lead, shapes), Facts(margin, unique_impulses > 0, unique_velocity > 0)
+
+
+Shape = tuple[int, ...]
+
+
+def _cut(numbers: Array, lead: Shape, shapes: list[Shape]) -> list[Array]:
+    """Parts of lines of numbers, as views."""
+    ends = list(accumulate(map(prod, shapes), initial=0))
+    return [numbers[:, first:end].reshape(*lead, *shape) for first, end, shape in zip(ends, ends[1:], shapes, strict=False)]
+
+
+def _parts(lead: Shape, shapes: list[Shape]) -> tuple[Array, list[Array]]:
+    """Lines of zeros, one for each scene, and their parts."""
+    numbers = np.zeros((prod(lead), sum(map(prod, shapes))))
+    return numbers, _cut(numbers, lead, shapes)
+
+
+def _shaped(name: str, given: Any, shape: Shape) -> Array:
+    """A number, or an array of this shape, or of one that is spread to it."""
+    found = _arrays.array(name, given, _arrays.DOUBLE)
+    if found.ndim > 0 and found.size == prod(shape):
+        return found.reshape(shape)
+    try:
+        return np.broadcast_to(found, shape)
+    except ValueError:
+        raise ValueError(f"{name}: shape {list(found.shape)} is not {list(shape)}") from None

@@ -1,0 +1,70 @@
+"""What comes out of a solve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._arrays import Scene
+from ._derivative import Differentiable
+from ._types import Array, Status, Work
+
+
+@dataclass(frozen=True, eq=False)
+class Solution(Differentiable):
+    """A velocity, its impulses, and how far they are from the law."""
+
+    #: Velocity at the end of the step, ``(n,)``, m/s and rad/s; empty after :func:`stiction.solve_delassus`.
+    v: Array
+    #: Contact impulses, ``(c, d)``, N·s, normal first.
+    r: Array
+    #: Contact velocities ``H_i v + w_i``, ``(c, d)``, m/s, normal first.
+    u: Array
+    #: :class:`Mode` of each contact, ``(c,)``, int8.
+    modes: NDArray[np.int8]
+    #: Proof of ``Status.INFEASIBLE`` or ``Status.JAMMED``, otherwise 0: ``d`` in the friction cone of each contact, ``(c, d)``,
+    #: normal first; of an infeasible scene normals alone.
+    certificate: Array
+    #: How the solve ended.
+    status: Status
+    #: How far it is from Coulomb's law and the dynamics, relative to the impulses, with a bound on rounding.
+    error: float
+    #: What it took.
+    work: Work
+    #: Impulses ``λ`` of joint rows, ``(k,)``, N·s or N·m·s.
+    row_impulses: Array
+    #: Their ``s``, ``(k,)``, m/s or rad/s.
+    row_velocities: Array
+    #: :class:`RowMode` of each, ``(k,)``, int8.
+    row_modes: NDArray[np.int8]
+    #: Their part of the proof, ``(k,)``.
+    row_certificate: Array
+
+    @property
+    def solved(self) -> bool:
+        """Is the error at most the tolerance?"""
+        return self.status is Status.SOLVED
+
+    def is_usable(self, error: float) -> bool:
+        """Solved, or ended by the budget or the number type at an error of at most ``error``."""
+        ended = self.status in (Status.OUT_OF_BUDGET, Status.PRECISION_LIMIT)
+        return self.solved or (ended and self.error <= error)
+
+
+def solution(parts: tuple[Any, ...], scene: Scene | None, settings: tuple[Any, ...]) -> Solution:
+    """Make a solution of what the compiled side returns, for a scene that was solved with these settings."""
+    made = object.__new__(Solution)
+    # All fields at once: a frozen class sets them one by one, which takes as long as a solve.
+    values = dict(zip(_FIELDS, parts, strict=True))
+    values["status"] = _STATUS[values["status"]]
+    values["work"] = Work(*values["work"])
+    values["_solved"] = (scene, settings)
+    object.__setattr__(made, "__dict__", values)
+    return made
+
+
+_FIELDS = tuple(field.name for field in fields(Solution))
+_STATUS = tuple(Status)
