@@ -63,17 +63,18 @@ trait Differentiable {
     ) -> Result<Facts, Error>;
 }
 
-/// Copies the first numbers of a list to a part, or from it.
-fn take(numbers: &mut &[f64], part: &mut [f64]) {
-    let (own, rest) = numbers.split_at(part.len());
-    part.copy_from_slice(own);
-    *numbers = rest;
+/// Copies the next numbers of a list to a part.
+fn take(numbers: &mut impl Iterator<Item = f64>, part: &mut [f64]) {
+    for (place, number) in part.iter_mut().zip(numbers) {
+        *place = number;
+    }
 }
 
-fn put(numbers: &mut &mut [f64], part: &[f64]) {
-    let (own, rest) = std::mem::take(numbers).split_at_mut(part.len());
-    own.copy_from_slice(part);
-    *numbers = rest;
+/// Copies a part to the next places of a list.
+fn put<'a>(places: &mut impl Iterator<Item = &'a mut f64>, part: &[f64]) {
+    for (&number, place) in part.iter().zip(places) {
+        *place = number;
+    }
 }
 
 impl<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> Differentiable
@@ -107,8 +108,9 @@ fn differentiate_by<
     problem: &Problem<'_, f64>,
     settings: &Settings<f64>,
     [impulses, row_impulses]: [&[f64]; 2],
-    (way, mut from, mut to): (Way, &[f64], &mut [f64]),
+    (way, from, to): (Way, &[f64], &mut [f64]),
 ) -> Result<Facts, Error> {
+    let (mut from, mut to) = (from.iter().copied(), to.iter_mut());
     let (n, contacts, rows) = (problem.n, problem.contacts(), problem.rows.lower.len());
     kept.reset();
     kept.load(problem)?;

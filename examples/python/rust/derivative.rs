@@ -14,7 +14,7 @@ use stiction_kernels::room;
 type Answer<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// Goes forward from changes of the data, or backward from weights of the solution, a line of numbers for each scene. Impulses are
-/// those of the solutions, of contacts and of joint rows.
+/// those of the solutions, of contacts and of joint rows. `asked` are the numbers, and whether the way is backward.
 #[pyfunction]
 pub(crate) fn derivative<'py>(
     py: Python<'py>,
@@ -22,10 +22,10 @@ pub(crate) fn derivative<'py>(
     given: SettingsArguments<'py>,
     is_batch: bool,
     impulses: (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>),
-    numbers: PyReadonlyArray2<'py, f64>,
-    backward: bool,
+    asked: (PyReadonlyArray2<'py, f64>, bool),
     threads: usize,
 ) -> PyResult<Answer<'py>> {
+    let (numbers, backward) = asked;
     let arrays = Arrays::<f64>::new(scenes, is_batch)?;
     let settings = settings::<f64>(&given)?;
     let lengths = Lengths {

@@ -184,7 +184,7 @@ class Differentiable:
             np.ascontiguousarray(self.row_impulses, np.float64).reshape(count, -1 if self.row_impulses.size else 0),
         )
         workers = min(_arrays.threads_of(threads), max(count, 1))
-        found, facts = _stiction.derivative(scene, settings, len(lead) > 0, impulses, numbers, backward, workers)
+        found, facts = _stiction.derivative(scene, settings, len(lead) > 0, impulses, (numbers, backward), workers)
         if (facts[:, 3] > 2 * settings[0] + 1e-6).any():
             raise ValueError("solution: the arrays that were solved have changed, or it was not solved")
         margin, unique_impulses, unique_velocity = (column.reshape(lead) for column in facts.T[:3])

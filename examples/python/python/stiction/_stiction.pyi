@@ -50,7 +50,6 @@ def derivative(
     given: _Settings,
     is_batch: bool,
     impulses: tuple[NDArray[Any], NDArray[Any]],
-    numbers: NDArray[Any],
-    backward: bool,
+    asked: tuple[NDArray[Any], bool],
     threads: int,
 ) -> tuple[NDArray[Any], NDArray[Any]]: ...
