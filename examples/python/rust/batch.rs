@@ -131,12 +131,7 @@ fn solve_all<T: Number>(
 
     let problems: Vec<_> = (0..count).map(|scene| arrays.problem(scene)).collect();
     let (settings, stopped) = (settings::<T>(given)?, AtomicBool::new(false));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .stack_size(room::STACK)
-        .start_handler(|_| room::note())
-        .build()
-        .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+    let pool = pool(threads)?;
     // The first that is refused, whichever thread comes to it.
     let solve = || {
         let tasks = tasks.into_par_iter().with_min_len(PORTION);
@@ -166,6 +161,16 @@ fn solve_all<T: Number>(
             )))
         }
     }
+}
+
+/// Threads with room for kernels of all sizes.
+pub(crate) fn pool(threads: usize) -> PyResult<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .stack_size(room::STACK)
+        .start_handler(|_| room::note())
+        .build()
+        .map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }
 
 /// Runs on a pool, without the interpreter's lock, and asks now and then for signals.

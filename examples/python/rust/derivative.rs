@@ -1,14 +1,14 @@
 //! Derivatives of one solution or of those of a batch.
 
 use crate::arrays::Arrays;
+use crate::batch::pool;
 use crate::solve::{SettingsArguments, settings};
 use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rayon::prelude::*;
 use stiction_kernels::derivative::{Lengths, Way, differentiate};
-use stiction_kernels::room;
 
 /// The numbers that come out, and margin, whether impulses and velocity are unique, and the error of each scene.
 type Answer<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
@@ -53,15 +53,12 @@ pub(crate) fn derivative<'py>(
     let (from, contacts, rows) = (numbers.as_slice()?, contacts.as_slice()?, rows.as_slice()?);
     let (mut to, mut facts) = (vec![0.0; count * wide], vec![0.0; count * 4]);
     let problems: Vec<_> = (0..count).map(|scene| arrays.problem(scene)).collect();
-    let line =
-        |all: &'_ [f64], length: usize, scene: usize| all[scene * length..][..length].to_vec();
     let one = |scene: usize, to: &mut [f64], facts: &mut [f64]| {
-        let lists = [line(contacts, own, scene), line(rows, lengths.rows, scene)];
         let found = differentiate(
             &problems[scene],
             &settings,
-            [&lists[0], &lists[1]],
-            (way, &line(from, width, scene), to),
+            [line(contacts, own, scene), line(rows, lengths.rows, scene)],
+            (way, line(from, width, scene), to),
         )?;
         let flag = |is: bool| f64::from(u8::from(is));
         let (impulses, velocity) = (flag(found.unique_impulses), flag(found.unique_velocity));
@@ -76,12 +73,7 @@ pub(crate) fn derivative<'py>(
                 .iter_mut()
                 .try_for_each(|(scene, (to, facts))| one(*scene, to, facts)));
         }
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .stack_size(room::STACK)
-            .start_handler(|_| room::note())
-            .build()
-            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+        let pool = pool(threads)?;
         Ok(pool.install(|| {
             tasks
                 .par_iter_mut()
@@ -93,4 +85,9 @@ pub(crate) fn derivative<'py>(
         numpy::PyArray1::from_slice(py, numbers).reshape([count, width])
     };
     Ok((table(&to, wide)?, table(&facts, 4)?))
+}
+
+/// The numbers of a scene among those of all.
+fn line(all: &[f64], length: usize, scene: usize) -> &[f64] {
+    &all[scene * length..][..length]
 }
