@@ -19,6 +19,9 @@ use core::mem;
 /// The share of the tolerance up to which the natural map is left to the judge.
 const CLEAR: f64 = 0.5;
 
+/// Sweeps before the central path, at least: so many tell their rate.
+const LEAST_BEFORE_PATH: usize = 3;
+
 /// How sweeps get on.
 pub(crate) enum Pace {
     /// Another one pays, or the solve is over.
@@ -148,7 +151,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let pays = if sweeps.lead_to_path {
             let most = tuning::sweeps_before_path();
             let at_the_end = (done..most).fold(here, |left, _| left * rate);
-            done < 3 || done < most && at_the_end <= tolerance
+            done < LEAST_BEFORE_PATH || done < most && at_the_end <= tolerance
         } else {
             is_fast && done < tuning::fast_sweeps()
                 || after_five <= tolerance

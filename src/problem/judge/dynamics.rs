@@ -243,7 +243,7 @@ pub(crate) fn plain_momentum<
     let zeros = [T::ZERO; N];
     let [mut inertia, mut pushed] = [zeros; 2];
     let mass = &scene.mass().data.0;
-    multiply::<T, N, false>(mass, v, (&mut inertia, &mut pushed));
+    multiply::<T, N, false>(mass, v, (&mut inertia, &mut pushed)); // zeros stay zeros
     let (groups, last) = v.as_chunks::<GROUP>();
     let (places, place) = pushed.as_chunks_mut::<GROUP>();
     let contacts = scene.supported().zip(&r.contacts).zip(&mut u.contacts);
@@ -276,7 +276,7 @@ pub(crate) fn plain_momentum<
     }
 }
 
-/// `M v` and, with `SIZES`, the sums of the magnitudes of its terms.
+/// `M v` and, with `SIZES`, the sums of the magnitudes of its terms; zeros in their place without.
 #[inline]
 fn multiply<T: Real, const N: usize, const SIZES: bool>(
     mass: &[[T; N]; N],
