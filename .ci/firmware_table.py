@@ -125,9 +125,7 @@ otherwise the last good impulses are held. Control feeds the watchdog while the 
 ## The same bits elsewhere
 
 `.ci/firmware` compares the impulses of a recorded trot on the emulated boards with the host's, `.ci/same_bits` those of aarch64 and of
-WebAssembly. `sqrt` comes from `libm`, in software, where the core has an instruction: a quarter of a sliding box, a tenth of
-a quadruped. On stable Rust there is no other way yet that needs no `unsafe`: `core::f32::math::sqrt` is not stable, and `libm`'s own
-instruction for Arm waits for a target feature that is not. (`--cfg stiction_core_sqrt` on nightly takes it, with the same bits.)
+WebAssembly. The programs for Arm take square roots by an instruction (feature `hardware-sqrt`), the host by its own, or by `libm`.
 """
 
 

@@ -67,6 +67,7 @@
 //! | feature | what it adds |
 //! |---|---|
 //! | `defmt` | `defmt::Format` for settings, solutions, statuses and errors, contacts and joint rows |
+//! | `hardware-sqrt` | square roots of `f32` by the instruction of an Arm core that has one (Cortex-M4F, M7, M33): 7 to 10 % fewer instructions of a solve, the same bits. The instruction is in a crate of its own, `stiction-sqrt`, for this one forbids `unsafe` |
 //! | `serde` | `Serialize` and `Deserialize` for settings, solutions, statuses and errors, and for contacts and joint rows, which a scene checks as they come in; scenes and factors are not read |
 //!
 //! # Panics
@@ -75,7 +76,6 @@
 //! code has no indexing but by constants that the compiler checks, no `unwrap` and no integer division that could fail. `examples/panic_free`
 //! proves it by linking, see "On a microcontroller" in [`guide::numbers`].
 #![no_std]
-#![cfg_attr(stiction_core_sqrt, feature(core_float_math))]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 #![deny(

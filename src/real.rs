@@ -157,12 +157,8 @@ macro_rules! real {
     };
 }
 
-#[cfg(not(stiction_core_sqrt))]
+#[cfg(not(feature = "hardware-sqrt"))]
 real!(f32, u32, hash_words, libm::sqrtf);
-#[cfg(not(stiction_core_sqrt))]
+#[cfg(feature = "hardware-sqrt")]
+real!(f32, u32, hash_words, stiction_sqrt::sqrtf);
 real!(f64, u64, hash_products, libm::sqrt);
-// An instruction where the core has one; the same numbers everywhere.
-#[cfg(stiction_core_sqrt)]
-real!(f32, u32, hash_words, core::f32::math::sqrt);
-#[cfg(stiction_core_sqrt)]
-real!(f64, u64, hash_products, core::f64::math::sqrt);
