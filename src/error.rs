@@ -79,7 +79,7 @@ pub enum Part {
     JointRow,
 }
 
-/// What is wrong with the data of a call; it names the culprit. [`crate::guide::error`] says what a control loop does then.
+/// What is wrong with the data of a call; it names the culprit. [`crate::guide::tick`] says what a control loop does then.
 ///
 /// The call that returns it changes nothing, and the last solution stays. Only what a scene refuses as it is filled is missing there
 /// ([`Self::SceneIncomplete`]). After [`crate::Factor::prepare`] (and so

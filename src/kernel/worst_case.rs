@@ -48,7 +48,7 @@ impl<
     /// Cycles that [`Self::solve`] or [`Self::resume`] with a budget takes at most, preparing included, in `f32` on a Cortex-M4F without wait
     /// states, with all contacts and joint rows in use.
     ///
-    /// That is a bound for any data and tolerance, by this kernel's phases; most solves take a tenth of it. [`crate::guide::error`] says what
+    /// That is a bound for any data and tolerance, by this kernel's phases; most solves take a tenth of it. [`crate::guide::tick`] says what
     /// it is made of and how it was measured. Filling the scene is not in it, nor are the passes of [`Self::solve_with_limits`] after the
     /// first; a kernel of `f64` takes longer.
     #[must_use]

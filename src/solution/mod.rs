@@ -12,7 +12,7 @@ mod settings;
 pub use parts::{ContactMode, ContactSolution, RowMode, RowSolution};
 pub use settings::{Model, Settings, Work};
 
-/// How a solve ended. [`crate::guide::error`] says what a control loop does with each.
+/// How a solve ended. [`crate::guide::tick`] says what a control loop does with each.
 ///
 /// ```
 /// use stiction::{Solver, Status};

@@ -32,7 +32,7 @@ pub struct Settings<T> {
     pub tolerance: T,
     /// Work that one call may do, in units of [`Work::total`]. A call may exceed it by 19: it ends between two pieces of work
     /// (`Monitor::is_running`). Without any it judges what is known, and looks for no proof; below 1,000 it looks for no jam.
-    /// [`crate::guide::error`] says how to choose it from the time of a tick, and how to continue in the next one.
+    /// [`crate::guide::tick`] says how to choose it from the time of a tick, and how to continue in the next one.
     pub budget: usize,
     /// The contact law that is solved.
     pub model: Model,
@@ -40,7 +40,7 @@ pub struct Settings<T> {
 
 impl<T> Settings<T> {
     /// Settings for Coulomb's law with a budget of 1,000, enough for 99.5 % of random scenes, most of which were made to be
-    /// hard (see [`crate::guide::numbers`]).
+    /// hard (see [`crate::guide::reports::scenes`]).
     #[must_use]
     pub const fn new(tolerance: T) -> Self {
         Self {
