@@ -9,6 +9,7 @@ macro_rules! links {
 [Constants]: crate::guide::reports::tuning
 [Contacts and rows]: crate::guide::rows
 [First robot]: crate::guide::first_robot
+[Forces, measured]: crate::guide::reports::forces
 [From C]: crate::guide::c
 [From Python]: crate::guide::python
 [Derivatives]: crate::guide::derivatives
@@ -83,6 +84,10 @@ pub mod reports {
     #[doc = links!()]
     #[doc = include_str!("guide/reports/rest.md")]
     pub mod rest {}
+
+    #[doc = links!()]
+    #[doc = include_str!("guide/reports/forces.md")]
+    pub mod forces {}
 
     #[doc = links!()]
     #[doc = include_str!("guide/reports/python.md")]
