@@ -4,11 +4,10 @@ use crate::cone::FrictionCone;
 use crate::error::Error;
 use crate::real::Real;
 
-/// How a contact rubs and gives way, where that is not one coefficient.
+/// Friction by direction, and compliance, of a contact.
 ///
-/// The cone is elliptic, `Σ (r_k / mu_k)² <= r_N²` over the tangents, the spin about the normal and the roll about the
-/// tangents, as far as the contact has such rows ([`crate::Contact::jacobian`] in this order: normal, two tangents, spin,
-/// two rolls; `D` = 2, 3, 4 or 6). A coefficient of 0 lets its row go free.
+/// The cone is elliptic, `Σ (r_k / mu_k)² <= r_N²` over the tangents, the spin about the normal and the rolls about the tangents. The rows of
+/// [`crate::Contact::jacobian`] have the order normal, two tangents, spin, two rolls (`D` = 2, 3, 4 or 6). A row with coefficient 0 is free.
 ///
 /// ```
 /// use stiction::Surface;
@@ -29,12 +28,12 @@ pub struct Surface<T> {
     pub roll: [T; 2],
     /// Compliance along the normal and along the tangents (1/kg), see [`crate::time_stepping::Spring::compliance`]; 0 is rigid.
     ///
-    /// Spin and roll have that of the tangents over the square of their lengths in units of the friction coefficient.
+    /// The compliance of spin and roll is that of the tangents over `(length / mu)²`.
     pub compliance: [T; 2],
 }
 
 impl<T: Real> Surface<T> {
-    /// Rigid, with one friction coefficient, and without resistance to spin and roll.
+    /// A rigid surface with one friction coefficient and without resistance to spin and roll.
     #[must_use]
     pub const fn isotropic(mu: T) -> Self {
         Self {
