@@ -1,4 +1,16 @@
-//! The manual, by task. The first pages are for users, [`reports`] leads to all measurements.
+//! The manual, by task.
+//!
+//! | task | page |
+//! |---|---|
+//! | give the data of a first robot | [`first_robot`] |
+//! | add joint limits, motors, dry friction, loops, rolling | [`rows`] |
+//! | keep a deadline; act on a tick that ends unsolved | [`tick`] |
+//! | use another language | [`python`], [`c`] |
+//! | share out forces over feet | [`forces`] |
+//! | differentiate a solution | [`derivatives`] |
+//! | solve many scenes, on cores or a cluster | [`many`] |
+//! | understand the method, the error, and where both come from | [`method`], [`error`], [`note`] |
+//! | see measurements and races | [`reports`] |
 
 /// Where the pages' links to each other lead in this documentation. It comes first, and so before their own definitions,
 /// which lead to the files.
