@@ -1,4 +1,4 @@
-//! What can be wrong with the data of a solve.
+//! Faults in the data of a solve.
 
 use crate::parameter::Parameter;
 use core::fmt;
@@ -79,7 +79,7 @@ pub enum Part {
     JointRow,
 }
 
-/// What is wrong with the data of a call; it names the culprit. [`crate::guide::tick`] says what a control loop does then.
+/// A fault in the data of a call, with its culprit. [`crate::guide::tick`] says how a control loop responds.
 ///
 /// The call that returns it changes nothing, and the last solution stays. A contact, joint row or mass matrix that a scene refuses is missing
 /// there ([`Self::SceneIncomplete`]). After [`crate::Factor::prepare`] (and so

@@ -58,7 +58,7 @@ pub enum Parameter {
     Target,
     /// The stiffness of a compliant contact or row (N/m, N·m/rad).
     Stiffness,
-    /// The relaxation time of what gives way (s).
+    /// The relaxation time of a compliant contact or row (s).
     Relaxation,
     /// The force of a suction cup (N).
     Suction,

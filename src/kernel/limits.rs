@@ -87,7 +87,7 @@ impl<
         Ok(self.solver.solution())
     }
 
-    /// Solves, and takes in what is violated, until nothing is.
+    /// Solves, and adds violated limits, until none is violated.
     fn solve_reached(
         &mut self,
         own: usize,

@@ -117,7 +117,7 @@ impl<
         &mut self.solver
     }
 
-    /// The last solution. After an `Err` it is still that of an earlier solve.
+    /// The last solution. After an `Err` it is the solution of an earlier solve.
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C, R> {
         self.solver.solution()

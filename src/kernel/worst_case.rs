@@ -66,7 +66,7 @@ impl<
     /// Rows.
     const ROWS: usize = D * C + R;
 
-    /// Cycles without a budget: preparing, the way from the free impulse to the contacts, and the error of what is known.
+    /// Cycles without a budget: preparing, the way from the free impulse to the contacts, and the error of the best known point.
     const WITHOUT_BUDGET: usize = {
         let (n, m) = (N, Self::ROWS);
         let prepare = (n * n * n + 3 * m * n * (m + n)).div_euclid(2);

@@ -238,7 +238,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .ok_or(Error::NoSuchContact { contact })
     }
 
-    /// Finds out what a Jacobian moves.
+    /// Finds the columns of a Jacobian that are not zero.
     fn find_support(&mut self, contact: usize) {
         let supports = self.supports.get_mut(contact);
         if let (Some(support), Some(contact)) = (supports, self.contacts.get(contact)) {

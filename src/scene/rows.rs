@@ -137,7 +137,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.rows().iter().find(|row| row.key == key)
     }
 
-    /// Adds to velocities of joint rows those of compliance.
+    /// Adds the velocities of compliance to the velocities of joint rows.
     #[inline]
     pub(crate) fn add_row_compliance(&self, r: &[T; R], u: &mut [T; R]) {
         for ((u, &r), row) in u.iter_mut().zip(r).zip(self.rows()) {

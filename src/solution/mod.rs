@@ -12,7 +12,7 @@ mod settings;
 pub use parts::{ContactMode, ContactSolution, RowMode, RowSolution};
 pub use settings::{Model, Settings, Work};
 
-/// How a solve ended. [`crate::guide::tick`] says what a control loop does with each.
+/// The end of a solve. [`crate::guide::tick`] says how a control loop responds to each.
 ///
 /// ```
 /// use stiction::{Solver, Status};
@@ -33,7 +33,7 @@ pub enum Status {
     /// The budget of the call was used up. The solution is the best so far: [`Solution::is_usable`] compares its error with
     /// one that you accept, and [`crate::Solver::resume`] continues.
     OutOfBudget = 4,
-    /// The error is above the tolerance but near what rounding in this number type allows, and no longer falls.
+    /// The error is above the tolerance but near the limit of rounding in this number type, and no longer falls.
     PrecisionLimit = 2,
     /// No velocity satisfies all contacts and joint rows; [`Solution::certificate`] is the proof.
     Infeasible = 3,

@@ -59,7 +59,7 @@ pub enum RowMode {
 }
 
 impl RowMode {
-    /// That of an impulse between these bounds; of a box by the argument of the natural map, `push`.
+    /// The mode of an impulse between these bounds. The mode of a box follows from the argument of the natural map, `push`.
     pub(crate) fn of<T: Real>(impulse: T, push: T, [lower, upper]: [T; 2]) -> Self {
         let limit = !upper.is_finite() && lower.is_finite();
         let impulse = if limit { impulse } else { push };

@@ -125,7 +125,7 @@ impl<T: Real> Spring<T> {
         )
     }
 
-    /// The time `h + τ` (s) in which what is compliant closes.
+    /// The time `h + τ` (s) in which a compliant contact closes.
     fn duration(&self, step: T) -> Result<T, Error> {
         let relaxation = Parameter::Relaxation.not_negative(self.relaxation)?;
         Parameter::Relaxation.finite(Parameter::Step.positive(step)? + relaxation)

@@ -26,7 +26,7 @@ pub struct JointLimit<T> {
     pub distance: T,
     /// Largest speed at which a joint beyond its stop comes back (rad/s, m/s), not negative. With infinity (default) it is back after the step.
     pub recovery: T,
-    /// The largest offset (rad/s, m/s), as of [`Gap::reach`].
+    /// Largest offset (rad/s, m/s), as [`Gap::reach`].
     pub reach: T,
 }
 
