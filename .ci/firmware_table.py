@@ -108,8 +108,7 @@ usable, and holds the last good impulses otherwise. It feeds the watchdog as lon
 ## The same bits elsewhere
 
 `.ci/firmware` compares the impulses of a recorded trot on the emulated boards with those of the host, `.ci/same_bits` with those of aarch64 and
-WebAssembly. To give the same bits without `unsafe`, `sqrt` comes from `libm`, in software: a quarter of the time of a sliding box, a tenth
-of a quadruped. On nightly Rust `--cfg stiction_core_sqrt` takes the instruction of the core, with the same bits.
+WebAssembly. The programs for Arm take square roots by an instruction (feature `hardware-sqrt`), the host by its own, or by `libm`.
 
 ## What the columns of the tables mean
 

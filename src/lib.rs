@@ -70,7 +70,7 @@
 //! | feature | what it adds |
 //! |---|---|
 //! | `defmt` | `defmt::Format` for settings, solutions, statuses and errors, contacts and joint rows |
-//! | `serde` | `Serialize` and `Deserialize` for the same |
+//! | `serde` | `Serialize` and `Deserialize` for settings, solutions, statuses and errors, and for contacts and joint rows, which a scene checks as they come in; scenes and factors are not read |
 //!
 //! # Panics
 //!
