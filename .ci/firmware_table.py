@@ -3,7 +3,7 @@
 
 Usage: firmware_table.py MEASURED BASELINE COMPILER. A line of a file is `machine scene quantity
 value`. With UPDATE_BASELINE=1 the baseline is written instead of compared, and the tables to
-`src/guide/firmware.md`. Counts depend on the compiler: a baseline of another one is not compared.
+`src/guide/reports/firmware.md`. Counts depend on the compiler: a baseline of another one is not compared.
 """
 import contextlib
 import io
@@ -42,28 +42,16 @@ BYTES = ["ram_scene", "ram_factor", "ram_solver", "ram_restart",
 
 PAGE = """# On a microcontroller
 
-Written by `UPDATE_BASELINE=1 .ci/firmware` ({compiler}), which measures under QEMU: instructions, not cycles; no board
-was measured. `.ci/firmware` fails where a number differs by more than 2 %; with another compiler it does not compare.
+Three answers, in `f32` on a Cortex-M4F at 168 MHz, to a tolerance of 1e-4:
 
-- `prepare` and `prepare_restart` are `Factor::prepare` and `AdmmFactor::prepare`; an iteration is one of ADMM, a Newton step the first
-  of a cold solve, with what it takes to find its length.
-- `cold` and `warm` are solves to a tolerance with all prepared; a warm one starts from the solution of a free impulse
-  1 % smaller.
-- A `piece` is what each call costs more where a cold solve to 1e-5 is made of the smallest pieces of work (`Solver::advance`);
-  a `slice` is the longest of these calls.
-- `restart` means `AdmmSolver`: `ram_restart` is its size, `stack_restart` the stack of its solve.
-- Bytes of stack are what a call takes beyond what its caller holds. `stack_solve` is that of the cold solve to 1e-5, which
-  need not reach the interior point. `stack_all_phases` is that of a solve that goes through sweeps, Newton's method, a
-  search for a proof and the interior point.
-- `rover` has 9 dofs, 3 contacts of 3 rows and 3 motors as joint rows.
-- `c_quadruped` is the library of `examples/c_firmware` for (18, 5, 3), with all that a control loop in C calls.
-- `sharing` is the convex relaxation with compliance, see "Sharing out forces": a push of 0.3 of the friction that there
-  is, and of 0.9. A warm solve comes after the push has turned by 0.01 rad.
-- A scene has N dofs, up to C contacts and D rows for each contact: the labels are (N, C, D).
+{answers}
+
+The tables behind these answers follow. `UPDATE_BASELINE=1 .ci/firmware` writes this page ({compiler}). QEMU counts the
+instructions; a model turns them into microseconds; nobody has measured a board yet. `.ci/firmware` fails if a number changes by more than 2 %.
 
 ## Flags to build with
 
-A compiler unrolls loops over contacts and dofs, which takes flash and hardly gains time. Three flags, in `.cargo/config.toml`
+The compiler unrolls loops over contacts and velocities. That costs flash and gains hardly any time. Three flags in `.cargo/config.toml`,
 beside `-Tlink.x`, stop it. All numbers on this page are measured with them:
 
 ```toml
@@ -76,71 +64,77 @@ rustflags = [
 ]
 ```
 
-The threshold is what an unrolled loop may be large. With 60 a kernel is smaller and somewhat slower; with
-`"-C", "llvm-args=-inline-threshold=75"` fewer functions are repeated where they are called. Bytes of flash of all that a program
-calls to prepare and solve, and instructions of a cold solve to 1e-4:
+The threshold limits the size of an unrolled loop. `"-C", "llvm-args=-inline-threshold=75"` makes the compiler copy fewer functions into their
+callers. Bytes of flash of everything a program needs to prepare and solve, and instructions of a cold solve to 1e-4:
 
 {flags}
 
-`opt-level = "s"` is no alternative to a low threshold: it saves hardly more, and takes two to four times as many instructions.
+Do not use `opt-level = "s"`: it saves hardly more than a low threshold, and takes two to four times as many instructions.
 
 ## What can be left out
 
-A solver has the phases of its type, and what a program leaves out is not linked. A solution that is called solved is one, whatever solved it.
+The type of a solver names its phases. The linker leaves out all other phases. "Solved" means the same for every type.
 
 {phases}
 
-- `SweepsAndNewton` leaves out the central path and the search for a proof that a scene is infeasible (its budget ends), `SweepsOnly` also
-  Newton's method; both have warm starts, joint rows (R = 0 costs nothing), the convex relaxation, and the bound on rounding in twice the digits.
-- The share is of {scenes} drawn scenes of three rows a contact, cold, in f32, with the default budget, as a stranger judges; work is the
-  work within which half, and nine of ten, are solved. `cargo run --release -p phases` counts them.
-- Of the smallest, 26 KB, the judge of what "solved" promises takes 8, the factor and its substitutions 5, the sweep and what it leaves 4, the
-  relaxation 2, warm starts 2; the rest is the monitor, the data's way to the contacts, and checks. The bound in twice the digits is
-  1.5 of the judge's: without it drawn scenes solved to 1e-4 fall from 99.90 to 98.19 %. Warm starts
-  stay: they save three quarters of the work of a box that slides, and a sixth of a trot's.
+- `SweepsAndNewton` has no central path and no proof of infeasibility: such a scene uses up its budget. `SweepsOnly` also has no Newton's method.
+- All types keep warm starts, joint rows (`R` = 0 costs nothing), the convex relaxation and the tight bound on rounding.
+- The shares are of {scenes} random scenes (boxes, piles, grasps, robots, any matrices; three rows a contact): cold, `f32`, default budget. "Work" is the budget that solves half,
+  and nine tenths, of them. `cargo run --release -p phases` counts them.
+- The smallest program has 26 KB: 8 compute the error, 5 the factor, 4 the sweeps, 2 the relaxation, 2 warm starts. The rest selects the best point,
+  prepares contacts and checks data. The tight bound on rounding takes 1.5 KB; without it the share to 1e-4 falls from 99.90 to 98.19 %. Warm
+  starts save three quarters of the work of a box that slides, and a sixth of the work of a trot.
 
 ## Microseconds
 
-QEMU counts instructions. Cycles of a Cortex-M4F are modelled from each instruction that it executed and the timing tables of the core's
-manual, with bounds where those leave something open (`.ci/chip_race`, `examples/cycles`, tested on loops whose timing the manual gives). The
-last column has an STM32F4's flash in mind: five wait states, and a cache of 64 lines of 16 bytes. Left out: interrupts and DMA, more than one
-cycle for data in RAM, and what [the report](../../examples/chip_race/report/CYCLES.md) names below its tables.
+The model takes each executed instruction and the timing tables in the manual of the core. Where the manual leaves a timing open, the model gives
+bounds (`.ci/chip_race`, `examples/cycles`). The last column is for the flash of an STM32F4: five wait states, and a cache of 64 lines of 16 bytes.
+The model knows no interrupts, no DMA and no wait for RAM; [its report](../../../examples/chip_race/report/CYCLES.md) names the rest.
 
 {cycles}
 
-What it really takes the same program prints on a board, in cycles by `DWT::CYCCNT`: `cd examples/embedded/boards`, then
+To measure your own board, run the same program there. It prints cycles (`DWT::CYCCNT`) at the clock that the core has after a reset. You need
+the target (`rustup target add`), `probe-rs` and a debug probe. In `examples/embedded/boards`:
 
-- `cargo run --release` on an STM32F4 (an STM32F429 and its kin; others by their sizes in `stm32f4.x` and their name in `.cargo/config.toml`);
-- `cargo run --release --target thumbv8m.main-none-eabihf` on an RP2350 (`rp2350.x`, Raspberry Pi Pico 2).
-
-That needs the target (`rustup target add`), `probe-rs` and a debug probe; the core runs at the clock that it has after a reset. Nobody had a
-board so far: there are no figures. `.ci/chip_race` links both.
+- `cargo run --release` for an STM32F429 and its kin (for others, change sizes in `stm32f4.x` and the name in `.cargo/config.toml`);
+- `cargo run --release --target thumbv8m.main-none-eabihf` for an RP2350 (`rp2350.x`, Raspberry Pi Pico 2).
 
 ## Beside a real-time framework
 
-`.ci/rtos` runs a trot in [RTIC](../../examples/rtic_firmware/main.rs) and in [Embassy](../../examples/embassy_firmware/main.rs): control at 1 kHz,
-below it the solver, one slice of work a tick. What is not solved when the next state is due is cut off: used if `is_usable`,
-otherwise the last good impulses are held. Control feeds the watchdog while the solver gives signs of life.
+`.ci/rtos` runs a trot in [RTIC](../../../examples/rtic_firmware/main.rs) and in [Embassy](../../../examples/embassy_firmware/main.rs). A control
+task runs at 1 kHz. A task of lower priority solves, one slice of work a tick. When the next state is due, the control task takes the answer if it is
+usable, and holds the last good impulses otherwise. It feeds the watchdog as long as the solver shows signs of life.
 
 ## The same bits elsewhere
 
-`.ci/firmware` compares the impulses of a recorded trot on the emulated boards with the host's, `.ci/same_bits` those of aarch64 and of
+`.ci/firmware` compares the impulses of a recorded trot on the emulated boards with those of the host, `.ci/same_bits` with those of aarch64 and
 WebAssembly. The programs for Arm take square roots by an instruction (feature `hardware-sqrt`), the host by its own, or by `libm`.
+
+## What the columns of the tables mean
+
+- A label such as (18, 4, 3) gives velocities, contacts, and rows of each contact.
+- `prepare` is `Factor::prepare`, `cold` and `warm` are solves to a tolerance after it. A warm solve follows one whose free impulse was 1 % larger.
+- `newton_step` is the first step of a cold solve, with its line search.
+- `piece` is the extra cost of each call if `Solver::advance` does a cold solve to 1e-5 in the smallest pieces; `slice` is the longest call.
+- `restart` means `AdmmSolver`: `prepare_restart` is `AdmmFactor::prepare`, `iteration` one iteration, `ram_restart` the size of the solver.
+- `stack` is the stack that a call takes: `stack_solve` of the cold solve to 1e-5, `stack_all_phases` of a solve through all phases.
+- `rover` has 9 velocities, 3 contacts of 3 rows and 3 motors as joint rows. `c_quadruped` is the library of `examples/c_firmware` for (18, 5, 3).
+- `sharing` shares out a push of 0.3 or 0.9 of the available friction ("Sharing out forces"); a warm solve follows a push that was turned by 0.01 rad.
 """
 
 
 # Below the first table of the race.
 HAND = """
-Instructions to prepare and solve cold, both together. The loop is what a good engineer writes in its place
-([220 lines](../../examples/embedded/gauss_seidel.rs), 6 KB of flash): Cholesky's factor of `M` and `W = H M⁻¹ Hᵀ` once, Gauss-Seidel over the
-blocks of `W`, the error after every second sweep; a dash is more than 400 sweeps. It finds no `v`, bounds no rounding, and does not see that a
-scene has no solution.
+Instructions to prepare and solve cold, both together. The loop is what a good engineer writes instead
+([220 lines](../../../examples/embedded/gauss_seidel.rs), 6 KB of flash): Cholesky's factor of `M` and `W = H M⁻¹ Hᵀ` once, Gauss-Seidel sweeps over
+the blocks of `W`, the error after every second sweep. A dash stands for more than 400 sweeps. The loop computes no `v`, bounds no rounding, and
+does not notice a scene without a solution.
 
-- The crate wins on robots of many joints, by a fifth to a half: its `prepare` leaves out the zeros of `M` and `H`. The loop's solve alone
-  is the shorter one there.
-- It wins by factors where contacts depend on one another: at the limit of friction to 1e-4 and finer, in stacks.
-- The loop wins on few bodies that slide with friction to spare: boxes, conveyors, a rover that spins, by 1.3 to 2.8 times. Whoever
-  has only such scenes, and asks for no promise, writes the loop."""
+- The crate takes fewer instructions for robots with many joints, because `prepare` skips the zeros of `M` and `H`. The solve of the loop alone
+  is shorter there.
+- The crate takes a small fraction where contacts depend on one another: at the limit of friction to 1e-4 and finer, and in stacks.
+- The loop takes fewer for single bodies that slide with friction to spare: boxes, conveyors, a rover that spins. If you have only such scenes and
+  need no promise, write the loop."""
 
 
 def read(path):
@@ -176,8 +170,8 @@ def flags(values):
     return "\n".join(lines)
 
 
-def cycles():
-    """What `.ci/chip_race` has modelled, of the solves by Coulomb's law to 1e-4."""
+def modelled():
+    """Names of the columns, and what `.ci/chip_race` has modelled of each solve by Coulomb's law to 1e-4, by scene."""
     with open("examples/chip_race/report/CYCLES.md") as lines:
         scenes = lines.read().split("\n## ")[1:]
     rows = {}
@@ -185,12 +179,47 @@ def cycles():
         name, *lines = scene.splitlines()
         cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("|")]
         rows[name] = {row[0]: row[1:] for row in cells}
-    head = ["f32 on a Cortex-M4F", *rows["box"]["call"]]
+    return rows["box"]["call"], rows
+
+
+def cycles():
+    """The table of modelled cycles."""
+    columns, rows = modelled()
+    head = ["f32 on a Cortex-M4F", *columns]
     lines = [f"| {' | '.join(head)} |", f"|{'---|' + '---:|' * (len(head) - 1)}"]
     for name, text in [("quadruped", "quadruped"), ("box", "sliding box")]:
         for call, what in [("prepare 0", "prepare"), ("cold 1e-4", "cold to 1e-4"), ("warm 1e-4", "warm to 1e-4")]:
             lines.append(f"| {text}: {what} | {' | '.join(rows[name][call])} |")
     return "\n".join(lines)
+
+
+def answers(values):
+    """How long, how many bytes, and what can be left out."""
+    _, rows = modelled()
+
+    def microseconds(scene, calls):
+        """Sums of least, most, and with wait states."""
+        least, most = zip(*(rows[scene][call][2].split(" to ") for call in calls))
+        total = lambda numbers: sum(map(int, numbers))
+        return f"{total(least)} to {total(most)} µs, with five wait states {total(rows[scene][call][3] for call in calls)} µs"
+
+    value = lambda *name: values[("m4f32", *name)]
+    cold = ["prepare 0", "cold 1e-4"]
+    ram = sum(value("quadruped", f"ram_{part}") for part in ("scene", "factor", "solver"))
+    flash = [f"{value(name, 'flash_firmware'):,}" for name in ("quadruped", "quadruped_newton", "quadruped_sweeps")]
+    smallest = value("flags_small", "flash_quadruped")
+    solved = [f"{value('phases', f'{name}_solved_1e-4') / 100:.2f}" for name in ("all", "newton", "sweeps")]
+    tick = [value("robot", f"tick_{which}") * CYCLES[0] / MEGAHERTZ for which in ("mean", "most")]
+    return "\n".join([
+        "1. **How many microseconds?** To prepare and solve from nothing, a quadruped (18 velocities, 4 contacts) takes",
+        f"   {microseconds('quadruped', cold)}; a sliding box (6 velocities, 4 contacts) takes",
+        f"   {microseconds('box', cold)}. A whole tick of a robot with 12 motors, dynamics and torques included,",
+        f"   takes {tick[0]:,.0f} µs in the mean and {tick[1]:,.0f} at most, to 1e-3. `Kernel::worst_cycles` bounds a call for any data ([A tick that fits]).",
+        f"2. **How many bytes?** The quadruped takes {flash[0]} bytes of flash ({smallest:,} with the smallest flags), {ram:,} of RAM, and",
+        f"   {value('quadruped', 'stack_solve'):,} of stack ({value('quadruped', 'stack_all_phases'):,} if a solve goes through all phases).",
+        f"3. **What can be left out?** The central path ({flash[1]} bytes of flash remain), and Newton's method as well ({flash[2]} remain).",
+        f"   Of random boxes, piles, grasps and robots {solved[1]} and {solved[2]} % are then solved, in place of {solved[0]} %.",
+    ])
 
 
 def phases(values):
@@ -260,7 +289,6 @@ def report(values):
                                "quadruped_frictionless", "rover", "c_quadruped")]
     rows = [[f"`{name}`", cell(values, "m4f32", name, "flash_firmware"),
              cell(values, "m4f32", name, "flash_size")] for name in flash]
-    targets(values)
     table("bytes of flash for prepare and solve, f32 on a Cortex-M4F",
           ["", "opt-level 3", 'opt-level "s"'], rows)
     print('\nAt opt-level "s" `prepare` and a solve take two to four times as many instructions.')
@@ -295,7 +323,7 @@ def robot(values, machine, title):
 
 
 def targets(values):
-    """What was aimed at for the quadruped."""
+    """The aims for the quadruped: printed for contributors, not part of the page."""
     value = lambda name: values[("m4f32", "quadruped", name)]
     ram = value("ram_scene") + value("ram_factor") + value("ram_solver")
     aims = [
@@ -308,7 +336,7 @@ def targets(values):
         ('bytes of flash at opt-level "s"', value("flash_size"), 7 * 1024),
     ]
     rows = [[text, f"{aim:,}", f"{number:,}", "holds" if number <= aim else "**missed**"] for text, number, aim in aims]
-    table("What was aimed at for the quadruped, f32 on a Cortex-M4F", ["", "aim", "measured", ""], rows)
+    table("Aims for the quadruped, f32 on a Cortex-M4F (see .github/CONTRIBUTING.md)", ["", "aim", "measured", ""], rows)
 
 
 def compare(compiler, values, path):
@@ -337,10 +365,11 @@ def main():
     with contextlib.redirect_stdout(tables):
         report(values)
     print(tables.getvalue(), end="")
+    targets(values)
     if os.environ.get("UPDATE_BASELINE"):
-        with open("src/guide/firmware.md", "w") as out:
-            out.write(PAGE.format(compiler=compiler, flags=flags(values), phases=phases(values), cycles=cycles(),
-                                  scenes=f"{values['m4f32', 'phases', 'scenes']:,}") + tables.getvalue())
+        with open("src/guide/reports/firmware.md", "w") as out:
+            out.write(PAGE.format(compiler=compiler, flags=flags(values), phases=phases(values), cycles=cycles(), answers=answers(values),
+                                  scenes=f"{values['m4f32', 'phases', 'scenes']:,}") + tables.getvalue() + "\n[A tick that fits]: ../tick.md\n")
         with open(path, "w") as out:
             out.write(f"# {compiler}\n")
             out.writelines(f"{' '.join(name)} {value}\n" for name, value in values.items())

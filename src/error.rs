@@ -1,4 +1,4 @@
-//! What can be wrong with the data of a solve.
+//! Faults in the data of a solve.
 
 use crate::parameter::Parameter;
 use core::fmt;
@@ -13,14 +13,14 @@ pub enum Input {
     Mass,
     /// The free impulse `M v_free`.
     FreeImpulse,
-    /// The impulse `i` that a solve was to start at.
+    /// An initial impulse of a contact.
     InitialImpulse {
-        /// Its place in the list.
+        /// Index of the impulse in its list.
         contact: usize,
     },
-    /// The impulse of a joint row that a solve was to start at.
+    /// An initial impulse of a joint row.
     InitialRowImpulse {
-        /// Its place in the list.
+        /// Index of the impulse in its list.
         row: usize,
     },
     /// The Jacobian `H_i` of contact `i`.
@@ -35,14 +35,14 @@ pub enum Input {
     },
     /// The Delassus operator `W`.
     Delassus,
-    /// A joint row; its offset stands as entry `N` behind those of the `N` velocities.
+    /// A joint row: entries 0 to `N - 1` are its row over the velocities, entry `N` is its offset.
     JointRow {
-        /// Its index.
+        /// Index of the row.
         row: usize,
     },
     /// One of the limits of [`crate::Kernel::solve_with_limits`].
     Limit {
-        /// Its place in the list.
+        /// Index of the limit.
         limit: usize,
     },
 }
@@ -55,13 +55,13 @@ pub enum Input {
 pub enum List {
     /// The contacts of a scene.
     Contacts,
-    /// The contacts of a scene that may have a surface of their own: its first `S`.
+    /// The first `S` contacts of a scene, which may have a surface of their own.
     Surfaces,
-    /// The joint rows of a scene; limits of [`crate::Kernel::solve_with_limits`] that are reached stand behind them.
+    /// The joint rows of a scene, and behind them the reached limits of [`crate::Kernel::solve_with_limits`].
     Rows,
-    /// The impulses of contacts that a solve was to start at.
+    /// The initial impulses of contacts.
     InitialImpulses,
-    /// The impulses of joint rows that a solve was to start at.
+    /// The initial impulses of joint rows.
     InitialRowImpulses,
 }
 
@@ -79,10 +79,10 @@ pub enum Part {
     JointRow,
 }
 
-/// What is wrong with the data of a call; it names the culprit. [`crate::guide::error`] says what a control loop does then.
+/// A fault in the data of a call, with its culprit. [`crate::guide::tick`] says how a control loop responds.
 ///
-/// The call that returns it changes nothing, and the last solution stays. Only what a scene refuses as it is filled is missing there
-/// ([`Self::SceneIncomplete`]). After [`crate::Factor::prepare`] (and so
+/// The call that returns it changes nothing, and the last solution stays. A contact, joint row or mass matrix that a scene refuses is missing
+/// there ([`Self::SceneIncomplete`]). After [`crate::Factor::prepare`] (and so
 /// [`crate::Kernel::solve`]) the factor is empty, and [`crate::Kernel::solve_with_limits`] may leave no solution
 /// ([`crate::Status::Unsolved`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,27 +106,27 @@ pub enum Error {
         /// Column of the entry.
         column: usize,
     },
-    /// `M` is not positive definite: it has no Cholesky factor, or one whose reciprocals overflow.
+    /// `M` is not positive definite, or so nearly singular that the reciprocals of its Cholesky factor overflow.
     MassNotPositiveDefinite {
-        /// Generalised velocity at which factorisation failed; it runs from the last to the first.
+        /// Index of the velocity at which factorisation failed. It runs from the last velocity to the first.
         dof: usize,
     },
-    /// A friction coefficient is negative, NaN, infinite, or so large that its square overflows; or that of a surface is to
-    /// become 0 or cease to be.
+    /// A friction coefficient is negative, NaN, infinite, or so large that its square overflows. Or [`crate::Scene::set_friction`] would change
+    /// the coefficient of a surface to 0 or from 0.
     InvalidFriction {
         /// Index of the contact.
         contact: usize,
-        /// Row of the contact that it is of: 1 or 2 of a tangent (1 of [`crate::Contact::mu`]), 3 of the spin, 4 or 5 of a roll.
+        /// Row of the contact: 1 or 2 for a tangent (1 for [`crate::Contact::mu`]), 3 for spin, 4 or 5 for roll.
         row: usize,
     },
-    /// No room for one more.
+    /// A list has no room for one more.
     ListFull {
-        /// Where there is no room.
+        /// The list.
         list: List,
-        /// How many it can hold.
+        /// How many entries it can hold.
         capacity: usize,
     },
-    /// There is nothing with this key.
+    /// No contact or joint row has this key.
     NoSuchKey {
         /// The key asked for.
         key: u32,
@@ -140,21 +140,22 @@ pub enum Error {
     InvalidPenalty,
     /// The tolerance asked for is NaN, infinite or negative.
     InvalidTolerance,
-    /// A part of the scene was refused as it was filled, and is missing. Contacts and joint rows: call [`crate::Scene::clear`] (or
-    /// [`crate::Scene::clear_contacts`], [`crate::Scene::clear_rows`]) and add them again. A mass matrix: set another one.
+    /// The scene has refused a part, which is now missing. For a contact or joint row call [`crate::Scene::clear`] (or
+    /// [`crate::Scene::clear_contacts`], [`crate::Scene::clear_rows`]) and fill it again. For a mass
+    /// matrix set another one.
     SceneIncomplete {
-        /// What is missing.
+        /// The missing part.
         part: Part,
     },
-    /// The factor is not that of the scene's current `M`, `H` and number of contacts; prepare it.
+    /// The factor is stale: `M`, `H` or the number of contacts has changed. Call [`crate::Factor::prepare`].
     StaleFactor,
-    /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact is too large for the number type, or that of its normal too small, though its row
-    /// is not zero. It may be `M` that is to blame, if that is singular but for rounding or near the end of the range.
+    /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact overflows, or that of its normal vanishes though the row is not zero. The cause may be an `M` that
+    /// is nearly singular or near the end of the range.
     DelassusOutOfRange {
         /// Index of the contact.
         contact: usize,
     },
-    /// `W_jj = row M⁻¹ rowᵀ + R` of a joint row is too large for the number type, or too small, though the row is not zero.
+    /// `W_jj = row M⁻¹ rowᵀ + R` of a joint row overflows, or vanishes though the row is not zero.
     RowOutOfRange {
         /// [`crate::JointRow::key`] of the row.
         key: u32,
@@ -181,7 +182,7 @@ pub enum Error {
     InvalidCompliance {
         /// Index of the contact.
         contact: usize,
-        /// Row of the contact: 0 of the normal, 1 of the tangents.
+        /// Row of the contact: 0 for the normal, 1 for the tangents.
         row: usize,
     },
     /// The compliance of a joint row is negative or not finite.
@@ -189,15 +190,14 @@ pub enum Error {
         /// Index of the row.
         row: usize,
     },
-    /// A limit of [`crate::Kernel::solve_with_limits`] has bounds that no impulse fulfils, or a compliance that is negative or not
-    /// finite.
+    /// A limit of [`crate::Kernel::solve_with_limits`] has bounds that no impulse satisfies, or a compliance that is negative or not finite.
     InvalidLimit {
         /// Index of the limit.
         limit: usize,
     },
-    /// The solve that was paused had limits: [`crate::Kernel::solve_with_limits`] goes on with them.
+    /// The paused solve had limits. Call [`crate::Kernel::solve_with_limits`] to continue it.
     LimitsLeftOut,
-    /// There is no solution to be differentiated: nothing was solved, the scene has none, or its contacts and joint rows are others.
+    /// There is no solution to differentiate: nothing was solved, the scene has no solution, or its contacts and joint rows have changed.
     NoSolution,
     /// There is no joint row of this index.
     NoSuchRow {
@@ -206,7 +206,7 @@ pub enum Error {
     },
     /// An argument of a helper of [`crate::time_stepping`] has no meaning, or makes its result overflow.
     InvalidParameter {
-        /// Which one; its text says what is asked of it.
+        /// The argument; its `Display` text says what is required.
         parameter: Parameter,
     },
 }

@@ -1,16 +1,37 @@
-//! Pages to read beside the code.
+//! The manual, by task.
+//!
+//! | task | page |
+//! |---|---|
+//! | give the data of a first robot | [`first_robot`] |
+//! | add joint limits, motors, dry friction, loops, rolling | [`rows`] |
+//! | keep a deadline; act on a tick that ends unsolved | [`tick`] |
+//! | use another language | [`python`], [`c`] |
+//! | share out forces over feet | [`forces`] |
+//! | differentiate a solution | [`derivatives`] |
+//! | solve many scenes, on cores or a cluster | [`many`] |
+//! | understand the method, the error, and where both come from | [`method`], [`error`], [`note`] |
+//! | see measurements and races | [`reports`] |
 
 /// Where the pages' links to each other lead in this documentation. It comes first, and so before their own definitions,
 /// which lead to the files.
 macro_rules! links {
     () => {
-        "[Constants]: crate::guide::tuning
-[firmware page]: crate::guide::firmware
+        "[A tick that fits]: crate::guide::tick
+[At rest]: crate::guide::reports::rest
+[Constants]: crate::guide::reports::tuning
+[Contacts and rows]: crate::guide::rows
+[First robot]: crate::guide::first_robot
+[Forces, measured]: crate::guide::reports::forces
+[From C]: crate::guide::c
+[From Python]: crate::guide::python
+[Derivatives]: crate::guide::derivatives
 [How it solves]: crate::guide::method
 [Kanno's note]: crate::guide::note
 [Many scenes]: crate::guide::many
-[Joint rows]: crate::guide::rows
-[Numbers]: crate::guide::numbers
+[Many scenes, measured]: crate::guide::reports::scenes
+[On a microcontroller]: crate::guide::reports::firmware
+[Python, measured]: crate::guide::reports::python
+[Reports]: crate::guide::reports
 [Sharing out forces]: crate::guide::forces
 [The error]: crate::guide::error
 "
@@ -18,12 +39,24 @@ macro_rules! links {
 }
 
 #[doc = links!()]
-#[doc = include_str!("guide/method.md")]
-pub mod method {}
+#[doc = include_str!("guide/first_robot.md")]
+pub mod first_robot {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/rows.md")]
 pub mod rows {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/tick.md")]
+pub mod tick {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/python.md")]
+pub mod python {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/c.md")]
+pub mod c {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/forces.md")]
@@ -34,29 +67,45 @@ pub mod forces {}
 pub mod derivatives {}
 
 #[doc = links!()]
-#[doc = include_str!("guide/error.md")]
-pub mod error {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/numbers.md")]
-pub mod numbers {}
-
-#[doc = links!()]
-#[doc = include_str!("guide/firmware.md")]
-pub mod firmware {}
-
-#[doc = links!()]
 #[doc = include_str!("guide/many.md")]
 pub mod many {}
 
 #[doc = links!()]
-#[doc = include_str!("guide/python.md")]
-pub mod python {}
+#[doc = include_str!("guide/method.md")]
+pub mod method {}
 
 #[doc = links!()]
-#[doc = include_str!("guide/tuning.md")]
-pub mod tuning {}
+#[doc = include_str!("guide/error.md")]
+pub mod error {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/note.md")]
 pub mod note {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/reports/README.md")]
+pub mod reports {
+    #[doc = links!()]
+    #[doc = include_str!("guide/reports/firmware.md")]
+    pub mod firmware {}
+
+    #[doc = links!()]
+    #[doc = include_str!("guide/reports/scenes.md")]
+    pub mod scenes {}
+
+    #[doc = links!()]
+    #[doc = include_str!("guide/reports/rest.md")]
+    pub mod rest {}
+
+    #[doc = links!()]
+    #[doc = include_str!("guide/reports/forces.md")]
+    pub mod forces {}
+
+    #[doc = links!()]
+    #[doc = include_str!("guide/reports/python.md")]
+    pub mod python {}
+
+    #[doc = links!()]
+    #[doc = include_str!("guide/reports/tuning.md")]
+    pub mod tuning {}
+}

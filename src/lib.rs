@@ -1,15 +1,17 @@
-//! Coulomb friction with unilateral contact, for microcontrollers.
+//! Coulomb friction with unilateral contact, for control loops on microcontrollers.
 //!
-//! A scene has `N` generalised velocities, up to `C` contacts of `D` rows each (1 frictionless,
-//! 2 planar, 3 spatial, 4 with a torsional row, 6 with rolling ones) and up to `R` joint rows (0 by default). For a mass matrix `M`, a free impulse
-//! `M v_free`, contact Jacobians `H_i`, offsets `w_i` and friction coefficients `mu_i` the
-//! kernel finds the velocity `v` and the contact impulses `r_i` with
+//! In each tick you give a mass matrix `M`, a free impulse `M v_free` (momentum without contacts), and for each contact a Jacobian `H_i`,
+//! an offset `w_i` and a friction coefficient `mu_i`. A [`Kernel`] finds the velocity `v` at the end of the tick and the contact
+//! impulses `r_i` with
 //!
 //! `M v = M v_free + Hᵀ r`, `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`
 //!
-//! and tells which contacts stick, which slip and which let go; joint limits, dry friction, motors, loops and
-//! compliance are solved with them ([`guide::rows`]). All sizes are known at compile
-//! time; nothing allocates and nothing panics.
+//! and says which contacts stick, which slip and which let go. The last formula is Coulomb's law: `K_mu` is the friction cone,
+//! `K*_mu` its dual, `u_T` the tangential part of `u`, `e_N` the unit normal. Joint limits, dry friction, motors, loops and compliance are
+//! solved together with the contacts ([`guide::rows`]). Nothing allocates and nothing panics.
+//!
+//! All sizes are known at compile time: `N` velocities, up to `C` contacts of `D` rows each (1 frictionless, 2 planar, 3 spatial, 4 with
+//! spin, 6 with rolling) and up to `R` joint rows (0 by default).
 //!
 //! ```
 //! use nalgebra::{Matrix3, matrix, vector};
@@ -35,30 +37,31 @@
 //! # Ok::<(), stiction::Error>(())
 //! ```
 //!
-//! # Data flow
+//! # Where to go
 //!
-//! [`Kernel`] holds all of it in one value: [`Scene`] (checked as it is filled) → [`Factor`] (all that depends on `M` and `H`; read-only)
-//! → [`Solver`] (the one mutable thing) → [`Solution`] with its [`Status`] and its error.
+//! [`guide`] is the manual: [a first robot](guide::first_robot), [contacts and rows](guide::rows), [a tick that fits](guide::tick),
+//! [the method](guide::method), [the error](guide::error), [all reports](guide::reports).
 //!
-//! | folder or file | idea | in the note |
+//! Data flows from a [`Scene`] (checked as it is filled) to a [`Factor`] (everything that depends on `M` and `H` alone) to a [`Solver`] (what
+//! a warm start needs) to a [`Solution`] with a [`Status`] and an error. A [`Kernel`] holds all of them.
+//!
+//! | folder or file | content | in the note |
 //! |---|---|---|
 //! | `cone` | `K`, `K*`, projections | Eqs. (1), (2), (6), (8)-(10) |
 //! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2; a solver of its own | steps 2-15 |
-//! | `scene` | contacts, joint rows and surfaces, checked where they come in | |
-//! | `factor` | Cholesky factor of `M`, Delassus operator `W`, for ADMM the resolvent `(I + rho W)⁻¹`: computed once | step 2 |
-//! | `sets` | what a solve asks of a contact (a cone) and of a joint row (an interval). **Coulomb's law**: `contact/natural_map` checks it, `contact/coulomb_sweep` solves it, `ContactSet::augmented` is its shift; a row's bounds: `RowSet::project` | |
-//! | `problem` | one time step in contact space; the judge of the error that "solved" promises; Farkas' proof that there is nothing to solve | |
-//! | `solver` | [`Solver`]: **`method` decides what comes next**; sweeps, Newton, central path, warm start; `phases` are what a type may leave out | |
-//! | `solution`, `error` | what comes out, what can be wrong | |
-//! | `derivative` | how a solution moves with its data, forward and adjoint ([`guide::derivatives`]) | |
-//! | `kernel` | scene, factor and solver in one value; limits that stay out until they are reached | |
+//! | `scene` | contacts, joint rows and surfaces | |
+//! | `factor` | Cholesky factor of `M`, Delassus operator `W = H M⁻¹ Hᵀ` (contact impulses to contact velocities), for ADMM the resolvent `(I + rho W)⁻¹` | step 2 |
+//! | `sets` | cones of contacts and intervals of joint rows. **Coulomb's law**: `contact/natural_map` checks it, `contact/coulomb_sweep` solves it, `ContactSet::augmented` adds its shift. **A row's bounds**: `RowLaw::bounds`, `RowSet::project`. **A third kind of set**: the table in `sets/mod.rs` | |
+//! | `problem` | one time step in contact space. `judge`: the error and its bound on rounding. `infeasibility`: proofs that there is no solution | |
+//! | `solver` | [`Solver`]: **`method` decides what comes next**, also after a rejected step; sweeps, Newton, central path, warm start; `phases` can be left out | |
+//! | `solution`, `error` | solution, status, settings and budget; errors | |
+//! | `derivative` | derivatives of a solution, forward and adjoint ([`guide::derivatives`]) | |
+//! | `kernel` | scene, factor and solver in one value; joint limits by demand; the time of a call | |
 //! | `linalg` | small dense linear algebra | |
-//! | [`time_stepping`] | free impulse, gaps, restitution, limits, motors | |
+//! | [`time_stepping`] | free impulse, gaps, restitution, joint limits, motors | |
 //!
-//! [`guide`] explains the method, the error and the measurements.
-//!
-//! "The note" is Y. Kanno, *Accelerated Alternating Direction Method of Multipliers for Frictional
-//! Contact*; [`guide::note`] says how to cite it and which misprints are corrected here.
+//! "The note" is Y. Kanno, *Accelerated Alternating Direction Method of Multipliers for Frictional Contact*; [`guide::note`] says how to
+//! cite it and which misprints are corrected here.
 //!
 //! # Features
 //!
@@ -72,9 +75,9 @@
 //!
 //! # Panics
 //!
-//! None. Data is checked where it enters and refused with an [`Error`] that names the culprit. The
-//! code has no indexing but by constants that the compiler checks, no `unwrap` and no integer division that could fail. `examples/panic_free`
-//! proves it by linking, see "On a microcontroller" in [`guide::numbers`].
+//! None. A scene checks its data and refuses it with an [`Error`] that names the culprit. The code indexes by constants alone, which the
+//! compiler checks, and has no `unwrap` and no integer division that could fail. `examples/panic_free` calls all public functions that
+//! compute, and links only if none of them reaches a panic.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -1,11 +1,11 @@
-//! The arguments of the helpers, and what is asked of each.
+//! The arguments of the helpers, and their requirements.
 
 use core::fmt;
 
 /// Argument of a helper of [`crate::time_stepping`] that an [`crate::Error::InvalidParameter`] speaks of.
 ///
-/// Its text says what was asked of it. All have to be finite, but for a distance to what is not there, for bounds
-/// (`recovery` and `reach`), and for the stiffness of [`crate::time_stepping::Spring`].
+/// Its `Display` text says what is required. All arguments have to be finite, with three exceptions: a distance to nothing, the bounds
+/// `recovery` and `reach`, and the stiffness of a [`crate::time_stepping::Spring`].
 ///
 /// ```
 /// use stiction::Error;
@@ -26,9 +26,9 @@ pub enum Parameter {
     Gap,
     /// The distance of a joint from its stop (rad, m).
     Distance,
-    /// What a loop has drifted apart (rad, m).
+    /// The drift of a closed loop (rad, m).
     Drift,
-    /// The fastest that a penetration is pushed out (m/s, rad/s).
+    /// The largest speed at which a penetration is pushed out (m/s, rad/s).
     Recovery,
     /// The largest offset (m/s, rad/s).
     Reach,
@@ -46,19 +46,19 @@ pub enum Parameter {
     MotorStiffness,
     /// [`crate::time_stepping::Motor::damping`] (N·m·s/rad, N·s/m).
     MotorDamping,
-    /// Both gains of a motor: 0, or too small to be divided by.
+    /// Both gains of a motor together: 0, or too small to divide by.
     MotorGains,
     /// [`crate::time_stepping::Motor::feedforward`] (N·m, N).
     Feedforward,
     /// [`crate::time_stepping::Motor::limit`] (N·m, N).
     TorqueLimit,
-    /// How far a motor is ahead of where it is to be (rad, m).
+    /// The position of a motor minus its target (rad, m).
     Ahead,
-    /// The velocity that a motor is to have (rad/s, m/s).
+    /// The target velocity of a motor (rad/s, m/s).
     Target,
-    /// The stiffness of a contact or a row that gives way (N/m, N·m/rad).
+    /// The stiffness of a compliant contact or row (N/m, N·m/rad).
     Stiffness,
-    /// The relaxation time of what gives way (s).
+    /// The relaxation time of a compliant contact or row (s).
     Relaxation,
     /// The force of a suction cup (N).
     Suction,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Our `solve` example against Pinocchio and Siconos on bundled and on drawn scenes, turn by turn.
+"""Our `solve` example against Pinocchio and Siconos on bundled and on random scenes, turn by turn.
 
 See README.md beside this file for what to install.
 """
@@ -21,7 +21,7 @@ ROOT = Path(__file__).parent.parent.parent
 # Two a decade. Below 1e-12, and above 1e-1 for peers, because some of their tolerances are absolute.
 TOLERANCES = [10 ** (-k / 2) for k in range(2, 31)]
 LOOSER = [10 ** (-k / 2) for k in range(-4, 2)]
-# The drawn field of `examples/speed_vs_error`, whose every sixth scene is generic.
+# The random field of `examples/speed_vs_error`, whose every sixth scene is generic.
 SEED, DRAWN = 2, 144
 
 
@@ -91,7 +91,7 @@ def main():
     fields = []
     with tempfile.TemporaryDirectory() as folder:
         draw(built / "speed_vs_error", folder)
-        for name, files in (("bundled", ROOT / "tests" / "scenes"), ("drawn", Path(folder))):
+        for name, files in (("bundled", ROOT / "tests" / "scenes"), ("random", Path(folder))):
             scenes = read(files)
             if options.scenes:
                 scenes = [scene for scene in scenes if scene.name in options.scenes]

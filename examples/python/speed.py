@@ -1,4 +1,4 @@
-"""Scenes and steps per second, beside Pinocchio and MuJoCo: prints the tables of the guide.
+"""Scenes and steps per second, beside Pinocchio and MuJoCo: prints the tables of `src/guide/reports/python.md`.
 
 ``pip install . pin mujoco``, then ``python speed.py`` on a machine that does nothing else. Pinocchio is left out where it is not
 installed. ``python speed.py steps copies`` prints these tables alone.

@@ -83,7 +83,7 @@ pub(crate) fn write(
             "profile_drawn.svg",
             pictures::performance_profile(
                 &drawn.races,
-                "Share of drawn scenes solved within a factor of the fastest solver"
+                "Share of random scenes solved within a factor of the fastest solver"
             )
         )?,
         field = drawn.describe(),

@@ -1,6 +1,6 @@
 //! What each constant of the method is worth: half of it, twice of it, and a value that switches off what it belongs to.
 //!
-//! `RUSTFLAGS="--cfg stiction_tuning" cargo run --release -p tuning --target-dir target/tuning > src/guide/tuning.md`
+//! `RUSTFLAGS="--cfg stiction_tuning" cargo run --release -p tuning --target-dir target/tuning > src/guide/reports/tuning.md`
 //!
 //! The measure is work, which is the same on every machine: of random scenes that surely have a solution (the classes of
 //! the campaign, drawn with a seed of their own), of the bundled scenes, and of the bundled sequences with warm starts.

@@ -1,4 +1,4 @@
-//! Limits that stay out of `W` until they are reached.
+//! Joint limits that take a row only when they are reached.
 
 use super::Kernel;
 use crate::error::{Error, Input, List};
@@ -20,17 +20,16 @@ impl<
     P: Phases,
 > Kernel<T, N, D, C, R, S, P>
 {
-    /// Solves the scene with as many of these limits as are reached, as [`Self::solve`].
+    /// Solves the scene together with a list of joint limits, as [`Self::solve`], and spends rows only on those that are reached.
     ///
-    /// A robot has a dozen joint limits and reaches two. Those that the free motion violates, and those that pushed in the last
-    /// solve (by [`JointRow::key`]), stand behind the scene's own joint rows from the start, those that a solution violates from then on;
-    /// the others cost one product `row · v` each. The solution is that of a scene with all of
-    /// them, and so are its error and its promise: `row · v + offset >= 0` holds exactly for what was left out.
-    /// [`Solution::row_by_key`] tells what those do that were not (give each a key that no other limit and no row of the scene
-    /// has). Rows of other laws than [`RowLaw::Limit`] are never left out.
+    /// A robot has a dozen joint limits and reaches two. Limits that the free motion violates, and limits that pushed in the last solve (by
+    /// [`JointRow::key`]), stand behind the scene's own joint rows from the start. A limit that a solution violates joins them. Every other
+    /// limit costs one product `row · v`. The solution, its error and its promise are those of a scene with all limits:
+    /// `row · v + offset >= 0` holds exactly for the others. [`Solution::row_by_key`] finds the reached limits: give each limit a key
+    /// that no other limit and no row of the scene has. Rows of other laws than [`RowLaw::Limit`] always take a row.
     ///
-    /// Afterwards the scene is what it was. [`Self::resume`] knows no limits, and refuses: after a budget, call this again, which
-    /// starts where the last call ended.
+    /// Afterwards the scene is as before. [`Self::resume`] refuses to continue such a solve: call this again, which starts where the last call
+    /// ended.
     ///
     /// ```
     /// use nalgebra::{Matrix2, vector};
@@ -55,9 +54,9 @@ impl<
     /// ```
     ///
     /// # Errors
-    /// As [`Self::solve`], and as [`crate::Scene::push_row`] for a limit: [`Error::ListFull`] if more are reached on the way
-    /// than there is room for, [`Error::NotFinite`] with [`Input::Limit`], [`Error::InvalidLimit`]. [`Self::solution`] is then that of an earlier solve,
-    /// or without some of the limits: that one is [`Status::Unsolved`], with an infinite error.
+    /// As [`Self::solve`]; [`Error::ListFull`] if more limits are reached than there is room for; [`Error::NotFinite`] with [`Input::Limit`];
+    /// [`Error::InvalidLimit`]. [`Self::solution`] is then that of an earlier solve, or one without some of the limits, which is
+    /// [`Status::Unsolved`] with an infinite error.
     pub fn solve_with_limits(
         &mut self,
         limits: &[JointRow<T, N>],
@@ -88,7 +87,7 @@ impl<
         Ok(self.solver.solution())
     }
 
-    /// Solves, and takes in what is violated, until nothing is.
+    /// Solves, and adds violated limits, until none is violated.
     fn solve_reached(
         &mut self,
         own: usize,

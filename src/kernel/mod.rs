@@ -14,8 +14,8 @@ mod worst_case;
 
 /// A scene, its factor and its solver in one value, for a `static`.
 ///
-/// It recomputes the factor when `M` or a Jacobian has changed. Its size is that of its three parts. Its solver has the [`Phases`]
-/// of its type, all by default.
+/// It computes the factor anew when `M` or a Jacobian has changed. The type parameter `P` names the [`Phases`] of its solver, all by
+/// default.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -94,7 +94,7 @@ impl<
         }
     }
 
-    /// The contact with the largest residual in the last solution, see [`Solution::worst_contact`].
+    /// Index of the contact with the largest residual in the last solution ([`Solution::worst_contact`]).
     #[must_use]
     pub fn worst_contact(&self, settings: &Settings<T>) -> Option<usize> {
         let solution = self.solution();
@@ -112,19 +112,18 @@ impl<
         &mut self.scene
     }
 
-    /// The solver, to [`Solver::reset`] it or to [`Solver::set_impulses`].
+    /// The solver, for [`Solver::reset`] and [`Solver::set_impulses`].
     pub const fn solver_mut(&mut self) -> &mut Solver<T, N, D, C, R, P> {
         &mut self.solver
     }
 
-    /// The last solution. After an `Err` it is still that of an earlier solve.
+    /// The last solution. After an `Err` it is the solution of an earlier solve.
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C, R> {
         self.solver.solution()
     }
 
-    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]. Recomputes the factor first if `M` or `H`
-    /// has changed (`N³/6 + m N²/2 + m² N/2` multiplications for `m` contact rows).
+    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]. If `M` or `H` has changed, it computes the factor first (`N³/6 + m N²/2 + m² N/2` multiplications for `m` contact rows).
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::solve`].
@@ -138,7 +137,7 @@ impl<
         solver.solve(&self.scene, &self.factor, free_impulse, settings)
     }
 
-    /// Goes on with a solve whose budget has ended, as [`Solver::resume`].
+    /// Continues a solve whose budget has ended, as [`Solver::resume`].
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::resume`].
@@ -152,7 +151,7 @@ impl<
         solver.resume(&self.scene, &self.factor, free_impulse, settings)
     }
 
-    /// Works for [`Settings::budget`] on a solve, and returns whether it has ended, as [`Solver::advance`].
+    /// Works on a solve for one [`Settings::budget`] and returns true if it has ended, as [`Solver::advance`].
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::resume`].
@@ -166,8 +165,8 @@ impl<
         solver.advance(&self.scene, &self.factor, free_impulse, settings)
     }
 
-    /// The derivative of the last solution with respect to its data, as [`Derivative::new`]: for the scene as it was solved, and with
-    /// the settings of the solve.
+    /// Derivative of the last solution with respect to its data, as [`Derivative::new`]. Leave the scene as it was solved, and pass the settings
+    /// of the solve.
     ///
     /// # Errors
     /// As [`Derivative::new`].
@@ -178,7 +177,7 @@ impl<
         Derivative::new(&self.scene, &self.factor, self.solution(), settings)
     }
 
-    /// Computes the factor now, if `M` or a Jacobian has changed; otherwise the next solve does.
+    /// Computes the factor now if `M` or a Jacobian has changed. Without this call the next solve does so.
     ///
     /// # Errors
     /// As [`Factor::prepare`].

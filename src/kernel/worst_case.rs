@@ -14,11 +14,10 @@ impl<
     P: Phases,
 > Kernel<T, N, D, C, R, S, P>
 {
-    /// The largest [`crate::Settings::budget`] with which [`Self::solve`] takes at most so many microseconds at a clock of so many megahertz; 0
-    /// if none fits.
+    /// Largest [`crate::Settings::budget`] with which [`Self::solve`] takes at most `microseconds` at a clock of `megahertz`; 0 if none fits.
     ///
-    /// Its [`Self::worst_cycles`] fit, preparing included. Filling the scene comes on top. Where memory makes the core wait, give a slower
-    /// clock.
+    /// [`Self::worst_cycles`] of this budget fit, preparing included. Filling the scene comes on top. If the memory of your part makes the core
+    /// wait, pass a slower clock.
     ///
     /// ```
     /// use stiction::{Kernel, Settings, SweepsAndNewton};
@@ -45,12 +44,12 @@ impl<
         }
     }
 
-    /// Cycles that [`Self::solve`] or [`Self::resume`] with a budget takes at most, preparing included, in `f32` on a Cortex-M4F without wait
-    /// states, with all contacts and joint rows in use.
+    /// Bound on the cycles of a call of [`Self::solve`] or [`Self::resume`] with this budget, preparing included, in `f32` on a Cortex-M4F without
+    /// wait states, with all contacts and joint rows in use.
     ///
-    /// That is a bound for any data and tolerance, by this kernel's phases; most solves take a tenth of it. [`crate::guide::error`] says what
-    /// it is made of and how it was measured. Filling the scene is not in it, nor are the passes of [`Self::solve_with_limits`] after the
-    /// first; a kernel of `f64` takes longer.
+    /// It holds for any data and tolerance and depends on the phases of the kernel; most solves take a tenth of it. [`crate::guide::tick`] has its
+    /// formula and its measurement. It includes neither the filling of the scene nor the passes of [`Self::solve_with_limits`] after the
+    /// first. A kernel of `f64` takes longer.
     #[must_use]
     pub const fn worst_cycles(budget: usize) -> usize {
         let mut cycles = Self::WITHOUT_BUDGET;
@@ -67,7 +66,7 @@ impl<
     /// Rows.
     const ROWS: usize = D * C + R;
 
-    /// Cycles without a budget: preparing, the way from the free impulse to the contacts, and the error of what is known.
+    /// Cycles without a budget: preparing, the way from the free impulse to the contacts, and the error of the best known point.
     const WITHOUT_BUDGET: usize = {
         let (n, m) = (N, Self::ROWS);
         let prepare = (n * n * n + 3 * m * n * (m + n)).div_euclid(2);

@@ -5,9 +5,9 @@ use crate::parameter::Parameter;
 use crate::real::Real;
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
-/// One contact with friction: `u_i = H_i v + w_i`, `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`.
+/// A contact with friction: `u_i = H_i v + w_i`, and Coulomb's law `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`.
 ///
-/// `N` generalised velocities, `D` rows, the normal first, pointing out of the obstacle.
+/// It has `D` rows over `N` generalised velocities. The first row is the normal, which points out of the obstacle.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -18,24 +18,27 @@ use nalgebra::{ArrayStorage, SMatrix, SVector};
     ))
 )]
 pub struct Contact<T, const N: usize, const D: usize> {
-    /// Contact Jacobian `H_i`, `D × N`.
+    /// Contact Jacobian `H_i` (`D × N`): `H_i v` is the velocity of the contact point.
     pub jacobian: SMatrix<T, D, N>,
     /// Offset `w_i` (m/s): velocity of a moving surface, gap over time step, restitution.
     pub offset: SVector<T, D>,
     /// Coulomb friction coefficient `mu_i >= 0`.
     pub mu: T,
-    /// Which contact it is, in numbers of your own: a foot, a pair of features.
+    /// A number of your own that identifies the contact: a foot, a pair of features.
     ///
-    /// A contact starts from the impulse that the contact with the same key had in the last solve, at any index, and
-    /// from zero if there was none. If several contacts share a key, the first follows the first, the second the second:
-    /// all keys may be 0 if contacts never come, go or change their order. [`crate::ContactSolution::key`] gives it back.
+    /// A solve starts each contact from the impulse of the contact with the same key in the last solve, and from zero if there was none.
+    /// If several contacts share a key, the first follows the first, the second the second. So all keys may be 0 if contacts never come, go
+    /// or change their order. [`crate::ContactSolution::key`] returns it.
     pub key: u32,
 }
 
 impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
-    /// A contact at a point of a body, from its unit normal (pointing out of the obstacle) and the Jacobian of that point:
-    /// `K × N`, its velocity in the `K` coordinates of the normal. With `D = K` rows the tangents are those of [`contact_frame`],
-    /// with `D = 1` there are none. Its offset is 0.
+    /// A contact at a point of a body, with offset 0.
+    ///
+    /// - `normal`: unit vector out of the obstacle, in `K` coordinates.
+    /// - `point_jacobian`: velocity of the point in the same coordinates, `K × N`.
+    ///
+    /// With `D = K` rows the tangents are those of [`contact_frame`]; with `D = 1` there are none.
     ///
     /// ```
     /// use nalgebra::{matrix, vector};
@@ -92,9 +95,9 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
     }
 }
 
-/// The frame of a contact with a unit normal: its columns are the normal and the tangents, in the coordinates of the normal.
+/// Frame of a contact with a unit normal (`K × K`): its columns are the normal and the tangents, in the coordinates of the normal.
 ///
-/// The reflection that takes the first axis to the normal. An impulse `r` of a contact is the vector `frame r` there.
+/// It turns an impulse `r` of a contact into the vector `frame r`. It is the reflection that takes the first axis to the normal.
 ///
 /// # Errors
 /// [`Error::InvalidParameter`] with [`Parameter::Normal`] if that is not of length 1 up to a thousandth.

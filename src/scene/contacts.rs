@@ -12,8 +12,7 @@ use nalgebra::{SMatrix, SVector};
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Scene<T, N, D, C, R, S>
 {
-    /// Adds a contact and returns its index. One with rows for spin or roll needs [`Self::push_on`], which asks for their
-    /// lengths.
+    /// Adds a contact and returns its index. A contact with rows for spin or roll needs [`Self::push_on`].
     ///
     /// # Errors
     /// [`Error::ListFull`], [`Error::NotFinite`], [`Error::InvalidFriction`].
@@ -23,8 +22,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .inspect_err(|_| self.refused.contact = true)
     }
 
-    /// Adds a contact with a surface of its own, which stands in for its [`Contact::mu`], and returns its index: one of the first
-    /// `S`.
+    /// Adds a contact with a [`Surface`] in place of its [`Contact::mu`] and returns its index. Only the first `S` contacts may have one.
     ///
     /// # Errors
     /// As [`Self::push`]; [`Error::InvalidCompliance`].
@@ -99,8 +97,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.refused.contact = false;
     }
 
-    /// Removes the first contact with this key; those behind it move up. (A place for a surface that becomes free is the last of the
-    /// `S`: a contact stands there, if there are more, and keeps it.)
+    /// Removes the first contact with this key; later contacts move up by one.
     ///
     /// # Errors
     /// [`Error::NoSuchKey`].
@@ -146,7 +143,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Replaces the offset `w_i` of a contact; a stored factor stays valid.
+    /// Replaces the offset `w_i` of a contact (m/s). A stored factor stays valid.
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].
@@ -156,8 +153,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Replaces the friction coefficient `mu_i` of a contact; a stored factor stays valid. It is the larger one of a surface of
-    /// [`Self::push_on`], which scales the others with it, and there it cannot become 0 or cease to be: push the contact anew.
+    /// Replaces the friction coefficient `mu_i` of a contact. A stored factor stays valid. For a surface it replaces the larger coefficient and
+    /// scales the others with it; it cannot change to 0 or from 0.
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::InvalidFriction`].
@@ -241,7 +238,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .ok_or(Error::NoSuchContact { contact })
     }
 
-    /// Finds out what a Jacobian moves.
+    /// Finds the columns of a Jacobian that are not zero.
     fn find_support(&mut self, contact: usize) {
         let supports = self.supports.get_mut(contact);
         if let (Some(support), Some(contact)) = (supports, self.contacts.get(contact)) {

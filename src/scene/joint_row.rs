@@ -4,9 +4,9 @@ use crate::linalg::vector::zeros;
 use crate::real::Real;
 use nalgebra::SVector;
 
-/// One row beside the contacts, `s = row · v + offset + R λ`, and the law that binds `s` to its impulse `λ`.
+/// A joint row: one speed `s = row · v + offset + R λ`, and a law that binds `s` to its impulse `λ`.
 ///
-/// [`crate::time_stepping`] makes them of what a robot has: limits, dry friction, motors, loops.
+/// [`crate::time_stepping`] makes joint rows for limits, dry friction, motors and loops.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -17,15 +17,15 @@ use nalgebra::SVector;
     ))
 )]
 pub struct JointRow<T, const N: usize> {
-    /// The row over the velocities; a unit row for the limit of a joint.
+    /// The row over the `N` velocities. For the limit of a joint it is 1 or -1 at that joint and 0 elsewhere.
     pub row: SVector<T, N>,
-    /// What is added to `row · v`, in the unit of that.
+    /// Offset, added to `row · v` (rad/s, m/s).
     pub offset: T,
-    /// What binds `λ` to `s`.
+    /// The law between `λ` and `s`.
     pub law: RowLaw<T>,
     /// Compliance `R >= 0`, in the unit of `s` over that of `λ`; 0 is rigid.
     pub compliance: T,
-    /// Which row it is, for a warm start, as [`crate::Contact::key`] (rows and contacts apart).
+    /// A number of your own that identifies the row, as [`crate::Contact::key`]. Keys of rows and of contacts are independent.
     pub key: u32,
 }
 
@@ -47,12 +47,11 @@ impl<T: Real, const N: usize> JointRow<T, N> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RowLaw<T> {
-    /// `0 <= λ ⟂ s >= 0`: a joint's stop.
+    /// `0 <= λ ⟂ s >= 0`: the stop of a joint. `λ` has the bounds 0 and infinity.
     Limit,
-    /// `s = 0`, whatever `λ` that takes: a loop that is closed, a gear. Redundant ones may stand side by side.
+    /// `s = 0` for any `λ`: a closed loop, a gear. Redundant equalities are allowed.
     Equality,
-    /// `lower <= λ <= upper`, at `lower` while `s > 0` and at `upper` while `s < 0`: dry friction, a motor with a
-    /// torque limit.
+    /// `lower <= λ <= upper`, with `λ = lower` while `s > 0` and `λ = upper` while `s < 0`: dry friction, a motor with a torque limit.
     Box {
         /// Least impulse, in the unit of `λ`.
         lower: T,

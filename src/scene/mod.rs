@@ -1,4 +1,4 @@
-//! The scene: generalised mass matrix, contacts and joint rows, checked where they enter.
+//! The scene: generalised mass matrix, contacts and joint rows.
 
 use crate::error::{Error, Input};
 use crate::linalg::sparsity::Support;
@@ -27,22 +27,21 @@ pub use surface::Surface;
 /// A generalised mass matrix, up to `C` contacts of `D` rows each and up to `R` joint rows, over `N` velocities. The first `S`
 /// contacts may have a [`Surface`] of their own.
 ///
-/// How many contacts and rows there are is chosen at run time, the sizes at compile time. A scene can stand in
-/// a `static`. What is in it has been checked. After an `Err` halfway through filling it is half a scene, and no solve takes it
-/// ([`Error::SceneIncomplete`]): a contact or joint row that was refused is missing until [`Self::clear`], a mass matrix until another
-/// one is set.
+/// The sizes are chosen at compile time, the number of contacts and rows in use at run time. A scene can stand in a `static`. It checks all
+/// data as it is filled. If it refuses a contact, a joint row or a mass matrix, no solve takes it ([`Error::SceneIncomplete`]) until
+/// [`Self::clear`], or for the mass until another one is set.
 ///
-/// Everything is replaced in place. What a change costs before the next solve, with `m` contact and joint rows:
+/// All data can be replaced in place. Costs before the next solve, with `m` contact and joint rows:
 ///
-/// | change | to be done | multiplications |
+/// | change | call | multiplications |
 /// |---|---|---|
 /// | the free impulse; an offset, [`Self::set_offset`]; a friction coefficient, [`Self::set_friction`]; a joint row's law, [`Self::set_row_law`] | nothing | 0 |
 /// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts and rows in use, each step | [`crate::Factor::prepare`], in place | `N³/6 + m N²/2 + m² N/2` |
 /// | the same, for [`crate::AdmmSolver`] | [`crate::AdmmFactor::prepare`], in place | `m³/2` more |
 /// | the penalty of ADMM | [`crate::AdmmFactor::set_penalty`] | `m³/2` |
 ///
-/// Contacts that come and go are pushed again, with the keys they had ([`Contact::key`]). A contact that opens for a while
-/// is cheaper kept, with its gap as an offset ([`crate::time_stepping::Gap`]).
+/// Push contacts that come and go with the same [`Contact::key`] each time. To keep a contact that opens for a while is cheaper: give it its
+/// gap as an offset ([`crate::time_stepping::Gap`]).
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -94,7 +93,7 @@ pub struct Scene<
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Scene<T, N, D, C, R, S>
 {
-    /// A scene without mass, contacts and joint rows; give it a mass matrix before it is factorised.
+    /// A scene without mass, contacts and joint rows. Set a mass matrix before the first solve.
     #[must_use]
     pub const fn new() -> Self {
         const {
@@ -161,11 +160,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Sets the generalised mass matrix `M` (`N × N`; kg, kg m, kg m² by the units of the dofs). A stored factor is
     /// stale then, see [`Self::set_jacobian`].
     ///
-    /// Of `M_ij` and `M_ji` that differ by less than `sqrt(eps |M_ii M_jj|)` the one above the diagonal stands for both.
+    /// If `M_ij` and `M_ji` differ by less than `sqrt(eps |M_ii M_jj|)`, the entry above the diagonal replaces the other one.
     ///
     /// # Errors
-    /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if they differ by more.
-    /// Whether `M` is positive definite is checked by [`crate::Factor::prepare`].
+    /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if two entries differ by more. [`crate::Factor::prepare`] checks whether `M` is positive
+    /// definite.
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
         self.refused.mass = true; // until the end
         let is_symmetric = is_finite_and_symmetric(mass);

@@ -68,7 +68,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.refused.row = false;
     }
 
-    /// Removes the first joint row with this key; those behind it move up.
+    /// Removes the first joint row with this key; later rows move up by one.
     ///
     /// # Errors
     /// [`Error::NoSuchKey`].
@@ -82,7 +82,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Replaces a joint row's row over the velocities. A stored factor is stale then, as after [`Self::set_jacobian`].
+    /// Replaces the row of a joint row over the `N` velocities. A stored factor is then stale, as after [`Self::set_jacobian`].
     ///
     /// # Errors
     /// [`Error::NoSuchRow`], [`Error::NotFinite`].
@@ -93,7 +93,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Replaces the compliance of a joint row. A stored factor is stale then, as after [`Self::set_jacobian`].
+    /// Replaces the compliance of a joint row. A stored factor is then stale, as after [`Self::set_jacobian`].
     ///
     /// # Errors
     /// [`Error::NoSuchRow`], [`Error::InvalidRowCompliance`].
@@ -102,7 +102,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.replace_in_row(row, |place| place.compliance = compliance)
     }
 
-    /// Replaces the offset of a joint row; a stored factor stays valid.
+    /// Replaces the offset of a joint row (rad/s, m/s). A stored factor stays valid.
     ///
     /// # Errors
     /// [`Error::NoSuchRow`], [`Error::NotFinite`].
@@ -112,7 +112,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Replaces the law of a joint row; a stored factor stays valid.
+    /// Replaces the law of a joint row. A stored factor stays valid.
     ///
     /// # Errors
     /// [`Error::NoSuchRow`], [`Error::InvalidBounds`].
@@ -137,7 +137,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.rows().iter().find(|row| row.key == key)
     }
 
-    /// Adds to velocities of joint rows those of compliance.
+    /// Adds the velocities of compliance to the velocities of joint rows.
     #[inline]
     pub(crate) fn add_row_compliance(&self, r: &[T; R], u: &mut [T; R]) {
         for ((u, &r), row) in u.iter_mut().zip(r).zip(self.rows()) {

@@ -4,11 +4,10 @@ use crate::cone::FrictionCone;
 use crate::error::Error;
 use crate::real::Real;
 
-/// How a contact rubs and gives way, where that is not one coefficient.
+/// Friction by direction, and compliance, of a contact.
 ///
-/// The cone is elliptic, `Σ (r_k / mu_k)² <= r_N²` over the tangents, the spin about the normal and the roll about the
-/// tangents, as far as the contact has such rows ([`crate::Contact::jacobian`] in this order: normal, two tangents, spin,
-/// two rolls; `D` = 2, 3, 4 or 6). A coefficient of 0 lets its row go free.
+/// The cone is elliptic, `Σ (r_k / mu_k)² <= r_N²` over the tangents, the spin about the normal and the rolls about the tangents. The rows of
+/// [`crate::Contact::jacobian`] have the order normal, two tangents, spin, two rolls (`D` = 2, 3, 4 or 6). A row with coefficient 0 is free.
 ///
 /// ```
 /// use stiction::Surface;
@@ -29,12 +28,12 @@ pub struct Surface<T> {
     pub roll: [T; 2],
     /// Compliance along the normal and along the tangents (1/kg), see [`crate::time_stepping::Spring::compliance`]; 0 is rigid.
     ///
-    /// Spin and roll have that of the tangents over the square of their lengths in units of the friction coefficient.
+    /// The compliance of spin and roll is that of the tangents over `(length / mu)²`.
     pub compliance: [T; 2],
 }
 
 impl<T: Real> Surface<T> {
-    /// Rigid, with one friction coefficient, and without resistance to spin and roll.
+    /// A rigid surface with one friction coefficient and without resistance to spin and roll.
     #[must_use]
     pub const fn isotropic(mu: T) -> Self {
         Self {
@@ -51,7 +50,7 @@ impl<T: Real> Surface<T> {
         [x, y, self.spin, about_x, about_y]
     }
 
-    /// What can be wrong with it.
+    /// Checks coefficients and compliance.
     pub(crate) fn check(&self, contact: usize) -> Result<(), Error> {
         let mut coefficients = self.coefficients().into_iter();
         if let Some(place) = coefficients.position(|mu| !FrictionCone::is_valid(mu)) {
@@ -65,8 +64,8 @@ impl<T: Real> Surface<T> {
         }
     }
 
-    /// The larger coefficient of the tangents: that of the round cone once rows are scaled. Where both are 0 any number
-    /// does if it spins or rolls, and without friction it is 0.
+    /// The larger coefficient of the tangents, which is the coefficient of the round cone once rows are scaled. If both are 0, it is any number
+    /// with spin or roll, and 0 without friction.
     pub(crate) fn reference<const D: usize>(&self) -> T {
         let tangents = self.friction.into_iter().take(D - 1);
         let largest = tangents.fold(T::ZERO, T::max);
@@ -78,17 +77,17 @@ impl<T: Real> Surface<T> {
     }
 }
 
-/// By what the rows of a contact are scaled, so that its cone is round, and the compliance of the scaled rows.
+/// Scales of the rows of a contact, which make its cone round, and compliance of the scaled rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scaling<T, const D: usize> {
     scales: [T; D],
     pub(crate) compliance: [T; D],
-    /// Does it come from a surface? Then the scales are those of its coefficients.
+    /// True if the scales come from the coefficients of a surface.
     pub(super) is_surface: bool,
 }
 
 impl<T: Real, const D: usize> Scaling<T, D> {
-    /// That of a place that is not used.
+    /// The scaling of an unused place.
     pub(super) const fn none() -> Self {
         Self {
             scales: [T::ZERO; D],
@@ -97,7 +96,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         }
     }
 
-    /// That of a rigid contact with one friction coefficient.
+    /// The scaling of a rigid contact with one friction coefficient.
     pub(super) const fn plain() -> Self {
         Self {
             scales: [T::ONE; D],
@@ -106,8 +105,8 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         }
     }
 
-    /// That of a surface. Without friction tangents are scaled by 1, as those of [`crate::Scene::push`], and spin and roll,
-    /// of another unit, by 0.
+    /// The scaling of a surface. Without friction the scale of tangents is 1, as in [`crate::Scene::push`], and that of spin and roll, which have
+    /// another unit, is 0.
     pub(super) fn of(surface: &Surface<T>) -> Self {
         let reference = surface.reference::<D>();
         let mut scales = [T::ONE; D];

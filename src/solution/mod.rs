@@ -12,7 +12,7 @@ mod settings;
 pub use parts::{ContactMode, ContactSolution, RowMode, RowSolution};
 pub use settings::{Model, Settings, Work};
 
-/// How a solve ended. [`crate::guide::error`] says what a control loop does with each.
+/// The end of a solve. [`crate::guide::tick`] says how a control loop responds to each.
 ///
 /// ```
 /// use stiction::{Solver, Status};
@@ -33,12 +33,12 @@ pub enum Status {
     /// The budget of the call was used up. The solution is the best so far: [`Solution::is_usable`] compares its error with
     /// one that you accept, and [`crate::Solver::resume`] continues.
     OutOfBudget = 4,
-    /// The error is above the tolerance but near what rounding in this number type allows, and no longer falls.
+    /// The error is above the tolerance but near the limit of rounding in this number type, and no longer falls.
     PrecisionLimit = 2,
     /// No velocity satisfies all contacts and joint rows; [`Solution::certificate`] is the proof.
     Infeasible = 3,
-    /// No solution was found, and friction locks what is to be pushed apart: [`Solution::certificate`] is the proof. See
-    /// [`crate::guide::error`] for what it proves.
+    /// No solution was found, and friction locks bodies that the offsets push apart. [`Solution::certificate`] is the proof;
+    /// [`crate::guide::error`] says what it proves.
     Jammed = 5,
 }
 
@@ -60,17 +60,17 @@ impl fmt::Display for Status {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Violation<T> {
-    /// The largest speed at which a contact that is closed closes further (m/s): the largest `-u_N`.
+    /// Largest closing speed of a closed contact (m/s): the largest `-u_N`.
     pub closing_speed: T,
-    /// How far an impulse lies outside of its friction cone (N·s): the largest `|r_T| - mu r_N`, or `-r_N`. On a surface in
-    /// the rows in which its cone is round.
+    /// Largest distance of an impulse from its friction cone (N·s): the largest `|r_T| - mu r_N`, or `-r_N`. The distance from an elliptic
+    /// cone is measured in rows that are scaled so that the cone is round.
     pub outside_cone: T,
-    /// The largest speed at which a joint row goes where it must not (rad/s, m/s): a stop or a bound gives way, or what holds moves. Its
-    /// impulse always lies within its bounds.
+    /// Largest speed of a joint row against its law (rad/s, m/s): beyond a stop or a bound, or of a row that holds. The impulse of a row
+    /// always lies within its bounds.
     pub row_speed: T,
 }
 
-/// The outcome of a solve.
+/// The outcome of a solve: velocity, impulses, modes, status and error.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -81,7 +81,7 @@ pub struct Violation<T> {
     ))
 )]
 pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
-    /// Generalised velocity `v` at the end of the step.
+    /// Generalised velocity `v` at the end of the step (`N` entries, in the units of the scene).
     pub velocity: SVector<T, N>,
     /// The contacts, in the order of the scene.
     pub contacts: Vec<ContactSolution<T, D>, C>,
@@ -90,30 +90,30 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     pub rows: Vec<RowSolution<T>, R>,
     /// How the solve ended.
     pub status: Status,
-    /// Proof of [`Status::Infeasible`] or [`Status::Jammed`], otherwise empty: for each contact a `d_i` in its friction cone,
-    /// normal first, and in [`Self::row_certificate`] one `d_j` a joint row, with `Σ H_iᵀ d_i + Σ d_j row_jᵀ = 0` and
-    /// `Σ w_i · d_i + Σ d_j offset_j < 0` (Farkas' lemma). Of an infeasible scene all tangents are zero.
+    /// Proof of [`Status::Infeasible`] or [`Status::Jammed`], otherwise empty: a vector `d_i` for each contact, in its friction cone and
+    /// normal first. With the numbers `d_j` of [`Self::row_certificate`] it satisfies `Σ H_iᵀ d_i + Σ d_j row_jᵀ = 0` and
+    /// `Σ w_i · d_i + Σ d_j offset_j < 0` (Farkas' lemma). The tangents of an infeasible scene are zero.
     pub certificate: Vec<SVector<T, D>, C>,
-    /// The joint rows' part of the proof: not negative of limits, of any sign of equalities, 0 of others.
+    /// The numbers `d_j` of the proof, one for each joint row: not negative for limits, of either sign for equalities, 0 for other rows.
     pub row_certificate: Vec<T, R>,
     /// Work of the solve, over all its calls.
     pub work: Work,
-    /// How far the solution is from Coulomb's law and the dynamics, relative to the impulses (dimensionless), with a
-    /// bound on rounding: see [`crate::guide::error`]. Infinite while the status is [`Status::Unsolved`]; only a solver that
-    /// was never called has 0 (so that its `static` is all zeros): ask [`Self::is_usable`].
+    /// Error of the solution (dimensionless): its violation of Coulomb's law and of the dynamics, relative to the impulses, with a bound on
+    /// rounding ([`crate::guide::error`]). It is infinite while the status is [`Status::Unsolved`]. A solver that was never called has 0,
+    /// so that its `static` is all zeros: ask [`Self::is_usable`].
     pub error: T,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     Solution<T, N, D, C, R>
 {
-    /// The first contact with this key.
+    /// The first contact with this key, if there is one.
     #[must_use]
     pub fn contact_by_key(&self, key: u32) -> Option<&ContactSolution<T, D>> {
         self.contacts.iter().find(|contact| contact.key == key)
     }
 
-    /// The first joint row with this key; `None` of a limit that [`crate::Kernel::solve_with_limits`] has left out.
+    /// The first joint row with this key. A limit of [`crate::Kernel::solve_with_limits`] that is not reached is `None`.
     #[must_use]
     pub fn row_by_key(&self, key: u32) -> Option<&RowSolution<T>> {
         self.rows.iter().find(|row| row.key == key)
@@ -125,9 +125,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.status == Status::Solved
     }
 
-    /// True if solved, or ended by the budget or the number type at an error of at most `error` (dimensionless).
+    /// True if the scene is solved, or if the budget or the precision ended the solve at an error of at most `error` (dimensionless).
     ///
-    /// Never true for [`Status::Infeasible`] and [`Status::Jammed`]: contradictory walls make impulses grow, and an error relative to them small.
+    /// It is false for [`Status::Infeasible`] and [`Status::Jammed`]: contradictory walls make impulses large, and so the error small.
     #[must_use]
     pub fn is_usable(&self, error: T) -> bool {
         match self.status {

@@ -3,19 +3,18 @@
 use crate::real::Real;
 use nalgebra::SVector;
 
-/// What a contact does.
+/// The mode of a contact: open, sticking or slipping.
 ///
-/// No tolerance decides it. A contact without impulse is open. One whose `r_i - alpha_i û_i` lies strictly inside the
-/// friction cone sticks, also if a velocity of the size of the error is left. Every other one slips: also one without friction that
-/// pushes, but for one of `D` = 1, which has no tangent to slip along, and sticks.
+/// No tolerance decides it. A contact without impulse is open. A contact whose `r_i - alpha_i û_i` lies strictly inside the friction cone
+/// sticks, even if it has a velocity of the size of the error. Every other contact slips, also a frictionless one that pushes; with
+/// `D` = 1 there is no tangent, and it sticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ContactMode {
     /// No impulse, exactly zero.
     Open,
-    /// An impulse inside the friction cone, no relative velocity up to the error (on a [`crate::Surface`] along the rows that
-    /// have friction).
+    /// An impulse inside the friction cone, and no relative velocity up to the error, in the rows that have friction.
     Stick,
     /// An impulse on the boundary of the friction cone, up to the error.
     Slip,
@@ -32,17 +31,17 @@ pub enum ContactMode {
     ))
 )]
 pub struct ContactSolution<T, const D: usize> {
-    /// Which contact it is: the [`crate::Contact::key`] that it had in the scene.
+    /// The [`crate::Contact::key`] of this contact.
     pub key: u32,
-    /// Contact impulse `r_i` (N·s), normal first.
+    /// Contact impulse `r_i` (N·s; spin and roll N·m·s), normal first.
     pub impulse: SVector<T, D>,
     /// Relative velocity `u_i = H_i v + w_i` (m/s), normal first.
     pub velocity: SVector<T, D>,
-    /// Open, stick or slip.
+    /// The mode of the contact.
     pub mode: ContactMode,
 }
 
-/// What a joint row does.
+/// The mode of a joint row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -51,16 +50,16 @@ pub enum RowMode {
     Open,
     /// A limit that is reached, and pushes.
     AtLimit,
-    /// A box at its lower bound: a motor that can do no more, friction that slips.
+    /// A box at its lower bound: a saturated motor, a joint that slips against its friction.
     AtLower,
     /// A box at its upper bound.
     AtUpper,
-    /// An equality, or a box within its bounds: it holds.
+    /// An equality, or a box between its bounds: `s` is 0.
     Holding,
 }
 
 impl RowMode {
-    /// That of an impulse between these bounds; of a box by the argument of the natural map, `push`.
+    /// The mode of an impulse between these bounds. The mode of a box follows from the argument of the natural map, `push`.
     pub(crate) fn of<T: Real>(impulse: T, push: T, [lower, upper]: [T; 2]) -> Self {
         let limit = !upper.is_finite() && lower.is_finite();
         let impulse = if limit { impulse } else { push };
@@ -81,12 +80,12 @@ impl RowMode {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RowSolution<T> {
-    /// Which row it is: the [`crate::JointRow::key`] that it had.
+    /// The [`crate::JointRow::key`] of this row.
     pub key: u32,
     /// Impulse `λ`: N·s along a length, N·m·s about an axis.
     pub impulse: T,
-    /// `s = row · v + offset + R λ`.
+    /// Speed `s = row · v + offset + R λ` (rad/s, m/s).
     pub velocity: T,
-    /// At a limit, saturated, holding.
+    /// The mode of the row.
     pub mode: RowMode,
 }

@@ -9,8 +9,8 @@ use crate::real::Real;
 pub enum Model {
     /// Coulomb's law, with the De Saxcé shift `mu |u_T|` (default).
     Coulomb,
-    /// Its convex relaxation, without the shift: a sliding contact separates with normal speed `mu |u_T|`. `error` then
-    /// measures the relaxed law. [`crate::guide::forces`] shares out forces with it; an example stands at [`Settings`].
+    /// Its convex relaxation, without the shift: a sliding contact separates with normal speed `mu |u_T|`. The error then measures the
+    /// relaxed law. [`crate::guide::forces`] shares out forces with it.
     ConvexRelaxation,
 }
 
@@ -30,17 +30,17 @@ pub enum Model {
 pub struct Settings<T> {
     /// Error up to which a solution counts as solved (dimensionless, not negative), see [`crate::Solution::error`].
     pub tolerance: T,
-    /// Work that one call may do, in units of [`Work::total`]. A call may exceed it by 19: it ends between two pieces of work
-    /// (`Monitor::is_running`). Without any it judges what is known, and looks for no proof; below 1,000 it looks for no jam.
-    /// [`crate::guide::error`] says how to choose it from the time of a tick, and how to continue in the next one.
+    /// Work that one call may do, in units of [`Work::total`]. A call ends between two pieces of work, and so exceeds its budget by 19 at
+    /// most. With 0 it computes the error of the best known point. Below 1,000 it looks for no proof of a jam. [`crate::guide::tick`]
+    /// goes from the time of a tick to a budget, and from one tick to the next.
     pub budget: usize,
     /// The contact law that is solved.
     pub model: Model,
 }
 
 impl<T> Settings<T> {
-    /// Settings for Coulomb's law with a budget of 1,000, enough for 99.5 % of random scenes, most of which were made to be
-    /// hard (see [`crate::guide::numbers`]).
+    /// Settings for Coulomb's law with a budget of 1,000. That solves 99.5 % of random scenes, most of them made to be hard
+    /// ([`crate::guide::reports::scenes`]).
     #[must_use]
     pub const fn new(tolerance: T) -> Self {
         Self {
@@ -74,9 +74,9 @@ pub struct Work {
     pub iterations: usize,
     /// Gauss-Seidel sweeps.
     pub sweeps: usize,
-    /// Newton steps with a Jacobian that was kept.
+    /// Chord steps: Newton steps with the Jacobian of an earlier step.
     pub chord_steps: usize,
-    /// Newton steps with a new Jacobian, and steps of the interior point.
+    /// Newton steps with a new Jacobian, and steps along the central path.
     pub newton_steps: usize,
     /// Searches for a proof that a scene is infeasible, at most one in a solve.
     pub proof_searches: usize,
@@ -94,8 +94,8 @@ impl Work {
         }
     }
 
-    /// Its sum, in iterations of ADMM: a sweep and a chord step count 2; a Newton step, a step of the interior point and a
-    /// search for a proof count 10. What is too large for a `usize` is its largest number.
+    /// Sum of the work, in iterations of ADMM: a sweep and a chord step count 2; a Newton step, a step along the central path and a search
+    /// for a proof count 10. It saturates at the largest `usize`.
     #[must_use]
     #[inline]
     pub const fn total(&self) -> usize {

@@ -5,7 +5,7 @@ use core::fmt::Debug;
 /// The phases that a [`crate::Solver`] may go through.
 ///
 /// [`AllPhases`] by default. The others are for programs that count bytes of flash: what they leave out is not linked, and what they solve
-/// is solved to the same promise. [`crate::guide::firmware`] says what each of them takes, and which share of scenes it solves.
+/// is solved to the same promise. [`crate::guide::reports::firmware`] says what each of them takes, and which share of scenes it solves.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};

@@ -1,4 +1,4 @@
-//! The constants of the method that could be others; `guide/tuning.md` has what half, twice and none of each does.
+//! The constants of the method that could be others; `guide/reports/tuning.md` has what half, twice and none of each does.
 //!
 //! With `--cfg stiction_tuning` a variable of the environment replaces a constant: `examples/tuning` measures so.
 

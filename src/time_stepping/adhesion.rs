@@ -5,11 +5,10 @@ use crate::error::Error;
 use crate::real::Real;
 use nalgebra::{SMatrix, SVector};
 
-/// A contact that pulls with up to a force while it touches: a suction cup, a magnet. One that was torn off has a gap, and with [`Self::touches`]
-/// false pulls no more.
+/// A contact that pulls while it touches: a suction cup, a magnet.
 ///
-/// With the largest pull `a = h force` the impulse `r + a e_N` lies in the friction cone (pressed by its suction, the contact also
-/// rubs more). So a scene is solved in which all of them are pushed back by `a`, and `a` is taken from what it gives.
+/// With the largest pull `a = h force` the impulse `r + a e_N` lies in the friction cone, because suction presses the contact. So
+/// [`Self::push_back`] takes `a` from the free impulse before the solve, and [`Self::impulse`] takes it from the solved impulse.
 ///
 /// ```
 /// use nalgebra::{Matrix1, matrix, vector};
@@ -34,12 +33,12 @@ use nalgebra::{SMatrix, SVector};
 pub struct Suction<T> {
     /// Largest pull, not negative (N).
     pub force: T,
-    /// Does it touch? Across a gap it pulls with nothing: set it from the gap at the beginning of the step.
+    /// True if the contact touches at the beginning of the step. Across a gap it does not pull.
     pub touches: bool,
 }
 
 impl<T: Real> Suction<T> {
-    /// Takes the pull of a contact with this Jacobian, over a `step > 0` (s), from the free impulse.
+    /// Subtracts the pull of a contact with this Jacobian (`D × N`), over a `step > 0` (s), from the free impulse (N·s).
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] with [`Parameter::Suction`] or the step.
@@ -56,7 +55,7 @@ impl<T: Real> Suction<T> {
         Ok(())
     }
 
-    /// The impulse of the contact (N·s), which may pull, from that of the solution.
+    /// Impulse of the contact (N·s), which may pull, from its impulse in the solution.
     ///
     /// # Errors
     /// As of [`Self::push_back`].

@@ -10,7 +10,7 @@ impl Parameter {
         Error::InvalidParameter { parameter: self }
     }
 
-    /// The number, if it fulfils what is asked of it.
+    /// The number, if it meets the requirement.
     fn checked<T>(self, number: T, fulfils: bool) -> Result<T, Error> {
         if fulfils {
             Ok(number)

@@ -25,7 +25,7 @@ pub struct StaticFriction<T> {
 }
 
 impl<T: Real> StaticFriction<T> {
-    /// The coefficient for the next step ([`crate::Scene::set_friction`], which checks it), from the mode in the last one.
+    /// Coefficient for the next step, from the mode in the last one. [`crate::Scene::set_friction`] checks it.
     #[must_use]
     pub const fn mu(&self, last: Option<ContactMode>) -> T {
         match last {

@@ -4,9 +4,8 @@
 //! beginning of a step of length `h`, contact impulses and friction act on the velocity at its end,
 //! and the position follows from that velocity.
 //!
-//! A helper whose arguments have no meaning (NaN, a step of 0, a negative stiffness) returns an error that names the
-//! [`Parameter`]; what it returns else is finite. [`free_impulse`] and [`moving_surface`] are sums of products, which the scene
-//! checks.
+//! A helper returns an error that names the [`Parameter`] if an argument has no meaning (NaN, a step of 0, a negative stiffness). Otherwise its
+//! result is finite. The scene checks the results of [`free_impulse`] and [`moving_surface`].
 //!
 //! ```
 //! use nalgebra::{Matrix2, matrix, vector};
@@ -50,7 +49,7 @@ pub use friction::StaticFriction;
 pub use offsets::{Gap, Restitution, Spring, moving_surface};
 pub use rows::{ClosedLoop, DryFriction, JointLimit, Motor};
 
-/// Free impulse of a step, `M v + h F` (N·s): `M v_free`, and `-f` in the note.
+/// Free impulse of a step, `M v_free = M v + h F` (`N` entries, N·s): the momentum without contacts. It is `-f` in the note.
 ///
 /// `v` is the velocity before the step, `F` (N) the sum of all forces except those of the contacts: weight, motors, and
 /// `-C(q, v) v` if `M` depends on the position.

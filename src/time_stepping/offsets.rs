@@ -24,15 +24,12 @@ use nalgebra::{SMatrix, SVector};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Gap<T> {
-    /// Distance of the contact (m), negative in penetration, infinite if there is nothing near (default 0).
+    /// Distance of the contact (m), negative in penetration, infinite if nothing is near (default 0).
     pub distance: T,
-    /// The fastest at which a penetration is pushed out (m/s), not negative. At infinity (default) it is out after the step.
+    /// Largest speed at which a penetration is pushed out (m/s), not negative. With infinity (default) it is out after the step.
     pub recovery: T,
-    /// The largest offset (m/s), not negative. Set it to the fastest closing speed to expect. Infinity (default) does not limit
-    /// it.
-    ///
-    /// One that is much too large does not loosen the error, but the central path and the search for a proof of infeasibility
-    /// take their scale from the largest offsets.
+    /// Largest offset (m/s), not negative, infinite by default. Set it to the largest closing speed that you expect: a far gap does not loosen
+    /// the error, but the central path and the search for a proof of infeasibility take their scale from the largest offset.
     pub reach: T,
 }
 
@@ -51,8 +48,8 @@ impl<T: Real> Gap<T> {
     /// Normal offset `w_N = distance / step` (m/s) over a `step > 0` (s), not below `-recovery` and not above `reach`.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] with what is not as said, or with [`Parameter::Gap`] if the quotient overflows and
-    /// the bound on that side is infinite.
+    /// [`Error::InvalidParameter`] with the argument that is out of range, or with [`Parameter::Gap`] if the quotient overflows and the bound on
+    /// that side is infinite.
     pub fn offset(&self, step: T) -> Result<T, Error> {
         closing_speed(Parameter::Gap, self, Parameter::Step.positive(step))
     }
@@ -80,7 +77,7 @@ pub(super) fn closing_speed<T: Real>(
     })
 }
 
-/// A spring with a damper between what touches, or what a joint row couples: stiffness and relaxation time.
+/// A spring with a damper in a contact or a joint row: stiffness and relaxation time.
 ///
 /// ```
 /// use stiction::Error;
@@ -99,7 +96,7 @@ pub(super) fn closing_speed<T: Real>(
 pub struct Spring<T> {
     /// Stiffness `k > 0` (N/m, N·m/rad). Infinite is rigid.
     pub stiffness: T,
-    /// Relaxation time `τ >= 0` (s): of a damper `k τ`.
+    /// Relaxation time `τ >= 0` (s). The damper is `k τ`.
     pub relaxation: T,
 }
 
@@ -108,14 +105,14 @@ impl<T: Real> Spring<T> {
     /// implicit over the step.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] with what is not as said, or so small that the compliance overflows.
+    /// [`Error::InvalidParameter`] with the argument that is out of range, or so small that the compliance overflows.
     pub fn compliance(&self, step: T) -> Result<T, Error> {
         let stiffness = Parameter::Stiffness.positive_or_infinite(self.stiffness)?;
         let duration = self.duration(step)?;
         reciprocal(step * duration, stiffness, Parameter::Stiffness)
     }
 
-    /// Normal offset `w_N = distance / (h + τ)` (m/s) over a step `h > 0` (s), at most `reach`; `recovery` does not count.
+    /// Normal offset `w_N = distance / (h + τ)` (m/s) over a step `h > 0` (s), at most `reach`. `recovery` has no effect.
     ///
     /// # Errors
     /// As of [`Gap::offset`], and [`Parameter::Relaxation`].
@@ -128,7 +125,7 @@ impl<T: Real> Spring<T> {
         )
     }
 
-    /// The time `h + τ` (s) in which what is compliant closes.
+    /// The time `h + τ` (s) in which a compliant contact closes.
     fn duration(&self, step: T) -> Result<T, Error> {
         let relaxation = Parameter::Relaxation.not_negative(self.relaxation)?;
         Parameter::Relaxation.finite(Parameter::Step.positive(step)? + relaxation)
@@ -158,20 +155,20 @@ pub(super) fn reciprocal<T: Real>(time: T, gain: T, name: Parameter) -> Result<T
 pub struct Restitution<T> {
     /// Coefficient of restitution `e`, 0 to 1.
     pub coefficient: T,
-    /// The speed (m/s) up to which nothing bounces, not negative: lets a contact come to rest. It should exceed `h` times the
+    /// Largest approach speed (m/s) without a bounce, not negative. It lets a contact come to rest, and should exceed `h` times the
     /// acceleration that presses it.
     pub threshold: T,
 }
 
 impl<T: Real> Restitution<T> {
-    /// Normal offset (m/s): `w_N = e u_N⁻` if the contact closes within this step (`gap_offset + approach <= 0`) and approaches
-    /// faster than the threshold; else `gap_offset`. Where both ask for a separation it is the faster one.
+    /// Normal offset (m/s): `w_N = e u_N⁻` if the contact closes within this step (`gap_offset + approach <= 0`) and approaches faster than
+    /// the threshold, else `gap_offset`. If both separate, the faster one.
     ///
     /// - `approach` (m/s): normal velocity `u_N⁻` before the step, negative in approach.
-    /// - `gap_offset` (m/s): what [`Gap::offset`] gave.
+    /// - `gap_offset` (m/s): the result of [`Gap::offset`].
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] with what is not as said, or not finite.
+    /// [`Error::InvalidParameter`] with the argument that is out of range or not finite.
     pub fn offset(&self, approach: T, gap_offset: T) -> Result<T, Error> {
         let approach = Parameter::Approach.finite(approach)?;
         let bounce = Parameter::Restitution.share(self.coefficient)? * approach;
@@ -186,10 +183,10 @@ impl<T: Real> Restitution<T> {
     }
 }
 
-/// Offset of a contact with a moving surface, `w = -R v_s` (m/s); add it to the other offsets.
+/// Offset of a contact with a moving surface, `w = -R v_s` (`D` entries, m/s). Add it to the other offsets.
 ///
-/// The rows of `R` are the contact's normal and tangents in the coordinates of the surface's
-/// velocity `v_s` at the contact. With `R = H_i`, `v_s` is a velocity of the whole system.
+/// `v_s` is the velocity of the surface at the contact. The rows of `R` (`D × K`) are the normal and the tangents of the contact in the
+/// coordinates of `v_s`. With `R = H_i`, `v_s` is a velocity of the whole system.
 ///
 /// ```
 /// # use nalgebra::{matrix, vector};

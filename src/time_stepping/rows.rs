@@ -1,4 +1,4 @@
-//! What joint rows are made of.
+//! Helpers that make joint rows.
 
 use super::Parameter;
 use super::offsets::{Gap, closing_speed, reciprocal};
@@ -7,7 +7,7 @@ use crate::real::Real;
 use crate::scene::{JointRow, RowLaw};
 use nalgebra::SVector;
 
-/// Stop of a joint, `0 <= λ ⟂ row · v + distance / h >= 0`.
+/// The stop of a joint: `0 <= λ ⟂ row · v + distance / h >= 0`.
 ///
 /// ```
 /// use nalgebra::vector;
@@ -22,12 +22,11 @@ use nalgebra::SVector;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointLimit<T> {
-    /// How far the joint is from its stop (rad, m), negative beyond it, infinite if it has none (default 0).
+    /// Distance of the joint from its stop (rad, m), negative beyond it, infinite if it has none (default 0).
     pub distance: T,
-    /// The fastest at which a joint beyond its stop comes back (rad/s, m/s), not negative. At infinity (default) it is back after
-    /// the step.
+    /// Largest speed at which a joint beyond its stop comes back (rad/s, m/s), not negative. With infinity (default) it is back after the step.
     pub recovery: T,
-    /// The largest offset (rad/s, m/s), as of [`Gap::reach`].
+    /// Largest offset (rad/s, m/s), as [`Gap::reach`].
     pub reach: T,
 }
 
@@ -75,7 +74,7 @@ impl<T: Real> JointLimit<T> {
     }
 }
 
-/// Dry friction of a joint: it stands still if its torque is enough, or is slowed down by it.
+/// Dry friction of a joint: its torque holds the joint if it is large enough, and slows it down otherwise.
 ///
 /// ```
 /// use nalgebra::vector;
@@ -97,7 +96,7 @@ impl<T: Real> DryFriction<T> {
     /// The row over a `step > 0` (s).
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] with the torque, if it is negative or not finite or its impulse overflows; or with the step.
+    /// [`Error::InvalidParameter`] with the torque if it is negative or not finite or its impulse overflows, or with the step.
     pub fn row<const N: usize>(
         &self,
         row: SVector<T, N>,
@@ -114,9 +113,10 @@ impl<T: Real> DryFriction<T> {
     }
 }
 
-/// A motor with a position and velocity controller and a torque limit, as one row:
-/// `τ = -k_p (q + h s - q_d) - k_d (s - v_d) + τ_ff` within `± limit`, with `s = row · v` at the end of the
-/// step: implicit, so that stiff gains are stable at any step, and limited exactly.
+/// A motor with a position and velocity controller and a torque limit, as one row.
+///
+/// Its torque is `τ = -k_p (q + h s - q_d) - k_d (s - v_d) + τ_ff` within `± limit`, with `s = row · v` at the end of the step. So stiff gains are
+/// stable at any step, and the limit is exact.
 ///
 /// ```
 /// use nalgebra::vector;
@@ -134,15 +134,15 @@ impl<T: Real> DryFriction<T> {
 pub struct Motor<T> {
     /// Gain `k_p >= 0` of the position (N·m/rad, N/m).
     pub stiffness: T,
-    /// Gain `k_d >= 0` of the velocity (N·m·s/rad, N·s/m). Not 0 together with the other one.
+    /// Gain `k_d >= 0` of the velocity (N·m·s/rad, N·s/m). At least one of the gains is above 0.
     pub damping: T,
-    /// Torque (N·m, N) that is added to what the gains ask for.
+    /// Torque `τ_ff` (N·m, N) added to that of the gains.
     pub feedforward: T,
-    /// Largest torque, not negative (N·m, N). At infinity (default) the row is a [`RowLaw::Equality`].
+    /// Largest torque, not negative (N·m, N). With infinity (default) the row is a [`RowLaw::Equality`].
     pub limit: T,
-    /// `q - q_d` at the beginning of the step (rad, m).
+    /// Position minus wanted position, `q - q_d`, at the beginning of the step (rad, m).
     pub ahead: T,
-    /// The velocity `v_d` (rad/s, m/s).
+    /// Wanted velocity `v_d` (rad/s, m/s).
     pub target: T,
 }
 
@@ -164,8 +164,8 @@ impl<T: Real> Motor<T> {
     /// The row over a `step > 0` (s).
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] with what is negative or not finite (but the limit may be infinite), with [`Parameter::MotorGains`] if both are 0, and if the
-    /// offset or the compliance overflows with what makes it so large.
+    /// [`Error::InvalidParameter`] with the argument that is negative or not finite (the limit may be infinite), with
+    /// [`Parameter::MotorGains`] if both gains are 0, or with the argument that makes the offset or the compliance overflow.
     pub fn row<const N: usize>(
         &self,
         row: SVector<T, N>,
@@ -208,8 +208,7 @@ impl<T: Real> Motor<T> {
     }
 }
 
-/// One row of a loop that is closed, or of a gear: `row · v + drift / h = 0`, so that what has drifted apart is put right
-/// within the step. Redundant rows do no harm.
+/// One row of a closed loop or of a gear: `row · v + drift / h = 0`. It removes the drift within the step. Redundant rows do no harm.
 ///
 /// ```
 /// use nalgebra::vector;
@@ -224,9 +223,9 @@ impl<T: Real> Motor<T> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ClosedLoop<T> {
-    /// What the row is the derivative of (m, rad): 0 while the loop is closed (default).
+    /// Position error of the loop (m, rad), of which the row is the derivative: 0 (default) while the loop is closed.
     pub drift: T,
-    /// The fastest at which it is put right (m/s, rad/s), not negative, infinite by default.
+    /// Largest speed at which the drift is removed (m/s, rad/s), not negative, infinite by default.
     pub recovery: T,
 }
 

@@ -75,7 +75,7 @@ fn judged(file: &MixedFile) -> judge::Scene {
 }
 
 /// The largest of the errors of contacts, joint rows and dynamics, computed with twice the digits of f64. ("Joint rows" in
-/// `src/guide/rows.md` defines them.) Infinite if an impulse is outside of its bounds.
+/// `src/guide/error.md` defines them.) Infinite if an impulse is outside of its bounds.
 pub fn error(file: &MixedFile, v: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
     let r: Vec<_> = r.chunks(file.dim).map(<[f64]>::to_vec).collect();
     judged(file).error(v, &r, lambda)
