@@ -1,4 +1,4 @@
-"""The equations of a step of MuJoCo's models, at states near the one it was taken from."""
+"""What the contact law is asked about in a step of MuJoCo's models, at states near the one where the step begins."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import mujoco
 import numpy as np
 
+from ._law import Bounds, Law, Motion, Terms
 from ._types import Array, Mode
 
 if TYPE_CHECKING:
     from .mujoco import Stepper
 
-STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 _ROW, _DISABLE, _INTEGRATOR = mujoco.mjtConstraint, mujoco.mjtDisableBit, mujoco.mjtIntegrator
-_EQUALITY, _LIMITS = int(_ROW.mjCNSTR_EQUALITY), (int(_ROW.mjCNSTR_LIMIT_JOINT), int(_ROW.mjCNSTR_LIMIT_TENDON))
+_EQUALITY, _OF_DOF = int(_ROW.mjCNSTR_EQUALITY), int(_ROW.mjCNSTR_FRICTION_DOF)
+_LIMITS = (int(_ROW.mjCNSTR_LIMIT_JOINT), int(_ROW.mjCNSTR_LIMIT_TENDON))
 _D = 6  # rows that a contact may have
 
 # As the compiled side has them, over the model's mean size: gaps up to which contacts are listed, overlaps that count as none, and
@@ -25,10 +27,10 @@ _BAND, _SLOP, _DEPTH = 1e-6, 1e-7, 3e-9
 
 
 class Pose(IntEnum):
-    """Where a step looks at its contacts: where it begins, where it would end without them, where it ends."""
+    """Where a step looks at its contacts: where it begins, where a first try without those leads, and where it ends."""
 
     START = 0
-    FREE = 1
+    FIRST = 1
     END = 2
 
 
@@ -46,33 +48,40 @@ class Touch(NamedTuple):
 
 
 class Near:
-    """A step that was taken, with its velocity, contacts and joint rows, and what these are at states near by."""
+    """A step that was taken, and its terms at states near by."""
 
     def __init__(self, stepper: Stepper, data: mujoco.MjData, eps: float) -> None:
         """Take the step of a copy of the data."""
         self.start, self.end, self.eps, self.h = data, copy.copy(data), eps, stepper.model.opt.timestep
         self.size, self.extent = stepper.model.stat.meansize, max(stepper.model.stat.extent, 1.0)
         stepper.step1(self.end)
-        contact = self.end.contact
-        listed = contact.dist - contact.includemargin + (_BAND + _DEPTH) * self.size
+        listed = self.end.contact.dist - self.end.contact.includemargin + _BAND * self.size
         stepper.step2(self.end)
         self.model, self.grown = self._model(stepper.model)
-        self.jnt_margin, self.tendon_margin = stepper.model.jnt_margin, stepper.model.tendon_margin
-        self.scratch, *poses = (mujoco.MjData(self.model) for _ in Pose)
-        self.poses = {Pose.START: self.scratch, Pose.FREE: poses[0], Pose.END: poses[1]}
-        self.state = np.empty(mujoco.mj_stateSize(self.model, STATE))
-        mujoco.mj_getState(stepper.model, data, self.state, STATE)
+        self.limit_margins = stepper.model.jnt_margin, stepper.model.tendon_margin
+        self.poses = {pose: mujoco.MjData(self.model) for pose in Pose}
+        self.state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        mujoco.mj_getState(stepper.model, data, self.state, _STATE)
         self.is_damped = False
-        self.mass, self.impulse, self.act = self._smooth()
-        if self.model.opt.integrator != _INTEGRATOR.mjINT_EULER and np.linalg.eigvalsh(self.mass)[0] <= 0:
-            self.is_damped = True  # the Stepper then takes the damping of joints alone
-            self.mass, self.impulse, self.act = self._smooth()
-        self.v, self.shift = self.end.qvel.copy(), np.zeros(self.model.nv)
-        middle = self.integrated(data.qpos, self.v)
-        mujoco.mj_differentiatePos(self.model, self.shift, self.h, middle, self.end.qpos)
-        self.motion = self.v + self.shift
-        self._take_contacts(listed, np.array(stepper.modes, int))
-        self._take_rows()
+        if self.model.opt.integrator != _INTEGRATOR.mjINT_EULER:
+            self.is_damped = bool(np.linalg.eigvalsh(self._smooth()[0])[0] <= 0)
+        modes = np.array(stepper.modes, int)
+        taken = np.flatnonzero(modes >= 0)
+        self._take(taken)
+        overlaps = [i for i, place in enumerate(taken) if place < len(listed) and listed[place] < -_SLOP * self.size]
+        self.laws = [Law(self.terms, self.bounds, np.array(part, int), stepper.error) for part in (overlaps, range(len(taken)))]
+        self.first = self.laws[0].solved() if (taken >= len(listed)).any() else self.last
+        #: What the position moves by beside the velocity, to take overlaps back.
+        self.shift = np.zeros(self.model.nv)
+        mujoco.mj_differentiatePos(self.model, self.shift, self.h, self.integrated(data.qpos, self.last.v), self.end.qpos)
+        self.ways = {Pose.FIRST: self.first.v, Pose.END: self.last.v + self.shift}
+        for pose, way in self.ways.items():
+            self._lead(pose, data.qpos, way)
+        self.touches = [
+            self._touch(i, int(place), listed[place] + _DEPTH * self.size if place < len(listed) else None)
+            for i, place in enumerate(taken)
+            if modes[place] != Mode.OPEN
+        ]
         self._check(stepper.error)
 
     def _model(self, given: mujoco.MjModel) -> tuple[mujoco.MjModel, float]:
@@ -86,8 +95,7 @@ class Near:
         model.geom_margin[:] += grown / 2
         model.body_margin[:] += grown / 2
         model.pair_margin[:] += grown
-        limits = np.isin(self.end.efc_type, _LIMITS)
-        far = self.end.efc_pos[limits].max(initial=0.0) + grown
+        far = self.end.efc_pos[np.isin(self.end.efc_type, _LIMITS)].max(initial=0.0) + grown
         model.jnt_margin[:] += far
         model.tendon_margin[:] += far
         return model, grown
@@ -100,8 +108,8 @@ class Near:
 
     def _smooth(self, **changed: Array) -> tuple[Array, Array, Array]:
         """The mass matrix with what is implicit in it, the free impulse, and the next activations, of a changed state."""
-        model, data, nv = self.model, self.scratch, self.model.nv
-        mujoco.mj_setState(model, data, self.state, STATE)
+        model, data, nv = self.model, self.poses[Pose.START], self.model.nv
+        mujoco.mj_setState(model, data, self.state, _STATE)
         for name, numbers in changed.items():
             getattr(data, name)[:] = numbers
         mujoco.mj_step1(model, data)
@@ -109,9 +117,8 @@ class Near:
         mujoco.mj_fwdAcceleration(model, data)
         mass, force, velocity = np.zeros((nv, nv)), data.qfrc_smooth.copy(), data.qvel.copy()
         mujoco.mj_fullM(model, data, mass)
-        self.positions = data.qpos.copy()
         is_implicit = model.opt.integrator != _INTEGRATOR.mjINT_EULER
-        (mujoco.mj_implicit if is_implicit else mujoco.mj_Euler)(model, data)  # activations, and qDeriv
+        (mujoco.mj_implicit if is_implicit else mujoco.mj_Euler)(model, data)  # for activations and qDeriv; contacts stay
         if is_implicit and not self.is_damped:
             D = np.zeros((nv, nv))
             D[np.repeat(np.arange(nv), model.D_rownnz), model.D_colind] = data.qDeriv
@@ -120,63 +127,38 @@ class Near:
             mass += self.h * np.diag(model.dof_damping)
         return mass, mass @ velocity + self.h * force, data.act.copy()
 
-    def _take_contacts(self, listed: Array, modes: Array) -> None:
-        """Take the contacts of the step, with the gaps that they had as it began."""
-        end, contact, nv = self.end, self.end.contact, self.model.nv
-        part = np.flatnonzero(modes >= 0)
-        c = len(part)
-        self.H, self.w, self.r = np.zeros((c, _D, nv)), np.zeros((c, _D)), np.zeros((c, _D))
-        self.friction, self.dim, self.gap = np.zeros((c, _D - 1)), contact.dim[part], contact.dist[part]
-        self.mobility = self.model.body_invweight0[self.model.geom_bodyid[contact.geom[part]], 0].sum(axis=1)
-        self.touches: list[Touch] = []
-        self._lead(Pose.FREE, np.linalg.solve(self.mass, self.impulse))
-        self._lead(Pose.END, self.motion)
-        for i, place in enumerate(part):
-            dim, rows = self.dim[i], slice(contact.efc_address[place], contact.efc_address[place] + self.dim[i])
-            self.H[i, :dim], self.r[i, :dim] = end.efc_J.reshape(-1, nv)[rows], self.h * end.efc_force[rows]
-            self.friction[i, : dim - 1] = contact.friction[place, : dim - 1]
-            self.w[i, 1 : min(dim, 4)] = contact.surfacevel[place, : min(dim, 4) - 1]
-            self.w[i, 0] = max(self.gap[i], 0.0) / self.h
-            if modes[place] != Mode.OPEN:
-                is_curved = place < len(listed) and abs(self.gap[i] - listed[place]) > 1e-9 * self.size
-                self.touches.append(self._touch(i, int(place), place >= len(listed), is_curved))
-
-    def _touch(self, i: int, place: int, is_new: bool, is_curved: bool) -> Touch:
-        """See where a contact of the list is, and where its row and its gap are from."""
-        geoms, point = self.end.contact.geom[place].copy(), self.end.contact.pos[place].copy()
-        touch = Touch(i, geoms, int(self.dim[i]), Pose.START, Pose.START, {Pose.START: point})
-        if not is_new and not is_curved:
-            return touch
-        reach = 0.05 * self.size + (self.h * float(np.abs(self.v).max()) * self.extent if is_curved else 0.0)
-        near = {}
-        for pose in (Pose.FREE, Pose.END):
-            found = self._again(pose, touch._replace(points={pose: point}), reach)
-            if found is not None:
-                near[pose] = self.poses[pose].contact.pos[found].copy()
-        if is_curved:
-            near.pop(Pose.FREE, None)
-        if not near:
-            raise _lost(self.model, touch)
-        last = min(near, key=lambda pose: float(np.linalg.norm(near[pose] - point)))
-        return touch._replace(rows=last if is_new else Pose.START, gap=last, points={Pose.START: point, last: near[last]})
-
-    def _take_rows(self) -> None:
-        """Take the joint rows of the step, of limits those that it may reach."""
-        end, h = self.end, self.h
-        J, kind, gap = end.efc_J.reshape(-1, self.model.nv), end.efc_type, self._gaps(end)
-        fastest = np.min([J @ v for v in (self.v, self.start.qvel, np.linalg.solve(self.mass, self.impulse))], axis=0)
-        is_limit = np.isin(kind, _LIMITS)
-        kept = (kind < _LIMITS[0]) | is_limit & ((gap <= 0) | (gap + h * fastest < 0))
-        self.J, self.names, self.row_impulses = J[kept], self._names(end)[kept], h * end.efc_force[kept]
-        self.is_limit, self.row_gap = is_limit[kept], gap[kept]
+    def _take(self, taken: Array) -> None:
+        """Take contacts, joint rows and motion from the end of the step."""
+        end, contact, h = self.end, self.end.contact, self.h
+        (mass, impulse, act), J = self._smooth(), self._constraints(end)
+        H, w, r = np.zeros((len(taken), _D, self.model.nv)), np.zeros((len(taken), _D)), np.zeros((len(taken), _D))
+        friction, dims, self.gap = np.zeros((len(taken), _D - 1)), contact.dim[taken], contact.dist[taken]
+        for i, place in enumerate(taken):
+            dim, first = dims[i], contact.efc_address[place]
+            H[i, :dim], r[i, :dim] = J[first : first + dim], h * end.efc_force[first : first + dim]
+            friction[i, : dim - 1] = contact.friction[place, : dim - 1]
+            w[i, 1 : min(dim, 4)] = contact.surfacevel[place, : min(dim, 4) - 1]
+        w[:, 0] = np.maximum(self.gap, 0.0) / h
+        kind, gap = end.efc_type, self._limit_gaps(end)
+        fastest = np.min([J @ v for v in (end.qvel, self.start.qvel, np.linalg.solve(mass, impulse))], axis=0)
+        limits = np.isin(kind, _LIMITS)
+        kept = (kind < _LIMITS[0]) | limits & ((gap <= 0) | (gap + h * fastest < 0))
+        self.names, self.is_limit, self.row_gap = self._names(end)[kept], limits[kept], gap[kept]
         most = np.where(kind == _EQUALITY, np.inf, h * end.efc_frictionloss)[kept]
-        self.lower, self.upper = np.where(self.is_limit, 0.0, -most), np.where(self.is_limit, np.inf, most)
-        self.offset = np.where(self.is_limit, np.maximum(self.row_gap, 0.0) / h, 0.0)
+        bounds = np.where(self.is_limit, 0.0, -most), np.where(self.is_limit, np.inf, most)
+        mobility = self.model.body_invweight0[self.model.geom_bodyid[contact.geom[taken]], 0].sum(axis=1)
+        self.bounds = Bounds(friction, dims, mobility, *bounds)
+        self.terms = Terms(mass, impulse, H, w, J[kept], np.where(self.is_limit, np.maximum(self.row_gap, 0.0) / h, 0.0), act)
+        self.last = Motion(end.qvel.copy(), r, h * end.efc_force[kept])
 
-    def _gaps(self, data: mujoco.MjData) -> Array:
+    def _constraints(self, data: mujoco.MjData) -> Array:
+        rows: Array = data.efc_J.reshape(-1, self.model.nv)
+        return rows
+
+    def _limit_gaps(self, data: mujoco.MjData) -> Array:
         """What is left up to limits (m, rad), beside numbers of other constraints."""
-        gaps = data.efc_pos.copy()
-        for kind, margin in zip(_LIMITS, (self.jnt_margin, self.tendon_margin), strict=True):
+        gaps: Array = data.efc_pos.copy()
+        for kind, margin in zip(_LIMITS, self.limit_margins, strict=True):
             own = data.efc_type == kind
             gaps[own] -= margin[data.efc_id[own]]
         return gaps
@@ -188,91 +170,102 @@ class Near:
         for i in range(1, data.nefc):
             if kind[i] == kind[i - 1] and own[i] == own[i - 1]:
                 number[i] = number[i - 1] + 1
-        side = data.efc_J.reshape(-1, self.model.nv).sum(axis=1) > 0
+        side = self._constraints(data).sum(axis=1) > 0
         return np.stack([kind, own, np.where(np.isin(kind, _LIMITS), side, number)], axis=1)
 
-    def _check(self, error: float) -> None:
-        """See whether the equations of the step are found again.
+    def _touch(self, i: int, place: int, gap: float | None) -> Touch:
+        """Find where rows and gap of a contact are from, if it had this gap as the step began."""
+        contact = self.end.contact
+        point = contact.pos[place].copy()
+        touch = Touch(i, contact.geom[place].copy(), int(self.bounds.dim[i]), Pose.START, Pose.START, {Pose.START: point})
+        if gap is not None and abs(gap - self.gap[i]) <= 1e-9 * self.size:
+            return touch
+        # Its path has a curve, or it was found on the way.
+        reach = 0.05 * self.size + (0.0 if gap is None else self.h * float(np.abs(self.last.v).max()) * self.extent)
+        near = {}
+        for pose in (Pose.FIRST, Pose.END) if gap is None else (Pose.END,):
+            found = self._again(pose, touch._replace(points={pose: point}), reach)
+            if found is not None:
+                near[pose] = self.poses[pose].contact.pos[found].copy()
+        if not near:
+            raise self._lost(touch)
+        last = min(near, key=lambda pose: float(np.linalg.norm(near[pose] - point)))
+        return touch._replace(rows=last if gap is None else Pose.START, gap=last, points={Pose.START: point, last: near[last]})
 
-        Raises:
-            ValueError: they are not.
-        """
-        found = self.equations(self.motion)
-        known = np.concatenate([np.zeros(self.model.nv), (self.H @ self.v + self.w).ravel(), self.J @ self.v + self.offset])
-        pushes = np.einsum("cdn,cd->cn", np.abs(self.H), np.abs(self.r)).sum(axis=0) + np.abs(self.row_impulses) @ np.abs(self.J)
-        impulse = max(float((np.abs(self.impulse) + pushes).max()), 1e-300)
-        speed = float((np.abs(self.H) @ np.abs(self.v)).max(initial=0.0))
-        off, nv = np.abs(found[: len(known)] - known), self.model.nv
+    def _check(self, error: float) -> None:
+        """Raise a ``ValueError`` if the terms of the step are not found again."""
+        nv, last = self.model.nv, self.last
+        found = last.equations(self.seen(qpos=self.start.qpos))
+        known = last.equations(self.terms)
+        pushes = np.einsum("cdn,cd->n", np.abs(self.terms.H), np.abs(last.r)) + np.abs(last.row_impulses) @ np.abs(self.terms.J)
+        impulse = max(float((np.abs(self.terms.impulse) + pushes).max()), 1e-300)
+        speed = float((np.abs(self.terms.H) @ np.abs(last.v)).max(initial=0.0))
+        off = np.abs(found - known)
+        off[:nv] = np.maximum(off[:nv], np.abs(found[:nv]))
         if off[:nv].max() > (1e-5 + error) * impulse or off[nv:].max(initial=0.0) > 1e-5 * speed + 2 * _SLOP * self.size / self.h:
             raise ValueError("data: the step is not found again, as of a body that moves farther in it than it is thick")
 
-    def _again(self, pose: Pose, touch: Touch, reach: float) -> int | None:
-        """The place of a contact in the list of a pose, if it is there."""
-        contact = self.poses[pose].contact
-        same = np.flatnonzero((contact.geom == touch.geoms).all(axis=1))
-        away = np.linalg.norm(contact.pos[same] - touch.points[pose], axis=1)
-        return int(same[away.argmin()]) if away.min(initial=np.inf) <= reach else None
-
-    def _lead(self, to: Pose, motion: Array) -> None:
-        """Look at the pose at the end of a motion."""
+    def _lead(self, to: Pose, positions: Array, velocity: Array) -> None:
+        """Look at the pose that a velocity leads to."""
         pose = self.poses[to]
-        pose.qpos[:] = self.integrated(self.positions, motion)
+        pose.qpos[:] = self.integrated(positions, velocity)
         pose.mocap_pos[:], pose.mocap_quat[:] = self.start.mocap_pos, self.start.mocap_quat
         mujoco.mj_kinematics(self.model, pose)
         mujoco.mj_comPos(self.model, pose)
         mujoco.mj_collision(self.model, pose)
 
-    def equations(self, motion: Array | None = None, **changed: Array) -> Array:
-        """Momentum, velocities of contacts and of joint rows, and next activations, with the velocity and the impulses of the step.
+    def seen(self, **changed: Array) -> Terms:
+        """The terms of a state of which this is changed: ``qpos``, ``qvel``, ``act``, ``ctrl``.
 
-        Args:
-            motion: where to look for contacts that are told at the end, if not where the step leads.
-            changed: what of the state is not as it was: ``qpos``, ``qvel``, ``act``, ``ctrl``.
+        Poses are as far from a position as in the step; :meth:`seen_from` looks elsewhere.
         """
         mass, impulse, act = self._smooth(**changed)
-        H, w, J, offset = self.H, self.w, self.J, self.offset
-        if motion is not None or "qpos" in changed or self.sees(Pose.FREE):
-            H, w, J, offset = H.copy(), w.copy(), J.copy(), offset.copy()
-            motions = {Pose.START: np.zeros_like(self.v)}
-            motions[Pose.FREE] = np.linalg.solve(mass, impulse) if self.sees(Pose.FREE) else self.v
-            motions[Pose.END] = self.motion if motion is None else motion
-            self._look(H, w, motions)
-            self._look_at_rows(J, offset)
-        momentum = impulse - mass @ self.v + np.einsum("cdn,cd->n", H, self.r) + self.row_impulses @ J
-        return np.concatenate([momentum, (H @ self.v + w).ravel(), J @ self.v + offset, act])
+        terms = self.terms._replace(mass=mass, impulse=impulse, act=act)
+        if "qpos" not in changed:
+            return terms
+        for pose in self.ways:
+            if self.sees(pose):
+                self._lead(pose, changed["qpos"], self.ways[pose])
+        return self._rows_of(terms, self.ways)
+
+    def seen_from(self, pose: Pose, velocity: Array) -> Terms:
+        """The terms where the contacts of a pose are looked at where another velocity leads."""
+        for own, way in (self.ways | {pose: velocity}).items():
+            self._lead(own, self.start.qpos, way)
+        mass, impulse, act = self._smooth()
+        return self._rows_of(self.terms._replace(mass=mass, impulse=impulse, act=act), self.ways | {pose: velocity})
 
     def sees(self, pose: Pose) -> bool:
         """Is a contact seen there?"""
         return any(touch.gap == pose for touch in self.touches)
 
-    def _look(self, H: Array, w: Array, motions: dict[Pose, Array]) -> None:
-        """See rows and velocities of contacts that push."""
-        for pose in (Pose.FREE, Pose.END):
-            if self.sees(pose):
-                self._lead(pose, motions[pose])
+    def _rows_of(self, terms: Terms, ways: dict[Pose, Array]) -> Terms:
+        """Terms with rows and offsets as they are at the poses, of what pushes."""
+        terms = terms._replace(H=terms.H.copy(), w=terms.w.copy(), J=terms.J.copy(), offset=terms.offset.copy())
         for touch in self.touches:
             i, dim, contact = touch.place, touch.dim, self.poses[touch.rows].contact
             places = [self._again(pose, touch, 1e-5 * self.size + 20 * self.eps * self.extent) for pose in (touch.rows, touch.gap)]
             if places[0] is None or places[1] is None:
-                raise _lost(self.model, touch)
-            H[i, :dim] = self._rows(touch, places[0])
-            w[i, 1 : min(dim, 4)] = contact.surfacevel[places[0], : min(dim, 4) - 1]
+                raise self._lost(touch)
+            terms.H[i, :dim] = self._rows(touch, places[0])
+            terms.w[i, 1 : min(dim, 4)] = contact.surfacevel[places[0], : min(dim, 4) - 1]
             contact = self.poses[touch.gap].contact
             gap = contact.dist[places[1]] - contact.includemargin[places[1]] + self.grown + _DEPTH * self.size
-            w[i, 0] = self._closing(gap - self.h * H[i, 0] @ motions[touch.gap], self.gap[i])
-
-    def _look_at_rows(self, J: Array, offset: Array) -> None:
-        """See joint rows that may push."""
-        names, gaps, rows = self._names(self.scratch), self._gaps(self.scratch), self.scratch.efc_J.reshape(-1, self.model.nv)
-        for j, name in enumerate(self.names):
-            if self.is_limit[j] and self.row_impulses[j] == 0.0:
-                continue
-            found = np.flatnonzero((names == name).all(axis=1))
+            if touch.gap != Pose.START:
+                gap -= self.h * float(terms.H[i, 0] @ ways[touch.gap])
+            terms.w[i, 0] = self._closing(gap, self.gap[i])
+        moving = np.flatnonzero(np.where(self.is_limit, self.last.row_impulses != 0, self.names[:, 0] != _OF_DOF))
+        if len(moving):
+            data = self.poses[Pose.START]
+            names, gaps, rows = self._names(data), self._limit_gaps(data), self._constraints(data)
+        for j in moving:
+            found = np.flatnonzero((names == self.names[j]).all(axis=1))
             if not len(found):
                 raise ValueError("data: a limit or an equality ends as things move by eps")
-            J[j] = rows[found[0]]
+            terms.J[j] = rows[found[0]]
             if self.is_limit[j]:
-                offset[j] = self._closing(gaps[found[0]], self.row_gap[j])
+                terms.offset[j] = self._closing(gaps[found[0]], self.row_gap[j])
+        return terms
 
     def _rows(self, touch: Touch, place: int) -> Array:
         """The Jacobian of a contact, along and about the axes of its frame."""
@@ -285,11 +278,17 @@ class Near:
         rows: Array = (sides[1] - sides[0])[: touch.dim]
         return rows
 
+    def _again(self, pose: Pose, touch: Touch, reach: float) -> int | None:
+        """The place of a contact in the list of a pose, if it is there."""
+        contact = self.poses[pose].contact
+        same = np.flatnonzero((contact.geom == touch.geoms).all(axis=1))
+        away = np.linalg.norm(contact.pos[same] - touch.points[pose], axis=1)
+        return int(same[away.argmin()]) if away.min(initial=np.inf) <= reach else None
+
     def _closing(self, gap: float, now: float) -> float:
         """The velocity that closes a gap in the step: of an overlap none. What rests is at the end of its gap."""
         return gap / self.h if now >= -_SLOP * self.size else 0.0
 
-
-def _lost(model: mujoco.MjModel, touch: Touch) -> ValueError:
-    pair = " and ".join(repr(model.geom(geom).name or int(geom)) for geom in touch.geoms)
-    return ValueError(f"data: the contact of geoms {pair} jumps, or ends, as things move by eps")
+    def _lost(self, touch: Touch) -> ValueError:
+        pair = " and ".join(repr(self.model.geom(geom).name or int(geom)) for geom in touch.geoms)
+        return ValueError(f"data: the contact of geoms {pair} jumps, or ends, as things move by eps")

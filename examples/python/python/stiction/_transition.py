@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
 
-from . import _arrays
-from ._batch import BatchSolution
-from ._derivative import Facts, RowChange, SolutionChange
+from ._derivative import Facts
 from ._near import Near, Pose
-from ._types import Array, Rows
+from ._types import Array
 
 if TYPE_CHECKING:
     from .mujoco import Stepper
-
-_LEVER = 1e-5  # as the compiled side has it: a normal is held by this share of what moves its bodies when they are free
 
 
 class Derivatives(NamedTuple):
@@ -40,122 +35,63 @@ def derivatives(stepper: Stepper, data: mujoco.MjData, eps: float, tol: float) -
     near = Near(stepper, data, eps)
     if before != (stepper.fallbacks, stepper.contradictions, stepper.crowded) or not stepper.error <= tol:
         raise ValueError("data: the step has no exact solution, or none is found")
-    law = _Law(near, tol)
+    nv = near.model.nv
+    first, last = near.laws
     changes = _changes(near)
-    by = law.velocity(changes)
-    if near.sees(Pose.END):  # which moves with the velocity itself
-        late = [(near.equations(near.motion + step) - near.equations(near.motion - step)) / (2 * eps) for step in _steps(near)]
-        by = by @ np.linalg.inv(np.eye(near.model.nv) - law.velocity(np.array(late)))
-    both = np.concatenate([_positions(near, by), by, changes[:, changes.shape[1] - near.model.na :]], axis=1).T
-    states = 2 * near.model.nv + near.model.na
-    return Derivatives(both[:, :states].copy(), both[:, states:].copy(), law.facts)
+    by = last.velocity(near.last, changes[1])
+    if near.sees(Pose.FIRST):
+        by = by + first.velocity(near.first, changes[0]) @ _by_way(near, Pose.FIRST)
+    if near.sees(Pose.END):
+        by = by @ np.linalg.inv(np.eye(nv) - _by_way(near, Pose.END))
+    activations = changes[1][:, changes[1].shape[1] - near.model.na :]
+    both = np.concatenate([_positions(near, by), by, activations], axis=1).T
+    states = 2 * nv + near.model.na
+    return Derivatives(both[:, :states].copy(), both[:, states:].copy(), last.facts)
 
 
-def _steps(near: Near) -> Array:
-    return near.eps * np.eye(near.model.nv)
-
-
-def _changes(near: Near) -> Array:
-    """Derivatives of the equations by position, velocity, activation and control, by differences: a line for each."""
+def _changes(near: Near) -> tuple[Array, Array]:
+    """How the equations of the first motion and of the last move with state and controls: a line for each of these."""
     model, start, eps = near.model, near.start, near.eps
-    lines = []
-    for step in _steps(near):
-        ends = [near.equations(qpos=near.integrated(start.qpos, sign * step, 1.0)) for sign in (1, -1)]
-        lines.append((ends[0] - ends[1]) / (2 * eps))
+    lines: tuple[list[Array], list[Array]] = ([], [])
+
+    def add(name: str, ends: tuple[Array, Array], between: float) -> None:
+        plus, minus = (near.seen(**{name: end}) for end in ends)
+        for line, motion in zip(lines, (near.first, near.last), strict=True):
+            line.append((motion.equations(plus) - motion.equations(minus)) / between)
+
+    for turn in np.eye(model.nv):
+        add("qpos", (near.integrated(start.qpos, turn, eps), near.integrated(start.qpos, turn, -eps)), 2 * eps)
     for name in ("qvel", "act", "ctrl"):
         before: Array = getattr(start, name)
+        low, high = np.full((2, len(before)), [[-np.inf], [np.inf]])
+        if name == "ctrl":  # which MuJoCo holds in its range
+            is_limited = model.actuator_ctrllimited.astype(bool)
+            low[is_limited], high[is_limited] = model.actuator_ctrlrange[is_limited].T
         for i in range(len(before)):
-            # A control is not moved out of its range, in which MuJoCo holds it.
-            low, high = model.actuator_ctrlrange[i] if name == "ctrl" and model.actuator_ctrllimited[i] else (-np.inf, np.inf)
-            ends, places = [], []
-            for sign in (1, -1):
-                moved = before.copy()
-                moved[i] += sign * eps if low <= before[i] + sign * eps <= high else 0.0
-                places.append(moved[i])
-                ends.append(near.equations(**{name: moved}))
-            between = places[0] - places[1]
-            lines.append((ends[0] - ends[1]) / between if between else 0.0 * ends[0])
-    return np.array(lines)
+            plus, minus = before.copy(), before.copy()
+            plus[i], minus[i] = (np.clip(before[i] + step, low[i], high[i]) for step in (eps, -eps))
+            add(name, (plus, minus), max(plus[i] - minus[i], eps))
+    return np.array(lines[0]), np.array(lines[1])
+
+
+def _by_way(near: Near, pose: Pose) -> Array:
+    """How the velocity moves with the one that leads to a pose, by the contacts that are seen there."""
+    lines = []
+    for step in near.eps * np.eye(near.model.nv):
+        plus, minus = (near.last.equations(near.seen_from(pose, near.ways[pose] + sign * step)) for sign in (1, -1))
+        lines.append((plus - minus) / (2 * near.eps))
+    return near.laws[1].velocity(near.last, np.array(lines))
 
 
 def _positions(near: Near, by: Array) -> Array:
-    """How positions at the end move, in their tangent space, with velocities that move by these lines."""
-    model, start, eps, nv = near.model, near.start, near.eps, near.model.nv
-    moved = np.zeros_like(by)
-    for i, line in enumerate(by):
-        for sign in (1, -1):
-            position = start.qpos if i >= nv else near.integrated(start.qpos, sign * _steps(near)[i], 1.0)
-            position = near.integrated(near.integrated(position, near.v + sign * eps * line), near.shift)
+    """How positions at the end move, in their tangent space, where velocities move by these lines."""
+    start, eps, nv = near.start, near.eps, near.model.nv
+    moved, turns = np.zeros_like(by), np.zeros_like(by)
+    turns[:nv] = np.eye(nv)
+    for own, line, turn in zip(moved, by, turns, strict=True):
+        for sign in (eps, -eps):
+            position = near.integrated(near.integrated(start.qpos, turn, sign), near.last.v + sign * line)
             difference = np.zeros(nv)
-            mujoco.mj_differentiatePos(model, difference, 1.0, near.end.qpos, position)
-            moved[i] += sign * difference / (2 * eps)
+            mujoco.mj_differentiatePos(near.model, difference, 2 * sign, near.end.qpos, near.integrated(position, near.shift))
+            own += difference
     return moved
-
-
-class _Law:
-    """The contact law of a step, by islands of what touches."""
-
-    def __init__(self, near: Near, tol: float) -> None:
-        self.near, self.settings = near, (tol, 1000, False)
-        self.facts = Facts(np.array(np.inf), np.array(True), np.array(True))
-
-    def velocity(self, changes: Array) -> Array:
-        """How the velocity moves where the equations move by these lines."""
-        near, (c, d, nv) = self.near, self.near.H.shape
-        p, u, s, _ = np.split(changes, np.cumsum([nv, c * d, len(near.J)]), axis=1)
-        p = p.copy()
-        for dofs, contacts, rows in _islands(near):
-            told = self._told(dofs, contacts, rows, (p[:, dofs], u.reshape(-1, c, d)[:, contacts], s[:, rows]))
-            p += np.einsum("cdn,bcd->bn", near.H[contacts, : told.r.shape[2]], told.r) + told.row_impulses @ near.J[rows]
-            margin, *unique = (own[0] for own in vars(told.facts).values())
-            self.facts = Facts(
-                np.minimum(self.facts.margin, margin),
-                self.facts.has_unique_impulses & unique[0],
-                self.facts.has_unique_velocity & unique[1],
-            )
-        by: Array = np.linalg.solve(near.mass, p.T).T
-        return by
-
-    def _told(self, dofs: Array, contacts: Array, rows: Array, changes: tuple[Array, Array, Array]) -> SolutionChange:
-        """How the impulses of an island move, with the momentum, the velocities of contacts and those of rows."""
-        near, (p, u, s) = self.near, changes
-        d = 3 if (near.dim[contacts] <= 3).all() else near.H.shape[1]
-        mass, H, friction = near.mass[np.ix_(dofs, dofs)], near.H[contacts, :d][:, :, dofs], near.friction[contacts, : d - 1]
-        is_shaped = d > 3 or (friction[:, 0] != friction[:, 1]).any()
-        response = np.einsum("cn,nc->c", H[:, 0], np.linalg.solve(mass, H[:, 0].T))
-        lever = np.maximum(_LEVER * near.mobility[contacts] - response, 0.0)
-        compliance = np.stack([lever, 0 * lever], axis=1)[None] if lever.any() else None
-        joint = Rows(near.J[None, rows][..., dofs], near.offset[None, rows], near.lower[None, rows], near.upper[None, rows])
-        scene = _arrays.scene(
-            (mass[None], H[None], near.impulse[None, dofs]),
-            near.w[None, contacts, :d],
-            friction[None] if is_shaped else friction[None, :, 0],
-            compliance,
-            None,
-            joint if len(rows) else None,
-            _arrays.DOUBLE,
-            lead=1,
-        )
-        found = BatchSolution.empty(len(p), len(dofs), len(contacts), d, len(rows))
-        found.v[:], found.r[:], found.row_impulses[:] = near.v[dofs], near.r[contacts, :d], near.row_impulses[rows]
-        object.__setattr__(found, "_solved", (scene, self.settings))
-        return found.jvp(free_impulse=p, w=u[:, :, :d], rows=RowChange(offset=s))
-
-
-def _islands(near: Near) -> Iterator[tuple[Array, Array, Array]]:
-    """Velocities, contacts and joint rows that move each other, as places in the lists."""
-    c, nv = len(near.H), near.model.nv
-    touched = np.concatenate([(near.H != 0).any(axis=1), near.J != 0])
-    joined = near.mass != 0
-    for row in touched:
-        joined |= np.outer(row, row)
-    island = np.arange(nv)
-    while True:
-        least = np.where(joined, island, nv).min(axis=1)
-        if np.array_equal(least, island):
-            break
-        island = least
-    of_row = np.where(touched, island, nv).min(axis=1, initial=nv)
-    for first in np.unique(of_row[of_row < nv]):
-        own = np.flatnonzero(of_row == first)
-        yield np.flatnonzero(island == first), own[own < c], own[own >= c] - c

@@ -119,7 +119,7 @@ class Stepper:
         self._count(self._own.step2(data._address, self._settings))
 
     def derivatives(self, data: mujoco.MjData, *, eps: float = 1e-6) -> Derivatives:
-        """Tell how the state after a step moves with the state and the controls before it; ``data`` and the counts stay as they are.
+        """Tell how the state after a step moves with the state and the controls before it. ``data`` stays as it is.
 
         Args:
             data: where the step would begin.
