@@ -40,11 +40,9 @@ class Touch(NamedTuple):
     place: int
     geoms: Array
     dim: int
-    #: Where its rows are seen, and where its gap.
-    rows: Pose
-    gap: Pose
-    #: Where it is, at each of these.
-    points: dict[Pose, Array]
+    #: Where its rows and its gap are seen, and where it is there.
+    pose: Pose
+    point: Array
 
 
 class Near:
@@ -78,7 +76,7 @@ class Near:
         for pose, way in self.ways.items():
             self._lead(pose, data.qpos, way)
         self.touches = [
-            self._touch(i, int(place), listed[place] + _DEPTH * self.size if place < len(listed) else None)
+            self._touch(i, int(place), bool(place >= len(listed)))
             for i, place in enumerate(taken)
             if modes[place] != Mode.OPEN
         ]
@@ -173,24 +171,22 @@ class Near:
         side = self._constraints(data).sum(axis=1) > 0
         return np.stack([kind, own, np.where(np.isin(kind, _LIMITS), side, number)], axis=1)
 
-    def _touch(self, i: int, place: int, gap: float | None) -> Touch:
-        """Find where rows and gap of a contact are from, if it had this gap as the step began."""
+    def _touch(self, i: int, place: int, is_new: bool) -> Touch:
+        """Find where a contact is seen."""
         contact = self.end.contact
         point = contact.pos[place].copy()
-        touch = Touch(i, contact.geom[place].copy(), int(self.bounds.dim[i]), Pose.START, Pose.START, {Pose.START: point})
-        if gap is not None and abs(gap - self.gap[i]) <= 1e-9 * self.size:
+        touch = Touch(i, contact.geom[place].copy(), int(self.bounds.dim[i]), Pose.START, point)
+        if not is_new:
             return touch
-        # Its path has a curve, or it was found on the way.
-        reach = 0.05 * self.size + (0.0 if gap is None else self.h * float(np.abs(self.last.v).max()) * self.extent)
         near = {}
-        for pose in (Pose.FIRST, Pose.END) if gap is None else (Pose.END,):
-            found = self._again(pose, touch._replace(points={pose: point}), reach)
+        for pose in (Pose.FIRST, Pose.END):
+            found = self._again(touch._replace(pose=pose), 0.05 * self.size)
             if found is not None:
                 near[pose] = self.poses[pose].contact.pos[found].copy()
         if not near:
             raise self._lost(touch)
-        last = min(near, key=lambda pose: float(np.linalg.norm(near[pose] - point)))
-        return touch._replace(rows=last if gap is None else Pose.START, gap=last, points={Pose.START: point, last: near[last]})
+        pose = min(near, key=lambda pose: float(np.linalg.norm(near[pose] - point)))
+        return touch._replace(pose=pose, point=near[pose])
 
     def _check(self, error: float) -> None:
         """Raise a ``ValueError`` if the terms of the step are not found again."""
@@ -237,22 +233,21 @@ class Near:
 
     def sees(self, pose: Pose) -> bool:
         """Is a contact seen there?"""
-        return any(touch.gap == pose for touch in self.touches)
+        return any(touch.pose == pose for touch in self.touches)
 
     def _rows_of(self, terms: Terms, ways: dict[Pose, Array]) -> Terms:
         """Terms with rows and offsets as they are at the poses, of what pushes."""
         terms = terms._replace(H=terms.H.copy(), w=terms.w.copy(), J=terms.J.copy(), offset=terms.offset.copy())
         for touch in self.touches:
-            i, dim, contact = touch.place, touch.dim, self.poses[touch.rows].contact
-            places = [self._again(pose, touch, 1e-5 * self.size + 20 * self.eps * self.extent) for pose in (touch.rows, touch.gap)]
-            if places[0] is None or places[1] is None:
+            i, dim, contact = touch.place, touch.dim, self.poses[touch.pose].contact
+            place = self._again(touch, 1e-5 * self.size + 20 * self.eps * self.extent)
+            if place is None:
                 raise self._lost(touch)
-            terms.H[i, :dim] = self._rows(touch, places[0])
-            terms.w[i, 1 : min(dim, 4)] = contact.surfacevel[places[0], : min(dim, 4) - 1]
-            contact = self.poses[touch.gap].contact
-            gap = contact.dist[places[1]] - contact.includemargin[places[1]] + self.grown + _DEPTH * self.size
-            if touch.gap != Pose.START:
-                gap -= self.h * float(terms.H[i, 0] @ ways[touch.gap])
+            terms.H[i, :dim] = self._rows(touch, place)
+            terms.w[i, 1 : min(dim, 4)] = contact.surfacevel[place, : min(dim, 4) - 1]
+            gap = contact.dist[place] - contact.includemargin[place] + self.grown + _DEPTH * self.size
+            if touch.pose != Pose.START:
+                gap -= self.h * float(terms.H[i, 0] @ ways[touch.pose])
             terms.w[i, 0] = self._closing(gap, self.gap[i])
         moving = np.flatnonzero(np.where(self.is_limit, self.last.row_impulses != 0, self.names[:, 0] != _OF_DOF))
         if len(moving):
@@ -269,7 +264,7 @@ class Near:
 
     def _rows(self, touch: Touch, place: int) -> Array:
         """The Jacobian of a contact, along and about the axes of its frame."""
-        data, nv, sides = self.poses[touch.rows], self.model.nv, []
+        data, nv, sides = self.poses[touch.pose], self.model.nv, []
         frame, point = data.contact.frame[place].reshape(3, 3), data.contact.pos[place]
         for body in self.model.geom_bodyid[touch.geoms]:
             along, about = np.zeros((3, nv)), np.zeros((3, nv))
@@ -278,11 +273,11 @@ class Near:
         rows: Array = (sides[1] - sides[0])[: touch.dim]
         return rows
 
-    def _again(self, pose: Pose, touch: Touch, reach: float) -> int | None:
-        """The place of a contact in the list of a pose, if it is there."""
-        contact = self.poses[pose].contact
+    def _again(self, touch: Touch, reach: float) -> int | None:
+        """The place of a contact in the list of its pose, if it is there."""
+        contact = self.poses[touch.pose].contact
         same = np.flatnonzero((contact.geom == touch.geoms).all(axis=1))
-        away = np.linalg.norm(contact.pos[same] - touch.points[pose], axis=1)
+        away = np.linalg.norm(contact.pos[same] - touch.point, axis=1)
         return int(same[away.argmin()]) if away.min(initial=np.inf) <= reach else None
 
     def _closing(self, gap: float, now: float) -> float:
