@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
@@ -24,14 +23,10 @@ _D = 6  # rows that a contact may have
 # As the compiled side has them, over the model's mean size: gaps up to which contacts are listed, overlaps that count as none, and
 # how deep lies what rests.
 _BAND, _SLOP, _DEPTH = 1e-6, 1e-7, 3e-9
+_SAME = 1e-6  # up to which terms are those of the step
 
 
-class Pose(IntEnum):
-    """Where a step looks at its contacts: where it begins, where a first try without those leads, and where it ends."""
-
-    START = 0
-    FIRST = 1
-    END = 2
+_TRIES = 5  # after which a step takes no contact anew
 
 
 class Touch(NamedTuple):
@@ -40,9 +35,19 @@ class Touch(NamedTuple):
     place: int
     geoms: Array
     dim: int
-    #: Where its rows and its gap are seen, and where it is there.
-    pose: Pose
     point: Array
+    #: Is it seen where a try has led, and not where the step begins?
+    is_new: bool
+
+
+class Try(NamedTuple):
+    """A solve of a step, which solves again with what it has found where the last try led to."""
+
+    law: Law
+    motion: Motion
+    touches: list[Touch]
+    #: The velocity that leads to where the new ones are seen; ``None`` of the first try, which has none.
+    way: Array | None
 
 
 class Near:
@@ -57,7 +62,7 @@ class Near:
         stepper.step2(self.end)
         self.model, self.grown = self._model(stepper.model)
         self.limit_margins = stepper.model.jnt_margin, stepper.model.tendon_margin
-        self.poses = {pose: mujoco.MjData(self.model) for pose in Pose}
+        self.scratch, self.late = mujoco.MjData(self.model), mujoco.MjData(self.model)
         self.state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
         mujoco.mj_getState(stepper.model, data, self.state, _STATE)
         self.is_damped = False
@@ -66,21 +71,38 @@ class Near:
         modes = np.array(stepper.modes, int)
         taken = np.flatnonzero(modes >= 0)
         self._take(taken)
-        overlaps = [i for i, place in enumerate(taken) if place < len(listed) and listed[place] < -_SLOP * self.size]
-        self.laws = [Law(self.terms, self.bounds, np.array(part, int), stepper.error) for part in (overlaps, range(len(taken)))]
-        self.first = self.laws[0].solved() if (taken >= len(listed)).any() else self.last
         #: What the position moves by beside the velocity, to take overlaps back.
         self.shift = np.zeros(self.model.nv)
         mujoco.mj_differentiatePos(self.model, self.shift, self.h, self.integrated(data.qpos, self.last.v), self.end.qpos)
-        self.ways = {Pose.FIRST: self.first.v, Pose.END: self.last.v + self.shift}
-        for pose, way in self.ways.items():
-            self._lead(pose, data.qpos, way)
-        self.touches = [
-            self._touch(i, int(place), bool(place >= len(listed)))
+        contact = self.end.contact
+        touches = [
+            Touch(i, contact.geom[place].copy(), int(contact.dim[place]), contact.pos[place].copy(), bool(place >= len(listed)))
             for i, place in enumerate(taken)
             if modes[place] != Mode.OPEN
         ]
-        self._check(stepper.error)
+        overlaps = [i for i, place in enumerate(taken) if place < len(listed) and listed[place] < -_SLOP * self.size]
+        self.tries = self._tried(touches, np.array(overlaps, int), stepper.error)
+
+    def _tried(self, touches: list[Touch], overlaps: Array, error: float) -> list[Try]:
+        """What the step has tried, of which the last is the step itself."""
+        law, way = Law(self.terms, self.bounds, np.arange(len(self.gap)), error), None
+        tries: list[Try] = []
+        if any(touch.is_new for touch in touches):
+            first = Law(self.terms, self.bounds, overlaps, error)
+            tries.append(Try(first, first.solved(), [touch for touch in touches if not touch.is_new], None))
+        while len(tries) <= _TRIES:
+            if tries:
+                way = tries[-1].motion.v
+                self._lead(self.start.qpos, way)
+                touches = [self._nearest(touch) if touch.is_new else touch for touch in touches]
+            terms = self.seen(touches, way, qpos=self.start.qpos)
+            if self._is_it(terms, error):
+                return [*tries, Try(law, self.last, touches, way)]
+            if not tries:
+                break
+            other = Law(terms, self.bounds, np.arange(len(self.gap)), error)
+            tries.append(Try(other, other.solved(), touches, way))
+        raise _lost("contacts of the step")
 
     def _model(self, given: mujoco.MjModel) -> tuple[mujoco.MjModel, float]:
         """A model that lists what is near as well, with the Stepper's options; by how much more (m)."""
@@ -106,7 +128,7 @@ class Near:
 
     def _smooth(self, **changed: Array) -> tuple[Array, Array, Array]:
         """The mass matrix with what is implicit in it, the free impulse, and the next activations, of a changed state."""
-        model, data, nv = self.model, self.poses[Pose.START], self.model.nv
+        model, data, nv = self.model, self.scratch, self.model.nv
         mujoco.mj_setState(model, data, self.state, _STATE)
         for name, numbers in changed.items():
             getattr(data, name)[:] = numbers
@@ -171,92 +193,64 @@ class Near:
         side = self._constraints(data).sum(axis=1) > 0
         return np.stack([kind, own, np.where(np.isin(kind, _LIMITS), side, number)], axis=1)
 
-    def _touch(self, i: int, place: int, is_new: bool) -> Touch:
-        """Find where a contact is seen."""
-        contact = self.end.contact
-        point = contact.pos[place].copy()
-        touch = Touch(i, contact.geom[place].copy(), int(self.bounds.dim[i]), Pose.START, point)
-        if not is_new:
-            return touch
-        near = {}
-        for pose in (Pose.FIRST, Pose.END):
-            found = self._again(touch._replace(pose=pose), 0.05 * self.size)
-            if found is not None:
-                near[pose] = self.poses[pose].contact.pos[found].copy()
-        if not near:
-            raise self._lost(touch)
-        pose = min(near, key=lambda pose: float(np.linalg.norm(near[pose] - point)))
-        return touch._replace(pose=pose, point=near[pose])
-
-    def _check(self, error: float) -> None:
-        """Raise a ``ValueError`` if the terms of the step are not found again."""
+    def _is_it(self, terms: Terms, error: float) -> bool:
+        """Are these the terms of the step?"""
         nv, last = self.model.nv, self.last
-        found = last.equations(self.seen(qpos=self.start.qpos))
-        known = last.equations(self.terms)
+        found, known = last.equations(terms), last.equations(self.terms)
+        known[:nv] = 0.0
         pushes = np.einsum("cdn,cd->n", np.abs(self.terms.H), np.abs(last.r)) + np.abs(last.row_impulses) @ np.abs(self.terms.J)
         impulse = max(float((np.abs(self.terms.impulse) + pushes).max()), 1e-300)
         speed = float((np.abs(self.terms.H) @ np.abs(last.v)).max(initial=0.0))
-        off = np.abs(found - known)
-        off[:nv] = np.maximum(off[:nv], np.abs(found[:nv]))
-        if off[:nv].max() > (1e-5 + error) * impulse or off[nv:].max(initial=0.0) > 1e-5 * speed + 2 * _SLOP * self.size / self.h:
-            raise ValueError("data: the step is not found again, as of a body that moves farther in it than it is thick")
+        (off, known_speed), size = np.split(np.abs(found - known), [nv]), _SAME * (speed + self.size / self.h)
+        return bool(off.max() <= (_SAME + error) * impulse and known_speed.max(initial=0.0) <= size)
 
-    def _lead(self, to: Pose, positions: Array, velocity: Array) -> None:
+    def _nearest(self, touch: Touch) -> Touch:
+        """A new contact where it is now."""
+        place = self._again(touch, 0.05 * self.size)
+        return touch._replace(point=self.late.contact.pos[place].copy())
+
+    def _lead(self, positions: Array, velocity: Array) -> None:
         """Look at the pose that a velocity leads to."""
-        pose = self.poses[to]
-        pose.qpos[:] = self.integrated(positions, velocity)
-        pose.mocap_pos[:], pose.mocap_quat[:] = self.start.mocap_pos, self.start.mocap_quat
-        mujoco.mj_kinematics(self.model, pose)
-        mujoco.mj_comPos(self.model, pose)
-        mujoco.mj_collision(self.model, pose)
+        late = self.late
+        late.qpos[:] = self.integrated(positions, velocity)
+        late.mocap_pos[:], late.mocap_quat[:] = self.start.mocap_pos, self.start.mocap_quat
+        mujoco.mj_kinematics(self.model, late)
+        mujoco.mj_comPos(self.model, late)
+        mujoco.mj_collision(self.model, late)
 
-    def seen(self, **changed: Array) -> Terms:
+    def seen(self, touches: list[Touch], way: Array | None, **changed: Array) -> Terms:
         """The terms of a state of which this is changed: ``qpos``, ``qvel``, ``act``, ``ctrl``.
 
-        Poses are as far from a position as in the step; :meth:`seen_from` looks elsewhere.
+        Of contacts these are looked at, new ones where the velocity ``way`` leads to.
         """
         mass, impulse, act = self._smooth(**changed)
         terms = self.terms._replace(mass=mass, impulse=impulse, act=act)
         if "qpos" not in changed:
             return terms
-        for pose in self.ways:
-            if self.sees(pose):
-                self._lead(pose, changed["qpos"], self.ways[pose])
-        return self._rows_of(terms, self.ways)
+        if way is not None:
+            self._lead(changed["qpos"], way)
+        return self._rows_of(terms, touches, way)
 
-    def seen_from(self, pose: Pose, velocity: Array) -> Terms:
-        """The terms where the contacts of a pose are looked at where another velocity leads."""
-        for own, way in (self.ways | {pose: velocity}).items():
-            self._lead(own, self.start.qpos, way)
-        mass, impulse, act = self._smooth()
-        return self._rows_of(self.terms._replace(mass=mass, impulse=impulse, act=act), self.ways | {pose: velocity})
-
-    def sees(self, pose: Pose) -> bool:
-        """Is a contact seen there?"""
-        return any(touch.pose == pose for touch in self.touches)
-
-    def _rows_of(self, terms: Terms, ways: dict[Pose, Array]) -> Terms:
+    def _rows_of(self, terms: Terms, touches: list[Touch], way: Array | None) -> Terms:
         """Terms with rows and offsets as they are at the poses, of what pushes."""
         terms = terms._replace(H=terms.H.copy(), w=terms.w.copy(), J=terms.J.copy(), offset=terms.offset.copy())
-        for touch in self.touches:
-            i, dim, contact = touch.place, touch.dim, self.poses[touch.pose].contact
+        for touch in touches:
+            i, dim, contact = touch.place, touch.dim, self._data(touch).contact
             place = self._again(touch, 1e-5 * self.size + 20 * self.eps * self.extent)
-            if place is None:
-                raise self._lost(touch)
             terms.H[i, :dim] = self._rows(touch, place)
             terms.w[i, 1 : min(dim, 4)] = contact.surfacevel[place, : min(dim, 4) - 1]
             gap = contact.dist[place] - contact.includemargin[place] + self.grown + _DEPTH * self.size
-            if touch.pose != Pose.START:
-                gap -= self.h * float(terms.H[i, 0] @ ways[touch.pose])
+            if touch.is_new:
+                gap -= self.h * float(terms.H[i, 0] @ way)
             terms.w[i, 0] = self._closing(gap, self.gap[i])
         moving = np.flatnonzero(np.where(self.is_limit, self.last.row_impulses != 0, self.names[:, 0] != _OF_DOF))
         if len(moving):
-            data = self.poses[Pose.START]
+            data = self.scratch
             names, gaps, rows = self._names(data), self._limit_gaps(data), self._constraints(data)
         for j in moving:
             found = np.flatnonzero((names == self.names[j]).all(axis=1))
             if not len(found):
-                raise ValueError("data: a limit or an equality ends as things move by eps")
+                raise _lost("a limit or an equality")
             terms.J[j] = rows[found[0]]
             if self.is_limit[j]:
                 terms.offset[j] = self._closing(gaps[found[0]], self.row_gap[j])
@@ -264,7 +258,7 @@ class Near:
 
     def _rows(self, touch: Touch, place: int) -> Array:
         """The Jacobian of a contact, along and about the axes of its frame."""
-        data, nv, sides = self.poses[touch.pose], self.model.nv, []
+        data, nv, sides = self._data(touch), self.model.nv, []
         frame, point = data.contact.frame[place].reshape(3, 3), data.contact.pos[place]
         for body in self.model.geom_bodyid[touch.geoms]:
             along, about = np.zeros((3, nv)), np.zeros((3, nv))
@@ -273,17 +267,23 @@ class Near:
         rows: Array = (sides[1] - sides[0])[: touch.dim]
         return rows
 
-    def _again(self, touch: Touch, reach: float) -> int | None:
-        """The place of a contact in the list of its pose, if it is there."""
-        contact = self.poses[touch.pose].contact
+    def _data(self, touch: Touch) -> mujoco.MjData:
+        return self.late if touch.is_new else self.scratch
+
+    def _again(self, touch: Touch, reach: float) -> int:
+        """The place of a contact in the list where it is seen."""
+        contact = self._data(touch).contact
         same = np.flatnonzero((contact.geom == touch.geoms).all(axis=1))
         away = np.linalg.norm(contact.pos[same] - touch.point, axis=1)
-        return int(same[away.argmin()]) if away.min(initial=np.inf) <= reach else None
+        if not away.min(initial=np.inf) <= reach:
+            one, other = (repr(self.model.geom(geom).name or int(geom)) for geom in touch.geoms)
+            raise _lost(f"the contact of geoms {one} and {other}")
+        return int(same[away.argmin()])
 
     def _closing(self, gap: float, now: float) -> float:
         """The velocity that closes a gap in the step: of an overlap none. What rests is at the end of its gap."""
         return gap / self.h if now >= -_SLOP * self.size else 0.0
 
-    def _lost(self, touch: Touch) -> ValueError:
-        pair = " and ".join(repr(self.model.geom(geom).name or int(geom)) for geom in touch.geoms)
-        return ValueError(f"data: the contact of geoms {pair} jumps, or ends, as things move by eps")
+
+def _lost(what: str) -> ValueError:
+    return ValueError(f"data: {what} cannot be found again, or end as things move by eps")

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from ._derivative import Facts
-from ._near import Near, Pose
+from ._near import Near, Try
 from ._types import Array
 
 if TYPE_CHECKING:
@@ -31,33 +31,32 @@ class Derivatives(NamedTuple):
 
 def derivatives(stepper: Stepper, data: mujoco.MjData, eps: float, tol: float) -> Derivatives:
     """Differentiate the step that a stepper takes, which is cold; ``tol`` is the error up to which it counts as solved."""
+    if (stepper.model.actuator_trntype == mujoco.mjtTrn.mjTRN_BODY).any():
+        raise ValueError("model: adhesion acts by the contacts that are listed, which has no derivative here")
     before = (stepper.fallbacks, stepper.contradictions, stepper.crowded)
     near = Near(stepper, data, eps)
     if before != (stepper.fallbacks, stepper.contradictions, stepper.crowded) or not stepper.error <= tol:
         raise ValueError("data: the step has no exact solution, or none is found")
-    nv = near.model.nv
-    first, last = near.laws
-    changes = _changes(near)
-    by = last.velocity(near.last, changes[1])
-    if near.sees(Pose.FIRST):
-        by = by + first.velocity(near.first, changes[0]) @ _by_way(near, Pose.FIRST)
-    if near.sees(Pose.END):
-        by = by @ np.linalg.inv(np.eye(nv) - _by_way(near, Pose.END))
-    activations = changes[1][:, changes[1].shape[1] - near.model.na :]
+    moved: list[Array] = []
+    for own in near.tries:
+        changes = _changes(near, own)
+        moved.append(own.law.velocity(own.motion, changes))
+        if own.way is not None:
+            moved[-1] += moved[-2] @ own.law.velocity(own.motion, _changes_by_way(near, own))
+    by = moved[-1]
+    activations = changes[:, changes.shape[1] - near.model.na :]
     both = np.concatenate([_positions(near, by), by, activations], axis=1).T
-    states = 2 * nv + near.model.na
-    return Derivatives(both[:, :states].copy(), both[:, states:].copy(), last.facts)
+    states = 2 * near.model.nv + near.model.na
+    return Derivatives(both[:, :states].copy(), both[:, states:].copy(), near.tries[-1].law.facts)
 
 
-def _changes(near: Near) -> tuple[Array, Array]:
-    """How the equations of the first motion and of the last move with state and controls: a line for each of these."""
-    model, start, eps = near.model, near.start, near.eps
-    lines: tuple[list[Array], list[Array]] = ([], [])
+def _changes(near: Near, own: Try) -> Array:
+    """How the equations of a try move with position, velocity, activation and control: a line for each."""
+    model, start, eps, lines = near.model, near.start, near.eps, []
 
     def add(name: str, ends: tuple[Array, Array], between: float) -> None:
-        plus, minus = (near.seen(**{name: end}) for end in ends)
-        for line, motion in zip(lines, (near.first, near.last), strict=True):
-            line.append((motion.equations(plus) - motion.equations(minus)) / between)
+        plus, minus = (own.motion.equations(near.seen(own.touches, own.way, **{name: end})) for end in ends)
+        lines.append((plus - minus) / between)
 
     for turn in np.eye(model.nv):
         add("qpos", (near.integrated(start.qpos, turn, eps), near.integrated(start.qpos, turn, -eps)), 2 * eps)
@@ -71,16 +70,14 @@ def _changes(near: Near) -> tuple[Array, Array]:
             plus, minus = before.copy(), before.copy()
             plus[i], minus[i] = (np.clip(before[i] + step, low[i], high[i]) for step in (eps, -eps))
             add(name, (plus, minus), max(plus[i] - minus[i], eps))
-    return np.array(lines[0]), np.array(lines[1])
+    return np.array(lines)
 
 
-def _by_way(near: Near, pose: Pose) -> Array:
-    """How the velocity moves with the one that leads to a pose, by the contacts that are seen there."""
-    lines = []
-    for step in near.eps * np.eye(near.model.nv):
-        plus, minus = (near.last.equations(near.seen_from(pose, near.ways[pose] + sign * step)) for sign in (1, -1))
-        lines.append((plus - minus) / (2 * near.eps))
-    return near.laws[1].velocity(near.last, np.array(lines))
+def _changes_by_way(near: Near, own: Try) -> Array:
+    """The same with the velocity that leads to its new contacts."""
+    ends = [[own.way + sign * step for sign in (1, -1)] for step in near.eps * np.eye(near.model.nv)]
+    seen = [[own.motion.equations(near.seen(own.touches, way, qpos=near.start.qpos)) for way in both] for both in ends]
+    return np.array([(plus - minus) / (2 * near.eps) for plus, minus in seen])
 
 
 def _positions(near: Near, by: Array) -> Array:
