@@ -15,8 +15,6 @@ from ._types import Array, Rows
 #: ``M``, ``H``, free impulse, ``w``, ``mu``, compliance, rows.
 _Scene = tuple[Array, Array, Array, Array, Array, Array | None, Rows | None]
 
-_LEVER = 1e-5  # as the compiled side has it: a normal is held by this share of what moves its bodies when they are free
-
 
 class Terms(NamedTuple):
     """What the law is asked about: of all contacts with 6 rows, those that they have not being 0."""
@@ -27,18 +25,23 @@ class Terms(NamedTuple):
     w: Array
     J: Array
     offset: Array
+    #: Gaps of contacts and of joint rows (m, rad) as the step begins.
+    gap: Array
+    row_gap: Array
     #: Activations after the step.
     act: Array
 
 
 class Bounds(NamedTuple):
-    """What bounds impulses, and how much the bodies of contacts move when they are free."""
+    """What bounds impulses, and what gives way to them."""
 
     friction: Array
     dim: Array
-    mobility: Array
+    #: Along normal and tangents.
+    compliance: Array
     lower: Array
     upper: Array
+    row_compliance: Array
 
 
 class Motion(NamedTuple):
@@ -97,16 +100,15 @@ class Law:
         d = 3 if (bounds.dim[contacts] <= 3).all() else terms.H.shape[1]
         mass, H, friction = terms.mass[np.ix_(dofs, dofs)], terms.H[contacts, :d][:, :, dofs], bounds.friction[contacts, : d - 1]
         is_shaped = d > 3 or (friction[:, 0] != friction[:, 1]).any()
-        response = np.einsum("cn,nc->c", H[:, 0], np.linalg.solve(mass, H[:, 0].T))
-        lever = np.maximum(_LEVER * bounds.mobility[contacts] - response, 0.0)
-        own = (terms.J[rows][:, dofs], terms.offset[rows], bounds.lower[rows], bounds.upper[rows])
+        soft = bounds.compliance[contacts]
+        own = (terms.J[rows][:, dofs], terms.offset[rows], bounds.lower[rows], bounds.upper[rows], bounds.row_compliance[rows])
         return (
             mass[None],
             H[None],
             terms.impulse[None, dofs],
             terms.w[None, contacts, :d],
             friction[None] if is_shaped else friction[None, :, 0],
-            np.stack([lever, 0 * lever], axis=1)[None] if lever.any() else None,
+            soft[None] if soft.any() else None,
             Rows(*(numbers[None] for numbers in own)) if len(rows) else None,
         )
 

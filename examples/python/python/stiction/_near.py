@@ -23,6 +23,7 @@ _D = 6  # rows that a contact may have
 # As the compiled side has them, over the model's mean size: gaps up to which contacts are listed, overlaps that count as none, and
 # how deep lies what rests.
 _BAND, _SLOP, _DEPTH = 1e-6, 1e-7, 3e-9
+_LEVER = 1e-5  # a normal is held by this share of what moves its bodies when they are free
 _SAME = 1e-6  # up to which terms are those of the step
 
 
@@ -80,6 +81,9 @@ class Near:
             for i, place in enumerate(taken)
             if modes[place] != Mode.OPEN
         ]
+        before = np.append(listed + _DEPTH * self.size, np.full(self.end.ncon - len(listed), 0.0))[taken]
+        #: How much of an overlap is not from the start of the step, but what its path has of a curve (m).
+        self.curve = np.where(taken < len(listed), before - self.gap, np.maximum(-self.gap, 0.0))
         overlaps = [i for i, place in enumerate(taken) if place < len(listed) and listed[place] < -_SLOP * self.size]
         self.tries = self._tried(touches, np.array(overlaps, int), stepper.error)
 
@@ -167,8 +171,13 @@ class Near:
         most = np.where(kind == _EQUALITY, np.inf, h * end.efc_frictionloss)[kept]
         bounds = np.where(self.is_limit, 0.0, -most), np.where(self.is_limit, np.inf, most)
         mobility = self.model.body_invweight0[self.model.geom_bodyid[contact.geom[taken]], 0].sum(axis=1)
-        self.bounds = Bounds(friction, dims, mobility, *bounds)
-        self.terms = Terms(mass, impulse, H, w, J[kept], np.where(self.is_limit, np.maximum(self.row_gap, 0.0) / h, 0.0), act)
+        response = np.einsum("cn,nc->c", H[:, 0], np.linalg.solve(mass, H[:, 0].T))
+        #: How much the bodies of contacts move when they are free.
+        self.mobility = mobility
+        lever = np.maximum(_LEVER * mobility - response, 0.0)
+        self.bounds = Bounds(friction, dims, np.stack([lever, 0 * lever], axis=1), *bounds, np.zeros(len(J[kept])))
+        offset = np.where(self.is_limit, np.maximum(self.row_gap, 0.0) / h, 0.0)
+        self.terms = Terms(mass, impulse, H, w, J[kept], offset, self.gap, self.row_gap, act)
         self.last = Motion(end.qvel.copy(), r, h * end.efc_force[kept])
 
     def _constraints(self, data: mujoco.MjData) -> Array:
@@ -233,7 +242,7 @@ class Near:
 
     def _rows_of(self, terms: Terms, touches: list[Touch], way: Array | None) -> Terms:
         """Terms with rows and offsets as they are at the poses, of what pushes."""
-        terms = terms._replace(H=terms.H.copy(), w=terms.w.copy(), J=terms.J.copy(), offset=terms.offset.copy())
+        terms = terms._replace(**{name: getattr(terms, name).copy() for name in ("H", "w", "J", "offset", "gap", "row_gap")})
         for touch in touches:
             i, dim, contact = touch.place, touch.dim, self._data(touch).contact
             place = self._again(touch, 1e-5 * self.size + 20 * self.eps * self.extent)
@@ -242,7 +251,7 @@ class Near:
             gap = contact.dist[place] - contact.includemargin[place] + self.grown + _DEPTH * self.size
             if touch.is_new:
                 gap -= self.h * float(terms.H[i, 0] @ way)
-            terms.w[i, 0] = self._closing(gap, self.gap[i])
+            terms.gap[i], terms.w[i, 0] = gap - (0.0 if touch.is_new else self.curve[i]), self._closing(gap, self.gap[i])
         moving = np.flatnonzero(np.where(self.is_limit, self.last.row_impulses != 0, self.names[:, 0] != _OF_DOF))
         if len(moving):
             data = self.scratch
@@ -251,7 +260,7 @@ class Near:
             found = np.flatnonzero((names == self.names[j]).all(axis=1))
             if not len(found):
                 raise _lost("a limit or an equality")
-            terms.J[j] = rows[found[0]]
+            terms.J[j], terms.row_gap[j] = rows[found[0]], gaps[found[0]]
             if self.is_limit[j]:
                 terms.offset[j] = self._closing(gaps[found[0]], self.row_gap[j])
         return terms

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
 
 from ._derivative import Facts
+from ._law import Terms
 from ._near import Near, Try
+from ._shift import Shift
 from ._types import Array
 
 if TYPE_CHECKING:
@@ -39,23 +42,29 @@ def derivatives(stepper: Stepper, data: mujoco.MjData, eps: float, tol: float) -
         raise ValueError("data: the step has no exact solution, or none is found")
     moved: list[Array] = []
     for own in near.tries:
-        changes = _changes(near, own)
+        changes = _changes(near, own, own.motion.equations)
         moved.append(own.law.velocity(own.motion, changes))
         if own.way is not None:
-            moved[-1] += moved[-2] @ own.law.velocity(own.motion, _changes_by_way(near, own))
-    by = moved[-1]
+            moved[-1] += moved[-2] @ own.law.velocity(own.motion, _changes_by_way(near, own, own.motion.equations))
+    by, last = moved[-1], near.tries[-1]
+    shift, by_shift = Shift(near, tol), np.zeros_like(by)
+    if shift.is_it:
+        lines = _changes(near, last, shift.equations)
+        if last.way is not None:
+            lines += moved[-2] @ _changes_by_way(near, last, shift.equations)
+        by_shift = shift.velocity(lines, by)
     activations = changes[:, changes.shape[1] - near.model.na :]
-    both = np.concatenate([_positions(near, by), by, activations], axis=1).T
+    both = np.concatenate([_positions(near, by, by_shift), by, activations], axis=1).T
     states = 2 * near.model.nv + near.model.na
     return Derivatives(both[:, :states].copy(), both[:, states:].copy(), near.tries[-1].law.facts)
 
 
-def _changes(near: Near, own: Try) -> Array:
-    """How the equations of a try move with position, velocity, activation and control: a line for each."""
+def _changes(near: Near, own: Try, equations: Callable[[Terms], Array]) -> Array:
+    """How equations of a try move with position, velocity, activation and control: a line for each."""
     model, start, eps, lines = near.model, near.start, near.eps, []
 
     def add(name: str, ends: tuple[Array, Array], between: float) -> None:
-        plus, minus = (own.motion.equations(near.seen(own.touches, own.way, **{name: end})) for end in ends)
+        plus, minus = (equations(near.seen(own.touches, own.way, **{name: end})) for end in ends)
         lines.append((plus - minus) / between)
 
     for turn in np.eye(model.nv):
@@ -73,22 +82,22 @@ def _changes(near: Near, own: Try) -> Array:
     return np.array(lines)
 
 
-def _changes_by_way(near: Near, own: Try) -> Array:
+def _changes_by_way(near: Near, own: Try, equations: Callable[[Terms], Array]) -> Array:
     """The same with the velocity that leads to its new contacts."""
     ends = [[own.way + sign * step for sign in (1, -1)] for step in near.eps * np.eye(near.model.nv)]
-    seen = [[own.motion.equations(near.seen(own.touches, way, qpos=near.start.qpos)) for way in both] for both in ends]
+    seen = [[equations(near.seen(own.touches, way, qpos=near.start.qpos)) for way in both] for both in ends]
     return np.array([(plus - minus) / (2 * near.eps) for plus, minus in seen])
 
 
-def _positions(near: Near, by: Array) -> Array:
-    """How positions at the end move, in their tangent space, where velocities move by these lines."""
+def _positions(near: Near, by: Array, by_shift: Array) -> Array:
+    """How positions at the end move, in their tangent space, where velocity and shift move by these lines."""
     start, eps, nv = near.start, near.eps, near.model.nv
     moved, turns = np.zeros_like(by), np.zeros_like(by)
     turns[:nv] = np.eye(nv)
-    for own, line, turn in zip(moved, by, turns, strict=True):
+    for own, line, shift, turn in zip(moved, by, by_shift, turns, strict=True):
         for sign in (eps, -eps):
             position = near.integrated(near.integrated(start.qpos, turn, sign), near.last.v + sign * line)
-            difference = np.zeros(nv)
-            mujoco.mj_differentiatePos(near.model, difference, 2 * sign, near.end.qpos, near.integrated(position, near.shift))
+            position, difference = near.integrated(position, near.shift + sign * shift), np.zeros(nv)
+            mujoco.mj_differentiatePos(near.model, difference, 2 * sign, near.end.qpos, position)
             own += difference
     return moved
