@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from ._law import Bounds, Law, Motion, Terms
+from ._shift import Shift
 from ._types import Array, Mode
 
 if TYPE_CHECKING:
@@ -46,9 +47,20 @@ class Try(NamedTuple):
 
     law: Law
     motion: Motion
+    shift: Shift
     touches: list[Touch]
     #: The velocity that leads to where the new ones are seen; ``None`` of the first try, which has none.
     way: Array | None
+
+    def equations(self, terms: Terms) -> Array:
+        """The equations of motion and shift."""
+        return np.concatenate([self.motion.equations(terms), self.shift.equations(terms)])
+
+    def velocities(self, changes: Array) -> Array:
+        """How velocity and shift move where these move by lines: ``(2, lines, nv)``."""
+        size = changes.shape[1] - self.shift.size
+        by = self.law.velocity(self.motion, changes[:, :size])
+        return np.stack([by, self.shift.velocity(changes[:, size:], by)])
 
 
 class Near:
@@ -82,6 +94,7 @@ class Near:
             if modes[place] != Mode.OPEN
         ]
         before = np.append(listed + _DEPTH * self.size, np.full(self.end.ncon - len(listed), 0.0))[taken]
+        self.is_new = taken >= len(listed)
         #: How much of an overlap is not from the start of the step, but what its path has of a curve (m).
         self.curve = np.where(taken < len(listed), before - self.gap, np.maximum(-self.gap, 0.0))
         overlaps = [i for i, place in enumerate(taken) if place < len(listed) and listed[place] < -_SLOP * self.size]
@@ -89,23 +102,28 @@ class Near:
 
     def _tried(self, touches: list[Touch], overlaps: Array, error: float) -> list[Try]:
         """What the step has tried, of which the last is the step itself."""
-        law, way = Law(self.terms, self.bounds, np.arange(len(self.gap)), error), None
-        tries: list[Try] = []
+        way, tries, everything = None, [], np.arange(len(self.gap))
+
+        def add(terms: Terms, contacts: Array, touches: list[Touch], known: Motion | None = None) -> None:
+            law = Law(terms, self.bounds, contacts, error)
+            motion = known or law.solved()
+            tries.append(Try(law, motion, Shift(self, terms, motion, contacts, error), touches, way))
+
         if any(touch.is_new for touch in touches):
-            first = Law(self.terms, self.bounds, overlaps, error)
-            tries.append(Try(first, first.solved(), [touch for touch in touches if not touch.is_new], None))
+            add(self.terms, overlaps, [touch for touch in touches if not touch.is_new])
         while len(tries) <= _TRIES:
             if tries:
-                way = tries[-1].motion.v
+                way = tries[-1].motion.v + tries[-1].shift.motion.v
                 self._lead(self.start.qpos, way)
                 touches = [self._nearest(touch) if touch.is_new else touch for touch in touches]
             terms = self.seen(touches, way, qpos=self.start.qpos)
             if self._is_it(terms, error):
-                return [*tries, Try(law, self.last, touches, way)]
+                add(self.terms, everything, touches, self.last)
+                tries[-1].shift.hold(self)
+                return tries
             if not tries:
                 break
-            other = Law(terms, self.bounds, np.arange(len(self.gap)), error)
-            tries.append(Try(other, other.solved(), touches, way))
+            add(terms, everything, touches)
         raise _lost("contacts of the step")
 
     def _model(self, given: mujoco.MjModel) -> tuple[mujoco.MjModel, float]:

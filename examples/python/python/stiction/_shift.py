@@ -2,40 +2,45 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from ._law import Bounds, Law, Terms
-from ._near import Near
+from ._law import Bounds, Law, Motion, Terms
 from ._types import Array
 
+if TYPE_CHECKING:
+    from ._near import Near
+
 # As the compiled side has them: the share of an overlap that is taken back; compliance of contacts and of rows, over what moves
-# them, and the least of that, over what moves their bodies when they are free; the fastest recovery, over the model's own speed.
-_SHARE, _CONTACT, _ROW, _LEAST, _RECOVERY = 0.8, 1e-4, 0.02, 1e-2, 0.2
+# them, and the least of that, over what moves their bodies when they are free; the fastest recovery, over the model's own speed;
+# what has no lever; errors that are left, over the model's length.
+_SHARE, _CONTACT, _ROW, _LEAST, _RECOVERY, _NO_LEVER, _LEFT = 0.8, 1e-4, 0.02, 1e-2, 0.2, 1e-6, 1e-9
 # It is solved to little accuracy, and differs from what the step has moved by as much as this, over the largest.
 _SAME = 1e-3
 
 
 class Shift:
-    """It is asked for as the step does, and solved again."""
+    """It is asked for as a step does that has found this motion with these contacts."""
 
-    def __init__(self, near: Near, tol: float) -> None:
-        """Solve it at the step."""
-        bounds, self.v, self.h = near.bounds, near.last.v, near.h
-        #: Friction loss has no part in it.
-        self.rows = np.flatnonzero(near.is_limit | np.isinf(bounds.upper))
-        terms = near.terms._replace(J=near.terms.J[self.rows], row_gap=near.terms.row_gap[self.rows])
+    def __init__(self, near: Near, terms: Terms, motion: Motion, contacts: Array, tol: float) -> None:
+        """Solve it."""
+        bounds, self.v, self.h, self.is_held = near.bounds, motion.v, near.h, False
         response, row_response = (
             np.einsum("cn,nc->c", rows, np.linalg.solve(terms.mass, rows.T)) for rows in (terms.H[:, 0], terms.J)
         )
+        # Friction loss has no part in it, nor has what nothing moves.
+        is_row = (near.is_limit | np.isinf(bounds.upper)) & (row_response > _NO_LEVER**2 * row_response.max(initial=0.0))
+        self.rows, contacts = np.flatnonzero(is_row), contacts[(response >= _NO_LEVER * near.mobility)[contacts]]
         speed = np.sqrt((np.linalg.norm(near.model.opt.gravity) or 9.81) * near.size)
         most = self.h * _RECOVERY * speed * np.minimum(response / np.maximum(near.mobility, 1e-300), 1.0)
         self.open = terms.gap + self.h * terms.H[:, 0] @ self.v
-        old = np.maximum(-self.open - near.curve, 0.0)
-        share = np.where((self.open < 0) & (old > 0), np.where(_SHARE * old < most, _SHARE, 1.0), 0.0)
-        # Of an overlap the rest is left, and 1 / h of what is asked for is how fast.
-        self.offset = np.where(share > 0, self.open + old - np.minimum(_SHARE * old, most), self.open) / self.h
-        self.slope = np.where(share == 0, 1.0, np.where(share == 1.0, 0.0, _SHARE)) / self.h
-        row_open = terms.row_gap + self.h * terms.J @ self.v
+        # What is from the step itself is taken back in it.
+        old = np.maximum(-self.open - np.where(near.is_new, np.maximum(-terms.gap, 0.0), near.curve), 0.0)
+        is_old, is_fast = (self.open < 0) & (old > 0), _SHARE * old > most
+        self.offset = np.where(is_old, self.open + old - np.minimum(_SHARE * old, most), self.open) / self.h
+        self.slope = np.where(is_old, np.where(is_fast, 0.0, _SHARE), 1.0) / self.h
+        row_open = terms.row_gap[self.rows] + self.h * terms.J[self.rows] @ self.v
         self.row_slope = np.where(near.is_limit[self.rows] & (row_open < 0), _SHARE, 1.0) / self.h
         soft = _CONTACT * np.maximum(response, _LEAST * near.mobility)
         own = Bounds(
@@ -44,13 +49,16 @@ class Shift:
             compliance=np.stack([soft, soft], axis=1),
             lower=bounds.lower[self.rows],
             upper=bounds.upper[self.rows],
-            row_compliance=_ROW * row_response,
+            row_compliance=_ROW * row_response[self.rows],
         )
-        self.law = Law(self.terms(near.terms), own, np.arange(len(self.open)), tol)
+        self.law = Law(self.terms(terms), own, contacts, tol)
         self.motion = self.law.solved()
-        size = np.abs(near.shift).max()
-        #: Is it what the step has moved by? Else it is held as it is there.
-        self.is_it = bool(size > 0 and np.abs(self.motion.v - near.shift).max() <= _SAME * size)
+        self.size = len(self.equations(terms))
+
+    def hold(self, near: Near) -> None:
+        """Hold it if it is not what the step has moved by."""
+        off = np.abs(self.motion.v - near.shift).max()
+        self.is_held = not off <= _SAME * np.abs(near.shift).max() + _LEFT * near.size / self.h
 
     def terms(self, terms: Terms) -> Terms:
         """What its law is asked about."""
@@ -65,6 +73,8 @@ class Shift:
 
     def velocity(self, changes: Array, by: Array) -> Array:
         """How it moves where its equations move by these lines, and the velocity by those."""
+        if self.is_held:
+            return 0 * by
         terms, changes = self.law.terms, changes.copy()
         c, d, nv = terms.H.shape
         changes[:, nv : nv + c * d : d] += self.h * self.slope * (by @ terms.H[:, 0].T)

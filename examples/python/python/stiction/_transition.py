@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
 
 from ._derivative import Facts
-from ._law import Terms
 from ._near import Near, Try
-from ._shift import Shift
 from ._types import Array
 
 if TYPE_CHECKING:
@@ -40,31 +37,26 @@ def derivatives(stepper: Stepper, data: mujoco.MjData, eps: float, tol: float) -
     near = Near(stepper, data, eps)
     if before != (stepper.fallbacks, stepper.contradictions, stepper.crowded) or not stepper.error <= tol:
         raise ValueError("data: the step has no exact solution, or none is found")
-    moved: list[Array] = []
     for own in near.tries:
-        changes = _changes(near, own, own.motion.equations)
-        moved.append(own.law.velocity(own.motion, changes))
+        changes = _changes(near, own)
+        both = own.velocities(changes)
         if own.way is not None:
-            moved[-1] += moved[-2] @ own.law.velocity(own.motion, _changes_by_way(near, own, own.motion.equations))
-    by, last = moved[-1], near.tries[-1]
-    shift, by_shift = Shift(near, tol), np.zeros_like(by)
-    if shift.is_it:
-        lines = _changes(near, last, shift.equations)
-        if last.way is not None:
-            lines += moved[-2] @ _changes_by_way(near, last, shift.equations)
-        by_shift = shift.velocity(lines, by)
-    activations = changes[:, changes.shape[1] - near.model.na :]
+            both += moved.sum(axis=0) @ own.velocities(_changes_by_way(near, own))
+        moved = both
+    by, by_shift = moved
+    size = changes.shape[1] - own.shift.size
+    activations = changes[:, size - near.model.na : size]
     both = np.concatenate([_positions(near, by, by_shift), by, activations], axis=1).T
     states = 2 * near.model.nv + near.model.na
-    return Derivatives(both[:, :states].copy(), both[:, states:].copy(), near.tries[-1].law.facts)
+    return Derivatives(both[:, :states].copy(), both[:, states:].copy(), own.law.facts)
 
 
-def _changes(near: Near, own: Try, equations: Callable[[Terms], Array]) -> Array:
+def _changes(near: Near, own: Try) -> Array:
     """How equations of a try move with position, velocity, activation and control: a line for each."""
     model, start, eps, lines = near.model, near.start, near.eps, []
 
     def add(name: str, ends: tuple[Array, Array], between: float) -> None:
-        plus, minus = (equations(near.seen(own.touches, own.way, **{name: end})) for end in ends)
+        plus, minus = (own.equations(near.seen(own.touches, own.way, **{name: end})) for end in ends)
         lines.append((plus - minus) / between)
 
     for turn in np.eye(model.nv):
@@ -82,10 +74,10 @@ def _changes(near: Near, own: Try, equations: Callable[[Terms], Array]) -> Array
     return np.array(lines)
 
 
-def _changes_by_way(near: Near, own: Try, equations: Callable[[Terms], Array]) -> Array:
+def _changes_by_way(near: Near, own: Try) -> Array:
     """The same with the velocity that leads to its new contacts."""
     ends = [[own.way + sign * step for sign in (1, -1)] for step in near.eps * np.eye(near.model.nv)]
-    seen = [[equations(near.seen(own.touches, way, qpos=near.start.qpos)) for way in both] for both in ends]
+    seen = [[own.equations(near.seen(own.touches, way, qpos=near.start.qpos)) for way in both] for both in ends]
     return np.array([(plus - minus) / (2 * near.eps) for plus, minus in seen])
 
 
