@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import mujoco
 import numpy as np
 
-from ._law import Bounds, Law, Motion, Terms
-from ._shift import Shift
+from ._law import Bounds, Motion, Terms
 from ._types import Array, Mode
 
 if TYPE_CHECKING:
@@ -25,10 +24,6 @@ _D = 6  # rows that a contact may have
 # how deep lies what rests.
 _BAND, _SLOP, _DEPTH = 1e-6, 1e-7, 3e-9
 _LEVER = 1e-5  # a normal is held by this share of what moves its bodies when they are free
-_SAME = 1e-6  # up to which terms are those of the step
-
-
-_TRIES = 5  # after which a step takes no contact anew
 
 
 class Touch(NamedTuple):
@@ -40,27 +35,6 @@ class Touch(NamedTuple):
     point: Array
     #: Is it seen where a try has led, and not where the step begins?
     is_new: bool
-
-
-class Try(NamedTuple):
-    """A solve of a step, which solves again with what it has found where the last try led to."""
-
-    law: Law
-    motion: Motion
-    shift: Shift
-    touches: list[Touch]
-    #: The velocity that leads to where the new ones are seen; ``None`` of the first try, which has none.
-    way: Array | None
-
-    def equations(self, terms: Terms) -> Array:
-        """The equations of motion and shift."""
-        return np.concatenate([self.motion.equations(terms), self.shift.equations(terms)])
-
-    def velocities(self, changes: Array) -> Array:
-        """How velocity and shift move where these move by lines: ``(2, lines, nv)``."""
-        size = changes.shape[1] - self.shift.size
-        by = self.law.velocity(self.motion, changes[:, :size])
-        return np.stack([by, self.shift.velocity(changes[:, size:], by)])
 
 
 class Near:
@@ -88,43 +62,17 @@ class Near:
         self.shift = np.zeros(self.model.nv)
         mujoco.mj_differentiatePos(self.model, self.shift, self.h, self.integrated(data.qpos, self.last.v), self.end.qpos)
         contact = self.end.contact
-        touches = [
+        self.touches = [
             Touch(i, contact.geom[place].copy(), int(contact.dim[place]), contact.pos[place].copy(), bool(place >= len(listed)))
             for i, place in enumerate(taken)
             if modes[place] != Mode.OPEN
         ]
         before = np.append(listed + _DEPTH * self.size, np.full(self.end.ncon - len(listed), 0.0))[taken]
-        self.is_new = taken >= len(listed)
+        self.is_new: Array = taken >= len(listed)
         #: How much of an overlap is not from the start of the step, but what its path has of a curve (m).
-        self.curve = np.where(taken < len(listed), before - self.gap, np.maximum(-self.gap, 0.0))
-        overlaps = [i for i, place in enumerate(taken) if place < len(listed) and listed[place] < -_SLOP * self.size]
-        self.tries = self._tried(touches, np.array(overlaps, int), stepper.error)
-
-    def _tried(self, touches: list[Touch], overlaps: Array, error: float) -> list[Try]:
-        """What the step has tried, of which the last is the step itself."""
-        way, tries, everything = None, [], np.arange(len(self.gap))
-
-        def add(terms: Terms, contacts: Array, touches: list[Touch], known: Motion | None = None) -> None:
-            law = Law(terms, self.bounds, contacts, error)
-            motion = known or law.solved()
-            tries.append(Try(law, motion, Shift(self, terms, motion, contacts, error), touches, way))
-
-        if any(touch.is_new for touch in touches):
-            add(self.terms, overlaps, [touch for touch in touches if not touch.is_new])
-        while len(tries) <= _TRIES:
-            if tries:
-                way = tries[-1].motion.v + tries[-1].shift.motion.v
-                self._lead(self.start.qpos, way)
-                touches = [self._nearest(touch) if touch.is_new else touch for touch in touches]
-            terms = self.seen(touches, way, qpos=self.start.qpos)
-            if self._is_it(terms, error):
-                add(self.terms, everything, touches, self.last)
-                tries[-1].shift.hold(self)
-                return tries
-            if not tries:
-                break
-            add(terms, everything, touches)
-        raise _lost("contacts of the step")
+        self.curve: Array = np.where(taken < len(listed), before - self.gap, np.maximum(-self.gap, 0.0))
+        self.overlaps = [i for i, place in enumerate(taken) if place < len(listed) and listed[place] < -_SLOP * self.size]
+        self.error = stepper.error
 
     def _model(self, given: mujoco.MjModel) -> tuple[mujoco.MjModel, float]:
         """A model that lists what is near as well, with the Stepper's options; by how much more (m)."""
@@ -220,23 +168,7 @@ class Near:
         side = self._constraints(data).sum(axis=1) > 0
         return np.stack([kind, own, np.where(np.isin(kind, _LIMITS), side, number)], axis=1)
 
-    def _is_it(self, terms: Terms, error: float) -> bool:
-        """Are these the terms of the step?"""
-        nv, last = self.model.nv, self.last
-        found, known = last.equations(terms), last.equations(self.terms)
-        known[:nv] = 0.0
-        pushes = np.einsum("cdn,cd->n", np.abs(self.terms.H), np.abs(last.r)) + np.abs(last.row_impulses) @ np.abs(self.terms.J)
-        impulse = max(float((np.abs(self.terms.impulse) + pushes).max()), 1e-300)
-        speed = float((np.abs(self.terms.H) @ np.abs(last.v)).max(initial=0.0))
-        (off, known_speed), size = np.split(np.abs(found - known), [nv]), _SAME * (speed + self.size / self.h)
-        return bool(off.max() <= (_SAME + error) * impulse and known_speed.max(initial=0.0) <= size)
-
-    def _nearest(self, touch: Touch) -> Touch:
-        """A new contact where it is now."""
-        place = self._again(touch, 0.05 * self.size)
-        return touch._replace(point=self.late.contact.pos[place].copy())
-
-    def _lead(self, positions: Array, velocity: Array) -> None:
+    def lead(self, positions: Array, velocity: Array) -> None:
         """Look at the pose that a velocity leads to."""
         late = self.late
         late.qpos[:] = self.integrated(positions, velocity)
@@ -255,7 +187,7 @@ class Near:
         if "qpos" not in changed:
             return terms
         if way is not None:
-            self._lead(changed["qpos"], way)
+            self.lead(changed["qpos"], way)
         return self._rows_of(terms, touches, way)
 
     def _rows_of(self, terms: Terms, touches: list[Touch], way: Array | None) -> Terms:
@@ -263,7 +195,7 @@ class Near:
         terms = terms._replace(**{name: getattr(terms, name).copy() for name in ("H", "w", "J", "offset", "gap", "row_gap")})
         for touch in touches:
             i, dim, contact = touch.place, touch.dim, self._data(touch).contact
-            place = self._again(touch, 1e-5 * self.size + 20 * self.eps * self.extent)
+            place = self.again(touch, 1e-5 * self.size + 20 * self.eps * self.extent)
             terms.H[i, :dim] = self._rows(touch, place)
             terms.w[i, 1 : min(dim, 4)] = contact.surfacevel[place, : min(dim, 4) - 1]
             gap = contact.dist[place] - contact.includemargin[place] + self.grown + _DEPTH * self.size
@@ -277,7 +209,7 @@ class Near:
         for j in moving:
             found = np.flatnonzero((names == self.names[j]).all(axis=1))
             if not len(found):
-                raise _lost("a limit or an equality")
+                raise lost("a limit or an equality")
             terms.J[j], terms.row_gap[j] = rows[found[0]], gaps[found[0]]
             if self.is_limit[j]:
                 terms.offset[j] = self._closing(gaps[found[0]], self.row_gap[j])
@@ -297,14 +229,14 @@ class Near:
     def _data(self, touch: Touch) -> mujoco.MjData:
         return self.late if touch.is_new else self.scratch
 
-    def _again(self, touch: Touch, reach: float) -> int:
+    def again(self, touch: Touch, reach: float) -> int:
         """The place of a contact in the list where it is seen."""
         contact = self._data(touch).contact
         same = np.flatnonzero((contact.geom == touch.geoms).all(axis=1))
         away = np.linalg.norm(contact.pos[same] - touch.point, axis=1)
         if not away.min(initial=np.inf) <= reach:
             one, other = (repr(self.model.geom(geom).name or int(geom)) for geom in touch.geoms)
-            raise _lost(f"the contact of geoms {one} and {other}")
+            raise lost(f"the contact of geoms {one} and {other}")
         return int(same[away.argmin()])
 
     def _closing(self, gap: float, now: float) -> float:
@@ -312,5 +244,6 @@ class Near:
         return gap / self.h if now >= -_SLOP * self.size else 0.0
 
 
-def _lost(what: str) -> ValueError:
+def lost(what: str) -> ValueError:
+    """Make an error of what differences cannot follow."""
     return ValueError(f"data: {what} cannot be found again, or end as things move by eps")

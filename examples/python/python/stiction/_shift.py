@@ -23,7 +23,7 @@ _SAME = 1e-3
 class Shift:
     """It is asked for as a step does that has found this motion with these contacts."""
 
-    def __init__(self, near: Near, terms: Terms, motion: Motion, contacts: Array, tol: float) -> None:
+    def __init__(self, near: Near, terms: Terms, motion: Motion, contacts: Array) -> None:
         """Solve it."""
         bounds, self.v, self.h, self.is_held = near.bounds, motion.v, near.h, False
         response, row_response = (
@@ -51,7 +51,7 @@ class Shift:
             upper=bounds.upper[self.rows],
             row_compliance=_ROW * row_response[self.rows],
         )
-        self.law = Law(self.terms(terms), own, contacts, tol)
+        self.law = Law(self.terms(terms), own, contacts, near.error)
         self.motion = self.law.solved()
         self.size = len(self.equations(terms))
 

@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 
 from ._derivative import Facts
-from ._near import Near, Try
+from ._near import Near
+from ._tries import Try, tries
 from ._types import Array
 
 if TYPE_CHECKING:
@@ -37,7 +38,8 @@ def derivatives(stepper: Stepper, data: mujoco.MjData, eps: float, tol: float) -
     near = Near(stepper, data, eps)
     if before != (stepper.fallbacks, stepper.contradictions, stepper.crowded) or not stepper.error <= tol:
         raise ValueError("data: the step has no exact solution, or none is found")
-    for own in near.tries:
+    moved: Array = np.zeros((2, 0, 0))
+    for own in tries(near):
         changes = _changes(near, own)
         both = own.velocities(changes)
         if own.way is not None:
