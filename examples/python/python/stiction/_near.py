@@ -72,7 +72,7 @@ class Near:
         #: How much of an overlap is not from the start of the step, but what its path has of a curve (m).
         self.curve: Array = np.where(taken < len(listed), before - self.gap, np.maximum(-self.gap, 0.0))
         self.overlaps = [i for i, place in enumerate(taken) if place < len(listed) and listed[place] < -_SLOP * self.size]
-        self.error = stepper.error
+        self.error: float = stepper.error
 
     def _model(self, given: mujoco.MjModel) -> tuple[mujoco.MjModel, float]:
         """A model that lists what is near as well, with the Stepper's options; by how much more (m)."""

@@ -119,11 +119,15 @@ class Stepper:
         self._count(self._own.step2(data._address, self._settings))
 
     def derivatives(self, data: mujoco.MjData, *, eps: float = 1e-6) -> Derivatives:
-        """Tell how the state after a step moves with the state and the controls before it. ``data`` stays as it is.
+        """Tell how the state after a step moves with the state and the controls before it; both ``data`` and this stay as they are.
+
+        The contact law is differentiated in its modes; what it is asked about, as forces, masses, Jacobians and gaps, is
+        differenced without solving again. It is the derivative of a step that begins cold, in which bodies of motion capture stand
+        still. Of a contact or limit at rest it is that of the side on which it opens; how far a path bends is held.
 
         Args:
-            data: where the step would begin.
-            eps: changes of positions, velocities, activations and controls with which the smooth part is differenced.
+            data: where the step would begin, with its controls.
+            eps: by how much positions, velocities, activations and controls are moved for differences.
 
         Raises:
             ValueError: there is no derivative; it says why.
