@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from pathlib import Path
 from typing import Any
 
@@ -129,7 +130,8 @@ def test_a_contact_moves_as_the_step_does(case: str, gap: float) -> None:
     model, data = put(body, floor, tilt, gap, velocity)
     told = Stepper(model, tol=1e-10).derivatives(data)
     assert told.facts.margin > 0.05 and told.facts.has_unique_velocity
-    assert off(told, differences(model, data, gap / 4 if gap < 1e-6 else gap / 200), model) < 1e-5  # that are rounded
+    # Rounding of steps over eps is most of what they differ by.
+    assert off(told, differences(model, data, gap / 4 if gap < 1e-6 else gap / 200), model) < 1e-5
 
 
 def stands(loss: float, push: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -152,6 +154,17 @@ def test_a_quadruped_that_stands() -> None:
     data.qpos[2] += 1e-5
     told = Stepper(model, tol=1e-10).derivatives(data)
     assert told.facts.margin > 0.02 and told.facts.has_unique_velocity
+    assert off(told, differences(model, data, 1e-7), model) < 1e-5
+
+
+def test_a_quadruped_that_is_pushed_in() -> None:
+    """Two feet slip: one overlaps already, the other is found as the step ends; what takes them back moves as well."""
+    model, data = stands(0.0, 0.3)
+    data.qpos[2] -= 1e-5
+    last = tries(Near(Stepper(model, tol=1e-10), data, 1e-6))[-1]
+    assert {touch.is_new for touch in last.touches} == {True, False} and np.abs(last.shift.motion.v).max() > 0.1
+    told = Stepper(model, tol=1e-10).derivatives(data)
+    assert told.facts.margin > 0.05
     assert off(told, differences(model, data, 1e-7), model) < 1e-5
 
 
@@ -180,6 +193,11 @@ def test_many_of_them() -> None:
         assert np.abs(np.delete(told.A[own], own, axis=1)).max() < 1e-6
 
 
+LOOP = """<body pos="0 0 1"><joint name="crank" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.3" size=".03"/>
+    <body name="bar" pos="0 0 -.3"><joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02"/></body></body>
+    <body name="rocker" pos=".4 0 1"><joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.3" size=".03"/></body>"""
+CLOSED = """<equality><connect body1="bar" body2="rocker" anchor=".4 0 0"/></equality>
+    <contact><exclude body1="bar" body2="rocker"/></contact><actuator><motor joint="crank"/></actuator>"""
 LIMITED = """<body pos="0 0 1"><joint name="shoulder" axis="0 1 0" range="-30 20" damping=".3"/>
     <geom type="capsule" fromto="0 0 0 .4 0 0" size=".03" mass="1"/>
     <body pos=".4 0 0"><joint name="elbow" axis="0 1 0" frictionloss=".1"/>
@@ -207,6 +225,26 @@ def test_what_turns_as_it_lands() -> None:
     assert off(told, differences(model, data, 1e-7), model) < 1e-5
 
 
+@pytest.mark.parametrize("case", ["a box that sticks", "a ball that rolls", "a ball that slides down"])
+def test_overlaps_are_taken_back(case: str) -> None:
+    body, floor, tilt, velocity = CASES[case]
+    model, data = put(body, floor, tilt, -1e-5, velocity)
+    told = Stepper(model, tol=1e-10).derivatives(data)
+    assert off(told, differences(model, data, 1e-7), model) < 1e-6
+
+
+def test_a_passed_limit_and_an_open_loop() -> None:
+    model, data = build(LIMITED)
+    data.qpos[:], data.qvel[:] = [np.radians(20) + 1e-5, 0.3], [1.0, -2.0]
+    assert off(Stepper(model, tol=1e-10).derivatives(data), differences(model, data, 1e-7), model) < 1e-5
+    model, data = build(LOOP, CLOSED)
+    data.ctrl[:] = 5.0
+    stepper = Stepper(model, tol=1e-10)
+    stepper.step(data, 50)
+    data.qpos[0] += 1e-4
+    assert off(stepper.derivatives(data), differences(model, data, 1e-6), model) < 1e-4  # its compliance, 0.02, is held
+
+
 def test_what_rests_is_lifted() -> None:
     """At rest one side has no gap: what is told is the side on which it comes back, and turning by the floor changes nothing."""
     model, data = put(BALL, ROUGH, 0, 0.0, [0.0] * 6)
@@ -217,6 +255,20 @@ def test_what_rests_is_lifted() -> None:
     h = model.opt.timestep
     assert np.allclose(told.A[:, 2], known[:, 2], atol=1e-5 / h)
     assert np.isclose(told.A[8, 2], -1 / h) and np.isclose(told.A[2, 2], 0.0)
+
+
+def test_the_example_of_the_readme(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pole stands after ten seconds; without the regulator it lies after one."""
+    readme = (MODELS.parent / "README.md").read_text()
+    (code,) = (block for block in re.findall(r"```python\n(.*?)```", readme, re.DOTALL) if "stepper.derivatives" in block)
+    monkeypatch.chdir(MODELS.parent)
+    names: dict[str, Any] = {}
+    exec(code, names)
+    assert np.abs(names["data"].qpos).max() < 1e-3 and names["facts"].margin > 0.5
+    names["data"].qvel[3] = 0.2
+    names["data"].ctrl[:] = 0.0
+    names["stepper"].step(names["data"], 200)
+    assert np.abs(names["data"].qpos).max() > 1.0
 
 
 def test_nothing_is_changed() -> None:
