@@ -296,6 +296,8 @@ def test_what_is_refused_says_why() -> None:
     model, data = put(BOX, SMOOTH, 0, 1e-8, [1, 0.3, 0, 0, 0, 3])
     with pytest.raises(ValueError, match="^data: the step has no exact solution, or none is found"):
         Stepper(model, budget=0).derivatives(data)
+    with pytest.raises(ValueError, match="^data: the step has no exact solution, or none is found"):
+        Stepper(model, tol=1e-18).derivatives(data)
     sticky = '<actuator><adhesion body="pad" ctrlrange="0 1"/></actuator>'
     model, data = build(FLOOR + BOX.replace("<body", '<body name="pad"'), sticky)
     with pytest.raises(ValueError, match="^model: adhesion"):
