@@ -27,7 +27,7 @@ _LEVER = 1e-5  # a normal is held by this share of what moves its bodies when th
 
 
 class Touch(NamedTuple):
-    """A contact that pushes, and what it is found again by."""
+    """A contact that pushes, or overlaps at the end, and what it is found again by."""
 
     place: int
     geoms: Array
@@ -61,11 +61,11 @@ class Near:
         #: What the position moves by beside the velocity, to take overlaps back.
         self.shift = np.zeros(self.model.nv)
         mujoco.mj_differentiatePos(self.model, self.shift, self.h, self.integrated(data.qpos, self.last.v), self.end.qpos)
-        contact = self.end.contact
+        contact, after = self.end.contact, self.gap + self.h * self.terms.H[:, 0] @ self.last.v
         self.touches = [
             Touch(i, contact.geom[place].copy(), int(contact.dim[place]), contact.pos[place].copy(), bool(place >= len(listed)))
             for i, place in enumerate(taken)
-            if modes[place] != Mode.OPEN
+            if modes[place] != Mode.OPEN or after[i] < 0
         ]
         before = np.append(listed + _DEPTH * self.size, np.full(self.end.ncon - len(listed), 0.0))[taken]
         self.is_new: Array = taken >= len(listed)
@@ -191,7 +191,7 @@ class Near:
         return self._rows_of(terms, touches, way)
 
     def _rows_of(self, terms: Terms, touches: list[Touch], way: Array | None) -> Terms:
-        """Terms with rows and offsets as they are at the poses, of what pushes."""
+        """Terms with rows and offsets as they are at the poses."""
         terms = terms._replace(**{name: getattr(terms, name).copy() for name in ("H", "w", "J", "offset", "gap", "row_gap")})
         for touch in touches:
             i, dim, contact = touch.place, touch.dim, self._data(touch).contact

@@ -37,7 +37,7 @@ class Shift:
         self.open = terms.gap + self.h * terms.H[:, 0] @ self.v
         # What is from the step itself is taken back in it.
         old = np.maximum(-self.open - np.where(near.is_new, np.maximum(-terms.gap, 0.0), near.curve), 0.0)
-        is_old, is_fast = (self.open < 0) & (old > 0), _SHARE * old > most
+        is_old, is_fast = (self.open < 0) & (old > _LEFT * near.size), _SHARE * old > most
         self.offset = np.where(is_old, self.open + old - np.minimum(_SHARE * old, most), self.open) / self.h
         self.slope = np.where(is_old, np.where(is_fast, 0.0, _SHARE), 1.0) / self.h
         row_open = terms.row_gap[self.rows] + self.h * terms.J[self.rows] @ self.v

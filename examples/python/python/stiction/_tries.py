@@ -42,8 +42,18 @@ def tries(near: Near) -> list[Try]:
     Raises:
         ValueError: its contacts are not found again, as of a body that moves farther than it is thick.
     """
+    # What overlaps and does not push may have been found elsewhere than what does: it is then held.
+    for touches in (near.touches, [touch for touch in near.touches if near.last.r[touch.place].any()]):
+        found = _tried(near, touches)
+        if found:
+            return found
+    raise lost("contacts of the step")
+
+
+def _tried(near: Near, touches: list[Touch]) -> list[Try]:
+    """Try with these contacts; nothing if that does not lead to the step."""
     found: list[Try] = []
-    way, touches, everything = None, near.touches, np.arange(len(near.gap))
+    way, everything = None, np.arange(len(near.gap))
 
     def add(terms: Terms, contacts: Array, touches: list[Touch], known: Motion | None = None) -> None:
         law = Law(terms, near.bounds, contacts, near.error)
@@ -65,7 +75,7 @@ def tries(near: Near) -> list[Try]:
         if not found:
             break
         add(terms, everything, touches)
-    raise lost("contacts of the step")
+    return []
 
 
 def _nearest(near: Near, touch: Touch) -> Touch:
