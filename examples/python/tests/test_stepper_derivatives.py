@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import re
 from pathlib import Path
 from typing import Any
 
@@ -255,20 +254,6 @@ def test_what_rests_is_lifted() -> None:
     h = model.opt.timestep
     assert np.allclose(told.A[:, 2], known[:, 2], atol=1e-5 / h)
     assert np.isclose(told.A[8, 2], -1 / h) and np.isclose(told.A[2, 2], 0.0)
-
-
-def test_the_example_of_the_readme(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The pole stands after ten seconds; without the regulator it lies after one."""
-    readme = (MODELS.parent / "README.md").read_text()
-    (code,) = (block for block in re.findall(r"```python\n(.*?)```", readme, re.DOTALL) if "stepper.derivatives" in block)
-    monkeypatch.chdir(MODELS.parent)
-    names: dict[str, Any] = {}
-    exec(code, names)
-    assert np.abs(names["data"].qpos).max() < 1e-3 and names["facts"].margin > 0.5
-    names["data"].qvel[3] = 0.2
-    names["data"].ctrl[:] = 0.0
-    names["stepper"].step(names["data"], 200)
-    assert np.abs(names["data"].qpos).max() > 1.0
 
 
 def test_nothing_is_changed() -> None:

@@ -26,8 +26,8 @@ class Derivatives(NamedTuple):
     A: Array
     #: ``(2 nv + na, nu)``, with the controls.
     B: Array
-    #: How near the next change of a mode is, and what is unique. Without contacts and rows the margin is infinite. It knows nothing of
-    #: what is not met in the step, nor that a contact at rest has another derivative where it is pressed in.
+    #: How near the next change of a mode is, and what is unique. Without contacts and rows the margin is infinite. It tells nothing
+    #: of what is not met in the step, nor that a contact at rest has another derivative where it is pressed in.
     facts: Facts
 
 
