@@ -143,8 +143,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut answer = self.spread(&y, Side::Held);
         answer.iter_mut().for_each(|answer| *answer = -*answer);
         let mut moved = Stacked::zero();
-        let counts = self.scene.counts();
-        self.factor.delassus().times(&answer, &mut moved, counts);
+        if self.is_given() {
+            let counts = self.scene.counts();
+            self.factor.delassus().times(&answer, &mut moved, counts);
+        }
 
         let mut gradient = Inputs::zero();
         let [p] = &mut gradient.free_impulse.data.0;
@@ -171,6 +173,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             *bounds = local.follows.map(|follows| follows * (pull + moved));
         }
         gradient
+    }
+
+    /// Is there an impulse that changes by itself: friction that slips, a row at its bound?
+    fn is_given(&self) -> bool {
+        let mut rubs = self.contacts.iter().map(|local| local.rub);
+        let mut follows = self.rows.iter().map(|local| local.follows);
+        rubs.any(|rub| rub != [T::ZERO; D]) || follows.any(|follows| follows != [T::ZERO; 2])
     }
 
     /// What impulses change by themselves.

@@ -117,6 +117,37 @@ def test_a_batch_is_its_scenes(trot: list[dict[str, Any]]) -> None:
     assert told.facts.margin.shape == (len(five),)
 
 
+def test_more_velocities_than_any_kernel() -> None:
+    """As many coordinates as there are rows: forward is a difference, and backward its transpose; a batch is its scenes."""
+    rng, (n, c, k) = np.random.default_rng(3), (90, 12, 5)
+    half = rng.normal(size=(n, n))
+    M, H, push = half @ half.T / n + np.eye(n), rng.normal(size=(c, 3, n)), 3 * rng.normal(size=n)
+    w, mu, J = rng.normal(size=(c, 3)) * 0.1 + [0.3, 0, 0], np.full(c, 0.5), rng.normal(size=(k, n))
+    change, turned = changes(rng, M, H, push, w, mu), rng.normal(size=J.shape)
+
+    def solved(share: float) -> stiction.Solution:
+        rows = Rows(J + share * turned, lower=-0.2, upper=0.3)
+        return stiction.solve(*moved([M, H, push, w, mu], change, share), rows=rows, **TIGHT)
+
+    found, (plus, minus) = solved(0.0), (solved(share) for share in (1e-7, -1e-7))
+    assert set(found.modes) == {0, 2} and len(set(found.row_modes)) == 3
+    told = found.jvp(**change, rows=RowChange(jacobian=turned))
+    assert told.facts.margin > 0.05
+    for name in ("v", "r", "row_impulses"):
+        difference = (getattr(plus, name) - getattr(minus, name)) / 2e-7
+        assert np.abs(getattr(told, name) - difference).max() <= 1e-6 * np.abs(difference).max(), name
+    weights = {name: rng.normal(size=getattr(found, name).shape) for name in ("v", "r", "row_impulses")}
+    gradient = found.vjp(**weights)
+    forward = sum(float((own * getattr(told, name)).sum()) for name, own in weights.items())
+    backward = sum(float((getattr(gradient, name) * own).sum()) for name, own in change.items())
+    assert np.isclose(forward, backward + (np.asarray(gradient.rows.jacobian) * turned).sum(), rtol=1e-9)
+    rows = Rows(J[None], lower=-0.2, upper=0.3)
+    batch = stiction.solve_batch(M[None], H[None], np.stack([push, 1.1 * push]), w[None], mu[None], rows=rows, **TIGHT)
+    assert np.allclose(batch.jvp(mu=1.0).v[0], found.jvp(mu=1.0).v, atol=1e-9)
+    with pytest.raises(ValueError, match="^solution: no kernel differentiates 90 velocities"):
+        stiction.solve(M, np.concatenate([H, H, H]), push, np.tile(w, (3, 1)), np.tile(mu, 3)).jvp(mu=1.0)
+
+
 def test_a_warm_start_changes_nothing() -> None:
     kernel = stiction.Kernel(3, 1)
     kernel.solve(EYE, H, PUSH * 1.1, W, MU, tol=1e-12)

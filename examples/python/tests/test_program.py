@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import stiction
@@ -27,9 +28,17 @@ def test_the_code_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     blocks = re.findall(r"```python\n(.*?)```", (folder / "README.md").read_text(), re.DOTALL)
     names: dict[str, Any] = {}
+    steppers = []
     for block in blocks:
         exec(block, names)
-    assert len(blocks) == 4
+        if "Stepper(" in block:
+            steppers.append(names["stepper"])
+    assert len(blocks) == 5
     assert names["solution"].solved and names["solution"].modes[0] == stiction.Mode.SLIP
     assert names["change"].facts.has_unique_impulses and names["gradient"].mu[0] < 0
-    assert names["stepper"].steps > 900 and names["stepper"].unsolved == 0
+    assert len(steppers) == 2 and all(stepper.steps > 900 and stepper.unsolved == 0 for stepper in steppers)
+    data = names["data"]  # of a pole that stands, and lies without its regulator
+    assert np.abs(data.qpos).max() < 1e-3 and names["facts"].margin > 0.5
+    data.qvel[3], data.ctrl[:] = 0.2, 0.0
+    steppers[-1].step(data, 200)
+    assert np.abs(data.qpos).max() > 1.0

@@ -184,7 +184,13 @@ class Differentiable:
             np.ascontiguousarray(self.row_impulses, np.float64).reshape(count, -1 if self.row_impulses.size else 0),
         )
         workers = min(_arrays.threads_of(threads), max(count, 1))
+        n, rows = self.v.shape[-1], size + self.row_impulses.shape[-1]
+        reduced = _Reduced(scene, (n, rows), len(lead) > 0) if scene[1] is not None and n > _SMALL and 0 < rows < n else None
+        if reduced:
+            scene, numbers = reduced.scene, reduced.into(numbers, backward)
         found, facts = _stiction.derivative(scene, settings, len(lead) > 0, impulses, (numbers, backward), workers)
+        if reduced:
+            found = reduced.out(found, backward)
         if (facts[:, 3] > 2 * settings[0] + 1e-6).any():
             raise ValueError("solution: the arrays that were solved have changed, or it was not solved")
         margin, unique_impulses, unique_velocity = (column.reshape(lead) for column in facts.T[:3])
@@ -192,6 +198,57 @@ class Differentiable:
 
 
 Shape = tuple[int, ...]
+
+_SMALL = 36  # velocities that are differentiated as they are: there is a kernel for contacts of any number of rows
+
+
+class _Reduced:
+    """A scene of fewer rows than velocities in as many coordinates as it has rows, in which masses are 1.
+
+    With ``L Lᵀ = M``, the rows ``A = [H; J]`` and ``A L⁻ᵀ = Rᵀ Qᵀ`` impulses are those of rows ``Rᵀ`` and the free impulse
+    ``Qᵀ L⁻¹ p``, and ``v = M⁻¹ (p + Aᵀ r)``.
+    """
+
+    def __init__(self, scene: _arrays.Scene, sizes: tuple[int, int], is_batch: bool) -> None:
+        M, H, p, w, mu, compliance, keys, rows = scene
+        n, count = sizes
+        self.n, self.L = n, np.linalg.cholesky(np.asarray(M, np.float64).reshape(-1, n, n))
+        H, p = np.asarray(H, np.float64), np.asarray(p, np.float64).reshape(-1, n, 1)
+        parts = [H.reshape(len(H) if is_batch else 1, -1, n)]
+        if rows is not None:
+            parts.append(np.asarray(rows[0], np.float64).reshape(-1, len(rows[0][0]) if is_batch else len(rows[0]), n))
+        most = max(len(part) for part in (self.L, *parts))
+        self.A = np.concatenate([np.broadcast_to(part, (most, *part.shape[1:])) for part in parts], axis=1)
+        self.Q, R = np.linalg.qr(np.linalg.solve(self.L, np.swapaxes(self.A, 1, 2)))
+        contacts, joint = np.split(np.swapaxes(R, 1, 2), [parts[0].shape[1]], axis=1)
+        free = (np.swapaxes(self.Q, 1, 2) @ np.linalg.solve(self.L, p))[..., 0]
+        arrays = [np.ascontiguousarray(array if is_batch else array[0]) for array in (np.eye(count)[None], contacts, free, joint)]
+        self.scene = (*arrays[:3], w, mu, compliance, keys, None if rows is None else (arrays[3], *rows[1:]))
+
+    def _by_mass(self, lines: Array) -> Array:
+        """``M⁻¹`` times each line."""
+        half = np.linalg.solve(self.L, lines[..., None])
+        return np.asarray(np.linalg.solve(np.swapaxes(self.L, 1, 2), half)[..., 0])
+
+    def into(self, numbers: Array, backward: bool) -> Array:
+        """Changes of data, or weights of solutions, in these coordinates."""
+        first, rest = np.split(numbers, [self.n], axis=1)
+        if backward:
+            self.weighted = self._by_mass(first)
+            own = rest + np.einsum("...mn,...n->...m", self.A, self.weighted)
+            return np.concatenate([np.zeros((len(numbers), self.A.shape[1])), own], axis=1)
+        self.first = first
+        own = (np.swapaxes(self.Q, 1, 2) @ np.linalg.solve(self.L, first[..., None]))[..., 0]
+        return np.concatenate([own, rest], axis=1)
+
+    def out(self, numbers: Array, backward: bool) -> Array:
+        """What is told of these coordinates, in those of the scene."""
+        first, rest = np.split(numbers, [self.A.shape[1]], axis=1)
+        if backward:
+            own = self.weighted + np.linalg.solve(np.swapaxes(self.L, 1, 2), self.Q @ first[..., None])[..., 0]
+        else:
+            own = self._by_mass(self.first + np.einsum("...mn,...m->...n", self.A, rest))
+        return np.concatenate([own, rest], axis=1)
 
 
 def _cut(numbers: Array, lead: Shape, shapes: list[Shape]) -> list[Array]:

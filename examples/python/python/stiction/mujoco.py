@@ -5,6 +5,7 @@ Needs the package ``mujoco``, 4.0.
 
 from __future__ import annotations
 
+import copy
 import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,9 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _stiction
+from ._transition import Derivatives, derivatives
 from ._types import Status
 
-__all__ = ["Rollout", "Stepper", "patch", "rollout"]
+__all__ = ["Derivatives", "Rollout", "Stepper", "patch", "rollout"]
 
 _STATUS = tuple(Status)
 _BLOCK = 1000  # steps between looks at signals
@@ -115,6 +117,25 @@ class Stepper:
     def step2(self, data: mujoco.MjData) -> None:
         """Do what comes after controls are set: actuation, the solve, the sensors of forces, and the step."""
         self._count(self._own.step2(data._address, self._settings))
+
+    def derivatives(self, data: mujoco.MjData, *, eps: float = 1e-6) -> Derivatives:
+        """Tell how the state after a step moves with the state and the controls before it; both ``data`` and this stay as they are.
+
+        The contact law is differentiated in its modes; what it is asked about, as forces, masses, Jacobians and gaps, is
+        differenced without solving again. It is the derivative of a step that begins cold, in which bodies of motion capture stand
+        still. Of a contact or limit at rest it is that of the side on which it opens. Held is by how much the path of what rolls or
+        rocks is off a line, of which positions feel a few percent of ``h`` times a velocity.
+
+        Args:
+            data: where the step would begin, with its controls.
+            eps: by how much positions, velocities, activations and controls are moved for differences.
+
+        Raises:
+            ValueError: there is no derivative; it says why.
+        """
+        cold = copy.copy(self)
+        cold._settings = (min(self._settings[0], 1e-10), self._settings[1])
+        return derivatives(cold, data, eps, self._settings[0])
 
     def _count(self, numbers: tuple[int, int, float, int, int, int, tuple[int, float, int]]) -> None:
         """Add what a call has counted."""
