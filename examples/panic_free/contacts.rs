@@ -112,15 +112,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         admm.reset();
         take(admm.set_impulses(black_box(&impulses)));
         black_box(admm.solution());
-        if let Some(parts) = black_box(&*factor).parts() {
-            *factor = Factor::from_parts(black_box(&parts));
-        }
-        if let Some(parts) = black_box(&*admm_factor).parts() {
-            *admm_factor = AdmmFactor::from_parts(black_box(&parts));
-        }
     }
 
-    /// The same by way of `Kernel`, with a scene of constants.
+    /// The same by way of `Kernel`.
     fn call_kernel(
         &mut self,
         mass: &SMatrix<T, N, N>,
@@ -129,8 +123,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         settings: &Settings<T>,
     ) {
         let kernel = &mut self.kernel;
-        let contacts = core::array::from_fn(|_| contact.clone());
-        *kernel.scene_mut() = black_box(Scene::from_parts(*mass, contacts, []));
+        let scene = kernel.scene_mut();
+        take(scene.set_mass(mass));
+        take(scene.push(contact));
         take(kernel.prepare());
         take(kernel.solve(push, settings));
         take(kernel.resume(push, settings));

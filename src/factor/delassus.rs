@@ -282,3 +282,6 @@ fn products<T: Real, const N: usize, const K: usize, const L: usize>(
     }
     sums
 }
+
+#[cfg(test)]
+mod tests;

@@ -125,8 +125,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor is stale then: a solve refuses it
-    /// ([`Error::StaleFactor`]) until it is prepared again. A factor from [`crate::Factor::from_parts`] is never refused: do
-    /// not change Jacobians with it.
+    /// ([`Error::StaleFactor`]) until it is prepared again.
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].

@@ -7,7 +7,6 @@ use crate::real::Real;
 use checks::{check_symmetric, copy_and_hash, fingerprint, is_finite_and_symmetric};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 use refused::Refused;
-pub(crate) use rows::check_compliance;
 pub(crate) use surface::Scaling;
 
 mod checks;
@@ -127,37 +126,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// A scene with all its `C` contacts and `R` joint rows from constants, to stand in a `static`.
-    ///
-    /// Unchecked: use numbers that [`Self::set_mass`], [`Self::push`] and [`Self::push_row`] accepted on the host
-    /// (`examples/bake`, and the example of [`crate::Factor::from_parts`]). Other numbers end in an error or a status other than
-    /// [`crate::Status::Solved`], never in a panic.
-    #[must_use]
-    pub const fn from_parts(
-        mass: SMatrix<T, N, N>,
-        contacts: [Contact<T, N, D>; C],
-        rows: [JointRow<T, N>; R],
-    ) -> Self {
-        const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
-        Self {
-            mass,
-            contacts,
-            scalings: [Scaling::plain(); S],
-            supports: [Support::all(); C],
-            rows,
-            counts: Counts {
-                contacts: C,
-                rows: R,
-            },
-            has_surfaces: false,
-            refused: Refused::none(),
-            mass_print: None,
-            contacts_print: 0,
-            rows_print: 0,
-            delassus_gap: T::ZERO,
-        }
-    }
-
     /// Sets the generalised mass matrix `M` (`N × N`; kg, kg m, kg m² by the units of the dofs). A stored factor is
     /// stale then, see [`Self::set_jacobian`].
     ///
@@ -207,7 +175,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.delassus_gap
     }
 
-    /// 64-bit hash of `M`, `H`, joint rows and compliance. Neither 0 nor the largest number. (Of 32 bits two scenes of a
+    /// 64-bit hash of `M`, `H`, joint rows and compliance. Not 0. (Of 32 bits two scenes of a
     /// simulation have the same one every few hours.)
     pub(crate) fn fingerprint(&self) -> u64 {
         let [mass, contacts, rows] = match self.mass_print {
@@ -219,7 +187,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             ],
         };
         let sum = mass.wrapping_add(contacts).wrapping_add(rows);
-        sum.clamp(1, u64::MAX - 1)
+        sum.max(1)
     }
 
     /// Fingerprint of all that a solve depends on, but its settings.

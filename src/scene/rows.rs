@@ -188,7 +188,7 @@ fn check_offset<T: Real, const N: usize>(offset: T, row: usize) -> Result<(), Er
 }
 
 /// The compliance of a row is a number, and not negative.
-pub(crate) fn check_compliance<T: Real>(compliance: T, row: usize) -> Result<(), Error> {
+fn check_compliance<T: Real>(compliance: T, row: usize) -> Result<(), Error> {
     let usable = compliance >= T::ZERO && compliance.is_finite();
     usable
         .then_some(())
