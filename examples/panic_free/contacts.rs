@@ -64,7 +64,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         take(scene.push_on(contact, &black_box(Surface::isotropic(number))));
         take(scene.set_offset(index, &contact.offset));
         take(scene.set_friction(index, contact.mu));
-        take(scene.set_delassus(black_box(&[number; 9][..])));
         take(scene.set_jacobian(index, &contact.jacobian));
         take(scene.remove_contact(key));
         let _ = black_box(scene.contact_by_key(key));

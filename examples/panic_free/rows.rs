@@ -93,9 +93,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         black_box(scene.rows());
     }
 
-    /// Solves as they stand, with limits, and of a `W`.
+    /// Solves as they stand, and with limits.
     fn call_kernel(&mut self, push: &SVector<T, N>, settings: &Settings<T>) {
-        let (key, number) = black_box((4, T::ONE));
+        let key = black_box(4);
         let kernel = &mut self.kernel;
         take(kernel.solve(push, settings));
         take(kernel.resume(push, settings));
@@ -104,7 +104,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let limits = [a, b, c, d];
             take(kernel.solve_with_limits(black_box(&limits), push, settings));
         }
-        take(kernel.scene_mut().set_delassus(black_box(&[number; 9][..])));
         take(kernel.prepare());
         let (solution, scene) = (kernel.solution(), kernel.scene());
         black_box(solution.row_by_key(key));

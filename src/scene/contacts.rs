@@ -87,7 +87,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.contacts_print = self.contacts_print.wrapping_add(print);
         self.counts.contacts += 1;
         self.find_support(index);
-        self.forget_delassus();
         Ok(index)
     }
 
@@ -141,7 +140,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.find_support(contact);
         let print = self.contacts_print.wrapping_sub(before);
         self.contacts_print = print.wrapping_add(self.contact_print(contact));
-        self.forget_delassus();
         Ok(())
     }
 

@@ -12,7 +12,6 @@ pub(crate) use surface::Scaling;
 mod checks;
 mod contact;
 mod contacts;
-mod delassus;
 mod joint_row;
 mod refused;
 mod rows;
@@ -86,8 +85,6 @@ pub struct Scene<
     /// Sums of the fingerprints of contacts and of joint rows.
     contacts_print: u64,
     rows_print: u64,
-    /// By how much `H Hᵀ` differs from a `W` that was given, relative to its diagonal; 0 if none was.
-    delassus_gap: T,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
@@ -122,7 +119,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             mass_print: None,
             contacts_print: 0,
             rows_print: 0,
-            delassus_gap: T::ZERO,
         }
     }
 
@@ -151,7 +147,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             print = fingerprint(self.mass.as_slice(), C + R);
         }
         self.mass_print = Some(print);
-        self.delassus_gap = T::ZERO;
         self.refused.mass = false;
         Ok(())
     }
@@ -160,7 +155,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn clear(&mut self) {
         self.clear_contacts();
         self.clear_rows();
-        self.forget_delassus();
     }
 
     /// A mass that changes with the unit of mass as all others do: the power of two below `M_00`. What is scaled by it does
@@ -168,11 +162,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(crate) fn reference_mass(&self) -> T {
         let first = self.mass.as_slice().first();
         first.map_or(T::ONE, |mass| T::power_of_two(mass.exponent()))
-    }
-
-    /// By how much `H Hᵀ` differs from a `W` that was given: `W_ab` by so many `sqrt(W_aa W_bb)` at most.
-    pub(crate) const fn delassus_gap(&self) -> T {
-        self.delassus_gap
     }
 
     /// 64-bit hash of `M`, `H`, joint rows and compliance. Not 0. (Of 32 bits two scenes of a
