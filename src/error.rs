@@ -33,8 +33,6 @@ pub enum Input {
         /// Index `i` of the contact.
         contact: usize,
     },
-    /// The Delassus operator `W`.
-    Delassus,
     /// A joint row: entries 0 to `N - 1` are its row over the velocities, entry `N` is its offset.
     JointRow {
         /// Index of the row.
@@ -160,19 +158,6 @@ pub enum Error {
         /// [`crate::JointRow::key`] of the row.
         key: u32,
     },
-    /// `W` has not as many entries as there are pairs of contact and joint rows.
-    DelassusSize {
-        /// How many there have to be.
-        wanted: usize,
-    },
-    /// `W` is not symmetric, not positive semidefinite, or of a rank above the number of velocities; or its entries lose digits below the
-    /// least normal number.
-    DelassusNotGram {
-        /// Row of an entry that is not that of any `H M⁻¹ Hᵀ`, counted over all contacts.
-        row: usize,
-        /// Column of the entry.
-        column: usize,
-    },
     /// The bounds of a joint row are not finite, or the lower one is above the upper one.
     InvalidBounds {
         /// Index of the row.
@@ -220,7 +205,6 @@ impl fmt::Display for Input {
             Self::InitialRowImpulse { row } => write!(f, "initial impulse {row} of joint rows"),
             Self::Jacobian { contact } => write!(f, "Jacobian H of contact {contact}"),
             Self::Offset { contact } => write!(f, "offset w of contact {contact}"),
-            Self::Delassus => write!(f, "Delassus operator W"),
             Self::JointRow { row } => write!(f, "joint row {row}"),
             Self::Limit { limit } => write!(f, "limit {limit}"),
         }
@@ -286,13 +270,6 @@ impl fmt::Display for Error {
                 write!(
                     f,
                     "row M⁻¹ rowᵀ of the joint row with key {key} overflows or vanishes"
-                )
-            }
-            Self::DelassusSize { wanted } => write!(f, "W has to have {wanted} entries"),
-            Self::DelassusNotGram { row, column } => {
-                write!(
-                    f,
-                    "W is no H M⁻¹ Hᵀ of so many velocities at ({row}, {column})"
                 )
             }
             Self::InvalidBounds { row } => {

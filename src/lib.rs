@@ -115,7 +115,7 @@ pub use admm::{Acceleration, AdmmSolver, SlipUpdate};
 pub use cone::FrictionCone;
 pub use derivative::{Derivative, Inputs, Outputs};
 pub use error::{Error, Input, List, Part};
-pub use factor::{AdmmFactor, AdmmFactorParts, Factor, FactorParts};
+pub use factor::{AdmmFactor, Factor};
 pub use kernel::Kernel;
 pub use real::Real;
 pub use scene::{Contact, JointRow, RowLaw, Scene, Surface, contact_frame};

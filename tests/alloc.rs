@@ -205,25 +205,3 @@ fn nothing_beside_contacts_allocates() {
     assert_eq!(statuses[1], Some(Status::Solved));
     assert_eq!(statuses[4..], [Some(Status::Infeasible), None]);
 }
-
-#[test]
-fn a_given_delassus_operator_does_not_allocate() -> Result<(), Error> {
-    let mut scene = Scene::<f64, 2, 2, 1>::new();
-    scene.push(&Contact {
-        jacobian: SMatrix::zeros(),
-        offset: vector![-0.01, 0.02],
-        mu: 0.5,
-        key: 0,
-    })?;
-    let mut solver = Solver::new();
-    let mut status = Ok(Status::Unsolved);
-    let count = allocations(|| {
-        let given = scene.set_delassus(&[0.5, 0.0, 0.0, 0.5]);
-        status = given.and(Factor::new(&scene)).and_then(|factor| {
-            let solution = solver.solve(&scene, &factor, &vector![0.0, 0.0], &Settings::new(1e-9));
-            solution.map(|solution| solution.status)
-        });
-    });
-    assert_eq!((count, status), (0, Ok(Status::Solved)));
-    Ok(())
-}

@@ -505,7 +505,6 @@ fn every_error_says_which_datum_is_wrong() {
             "bounds or compliance of limit 14",
         ),
         (Error::InvalidBounds { row: 15 }, "bounds of joint row 15"),
-        (Error::DelassusSize { wanted: 16 }, "16 entries"),
         (
             Error::NotFinite {
                 input: Input::InitialRowImpulse { row: 17 },
@@ -679,9 +678,6 @@ fn half_a_scene_is_not_solved() -> Result<(), Error> {
     })?;
     refused(Part::Mass, &mut |scene| {
         assert!(scene.set_mass(&(MASS * nan)).is_err());
-    })?;
-    refused(Part::Mass, &mut |scene| {
-        assert!(scene.set_delassus(&[nan; 4]).is_err());
     })?;
     // One too many is missing as well.
     refused(Part::Contact, &mut |scene| {

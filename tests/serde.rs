@@ -138,7 +138,6 @@ fn every_kind_of_error_is_read_back() {
         Error::InvalidLimit { limit: 3 },
         Error::ListFull { list, capacity: 4 },
         Error::NoSuchKey { key: u32::MAX },
-        Error::DelassusSize { wanted: 9 },
         Error::InvalidParameter { parameter },
     ] {
         for read in back(&error, true) {

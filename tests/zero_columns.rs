@@ -94,31 +94,3 @@ fn a_jacobian_is_replaced_by_one_with_other_columns() -> Result<(), Error> {
     }
     Ok(())
 }
-
-/// `W = H M⁻¹ Hᵀ`, for the feet of a robot and for bodies of a pile, which are not coupled.
-#[test]
-fn the_delassus_operator_is_that_of_dense_matrices() -> Result<(), Error> {
-    let pile = mass(|i, j| i.div_euclid(6) == j.div_euclid(6));
-    let cases = [
-        (robot(), [pair(6, 0), pair(9, 0), pair(15, 0)]),
-        (pile, [pair(3, 6), pair(3, 12), pair(9, 12)]),
-    ];
-    for (mass, jacobians) in cases {
-        let inverse = mass.try_inverse().expect("positive definite");
-        let mut scene = Scene::<f64, N, 3, 3>::new();
-        scene.set_mass(&mass)?;
-        for jacobian in jacobians {
-            scene.push(&contact(jacobian))?;
-        }
-        let parts = Factor::new(&scene)?.parts();
-        let found = parts.expect("all contacts and a resolvent").delassus;
-        for (rows, left) in found.iter().zip(jacobians) {
-            for (column, right) in jacobians.iter().enumerate() {
-                let wanted = left * inverse * right.transpose();
-                let block = SMatrix::from_fn(|i, j| rows[i][column][j]);
-                assert!((block - wanted).norm() < 1e-12, "{block} {wanted}");
-            }
-        }
-    }
-    Ok(())
-}

@@ -1,13 +1,11 @@
 //! Scene files for firmware, written on the host.
 //!
 //! `cargo run -p bake -- records FILE > scene.bin` writes a scene, or some steps of a
-//! sequence, as the bytes `examples/embedded/records.rs` reads; `rust FILE` writes a scene and its
-//! stored factor as the constants of `examples/baked`; `by-size FILES` all scenes of some files as a macro call of
+//! sequence, as the bytes `examples/embedded/records.rs` reads; `by-size FILES` all scenes of some files as a macro call of
 //! `examples/worst_case`.
 
 mod by_size;
 mod records;
-mod rust_source;
 
 use clap::{Args, Parser};
 use std::io::{Write, stdout};
@@ -20,8 +18,6 @@ use testbed::scene_file;
 enum Command {
     /// Little-endian f32 records
     Records(Selection),
-    /// Rust constants, factor included
-    Rust(Selection),
     /// Scenes with or without joint rows, by size
     BySize {
         /// Scene or sequence files
@@ -56,7 +52,7 @@ struct Selection {
 
 fn run(command: &Command) -> Result<(), String> {
     let selection = match command {
-        Command::Records(selection) | Command::Rust(selection) => selection,
+        Command::Records(selection) => selection,
         Command::BySize { files, steps } => {
             let source = by_size::write(files, *steps)?;
             return stdout()
@@ -68,11 +64,7 @@ fn run(command: &Command) -> Result<(), String> {
     let steps = scenes.iter().skip(selection.from);
     let mut bytes = Vec::new();
     for scene in steps.take(selection.steps) {
-        let scene = selection.reduce(scene);
-        match command {
-            Command::Records(_) => records::write(&scene, &mut bytes),
-            _ => bytes.extend(rust_source::write(&scene)?.into_bytes()),
-        }
+        records::write(&selection.reduce(scene), &mut bytes);
     }
     stdout()
         .write_all(&bytes)

@@ -81,9 +81,7 @@ enum stiction_status {
     /* Errors of stiction that no call of this header can cause. */
     STICTION_INVALID_PENALTY = -12,
     STICTION_STALE_FACTOR = -13,
-    STICTION_DELASSUS_NOT_GRAM = -14,
     STICTION_INVALID_PARAMETER = -18,
-    STICTION_DELASSUS_SIZE = -26,
 
     STICTION_STATUS_WIDTH = 0x7fffffff /* keeps the enum at 32 bits where compilers make enums short, as for Arm */
 };

@@ -9,7 +9,7 @@ use testbed::method::Method;
 use testbed::mixed::MixedFile;
 use testbed::scene_file::SceneFile;
 use testbed::solve::{Answer, Outcome, judged, patient};
-use testbed::{kernel, measure, mixed_measure};
+use testbed::{kernel, mixed_measure};
 
 /// What is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -20,8 +20,6 @@ pub(crate) enum Kind {
     Mixed,
     /// The same with limits that are given to the solve
     Limits,
-    /// `W` and `q` in place of `M` and `H`
-    Delassus,
     /// Scenes of contacts alone, by `AdmmSolver`
     Admm,
     /// Contacts that come, go and change places, five solves in a row
@@ -48,7 +46,6 @@ impl Kind {
                 mixed(precision, &[file], tolerance)
             }
             Self::WarmMixed => mixed(precision, &generate::time_steps(seed, index), tolerance),
-            Self::Delassus => vec![given(precision, (seed, index), tolerance)],
             Self::Contacts | Self::Admm => {
                 let (scene, existence) = generate::draw(class, seed, index);
                 let method = if self == Self::Admm {
@@ -132,29 +129,4 @@ fn mixed(precision: Precision, steps: &[MixedFile], tolerance: f64) -> Findings 
         worth(&outcome, Existence::Unknown, tolerance)
     });
     found.collect()
-}
-
-fn given(precision: Precision, (seed, index): (u64, u64), tolerance: f64) -> (Verdict, f64, usize) {
-    let scene = generate::given(seed, index);
-    let mut settings = patient(tolerance);
-    settings.budget = 2_000;
-    let solved = match precision {
-        Precision::F64 => kernels_f64::solve_given(&scene, &settings),
-        Precision::F32 => kernels_f32::solve_given(&scene, &settings),
-    };
-    let Ok(found) = solved else {
-        return (Verdict::Refused, f64::INFINITY, 0);
-    };
-    let outcome = Outcome {
-        answer: match found.status {
-            stiction::Status::Solved => Answer::Solved,
-            stiction::Status::Infeasible => Answer::Infeasible {
-                proof: measure::proof_given(&scene.delassus, &scene.q, &found.certificate),
-            },
-            _ => Answer::Unsolved,
-        },
-        error: found.error,
-        work: found.work,
-    };
-    worth(&outcome, Existence::Unknown, tolerance)
 }

@@ -64,7 +64,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         take(scene.push_on(contact, &black_box(Surface::isotropic(number))));
         take(scene.set_offset(index, &contact.offset));
         take(scene.set_friction(index, contact.mu));
-        take(scene.set_delassus(black_box(&[number; 9][..])));
         take(scene.set_jacobian(index, &contact.jacobian));
         take(scene.remove_contact(key));
         let _ = black_box(scene.contact_by_key(key));
@@ -112,15 +111,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         admm.reset();
         take(admm.set_impulses(black_box(&impulses)));
         black_box(admm.solution());
-        if let Some(parts) = black_box(&*factor).parts() {
-            *factor = Factor::from_parts(black_box(&parts));
-        }
-        if let Some(parts) = black_box(&*admm_factor).parts() {
-            *admm_factor = AdmmFactor::from_parts(black_box(&parts));
-        }
     }
 
-    /// The same by way of `Kernel`, with a scene of constants.
+    /// The same by way of `Kernel`.
     fn call_kernel(
         &mut self,
         mass: &SMatrix<T, N, N>,
@@ -129,8 +122,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         settings: &Settings<T>,
     ) {
         let kernel = &mut self.kernel;
-        let contacts = core::array::from_fn(|_| contact.clone());
-        *kernel.scene_mut() = black_box(Scene::from_parts(*mass, contacts, []));
+        let scene = kernel.scene_mut();
+        take(scene.set_mass(mass));
+        take(scene.push(contact));
         take(kernel.prepare());
         take(kernel.solve(push, settings));
         take(kernel.resume(push, settings));

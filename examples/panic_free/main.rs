@@ -73,10 +73,8 @@ mod proof {
         black_box(WALKER).call();
         black_box(FRICTIONLESS).call();
         black_box(COINS).call();
-        rows::call_constants(black_box(&mut *ROVER));
         black_box(ROVER).call();
         black_box(TRACKS).call();
-        rows::call_constants(black_box(&mut *PENDULUM));
         black_box(PENDULUM).call();
         helpers::call::<f32, 18, 3>();
         helpers::call::<f64, 6, 1>();

@@ -3,10 +3,9 @@
 use crate::derivatives::differentiate;
 use crate::helpers;
 use crate::proof::take;
-use core::array::from_fn;
 use core::hint::black_box;
 use nalgebra::{SMatrix, SVector};
-use stiction::{Contact, Factor, JointRow, Kernel, Real, RowLaw, Scene, Settings, Solver, Surface};
+use stiction::{Contact, Factor, Kernel, Real, Settings, Solver, Surface};
 
 /// A kernel, and a factor and a solver of their own.
 pub(crate) struct Rows<
@@ -94,9 +93,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         black_box(scene.rows());
     }
 
-    /// Solves as they stand, with limits, and of a `W`.
+    /// Solves as they stand, and with limits.
     fn call_kernel(&mut self, push: &SVector<T, N>, settings: &Settings<T>) {
-        let (key, number) = black_box((4, T::ONE));
+        let key = black_box(4);
         let kernel = &mut self.kernel;
         take(kernel.solve(push, settings));
         take(kernel.resume(push, settings));
@@ -105,7 +104,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let limits = [a, b, c, d];
             take(kernel.solve_with_limits(black_box(&limits), push, settings));
         }
-        take(kernel.scene_mut().set_delassus(black_box(&[number; 9][..])));
         take(kernel.prepare());
         let (solution, scene) = (kernel.solution(), kernel.scene());
         black_box(solution.row_by_key(key));
@@ -136,9 +134,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         take(factor.prepare(scene));
         take(Factor::new(scene).map(|_| ()));
         black_box((factor.is_current(scene), factor.contacts()));
-        if let Some(parts) = black_box(&*factor).parts() {
-            *factor = Factor::from_parts(black_box(&parts));
-        }
         let contacts = [(black_box(0), contact.offset); C];
         let rows = [black_box((0, T::ONE)); R];
         take(solver.set_impulses(black_box(&contacts), black_box(&rows)));
@@ -148,34 +143,4 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         black_box(solver.solution().worst_contact(scene, factor, settings));
         solver.reset();
     }
-}
-
-/// A scene of constants.
-pub(crate) fn call_constants<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    bench: &mut Rows<T, N, D, C, R, S>,
-) {
-    let contacts = from_fn(|_| Contact {
-        jacobian: SMatrix::zeros(),
-        offset: SVector::zeros(),
-        mu: T::ONE,
-        key: 7,
-    });
-    let rows = from_fn(|_| JointRow {
-        row: SVector::zeros(),
-        offset: T::ONE,
-        law: RowLaw::Equality,
-        compliance: T::ZERO,
-        key: 7,
-    });
-    let scene = Scene::from_parts(SMatrix::identity(), contacts, rows);
-    *bench.kernel.scene_mut() = black_box(scene);
-    let (push, settings) = black_box((SVector::zeros(), Settings::default()));
-    take(bench.kernel.solve(&push, &settings));
 }

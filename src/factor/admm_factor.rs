@@ -1,6 +1,6 @@
 //! A factor with the resolvent that ADMM needs.
 
-use super::{Factor, FactorParts};
+use super::Factor;
 use crate::error::Error;
 use crate::factor::resolvent::Resolvent;
 use crate::real::Real;
@@ -82,37 +82,4 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
     pub(crate) const fn resolvent(&self) -> &Resolvent<T, D, C> {
         &self.resolvent
     }
-
-    /// A factor from numbers that [`Self::parts`] gave, to stand in a `static`; see [`Factor::from_parts`].
-    #[must_use]
-    pub const fn from_parts(parts: &AdmmFactorParts<T, N, D, C>) -> Self {
-        Self {
-            factor: Factor::from_parts(&parts.factor),
-            resolvent: Resolvent {
-                penalty: parts.penalty,
-                matrix: parts.resolvent,
-            },
-        }
-    }
-
-    /// The numbers of this factor; `None` unless it has `C` contacts.
-    #[must_use]
-    pub fn parts(&self) -> Option<AdmmFactorParts<T, N, D, C>> {
-        Some(AdmmFactorParts {
-            factor: self.factor.parts()?,
-            penalty: self.resolvent.penalty,
-            resolvent: self.resolvent.matrix,
-        })
-    }
-}
-
-/// The numbers of an [`AdmmFactor`] of `C` contacts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AdmmFactorParts<T, const N: usize, const D: usize, const C: usize> {
-    /// Those of the factor without the resolvent.
-    pub factor: FactorParts<T, N, D, C>,
-    /// The penalty `rho` (kg).
-    pub penalty: T,
-    /// `(I + rho W)⁻¹`, blocks of `D` rows a contact, row by row.
-    pub resolvent: [[[[T; D]; C]; D]; C],
 }

@@ -20,18 +20,13 @@ use crate::scene::Scene;
 use nalgebra::SVector;
 
 mod admm_factor;
-mod baked;
 mod delassus;
 mod penalty;
 mod products;
 pub(crate) mod resolvent;
 
-pub use admm_factor::{AdmmFactor, AdmmFactorParts};
-pub use baked::FactorParts;
+pub use admm_factor::AdmmFactor;
 pub(crate) use delassus::Delassus;
-
-/// The fingerprint of a factor from [`Factor::from_parts`], which is not checked.
-const BAKED: u64 = u64::MAX;
 
 /// Cholesky factor of the mass matrix and Delassus operator `W = H M⁻¹ Hᵀ` of a scene.
 ///
@@ -61,7 +56,7 @@ const BAKED: u64 = u64::MAX;
 pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
     /// Contacts and joint rows.
     counts: Counts,
-    /// Fingerprint of the scene's `M` and `H`; 0 if empty, [`BAKED`] if it comes from [`Self::from_parts`].
+    /// Fingerprint of the scene's `M` and `H`; 0 if empty.
     fingerprint: u64,
     /// Number of dofs that contacts and joint rows move.
     moved: usize,
@@ -213,12 +208,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.moved
     }
 
-    /// True if it belongs to the scene's current `M` and `H`. Compared by a 64-bit hash. A factor from
-    /// [`Self::from_parts`] only needs the same number of contacts and joint rows.
+    /// True if it belongs to the scene's current `M` and `H`. Compared by a 64-bit hash.
     #[must_use]
     pub fn is_current<const S: usize>(&self, scene: &Scene<T, N, D, C, R, S>) -> bool {
-        self.counts == scene.counts()
-            && (self.fingerprint == BAKED || self.fingerprint == scene.fingerprint())
+        self.counts == scene.counts() && self.fingerprint == scene.fingerprint()
     }
 
     /// Number of contacts of the scene this was computed for.

@@ -14,7 +14,7 @@ use heapless::Vec;
 #[derive(Clone, Debug)]
 pub(crate) struct Resolvent<T, const D: usize, const C: usize> {
     pub(crate) penalty: T,
-    pub(crate) matrix: ContactMatrix<T, D, C>,
+    matrix: ContactMatrix<T, D, C>,
 }
 
 impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {

@@ -1,11 +1,10 @@
 //! One time step: a scene, its factor and a free impulse, brought into contact space.
 
-use crate::cone::FrictionCone;
 use crate::error::{Error, Input};
 use crate::factor::Factor;
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
-use crate::scene::{Contact, Scene, check_compliance, check_finite};
+use crate::scene::{Scene, check_finite};
 use crate::sets::contact::{expected, natural_map};
 use crate::sets::energy::EnergyScale;
 use crate::sets::{ContactSet, RowSet, Sets};
@@ -71,16 +70,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         check_finite(free_impulse, Input::FreeImpulse)?;
         if !factor.is_current(scene) {
             return Err(Error::StaleFactor);
-        }
-        let invalid = |contact: &Contact<T, N, D>| !FrictionCone::is_valid(contact.mu);
-        if let Some(contact) = scene.contacts().iter().position(invalid) {
-            return Err(Error::InvalidFriction { contact, row: 1 });
-        }
-        for (j, row) in scene.rows().iter().enumerate() {
-            if !row.law.is_valid() {
-                return Err(Error::InvalidBounds { row: j });
-            }
-            check_compliance(row.compliance, j)?;
         }
         Ok(())
     }

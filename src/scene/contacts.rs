@@ -85,7 +85,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.contacts_print = self.contacts_print.wrapping_add(print);
         self.counts.contacts += 1;
         self.find_support(index);
-        self.forget_delassus();
         Ok(index)
     }
 
@@ -122,8 +121,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Replaces the Jacobian `H_i` of a contact (`D × N`). A stored factor is stale then: a solve refuses it
-    /// ([`Error::StaleFactor`]) until it is prepared again. A factor from [`crate::Factor::from_parts`] is never refused: do
-    /// not change Jacobians with it.
+    /// ([`Error::StaleFactor`]) until it is prepared again.
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].
@@ -139,7 +137,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.find_support(contact);
         let print = self.contacts_print.wrapping_sub(before);
         self.contacts_print = print.wrapping_add(self.contact_print(contact));
-        self.forget_delassus();
         Ok(())
     }
 

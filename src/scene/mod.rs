@@ -7,13 +7,11 @@ use crate::real::Real;
 use checks::{check_symmetric, copy_and_hash, fingerprint, is_finite_and_symmetric};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 use refused::Refused;
-pub(crate) use rows::check_compliance;
 pub(crate) use surface::Scaling;
 
 mod checks;
 mod contact;
 mod contacts;
-mod delassus;
 mod joint_row;
 mod refused;
 mod rows;
@@ -86,8 +84,6 @@ pub struct Scene<
     /// Sums of the fingerprints of contacts and of joint rows.
     contacts_print: u64,
     rows_print: u64,
-    /// By how much `H Hᵀ` differs from a `W` that was given, relative to its diagonal; 0 if none was.
-    delassus_gap: T,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
@@ -122,38 +118,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             mass_print: None,
             contacts_print: 0,
             rows_print: 0,
-            delassus_gap: T::ZERO,
-        }
-    }
-
-    /// A scene with all its `C` contacts and `R` joint rows from constants, to stand in a `static`.
-    ///
-    /// Unchecked: use numbers that [`Self::set_mass`], [`Self::push`] and [`Self::push_row`] accepted on the host
-    /// (`examples/bake`, and the example of [`crate::Factor::from_parts`]). Other numbers end in an error or a status other than
-    /// [`crate::Status::Solved`], never in a panic.
-    #[must_use]
-    pub const fn from_parts(
-        mass: SMatrix<T, N, N>,
-        contacts: [Contact<T, N, D>; C],
-        rows: [JointRow<T, N>; R],
-    ) -> Self {
-        const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
-        Self {
-            mass,
-            contacts,
-            scalings: [Scaling::plain(); S],
-            supports: [Support::all(); C],
-            rows,
-            counts: Counts {
-                contacts: C,
-                rows: R,
-            },
-            has_surfaces: false,
-            refused: Refused::none(),
-            mass_print: None,
-            contacts_print: 0,
-            rows_print: 0,
-            delassus_gap: T::ZERO,
         }
     }
 
@@ -182,7 +146,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             print = fingerprint(self.mass.as_slice(), C + R);
         }
         self.mass_print = Some(print);
-        self.delassus_gap = T::ZERO;
         self.refused.mass = false;
         Ok(())
     }
@@ -191,7 +154,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn clear(&mut self) {
         self.clear_contacts();
         self.clear_rows();
-        self.forget_delassus();
     }
 
     /// A mass that changes with the unit of mass as all others do: the power of two below `M_00`. What is scaled by it does
@@ -201,12 +163,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         first.map_or(T::ONE, |mass| T::power_of_two(mass.exponent()))
     }
 
-    /// By how much `H Hᵀ` differs from a `W` that was given: `W_ab` by so many `sqrt(W_aa W_bb)` at most.
-    pub(crate) const fn delassus_gap(&self) -> T {
-        self.delassus_gap
-    }
-
-    /// 64-bit hash of `M`, `H`, joint rows and compliance. Neither 0 nor the largest number. (Of 32 bits two scenes of a
+    /// 64-bit hash of `M`, `H`, joint rows and compliance. Not 0. (Of 32 bits two scenes of a
     /// simulation have the same one every few hours.)
     pub(crate) fn fingerprint(&self) -> u64 {
         let [mass, contacts, rows] = match self.mass_print {
@@ -218,7 +175,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             ],
         };
         let sum = mass.wrapping_add(contacts).wrapping_add(rows);
-        sum.clamp(1, u64::MAX - 1)
+        sum.max(1)
     }
 
     /// Fingerprint of all that a solve depends on, but its settings.

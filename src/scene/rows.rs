@@ -34,7 +34,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .place_row(row)
             .inspect_err(|_| self.refused.row = true)?;
         self.rows_print = self.rows_print.wrapping_add(self.row_print(index));
-        self.forget_delassus();
         Ok(index)
     }
 
@@ -88,9 +87,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NoSuchRow`], [`Error::NotFinite`].
     pub fn set_row_jacobian(&mut self, row: usize, jacobian: &SVector<T, N>) -> Result<(), Error> {
         check_finite(jacobian, Input::JointRow { row })?;
-        self.replace_in_row(row, |place| place.row = *jacobian)?;
-        self.forget_delassus();
-        Ok(())
+        self.replace_in_row(row, |place| place.row = *jacobian)
     }
 
     /// Replaces the compliance of a joint row. A stored factor is then stale, as after [`Self::set_jacobian`].
@@ -188,7 +185,7 @@ fn check_offset<T: Real, const N: usize>(offset: T, row: usize) -> Result<(), Er
 }
 
 /// The compliance of a row is a number, and not negative.
-pub(crate) fn check_compliance<T: Real>(compliance: T, row: usize) -> Result<(), Error> {
+fn check_compliance<T: Real>(compliance: T, row: usize) -> Result<(), Error> {
     let usable = compliance >= T::ZERO && compliance.is_finite();
     usable
         .then_some(())

@@ -165,8 +165,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     ///
     /// # Errors
     /// [`Error::NotFinite`] for the free impulse; [`Error::StaleFactor`] unless the factor belongs to the scene's current `M`,
-    /// `H` and number of contacts; [`Error::InvalidTolerance`]; only in a scene from [`Scene::from_parts`]
-    /// [`Error::InvalidFriction`], [`Error::InvalidBounds`] and [`Error::InvalidRowCompliance`].
+    /// `H` and number of contacts; [`Error::InvalidTolerance`].
     pub fn solve<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,

@@ -45,10 +45,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        let Point {
-            r, u, natural_map, ..
-        } = &self.point;
-        monitor.consider(r, u, *natural_map);
+        let point = &self.point;
+        monitor.consider(&point.r, &point.u, point.natural_map);
     }
 
     /// The same where it may be asked whether all can stay at rest: not in sweeps.
@@ -57,10 +55,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         if monitor.record.asks_for_rest() {
-            let Point {
-                r, u, natural_map, ..
-            } = &self.point;
-            monitor.consider_rest(r, u, *natural_map);
+            let point = &self.point;
+            monitor.consider_rest(&point.r, &point.u, point.natural_map);
         } else {
             self.consider(monitor);
         }
@@ -72,10 +68,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         if monitor.record.asks_for_rest() {
-            let Point {
-                r, u, natural_map, ..
-            } = &self.point;
-            monitor.judge_rest(r, u, *natural_map);
+            let point = &self.point;
+            monitor.judge_rest(&point.r, &point.u, point.natural_map);
         } else {
             monitor.judge();
         }

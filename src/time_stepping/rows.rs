@@ -7,7 +7,7 @@ use crate::real::Real;
 use crate::scene::{JointRow, RowLaw};
 use nalgebra::SVector;
 
-/// The stop of a joint: `0 <= λ ⟂ row · v + distance / h >= 0`.
+/// Stop of a joint, `0 <= λ ⟂ row · v + distance / h >= 0`: a [`Gap`] (in rad and rad/s, or m and m/s), with its [`Gap::row`].
 ///
 /// ```
 /// use nalgebra::vector;
@@ -18,38 +18,13 @@ use nalgebra::SVector;
 /// assert_eq!((knee.offset, knee.key), (0.5, 7)); // half a radian a second, and no faster
 /// # Ok::<(), stiction::Error>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct JointLimit<T> {
-    /// Distance of the joint from its stop (rad, m), negative beyond it, infinite if it has none (default 0).
-    pub distance: T,
-    /// Largest speed at which a joint beyond its stop comes back (rad/s, m/s), not negative. With infinity (default) it is back after the step.
-    pub recovery: T,
-    /// Largest offset (rad/s, m/s), as [`Gap::reach`].
-    pub reach: T,
-}
+pub type JointLimit<T> = Gap<T>;
 
-impl<T: Real> Default for JointLimit<T> {
-    fn default() -> Self {
-        let Gap {
-            distance,
-            recovery,
-            reach,
-        } = Gap::default();
-        Self {
-            distance,
-            recovery,
-            reach,
-        }
-    }
-}
-
-impl<T: Real> JointLimit<T> {
-    /// The row over a `step > 0` (s).
+impl<T: Real> Gap<T> {
+    /// The row of a joint's stop over a `step > 0` (s).
     ///
-    /// `row` points away from the stop: 1 at the joint with `distance = q - q_min` for the lower stop, -1 with `q_max - q` for
-    /// the upper one.
+    /// `distance` is how far the joint is from its stop (rad, m); `row` points away from that: 1 at the joint with `distance = q - q_min` for
+    /// the lower stop, -1 with `q_max - q` for the upper one.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] as of [`Gap::offset`], with [`Parameter::Distance`]. (The scene checks `row`, here and below.)
@@ -59,14 +34,9 @@ impl<T: Real> JointLimit<T> {
         step: T,
         key: u32,
     ) -> Result<JointRow<T, N>, Error> {
-        let gap = Gap {
-            distance: self.distance,
-            recovery: self.recovery,
-            reach: self.reach,
-        };
         Ok(JointRow {
             row,
-            offset: closing_speed(Parameter::Distance, &gap, Parameter::Step.positive(step))?,
+            offset: closing_speed(Parameter::Distance, self, Parameter::Step.positive(step))?,
             law: RowLaw::Limit,
             compliance: T::ZERO,
             key,

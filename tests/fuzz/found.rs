@@ -156,19 +156,3 @@ fn a_mass_that_vanishes_is_named() -> Result<(), Error> {
     assert_eq!(refused, Some(Error::MassNotPositiveDefinite { dof: 1 }));
     Ok(())
 }
-
-/// The product of two of its entries vanishes.
-#[test]
-fn a_small_delassus_operator_is_taken() -> Result<(), Error> {
-    let mut kernel = Kernel::<f32, 2, 1, 2>::new();
-    for key in 0..2 {
-        kernel.scene_mut().push(&Contact {
-            jacobian: matrix![0.0, 0.0],
-            offset: vector![-1.0],
-            mu: 0.0,
-            key,
-        })?;
-    }
-    let scene = kernel.scene_mut();
-    scene.set_delassus(&[1.1e-23, 0.7e-23, 0.7e-23, 1.3e-23])
-}

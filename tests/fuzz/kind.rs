@@ -77,14 +77,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C, 0
         if let Step::Push(x, mu, key) = step {
             let _ = scene.push(&contact(x, *mu, *key));
         }
-        if let Step::Delassus(x) = step {
-            let root = SMatrix::<T, D, N>::from_fn(|i, j| at(x, i * N + j));
-            let block = root * root.transpose();
-            let size = D * scene.contacts().len();
-            let entry = |place: usize| block[(place / size % D, place % D)];
-            let delassus: Vec<T> = (0..size * size).map(entry).collect();
-            let _ = scene.set_delassus(&delassus);
-        }
     }
 
     /// ADMM's answer to the same.

@@ -3,7 +3,7 @@
 use super::cases::is_tame;
 use super::kind::{Kind, at, contact, double, vector};
 use super::steps::{Law, Step};
-use nalgebra::{DMatrix, SVector};
+use nalgebra::SVector;
 use stiction::{JointRow, Model, Real, RowLaw, RowSolution, Scene, Solution, Status, Surface};
 use testbed::mixed::{Friction, Joint, MixedFile};
 use testbed::mixed_measure;
@@ -192,11 +192,6 @@ impl Record {
                 if let Some(place) = scene.rows().iter().position(|row| row.key == *key) {
                     self.rows.remove(place);
                 }
-            }
-            Step::Delassus(x) => {
-                let size = D * scene.contacts().len() + scene.rows().len();
-                let root = DMatrix::<T>::from_fn(size, N, |i, j| at(x, i * N + j));
-                let _ = scene.set_delassus((&root * root.transpose()).as_slice());
             }
             Step::Clear => *self = Self::default(),
             Step::ClearContacts => self.contacts.clear(),

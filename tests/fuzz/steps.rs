@@ -24,7 +24,6 @@ pub(super) enum Step {
     /// By their keys.
     RemoveContact(u32),
     RemoveRow(u32),
-    Delassus(Vec<f64>),
     Clear,
     ClearContacts,
     ClearRows,
@@ -143,7 +142,6 @@ fn step() -> impl Strategy<Value = Step> {
         1 => (place(), compliance()).prop_map(|(i, soft)| Step::RowCompliance(i, soft)),
         1 => key().prop_map(Step::RemoveContact),
         1 => key().prop_map(Step::RemoveRow),
-        1 => numbers().prop_map(Step::Delassus),
         1 => prop_oneof![Just(Step::Clear), Just(Step::ClearContacts), Just(Step::ClearRows)],
         1 => Just(Step::Reset),
         1 => (impulses(), impulses()).prop_map(|(of_contacts, of_rows)| Step::Impulses(of_contacts, of_rows)),

@@ -1,7 +1,7 @@
 //! Derivatives of solutions, in double precision, by kernels of a few sizes.
 
 use crate::engine::{Compiled, Engine, with_room};
-use crate::problem::{Dynamics, Needs, Problem};
+use crate::problem::{Needs, Problem};
 use std::cell::RefCell;
 use stiction::nalgebra::SVector;
 use stiction::{Error, Inputs, Outputs, Settings};
@@ -227,9 +227,6 @@ pub fn differentiate(
     impulses: [&[f64]; 2],
     (way, from, to): (Way, &[f64], &mut [f64]),
 ) -> Result<Facts, String> {
-    if matches!(problem.dynamics, Dynamics::Delassus(_)) {
-        return Err("solution: there is no derivative of one whose W was given".to_owned());
-    }
     let needs = problem.needs();
     let holds = |size: &Needs| {
         needs.n <= size.n

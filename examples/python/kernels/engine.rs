@@ -1,6 +1,6 @@
 //! A kernel of one compiled size behind an interface for all: fills it, padded, and reads its solution.
 
-use crate::problem::{Dynamics, Friction, Out, Outcome, Problem};
+use crate::problem::{Friction, Out, Outcome, Problem};
 use crate::room;
 use std::cell::RefCell;
 use std::thread::LocalKey;
@@ -128,12 +128,10 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
                 mu: T::ZERO,
                 key: problem.keys.get(i).copied().unwrap_or(0),
             };
-            if let Dynamics::Mass(_, jacobian, _) = problem.dynamics {
-                let own = &jacobian[i * D * n..][..D * n];
-                for (j, column) in contact.jacobian.data.0[..n].iter_mut().enumerate() {
-                    for (entry, row) in column.iter_mut().zip(own.chunks_exact(n)) {
-                        *entry = row[j];
-                    }
+            let own = &problem.jacobian[i * D * n..][..D * n];
+            for (j, column) in contact.jacobian.data.0[..n].iter_mut().enumerate() {
+                for (entry, row) in column.iter_mut().zip(own.chunks_exact(n)) {
+                    *entry = row[j];
                 }
             }
             let compliance = problem.compliance.chunks_exact(2).nth(i);
@@ -156,9 +154,7 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
         let (n, rows) = (problem.n, problem.rows);
         for (j, (&lower, &upper)) in rows.lower.iter().zip(rows.upper).enumerate() {
             let mut row = SVector::<T, N>::zeros();
-            if let Some(own) = rows.jacobian.get(j * n..(j + 1) * n) {
-                row.as_mut_slice()[..n].copy_from_slice(own);
-            }
+            row.as_mut_slice()[..n].copy_from_slice(&rows.jacobian[j * n..][..n]);
             let law = if lower == T::ZERO && upper == T::INFINITY {
                 RowLaw::Limit
             } else if lower == -T::INFINITY && upper == T::INFINITY {
@@ -209,16 +205,10 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
     fn load(&mut self, problem: &Problem<'_, T>) -> Result<(), Error> {
         self.kernel.scene_mut().clear();
         self.free_impulse = SVector::zeros();
-        if let Dynamics::Mass(mass, _, free_impulse) = problem.dynamics {
-            self.set_mass(problem.n, mass)?;
-            self.free_impulse.as_mut_slice()[..problem.n].copy_from_slice(free_impulse);
-        }
+        self.set_mass(problem.n, problem.mass)?;
+        self.free_impulse.as_mut_slice()[..problem.n].copy_from_slice(problem.free_impulse);
         self.push_contacts(problem)?;
-        self.push_rows(problem)?;
-        if let Dynamics::Delassus(delassus) = problem.dynamics {
-            self.kernel.scene_mut().set_delassus(delassus)?;
-        }
-        Ok(())
+        self.push_rows(problem)
     }
 
     fn solve(&mut self, settings: &Settings<T>, resume: bool) -> Result<Outcome, Error> {

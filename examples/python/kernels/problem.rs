@@ -7,8 +7,13 @@ use stiction::{Error, Input, List, Real, Status, Work};
 pub struct Problem<'a, T> {
     pub n: usize,
     pub dim: usize,
-    pub dynamics: Dynamics<'a, T>,
-    /// `w`, or `q`; `c × dim`.
+    /// `M`, `n × n`.
+    pub mass: &'a [T],
+    /// `H`, `c × dim × n`.
+    pub jacobian: &'a [T],
+    /// `n`
+    pub free_impulse: &'a [T],
+    /// `w`, `c × dim`.
     pub offsets: &'a [T],
     pub friction: Friction<'a, T>,
     /// Along normal and tangents, `c × 2`; empty if all are rigid.
@@ -16,15 +21,6 @@ pub struct Problem<'a, T> {
     /// `c`, or empty if all are 0.
     pub keys: &'a [u32],
     pub rows: Rows<'a, T>,
-}
-
-/// What moves.
-#[derive(Clone, Copy)]
-pub enum Dynamics<'a, T> {
-    /// `M` (`n × n`), `H` (`c × dim × n`) and the free impulse (`n`).
-    Mass(&'a [T], &'a [T], &'a [T]),
-    /// `W` (`m × m`).
-    Delassus(&'a [T]),
 }
 
 /// Friction coefficients.
@@ -39,7 +35,7 @@ pub enum Friction<'a, T> {
 /// Joint rows; without bounds there are none.
 #[derive(Clone, Copy)]
 pub struct Rows<'a, T> {
-    /// `k × n`; empty beside a `W`.
+    /// `k × n`
     pub jacobian: &'a [T],
     pub offset: &'a [T],
     pub lower: &'a [T],
@@ -67,13 +63,8 @@ impl<T> Problem<'_, T> {
     /// What a compiled size has to hold.
     pub fn needs(&self) -> Needs {
         let (contacts, rows) = (self.contacts(), self.rows.lower.len());
-        let n = match self.dynamics {
-            Dynamics::Mass(..) => self.n,
-            // The rank, as far as it is known.
-            Dynamics::Delassus(_) => (self.dim * contacts + rows).clamp(1, self.n),
-        };
         Needs {
-            n,
+            n: self.n,
             dim: self.dim,
             contacts,
             rows,
@@ -176,7 +167,6 @@ pub fn refusal(error: &Error) -> String {
             Input::FreeImpulse => "free_impulse",
             Input::Jacobian { .. } => "H",
             Input::Offset { .. } => "w",
-            Input::Delassus => "W",
             Input::JointRow { .. } => "rows",
             _ => "impulses",
         },
@@ -184,7 +174,6 @@ pub fn refusal(error: &Error) -> String {
         Error::InvalidFriction { .. } => "mu",
         Error::InvalidTolerance => "tol",
         Error::DelassusOutOfRange { .. } => "H",
-        Error::DelassusSize { .. } | Error::DelassusNotGram { .. } => "W",
         Error::InvalidCompliance { .. } => "compliance",
         Error::ListFull {
             list: List::Contacts | List::Surfaces | List::InitialImpulses,

@@ -121,18 +121,6 @@ sizes! {
         (12, 6, 8, 12, 8) (36, 6, 24, 48, 24) (60, 6, 24, 48, 24) (96, 6, 64, 96, 64);
 }
 
-/// The most velocities that any of them has.
-pub const MOST_VELOCITIES: usize = {
-    let (mut most, mut place) = (0, 0);
-    while place < SIZES.len() {
-        if SIZES[place].n > most {
-            most = SIZES[place].n;
-        }
-        place += 1;
-    }
-    most
-};
-
 /// The most contacts of so many rows that any of them has.
 pub fn most_contacts(dim: usize) -> usize {
     let of_dim = SIZES.iter().filter(|size| size.dim == dim);

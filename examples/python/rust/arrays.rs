@@ -4,7 +4,7 @@ use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use stiction_kernels::problem::{Dynamics, Friction, Problem, Rows};
+use stiction_kernels::problem::{Friction, Problem, Rows};
 
 /// A number of kernels and of numpy.
 pub(crate) trait Number: stiction_kernels::engine::Number + Element {}
@@ -101,7 +101,7 @@ impl<'py, T: Element> Array<'py, T> {
 
 /// The joint rows of a call.
 struct RowArrays<'py, T: Element> {
-    jacobian: Option<Array<'py, T>>,
+    jacobian: Array<'py, T>,
     /// Offset, lower and upper bound, compliance.
     numbers: [Array<'py, T>; 4],
     keys: Array<'py, u32>,
@@ -115,8 +115,8 @@ pub(crate) struct Arrays<'py, T: Element> {
     pub(crate) rows: usize,
     /// Number of scenes.
     pub(crate) lead: usize,
-    /// `M`, `H` and the free impulse, or `W`.
-    dynamics: Vec<Array<'py, T>>,
+    /// `M`, `H` and the free impulse.
+    dynamics: [Array<'py, T>; 3],
     offsets: Array<'py, T>,
     friction: Array<'py, T>,
     compliance: Option<Array<'py, T>>,
@@ -125,52 +125,39 @@ pub(crate) struct Arrays<'py, T: Element> {
 }
 
 impl<'py, T: Number> Arrays<'py, T> {
-    /// From `(M or W, H or None, free impulse or None, w or q, mu, compliance or None, keys or None, rows or None)`; rows are
-    /// `(jacobian or None, offset, lower, upper, compliance, keys)`.
+    /// From `(M, H, free impulse, w, mu, compliance or None, keys or None, rows or None)`; rows are
+    /// `(jacobian, offset, lower, upper, compliance, keys)`.
     pub(crate) fn new(arguments: &Bound<'py, PyTuple>, is_batch: bool) -> PyResult<Self> {
         let at = |place: usize| arguments.get_item(place);
         let number = |name, place: usize| Array::<T>::new(name, &at(place)?, is_batch);
-        let is_delassus = at(1)?.is_none();
         let friction = number("mu", 4)?;
-        let offsets = number(if is_delassus { "q" } else { "w" }, 3)?;
+        let offsets = number("w", 3)?;
         let contacts = *friction
             .shape()
             .first()
             .ok_or_else(|| friction.wrong("one coefficient a contact"))?;
-        let mut dynamics = vec![number(if is_delassus { "W" } else { "M" }, 0)?];
-        let n = if is_delassus {
-            stiction_kernels::sizes::MOST_VELOCITIES
+        let dynamics = [number("M", 0)?, number("H", 1)?, number("free_impulse", 2)?];
+        let [n, behind, pushed] = dynamics
+            .each_ref()
+            .map(|array| array.shape().last().copied().unwrap_or(0));
+        // Whom two others contradict is wrong.
+        let n = if behind == pushed && n != behind {
+            behind
         } else {
-            dynamics.push(number("H", 1)?);
-            dynamics.push(number("free_impulse", 2)?);
-            let [n, behind, pushed] = [&dynamics[0], &dynamics[1], &dynamics[2]]
-                .map(|array| array.shape().last().copied().unwrap_or(0));
-            // Whom two others contradict is wrong.
-            if behind == pushed && n != behind {
-                behind
-            } else {
-                n
-            }
+            n
         };
-        if !is_delassus {
-            dynamics[0].expect(&[&[n, n]])?;
-        }
-        // The rows of a contact, as `H` has them or `q`.
-        let shaped = dynamics.get(1).unwrap_or(&offsets);
-        let behind = if is_delassus { &[][..] } else { &[n][..] };
+        let [mass, shaped, free_impulse] = &dynamics;
+        mass.expect(&[&[n, n]])?;
+        // The rows of a contact, as `H` has them.
+        let behind = &[n][..];
         let dim = match (shaped.shape(), contacts) {
             ([of, dim, rest @ ..], _) if *of == contacts && rest == behind => *dim,
             ([_, ..], 0) => 3,
             ([all, rest @ ..], _) if rest == behind && all % contacts == 0 => all / contacts,
             _ => {
-                return Err(shaped.wrong(&format!(
-                    "that of {contacts} contacts{}",
-                    if is_delassus {
-                        ""
-                    } else {
-                        " over the velocities"
-                    }
-                )));
+                return Err(
+                    shaped.wrong(&format!("that of {contacts} contacts over the velocities"))
+                );
             }
         };
         if !matches!(dim, 1..=4 | 6) {
@@ -186,15 +173,10 @@ impl<'py, T: Number> Arrays<'py, T> {
         friction.expect(round)?;
         let compliance = Array::optional("compliance", &at(5)?, is_batch)?;
         let keys = Array::optional("keys", &at(6)?, is_batch)?;
-        let joint = Self::rows(&at(7)?, n, is_delassus, is_batch)?;
+        let joint = Self::rows(&at(7)?, n, is_batch)?;
         let rows = joint.as_ref().map_or(0, |rows| rows.numbers[0].shape()[0]);
-        if is_delassus {
-            let m = dim * contacts + rows;
-            dynamics[0].expect(&[&[m, m]])?;
-        } else {
-            dynamics[1].expect(&[&[contacts, dim, n], &[contacts * dim, n]])?;
-            dynamics[2].expect(&[&[n]])?;
-        }
+        shaped.expect(&[&[contacts, dim, n], &[contacts * dim, n]])?;
+        free_impulse.expect(&[&[n]])?;
         compliance
             .as_ref()
             .map_or(Ok(()), |array| array.expect(&[&[contacts, 2]]))?;
@@ -220,7 +202,6 @@ impl<'py, T: Number> Arrays<'py, T> {
     fn rows(
         rows: &Bound<'py, PyAny>,
         n: usize,
-        is_delassus: bool,
         is_batch: bool,
     ) -> PyResult<Option<RowArrays<'py, T>>> {
         if rows.is_none() {
@@ -228,11 +209,7 @@ impl<'py, T: Number> Arrays<'py, T> {
         }
         let rows = rows.cast::<PyTuple>()?;
         let number = |name, place: usize| Array::<T>::new(name, &rows.get_item(place)?, is_batch);
-        let jacobian = if is_delassus {
-            None
-        } else {
-            Some(number("rows.jacobian", 0)?)
-        };
+        let jacobian = number("rows.jacobian", 0)?;
         let numbers = [
             number("rows.offset", 1)?,
             number("rows.lower", 2)?,
@@ -240,16 +217,8 @@ impl<'py, T: Number> Arrays<'py, T> {
             number("rows.compliance", 4)?,
         ];
         let keys = Array::new("rows.keys", &rows.get_item(5)?, is_batch)?;
-        let count = jacobian
-            .as_ref()
-            .unwrap_or(&numbers[0])
-            .shape()
-            .first()
-            .copied()
-            .unwrap_or(0);
-        jacobian
-            .as_ref()
-            .map_or(Ok(()), |array| array.expect(&[&[count, n]]))?;
+        let count = jacobian.shape().first().copied().unwrap_or(0);
+        jacobian.expect(&[&[count, n]])?;
         numbers
             .iter()
             .try_for_each(|array| array.expect(&[&[count]]))?;
@@ -271,7 +240,7 @@ impl<'py, T: Number> Arrays<'py, T> {
         let rows = self
             .joint
             .iter()
-            .flat_map(|rows| rows.numbers.iter().chain(&rows.jacobian));
+            .flat_map(|rows| rows.numbers.iter().chain([&rows.jacobian]));
         let keys = self
             .keys
             .iter()
@@ -294,19 +263,9 @@ impl<'py, T: Number> Arrays<'py, T> {
         }
     }
 
-    /// How many velocities a solution has: none, if `W` is given.
-    pub(crate) fn velocities(&self) -> usize {
-        if self.dynamics.len() == 1 { 0 } else { self.n }
-    }
-
     /// A scene of them.
     pub(crate) fn problem(&self, scene: usize) -> Problem<'_, T> {
-        let dynamics = match &self.dynamics[..] {
-            [mass, jacobian, push] => {
-                Dynamics::Mass(mass.of(scene), jacobian.of(scene), push.of(scene))
-            }
-            others => Dynamics::Delassus(others[0].of(scene)),
-        };
+        let [mass, jacobian, free_impulse] = self.dynamics.each_ref().map(|array| array.of(scene));
         let mu = self.friction.of(scene);
         let friction = if self.friction.shape().len() == 1 {
             Friction::Round(mu)
@@ -316,12 +275,8 @@ impl<'py, T: Number> Arrays<'py, T> {
         let rows = self.joint.as_ref().map_or(Rows::NONE, |rows| {
             let [offset, lower, upper, compliance] =
                 rows.numbers.each_ref().map(|array| array.of(scene));
-            let jacobian = rows
-                .jacobian
-                .as_ref()
-                .map_or(&[][..], |array| array.of(scene));
             Rows {
-                jacobian,
+                jacobian: rows.jacobian.of(scene),
                 offset,
                 lower,
                 upper,
@@ -332,7 +287,9 @@ impl<'py, T: Number> Arrays<'py, T> {
         Problem {
             n: self.n,
             dim: self.dim,
-            dynamics,
+            mass,
+            jacobian,
+            free_impulse,
             offsets: self.offsets.of(scene),
             friction,
             compliance: self

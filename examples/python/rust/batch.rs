@@ -45,7 +45,7 @@ pub(crate) fn batch_shape(scenes: &Bound<'_, PyTuple>, single: bool) -> PyResult
         let arrays = Arrays::<T>::new(scenes, true)?;
         Ok([
             arrays.lead,
-            arrays.velocities(),
+            arrays.n,
             arrays.contacts,
             arrays.dim,
             arrays.rows,
@@ -66,12 +66,7 @@ fn solve_all<T: Number>(
     out: &Bound<'_, PyTuple>,
 ) -> PyResult<()> {
     let arrays = Arrays::<T>::new(scenes, true)?;
-    let (n, c, k, count) = (
-        arrays.velocities(),
-        arrays.contacts,
-        arrays.rows,
-        arrays.lead,
-    );
+    let (n, c, k, count) = (arrays.n, arrays.contacts, arrays.rows, arrays.lead);
     if count == 0 {
         return Ok(());
     }

@@ -29,7 +29,7 @@ pub(crate) fn derivative<'py>(
     let arrays = Arrays::<f64>::new(scenes, is_batch)?;
     let settings = settings::<f64>(&given)?;
     let lengths = Lengths {
-        n: arrays.velocities(),
+        n: arrays.n,
         contacts: arrays.contacts,
         dim: arrays.dim,
         rows: arrays.rows,

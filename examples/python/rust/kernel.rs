@@ -127,12 +127,7 @@ impl Kernel {
                 arrays.n, arrays.contacts, arrays.dim, arrays.rows
             )));
         }
-        let sizes = [
-            arrays.velocities(),
-            arrays.contacts,
-            arrays.dim,
-            arrays.rows,
-        ];
+        let sizes = [arrays.n, arrays.contacts, arrays.dim, arrays.rows];
         let settings = settings(given)?;
         solved(py, |answer| {
             let mut kept = lock(kept);

@@ -106,12 +106,7 @@ pub(crate) fn solve<'py>(
         let problem = arrays.problem(0);
         let settings = self::settings(given)?;
         let index = sizes::index(&problem.needs()).map_err(PyValueError::new_err)?;
-        let sizes = [
-            arrays.velocities(),
-            arrays.contacts,
-            arrays.dim,
-            arrays.rows,
-        ];
+        let sizes = [arrays.n, arrays.contacts, arrays.dim, arrays.rows];
         solved(py, |answer| {
             let mut out = answer.out(sizes);
             let outcome = with_engine(index, |engine| run(engine, &problem, &settings, &mut out));

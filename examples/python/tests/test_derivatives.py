@@ -162,7 +162,7 @@ def test_what_has_no_derivative_says_so() -> None:
         found.jvp(w=np.zeros((2, 3)))
     with pytest.raises(ValueError, match="^v: shape"):
         found.vjp(v=np.zeros(2))
-    with pytest.raises(ValueError, match="^solution: .* whose W was given"):
+    with pytest.raises(ValueError, match="^solution: its scene is not known"):
         stiction.solve_delassus(np.eye(3), PUSH, MU).jvp(mu=1.0)
     push = PUSH.copy()
     found = stiction.solve(EYE, H, push, W, MU)

@@ -75,6 +75,22 @@ def test_delassus() -> None:
     free = stiction.solve(np.eye(10), J, np.zeros(10), q, mu, tol=1e-9)
     assert given.solved and free.solved
     assert np.allclose(given.u, free.u, atol=1e-7)
+    assert given.v.size == 0
+    W = J @ J.T
+    for wrong in (W[:9, :9], W[:, :9], W + np.diag(np.ones(11), 1), W - np.eye(12), W * np.nan):
+        with pytest.raises(ValueError, match="^W:"):
+            stiction.solve_delassus(wrong, q, mu)
+
+
+def test_delassus_in_unlike_units() -> None:
+    """Rows of 1e-8 of the others are still there."""
+    rng = np.random.default_rng(2)
+    J = rng.normal(size=(6, 6)) * np.repeat([1.0, 1e-8], 3)[:, None]
+    q = rng.normal(size=(2, 3)) * [[1.0], [1e-8]]
+    given = stiction.solve_delassus(J @ J.T, q, 0.5, tol=1e-9)
+    free = stiction.solve(np.eye(6), J, np.zeros(6), q, 0.5, tol=1e-9)
+    assert given.solved and free.solved
+    assert np.allclose(given.u / [[1.0], [1e-8]], free.u / [[1.0], [1e-8]], atol=1e-6)
 
 
 def test_rows() -> None:
@@ -188,5 +204,5 @@ def test_one_coefficient_is_that_of_all_contacts() -> None:
         assert stiction.solve(np.eye(3), H, push, w, 0.5).status is stiction.Status.SOLVED
     with pytest.raises(ValueError, match="^w:"):
         stiction.solve(np.eye(3), H.reshape(6, 3), push, np.zeros(6), 0.5)
-    with pytest.raises(ValueError, match="^q:"):
+    with pytest.raises(ValueError, match="^w:"):
         stiction.solve_delassus(np.eye(6), np.zeros(6), 0.5)

@@ -17,7 +17,7 @@ mod several;
 mod single;
 mod units;
 
-pub use mixed::{Given, given, mixed, time_steps};
+pub use mixed::{mixed, time_steps};
 
 use crate::scene_file::SceneFile;
 use nalgebra::DVector;

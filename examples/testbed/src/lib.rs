@@ -9,8 +9,8 @@
 )]
 
 mod contact_keys;
+pub mod delassus;
 pub mod generate;
-pub mod given;
 mod judge;
 pub mod kernel;
 pub mod measure;

@@ -1,6 +1,6 @@
 //! The error of a solution as somebody else would measure it, from the scene as given.
 
-use crate::judge::{self, NaturalMap, Wide};
+use crate::judge::{self, Wide};
 use crate::scene_file::SceneFile;
 use nalgebra::{DVector, SVector};
 use stiction::{Real, Scene, Solution};
@@ -81,35 +81,6 @@ pub fn size(scene: &SceneFile, law: Law) -> f64 {
         .map_or(0.0, |(map, ..)| judge::narrow(map.size()))
 }
 
-/// The error of impulses where `W` (row by row) and `q` (the offsets) are given: the natural map alone.
-pub fn error_given(delassus: &[Vec<f64>], q: &[f64], mu: &[f64], r: &[f64]) -> f64 {
-    let d = r.len().checked_div(mu.len()).unwrap_or(1);
-    let (wide_r, wide_q) = (judge::wide(r), judge::wide(q));
-    let mut map = NaturalMap::new();
-    for (i, &mu) in mu.iter().enumerate() {
-        let own = i * d..(i + 1) * d;
-        let contact = judge::Contact {
-            rows: Vec::new(),
-            scales: Vec::new(),
-            offset: wide_q[own.clone()].to_vec(),
-            compliance: Vec::new(),
-            mu: Wide::from(mu),
-            shift: Wide::from(mu),
-        };
-        let moved = |k: usize| judge::dot(&judge::wide(&delassus[k]), &wide_r) + wide_q[k];
-        let u: judge::Vector = own.clone().map(moved).collect();
-        let trace = own
-            .clone()
-            .fold(judge::zero(), |sum, k| sum + Wide::from(delassus[k][k]));
-        let (r, q, still) = (&wide_r[own.clone()], &wide_q[own], vec![judge::zero(); d]);
-        if map.add(&contact, trace, (r, &u), (q, &still)).is_none() {
-            return f64::INFINITY;
-        }
-    }
-    // What momenta let expect is not known here.
-    judge::narrow(map.error(Wide::from(f64::MAX)))
-}
-
 /// What a certificate of infeasibility `d` (one number a contact) proves: any velocity with
 /// `H_N v + w_N >= 0` has so many times the kinetic energy, in its square root, that the fastest
 /// offset asks for alone. Infinite if `H_Nᵀ d = 0` exactly, 0 if `d` proves nothing.
@@ -140,26 +111,6 @@ pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
     } else {
         f64::INFINITY
     }
-}
-
-/// [`proof`] where `W` and `q` are given, by the offsets that have a part in it: `W` is rounded, and so not singular.
-pub fn proof_given(delassus: &[Vec<f64>], q: &[f64], d: &[f64]) -> f64 {
-    let dim = q.len().checked_div(d.len()).unwrap_or(1);
-    let (mut leak, mut approach, mut fastest) = (judge::zero(), 0.0, 0.0_f64);
-    for (i, &d_i) in d.iter().enumerate() {
-        let row = &delassus[i * dim];
-        let normals: Vec<f64> = (0..d.len()).map(|j| row[j * dim]).collect();
-        leak += judge::dot(&judge::wide(&normals), &judge::wide(d)) * d_i;
-        approach -= d_i * q[i * dim];
-        let own = normals[i];
-        if own > 0.0 && d_i > 0.0 {
-            fastest = fastest.max(q[i * dim].abs() / own.sqrt());
-        }
-    }
-    if d.iter().any(|&d| d < 0.0) || approach <= 0.0 {
-        return 0.0;
-    }
-    approach / (judge::narrow(judge::root(leak)) * fastest)
 }
 
 /// [`error`] of a solution of the kernel.

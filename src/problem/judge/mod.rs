@@ -99,11 +99,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut momentum = dynamics::momentum(self.scene, free, v, written, &mut u, &mut sizes);
         self.add_compliance(written, &mut u);
         self.set_floors(&mut momentum);
-        let mut rounding = rounding::bound(self, [judged, written], &sizes, &mut momentum);
+        let mut rounding = rounding::bound(self, written, &sizes, &mut momentum);
         solution.error = self.error(&momentum, &u, judged, &rounding);
         if exactly && solution.error > tolerance {
             let places = (&mut u, &mut momentum);
-            rounding::refine(self, v, [judged, written], places, &mut rounding);
+            rounding::refine(self, v, written, places, &mut rounding);
             solution.error = self.error(&momentum, &u, judged, &rounding);
         }
         self.write(written, judged, &u, solution);

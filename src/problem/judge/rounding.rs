@@ -53,7 +53,7 @@ pub(crate) fn bound<
     const S: usize,
 >(
     problem: &Problem<'_, T, N, D, C, R, S>,
-    [judged, written]: [&Stacked<T, D, C, R>; 2],
+    written: &Stacked<T, D, C, R>,
     sizes: &Stacked<T, D, C, R>,
     momentum: &mut Dynamics<T>,
 ) -> Rounding<T, C, R> {
@@ -85,7 +85,6 @@ pub(crate) fn bound<
         let added = precision::<T>(COMPLIANCE) * (row.compliance * r).abs();
         *bound = square(&[own * size + added]);
     }
-    add_gap(problem, judged, &mut velocities);
     // A term of `M v` or of `Hᵀ r` takes part in a sum of its own, and in two more.
     let share = precision::<T>(N.max(rows(sets)) + 3);
     let noise = |norms: &mut Norms<T>| {
@@ -127,7 +126,6 @@ pub(crate) fn crude<
     // Single precision has too few digits for them.
     let usable = T::EPSILON < T::literal(1e-10)
         && !scene.is_mixed()
-        && scene.delassus_gap() == T::ZERO
         && problem.factor.uncertainty() < T::literal(0.1);
     if !usable {
         return None;
@@ -184,8 +182,8 @@ fn squares<T: Real, const D: usize>(bounds: &[T; D]) -> [T; 2] {
     [square(bounds), square(bounds.get(..1).unwrap_or_default())]
 }
 
-/// Computes `u = H v + w`, with what compliance adds, and `M v - M v_free - Hᵀ r` again, with twice the digits, of impulses in scaled
-/// rows and in rows that are not; the bounds of [`bound`] become those that are left.
+/// Computes `u = H v + w`, with what compliance adds, and `M v - M v_free - Hᵀ r` again, with twice the digits; the bounds of [`bound`]
+/// become those that are left.
 #[inline(never)]
 pub(crate) fn refine<
     T: Real,
@@ -197,7 +195,7 @@ pub(crate) fn refine<
 >(
     problem: &Problem<'_, T, N, D, C, R, S>,
     v: &[T; N],
-    [judged, written]: [&Stacked<T, D, C, R>; 2],
+    written: &Stacked<T, D, C, R>,
     (u, momentum): (&mut Stacked<T, D, C, R>, &mut Dynamics<T>),
     rounding: &mut Rounding<T, C, R>,
 ) {
@@ -264,7 +262,6 @@ pub(crate) fn refine<
             *bound = square(&[half * (rounded + left)]);
         }
     }
-    add_gap(problem, judged, velocities);
     let gaps = gaps.map(Dot2::value);
     if !gaps.iter().all(T::is_finite) {
         return;
@@ -280,44 +277,6 @@ pub(crate) fn refine<
             T::literal(2.0) * (left * left * norms.magnitude + rounded)
         })
     });
-}
-
-/// Adds to squares of bounds on velocities by how much a `W` that was given moves more than `H Hᵀ`:
-/// `|W_ab - H_a·H_b| <= gap sqrt(W_aa W_bb)`.
-#[inline]
-fn add_gap<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    problem: &Problem<'_, T, N, D, C, R, S>,
-    r: &Stacked<T, D, C, R>,
-    velocities: &mut VelocityNoise<T, C, R>,
-) {
-    let gap = problem.scene.delassus_gap();
-    if gap == T::ZERO {
-        return;
-    }
-    let sets = &problem.sets;
-    let mut speed = T::ZERO;
-    for (set, r) in sets.contacts().iter().zip(&r.contacts) {
-        let sum = r.iter().fold(T::ZERO, |sum, r| sum + r.abs());
-        speed += gap * set.inverse_mass().square_root() * sum;
-    }
-    for (set, &r) in sets.rows().iter().zip(&r.rows) {
-        speed += gap * set.inverse_mass().square_root() * r.abs();
-    }
-    let two = T::literal(2.0); // as above
-    for (velocity, set) in velocities.contacts.iter_mut().zip(sets.contacts()) {
-        let gap = set.inverse_mass() * (speed * speed);
-        *velocity = velocity.map(|bound| (bound + gap) * two);
-    }
-    for (velocity, set) in velocities.rows.iter_mut().zip(sets.rows()) {
-        *velocity = (*velocity + set.inverse_mass() * (speed * speed)) * two;
-    }
 }
 
 #[cfg(test)]

@@ -64,15 +64,6 @@ impl<T: Real> RowSet<T> {
         }
     }
 
-    /// `W_jj`; 0 if nothing moves it.
-    pub(crate) fn inverse_mass(&self) -> T {
-        if self.alpha > T::ZERO {
-            T::ONE / self.alpha
-        } else {
-            T::ZERO
-        }
-    }
-
     /// The nearest impulse within the bounds, a clamp; what is no number stays so.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn project(&self, r: T) -> T {

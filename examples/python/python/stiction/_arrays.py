@@ -52,38 +52,29 @@ def keys_array(name: str, given: ArrayLike) -> NDArray[np.uint32]:
     return np.require(found, np.uint32, ("C", "A")).reshape(found.shape)
 
 
-def friction(mu: ArrayLike, offsets: tuple[str, ArrayLike], jacobian: ArrayLike | None, dtype: np.dtype[Any], lead: int) -> Array:
+def friction(mu: ArrayLike, offsets: ArrayLike, jacobian: ArrayLike, dtype: np.dtype[Any], lead: int) -> Array:
     """Coefficients; one number is that of all contacts, whose number tell offsets or Jacobian with an axis of contacts."""
     found = array("mu", mu, dtype)
     if found.ndim > 0:
         return found
-    name, given = offsets
-    shape = np.asarray(given).shape
-    if len(shape) < lead + 2 and jacobian is not None and np.asarray(jacobian).ndim == lead + 3:
+    shape = np.asarray(offsets).shape
+    if len(shape) < lead + 2 and np.asarray(jacobian).ndim == lead + 3:
         shape = np.asarray(jacobian).shape
     if len(shape) < lead + 2:
-        raise ValueError(f"{name}: one mu for all does not tell how many contacts there are; give {name} as (contacts, rows)")
+        raise ValueError("w: one mu for all does not tell how many contacts there are; give w as (contacts, rows)")
     return np.full((1,) * lead + (shape[lead],), found, dtype)
 
 
-def rows_tuple(rows: Rows, dtype: np.dtype[Any], lead: int, is_delassus: bool) -> tuple[Any, ...]:
+def rows_tuple(rows: Rows, dtype: np.dtype[Any], lead: int) -> tuple[Any, ...]:
     """Joint rows, with one number for all made arrays."""
-    jacobian = None
     numbers = {name: array(f"rows.{name}", getattr(rows, name), dtype) for name in ("offset", "lower", "upper", "compliance")}
     keys = keys_array("rows.keys", rows.keys)
-    given = [found for found in (*numbers.values(), keys) if found.ndim > 0]
-    if not is_delassus:
-        if rows.jacobian is None:
-            raise ValueError("rows.jacobian: there is none")
-        jacobian = array("rows.jacobian", rows.jacobian, dtype)
-        if jacobian.ndim != lead + 2:
-            raise ValueError(f"rows.jacobian: shape {list(jacobian.shape)} is not (rows, velocities)")
-        shape = jacobian.shape[:-1]
-    elif given:
-        shape = max((found.shape for found in given), key=len)
-    else:
-        raise ValueError("rows.offset: one number does not tell how many rows there are")
-    one = (1,) * lead + shape[lead:]
+    if rows.jacobian is None:
+        raise ValueError("rows.jacobian: there is none")
+    jacobian = array("rows.jacobian", rows.jacobian, dtype)
+    if jacobian.ndim != lead + 2:
+        raise ValueError(f"rows.jacobian: shape {list(jacobian.shape)} is not (rows, velocities)")
+    one = (1,) * lead + jacobian.shape[lead:-1]
     full = [found if found.ndim > 0 else np.full(one, found, dtype) for found in numbers.values()]
     return (jacobian, *full, keys if keys.ndim > 0 else np.full(one, keys, np.uint32))
 
@@ -100,25 +91,24 @@ def scene(
 ) -> Scene:
     """A scene, or a batch of them with ``lead`` = 1; the compiled side calls :func:`array` for what is none.
 
-    ``dynamics`` is ``M``, ``H`` and the free impulse, or ``W`` alone.
+    ``dynamics`` is ``M``, ``H`` and the free impulse.
     """
-    is_delassus = len(dynamics) == 1
-    if not is_delassus and dynamics[1] is None:
+    jacobian = dynamics[1]
+    if jacobian is None:
         raise ValueError("H: there is none")
     if rows is not None and not isinstance(rows, Rows):
         raise ValueError(f"rows: {type(rows).__name__} is not Rows")
-    jacobian = None if is_delassus else dynamics[1]
 
     def coefficients() -> Array:
-        return friction(mu, ("q" if is_delassus else "w", w), jacobian, dtype, lead)
+        return friction(mu, w, jacobian, dtype, lead)
 
     return (
-        *(dynamics if not is_delassus else (*dynamics, None, None)),
+        *dynamics,
         w,
         mu if isinstance(mu, np.ndarray) and mu.ndim else coefficients(),
         compliance,
         None if keys is None else keys_array("keys", keys),
-        None if rows is None else rows_tuple(rows, dtype, lead, is_delassus),
+        None if rows is None else rows_tuple(rows, dtype, lead),
     )
 
 

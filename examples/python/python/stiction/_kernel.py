@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from . import _arrays, _stiction
 from ._arrays import DOUBLE
 from ._solution import Solution, solution
-from ._types import Rows
+from ._types import Array, Rows
 
 
 def solve(
@@ -70,7 +72,7 @@ def solve_delassus(
     Args:
         W: ``H M⁻¹ Hᵀ``, ``(m, m)``: ``d`` rows for each contact, then one for each joint row. Symmetric, without compliance;
             it may be singular, and its rank is at most that of the largest ``n`` that is compiled (:data:`SIZES`).
-        q: contact velocities without impulses, ``(c, d)`` or ``(c·d,)``, m/s.
+        q: contact velocities without impulses, ``(c, d)`` or ``(c·d,)``, m/s; the ``w`` of complaints.
         mu: as in :func:`solve`.
         tol: as in :func:`solve`.
         budget: as in :func:`solve`.
@@ -79,15 +81,36 @@ def solve_delassus(
         dtype: as in :func:`solve`.
 
     Returns:
-        The solution; its ``v`` is empty.
+        The solution for ``H Hᵀ``, with ``H`` a root of ``W``; its ``v`` is empty, and it has no derivative.
 
     Raises:
         ValueError: as in :func:`solve`.
     """
-    number = _arrays.number_type(dtype)
-    scene = _arrays.scene((W,), q, mu, None, None, rows, number)
-    settings = (tol, budget, bool(relaxed))
-    return solution(_stiction.solve(scene, settings, number.itemsize == 4), scene, settings)
+    H, q = _root(_arrays.array("W", W, DOUBLE)), _arrays.array("q", q, DOUBLE)
+    if rows is not None and isinstance(rows, Rows):
+        rows = replace(rows, jacobian=H[q.size :])
+    elif len(H) != q.size:
+        raise ValueError(f"W: {len(H)} rows are not those of q")
+    n = H.shape[1]
+    contacts = H[: q.size].reshape(*q.shape, n) if len(H) >= q.size else H
+    given = (np.eye(n), contacts, np.zeros(n), q, mu)
+    found = solve(*given, tol=tol, budget=budget, rows=rows, relaxed=relaxed, dtype=dtype)
+    return replace(found, v=found.v[:0])
+
+
+def _root(W: Array) -> Array:
+    """``H`` with ``H Hᵀ = W`` and as many columns as the rank, by the eigenvalues of ``W`` scaled to a diagonal of 1."""
+    if W.ndim != 2 or W.shape[0] != W.shape[1] or not np.isfinite(W).all():
+        raise ValueError(f"W: shape {list(W.shape)} is not square, or an entry is not finite")
+    own = np.sqrt(np.where(W.diagonal() > 0.0, W.diagonal(), 1.0))
+    scaled = W / own[:, None] / own
+    values, vectors = np.linalg.eigh(scaled) if len(W) else (np.zeros(0), W)
+    rounding = 4 * len(W) * np.finfo(W.dtype).eps
+    if np.abs(scaled - scaled.T).max(initial=0.0) > rounding or values.min(initial=0.0) < -rounding * len(W):
+        raise ValueError("W: it is not symmetric and positive semidefinite")
+    above = values > rounding
+    root = own[:, None] * vectors[:, above] * np.sqrt(values[above])
+    return root if root.shape[1] else np.zeros((len(W), 1))
 
 
 class Kernel:

@@ -4,7 +4,7 @@ use super::inertia::Inertia;
 use super::rows::{Kind, Row};
 use super::touch::Touch;
 use nalgebra::{DMatrix, DVector};
-use stiction_kernels::problem::{Answer, Dynamics, Friction, Problem, Rows};
+use stiction_kernels::problem::{Answer, Friction, Problem, Rows};
 use stiction_kernels::sizes;
 
 /// Up to so many velocities they are solved as they are.
@@ -223,7 +223,9 @@ impl Pack {
         Problem {
             n: self.impulse.len(),
             dim: self.dim,
-            dynamics: Dynamics::Mass(&self.mass, &self.jacobian, &self.impulse),
+            mass: &self.mass,
+            jacobian: &self.jacobian,
+            free_impulse: &self.impulse,
             offsets: &self.offsets,
             friction: if self.is_shaped {
                 Friction::Shaped(&self.shaped)

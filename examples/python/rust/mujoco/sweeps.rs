@@ -1,7 +1,7 @@
 //! An answer for every question: sweeps over soft contacts and rows, whatever their number.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use stiction_kernels::problem::{Answer, Dynamics, Friction, Problem};
+use stiction_kernels::problem::{Answer, Friction, Problem};
 
 /// Sweeps that are done.
 pub(super) const SWEEPS: usize = 100;
@@ -39,13 +39,10 @@ pub(super) fn sweep(problem: &Problem<'_, f64>) -> Answer<f64> {
     let (n, dim, contacts) = (problem.n, problem.dim, problem.contacts());
     let mut answer = Answer::default();
     answer.out([n, contacts, dim, problem.rows.lower.len()]);
-    let Dynamics::Mass(mass, jacobian, impulse) = problem.dynamics else {
+    let Some(factor) = Cholesky::new(DMatrix::from_row_slice(n, n, problem.mass)) else {
         return answer;
     };
-    let Some(factor) = Cholesky::new(DMatrix::from_row_slice(n, n, mass)) else {
-        return answer;
-    };
-    let mut velocity = factor.solve(&DVector::from_row_slice(impulse));
+    let mut velocity = factor.solve(&DVector::from_row_slice(problem.free_impulse));
     let line = |row: &[f64], offset: f64, compliance: f64| {
         let row = DVector::from_row_slice(row);
         let moved = factor.solve(&row);
@@ -58,14 +55,18 @@ pub(super) fn sweep(problem: &Problem<'_, f64>) -> Answer<f64> {
             impulse: 0.0,
         }
     };
-    let mut lines: Vec<Line> = (jacobian.chunks_exact(n).zip(problem.offsets).enumerate())
-        .map(|(i, (row, &offset))| {
-            let soft = problem
-                .compliance
-                .get(2 * (i / dim) + usize::from(i % dim > 0));
-            line(row, offset, soft.copied().unwrap_or(0.0))
-        })
-        .collect();
+    let mut lines: Vec<Line> = (problem
+        .jacobian
+        .chunks_exact(n)
+        .zip(problem.offsets)
+        .enumerate())
+    .map(|(i, (row, &offset))| {
+        let soft = problem
+            .compliance
+            .get(2 * (i / dim) + usize::from(i % dim > 0));
+        line(row, offset, soft.copied().unwrap_or(0.0))
+    })
+    .collect();
     let mut rows: Vec<Line> = (problem
         .rows
         .jacobian

@@ -2,9 +2,7 @@
 //!
 //! A package for each number type: nothing else compiles the kernel, and two cores do it at once.
 
-use stiction::{Error, Settings};
-use testbed::generate::Given;
-use testbed::given;
+use stiction::Settings;
 use testbed::kernel::{self, Answer, Kernel, Shape};
 use testbed::mixed::{self, MixedFile, Times};
 
@@ -32,12 +30,4 @@ pub fn solve_mixed(
 #[must_use]
 pub fn solve_all(files: &[MixedFile], settings: &Settings<f64>) -> Vec<Result<Answer, String>> {
     mixed::solve_all::<f32>(files, settings)
-}
-
-/// Solves a scene of which `W` is given.
-///
-/// # Errors
-/// The kernel refuses it.
-pub fn solve_given(scene: &Given, settings: &Settings<f64>) -> Result<given::Outcome, Error> {
-    given::solve::<f32>(scene, settings)
 }

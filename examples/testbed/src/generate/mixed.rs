@@ -203,37 +203,3 @@ fn joint(random: &mut Random, mut row: Vec<f64>) -> Joint {
         },
     }
 }
-
-/// `W`, `q` and friction coefficients of up to four contacts of three rows: a `W` of a rank up to 6.
-#[derive(Clone, Debug)]
-pub struct Given {
-    pub delassus: Vec<Vec<f64>>,
-    pub q: Vec<f64>,
-    pub mu: Vec<f64>,
-}
-
-/// A scene of which `W` is given, with friction coefficients from 0 to 1e4.
-#[must_use]
-pub fn given(seed: u64, index: u64) -> Given {
-    let mut random = Random::new(seed, index);
-    let (contacts, rank) = (random.count(1, 4), random.count(1, 6));
-    let rows: Vec<_> = (0..3 * contacts).map(|_| random.normals(rank)).collect();
-    let entry = |i: usize, j: usize| rows[i.min(j)].dot(&rows[i.max(j)]);
-    let columns = 0..rows.len();
-    Given {
-        delassus: columns
-            .clone()
-            .map(|i| columns.clone().map(|j| entry(i, j)).collect())
-            .collect(),
-        q: columns.map(|_| random.normal()).collect(),
-        mu: (0..contacts)
-            .map(|_| {
-                if random.one_in(6) {
-                    0.0
-                } else {
-                    random.power_of_ten(-1.0, 4.0)
-                }
-            })
-            .collect(),
-    }
-}

@@ -1,8 +1,10 @@
 //! The error of the dynamics in any unit.
+#![allow(clippy::expect_used)]
 
 use super::momentum;
 use crate::Scene;
 use crate::linalg::stacked::Stacked;
+use nalgebra::SMatrix;
 use proptest::array::uniform3;
 use proptest::prelude::*;
 
@@ -15,7 +17,8 @@ proptest! {
         exponent in -90..90,
     ) {
         let scaled = |x: [f32; 3]| x.map(|x| x * 2_f32.powi(exponent));
-        let scene = Scene::<_, 3, 1, 0>::from_parts(mass.into(), [], []);
+        let (mut scene, half) = (Scene::<_, 3, 1, 1>::new(), SMatrix::<f32, 3, 3>::from(mass));
+        scene.set_mass(&(half + half.transpose())).expect("symmetric");
         let r = Stacked::zero();
         let dynamics = |f, v| momentum(&scene, &f, &v, &r, &mut r.clone(), &mut r.clone());
         let error = |f, v| dynamics(f, v).plain.error(0.0);
