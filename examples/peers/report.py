@@ -17,7 +17,7 @@ def write(folder, fields, ours, peers):
     verdict += f" ({datetime.date.today()}, one core of {processor()}, `examples/peers`)\n"
     text = f"""# External solvers on the same scenes
 
-Against the fastest external solver, chosen per scene in hindsight, this crate is {verdict}
+{winners(fields, ours[0], peers)}Against the fastest external solver, chosen per scene in hindsight, this crate is {verdict}
 Time to an error: the fastest run whose error (`src/guide/error.md`; recomputed in f64) really is at
 most that, over two tolerances a decade, least of several turns, cold. Peers get `W` and `q`; the
 cost of a call from Python is not in their times. `README.md` says more.
@@ -97,6 +97,24 @@ class Comparison:
 
     def slower(self, least=0.0):
         return [name for name, ratio in self.ratios(least).items() if ratio < 1.0]
+
+
+def winners(fields, ours, peers):
+    """Who is fastest to which error, on how many scenes of all fields, and where it is not us."""
+    if not peers:
+        return ""
+    races = {(name, scene): race for name, races in fields for scene, race in races.items()}
+    first = [{scene: fastest(race, [ours, *peers], level) for scene, race in races.items()} for level in LEVELS]
+    counts = {who: [sum(name == who for _, name in found.values()) for found in first] for who in [ours, *peers]}
+    each = {who: " / ".join(map(str, count)) for who, count in counts.items()}
+    lost = [[found[0] for found in winner.values() if found[1] in peers] for winner in first]
+    short = " / ".join(f"{sum(time < SHORT for time in times)} of {len(times)}" for times in lost)
+    others = ", ".join(f"{who} on {each[who]}" for who in peers if any(counts[who]))
+    return f"""Fastest to 1e-3 / 1e-6 / 1e-9 is {ours} on {each[ours]} of {len(races)} scenes; {others}. Where a peer wins, it mostly takes less than
+{SHORT * 1e6} µs ({short}): no contact touches, or one. If that is all that your robot does, or if it is one box that slides and `W` is there
+already, a projection a contact is enough, and a loop of your own is faster.
+
+"""
 
 
 def verdicts(fields, ours, peers):

@@ -68,6 +68,8 @@ pub(crate) fn write(
     let executed = std::fs::read_to_string(folder.join("instructions.txt")).unwrap_or_default();
     let text = format!(
         include_str!("template.md"),
+        all = races.len() + drawn.races.len(),
+        winners = verdict::winners(&races.iter().chain(&drawn.races).collect::<Vec<_>>()),
         paragraph = verdict::paragraph(races, &peers()),
         machine = machine::describe(),
         count = races.len(),

@@ -1,7 +1,8 @@
 //! How many times as fast one contestant is as another.
 
-use crate::contestant::{Id, Kind};
+use crate::contestant::{Id, Kind, Precision};
 use crate::race::{LEVELS, Race, geometric_mean};
+use std::cmp::Reverse;
 
 /// Times of one contestant over those of another, scene by scene.
 pub(crate) struct Comparison {
@@ -62,7 +63,34 @@ pub(crate) fn spatial(races: &[Race]) -> impl Iterator<Item = &Race> {
     races.iter().filter(|race| race.scene.dim == 3)
 }
 
-/// The first paragraph: the default method beside Gauss-Seidel, itself in `f32`, and `peers`, the result of the run against the external
+/// Who is fastest to each error with its factor given, of all in `f64`, by the number of scenes: a bullet an error.
+pub(crate) fn winners(races: &[&Race]) -> String {
+    let lines = LEVELS.map(|error| {
+        let mut wins: Vec<(usize, &str)> = Vec::new();
+        for race in races {
+            let times = Id::ALL
+                .into_iter()
+                .filter(|id| id.precision == Precision::F64);
+            let times = times.filter_map(|id| Some((race.time(id, error, false)?, id.kind.name())));
+            let Some((_, name)) = times.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+                continue;
+            };
+            match wins.iter_mut().find(|win| win.1 == name) {
+                Some(win) => win.0 += 1,
+                None => wins.push((1, name)),
+            }
+        }
+        wins.sort_by_key(|win| Reverse(win.0));
+        let wins: Vec<String> = wins
+            .iter()
+            .map(|(count, name)| format!("{name} on {count}"))
+            .collect();
+        format!("- {error:e}: {}", wins.join(", "))
+    });
+    lines.join("\n")
+}
+
+/// The next paragraph: the default method beside Gauss-Seidel, itself in `f32`, and `peers`, the result of the run against the external
 /// solvers.
 pub(crate) fn paragraph(races: &[Race], peers: &str) -> String {
     let (double, single) = (Kind::Default.double(), Kind::Default.single());
