@@ -134,6 +134,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         black_box(kernel.solution().error);
         kernel.solver_mut().reset();
         kernel.scene_mut().clear_contacts();
+        kernel.reset();
         let (microseconds, megahertz) = black_box((2_000, 168));
         black_box(Kernel::<T, N, D, C, 0, S>::budget_within(
             microseconds,

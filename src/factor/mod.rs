@@ -195,7 +195,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     /// Empties it.
-    fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.counts = Counts {
             contacts: 0,
             rows: 0,
