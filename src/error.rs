@@ -124,11 +124,6 @@ pub enum Error {
         /// How many entries it can hold.
         capacity: usize,
     },
-    /// No contact or joint row has this key.
-    NoSuchKey {
-        /// The key asked for.
-        key: u32,
-    },
     /// There is no contact of this index.
     NoSuchContact {
         /// The index asked for.
@@ -252,7 +247,6 @@ impl fmt::Display for Error {
             Self::ListFull { list, capacity } => {
                 write!(f, "{list} are full (room for {capacity})")
             }
-            Self::NoSuchKey { key } => write!(f, "there is nothing with key {key}"),
             Self::NoSuchContact { contact } => write!(f, "there is no contact {contact}"),
             Self::InvalidPenalty => write!(f, "penalty rho is not a usable positive number"),
             Self::InvalidTolerance => write!(f, "tolerance is negative or not finite"),

@@ -15,10 +15,11 @@
 //!
 //! ```
 //! use nalgebra::{Matrix3, matrix, vector};
-//! use stiction::{Contact, ContactMode, Factor, Scene, Settings, Solver, Status};
+//! use stiction::{Contact, ContactMode, Kernel, Settings, Status};
 //!
 //! // A 2 kg point mass on the floor, pushed sideways for 1 ms with 30 N: more than mu m g holds.
-//! let mut scene = Scene::<f32, 3, 3, 1>::new();
+//! let mut kernel = Kernel::<f32, 3, 3, 1>::new(); // `const`, for a `static`
+//! let scene = kernel.scene_mut();
 //! scene.set_mass(&(Matrix3::identity() * 2.0))?;
 //! scene.push(&Contact {
 //!     jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0], // normal row first
@@ -26,11 +27,9 @@
 //!     mu: 0.8,
 //!     key: 0, // which contact it is, for a warm start
 //! })?;
-//! let factor = Factor::new(&scene)?; // all that depends on M and H
-//! let mut solver = Solver::new(); // keeps what a warm start needs
 //!
 //! let push = vector![30.0e-3, 0.0, -2.0 * 9.81e-3]; // the free impulse, N·s
-//! let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-5))?;
+//! let solution = kernel.solve(&push, &Settings::new(1e-5))?;
 //!
 //! assert_eq!(solution.status, Status::Solved);
 //! assert_eq!(solution.contacts[0].mode, ContactMode::Slip);
@@ -42,8 +41,9 @@
 //! [`guide`] is the manual: [a first robot](guide::first_robot), [contacts and rows](guide::rows), [a tick that fits](guide::tick),
 //! [the method](guide::method), [the error](guide::error), [all reports](guide::reports).
 //!
-//! Data flows from a [`Scene`] (checked as it is filled) to a [`Factor`] (everything that depends on `M` and `H` alone) to a [`Solver`] (what
-//! a warm start needs) to a [`Solution`] with a [`Status`] and an error. A [`Kernel`] holds all of them.
+//! A [`Kernel`] is all that a control loop needs. In it, data flows from a [`Scene`] (checked as it is filled) to a [`Factor`] (everything that
+//! depends on `M` and `H` alone) to a [`Solver`] (what a warm start needs) to a [`Solution`] with a [`Status`] and an error. Take the parts by
+//! themselves where one factor serves several solvers.
 //!
 //! | folder or file | content | in the note |
 //! |---|---|---|

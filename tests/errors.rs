@@ -492,7 +492,6 @@ fn every_error_says_which_datum_is_wrong() {
             full(List::Surfaces, 2),
             "contacts with surfaces are full (room for 2)",
         ),
-        (Error::NoSuchKey { key: 12 }, "nothing with key 12"),
         (Error::NoSuchRow { row: 13 }, "no joint row 13"),
         (Error::LimitsLeftOut, "had limits"),
         (Error::NoSolution, "no solution of the scene"),

@@ -153,8 +153,10 @@ impl<
             Step::Friction(i, mu) => scene.set_friction(*i, T::literal(*mu)),
             Step::RowJacobian(i, x) => scene.set_row_jacobian(*i, &vector(x)),
             Step::RowOffset(i, offset) => scene.set_row_offset(*i, T::literal(*offset)),
-            Step::RemoveContact(key) => scene.remove_contact(*key),
-            Step::RemoveRow(key) => scene.remove_row(*key),
+            Step::RemoveContact(key) => {
+                scene.remove_contact(scene.contact_index(*key).unwrap_or(C))
+            }
+            Step::RemoveRow(key) => scene.remove_row(scene.row_index(*key).unwrap_or(R)),
             Step::Impulses(of_contacts, of_rows) => {
                 let of_contacts = of_contacts
                     .iter()

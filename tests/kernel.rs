@@ -1,7 +1,7 @@
 //! Scene, factor and solver in one value.
 
 use crate::support::boxes::BRICK;
-use nalgebra::{Matrix2, matrix, vector};
+use nalgebra::{Matrix2, Matrix6, matrix, vector};
 use stiction::{
     AdmmFactor, AdmmSolver, Contact, Error, Factor, Kernel, Scene, Settings, Solution, Solver,
     Status,
@@ -81,6 +81,58 @@ fn the_error_of_nothing_is_infinite() {
     let broken = Settings::new(-1.0);
     assert!(solver.solve(scene, &factor, &push, &broken).is_err());
     assert!(solver.solution().error > f64::MAX);
+}
+
+/// Whatever a kernel has solved or refused, a reset makes it a new one.
+#[test]
+fn a_kernel_that_is_reset_is_a_new_one() -> Result<(), Error> {
+    let (push, settings) = (BRICK.free_impulse(0.5, 0.01), Settings::new(1e-9));
+    let bits = |kernel: &mut Kernel<f64, 6, 3, 4>| -> Result<String, Error> {
+        fill(kernel.scene_mut(), 0.3)?;
+        Ok(format!("{:?}", kernel.solve(&push, &settings)?))
+    };
+    let new = bits(&mut EMPTY.clone())?;
+    let spoil: [fn(&mut Kernel<f64, 6, 3, 4>); 4] = [
+        |_| {},
+        |kernel| {
+            assert!(
+                kernel
+                    .scene_mut()
+                    .set_mass(&(Matrix6::identity() * f64::NAN))
+                    .is_err()
+            )
+        },
+        |kernel| {
+            let one = kernel.scene().contacts()[0].clone();
+            assert!(kernel.scene_mut().push(&one).is_err()); // it is full
+        },
+        |kernel| {
+            kernel.solver_mut().presume_rest();
+            let one = Settings {
+                budget: 1,
+                ..Settings::new(1e-9)
+            };
+            assert!(kernel.solve(&BRICK.free_impulse(0.1, 0.01), &one).is_ok());
+        },
+    ];
+    for spoil in spoil {
+        let mut kernel = EMPTY.clone();
+        assert_eq!(bits(&mut kernel)?, new);
+        spoil(&mut kernel);
+        kernel.reset();
+        assert_eq!(kernel.scene().mass(), EMPTY.scene().mass());
+        assert!(kernel.scene().contacts().is_empty());
+        let solution = kernel.solution();
+        assert_eq!(solution.status, Status::Unsolved);
+        assert!(solution.contacts.is_empty() && solution.error > f64::MAX);
+        let refused = kernel.resume(&push, &settings);
+        assert_eq!(
+            refused.err(),
+            Some(Error::MassNotPositiveDefinite { dof: 5 })
+        );
+        assert_eq!(bits(&mut kernel)?, new);
+    }
+    Ok(())
 }
 
 /// Three points of one body stand; the one whose friction is lost between two ticks is the worst, and named.

@@ -137,7 +137,7 @@ fn every_kind_of_error_is_read_back() {
         Error::InvalidRowCompliance { row },
         Error::InvalidLimit { limit: 3 },
         Error::ListFull { list, capacity: 4 },
-        Error::NoSuchKey { key: u32::MAX },
+        Error::NoSuchContact { contact: 5 },
         Error::InvalidParameter { parameter },
     ] {
         for read in back(&error, true) {

@@ -251,11 +251,11 @@ fn the_first_contacts_of_a_scene_may_have_surfaces() -> Result<(), Error> {
     // One without a surface comes and goes behind it.
     assert_eq!(scene.push(&wall), Ok(1));
     assert_eq!(impulses(&scene)?.len(), 6);
-    scene.remove_contact(wall.key)?;
+    scene.remove_contact(1)?;
     assert!(is_as_before(&scene)?);
     // And takes its place.
     scene.push(&wall)?;
-    scene.remove_contact(floor.key)?;
+    scene.remove_contact(0)?;
     assert!(Factor::new(&plain)?.is_current(&scene));
     assert_eq!(impulses(&scene)?, impulses(&plain)?);
     let mut refused = scene.clone();

@@ -141,8 +141,18 @@ pub unsafe extern "C" fn stiction_add_contact_on(
 
 /// `stiction_remove_contact`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_remove_contact(memory: *mut Solver, key: u32) -> Status {
-    solver!(memory).change(|scene| scene.remove_contact(key))
+pub unsafe extern "C" fn stiction_remove_contact(memory: *mut Solver, contact: u32) -> Status {
+    solver!(memory).change(|scene| scene.remove_contact(index(contact)))
+}
+
+/// `stiction_contact_index`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_contact_index(memory: *const Solver, key: u32) -> i32 {
+    // SAFETY: the caller's promise, and `stiction_init` was called.
+    match unsafe { Solver::check(memory) } {
+        Ok(()) => place(unsafe { &*memory }.kernel.scene().contact_index(key)),
+        Err(status) => status as i32,
+    }
 }
 
 /// `stiction_set_jacobian`.
@@ -189,8 +199,18 @@ pub unsafe extern "C" fn stiction_add_row(memory: *mut Solver, row: *const Joint
 
 /// `stiction_remove_row`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_remove_row(memory: *mut Solver, key: u32) -> Status {
-    solver!(memory).change(|scene| scene.remove_row(key))
+pub unsafe extern "C" fn stiction_remove_row(memory: *mut Solver, row: u32) -> Status {
+    solver!(memory).change(|scene| scene.remove_row(index(row)))
+}
+
+/// `stiction_row_index`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_row_index(memory: *const Solver, key: u32) -> i32 {
+    // SAFETY: the caller's promise, and `stiction_init` was called.
+    match unsafe { Solver::check(memory) } {
+        Ok(()) => place(unsafe { &*memory }.kernel.scene().row_index(key)),
+        Err(status) => status as i32,
+    }
 }
 
 /// `stiction_set_row_jacobian`.
@@ -496,6 +516,13 @@ fn contact(
 /// A matrix from its rows; `from` takes columns.
 fn matrix(rows: &[[Real; N]; D]) -> SMatrix<Real, D, N> {
     SMatrix::<Real, N, D>::from(*rows).transpose()
+}
+
+/// An index for C, or the status that says that nothing has the key.
+fn place(index: Option<usize>) -> i32 {
+    index.map_or(Status::NoSuchKey as i32, |index| {
+        i32::try_from(index).unwrap_or(i32::MAX)
+    })
 }
 
 /// An index, a count or a budget of C.

@@ -242,10 +242,14 @@ enum stiction_status stiction_add_contact_on(stiction *s, const stiction_real ja
                                              const stiction_real offset[STICTION_D], const stiction_surface *surface,
                                              uint32_t key);
 
-/* Removes the first contact with this key; those behind it move up. */
-enum stiction_status stiction_remove_contact(stiction *s, uint32_t key);
+/* The index of the first contact with this key, or a status below 0. An index is the place in the order they were added, from 0; all calls
+   that change or remove a contact take it. */
+int32_t stiction_contact_index(const stiction *s, uint32_t key);
 
-/* The same contacts with other numbers, in the order they were added, from 0. Offset and friction cost nothing; after M or a
+/* Removes a contact. The index of each later one falls by one. */
+enum stiction_status stiction_remove_contact(stiction *s, uint32_t contact);
+
+/* The same contacts with other numbers. Offset and friction cost nothing; after M or a
    Jacobian has changed the next solve factorises first. Of a surface `mu` is the larger coefficient of the tangents, which scales
    the others with it. */
 enum stiction_status stiction_set_jacobian(stiction *s, uint32_t contact, const stiction_real jacobian[STICTION_D][STICTION_N]);
@@ -255,7 +259,8 @@ enum stiction_status stiction_set_friction(stiction *s, uint32_t contact, sticti
 /* Joint rows: the same in the same way. Offset and law cost nothing; after a Jacobian or a compliance has changed the next solve
    factorises first. `lower` and `upper` (N s or N m s) count for STICTION_BOX alone. */
 enum stiction_status stiction_add_row(stiction *s, const stiction_joint_row *row);
-enum stiction_status stiction_remove_row(stiction *s, uint32_t key);
+int32_t stiction_row_index(const stiction *s, uint32_t key);
+enum stiction_status stiction_remove_row(stiction *s, uint32_t row);
 enum stiction_status stiction_set_row_jacobian(stiction *s, uint32_t row, const stiction_real jacobian[STICTION_N]);
 enum stiction_status stiction_set_row_offset(stiction *s, uint32_t row, stiction_real offset);
 enum stiction_status stiction_set_row_law(stiction *s, uint32_t row, enum stiction_law law, stiction_real lower,

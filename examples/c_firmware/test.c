@@ -215,7 +215,8 @@ static void refusals(void)
         CHECK(culprit().contact == STICTION_S && culprit().input == STICTION_INPUT_NONE && culprit().key == -1);
     }
     CHECK(stiction_clear_contacts(s) == STICTION_OK);
-    CHECK(stiction_remove_contact(s, 5) == STICTION_NO_SUCH_KEY && culprit().key == 5);
+    CHECK(stiction_remove_contact(s, 0) == STICTION_NO_SUCH_CONTACT && culprit().contact == 0);
+    CHECK(stiction_contact_index(s, 5) == STICTION_NO_SUCH_KEY);
     stiction_contact_impulse impulses[STICTION_C + 1] = {{.key = 1}};
     CHECK(stiction_set_impulses(s, impulses, STICTION_C + 1, NULL, 0) == STICTION_IMPULSE_LIST_FULL);
     CHECK(culprit().input == STICTION_INPUT_INITIAL_IMPULSE && culprit().contact == STICTION_C);
@@ -268,7 +269,8 @@ static void one_by_one(void)
     if (STICTION_S == 0) return;
     /* A sole that gives way by 0.5 m/s an N s: 2 v = -2 + r, v + r / 2 = 0. */
     const stiction_surface soft = {.friction = {1, 1}, .compliance = {(stiction_real)0.5, 0}};
-    CHECK(stiction_remove_contact(s, 42) == STICTION_OK && stiction_add_contact_on(s, h, offset, &soft, 3) == STICTION_OK);
+    CHECK(stiction_contact_index(s, 42) == 0 && stiction_remove_contact(s, 0) == STICTION_OK);
+    CHECK(stiction_add_contact_on(s, h, offset, &soft, 3) == STICTION_OK);
     CHECK(solve(-2, 0, 1000) == STICTION_SOLVED && stiction_contact_by_key(s, 3, &found) == STICTION_OK);
     CHECK(near(found.impulse[0], 1) && stiction_read(s, &solution) == STICTION_OK && near(solution.velocity[0], -0.5));
     if (STICTION_D >= 3) { /* a track: grips along, slips across */
@@ -285,8 +287,10 @@ static void one_by_one(void)
         CHECK(stiction_clear_contacts(s) == STICTION_OK);
         for (int i = 0; i < STICTION_S; i++) CHECK(stiction_add_contact_on(s, h, offset, &soft, 3) == STICTION_OK);
         CHECK(add(h, offset, 1, 4) == STICTION_OK && falls(0));
-        CHECK(stiction_remove_contact(s, 4) == STICTION_OK && falls(1 / (1.0 + STICTION_S))); /* the others are still soft */
-        CHECK(add(h, offset, 1, 4) == STICTION_OK && stiction_remove_contact(s, 3) == STICTION_OK && falls(0));
+        CHECK(stiction_contact_index(s, 4) == STICTION_S && stiction_remove_contact(s, STICTION_S) == STICTION_OK);
+        CHECK(falls(1 / (1.0 + STICTION_S))); /* the others are still soft */
+        CHECK(stiction_contact_index(s, 4) == STICTION_NO_SUCH_KEY && stiction_contact_index(s, 3) == 0);
+        CHECK(add(h, offset, 1, 4) == STICTION_OK && stiction_remove_contact(s, 0) == STICTION_OK && falls(0));
         CHECK(stiction_contact_at(s, STICTION_S - 1, &found) == STICTION_OK && found.key == 4 && near(found.impulse[0], 2));
     }
 }
@@ -399,7 +403,7 @@ static void joint_rows(void)
     CHECK(stiction_reset(s) == STICTION_OK && stiction_set_impulses(s, NULL, 0, &known, 1) == STICTION_OK);
     CHECK(turn(-6) == STICTION_SOLVED && turns(-2.5, 1, STICTION_ROW_AT_UPPER) && solution.work == 0);
     /* All at once in a row, and removed in two ways. */
-    CHECK(stiction_remove_row(s, 7) == STICTION_OK && turn(6) == STICTION_SOLVED && near(solution.velocity[JOINT], 3));
+    CHECK(stiction_row_index(s, 7) == 0 && stiction_remove_row(s, 0) == STICTION_OK && turn(6) == STICTION_SOLVED && near(solution.velocity[JOINT], 3));
     row = (stiction_joint_row){{[JOINT] = 2}, 1, STICTION_BOX, -1, 4, (stiction_real)0.5, 8};
     CHECK(stiction_add_row(s, &row) == STICTION_OK); /* 2 v = -6 + 2 l, 2 v + 1 + l / 2 = 0: l = 2, v = -1 */
     CHECK(turn(-6) == STICTION_SOLVED && turns(-1, 2, STICTION_ROW_HOLDING) && row_at(0).key == 8);
@@ -474,9 +478,9 @@ static void refused_rows(void)
     row.law = (enum stiction_law)3;
     char text[80] = "";
     for (int call = 0; call < 2; call++) {
-        CHECK(stiction_remove_row(s, 5) == STICTION_NO_SUCH_KEY && culprit().key == 5);
+        CHECK(stiction_remove_row(s, 5) == STICTION_NO_SUCH_ROW && culprit().joint_row == 5);
         CHECK((call ? stiction_set_row_law(s, 0, row.law, 0, 0) : stiction_add_row(s, &row)) == STICTION_INVALID_LAW);
-        CHECK(culprit().input == STICTION_INPUT_NONE && culprit().key == -1);
+        CHECK(culprit().input == STICTION_INPUT_NONE && culprit().joint_row == -1);
         CHECK(stiction_describe(s, text, sizeof text) == STICTION_OK);
         CHECK(strcmp(text, "a number that is no law of a joint row") == 0);
     }
@@ -502,7 +506,8 @@ static void refused_rows(void)
     CHECK(stiction_set_row_jacobian(s, STICTION_R, good.row) == STICTION_NO_SUCH_ROW);
     CHECK(stiction_set_row_law(s, STICTION_R, STICTION_LIMIT, 0, 0) == STICTION_NO_SUCH_ROW);
     CHECK(stiction_set_row_compliance(s, STICTION_R, 0) == STICTION_NO_SUCH_ROW);
-    CHECK(stiction_remove_row(s, 8) == STICTION_NO_SUCH_KEY && culprit().key == 8 && culprit().joint_row == -1);
+    CHECK(stiction_remove_row(s, STICTION_R) == STICTION_NO_SUCH_ROW && culprit().joint_row == STICTION_R && culprit().key == -1);
+    CHECK(stiction_row_index(s, 8) == STICTION_NO_SUCH_KEY);
     stiction_row_impulse impulses[STICTION_R + 1] = {{.key = 7}};
     CHECK(stiction_set_impulses(s, NULL, 0, impulses, STICTION_R + 1) == STICTION_IMPULSE_LIST_FULL);
     CHECK(culprit().input == STICTION_INPUT_INITIAL_ROW_IMPULSE && culprit().joint_row == STICTION_R);
@@ -549,6 +554,7 @@ static void nothing(stiction *none, enum stiction_status status)
     CHECK(!stiction_is_usable(none, 1) && stiction_read(none, &solution) == status);
     CHECK(stiction_contact_at(none, 0, &contact) == status && stiction_contact_by_key(none, 0, &contact) == status);
     CHECK(stiction_row_at(none, 0, &row) == status && stiction_row_by_key(none, 0, &row) == status);
+    CHECK(stiction_contact_index(none, 0) == status && stiction_row_index(none, 0) == status);
     CHECK(stiction_worst_violation(none, &violation) == status && stiction_last_culprit(none, &culprit) == status);
     CHECK(stiction_describe(none, text, sizeof text) == status);
 }

@@ -195,7 +195,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     /// Empties it.
-    fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.counts = Counts {
             contacts: 0,
             rows: 0,
@@ -215,15 +215,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     /// Number of contacts of the scene this was computed for.
-    #[must_use]
-    pub const fn contacts(&self) -> usize {
+    pub(crate) const fn contacts(&self) -> usize {
         self.counts.contacts
-    }
-
-    /// Number of joint rows of the scene this was computed for.
-    #[must_use]
-    pub const fn rows(&self) -> usize {
-        self.counts.rows
     }
 
     /// Mean effective mass `alpha_i = D / trace(W_ii)` (kg) of a contact, the step of the natural map; 0 for a contact

@@ -94,6 +94,26 @@ impl<
         }
     }
 
+    /// Makes the kernel as new: no mass, no contacts and joint rows, no factor, nothing solved. It works in place, without a copy on the stack.
+    ///
+    /// [`Solver::reset`] forgets the last solve alone, and [`Scene::clear`] removes contacts and joint rows alone.
+    ///
+    /// ```
+    /// # use nalgebra::{Matrix2, vector};
+    /// # use stiction::{Error, Kernel, Settings};
+    /// let mut kernel = Kernel::<f32, 2, 2, 1>::new();
+    /// kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    /// kernel.reset();
+    /// let refused = kernel.solve(&vector![0.0, 0.0], &Settings::default());
+    /// assert!(refused.is_err()); // it has no mass
+    /// # Ok::<(), Error>(())
+    /// ```
+    pub fn reset(&mut self) {
+        self.scene.reset();
+        self.factor.clear();
+        self.solver.empty();
+    }
+
     /// Index of the contact with the largest residual in the last solution ([`Solution::worst_contact`]).
     #[must_use]
     pub fn worst_contact(&self, settings: &Settings<T>) -> Option<usize> {

@@ -96,23 +96,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.refused.contact = false;
     }
 
-    /// Removes the first contact with this key; later contacts move up by one.
+    /// Removes a contact. The index of each later contact falls by one.
     ///
     /// # Errors
-    /// [`Error::NoSuchKey`].
-    pub fn remove_contact(&mut self, key: u32) -> Result<(), Error> {
-        let index = self
-            .contacts()
-            .iter()
-            .position(|contact| contact.key == key);
-        let index = index.ok_or(Error::NoSuchKey { key })?;
+    /// [`Error::NoSuchContact`].
+    pub fn remove_contact(&mut self, contact: usize) -> Result<(), Error> {
+        self.contact_mut(contact)?;
         let last = self.counts.contacts;
-        move_up(self.contacts.get_mut(index..last));
-        move_up(self.scalings.get_mut(index..last.min(S)));
-        if let Some(scaling) = self.scalings.last_mut().filter(|_| index < S && last > S) {
+        move_up(self.contacts.get_mut(contact..last));
+        move_up(self.scalings.get_mut(contact..last.min(S)));
+        if let Some(scaling) = self
+            .scalings
+            .last_mut()
+            .filter(|_| contact < S && last > S)
+        {
             *scaling = Scaling::plain(); // that of the first contact behind them
         }
-        move_up(self.supports.get_mut(index..last));
+        move_up(self.supports.get_mut(contact..last));
         self.counts.contacts = last - 1;
         let mut left = self.scalings.iter().take(last - 1);
         self.has_surfaces = left.any(|scaling| scaling.is_surface);
@@ -178,10 +178,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .unwrap_or_default()
     }
 
-    /// The first contact with this key.
+    /// Index of the first contact with this [`Contact::key`].
+    ///
+    /// ```
+    /// # use nalgebra::{matrix, vector};
+    /// # use stiction::{Contact, Scene};
+    /// # let mut scene = Scene::<f64, 2, 2, 2>::new();
+    /// # let foot = |key| Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key };
+    /// # for key in [7, 8] { scene.push(&foot(key))?; }
+    /// // The foot with key 7 is gone.
+    /// if let Some(contact) = scene.contact_index(7) {
+    ///     scene.remove_contact(contact)?;
+    /// }
+    /// assert_eq!(scene.contact_index(8), Some(0)); // it has moved up
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
     #[must_use]
-    pub fn contact_by_key(&self, key: u32) -> Option<&Contact<T, N, D>> {
-        self.contacts().iter().find(|contact| contact.key == key)
+    pub fn contact_index(&self, key: u32) -> Option<usize> {
+        let mut contacts = self.contacts().iter();
+        contacts.position(|contact| contact.key == key)
     }
 
     /// Scales and compliance of the contacts, if there is a surface among them.

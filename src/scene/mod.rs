@@ -150,10 +150,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Removes all contacts and joint rows.
+    /// Removes all contacts and joint rows. `M` stays, and a warm start still follows the keys of contacts that come again.
     pub fn clear(&mut self) {
         self.clear_contacts();
         self.clear_rows();
+    }
+
+    /// Makes it as new, in place.
+    pub(crate) fn reset(&mut self) {
+        self.clear();
+        self.mass.fill(T::ZERO);
+        self.mass_print = None;
+        self.refused.mass = false;
     }
 
     /// A mass that changes with the unit of mass as all others do: the power of two below `M_00`. What is scaled by it does

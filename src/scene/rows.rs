@@ -67,15 +67,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.refused.row = false;
     }
 
-    /// Removes the first joint row with this key; later rows move up by one.
+    /// Removes a joint row. The index of each later row falls by one.
     ///
     /// # Errors
-    /// [`Error::NoSuchKey`].
-    pub fn remove_row(&mut self, key: u32) -> Result<(), Error> {
-        let index = self.rows().iter().position(|row| row.key == key);
-        let index = index.ok_or(Error::NoSuchKey { key })?;
+    /// [`Error::NoSuchRow`].
+    pub fn remove_row(&mut self, row: usize) -> Result<(), Error> {
+        self.row_mut(row)?;
         let last = self.counts.rows;
-        move_up(self.rows.get_mut(index..last));
+        move_up(self.rows.get_mut(row..last));
         self.counts.rows = last - 1;
         self.rows_print = self.prints_of_rows();
         Ok(())
@@ -128,10 +127,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.rows.get(..self.counts.rows).unwrap_or_default()
     }
 
-    /// The first joint row with this key.
+    /// Index of the first joint row with this [`JointRow::key`].
     #[must_use]
-    pub fn row_by_key(&self, key: u32) -> Option<&JointRow<T, N>> {
-        self.rows().iter().find(|row| row.key == key)
+    pub fn row_index(&self, key: u32) -> Option<usize> {
+        self.rows().iter().position(|row| row.key == key)
     }
 
     /// Adds the velocities of compliance to the velocities of joint rows.

@@ -160,6 +160,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         (self.status, self.error) = (Status::Unsolved, T::INFINITY);
     }
 
+    /// Empties it, in place.
+    pub(crate) fn empty(&mut self) {
+        self.velocity.fill(T::ZERO);
+        self.contacts.clear();
+        self.rows.clear();
+        self.certificate.clear();
+        self.row_certificate.clear();
+        self.work = Work::none();
+        self.disown();
+    }
+
     /// Claims nothing if nothing was solved yet: the zeros of a new solver are no exact solution.
     pub(crate) fn disown_nothing(&mut self) {
         if self.status == Status::Unsolved {

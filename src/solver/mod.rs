@@ -99,11 +99,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         }
     }
 
-    /// Forgets the last solve: the next one starts cold. [`Self::solution`] stays what it is.
+    /// Forgets the last solve: the next one starts cold. [`Self::solution`] stays, and so does the scene.
     pub fn reset(&mut self) {
         self.warm_start = WarmStart::cold();
         self.record.forget();
         self.method.forget();
+    }
+
+    /// Makes it as new, in place.
+    pub(crate) fn empty(&mut self) {
+        self.reset();
+        self.solution.empty();
     }
 
     /// Starts the next solve at these impulses (N·s), each with the key of its contact or joint row, in place of

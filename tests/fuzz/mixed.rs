@@ -183,13 +183,12 @@ impl Record {
                 }
             }
             Step::RemoveContact(key) => {
-                let mut contacts = scene.contacts().iter();
-                if let Some(place) = contacts.position(|contact| contact.key == *key) {
+                if let Some(place) = scene.contact_index(*key) {
                     self.contacts.remove(place);
                 }
             }
             Step::RemoveRow(key) => {
-                if let Some(place) = scene.rows().iter().position(|row| row.key == *key) {
+                if let Some(place) = scene.row_index(*key) {
                     self.rows.remove(place);
                 }
             }

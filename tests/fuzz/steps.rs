@@ -21,7 +21,7 @@ pub(super) enum Step {
     RowOffset(usize, f64),
     RowJacobian(usize, Vec<f64>),
     RowCompliance(usize, f64),
-    /// By their keys.
+    /// The first one with this key, if there is one.
     RemoveContact(u32),
     RemoveRow(u32),
     Clear,

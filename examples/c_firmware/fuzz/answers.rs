@@ -121,6 +121,9 @@ impl Machine {
                 Some(i) => assert!(is(&told.expect("it is there"), i)),
                 None => assert_eq!(told.err(), Some(Status::NoSuchKey)),
             }
+            // SAFETY: the pointer is good.
+            let index = unsafe { c::stiction_contact_index(self.memory.solver(), key) };
+            assert_eq!(index, place(self.mirror.scene().contact_index(key)));
         }
     }
 
@@ -153,6 +156,9 @@ impl Machine {
                 Some(i) => assert!(is(&told.expect("it is there"), i)),
                 None => assert_eq!(told.err(), Some(Status::NoSuchKey)),
             }
+            // SAFETY: the pointer is good.
+            let index = unsafe { c::stiction_row_index(self.memory.solver(), key) };
+            assert_eq!(index, place(self.mirror.scene().row_index(key)));
         }
     }
 
@@ -212,6 +218,13 @@ fn double(x: Real) -> f64 {
 
 fn doubles(x: &[Real]) -> Vec<f64> {
     x.iter().map(|x| double(*x)).collect()
+}
+
+/// An index as C is told it.
+fn place(index: Option<usize>) -> i32 {
+    index.map_or(Status::NoSuchKey as i32, |index| {
+        i32::try_from(index).expect("a few")
+    })
 }
 
 /// The same bits?

@@ -1,7 +1,7 @@
 //! A `stiction` of C, and a kernel in Rust that is given the same.
 
 use crate::c;
-use crate::c::{D, Kernel, L, N, Real, Status};
+use crate::c::{C, D, Kernel, L, N, R, Real, Status};
 use crate::given::{
     at, contact, joint_row, joint_row_of_c, law, number, rows, surface, surface_of_c, vector,
 };
@@ -179,11 +179,10 @@ impl Machine {
                 self.both(fault, 0, call, |k| done(k.scene_mut().set_friction(*i, mu)))
             }
             Step::RemoveContact(key) => {
-                let contacts = self.mirror.scene().contacts();
-                let place = contacts.iter().position(|contact| contact.key == *key);
-                let call = |s| unsafe { c::stiction_remove_contact(s, *key) };
-                let reached =
-                    self.both(fault, 0, call, |k| done(k.scene_mut().remove_contact(*key)));
+                let place = self.mirror.scene().contact_index(*key);
+                let i = place.unwrap_or(C);
+                let call = |s| unsafe { c::stiction_remove_contact(s, i as u32) };
+                let reached = self.both(fault, 0, call, |k| done(k.scene_mut().remove_contact(i)));
                 if let Some(place) = place.filter(|_| reached) {
                     self.surfaces.remove(place);
                 }
@@ -234,8 +233,9 @@ impl Machine {
                 })
             }
             Step::RemoveRow(key) => {
-                let call = |s| unsafe { c::stiction_remove_row(s, *key) };
-                self.both(fault, 0, call, |k| done(k.scene_mut().remove_row(*key)))
+                let i = self.mirror.scene().row_index(*key).unwrap_or(R);
+                let call = |s| unsafe { c::stiction_remove_row(s, i as u32) };
+                self.both(fault, 0, call, |k| done(k.scene_mut().remove_row(i)))
             }
             Step::ClearRows => {
                 let call = |s| unsafe { c::stiction_clear_rows(s) };
@@ -421,6 +421,14 @@ impl Machine {
         unsafe {
             assert!(!c::stiction_is_usable(null(), 1.0));
             assert!(!c::stiction_is_usable(self.raw.solver(), 1.0));
+            for (solver, status) in [
+                (null_mut(), Status::Null),
+                (self.raw.solver(), Status::NotInitialised),
+            ] {
+                let status = status as i32;
+                assert_eq!(c::stiction_contact_index(solver, 0), status);
+                assert_eq!(c::stiction_row_index(solver, 0), status);
+            }
             let solver = self.memory.solver();
             assert_eq!(c::stiction_read(solver, null_mut()), Status::Null);
             for solver in [solver, null_mut()] {
