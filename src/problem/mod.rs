@@ -115,7 +115,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         for (i, (set, (contact, &moved))) in places.enumerate() {
             let offset: SVector<T, D> = scene.scale(i, contact.offset.into()).into();
             let q = offset + SVector::from(moved);
-            *set = ContactSet::new(contact, self.model, factor.natural_map_step(i), q);
+            *set = ContactSet::new(contact, self.model, factor.mean_effective_mass(i), q);
             let offset = expected::without_gap(&contact.offset);
             let offset = scene.scale(i, offset.into());
             self.stopping_bound += set.stopping_bound(&offset, energy);
@@ -124,7 +124,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let sources = scene.rows().iter().zip(&moved.rows);
         let places = self.sets.rows_mut().iter_mut().zip(sources);
         for (j, (set, (row, &moved))) in places.enumerate() {
-            *set = RowSet::new(row, factor.row_step(j), row.offset + moved);
+            *set = RowSet::new(row, factor.row_effective_mass(j), row.offset + moved);
             self.is_immovable_and_violated |= set.is_immovable_and_violated;
         }
         self.r0_norm = natural_map::r0_norm(self.sets.contacts());

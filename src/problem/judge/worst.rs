@@ -43,7 +43,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             if contact.key != found.key {
                 continue;
             }
-            let alpha = factor.natural_map_step(i);
+            let alpha = factor.mean_effective_mass(i);
             let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
             let velocity = scene.scale(i, found.velocity.into()).into();
             let impulse = scene.unscale(i, found.impulse.into()).into();
