@@ -129,7 +129,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         settings: &Settings<T>,
         call: Call,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.solution.disown_nothing();
+        self.solution.invalidate_if_unsolved();
         Problem::check(scene, factor.factor(), free_impulse, settings)?;
         let mut problem = Problem::new(scene, factor.factor(), free_impulse, settings.model);
         problem.fill(false);
@@ -213,7 +213,7 @@ fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: us
     let (r, mut u) = (impulses(iterates), Stacked::zero());
     let natural_map = monitor.problem.natural_map(&r, &mut u);
     monitor.consider(&r, &u, natural_map);
-    while !monitor.is_over() && monitor.waits() {
+    while !monitor.is_over() && monitor.must_return() {
         monitor.judge();
     }
 }

@@ -1,4 +1,4 @@
-//! How a point of Newton's method is evaluated.
+//! Evaluation of a [`Point`] (`src/sets/point.rs`): the `z` of Newton's method with the impulses, velocities, residual and merit that belong to it.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
@@ -7,8 +7,8 @@ use crate::real::Real;
 pub(crate) use crate::sets::point::Point;
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> {
-    /// Sets `r = 0` and `P = 0`, from where sweeps set off; `z`, residual and merit are stale until [`Self::rebuild`]. Joint rows
-    /// whose bounds leave out 0 have the nearest impulse.
+    /// Sets `r` and `P` to 0, the start of cold sweeps. A joint row whose interval does not contain 0 gets the impulse nearest to 0. `z`,
+    /// residual and merit are stale until [`Self::rebuild`].
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set_zero_impulse<const N: usize, const S: usize>(
         &mut self,
@@ -26,7 +26,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
         };
     }
 
-    /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = alpha_i`.
+    /// Computes `z_i = P_i - r_i / alpha_i` from `P` and `r`, and evaluates it.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rebuild<const N: usize, const S: usize>(
         &mut self,
@@ -36,7 +36,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
         self.update(problem);
     }
 
-    /// Moves to `z_i = û_i - r_i / rho_i` of its own `r` and `u`.
+    /// Computes `z_i = û_i - r_i / alpha_i` from `u` and `r`, and evaluates it.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rebuild_from_velocity<const N: usize, const S: usize>(
         &mut self,
@@ -46,7 +46,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
         self.rebuild(problem);
     }
 
-    /// Evaluates what follows from `z`, with `rho_i = alpha_i`.
+    /// Evaluates `z`: computes `P`, `r`, `u`, residual, merit and estimate.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn update<const N: usize, const S: usize>(
         &mut self,
