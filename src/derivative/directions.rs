@@ -137,12 +137,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         // The weights of impulses, including their part in the velocity.
         let mut weight = Stacked::zero();
         self.factor.contact_velocity(&momentum, &mut weight);
-        for (i, (sum, term)) in weight
-            .contacts
-            .iter_mut()
-            .zip(&weights.impulses)
-            .enumerate()
-        {
+        let sums = weight.contacts.iter_mut().zip(&weights.impulses);
+        for (i, (sum, term)) in sums.enumerate() {
             add(sum, &self.scene.scale(i, (*term).into()));
         }
         for (sum, &term) in weight.rows.iter_mut().zip(&weights.row_impulses) {
@@ -216,12 +212,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ) -> Stacked<T, D, C, R> {
         let (mut velocity, counts) = (Stacked::zero(), self.scene.counts());
         self.factor.contact_velocity(momentum, &mut velocity);
-        for (i, (sum, &offset)) in velocity
-            .contacts
-            .iter_mut()
-            .zip(&change.offsets)
-            .enumerate()
-        {
+        let sums = velocity.contacts.iter_mut().zip(&change.offsets);
+        for (i, (sum, &offset)) in sums.enumerate() {
             add(sum, &self.scene.scale(i, offset.into()));
         }
         for (sum, &offset) in velocity.rows.iter_mut().zip(&change.row_offsets) {

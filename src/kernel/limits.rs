@@ -97,10 +97,7 @@ impl<
         with_pushed: bool,
     ) -> Result<(), Error> {
         let mut first = self.scene.rows().len();
-        let mut reached = Reached {
-            scene_rows: first,
-            limits: [usize::MAX; R],
-        };
+        let mut reached = [usize::MAX; R];
         let velocity = self.factor.free_velocity(free_impulse);
         self.append(&mut reached, limits, &velocity, with_pushed)?;
         loop {
@@ -127,10 +124,11 @@ impl<
         }
     }
 
-    /// Appends the limits that a velocity violates to the joint rows, and `with_pushed` also those that pushed in the last solve.
+    /// Appends the limits that a velocity violates to the joint rows, and `with_pushed` also those that pushed in the last solve. `reached`:
+    /// the index of the limit of each appended joint row.
     fn append(
         &mut self,
-        reached: &mut Reached<R>,
+        reached: &mut [usize; R],
         limits: &[JointRow<T, N>],
         velocity: &SVector<T, N>,
         with_pushed: bool,
@@ -151,30 +149,19 @@ impl<
                 && row.law == RowLaw::Limit
                 && row.compliance >= T::ZERO
                 && !(with_pushed && self.solver.has_pushed(row.key));
-            let appended = reached
-                .limits
-                .get(reached.scene_rows..self.scene.rows().len());
-            if is_open || appended.is_some_and(|appended| appended.contains(&limit)) {
+            if is_open || reached.contains(&limit) {
                 continue;
             }
             let index = self
                 .scene
                 .place_row(row)
                 .map_err(|error| of_limit(error, limit))?;
-            if let Some(entry) = reached.limits.get_mut(index) {
+            if let Some(entry) = reached.get_mut(index) {
                 *entry = limit;
             }
         }
         Ok(())
     }
-}
-
-/// The limits that were appended to the joint rows of the scene.
-struct Reached<const R: usize> {
-    /// Number of joint rows of the scene without limits.
-    scene_rows: usize,
-    /// For each appended joint row, the index of its limit in the list of limits.
-    limits: [usize; R],
 }
 
 /// The error of a refused joint row as an error of a limit.

@@ -78,8 +78,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         let sets = &monitor.problem.sets;
         self.path.pairs.impulses(sets, &mut self.point.r);
-        let (r, u) = (&self.point.r, &mut self.point.u);
-        self.point.natural_map = monitor.problem.natural_map(r, u);
+        self.point.estimate(monitor.problem);
     }
 
     /// Makes a step along the central path.
@@ -208,8 +207,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         {
             self.point.r = best;
         }
-        let (r, u) = (&self.point.r, &mut self.point.u);
-        self.point.natural_map = monitor.problem.natural_map(r, u);
+        self.point.estimate(monitor.problem);
         if !self.point.natural_map.is_finite() {
             self.point.set_zero_impulse(monitor.problem);
         }
@@ -229,8 +227,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         // Higher with each round of weights, so that none repeats another.
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         self.enter_path(monitor, tau * tuning::tau_raise() * round, gain, beta);
-        let (r, u) = (&self.point.r, &mut self.point.u);
-        self.point.natural_map = monitor.problem.natural_map(r, u);
+        self.point.estimate(monitor.problem);
         self.consider(monitor);
         let is_near = self.point.natural_map < tuning::near() || monitor.must_return();
         if is_near {

@@ -281,7 +281,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         if let Some(solution) = monitor.close_rest_question() {
             let point = &mut self.state.point;
             point.r = solution; // the next solve starts there
-            point.natural_map = monitor.problem.natural_map(&point.r, &mut point.u);
+            point.estimate(monitor.problem);
             point.rebuild_from_velocity(monitor.problem);
             return Phase::Idle;
         }

@@ -26,6 +26,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
         };
     }
 
+    /// Computes velocities and estimate of the impulses.
+    #[inline]
+    pub(crate) fn estimate<const N: usize, const S: usize>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C, R, S>,
+    ) {
+        self.natural_map = problem.natural_map(&self.r, &mut self.u);
+    }
+
     /// Computes `z_i = P_i - r_i / alpha_i` from `P` and `r`, and evaluates it.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rebuild<const N: usize, const S: usize>(
@@ -54,7 +63,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
     ) {
         let sets = &problem.sets;
         sets.split(&self.z, &mut self.p, &mut self.r, &mut self.residual);
-        self.natural_map = problem.natural_map(&self.r, &mut self.u);
+        self.estimate(problem);
         let counts = sets.counts();
         let velocities = self.u.in_use(counts);
         for (residual, &u) in self.residual.in_use_mut(counts).zip(velocities) {

@@ -203,58 +203,48 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         leaves
     }
 
-    /// Considers impulses while the relaxation is solved, with their estimate by the relaxation. If both estimates are within the tolerance,
+    /// Considers a point while the relaxation is solved. If both estimates are within the tolerance,
     /// by the relaxation and by Coulomb's law, a [check](Self::judge_rest) of the error is due.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn consider_rest(
-        &mut self,
-        r: &Stacked<T, D, C, R>,
-        u: &Stacked<T, D, C, R>,
-        relaxed_estimate: T,
-    ) {
+    pub(super) fn consider_rest(&mut self, point: &Point<T, D, C, R>) {
         let tolerance = self.tolerance();
         let is_centring = self.record.rest == RestQuestion::Centring;
         let is_farther_inside =
-            || self.problem.cone_margin(r) > self.problem.cone_margin(&self.record.best);
-        if relaxed_estimate > tolerance || is_centring && !is_farther_inside() {
+            || self.problem.cone_margin(&point.r) > self.problem.cone_margin(&self.record.best);
+        if point.natural_map > tolerance || is_centring && !is_farther_inside() {
             return;
         }
-        if self.coulomb_estimate(r, u) <= tolerance {
+        if self.coulomb_estimate(point) <= tolerance {
             self.record.check = Check::Error;
         }
     }
 
     /// The estimate by Coulomb's law, while the relaxation is solved.
-    fn coulomb_estimate(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
+    fn coulomb_estimate(&mut self, point: &Point<T, D, C, R>) -> T {
         self.problem.set_shift(true);
-        let estimate = self.problem.natural_map_at(r, u);
+        let estimate = self.problem.natural_map_at(&point.r, &point.u);
         self.problem.set_shift(false);
         estimate
     }
 
-    /// Checks the error of impulses that were [considered](Self::consider_rest), and keeps them if they solve Coulomb's law.
+    /// Checks the error of a point that was [considered](Self::consider_rest), and keeps its impulses if they solve Coulomb's law.
     ///
     /// Ends the solve if they are much more exact than the tolerance, or if the relaxation is solved exactly. (At the limit of its friction a
     /// body must not be carried beyond the limit by the error of a tick.)
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn judge_rest(
-        &mut self,
-        r: &Stacked<T, D, C, R>,
-        u: &Stacked<T, D, C, R>,
-        relaxed_estimate: T,
-    ) {
-        let estimate = self.coulomb_estimate(r, u);
+    pub(super) fn judge_rest(&mut self, point: &Point<T, D, C, R>) {
+        let estimate = self.coulomb_estimate(point);
         self.problem.set_shift(true);
-        let is_solved = self.evaluate(r) && self.solution.has_numbers();
+        let is_solved = self.evaluate(&point.r) && self.solution.has_numbers();
         let check = mem::replace(&mut self.record.check, Check::None);
         if is_solved {
-            self.record.best = *r;
+            self.record.best = point.r;
             self.record.best_estimate = Some(estimate);
             if self.record.rest != RestQuestion::Centring {
                 self.record.rest = RestQuestion::OpenWithSolution;
             }
             let answered = self.tolerance() * T::literal(ANSWERED);
-            if estimate <= answered || self.is_exact(relaxed_estimate) {
+            if estimate <= answered || self.is_exact(point) {
                 self.record.rest = RestQuestion::Closed;
                 self.stop(Status::Solved);
                 return;
@@ -272,14 +262,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Is the relaxation solved to much less than the tolerance?
-    fn is_exact(&self, relaxed_estimate: T) -> bool {
-        relaxed_estimate <= self.tolerance() * T::literal(EXACT)
+    fn is_exact(&self, point: &Point<T, D, C, R>) -> bool {
+        point.natural_map <= self.tolerance() * T::literal(EXACT)
     }
 
     /// Is it known that not all bodies can stay? Either the relaxation is solved exactly without a solution of Coulomb's law, or the duality
     /// gap proves that a contact slides.
     pub(super) fn cannot_rest(&self, point: &Point<T, D, C, R>) -> bool {
-        self.is_exact(point.natural_map) || self.problem.must_slide(&point.r, &point.u)
+        self.is_exact(point) || self.problem.must_slide(&point.r, &point.u)
     }
 
     /// Closes the rest question. If a solution is known, writes it, ends the solve, and returns its impulses.

@@ -54,8 +54,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         if monitor.record.is_rest_question_open() {
-            let point = &self.point;
-            monitor.consider_rest(&point.r, &point.u, point.natural_map);
+            monitor.consider_rest(&self.point);
         } else {
             self.consider(monitor);
         }
@@ -67,8 +66,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         if monitor.record.is_rest_question_open() {
-            let point = &self.point;
-            monitor.judge_rest(&point.r, &point.u, point.natural_map);
+            monitor.judge_rest(&self.point);
         } else {
             monitor.judge();
         }

@@ -13,7 +13,6 @@ use crate::sets::sweep;
 use crate::solution::Model;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
-use crate::solver::point::Point;
 use crate::solver::state::{State, Sweeps};
 use crate::solver::tuning;
 use core::mem;
@@ -76,11 +75,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        let Point {
-            r, u, natural_map, ..
-        } = &mut self.point;
-        if *natural_map <= monitor.tolerance() {
-            *natural_map = monitor.problem.natural_map(r, u);
+        if self.point.natural_map <= monitor.tolerance() {
+            self.point.estimate(monitor.problem);
         }
     }
 

@@ -211,7 +211,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
             if unique && onwards {
                 self.extrapolate(problem, tolerance, point);
             } else if unique || !P::NEWTON {
-                point.natural_map = problem.natural_map(&point.r, &mut point.u);
+                point.estimate(problem);
             } else {
                 self.choose_hyperstatic(problem, tolerance, point);
             }
@@ -239,7 +239,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     ) {
         let (r, mut u) = (point.r, Stacked::zero());
         self.impulses(problem, true, &mut point.r);
-        point.natural_map = problem.natural_map(&point.r, &mut point.u);
+        point.estimate(problem);
         if point.natural_map <= tolerance {
             let last = problem.natural_map(&r, &mut u);
             if last <= tolerance {
