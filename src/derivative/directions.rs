@@ -14,11 +14,11 @@ use nalgebra::SVector;
 /// The entries belong to the contacts and joint rows of the scene, in its order. Unused entries are not read; in a gradient they are 0. A
 /// change of `M`, `H` or compliance is a change of these entries, with `v` and `r` of the solution:
 ///
-/// | change | is that of | gradient |
+/// | change | equals a change of | gradient |
 /// |---|---|---|
 /// | `dM` of the mass matrix | `free_impulse` by `-dM v` | `-free_impulse vᵀ` |
 /// | `dH_i` of a Jacobian | `free_impulse` by `dH_iᵀ r_i`, `offsets[i]` by `dH_i v` | `offsets[i] vᵀ + r_i free_impulseᵀ` |
-/// | the same of a joint row | `free_impulse` by `dH_jᵀ λ_j`, `row_offsets[j]` by `dH_j v` | `row_offsets[j] vᵀ + λ_j free_impulseᵀ` |
+/// | `dH_j` of a joint row | `free_impulse` by `dH_jᵀ λ_j`, `row_offsets[j]` by `dH_j v` | `row_offsets[j] vᵀ + λ_j free_impulseᵀ` |
 /// | `dR` of compliance | `offsets[i]` by `dR r_i`, `row_offsets[j]` by `dR λ_j` | `offsets[i] r_i`, row by row; `row_offsets[j] λ_j` |
 ///
 /// (A change of `M` keeps the free impulse here. If you compute the free impulse from `M`, add its change.)

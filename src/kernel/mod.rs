@@ -138,7 +138,7 @@ impl<
         solver.solve(&self.scene, &self.factor, free_impulse, settings)
     }
 
-    /// Continues a solve whose budget has ended, as [`Solver::resume`].
+    /// Continues a solve whose budget was used up, as [`Solver::resume`].
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::resume`].

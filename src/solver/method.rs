@@ -186,7 +186,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 self.after_path_step(monitor, progress)
             }
             Phase::Newton(newton) if P::NEWTON && newton.is_spent() => {
-                self.after_rejection(monitor, newton.origin())
+                self.after_rejection(monitor, newton.origin)
             }
             phase => phase,
         }
@@ -247,7 +247,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                     self.forget();
                     self.begin_sweeps(monitor)
                 }
-                Outcome::Rejected => self.after_rejection(monitor, newton.origin()),
+                Outcome::Rejected => self.after_rejection(monitor, newton.origin),
             },
             Phase::CentralPath if P::CENTRAL_PATH => {
                 let progress = self.state.path_step(monitor);

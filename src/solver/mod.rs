@@ -189,7 +189,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// at the end of a call, the solver no longer asks whether a body can stay at rest.
     ///
     /// # Errors
-    /// As [`Self::solve`]; [`Error::LimitsLeftOut`] after a [`crate::Kernel::solve_with_limits`] whose budget has ended.
+    /// As [`Self::solve`]; [`Error::LimitsLeftOut`] after a [`crate::Kernel::solve_with_limits`] whose budget was used up.
     pub fn resume<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,

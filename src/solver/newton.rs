@@ -21,7 +21,7 @@ pub(crate) struct Newton {
     reuse: bool,
     /// Do sweeps come before a new Jacobian?
     sweeps_first: bool,
-    origin: Origin,
+    pub(super) origin: Origin,
 }
 
 /// The kind of point at which Newton's method began.
@@ -128,11 +128,6 @@ impl Newton {
     /// May it make no more steps?
     pub(crate) const fn is_spent(self) -> bool {
         self.remaining_steps == 0
-    }
-
-    /// The kind of point at which it began.
-    pub(crate) const fn origin(self) -> Origin {
-        self.origin
     }
 }
 

@@ -65,9 +65,9 @@ numbers! {
 
     /// Damping: `λ` over the estimate of the error.
     damping: 1e-6;
-    /// Damping: the same in a hyperstatic scene.
+    /// Damping: `λ` over the estimate in a hyperstatic scene.
     hyperstatic_damping: 1e-3;
-    /// Damping: the same of steps that finish the central path.
+    /// Damping: `λ` over the estimate in steps that finish the central path.
     finish_damping: 0.1;
 
     /// Central path: the first `tau` over the mean of `alpha |q|²`.
