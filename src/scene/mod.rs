@@ -130,7 +130,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if two entries differ by more. [`crate::Factor::prepare`] checks whether `M` is positive
     /// definite.
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
-        self.refused.mass = true; // until the end
+        self.refused.mass = true; // until it is accepted below
         let is_symmetric = is_finite_and_symmetric(mass);
         if !is_symmetric {
             check_finite(mass, Input::Mass)?;
@@ -220,11 +220,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 }
 
-/// Those behind the first move up, and it stands last.
-fn move_up<V>(places: Option<&mut [V]>) {
-    if let Some(places) = places
-        && !places.is_empty()
+/// Moves the first element to the end, and all others up by one.
+fn move_up<V>(elements: Option<&mut [V]>) {
+    if let Some(elements) = elements
+        && !elements.is_empty()
     {
-        places.rotate_left(1);
+        elements.rotate_left(1);
     }
 }

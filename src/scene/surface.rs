@@ -53,8 +53,8 @@ impl<T: Real> Surface<T> {
     /// Checks coefficients and compliance.
     pub(crate) fn check(&self, contact: usize) -> Result<(), Error> {
         let mut coefficients = self.coefficients().into_iter();
-        if let Some(place) = coefficients.position(|mu| !FrictionCone::is_valid(mu)) {
-            let row = place + 1;
+        if let Some(index) = coefficients.position(|mu| !FrictionCone::is_valid(mu)) {
+            let row = index + 1; // behind the normal row
             return Err(Error::InvalidFriction { contact, row });
         }
         let invalid = |&compliance: &T| !(compliance >= T::ZERO && compliance.is_finite());

@@ -234,7 +234,7 @@ impl<T: Real> ClosedLoop<T> {
     }
 }
 
-/// A box of a torque over a step.
+/// The box of the impulses of torques within `±torque` over a step.
 fn within<T: Real>(name: Parameter, torque: T, step: T) -> Result<RowLaw<T>, Error> {
     let torque = name.not_negative(torque)?;
     let upper = name.finite(Parameter::Step.positive(step)? * torque)?;
