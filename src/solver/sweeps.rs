@@ -109,7 +109,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         if problem.scene.is_mixed() || problem.model == Model::ConvexRelaxation {
             return problem.natural_map_at(r, u);
         }
-        let left = sweep::residual(&problem.sets, r, u, &self.sweeps.multipliers);
+        let left = sweep::residual_square(&problem.sets, r, u, &self.sweeps.multipliers);
         let reference = problem.reference_impulse;
         let size = r.contact_square().max(reference * reference);
         quotient(left, size).square_root()
