@@ -261,6 +261,15 @@ impl<T: Real> SlipEquation<T> {
         finite.then_some((normal, tangents))
     }
 
+    /// At most the `λ` of an isotropic `S` without coupling: Newton's method converges from below.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
+    fn guess(&self) -> T {
+        let guess = self.bb.square_root() / self.square - self.trace;
+        let usable = guess > T::ZERO && guess.is_finite();
+        if usable { guess } else { T::ZERO }
+    }
+
     /// `r_N` and `r_T` of a contact that sticks, or else slips. Newton's method for `λ` starts at `multiplier`, or at a fresh guess if
     /// that is 0, and writes the next guess there. Far from the solution `λ` is kept between bounds. At the end the impulse is put onto
     /// the cone.
@@ -284,10 +293,7 @@ impl<T: Real> SlipEquation<T> {
         let [near, mut enough] = NEAR.map(T::literal);
         if *multiplier == T::ZERO || !multiplier.is_finite() {
             enough = near;
-            // At most the `λ` of an isotropic `S` without coupling: Newton's method converges from below.
-            let guess = bb.square_root() / square - trace;
-            let usable = guess > T::ZERO && guess.is_finite();
-            *multiplier = if usable { guess } else { T::ZERO };
+            *multiplier = self.guess();
         }
         let mut last = None;
         let (mut low, mut high) = (T::ZERO, None);
