@@ -1,15 +1,15 @@
-//! What a scene does with the numbers it is given: it checks them, and knows them again.
+//! Checks and fingerprints of the numbers that a scene is given.
 
 use crate::error::{Error, Input};
 use crate::real::Real;
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 use nalgebra::{ComplexField, SMatrix};
 
-/// Fingerprint of some numbers and their place among others.
+/// Fingerprint of some numbers and of their index in the scene.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u64 {
+pub(super) fn fingerprint<T: Real>(numbers: &[T], index: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
-    let mut hashes = begin(place);
+    let mut hashes = begin(index);
     for numbers in chunks {
         T::hash_four(&mut hashes, *numbers);
     }
@@ -17,12 +17,12 @@ pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u64 {
     end(hashes)
 }
 
-/// Copies numbers and returns their fingerprint, as [`fingerprint`] does.
+/// Copies numbers and returns their [`fingerprint`].
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u64 {
+pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], index: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
     let (targets, last) = target.as_chunks_mut::<4>();
-    let mut hashes = begin(place);
+    let mut hashes = begin(index);
     for (target, numbers) in targets.iter_mut().zip(chunks) {
         T::hash_four(&mut hashes, *numbers);
         *target = *numbers;
@@ -37,9 +37,9 @@ pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usi
     end(hashes)
 }
 
-/// Hashes of no numbers, for a place. They are not 0, which zeros would leave as it is.
-fn begin(place: usize) -> [u64; 4] {
-    [u64::try_from(place).unwrap_or(0).wrapping_add(1); 4]
+/// Initial hashes for an index. They are not 0, which a number 0 would not change.
+fn begin(index: usize) -> [u64; 4] {
+    [u64::try_from(index).unwrap_or(0).wrapping_add(1); 4]
 }
 
 /// One hash of four.

@@ -84,7 +84,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
         Ok(contact)
     }
 
-    /// A place that is not used.
+    /// An unused contact.
     pub(super) const fn none() -> Self {
         Self {
             jacobian: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; D]; N])),

@@ -190,20 +190,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.scalings.get(contact).filter(|_| self.has_surfaces)
     }
 
-    /// The contacts, each with where its Jacobian has entries.
+    /// The contacts, each with the support of its Jacobian.
     #[inline]
     pub(crate) fn supported(&self) -> impl Iterator<Item = (&Contact<T, N, D>, Support)> {
         self.contacts().iter().zip(self.supports.iter().copied())
     }
 
-    /// A velocity in the scaled rows of a contact; the physical one of an impulse there.
+    /// [`Scaling::scale`] of a contact: a velocity into the scaled rows, or an impulse out of them.
     #[inline]
     pub(crate) fn scale(&self, contact: usize, x: [T; D]) -> [T; D] {
         self.scaling(contact).map_or(x, |scaling| scaling.scale(x))
     }
 
-    /// An impulse in the scaled rows of a contact; the physical one of a velocity there. Nothing is left of a row that is
-    /// scaled by 0.
+    /// [`Scaling::unscale`] of a contact: an impulse into the scaled rows, or a velocity out of them.
     #[inline]
     pub(crate) fn unscale(&self, contact: usize, x: [T; D]) -> [T; D] {
         self.scaling(contact)
@@ -216,7 +215,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         prints.fold(0, u64::wrapping_add)
     }
 
-    /// Fingerprint of a contact and its place.
+    /// Fingerprint of a contact and its index.
     fn contact_print(&self, contact: usize) -> u64 {
         let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
         let print = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));

@@ -55,7 +55,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(index)
     }
 
-    /// Keeps the first rows alone, behind which others were placed.
+    /// Keeps the first `count` rows, and drops those behind them that [`Self::place_row`] has added.
     pub(crate) const fn truncate_rows(&mut self, count: usize) {
         self.counts.rows = count;
     }
@@ -148,7 +148,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         prints.fold(0, u64::wrapping_add)
     }
 
-    /// Fingerprint of a joint row, its compliance and its place behind the contacts.
+    /// Fingerprint of a joint row, its compliance and its index behind the contacts.
     fn row_print(&self, index: usize) -> u64 {
         self.rows.get(index).map_or(0, |row| {
             let print = fingerprint(row.row.as_slice(), C + index);
@@ -162,7 +162,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         rows.get_mut(row).ok_or(Error::NoSuchRow { row })
     }
 
-    /// Changes what of a joint row is part of the fingerprint.
+    /// Changes a part of a joint row that belongs to the fingerprint.
     fn replace_in_row(
         &mut self,
         row: usize,
