@@ -211,8 +211,8 @@ fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: us
     iterates: &[Iterate<T, D>; C],
 ) {
     let (r, mut u) = (impulses(iterates), Stacked::zero());
-    let natural_map = monitor.problem.natural_map(&r, &mut u);
-    monitor.consider(&r, &u, natural_map);
+    let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
+    monitor.consider(&r, &u, estimate);
     while !monitor.is_over() && monitor.waits() {
         monitor.judge();
     }

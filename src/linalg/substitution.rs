@@ -60,7 +60,7 @@ fn upper_block<T: Real, const N: usize, const K: usize>(
 /// A row of `D⁻¹ y` for `K` right-hand sides.
 pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
     /// Index of the row.
-    pub(crate) place: usize,
+    pub(crate) index: usize,
     /// The row, with an entry for each right-hand side.
     pub(crate) entry: [T; K],
     /// The row of `U` with the same index.
@@ -78,30 +78,30 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
 ) {
     let rows = y.iter_mut().zip(b).zip(u.iter().zip(envelope));
-    for (place, ((y, b), (row, &last))) in rows.enumerate().rev() {
+    for (index, ((y, b), (row, &last))) in rows.enumerate().rev() {
         let mut sums = *b;
         // Rows behind `last` have no entry in this column.
         let mut known = scaled.as_slice();
-        if known.first().is_some_and(|row| row.place > last) {
-            let near = known.iter().rev().take_while(|row| row.place <= last);
+        if known.first().is_some_and(|row| row.index > last) {
+            let near = known.iter().rev().take_while(|row| row.index <= last);
             known = known
                 .split_at_checked(known.len() - near.count())
                 .unwrap_or_default()
                 .1;
         }
         for Scaled { entry, row, .. } in known {
-            let u = row.get(place).copied().unwrap_or(T::ZERO);
+            let u = row.get(index).copied().unwrap_or(T::ZERO);
             for (sum, &entry) in sums.iter_mut().zip(entry) {
                 *sum -= u * entry;
             }
         }
         *y = sums;
         if sums != [T::ZERO; K]
-            && let Some(&reciprocal) = row.get(place)
+            && let Some(&reciprocal) = row.get(index)
         {
             let entry = sums.map(|sum| sum * reciprocal);
             // `scaled` has room for all rows.
-            let _ = scaled.push(Scaled { place, entry, row });
+            let _ = scaled.push(Scaled { index, entry, row });
         }
     }
 }

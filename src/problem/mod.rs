@@ -178,7 +178,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// May this error come within the tolerance once `|stop|` counts in its denominator? `|stop|` costs as much as a sweep, so it is
-    /// computed late. Without it an error is too large, unless there is [an unexpected impulse](Self::expects_none_of).
+    /// computed late. Without it an error is too large, unless there is [an unexpected impulse](Self::has_unexpected_impulse).
     ///
     /// The bound on `|stop|` is `|H_i v|² <= trace(W_ii) v·M v` of the free motion, four times as much because `abs` acts on each entry.
     pub(crate) fn may_be_within(&self, error: T, tolerance: T) -> bool {
@@ -189,7 +189,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// Is there an impulse although `|r0|` is 0 and `|stop|` does not count yet? Its error would be relative to itself alone.
-    pub(crate) fn expects_none_of(&self, r: &Stacked<T, D, C, R>) -> bool {
+    pub(crate) fn has_unexpected_impulse(&self, r: &Stacked<T, D, C, R>) -> bool {
         self.r0_norm == T::ZERO && !self.counts_stopping && !self.sets.are_at_rest(r)
     }
 
@@ -244,16 +244,20 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.sets.copy_bases(u);
     }
 
-    /// Fills `u` by [`Self::velocities`], and returns [`Self::natural_map_at`] there.
+    /// Fills `u` by [`Self::velocities`], and returns [`Self::error_estimate`] there.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn natural_map(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) -> T {
+    pub(crate) fn velocities_and_estimate(
+        &self,
+        r: &Stacked<T, D, C, R>,
+        u: &mut Stacked<T, D, C, R>,
+    ) -> T {
         self.velocities(r, u);
-        self.natural_map_at(r, u)
+        self.error_estimate(r, u)
     }
 
-    /// Error without the momentum, from `u = W r + q`: that of contacts, and in a mixed scene also that of joint rows.
+    /// Estimate of the error in contact space, from `u = W r + q`: the parts of contacts and joint rows, without momentum and rounding.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn natural_map_at(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
+    pub(crate) fn error_estimate(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
         if self.is_immovable_and_violated {
             return T::INFINITY;
         }

@@ -13,7 +13,7 @@ use crate::linalg::stacked::{Counts, Stacked, StackedMatrix};
 use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::frame::{Frame, Kind};
-use crate::sets::point::Point;
+use crate::sets::point::NewtonPoint;
 use core::array::from_fn;
 use nalgebra::SVector;
 
@@ -21,7 +21,7 @@ mod assembly;
 
 /// Indices of the contacts and joint rows of a scene in an earlier list; `C` and `R` for new ones.
 #[derive(Clone, Debug)]
-pub(crate) struct Places<const C: usize, const R: usize> {
+pub(crate) struct EarlierIndices<const C: usize, const R: usize> {
     pub(crate) contacts: [usize; C],
     pub(crate) rows: [usize; R],
 }
@@ -33,7 +33,7 @@ pub(crate) struct Jacobian<T: Real, const D: usize, const C: usize, const R: usi
     /// Does a joint row hold?
     holds: [bool; R],
     /// Index in `frames` of each contact, and in `holds` of each joint row. [`Self::follow`] changes them with the scene.
-    order: Places<C, R>,
+    order: EarlierIndices<C, R>,
     pub(crate) elimination: Elimination<T, D, C, R>,
     /// The damping `λ` of Levenberg and Marquardt.
     damping: T,
@@ -46,7 +46,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         Self {
             frames: [const { Frame::none() }; C],
             holds: [false; R],
-            order: Places {
+            order: EarlierIndices {
                 contacts: [0; C],
                 rows: [0; R],
             },
@@ -60,7 +60,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
     }
 
     /// Follows the contacts and joint rows of a scene to their new indices, from the earlier ones.
-    pub(crate) fn follow(&mut self, earlier: &Places<C, R>) {
+    pub(crate) fn follow(&mut self, earlier: &EarlierIndices<C, R>) {
         let old = self.order.clone();
         for (frame, &index) in self.order.contacts.iter_mut().zip(&earlier.contacts) {
             *frame = old.contacts.get(index).copied().unwrap_or(C);
@@ -76,11 +76,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         &mut self,
         sets: &Sets<T, D, C, R>,
         delassus: &Delassus<T, D, C, R>,
-        point: &Point<T, D, C, R>,
+        point: &NewtonPoint<T, D, C, R>,
         damping: T,
         matrix: &mut StackedMatrix<T, D, C, R>,
     ) -> Option<()> {
-        self.order = Places {
+        self.order = EarlierIndices {
             contacts: from_fn(|i| i),
             rows: from_fn(|j| j),
         };
@@ -115,7 +115,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
 
     /// Damps the tangents of sticking contacts in inverse proportion to their grip `mu r_N`. Of all tangential impulses with the same
     /// effect the step then prefers those with the same share `|r_T| / (mu r_N)` at each contact.
-    fn balance_damping(&mut self, sets: &Sets<T, D, C, R>, point: &Point<T, D, C, R>) {
+    fn balance_damping(&mut self, sets: &Sets<T, D, C, R>, point: &NewtonPoint<T, D, C, R>) {
         let sets = sets.contacts();
         let grips = || {
             let contacts = sets.iter().zip(&point.z.contacts);
@@ -141,7 +141,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
     pub(crate) fn has_same_active_set(
         &self,
         sets: &Sets<T, D, C, R>,
-        point: &Point<T, D, C, R>,
+        point: &NewtonPoint<T, D, C, R>,
     ) -> bool {
         let contacts = point.p.contacts.iter().zip(&point.r.contacts);
         let mut contacts = sets
@@ -165,7 +165,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
     ///
     /// In a hyperstatic scene impulses drift from step to step to the boundaries of their cones, although other impulses inside have
     /// the same effect. At the boundary the mode of a contact is hard to predict.
-    pub(crate) fn centred(&self, point: &Point<T, D, C, R>) -> Stacked<T, D, C, R> {
+    pub(crate) fn centred(&self, point: &NewtonPoint<T, D, C, R>) -> Stacked<T, D, C, R> {
         let mut residual = point.residual;
         let contacts = self.order.contacts.iter().zip(&point.z.contacts);
         for (residual, (&index, z)) in residual.contacts.iter_mut().zip(contacts) {

@@ -14,7 +14,7 @@ use crate::real::Real;
 
 /// A point `z`, and the impulses, velocities, residual, merit and error at `z`.
 #[derive(Clone, Debug)]
-pub(crate) struct Point<T, const D: usize, const C: usize, const R: usize> {
+pub(crate) struct NewtonPoint<T, const D: usize, const C: usize, const R: usize> {
     pub(crate) z: Stacked<T, D, C, R>,
     /// `P = Π_{K*}(z)`
     pub(crate) p: Stacked<T, D, C, R>,
@@ -26,11 +26,11 @@ pub(crate) struct Point<T, const D: usize, const C: usize, const R: usize> {
     pub(crate) residual: Stacked<T, D, C, R>,
     /// Merit function `Σ alpha_i |E_i|²`, which a step has to reduce.
     pub(crate) merit: T,
-    /// Error without the momentum, [`crate::problem::Problem::natural_map_at`].
-    pub(crate) natural_map: T,
+    /// Estimate of the error, [`crate::problem::Problem::error_estimate`].
+    pub(crate) estimate: T,
 }
 
-impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> {
+impl<T: Real, const D: usize, const C: usize, const R: usize> NewtonPoint<T, D, C, R> {
     /// All zeros.
     pub(crate) const fn none() -> Self {
         Self {
@@ -40,7 +40,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
             u: Stacked::zero(),
             residual: Stacked::zero(),
             merit: T::ZERO,
-            natural_map: T::ZERO,
+            estimate: T::ZERO,
         }
     }
 }

@@ -78,7 +78,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let sets = &monitor.problem.sets;
         self.path.pairs.impulses(sets, &mut self.point.r);
         let (r, u) = (&self.point.r, &mut self.point.u);
-        self.point.natural_map = monitor.problem.natural_map(r, u);
+        self.point.estimate = monitor.problem.velocities_and_estimate(r, u);
     }
 
     /// A step along the central path.
@@ -109,7 +109,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Progress {
-        if self.point.natural_map < tuning::near() {
+        if self.point.estimate < tuning::near() {
             self.point.rebuild_from_velocity(monitor.problem);
             let (merit, tried) = (self.point.merit, self.path.tried);
             let fall = if monitor.record.asks_for_rest() {
@@ -208,8 +208,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             self.point.r = best;
         }
         let (r, u) = (&self.point.r, &mut self.point.u);
-        self.point.natural_map = monitor.problem.natural_map(r, u);
-        if !self.point.natural_map.is_finite() {
+        self.point.estimate = monitor.problem.velocities_and_estimate(r, u);
+        if !self.point.estimate.is_finite() {
             self.point.set_zero_impulse(monitor.problem);
         }
         if monitor.problem.can_be_swept() {
@@ -229,9 +229,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         self.enter_path(monitor, tau * tuning::tau_raise() * round, gain, beta);
         let (r, u) = (&self.point.r, &mut self.point.u);
-        self.point.natural_map = monitor.problem.natural_map(r, u);
+        self.point.estimate = monitor.problem.velocities_and_estimate(r, u);
         self.consider(monitor);
-        let is_near = self.point.natural_map < tuning::near() || monitor.waits();
+        let is_near = self.point.estimate < tuning::near() || monitor.waits();
         if is_near {
             self.point.rebuild_from_velocity(monitor.problem);
         }

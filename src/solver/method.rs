@@ -23,7 +23,7 @@ use crate::solver::central_path::Progress;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin, Outcome};
 use crate::solver::phases::Phases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use crate::solver::record::{Question, Rest};
 use crate::solver::rest::DISTURBED;
 use crate::solver::state::State;
@@ -113,7 +113,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             if monitor.leaves_rest(&self.state.point) {
                 return self.begin_path(monitor);
             }
-            warm_start.is_disturbed |= self.state.point.natural_map > T::literal(DISTURBED);
+            warm_start.is_disturbed |= self.state.point.estimate > T::literal(DISTURBED);
         }
         if P::CENTRAL_PATH && warm_start.is_disturbed && monitor.is_over() {
             warm_start.is_disturbed = false;
@@ -125,7 +125,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             }
         }
         // Good enough for contact space, but not once its velocity was known?
-        let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();
+        let corrected = self.state.point.estimate <= tolerance && !monitor.is_over();
         let newton = Newton::warm(known == WarmStartKind::Isostatic);
         match known {
             _ if !P::NEWTON => {
@@ -278,7 +278,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         if let Some(known) = monitor.give_up_rest() {
             let point = &mut self.state.point;
             point.r = known; // where the next solve starts
-            point.natural_map = monitor.problem.natural_map(&point.r, &mut point.u);
+            point.estimate = monitor
+                .problem
+                .velocities_and_estimate(&point.r, &mut point.u);
             point.rebuild_from_velocity(monitor.problem);
             return Phase::Idle;
         }
@@ -399,7 +401,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         &mut self,
         problem: &Problem<'_, T, N, D, C, R, S>,
     ) -> [&Stacked<T, D, C, R>; 2] {
-        let Point { p, r, u, .. } = &mut self.state.point;
+        let NewtonPoint { p, r, u, .. } = &mut self.state.point;
         match self.phase {
             Phase::Start(WarmStartKind::Hyperstatic) | Phase::Newton(_) | Phase::Idle => {}
             Phase::Start(_) | Phase::Sweeps | Phase::CentralPath => problem.sets.augment(u, p),

@@ -127,7 +127,7 @@ impl<
     pub(crate) fn count_stopping(&mut self) {
         self.problem.count_stopping();
         self.record.counts_stopping = true;
-        self.record.natural_map = None;
+        self.record.estimate = None;
     }
 
     /// Keeps an impulse if it is the best so far. If it is good enough in contact space, its error is [asked for](Self::judge).
@@ -135,27 +135,23 @@ impl<
         &mut self,
         r: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
-        mut natural_map: T,
+        mut estimate: T,
     ) {
         let tolerance = self.settings.tolerance;
-        if natural_map <= tolerance && self.problem.expects_none_of(r) {
+        if estimate <= tolerance && self.problem.has_unexpected_impulse(r) {
             self.count_stopping();
-            natural_map = self.problem.natural_map_at(r, u);
+            estimate = self.problem.error_estimate(r, u);
         }
-        if natural_map > tolerance && self.problem.may_be_within(natural_map, tolerance) {
+        if estimate > tolerance && self.problem.may_be_within(estimate, tolerance) {
             self.count_stopping();
-            natural_map = self.problem.natural_map_at(r, u);
+            estimate = self.problem.error_estimate(r, u);
         }
-        if self
-            .record
-            .natural_map
-            .is_some_and(|best| natural_map >= best)
-        {
+        if self.record.estimate.is_some_and(|best| estimate >= best) {
             return;
         }
         self.record.best = *r;
-        self.record.natural_map = Some(natural_map);
-        if natural_map <= tolerance {
+        self.record.estimate = Some(estimate);
+        if estimate <= tolerance {
             self.record.question = Question::Error;
         }
     }
@@ -170,7 +166,7 @@ impl<
         let mut is_solved = self.is_within(&r);
         if !is_solved && !self.problem.counts_stopping {
             self.count_stopping();
-            self.record.natural_map = Some(self.problem.natural_map(&r, &mut u));
+            self.record.estimate = Some(self.problem.velocities_and_estimate(&r, &mut u));
             is_solved = self.is_within(&r);
         }
         let question = mem::replace(&mut self.record.question, Question::Nothing);
@@ -183,14 +179,14 @@ impl<
             });
         } else if question == Question::Error {
             // What a sweep leaves is not the natural map.
-            let natural_map = self.problem.natural_map(&r, &mut u);
-            self.record.natural_map = Some(natural_map);
-            if natural_map <= self.settings.tolerance {
+            let estimate = self.problem.velocities_and_estimate(&r, &mut u);
+            self.record.estimate = Some(estimate);
+            if estimate <= self.settings.tolerance {
                 self.record.question = Question::ExactError;
             }
         } else if self.record.corrections < CORRECTIONS {
             self.record.corrections += 1;
-            self.record.natural_map = Some(self.solution.error);
+            self.record.estimate = Some(self.solution.error);
             self.problem.velocities(&r, &mut u);
             self.correct_velocities(&u);
         } else {
@@ -226,13 +222,13 @@ impl<
 
     /// The impulses with the least natural map so far.
     pub(crate) fn best(&self) -> Option<Stacked<T, D, C, R>> {
-        self.record.natural_map.map(|_| self.record.best)
+        self.record.estimate.map(|_| self.record.best)
     }
 
     /// Notes that a Newton step was rejected, or that the interior point has jammed. If the error is near rounding and has not
     /// halved for long, rounding is to blame, and the solve ends. Otherwise it continues until its budget ends.
     pub(crate) fn note_failure(&mut self) {
-        let Some(best) = self.record.natural_map else {
+        let Some(best) = self.record.estimate else {
             return;
         };
         let work = self.solution.work.on_solution();
@@ -264,14 +260,14 @@ impl<
         }
         let mut r = self.record.best;
         if self.record.status == Status::Unsolved {
-            let mut least = self.record.natural_map;
+            let mut least = self.record.estimate;
             // The solution may be what the last call for the same solve has found.
             let shown = shown.then(|| self.shown());
             for other in [Some(*present), shown].into_iter().flatten() {
                 let mut u = Stacked::zero();
-                let natural_map = self.problem.natural_map(&other, &mut u);
-                if least.is_none_or(|least| natural_map < least) {
-                    (r, least) = (other, Some(natural_map));
+                let estimate = self.problem.velocities_and_estimate(&other, &mut u);
+                if least.is_none_or(|least| estimate < least) {
+                    (r, least) = (other, Some(estimate));
                 }
             }
             self.problem.sets.copy_bases(&mut self.record.bases);

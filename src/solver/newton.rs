@@ -102,14 +102,14 @@ impl Newton {
 
     /// Levenberg and Marquardt's `λ`: falls with the error, down to a floor set by the rounding of `W`, so that the last
     /// steps are Newton's.
-    fn damping<T: Real>(self, natural_map: T, centred: bool) -> T {
+    fn damping<T: Real>(self, estimate: T, centred: bool) -> T {
         let share: T = match self.origin {
             Origin::Path => tuning::finish_damping(),
             // In hyperstatic scenes the null space changes from solve to solve, so damp more; not at a guess.
             _ if centred => tuning::hyperstatic_damping(),
             _ => tuning::damping(),
         };
-        share * natural_map.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
+        share * estimate.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
     }
 
     /// Is there no step left?
@@ -219,7 +219,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let problem = &*monitor.problem;
         let settled = matches!(newton.origin, Origin::Last | Origin::Cold);
         let centred = settled && problem.is_hyperstatic(&self.point.r);
-        let damping = newton.damping(self.point.natural_map, centred);
+        let damping = newton.damping(self.point.estimate, centred);
         self.forget();
         let (jacobian, matrix) = (&mut self.jacobian, &mut self.matrix);
         let (sets, delassus) = (&problem.sets, problem.factor.delassus());

@@ -4,9 +4,9 @@ use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
 use crate::real::Real;
-pub(crate) use crate::sets::point::Point;
+pub(crate) use crate::sets::point::NewtonPoint;
 
-impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> {
+impl<T: Real, const D: usize, const C: usize, const R: usize> NewtonPoint<T, D, C, R> {
     /// Sets `r = 0` and `P = 0`, from where sweeps set off; `z`, residual and merit are stale until [`Self::rebuild`]. Joint rows
     /// whose bounds leave out 0 have the nearest impulse.
     #[cfg_attr(target_os = "none", inline(never))]
@@ -19,8 +19,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
             *r = set.project(T::ZERO);
         }
         problem.velocities_at_rest(&self.r, &mut self.u);
-        self.natural_map = if problem.scene.is_mixed() {
-            problem.natural_map_at(&self.r, &self.u)
+        self.estimate = if problem.scene.is_mixed() {
+            problem.error_estimate(&self.r, &self.u)
         } else {
             quotient(problem.r0_norm, problem.reference_impulse)
         };
@@ -54,7 +54,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
     ) {
         let sets = &problem.sets;
         sets.split(&self.z, &mut self.p, &mut self.r, &mut self.residual);
-        self.natural_map = problem.natural_map(&self.r, &mut self.u);
+        self.estimate = problem.velocities_and_estimate(&self.r, &mut self.u);
         let counts = sets.counts();
         let velocities = self.u.in_use(counts);
         for (residual, &u) in self.residual.in_use_mut(counts).zip(velocities) {

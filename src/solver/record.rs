@@ -64,7 +64,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     pub(super) status: Status,
     /// The best impulse so far, and the first part of its error as contact space sees it.
     pub(super) best: Stacked<T, D, C, R>,
-    pub(super) natural_map: Option<T>,
+    pub(super) estimate: Option<T>,
     /// What is asked about the point.
     pub(super) question: Question,
     /// Number of corrections, see [`super::monitor::Monitor::judge`], and what they left at the last pause.
@@ -88,7 +88,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
             fingerprint: 0,
             status: Status::Unsolved,
             best: Stacked::zero(),
-            natural_map: None,
+            estimate: None,
             question: Question::Nothing,
             counts_stopping: false,
             corrections: 0,
@@ -103,7 +103,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
     pub(crate) fn forget(&mut self) {
         self.begun = Begun::No;
         self.status = Status::Unsolved;
-        self.natural_map = None;
+        self.estimate = None;
         self.question = Question::Nothing;
         self.counts_stopping = false;
         self.corrections = 0;

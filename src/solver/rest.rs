@@ -12,7 +12,7 @@ use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{norm, square};
 use crate::problem::Problem;
 use crate::real::Real;
-use crate::sets::point::Point;
+use crate::sets::point::NewtonPoint;
 use crate::solution::{Model, Status};
 use crate::solver::monitor::Monitor;
 use crate::solver::record::{Question, Record, Rest};
@@ -94,7 +94,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Is the error of the relaxation less than `most` for certain, because hardly anything moves? What impulses in their cones leave of a
     /// natural map is no longer than `alpha u`.
-    fn stays(&self, point: &Point<T, D, C, R>, most: T) -> bool {
+    fn stays(&self, point: &NewtonPoint<T, D, C, R>, most: T) -> bool {
         let [moved, expected, size] = self.motion(&point.r, &point.u, false);
         let four = T::literal(4.0);
         !self.scene.is_mixed() && four * moved < expected.min(most * most * size)
@@ -155,14 +155,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Is the last solution good enough, and would the body creep with it?
-    pub(super) fn creeps(&self, point: &Point<T, D, C, R>) -> bool {
+    pub(super) fn creeps(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
         let share = self.tolerance() * T::literal(CREEPS);
         self.record.status == Status::Solved
             && self.problem.moves_what_pushes(&point.r, &point.u, share)
     }
 
     /// Was all at rest, and is the solution that was found not that of the relaxation? Then it has to be asked.
-    pub(super) fn leaves_rest(&mut self, point: &Point<T, D, C, R>) -> bool {
+    pub(super) fn leaves_rest(&mut self, point: &NewtonPoint<T, D, C, R>) -> bool {
         if self.record.rest != Rest::Before || self.record.status != Status::Solved {
             return false;
         }
@@ -172,7 +172,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return false;
         }
         self.problem.set_shift(false);
-        let relaxed = self.problem.natural_map_at(&point.r, &point.u);
+        let relaxed = self.problem.error_estimate(&point.r, &point.u);
         self.problem.set_shift(true);
         let leaves = relaxed > most;
         if leaves {
@@ -189,12 +189,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         &mut self,
         r: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
-        natural_map: T,
+        estimate: T,
     ) {
         let tolerance = self.tolerance();
         let centred = self.record.rest == Rest::Centred;
         let margin = || self.problem.margin(r) > self.problem.margin(&self.record.best);
-        if natural_map > tolerance || centred && !margin() {
+        if estimate > tolerance || centred && !margin() {
             return;
         }
         if self.coulomb_error(r, u) <= tolerance {
@@ -205,7 +205,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// What contact space says of the error by Coulomb's law, while the relaxation is solved.
     fn coulomb_error(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
         self.problem.set_shift(true);
-        let error = self.problem.natural_map_at(r, u);
+        let error = self.problem.error_estimate(r, u);
         self.problem.set_shift(false);
         error
     }
@@ -217,7 +217,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         &mut self,
         r: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
-        natural_map: T,
+        estimate: T,
     ) {
         let error = self.coulomb_error(r, u);
         self.problem.set_shift(true);
@@ -225,12 +225,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let question = mem::replace(&mut self.record.question, Question::Nothing);
         if is_solved {
             self.record.best = *r;
-            self.record.natural_map = Some(error);
+            self.record.estimate = Some(error);
             let centred = self.record.rest == Rest::Centred;
             if !centred {
                 self.record.rest = Rest::Asked;
             }
-            if error <= self.tolerance() * T::literal(ANSWERED) || self.is_exact(natural_map) {
+            if error <= self.tolerance() * T::literal(ANSWERED) || self.is_exact(estimate) {
                 self.record.rest = Rest::Known;
                 self.stop(Status::Solved);
                 return;
@@ -249,14 +249,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Is the relaxation solved to far less than the tolerance?
-    fn is_exact(&self, natural_map: T) -> bool {
-        natural_map <= self.tolerance() * T::literal(EXACT)
+    fn is_exact(&self, estimate: T) -> bool {
+        estimate <= self.tolerance() * T::literal(EXACT)
     }
 
     /// Is it known that not all can stay? The relaxation is solved to far less than the tolerance, and that is not Coulomb's law; or the
     /// duality gap tells before.
-    pub(super) fn cannot_rest(&self, point: &Point<T, D, C, R>) -> bool {
-        self.is_exact(point.natural_map) || self.problem.must_slide(&point.r, &point.u)
+    pub(super) fn cannot_rest(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
+        self.is_exact(point.estimate) || self.problem.must_slide(&point.r, &point.u)
     }
 
     /// Asks no longer. Returns the impulses of the solution that slides, if it is known.

@@ -5,12 +5,12 @@ use crate::real::Real;
 use crate::sets::jacobian::Jacobian;
 use crate::sets::pairs::Pairs;
 use crate::solver::monitor::Monitor;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 
 /// Where a solve is, for all phases.
 #[derive(Clone, Debug)]
 pub(crate) struct State<T: Real, const D: usize, const C: usize, const R: usize> {
-    pub(super) point: Point<T, D, C, R>,
+    pub(super) point: NewtonPoint<T, D, C, R>,
     pub(super) sweeps: Sweeps<T, C>,
     pub(super) path: CentralPath<T, D, C, R>,
     /// What of the Jacobian is not in the matrix.
@@ -26,7 +26,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     /// No solve yet.
     pub(crate) const fn none() -> Self {
         Self {
-            point: Point::none(),
+            point: NewtonPoint::none(),
             sweeps: Sweeps::none(),
             path: CentralPath::none(),
             jacobian: Jacobian::none(),
@@ -46,7 +46,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         let point = &self.point;
-        monitor.consider(&point.r, &point.u, point.natural_map);
+        monitor.consider(&point.r, &point.u, point.estimate);
     }
 
     /// The same where it may be asked whether all can stay at rest: not in sweeps.
@@ -56,7 +56,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         if monitor.record.asks_for_rest() {
             let point = &self.point;
-            monitor.consider_rest(&point.r, &point.u, point.natural_map);
+            monitor.consider_rest(&point.r, &point.u, point.estimate);
         } else {
             self.consider(monitor);
         }
@@ -69,7 +69,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         if monitor.record.asks_for_rest() {
             let point = &self.point;
-            monitor.judge_rest(&point.r, &point.u, point.natural_map);
+            monitor.judge_rest(&point.r, &point.u, point.estimate);
         } else {
             monitor.judge();
         }

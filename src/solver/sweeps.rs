@@ -11,7 +11,7 @@ use crate::sets::sweep;
 use crate::solution::Model;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use crate::solver::state::{State, Sweeps};
 use crate::solver::tuning;
 use core::mem;
@@ -74,11 +74,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        let Point {
-            r, u, natural_map, ..
-        } = &mut self.point;
-        if *natural_map <= monitor.tolerance() {
-            *natural_map = monitor.problem.natural_map(r, u);
+        let NewtonPoint { r, u, estimate, .. } = &mut self.point;
+        if *estimate <= monitor.tolerance() {
+            *estimate = monitor.problem.velocities_and_estimate(r, u);
         }
     }
 
@@ -107,7 +105,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let problem = &*monitor.problem;
         let (r, u) = (&self.point.r, &self.point.u);
         if problem.scene.is_mixed() || problem.model == Model::ConvexRelaxation {
-            return problem.natural_map_at(r, u);
+            return problem.error_estimate(r, u);
         }
         let left = sweep::residual_square(&problem.sets, r, u, &self.sweeps.multipliers);
         let reference = problem.reference_impulse;
@@ -128,17 +126,17 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             monitor.count_stopping();
             here = self.left_by_sweep(monitor);
         }
-        let last = mem::replace(&mut self.point.natural_map, here);
+        let last = mem::replace(&mut self.point.estimate, here);
         if here <= tolerance {
             if here > tolerance * T::literal(CLEAR) {
                 let (r, u) = (&self.point.r, &self.point.u);
-                self.point.natural_map = monitor.problem.natural_map_at(r, u);
+                self.point.estimate = monitor.problem.error_estimate(r, u);
             }
             self.consider(monitor);
             if monitor.waits() {
                 return Pace::Continue;
             }
-            here = here.max(self.point.natural_map);
+            here = here.max(self.point.estimate);
         }
         let sweeps = &mut self.sweeps;
         sweeps.done = sweeps.done.saturating_add(1);

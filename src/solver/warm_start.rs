@@ -5,10 +5,10 @@ use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{Scene, check_finite};
-use crate::sets::jacobian::Places;
+use crate::sets::jacobian::EarlierIndices;
 use crate::solution::Model;
 use crate::solver::phases::Phases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use core::array::from_fn;
 use nalgebra::SVector;
 use table::{Entry, Table};
@@ -105,7 +105,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     pub(crate) fn follow<const N: usize, const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
-    ) -> Option<Places<C, R>> {
+    ) -> Option<EarlierIndices<C, R>> {
         let contacts = || scene.contacts().iter().map(|contact| contact.key);
         let rows = || scene.rows().iter().map(|row| row.key);
         let moved = self.contacts.is_out_of_order(contacts());
@@ -113,7 +113,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         if self.is_cold() || !moved && !rows_moved {
             return None;
         }
-        let mut places = Places {
+        let mut places = EarlierIndices {
             contacts: from_fn(|i| i),
             rows: from_fn(|j| j),
         };
@@ -197,10 +197,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         problem: &Problem<'_, T, N, D, C, R, S>,
         (tolerance, onwards): (T, bool),
         _: P,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) -> WarmStartKind {
         point.set_zero_impulse(problem);
-        let rest = point.natural_map;
+        let rest = point.estimate;
         if !self.is_cold() && rest > tolerance {
             self.impulses(problem, false, &mut point.r);
             let unique =
@@ -208,12 +208,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
             if unique && onwards {
                 self.extrapolate(problem, tolerance, point);
             } else if unique || !P::NEWTON {
-                point.natural_map = problem.natural_map(&point.r, &mut point.u);
+                point.estimate = problem.velocities_and_estimate(&point.r, &mut point.u);
             } else {
                 self.stay(problem, tolerance, point);
             }
             let ratio = T::literal(MAX_IMPULSE_RATIO);
-            if point.natural_map < rest && !problem.exceeds(&point.r, ratio) {
+            if point.estimate < rest && !problem.exceeds(&point.r, ratio) {
                 return if unique {
                     WarmStartKind::Isostatic
                 } else {
@@ -232,15 +232,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
         tolerance: T,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) {
         let (r, mut u) = (point.r, Stacked::zero());
         self.impulses(problem, true, &mut point.r);
-        point.natural_map = problem.natural_map(&point.r, &mut point.u);
-        if point.natural_map <= tolerance {
-            let last = problem.natural_map(&r, &mut u);
+        point.estimate = problem.velocities_and_estimate(&point.r, &mut point.u);
+        if point.estimate <= tolerance {
+            let last = problem.velocities_and_estimate(&r, &mut u);
             if last <= tolerance {
-                (point.r, point.u, point.natural_map) = (r, u, last);
+                (point.r, point.u, point.estimate) = (r, u, last);
             }
         }
     }
@@ -281,21 +281,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
         tolerance: T,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) {
         let (r, mut u) = (point.r, Stacked::zero());
-        let last = problem.natural_map(&r, &mut u);
+        let last = problem.velocities_and_estimate(&r, &mut u);
         let mut as_it_was = None;
         if last > tolerance && self.is_a_solution() {
             self.move_back(problem, point);
-            as_it_was = Some(point.natural_map);
+            as_it_was = Some(point.estimate);
         }
         if as_it_was.is_none_or(|error| error * T::literal(3.0) > last) {
-            (point.r, point.u, point.natural_map) = (r, u, last);
+            (point.r, point.u, point.estimate) = (r, u, last);
             problem.sets.augment(&u, &mut point.p);
             if let Some(error) = as_it_was {
                 point.rebuild(problem);
-                if error < point.natural_map {
+                if error < point.estimate {
                     self.move_back(problem, point);
                 }
             }
@@ -329,7 +329,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     fn move_back<const N: usize, const S: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) {
         self.recall(problem.scene, &mut point.p, &mut point.r);
         point.rebuild(problem);

@@ -18,8 +18,8 @@ fn carried(share: f64) -> Stacked<f64, D, C, 0> {
 
 fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C, 0, 0>, r: &Stacked<f64, D, C, 0>) {
     let mut u = carried(0.0);
-    let natural_map = monitor.problem.natural_map(r, &mut u);
-    monitor.consider(r, &u, natural_map);
+    let estimate = monitor.problem.velocities_and_estimate(r, &mut u);
+    monitor.consider(r, &u, estimate);
     if monitor.waits() {
         monitor.judge();
     }
@@ -69,12 +69,12 @@ fn a_budget_ends_a_call() -> Result<(), Error> {
 fn work_without_a_halved_error_near_rounding_ends_a_solve() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
         let patience = tuning::patience();
-        for (natural_map, work) in [
+        for (estimate, work) in [
             (1e-9, 100 * patience),
             (1000.0 * f64::EPSILON, patience),
             (400.0 * f64::EPSILON, patience),
         ] {
-            monitor.record.natural_map = Some(natural_map);
+            monitor.record.estimate = Some(estimate);
             monitor.note_failure();
             monitor.solution.work.iterations += work;
             monitor.note_failure();

@@ -7,7 +7,7 @@ use super::WarmStart;
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::solver::phases::AllPhases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, Scene};
 use nalgebra::{Matrix1, Vector1};
 use proptest::collection::vec;
@@ -142,7 +142,7 @@ fn impulses_are_extrapolated_once_a_tick() -> Result<(), Error> {
         state.keep(&scene, &Stacked::zero(), &left, false);
     }
     for (onwards, r) in [(true, 3.0), (false, 2.0)] {
-        let mut point = Point::none();
+        let mut point = NewtonPoint::none();
         state.start(&problem, (1e-9, onwards), AllPhases, &mut point);
         assert_eq!(point.r.contacts[0], [r]);
     }
@@ -163,7 +163,7 @@ fn impulses_of_joint_rows_are_extrapolated_once_a_tick() -> Result<(), Error> {
         state.keep(&scene, &Stacked::zero(), &left, false);
     }
     for (onwards, r) in [(true, 3.0), (false, 2.0)] {
-        let mut point = Point::none();
+        let mut point = NewtonPoint::none();
         state.start(&problem, (1e-9, onwards), AllPhases, &mut point);
         assert_eq!(point.r.rows[0], r);
     }

@@ -6,7 +6,7 @@ extern crate std;
 use super::{differences, point_at};
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::problem::Problem;
-use crate::sets::jacobian::{Jacobian, Places};
+use crate::sets::jacobian::{EarlierIndices, Jacobian};
 use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, RowMode, Scene, Surface};
 use nalgebra::{SMatrix, SVector};
 use std::vec::Vec;
@@ -140,7 +140,7 @@ fn the_jacobian_of_joint_rows_is_the_derivative_of_the_residual() -> Result<(), 
 /// `order[i]` says which contact, and which joint row, of a scene is the `i`-th of the new one.
 fn reordered(
     scene: &Scene<f64, N, 3, 3, R, 3>,
-    order: &Places<3, 7>,
+    order: &EarlierIndices<3, 7>,
 ) -> Result<Scene<f64, N, 3, 3, R, 3>, Error> {
     let mut other = Scene::new();
     other.set_mass(scene.mass())?;
@@ -161,11 +161,11 @@ fn reordered(
 fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
     let mut random = numbers();
     let orders = [
-        Places {
+        EarlierIndices {
             contacts: [0, 1, 2],
             rows: [0, 1, 2, 3, 4, 5, 6],
         },
-        Places {
+        EarlierIndices {
             contacts: [2, 0, 1],
             rows: [3, 1, 6, 0, 5, 4, 2],
         },
@@ -212,7 +212,7 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
                 assert_eq!(computed, Some(()));
             } else {
                 // The place of what is not used says nothing.
-                let mut places = Places {
+                let mut places = EarlierIndices {
                     contacts: order.contacts,
                     rows: [R; R],
                 };
@@ -238,7 +238,7 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
             compared += usize::from(*here != 0.0);
         }
         // A joint row that is new has no part in it.
-        let mut places = Places {
+        let mut places = EarlierIndices {
             contacts: [0, 1, 2],
             rows: [0, 1, 2, 3, 4, 5, R, R],
         };
