@@ -41,7 +41,7 @@ pub(crate) struct Problem<
     pub(crate) counts_stopping: bool,
     /// Expected impulse of all contacts (N·s): `|r0|`, or the larger of `|r0|` and `|stop|`.
     pub(crate) reference_impulse: T,
-    /// Result of [`expected::carried_impulse`], once it was computed.
+    /// Result of [`Scene::carried_impulse`], once it was computed.
     carried: Cell<Option<T>>,
     /// Is there a contact or a joint row that nothing moves, although its law is violated?
     is_immovable_and_violated: bool,
@@ -199,7 +199,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let mut free = [T::ZERO; N];
         self.factor
             .velocity(&self.whitened, &Stacked::zero(), &mut free);
-        let stopping = expected::stopping_impulse(self.scene, self.sets.contacts(), &free);
+        let stopping = self.scene.stopping_impulse(self.sets.contacts(), &free);
         self.reference_impulse = self.r0_norm.max(stopping);
         self.counts_stopping = true;
     }
@@ -281,7 +281,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             self.carried.get().unwrap_or_else(|| {
                 let [free] = &self.free_impulse.data.0;
                 let sets = (self.sets.contacts(), self.sets.rows());
-                let carried = expected::carried_impulse(self.scene, sets, free);
+                let carried = self.scene.carried_impulse(sets, free);
                 self.carried.set(Some(carried));
                 carried
             })

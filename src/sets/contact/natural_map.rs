@@ -186,7 +186,7 @@ pub(crate) fn r0_norm<T: Real, const D: usize>(sets: &[ContactSet<T, D>]) -> T {
 /// - `size`: the larger of `|r0|` and `|stop|` (N·s).
 /// - `noise[i]`: squares of bounds on the rounding of `u_i` and of `u_Ni`, added to the residual unless the contact is open and
 ///   separates faster. If there are any, the rounding of the natural map is added as well.
-/// - `carried`: computes the result of [`carried_impulse`](super::expected::carried_impulse) (N·s).
+/// - `carried`: computes the result of [`carried_impulse`](crate::Scene::carried_impulse) (N·s).
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn error<T: Real, const D: usize>(
     sets: &[ContactSet<T, D>],
