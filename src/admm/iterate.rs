@@ -113,8 +113,8 @@ impl<T: Real> Extrapolation<T> {
         let restarts = match self.acceleration {
             Acceleration::Plain => return T::ZERO,
             Acceleration::Nesterov => false,
-            // Steps 10-13, except that the sequence starts again at the current iterate, with its `e_k`. The note goes back to the
-            // previous iterate and sets `e_k = e_{k-1} / eta`.
+            // Steps 10-13, except that the sequence starts again at the current iterate, with its `e_k`. The note takes the previous
+            // iterate, and `e_k = e_{k-1} / eta`.
             Acceleration::Restart => last.is_some_and(|last| residual >= eta * last),
         };
         if restarts {

@@ -106,7 +106,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     pub(crate) fn fill(&mut self, may_use_momentum: bool) {
         let (scene, factor) = (self.scene, self.factor);
         let [free_impulse] = &self.free_impulse.data.0;
-        self.whitened.copy_from_slice(free_impulse); // an assignment might move what overlaps: `memmove`
+        self.whitened.copy_from_slice(free_impulse); // an assignment of the array might call `memmove`
         factor.whiten(&mut self.whitened);
         let mut moved = Stacked::zero();
         let energy = factor.contact_velocity(&self.whitened, &mut moved);
@@ -180,7 +180,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     /// May this error come within the tolerance once `|stop|` counts in its denominator? `|stop|` costs as much as a sweep, so it is
     /// computed late. Without it an error is too large, unless there is [an unexpected impulse](Self::has_unexpected_impulse).
     ///
-    /// The bound on `|stop|` is `|H_i v|² <= trace(W_ii) v·M v` of the free motion, four times as much because `abs` acts on each entry.
+    /// The bound on `|stop|` follows from `|H_i v|² <= trace(W_ii) v·M v` of the free motion. It has a factor of 4, because `abs` acts on
+    /// each entry.
     pub(crate) fn may_be_within(&self, error: T, tolerance: T) -> bool {
         let four = T::literal(4.0 * expected::SHARE);
         let residual = error * self.reference_impulse;

@@ -156,8 +156,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.clear_rows();
     }
 
-    /// A mass that changes with the unit of mass as all others do: the power of two below `M_00`. What is scaled by it does
-    /// so exactly.
+    /// The power of two below `M_00`: a mass that changes with the unit of mass, and scales numbers without rounding.
     pub(crate) fn reference_mass(&self) -> T {
         let first = self.mass.as_slice().first();
         first.map_or(T::ONE, |mass| T::power_of_two(mass.exponent()))
@@ -178,7 +177,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         sum.max(1)
     }
 
-    /// Fingerprint of all that a solve depends on, but its settings.
+    /// Fingerprint of all data of a solve except its settings.
     pub(crate) fn data_fingerprint(&self, free_impulse: &SVector<T, N>) -> u64 {
         let mut hash = fingerprint(free_impulse.as_slice(), self.counts.rows);
         for contact in self.contacts() {

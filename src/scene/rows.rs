@@ -37,7 +37,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(index)
     }
 
-    /// Adds a joint row behind the others. The fingerprint stays what it is.
+    /// Adds a joint row behind the others, without a change of the fingerprint.
     pub(crate) fn place_row(&mut self, row: &JointRow<T, N>) -> Result<usize, Error> {
         let index = self.counts.rows;
         check_finite(&row.row, Input::JointRow { row: index })?;

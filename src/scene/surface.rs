@@ -140,7 +140,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         tangents.any(|&scale| scale > T::ZERO)
     }
 
-    /// Fingerprint of what a factor depends on, from that of the contact's Jacobian.
+    /// Fingerprint of the contact's Jacobian, scales and compliance, from that of the Jacobian.
     pub(super) fn fingerprint(&self, jacobian: u64) -> u64 {
         if !self.is_surface {
             return jacobian;

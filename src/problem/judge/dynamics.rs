@@ -131,7 +131,7 @@ impl<T: Real> Norms<T> {
         }
     }
 
-    /// Reduces the size by as much as rounding may have added to it. `noise` is the square of that.
+    /// Reduces the size by a bound on its rounding, whose square is `noise`.
     pub(crate) fn reduce_size(&mut self, noise: T) {
         // The root of a quotient, which does not depend on the unit.
         let share = (T::ONE - quotient(noise, self.size).square_root()).max(T::ZERO);

@@ -13,7 +13,7 @@ use std::vec::Vec;
 
 /// Velocities.
 const N: usize = 16;
-/// Room for joint rows, of which one is left.
+/// Capacity for joint rows; one of them is unused.
 const R: usize = 8;
 
 /// Numbers between -1 and 1, the same each time.
@@ -93,10 +93,10 @@ fn check_rows<const D: usize, const C: usize>(model: Model) -> Result<[usize; 4]
             continue;
         };
         compared += 1;
-        for (place, difference) in differences.in_use(scene.counts()).enumerate() {
+        for (index, difference) in differences.in_use(scene.counts()).enumerate() {
             assert!(
                 *difference < 1e-6,
-                "{D} rows a contact, place {place}: {difference:e}"
+                "{D} rows a contact, index {index}: {difference:e}"
             );
         }
         for frame in &jacobian.frames {
@@ -211,13 +211,13 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
                 );
                 assert_eq!(computed, Some(()));
             } else {
-                // The place of what is not used says nothing.
-                let mut places = EarlierIndices {
+                // Indices of unused rows do not count.
+                let mut indices = EarlierIndices {
                     contacts: order.contacts,
                     rows: [R; R],
                 };
-                places.rows[..7].copy_from_slice(&order.rows);
-                jacobian.follow(&places);
+                indices.rows[..7].copy_from_slice(&order.rows);
+                jacobian.follow(&indices);
             }
             assert!(jacobian.has_same_active_set(&problem.sets, &point));
             steps.extend(jacobian.step(&problem.sets, problem.factor.delassus(), &b, &matrix));
@@ -237,19 +237,19 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
             assert!((here - wanted).abs() <= 1e-12 * size, "{here} {wanted}");
             compared += usize::from(*here != 0.0);
         }
-        // A joint row that is new has no part in it.
-        let mut places = EarlierIndices {
+        // A new joint row has no mode in the Jacobian.
+        let mut indices = EarlierIndices {
             contacts: [0, 1, 2],
             rows: [0, 1, 2, 3, 4, 5, R, R],
         };
-        jacobian.follow(&places);
+        jacobian.follow(&indices);
         let factor = Factor::new(&scenes[1])?;
         let mut problem = Problem::new(&scenes[1], &factor, &push, Model::Coulomb);
         problem.fill(true);
         let point = point_at(&problem, &drawn[0]);
         assert!(!jacobian.has_same_active_set(&problem.sets, &point));
-        places.rows[6] = 6;
-        jacobian.follow(&places);
+        indices.rows[6] = 6;
+        jacobian.follow(&indices);
         assert!(!jacobian.has_same_active_set(&problem.sets, &point));
     }
     assert!(compared > 500, "{compared}");
