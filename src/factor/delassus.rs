@@ -165,7 +165,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
                 }
             }
             if let Some(support) = self.supports.get_mut(i) {
-                *support = Support::of::<N>(scaled.iter().map(|row| row.place));
+                *support = Support::of::<N>(scaled.iter().map(|row| row.index));
             }
             self.delassus.drop_rounding(i, &mut self.whitened);
             if let Some(scaling) = scaling {
@@ -276,8 +276,8 @@ fn products<T: Real, const N: usize, const K: usize, const L: usize>(
     y: &[[T; L]; N],
 ) -> [[T; L]; K] {
     let mut sums = [[T::ZERO; L]; K];
-    for Scaled { place, entry, .. } in x.iter().rev() {
-        let Some(y) = y.get(*place) else { break };
+    for Scaled { index, entry, .. } in x.iter().rev() {
+        let Some(y) = y.get(*index) else { break };
         for (sums, &x) in sums.iter_mut().zip(entry) {
             for (sum, &y) in sums.iter_mut().zip(y) {
                 *sum += x * y;

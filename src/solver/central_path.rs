@@ -78,7 +78,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         let sets = &monitor.problem.sets;
         self.path.pairs.impulses(sets, &mut self.point.r);
-        self.point.estimate(monitor.problem);
+        self.point.evaluate_impulses(monitor.problem);
     }
 
     /// Makes a step along the central path.
@@ -109,7 +109,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Progress {
-        if self.point.natural_map < tuning::near() {
+        if self.point.estimate < tuning::near() {
             self.point.rebuild_from_velocity(monitor.problem);
             let (merit, tried) = (self.point.merit, self.path.tried);
             let fall = if monitor.record.is_rest_question_open() {
@@ -207,8 +207,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         {
             self.point.r = best;
         }
-        self.point.estimate(monitor.problem);
-        if !self.point.natural_map.is_finite() {
+        self.point.evaluate_impulses(monitor.problem);
+        if !self.point.estimate.is_finite() {
             self.point.set_zero_impulse(monitor.problem);
         }
         if monitor.problem.can_be_swept() {
@@ -227,9 +227,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         // Higher with each round of weights, so that none repeats another.
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         self.enter_path(monitor, tau * tuning::tau_raise() * round, gain, beta);
-        self.point.estimate(monitor.problem);
+        self.point.evaluate_impulses(monitor.problem);
         self.consider(monitor);
-        let is_near = self.point.natural_map < tuning::near() || monitor.must_return();
+        let is_near = self.point.estimate < tuning::near() || monitor.must_return();
         if is_near {
             self.point.rebuild_from_velocity(monitor.problem);
         }

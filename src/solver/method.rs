@@ -23,7 +23,7 @@ use crate::solver::central_path::Progress;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin, Outcome};
 use crate::solver::phases::Phases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use crate::solver::record::RestQuestion;
 use crate::solver::rest::DISTURBED;
 use crate::solver::state::State;
@@ -81,8 +81,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         warm_start: &mut WarmStart<T, D, C, R>,
     ) {
-        if let Some(old_indices) = warm_start.follow(monitor.problem.scene) {
-            self.state.jacobian.follow(&old_indices);
+        if let Some(earlier_indices) = warm_start.follow(monitor.problem.scene) {
+            self.state.jacobian.follow(&earlier_indices);
         }
         let start = (monitor.tolerance(), monitor.is_first_call());
         let (problem, point) = (&*monitor.problem, &mut self.state.point);
@@ -113,7 +113,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             if monitor.leaves_rest(&self.state.point) {
                 return self.begin_path(monitor);
             }
-            warm_start.is_disturbed |= self.state.point.natural_map > T::literal(DISTURBED);
+            warm_start.is_disturbed |= self.state.point.estimate > T::literal(DISTURBED);
         }
         if P::CENTRAL_PATH && warm_start.is_disturbed && monitor.is_over() {
             warm_start.is_disturbed = false;
@@ -125,7 +125,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             }
         }
         // The estimate was within the tolerance, but the error was not.
-        let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();
+        let corrected = self.state.point.estimate <= tolerance && !monitor.is_over();
         let newton = Newton::warm(kind == WarmStartKind::Isostatic);
         match kind {
             _ if !P::NEWTON => {
@@ -281,7 +281,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         if let Some(solution) = monitor.close_rest_question() {
             let point = &mut self.state.point;
             point.r = solution; // the next solve starts there
-            point.estimate(monitor.problem);
+            point.evaluate_impulses(monitor.problem);
             point.rebuild_from_velocity(monitor.problem);
             return Phase::Idle;
         }
@@ -405,7 +405,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         &mut self,
         problem: &Problem<'_, T, N, D, C, R, S>,
     ) -> [&Stacked<T, D, C, R>; 2] {
-        let Point { p, r, u, .. } = &mut self.state.point;
+        let NewtonPoint { p, r, u, .. } = &mut self.state.point;
         match self.phase {
             Phase::Start(WarmStartKind::Hyperstatic) | Phase::Newton(_) | Phase::Idle => {}
             Phase::Start(_) | Phase::Sweeps | Phase::CentralPath => problem.sets.augment(u, p),

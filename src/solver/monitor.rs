@@ -148,13 +148,13 @@ impl<
         mut estimate: T,
     ) {
         let tolerance = self.settings.tolerance;
-        if estimate <= tolerance && self.problem.expects_none_of(r) {
+        if estimate <= tolerance && self.problem.has_unexpected_impulse(r) {
             self.count_stopping();
-            estimate = self.problem.natural_map_at(r, u);
+            estimate = self.problem.error_estimate(r, u);
         }
         if estimate > tolerance && self.problem.may_be_within(estimate, tolerance) {
             self.count_stopping();
-            estimate = self.problem.natural_map_at(r, u);
+            estimate = self.problem.error_estimate(r, u);
         }
         if self
             .record
@@ -180,7 +180,7 @@ impl<
         let mut is_solved = self.evaluate(&r);
         if !is_solved && !self.problem.counts_stopping {
             self.count_stopping();
-            self.record.best_estimate = Some(self.problem.natural_map(&r, &mut u));
+            self.record.best_estimate = Some(self.problem.velocities_and_estimate(&r, &mut u));
             is_solved = self.evaluate(&r);
         }
         let check = mem::replace(&mut self.record.check, Check::None);
@@ -193,7 +193,7 @@ impl<
             });
         } else if check == Check::Error {
             // The estimate of a sweep may be another one.
-            let estimate = self.problem.natural_map(&r, &mut u);
+            let estimate = self.problem.velocities_and_estimate(&r, &mut u);
             self.record.best_estimate = Some(estimate);
             if estimate <= self.settings.tolerance {
                 self.record.check = Check::ExactError;
@@ -280,7 +280,7 @@ impl<
             let written = was_written.then(|| self.written_impulses());
             for other in [Some(*present), written].into_iter().flatten() {
                 let mut u = Stacked::zero();
-                let estimate = self.problem.natural_map(&other, &mut u);
+                let estimate = self.problem.velocities_and_estimate(&other, &mut u);
                 if least.is_none_or(|least| estimate < least) {
                     (r, least) = (other, Some(estimate));
                 }

@@ -227,7 +227,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let problem = &*monitor.problem;
         let may_centre = matches!(newton.origin, Origin::LastSolution | Origin::Cold);
         let centred = may_centre && problem.is_hyperstatic(&self.point.r);
-        let damping = newton.damping(self.point.natural_map, centred);
+        let damping = newton.damping(self.point.estimate, centred);
         self.forget();
         let (jacobian, matrix) = (&mut self.jacobian, &mut self.matrix);
         let (sets, delassus) = (&problem.sets, problem.factor.delassus());

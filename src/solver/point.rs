@@ -1,12 +1,12 @@
-//! Evaluation of a [`Point`] (`src/sets/point.rs`): the `z` of Newton's method with the impulses, velocities, residual and merit that belong to it.
+//! Evaluation of a [`NewtonPoint`] (`src/sets/point.rs`): the `z` of Newton's method with the impulses, velocities, residual and merit that belong to it.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
 use crate::real::Real;
-pub(crate) use crate::sets::point::Point;
+pub(crate) use crate::sets::point::NewtonPoint;
 
-impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> {
+impl<T: Real, const D: usize, const C: usize, const R: usize> NewtonPoint<T, D, C, R> {
     /// Sets `r` and `P` to 0, the start of cold sweeps. A joint row whose interval does not contain 0 gets the impulse nearest to 0. `z`,
     /// residual and merit are stale until [`Self::rebuild`].
     #[cfg_attr(target_os = "none", inline(never))]
@@ -19,8 +19,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
             *r = set.project(T::ZERO);
         }
         problem.velocities_at_rest(&self.r, &mut self.u);
-        self.natural_map = if problem.scene.is_mixed() {
-            problem.natural_map_at(&self.r, &self.u)
+        self.estimate = if problem.scene.is_mixed() {
+            problem.error_estimate(&self.r, &self.u)
         } else {
             quotient(problem.r0_norm, problem.reference_impulse)
         };
@@ -28,11 +28,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
 
     /// Computes velocities and estimate of the impulses.
     #[inline]
-    pub(crate) fn estimate<const N: usize, const S: usize>(
+    pub(crate) fn evaluate_impulses<const N: usize, const S: usize>(
         &mut self,
         problem: &Problem<'_, T, N, D, C, R, S>,
     ) {
-        self.natural_map = problem.natural_map(&self.r, &mut self.u);
+        self.estimate = problem.velocities_and_estimate(&self.r, &mut self.u);
     }
 
     /// Computes `z_i = P_i - r_i / alpha_i` from `P` and `r`, and evaluates it.
@@ -63,7 +63,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
     ) {
         let sets = &problem.sets;
         sets.split(&self.z, &mut self.p, &mut self.r, &mut self.residual);
-        self.estimate(problem);
+        self.evaluate_impulses(problem);
         let counts = sets.counts();
         let velocities = self.u.in_use(counts);
         for (residual, &u) in self.residual.in_use_mut(counts).zip(velocities) {

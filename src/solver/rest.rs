@@ -15,7 +15,7 @@ use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{norm, square};
 use crate::problem::Problem;
 use crate::real::Real;
-use crate::sets::point::Point;
+use crate::sets::point::NewtonPoint;
 use crate::solution::{Model, Status};
 use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
 use crate::solver::record::{Check, Record, RestQuestion};
@@ -103,7 +103,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Does so little move that the estimate by the relaxation is surely below `limit`? (If `r` lies in its cone, its natural map is no
     /// longer than `alpha u`.)
-    fn hardly_moves(&self, point: &Point<T, D, C, R>, limit: T) -> bool {
+    fn hardly_moves(&self, point: &NewtonPoint<T, D, C, R>, limit: T) -> bool {
         let motion = self.motion(&point.r, &point.u, false);
         let four = T::literal(4.0);
         let bound = motion.expected.min(limit * limit * motion.size);
@@ -176,14 +176,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Does the last solution solve the scene, but move loaded contacts?
-    pub(super) fn creeps(&self, point: &Point<T, D, C, R>) -> bool {
+    pub(super) fn creeps(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
         let share = self.tolerance() * T::literal(CREEPS);
         self.record.status == Status::Solved
             && self.problem.loaded_contacts_move(&point.r, &point.u, share)
     }
 
     /// Returns true, and opens the rest question, if all bodies were at rest and the solution does not solve the relaxation.
-    pub(super) fn leaves_rest(&mut self, point: &Point<T, D, C, R>) -> bool {
+    pub(super) fn leaves_rest(&mut self, point: &NewtonPoint<T, D, C, R>) -> bool {
         if self.record.rest != RestQuestion::Pending || self.record.status != Status::Solved {
             return false;
         }
@@ -193,7 +193,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return false;
         }
         self.problem.set_shift(false);
-        let relaxed = self.problem.natural_map_at(&point.r, &point.u);
+        let relaxed = self.problem.error_estimate(&point.r, &point.u);
         self.problem.set_shift(true);
         let leaves = relaxed > limit;
         if leaves {
@@ -206,12 +206,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Considers a point while the relaxation is solved. If both estimates are within the tolerance,
     /// by the relaxation and by Coulomb's law, a [check](Self::judge_rest) of the error is due.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn consider_rest(&mut self, point: &Point<T, D, C, R>) {
+    pub(super) fn consider_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
         let tolerance = self.tolerance();
         let is_centring = self.record.rest == RestQuestion::Centring;
         let is_farther_inside =
             || self.problem.cone_margin(&point.r) > self.problem.cone_margin(&self.record.best);
-        if point.natural_map > tolerance || is_centring && !is_farther_inside() {
+        if point.estimate > tolerance || is_centring && !is_farther_inside() {
             return;
         }
         if self.coulomb_estimate(point) <= tolerance {
@@ -220,9 +220,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// The estimate by Coulomb's law, while the relaxation is solved.
-    fn coulomb_estimate(&mut self, point: &Point<T, D, C, R>) -> T {
+    fn coulomb_estimate(&mut self, point: &NewtonPoint<T, D, C, R>) -> T {
         self.problem.set_shift(true);
-        let estimate = self.problem.natural_map_at(&point.r, &point.u);
+        let estimate = self.problem.error_estimate(&point.r, &point.u);
         self.problem.set_shift(false);
         estimate
     }
@@ -232,7 +232,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Ends the solve if they are much more exact than the tolerance, or if the relaxation is solved exactly. (At the limit of its friction a
     /// body must not be carried beyond the limit by the error of a tick.)
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn judge_rest(&mut self, point: &Point<T, D, C, R>) {
+    pub(super) fn judge_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
         let estimate = self.coulomb_estimate(point);
         self.problem.set_shift(true);
         let is_solved = self.evaluate(&point.r) && self.solution.has_numbers();
@@ -262,13 +262,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Is the relaxation solved to much less than the tolerance?
-    fn is_exact(&self, point: &Point<T, D, C, R>) -> bool {
-        point.natural_map <= self.tolerance() * T::literal(EXACT)
+    fn is_exact(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
+        point.estimate <= self.tolerance() * T::literal(EXACT)
     }
 
     /// Is it known that not all bodies can stay? Either the relaxation is solved exactly without a solution of Coulomb's law, or the duality
     /// gap proves that a contact slides.
-    pub(super) fn cannot_rest(&self, point: &Point<T, D, C, R>) -> bool {
+    pub(super) fn cannot_rest(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
         self.is_exact(point) || self.problem.must_slide(&point.r, &point.u)
     }
 

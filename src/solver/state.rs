@@ -5,12 +5,12 @@ use crate::real::Real;
 use crate::sets::jacobian::Jacobian;
 use crate::sets::pairs::Pairs;
 use crate::solver::monitor::Monitor;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 
 /// The state of a solve, for all phases.
 #[derive(Clone, Debug)]
 pub(crate) struct State<T: Real, const D: usize, const C: usize, const R: usize> {
-    pub(super) point: Point<T, D, C, R>,
+    pub(super) point: NewtonPoint<T, D, C, R>,
     pub(super) sweeps: Sweeps<T, C>,
     pub(super) path: CentralPath<T, D, C, R>,
     /// The Jacobian of Newton's method, except for its matrix.
@@ -25,7 +25,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     /// The state before any solve.
     pub(crate) const fn none() -> Self {
         Self {
-            point: Point::none(),
+            point: NewtonPoint::none(),
             sweeps: Sweeps::none(),
             path: CentralPath::none(),
             jacobian: Jacobian::none(),
@@ -45,7 +45,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         let point = &self.point;
-        monitor.consider(&point.r, &point.u, point.natural_map);
+        monitor.consider(&point.r, &point.u, point.estimate);
     }
 
     /// Shows the point to the monitor, also as an answer to the rest question. (Sweeps are never made while it is open.)

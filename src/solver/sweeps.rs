@@ -75,8 +75,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        if self.point.natural_map <= monitor.tolerance() {
-            self.point.estimate(monitor.problem);
+        if self.point.estimate <= monitor.tolerance() {
+            self.point.evaluate_impulses(monitor.problem);
         }
     }
 
@@ -106,9 +106,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let problem = &*monitor.problem;
         let (r, u) = (&self.point.r, &self.point.u);
         if problem.scene.is_mixed() || problem.model == Model::ConvexRelaxation {
-            return problem.natural_map_at(r, u);
+            return problem.error_estimate(r, u);
         }
-        let residual = sweep::residual(&problem.sets, r, u, &self.sweeps.multipliers);
+        let residual = sweep::residual_square(&problem.sets, r, u, &self.sweeps.multipliers);
         let reference = problem.reference_impulse;
         let size = r.contact_square().max(reference * reference);
         quotient(residual, size).square_root()
@@ -127,17 +127,17 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             monitor.count_stopping();
             estimate = self.estimate_after_sweep(monitor);
         }
-        let last = mem::replace(&mut self.point.natural_map, estimate);
+        let last = mem::replace(&mut self.point.estimate, estimate);
         if estimate <= tolerance {
             if estimate > tolerance * T::literal(CLEAR) {
                 let (r, u) = (&self.point.r, &self.point.u);
-                self.point.natural_map = monitor.problem.natural_map_at(r, u);
+                self.point.estimate = monitor.problem.error_estimate(r, u);
             }
             self.consider(monitor);
             if monitor.must_return() {
                 return Pace::Continue;
             }
-            estimate = estimate.max(self.point.natural_map);
+            estimate = estimate.max(self.point.estimate);
         }
         let sweeps = &mut self.sweeps;
         sweeps.done = sweeps.done.saturating_add(1);

@@ -8,10 +8,10 @@ use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{Scene, check_finite};
-use crate::sets::jacobian::Places;
+use crate::sets::jacobian::EarlierIndices;
 use crate::solution::Model;
 use crate::solver::phases::Phases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use core::array::from_fn;
 use nalgebra::SVector;
 use table::{Entry, Table};
@@ -108,7 +108,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     pub(crate) fn follow<const N: usize, const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
-    ) -> Option<Places<C, R>> {
+    ) -> Option<EarlierIndices<C, R>> {
         let contacts = || scene.contacts().iter().map(|contact| contact.key);
         let rows = || scene.rows().iter().map(|row| row.key);
         let moved = self.contacts.is_out_of_order(contacts());
@@ -116,17 +116,17 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         if self.is_cold() || !moved && !rows_moved {
             return None;
         }
-        let mut old_indices = Places {
+        let mut earlier_indices = EarlierIndices {
             contacts: from_fn(|i| i),
             rows: from_fn(|j| j),
         };
         if moved {
-            old_indices.contacts = self.contacts.reorder(contacts());
+            earlier_indices.contacts = self.contacts.reorder(contacts());
         }
         if rows_moved {
-            old_indices.rows = self.rows.reorder(rows());
+            earlier_indices.rows = self.rows.reorder(rows());
         }
-        Some(old_indices)
+        Some(earlier_indices)
     }
 
     /// Keeps `ũ` and `r` of a solve, given in scaled rows. If it `replaces` the last call, that call belongs to the same solve.
@@ -200,10 +200,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         problem: &Problem<'_, T, N, D, C, R, S>,
         (tolerance, onwards): (T, bool),
         _: P,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) -> WarmStartKind {
         point.set_zero_impulse(problem);
-        let rest = point.natural_map;
+        let rest = point.estimate;
         if !self.is_cold() && rest > tolerance {
             self.impulses(problem, false, &mut point.r);
             let unique =
@@ -211,12 +211,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
             if unique && onwards {
                 self.extrapolate(problem, tolerance, point);
             } else if unique || !P::NEWTON {
-                point.estimate(problem);
+                point.evaluate_impulses(problem);
             } else {
                 self.choose_hyperstatic(problem, tolerance, point);
             }
             let ratio = T::literal(MAX_IMPULSE_RATIO);
-            if point.natural_map < rest && !problem.exceeds(&point.r, ratio) {
+            if point.estimate < rest && !problem.exceeds(&point.r, ratio) {
                 return if unique {
                     WarmStartKind::Isostatic
                 } else {
@@ -235,15 +235,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
         tolerance: T,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) {
         let (r, mut u) = (point.r, Stacked::zero());
         self.impulses(problem, true, &mut point.r);
-        point.estimate(problem);
-        if point.natural_map <= tolerance {
-            let last = problem.natural_map(&r, &mut u);
+        point.evaluate_impulses(problem);
+        if point.estimate <= tolerance {
+            let last = problem.velocities_and_estimate(&r, &mut u);
             if last <= tolerance {
-                (point.r, point.u, point.natural_map) = (r, u, last);
+                (point.r, point.u, point.estimate) = (r, u, last);
             }
         }
     }
@@ -283,21 +283,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
         tolerance: T,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) {
         let (r, mut u) = (point.r, Stacked::zero());
-        let last = problem.natural_map(&r, &mut u);
+        let last = problem.velocities_and_estimate(&r, &mut u);
         let mut of_last_z = None;
         if last > tolerance && self.is_a_solution() {
             self.move_to_last_z(problem, point);
-            of_last_z = Some(point.natural_map);
+            of_last_z = Some(point.estimate);
         }
         if of_last_z.is_none_or(|estimate| estimate * T::literal(3.0) > last) {
-            (point.r, point.u, point.natural_map) = (r, u, last);
+            (point.r, point.u, point.estimate) = (r, u, last);
             problem.sets.augment(&u, &mut point.p);
             if let Some(estimate) = of_last_z {
                 point.rebuild(problem);
-                if estimate < point.natural_map {
+                if estimate < point.estimate {
                     self.move_to_last_z(problem, point);
                 }
             }
@@ -331,7 +331,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     fn move_to_last_z<const N: usize, const S: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) {
         self.recall(problem.scene, &mut point.p, &mut point.r);
         point.rebuild(problem);

@@ -19,7 +19,7 @@ fn carried(share: f64) -> Stacked<f64, D, C, 0> {
 /// Shows impulses to the monitor, and makes the check that is due.
 fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C, 0, 0>, r: &Stacked<f64, D, C, 0>) {
     let mut u = carried(0.0);
-    let estimate = monitor.problem.natural_map(r, &mut u);
+    let estimate = monitor.problem.velocities_and_estimate(r, &mut u);
     monitor.consider(r, &u, estimate);
     if monitor.must_return() {
         monitor.judge();

@@ -42,7 +42,7 @@ fn one_step_all_but_solves_what_sticks() -> Result<(), Error> {
         let Outcome::Accepted(newton) = outcome else {
             unreachable!("a linear problem")
         };
-        assert!(state.point.natural_map < 1e-3); // the rest of the error comes from damping
+        assert!(state.point.estimate < 1e-3); // the rest of the error comes from damping
         step(&mut state, monitor, newton);
         assert!(monitor.is_over());
     })

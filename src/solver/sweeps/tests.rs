@@ -7,7 +7,7 @@ use crate::sets::sweep;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::method::{Method, Phase};
 use crate::solver::phases::AllPhases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use crate::solver::state::State;
 use crate::solver::sweeps::Pace;
 use crate::{Error, Factor, JointRow, Model, RowLaw, Scene};
@@ -119,7 +119,7 @@ fn sweeps_keep_the_velocities_of_their_impulses() -> Result<(), Error> {
         let (factor, push) = (Factor::new(&scene)?, pressed(0.3));
         let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
         problem.fill(true);
-        let mut point = Point::none();
+        let mut point = NewtonPoint::none();
         point.set_zero_impulse(&problem);
         let (mut multipliers, mut last) = ([0.0; C], 0.0);
         for _ in 0..10 {

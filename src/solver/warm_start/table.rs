@@ -53,15 +53,17 @@ impl<T: Real, const L: usize, const K: usize> Table<T, L, K> {
     /// the second. Other entries are forgotten. Returns the old index of each entry; `K` for a new one.
     pub(super) fn reorder(&mut self, keys: impl Iterator<Item = u32>) -> [usize; K] {
         let mut last = mem::replace(&mut self.entries, [None; K]);
-        let mut old_indices = [K; K];
-        for ((entry, old_index), key) in self.entries.iter_mut().zip(&mut old_indices).zip(keys) {
+        let mut earlier_indices = [K; K];
+        for ((entry, earlier_index), key) in
+            self.entries.iter_mut().zip(&mut earlier_indices).zip(keys)
+        {
             let same = |old: &Option<Entry<T, L>>| old.is_some_and(|old| old.key == key);
             if let Some(found) = last.iter().position(same) {
-                *old_index = found;
+                *earlier_index = found;
                 *entry = last.get_mut(found).and_then(Option::take);
             }
         }
-        old_indices
+        earlier_indices
     }
 
     /// Keeps `ũ` and `r` of a solve at an index. If it `replaces` the last call, both belong to the same solve, and it counts once.

@@ -7,7 +7,7 @@ use super::WarmStart;
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::solver::phases::AllPhases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, Scene};
 use nalgebra::{Matrix1, Vector1};
 use proptest::collection::vec;
@@ -76,7 +76,7 @@ fn check<const R: usize>(lists: &[(Vec<u32>, Vec<u32>)]) -> Result<(), TestCaseE
         let rows = &rows[..rows.len().min(R)];
         let scene = scene::<R>(keys, rows);
         let scene = scene.map_err(|error| TestCaseError::fail(error.to_string()))?;
-        let old_indices = state.follow(&scene);
+        let earlier_indices = state.follow(&scene);
         let contacts: Vec<_> = (0..C).map(|i| taken(keys, i, &last)).collect();
         let joints: Vec<_> = (0..R).map(|j| taken(rows, j, &last_rows)).collect();
         for (entry, taken) in state.contacts.entries.iter().zip(&contacts) {
@@ -85,7 +85,7 @@ fn check<const R: usize>(lists: &[(Vec<u32>, Vec<u32>)]) -> Result<(), TestCaseE
         for (entry, taken) in state.rows.entries.iter().zip(&joints) {
             prop_assert_eq!(entry.map(|c| c.r[0]), taken.map(|(_, r)| r));
         }
-        if let Some(old) = old_indices {
+        if let Some(old) = earlier_indices {
             for (i, &index) in old.contacts.iter().enumerate().take(keys.len()) {
                 prop_assert_eq!(index, contacts[i].map_or(C, |(index, _)| index));
             }
@@ -141,7 +141,7 @@ fn impulses_are_extrapolated_once_a_tick() -> Result<(), Error> {
         state.keep(&scene, &Stacked::zero(), &last, false);
     }
     for (onwards, r) in [(true, 3.0), (false, 2.0)] {
-        let mut point = Point::none();
+        let mut point = NewtonPoint::none();
         state.start(&problem, (1e-9, onwards), AllPhases, &mut point);
         assert_eq!(point.r.contacts[0], [r]);
     }
@@ -162,7 +162,7 @@ fn impulses_of_joint_rows_are_extrapolated_once_a_tick() -> Result<(), Error> {
         state.keep(&scene, &Stacked::zero(), &last, false);
     }
     for (onwards, r) in [(true, 3.0), (false, 2.0)] {
-        let mut point = Point::none();
+        let mut point = NewtonPoint::none();
         state.start(&problem, (1e-9, onwards), AllPhases, &mut point);
         assert_eq!(point.r.rows[0], r);
     }
