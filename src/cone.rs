@@ -1,4 +1,4 @@
-//! The friction cone `K`, its dual `K*` and the projections onto them: Eqs. (1)-(10) of the note.
+//! The friction cone `K`, its dual `K*` and the projections onto them: Eqs. (1)-(10) of [the note](crate::guide::note).
 //!
 //! The note divides by `mu` in (2), (4), (5) and (10), so it has no frictionless contact. Here a
 //! cone is given by the direction `(axial, radial)` of its boundary ray,
@@ -81,7 +81,7 @@ impl<T: Real> FrictionCone<T> {
         self.shrink
     }
 
-    /// Coordinate of the projection along the boundary ray `(axial, radial)`, for a vector that projects onto it.
+    /// Coordinate along the boundary ray `(axial, radial)` of the projection of a vector, if that lies on the ray.
     #[inline]
     pub(crate) fn along(&self, normal: T, length: T) -> T {
         (self.axial * normal + self.radial * length) * self.shrink
@@ -93,26 +93,26 @@ impl<T: Real> FrictionCone<T> {
         self.holds(&(x * unit_of(x))) && !self.is_beside_ray(x)
     }
 
-    /// Is the cone a ray, and has `x` a tangential part? Beside a large normal one its square may vanish.
+    /// Does `x` have a tangential part while the cone is a ray? [`Self::holds`] may miss it: its square may vanish.
     fn is_beside_ray<const D: usize>(&self, x: &SVector<T, D>) -> bool {
         self.radial == T::ZERO && split(x).1.iter().any(|&x| x != T::ZERO)
     }
 
-    /// [`Self::contains`], of numbers whose squares neither overflow nor vanish.
+    /// [`Self::contains`] for entries whose squares neither overflow nor vanish.
     #[inline]
     pub(crate) fn holds<const D: usize>(&self, x: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(x);
         normal >= T::ZERO && is_within(tangent, self.axial, self.radial * normal)
     }
 
-    /// Is `x` in the polar cone, whose projection is zero?
+    /// Is `x` in the polar cone? Then its projection is zero.
     #[inline]
     fn is_polar<const D: usize>(&self, x: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(x);
         is_within(tangent, self.radial, -self.axial * normal)
     }
 
-    /// Is `x` in the interior of the cone? (Of a ray: of the half-line, if there is no tangent.)
+    /// Is `x` in the interior of the cone? With `D` = 1 that is the open half-line.
     pub(crate) fn is_interior<const D: usize>(&self, x: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(x);
         let bound = self.radial * normal;
@@ -143,13 +143,13 @@ impl<T: Real> FrictionCone<T> {
         projection
     }
 
-    /// [`Self::project`], of numbers whose squares neither overflow nor vanish.
+    /// [`Self::project`] for entries whose squares neither overflow nor vanish.
     #[inline]
     pub(crate) fn nearest<const D: usize>(&self, x: &SVector<T, D>) -> SVector<T, D> {
         self.project_with_length(x).0
     }
 
-    /// [`Self::nearest`], with the length of the tangential part of the projection.
+    /// [`Self::nearest`] and the length of the tangential part of the projection.
     #[inline]
     pub(crate) fn project_with_length<const D: usize>(
         &self,
@@ -173,7 +173,7 @@ impl<T: Real> FrictionCone<T> {
         (projection, shadow)
     }
 
-    /// `|Π_K(x)|²`, without the quotient of [`Self::project`].
+    /// `|Π_K(x)|²`, computed without a division.
     #[inline]
     pub(crate) fn projected_square<const D: usize>(&self, x: &SVector<T, D>) -> T {
         let (normal, tangent) = split(x);
@@ -209,7 +209,7 @@ fn is_within<T: Real>(tangent: &[T], factor: T, bound: T) -> bool {
     within && bound >= T::ZERO
 }
 
-/// Adds to the normal component.
+/// Adds a value to the normal component.
 #[inline]
 pub(crate) fn add_to_normal<T: Real, const D: usize>(x: &mut SVector<T, D>, value: T) {
     if let Some(normal) = x.as_mut_slice().first_mut() {
@@ -217,10 +217,10 @@ pub(crate) fn add_to_normal<T: Real, const D: usize>(x: &mut SVector<T, D>, valu
     }
 }
 
-/// A power of two that brings the largest number near 1, so that squares of those that count neither overflow nor vanish.
-fn unit_of<T: Real, const D: usize>(numbers: &SVector<T, D>) -> T {
+/// A power of two that brings the largest entry near 1. Then no square overflows, and none of a large entry vanishes.
+fn unit_of<T: Real, const D: usize>(entries: &SVector<T, D>) -> T {
     let mut largest = T::ZERO;
-    for x in numbers {
+    for x in entries {
         if x.abs() > largest {
             largest = x.abs();
         }

@@ -1,9 +1,8 @@
-//! One iteration of the alternating direction method of multipliers, and how it is accelerated.
+//! One iteration of ADMM and its acceleration.
 //!
-//! Names follow the note: `u` is `ũ`, `zeta` is `ζ`, a `_hat` is the extrapolated value. What the
-//! note misprints is corrected (Goldstein, O'Donoghue, Setzer, Baraniuk 2014, Alg. 8): step 2
-//! starts from `û` where it prints `ũ`, and steps 6-8 extrapolate from the new iterate,
-//! `ûᵏ⁺¹ = ũᵏ⁺¹ + c (ũᵏ⁺¹ - ũᵏ)` where they print `ûᵏ + …`.
+//! Names follow [the note](crate::guide::note): `u` is `ũ`, `zeta` is `ζ`, and a `_hat` marks the extrapolated value. Two misprints of
+//! the note are corrected after Goldstein, O'Donoghue, Setzer and Baraniuk (2014, Alg. 8). Step 2 starts from `û`; the note prints `ũ`.
+//! Steps 6-8 extrapolate from the new iterate, `ûᵏ⁺¹ = ũᵏ⁺¹ + c (ũᵏ⁺¹ - ũᵏ)`; the note prints `ûᵏ + …`.
 
 use crate::admm::{Acceleration, SlipUpdate};
 use crate::cone::{add_to_normal, split};
@@ -29,7 +28,7 @@ pub(crate) struct Iterate<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Iterate<T, D> {
-    /// A place that is not used.
+    /// The iterate of an unused contact.
     pub(crate) const fn none() -> Self {
         Self {
             u: zeros(),
@@ -41,7 +40,7 @@ impl<T: Real, const D: usize> Iterate<T, D> {
         }
     }
 
-    /// An iterate without momentum, at a velocity `ũ` and an impulse `r = -rho ζ`.
+    /// The iterate with the velocity `ũ` and the impulse `r = -rho ζ`, with extrapolated values equal to them.
     pub(crate) fn at(u: SVector<T, D>, r: SVector<T, D>, penalty: T) -> Self {
         let zeta = r / -penalty;
         let (_, tangent) = split(&u);
@@ -60,38 +59,38 @@ impl<T: Real, const D: usize> Iterate<T, D> {
         self.zeta * -self.penalty
     }
 
-    /// `s = |ũ_T|`, for the outer loop.
+    /// Sets `s = |ũ_T|`, for [`SlipUpdate::OuterLoop`].
     pub(crate) fn update_slip(&mut self) {
         let (_, tangent) = split(&self.u);
         self.slip = norm(tangent);
     }
 }
 
-/// How far one iteration moved.
+/// Norms of the change in one iteration.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change<T> {
     /// `rho |ζᵏ⁺¹ - ζ̂ᵏ|²`; with `dual` the `e_k` of the note.
     pub(crate) primal: T,
     /// `rho |ũᵏ⁺¹ - ûᵏ|²`
     pub(crate) dual: T,
-    /// Estimate of the natural map, squared, N²s².
+    /// Estimate of the square of the natural map's residual (N²s²).
     pub(crate) error: T,
     /// `|rᵏ⁺¹|²`
     pub(crate) impulse: T,
 }
 
-/// Momentum of ADMM: the sequence from which `c` follows.
+/// The sequence of extrapolation factors `c`.
 #[derive(Clone, Debug)]
-pub(crate) struct Momentum<T> {
+pub(crate) struct Extrapolation<T> {
     acceleration: Acceleration,
     /// `tau` of step 5.
     tau: T,
-    /// `e_{k-1}`; none before the first iteration.
+    /// `e_{k-1}`; `None` before the first iteration.
     residual: Option<T>,
 }
 
-impl<T: Real> Momentum<T> {
-    /// No solve yet.
+impl<T: Real> Extrapolation<T> {
+    /// The sequence of a solver that has solved nothing yet.
     pub(crate) const fn none(acceleration: Acceleration) -> Self {
         Self {
             acceleration,
@@ -100,7 +99,7 @@ impl<T: Real> Momentum<T> {
         }
     }
 
-    /// Starts, or starts again, from the current iterate.
+    /// Starts the sequence, or starts it again.
     pub(crate) fn start(&mut self) {
         self.tau = T::ONE;
         self.residual = None;
@@ -114,8 +113,8 @@ impl<T: Real> Momentum<T> {
         let restarts = match self.acceleration {
             Acceleration::Plain => return T::ZERO,
             Acceleration::Nesterov => false,
-            // Steps 10-13, but from the current iterate and with its own e_k: the note goes back to the previous iterate
-            // and sets e_k = e_{k-1} / eta.
+            // Steps 10-13, except that the sequence starts again at the current iterate, with its `e_k`. The note takes the previous
+            // iterate, and `e_k = e_{k-1} / eta`.
             Acceleration::Restart => last.is_some_and(|last| residual >= eta * last),
         };
         if restarts {
@@ -130,16 +129,16 @@ impl<T: Real> Momentum<T> {
     }
 }
 
-/// Steps 2-4 and the extrapolation, for all contacts.
+/// One iteration over all contacts: steps 2-4 and the extrapolation.
 #[inline(never)]
 pub(crate) fn iterate<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>(
     problem: &Problem<'_, T, N, D, C, 0, S>,
     resolvent: &Resolvent<T, D, C>,
     iterates: &mut [Iterate<T, D>; C],
-    momentum: &mut Momentum<T>,
+    extrapolation: &mut Extrapolation<T>,
     slip_update: SlipUpdate,
 ) -> Change<T> {
-    // Ones, since a call of memset would take longer; all that is used is overwritten.
+    // Ones, since zeros would call memset; all entries in use are overwritten.
     let mut rhs: ContactVector<T, D, C> = [[T::ONE; D]; C];
     let mut product: ContactVector<T, D, C> = [[T::ONE; D]; C];
     let sets = problem.sets.contacts();
@@ -152,11 +151,11 @@ pub(crate) fn iterate<T: Real, const N: usize, const D: usize, const C: usize, c
     resolvent.times(rhs, product);
     let change = project(sets, slip_update, iterates, product);
     let residual = change.primal + change.dual;
-    extrapolate(iterates, momentum.factor(residual));
+    extrapolate(iterates, extrapolation.factor(residual));
     change
 }
 
-/// Step 2 asks for `B (q + S + ζ̂ - û)`: the argument.
+/// Fills `rhs` with `q + S + ζ̂ - û`, the argument of the resolvent `B` in step 2.
 #[inline]
 fn right_hand_side<T: Real, const D: usize>(
     sets: &[ContactSet<T, D>],
@@ -170,8 +169,8 @@ fn right_hand_side<T: Real, const D: usize>(
     }
 }
 
-/// Steps 3 and 4: the next `ũ` and `ζ` from `B (q + S + ζ̂ - û)`. The old ones move to the `_hat`s,
-/// to be extrapolated once the residual is known.
+/// Steps 3 and 4: the next `ũ` and `ζ` from `product = B (q + S + ζ̂ - û)`. The last ones move to `u_hat` and `zeta_hat`, for
+/// [`extrapolate`].
 #[inline]
 fn project<T: Real, const D: usize>(
     sets: &[ContactSet<T, D>],

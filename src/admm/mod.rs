@@ -1,4 +1,4 @@
-//! The alternating direction method of multipliers of the note: one iteration, and a solver of its own.
+//! The alternating direction method of multipliers (ADMM) of [the note](crate::guide::note): one iteration, and the solver.
 
 mod iterate;
 mod solver;

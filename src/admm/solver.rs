@@ -1,6 +1,6 @@
 //! The first-order methods of the note as a solver of their own, without Newton's method.
 
-use crate::admm::iterate::{Iterate, Momentum, iterate};
+use crate::admm::iterate::{Extrapolation, Iterate, iterate};
 use crate::admm::{Acceleration, SlipUpdate};
 use crate::error::Error;
 use crate::factor::AdmmFactor;
@@ -41,7 +41,7 @@ pub struct AdmmSolver<T: Real, const N: usize, const D: usize, const C: usize> {
     warm_start: WarmStart<T, D, C, 0>,
     record: Record<T, D, C, 0>,
     iterates: [Iterate<T, D>; C],
-    momentum: Momentum<T>,
+    extrapolation: Extrapolation<T>,
     slip_update: SlipUpdate,
 }
 
@@ -60,7 +60,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
             warm_start: WarmStart::cold(),
             record: Record::none(),
             iterates: [const { Iterate::none() }; C],
-            momentum: Momentum::none(acceleration),
+            extrapolation: Extrapolation::none(acceleration),
             slip_update,
         }
     }
@@ -120,7 +120,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         self.run(scene, factor, free_impulse, settings, call)
     }
 
-    /// Begins a solve, or goes on.
+    /// Begins a solve, or goes on with one.
     fn run<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, 0, S>,
@@ -129,7 +129,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         settings: &Settings<T>,
         call: Call,
     ) -> Result<&Solution<T, N, D, C>, Error> {
-        self.solution.disown_nothing();
+        self.solution.invalidate_if_unsolved();
         Problem::check(scene, factor.factor(), free_impulse, settings)?;
         let mut problem = Problem::new(scene, factor.factor(), free_impulse, settings.model);
         problem.fill(false);
@@ -138,7 +138,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
             self.record.begin();
             self.begin(&problem, resolvent.penalty);
         }
-        let (iterates, momentum) = (&mut self.iterates, &mut self.momentum);
+        let (iterates, extrapolation) = (&mut self.iterates, &mut self.extrapolation);
         let (solution, record) = (&mut self.solution, &mut self.record);
         let mut monitor = Monitor::new(&mut problem, settings, solution, record, call);
         if call == Call::Begin {
@@ -150,7 +150,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
                 &mut monitor,
                 resolvent,
                 iterates,
-                momentum,
+                extrapolation,
                 self.slip_update,
             );
         }
@@ -169,56 +169,56 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
         Ok(&self.solution)
     }
 
-    /// The first iterates: the last ones, or at rest without impulse.
+    /// Sets the first iterates: those of the last solution, or zero without one.
     fn begin<const S: usize>(&mut self, problem: &Problem<'_, T, N, D, C, 0, S>, penalty: T) {
         let [u, r] = self.warm_start.last(problem);
         let pairs = u.contacts.iter().zip(&r.contacts);
         for (iterate, (&u, &r)) in self.iterates.iter_mut().zip(pairs) {
             *iterate = Iterate::at(u.into(), r.into(), penalty);
         }
-        self.momentum.start();
+        self.extrapolation.start();
     }
 }
 
-/// One iteration, and a look at where it has led if that may be within tolerance.
+/// One iteration. If the iterates may be within the tolerance, they are shown to the monitor.
 #[inline]
 fn step<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>(
     monitor: &mut Monitor<'_, '_, T, N, D, C, 0, S>,
     resolvent: &Resolvent<T, D, C>,
     iterates: &mut [Iterate<T, D>; C],
-    momentum: &mut Momentum<T>,
+    extrapolation: &mut Extrapolation<T>,
     slip_update: SlipUpdate,
 ) {
     monitor.solution.work.iterations += 1;
     let problem = &*monitor.problem;
-    let change = iterate(problem, resolvent, iterates, momentum, slip_update);
-    // Squares, of which it is enough to be compared.
+    let change = iterate(problem, resolvent, iterates, extrapolation, slip_update);
+    // Squares are compared, without a root.
     let size = problem.reference_impulse * problem.reference_impulse;
     let estimate = quotient(change.error, size.max(change.impulse));
     let tolerance = monitor.tolerance() * monitor.tolerance();
     if slip_update == SlipUpdate::OuterLoop && estimate <= tolerance {
         iterates.iter_mut().for_each(Iterate::update_slip);
-        momentum.start();
+        extrapolation.start();
     }
     if estimate <= tolerance * T::literal(4.0) {
         consider(monitor, iterates);
     }
 }
 
-/// Shows iterates to the monitor.
+/// Shows the iterates to the monitor.
 fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>(
     monitor: &mut Monitor<'_, '_, T, N, D, C, 0, S>,
     iterates: &[Iterate<T, D>; C],
 ) {
     let (r, mut u) = (impulses(iterates), Stacked::zero());
-    let natural_map = monitor.problem.natural_map(&r, &mut u);
-    monitor.consider(&r, &u, natural_map);
-    while !monitor.is_over() && monitor.waits() {
+    let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
+    monitor.consider(&r, &u, estimate);
+    while !monitor.is_over() && monitor.must_return() {
         monitor.judge();
     }
 }
 
-/// `r = -rho ζ`
+/// The impulses `r = -rho ζ` of all contacts.
 fn impulses<T: Real, const D: usize, const C: usize>(
     iterates: &[Iterate<T, D>; C],
 ) -> Stacked<T, D, C, 0> {

@@ -1,26 +1,27 @@
-//! Changes of data and of solutions, and what the derivative makes of one out of the other.
+//! Changes of data and of solutions, and the products with the derivative ([`Derivative::forward`]) and its transpose
+//! ([`Derivative::adjoint`]).
 
 use super::Derivative;
-use super::local::{Local, LocalRow};
+use super::law::{LinearContact, LinearRow};
 use crate::linalg::blocks::product;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::zeros;
+use crate::linalg::vector::{quotient, zeros};
 use crate::real::Real;
 use nalgebra::SVector;
 
 /// A change of the data of a solve, or a gradient with respect to them.
 ///
-/// Entries are those of the scene's contacts and joint rows, in its order; others are not read, and 0 in a gradient. `M`, `H` and
-/// compliance change through these, with the `v` and `r` of the solution:
+/// The entries belong to the contacts and joint rows of the scene, in its order. Unused entries are not read; in a gradient they are 0. A
+/// change of `M`, `H` or compliance is a change of these entries, with `v` and `r` of the solution:
 ///
-/// | change | is that of | gradient |
+/// | change | equals a change of | gradient |
 /// |---|---|---|
 /// | `dM` of the mass matrix | `free_impulse` by `-dM v` | `-free_impulse vᵀ` |
 /// | `dH_i` of a Jacobian | `free_impulse` by `dH_iᵀ r_i`, `offsets[i]` by `dH_i v` | `offsets[i] vᵀ + r_i free_impulseᵀ` |
-/// | the same of a joint row | `free_impulse` by `dH_jᵀ λ_j`, `row_offsets[j]` by `dH_j v` | `row_offsets[j] vᵀ + λ_j free_impulseᵀ` |
+/// | `dH_j` of a joint row | `free_impulse` by `dH_jᵀ λ_j`, `row_offsets[j]` by `dH_j v` | `row_offsets[j] vᵀ + λ_j free_impulseᵀ` |
 /// | `dR` of compliance | `offsets[i]` by `dR r_i`, `row_offsets[j]` by `dR λ_j` | `offsets[i] r_i`, row by row; `row_offsets[j] λ_j` |
 ///
-/// (`M` with the free impulse as it is. Who computes that from `M` adds what it changes by.)
+/// (A change of `M` keeps the free impulse here. If you compute the free impulse from `M`, add its change.)
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inputs<T, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
     /// Free impulse `M v_free` (N·s).
@@ -76,52 +77,55 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 }
 
-/// `Z` or `Y`.
+/// One of the two matrices of the [linearised laws](super::law).
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
-    Free,
-    Held,
+pub(super) enum Basis {
+    /// Directions in which impulses may change.
+    Z,
+    /// Directions of velocities that have an equation.
+    Y,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Derivative<'_, T, N, D, C, R, S>
 {
-    /// The change of the solution with this change of the data: `N²` multiplications, `2 N m` for `m` contact and joint rows in use,
-    /// and `u²` for `u` of them that hold.
+    /// The change of the solution for a change of the data. It takes `N² + 2 N m + u²` multiplications for `m` contact and joint rows in use,
+    /// `u` of which hold.
     #[must_use]
     pub fn forward(&self, change: &Inputs<T, N, D, C, R>) -> Outputs<T, N, D, C, R> {
         let [mut momentum] = change.free_impulse.data.0;
         self.factor.whiten(&mut momentum);
-        let mut impulses = self.given(change);
+        let mut impulses = self.direct_change(change);
         let b = self.right_side(change, &momentum, &impulses);
         if let Some((x, _)) = self.lu.solve(&b) {
-            for (sum, &found) in impulses.iter_mut().zip(self.spread(&x, Side::Free).iter()) {
-                *sum += found;
+            for (sum, &term) in impulses.iter_mut().zip(self.times(&x, Basis::Z).iter()) {
+                *sum += term;
             }
         }
         let mut response = Outputs::zero();
         let [v] = &mut response.velocity.data.0;
         self.factor.velocity(&momentum, &impulses, v);
-        let places = response.impulses.iter_mut().zip(&impulses.contacts);
-        for (i, (place, &impulse)) in places.enumerate() {
-            *place = self.scene.scale(i, impulse).into();
+        let pairs = response.impulses.iter_mut().zip(&impulses.contacts);
+        for (i, (scaled, &impulse)) in pairs.enumerate() {
+            *scaled = self.scene.scale(i, impulse).into();
         }
         response.row_impulses = impulses.rows;
         response
     }
 
-    /// The largest share of a change that no velocity follows (dimensionless): rounding where the change fits.
+    /// The misfit of a change (dimensionless): the largest residual of the linearised laws, relative to their largest right-hand side. It is
+    /// rounding if contacts and joint rows can keep their modes.
     ///
     /// In a hyperstatic scene offsets and Jacobians may change so that not all contacts can keep their modes: a fourth leg becomes shorter.
-    /// There is no derivative then, and [`Self::forward`] lets the contacts go that it has no pivot for.
+    /// Then there is no derivative, and [`Self::forward`] violates the equations that have no pivot.
     #[must_use]
     pub fn misfit(&self, change: &Inputs<T, N, D, C, R>) -> T {
         let [mut momentum] = change.free_impulse.data.0;
         self.factor.whiten(&mut momentum);
-        let b = self.right_side(change, &momentum, &self.given(change));
+        let b = self.right_side(change, &momentum, &self.direct_change(change));
         let largest = b.max(0..D * C + R);
-        let left = self.lu.solve(&b).map_or(T::ZERO, |(_, left)| left);
-        crate::linalg::vector::quotient(left, largest)
+        let residual = self.lu.solve(&b).map_or(T::ZERO, |(_, residual)| residual);
+        quotient(residual, largest)
     }
 
     /// The gradient of `Σ weight · change` of the solution with respect to the data, at the cost of [`Self::forward`] and `m²`
@@ -130,165 +134,159 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn adjoint(&self, weights: &Outputs<T, N, D, C, R>) -> Inputs<T, N, D, C, R> {
         let [mut momentum] = weights.velocity.data.0;
         self.factor.whiten(&mut momentum);
-        let mut pull = Stacked::zero();
-        self.factor.contact_velocity(&momentum, &mut pull);
-        for (i, (pull, weight)) in pull.contacts.iter_mut().zip(&weights.impulses).enumerate() {
-            add(pull, &self.scene.scale(i, (*weight).into()));
+        // The weights of impulses, including their part in the velocity.
+        let mut weight = Stacked::zero();
+        self.factor.contact_velocity(&momentum, &mut weight);
+        let sums = weight.contacts.iter_mut().zip(&weights.impulses);
+        for (i, (sum, term)) in sums.enumerate() {
+            add(sum, &self.scene.scale(i, (*term).into()));
         }
-        for (pull, &weight) in pull.rows.iter_mut().zip(&weights.row_impulses) {
-            *pull += weight;
+        for (sum, &term) in weight.rows.iter_mut().zip(&weights.row_impulses) {
+            *sum += term;
         }
-        let c = self.collect(&pull, Side::Free);
+        let c = self.times_transposed(&weight, Basis::Z);
         let y = self.lu.solve_transposed(&c).unwrap_or(Stacked::zero());
-        let mut answer = self.spread(&y, Side::Held);
-        answer.iter_mut().for_each(|answer| *answer = -*answer);
-        let mut moved = Stacked::zero();
-        if self.is_given() {
-            let counts = self.scene.counts();
-            self.factor.delassus().times(&answer, &mut moved, counts);
+        // The gradient with respect to `q`.
+        let mut offsets = self.times(&y, Basis::Y);
+        offsets.iter_mut().for_each(|offset| *offset = -*offset);
+        let mut product_of_w = Stacked::zero();
+        if self.has_direct_change() {
+            let (delassus, counts) = (self.factor.delassus(), self.scene.counts());
+            delassus.times(&offsets, &mut product_of_w, counts);
         }
 
         let mut gradient = Inputs::zero();
         let [p] = &mut gradient.free_impulse.data.0;
-        self.factor.velocity(&momentum, &answer, p);
-        let mut unknown = 0;
-        let places = gradient.offsets.iter_mut().zip(&mut gradient.friction);
-        let sources = answer
-            .contacts
-            .iter()
-            .zip(pull.contacts.iter().zip(&moved.contacts));
-        for (i, ((local, (offset, mu)), (&answer, (pull, moved)))) in
-            self.contacts.iter().zip(places).zip(sources).enumerate()
-        {
-            *offset = self.scene.scale(i, answer).into();
-            *mu = product(&local.rub, pull) + product(&local.rub, moved);
-            if local.lift > T::ZERO {
-                *mu += local.lift * y.at(unknown).copied().unwrap_or(T::ZERO);
-            }
-            unknown += local.count;
+        self.factor.velocity(&momentum, &offsets, p);
+        let pairs = gradient.offsets.iter_mut().zip(&offsets.contacts);
+        for (i, (scaled, &offset)) in pairs.enumerate() {
+            *scaled = self.scene.scale(i, offset).into();
         }
-        gradient.row_offsets = answer.rows;
-        let sources = self.rows.iter().zip(pull.rows.iter().zip(&moved.rows));
-        for (bounds, (local, (&pull, &moved))) in gradient.bounds.iter_mut().zip(sources) {
-            *bounds = local.follows.map(|follows| follows * (pull + moved));
+        let mut unknown = 0;
+        let sources = weight.contacts.iter().zip(&product_of_w.contacts);
+        let sources = self.contacts.iter().zip(sources);
+        for (mu, (law, (weight, w))) in gradient.friction.iter_mut().zip(sources) {
+            *mu = product(&law.impulse_per_mu, weight) + product(&law.impulse_per_mu, w);
+            if law.equation_per_mu > T::ZERO {
+                *mu += law.equation_per_mu * y.at(unknown).copied().unwrap_or(T::ZERO);
+            }
+            unknown += law.count;
+        }
+        gradient.row_offsets = offsets.rows;
+        let sources = weight.rows.iter().zip(&product_of_w.rows);
+        let sources = self.rows.iter().zip(sources);
+        for (bounds, (law, (&weight, &w))) in gradient.bounds.iter_mut().zip(sources) {
+            *bounds = law.impulse_per_bound.map(|share| share * (weight + w));
         }
         gradient
     }
 
-    /// Is there an impulse that changes by itself: friction that slips, a row at its bound?
-    fn is_given(&self) -> bool {
-        let mut rubs = self.contacts.iter().map(|local| local.rub);
-        let mut follows = self.rows.iter().map(|local| local.follows);
-        rubs.any(|rub| rub != [T::ZERO; D]) || follows.any(|follows| follows != [T::ZERO; 2])
+    /// Does an impulse depend directly on `mu` or on a bound: friction that slips, a row at its bound?
+    fn has_direct_change(&self) -> bool {
+        let mut contacts = self.contacts.iter();
+        let mut rows = self.rows.iter();
+        contacts.any(|law| law.impulse_per_mu != [T::ZERO; D])
+            || rows.any(|law| law.impulse_per_bound != [T::ZERO; 2])
     }
 
-    /// What impulses change by themselves.
-    fn given(&self, change: &Inputs<T, N, D, C, R>) -> Stacked<T, D, C, R> {
-        let mut given = Stacked::zero();
+    /// The direct change `d0` of impulses by `mu` and bounds.
+    fn direct_change(&self, change: &Inputs<T, N, D, C, R>) -> Stacked<T, D, C, R> {
+        let mut direct = Stacked::zero();
         let sources = self.contacts.iter().zip(&change.friction);
-        for (given, (local, &mu)) in given.contacts.iter_mut().zip(sources) {
-            *given = local.rub.map(|rub| rub * mu);
+        for (direct, (law, &mu)) in direct.contacts.iter_mut().zip(sources) {
+            *direct = law.impulse_per_mu.map(|share| share * mu);
         }
         let sources = self.rows.iter().zip(&change.bounds);
-        for (given, (local, bounds)) in given.rows.iter_mut().zip(sources) {
-            *given = product(&local.follows, bounds);
+        for (direct, (law, bounds)) in direct.rows.iter_mut().zip(sources) {
+            *direct = product(&law.impulse_per_bound, bounds);
         }
-        given
+        direct
     }
 
-    /// `k - Yᵀ (W d0 + dq)`
+    /// The right-hand side `k - Yᵀ (W d0 + dq)`, for a whitened change of the free impulse and the direct change `d0`.
     fn right_side(
         &self,
         change: &Inputs<T, N, D, C, R>,
         momentum: &[T; N],
-        given: &Stacked<T, D, C, R>,
+        direct: &Stacked<T, D, C, R>,
     ) -> Stacked<T, D, C, R> {
-        let (mut moved, counts) = (Stacked::zero(), self.scene.counts());
-        self.factor.contact_velocity(momentum, &mut moved);
-        for (i, (moved, &offset)) in moved.contacts.iter_mut().zip(&change.offsets).enumerate() {
-            add(moved, &self.scene.scale(i, offset.into()));
+        let (mut velocity, counts) = (Stacked::zero(), self.scene.counts());
+        self.factor.contact_velocity(momentum, &mut velocity);
+        let sums = velocity.contacts.iter_mut().zip(&change.offsets);
+        for (i, (sum, &offset)) in sums.enumerate() {
+            add(sum, &self.scene.scale(i, offset.into()));
         }
-        for (moved, &offset) in moved.rows.iter_mut().zip(&change.row_offsets) {
-            *moved += offset;
+        for (sum, &offset) in velocity.rows.iter_mut().zip(&change.row_offsets) {
+            *sum += offset;
         }
-        if given.iter().any(|&given| given != T::ZERO) {
-            let mut more = Stacked::zero();
-            self.factor.delassus().times(given, &mut more, counts);
-            for (moved, &more) in moved.iter_mut().zip(more.iter()) {
-                *moved += more;
+        if direct.iter().any(|&direct| direct != T::ZERO) {
+            let mut terms = Stacked::zero();
+            self.factor.delassus().times(direct, &mut terms, counts);
+            for (sum, &term) in velocity.iter_mut().zip(terms.iter()) {
+                *sum += term;
             }
         }
-        let mut b = self.collect(&moved, Side::Held);
+        let mut b = self.times_transposed(&velocity, Basis::Y);
         b.iter_mut().for_each(|b| *b = -*b);
-        let mut first = 0;
-        for (local, &mu) in self.contacts.iter().zip(&change.friction) {
-            if local.lift > T::ZERO
-                && let Some(b) = b.at_mut(first)
+        let mut unknown = 0;
+        for (law, &mu) in self.contacts.iter().zip(&change.friction) {
+            if law.equation_per_mu > T::ZERO
+                && let Some(b) = b.at_mut(unknown)
             {
-                *b += local.lift * mu;
+                *b += law.equation_per_mu * mu;
             }
-            first += local.count;
+            unknown += law.count;
         }
         b
     }
 
-    /// From unknowns to contacts and joint rows: `Z x`, `Y x`.
-    pub(super) fn spread(&self, x: &Stacked<T, D, C, R>, side: Side) -> Stacked<T, D, C, R> {
-        let (mut spread, mut places) = (Stacked::zero(), x.iter());
-        for (sum, local) in spread.contacts.iter_mut().zip(&self.contacts) {
-            let vectors = if side == Side::Free {
-                &local.free
-            } else {
-                &local.held
-            };
-            for (vector, &x) in vectors.iter().take(local.count).zip(&mut places) {
+    /// `Z x` or `Y x`, over all contacts and joint rows.
+    pub(super) fn times(&self, x: &Stacked<T, D, C, R>, basis: Basis) -> Stacked<T, D, C, R> {
+        let (mut sums, mut unknowns) = (Stacked::zero(), x.iter());
+        for (sum, law) in sums.contacts.iter_mut().zip(&self.contacts) {
+            for (vector, &x) in law.basis(basis).zip(&mut unknowns) {
                 add(sum, &vector.map(|entry| entry * x));
             }
         }
-        for (sum, local) in spread.rows.iter_mut().zip(&self.rows) {
-            if local.count() > 0
-                && let Some(&x) = places.next()
+        for (sum, law) in sums.rows.iter_mut().zip(&self.rows) {
+            if law.count() > 0
+                && let Some(&x) = unknowns.next()
             {
-                *sum = local.scale * x;
+                *sum = law.scale * x;
             }
         }
-        spread
+        sums
     }
 
-    /// The transpose of [`Self::spread`].
-    fn collect(&self, u: &Stacked<T, D, C, R>, side: Side) -> Stacked<T, D, C, R> {
-        let mut collected = Stacked::zero();
-        collect(&self.contacts, &self.rows, u, side, &mut collected);
-        collected
+    /// `Zᵀ u` or `Yᵀ u`, over all unknowns.
+    fn times_transposed(&self, u: &Stacked<T, D, C, R>, basis: Basis) -> Stacked<T, D, C, R> {
+        let mut products = Stacked::zero();
+        times_transposed(&self.contacts, &self.rows, u, basis, &mut products);
+        products
     }
 }
 
-/// From contacts and joint rows to unknowns: `Zᵀ u`, `Yᵀ u`.
-pub(super) fn collect<T: Real, const D: usize, const C: usize, const R: usize>(
-    contacts: &[Local<T, D>; C],
-    rows: &[LocalRow<T>; R],
+/// Fills `products` with `Zᵀ u` or `Yᵀ u`, over all unknowns.
+pub(super) fn times_transposed<T: Real, const D: usize, const C: usize, const R: usize>(
+    contacts: &[LinearContact<T, D>; C],
+    rows: &[LinearRow<T>; R],
     u: &Stacked<T, D, C, R>,
-    side: Side,
-    collected: &mut Stacked<T, D, C, R>,
+    basis: Basis,
+    products: &mut Stacked<T, D, C, R>,
 ) {
-    let mut places = collected.iter_mut();
-    for (u, local) in u.contacts.iter().zip(contacts) {
-        let vectors = if side == Side::Free {
-            &local.free
-        } else {
-            &local.held
-        };
-        for vector in vectors.iter().take(local.count) {
-            if let Some(place) = places.next() {
-                *place = product(vector, u);
+    let mut unknowns = products.iter_mut();
+    for (u, law) in u.contacts.iter().zip(contacts) {
+        for vector in law.basis(basis) {
+            if let Some(unknown) = unknowns.next() {
+                *unknown = product(vector, u);
             }
         }
     }
-    for (&u, local) in u.rows.iter().zip(rows) {
-        if local.count() > 0
-            && let Some(place) = places.next()
+    for (&u, law) in u.rows.iter().zip(rows) {
+        if law.count() > 0
+            && let Some(unknown) = unknowns.next()
         {
-            *place = local.scale * u;
+            *unknown = law.scale * u;
         }
     }
 }

@@ -1,21 +1,24 @@
-//! How near a solution is to a change of mode.
+//! The distance of a solution to the next change of a mode.
 
 use crate::linalg::vector::{norm, square};
 use crate::real::Real;
 use crate::sets::{ContactSet, RowSet};
 use crate::solution::{ContactMode, RowMode};
 
-/// The least impulse that would change a mode, and the largest that there is. In the square, over the effective mass: an energy
-/// (J), whatever a row is of.
+/// The least impulse that would change a mode, and the largest impulses, to which it is relative. All are squares over the effective mass:
+/// energies (J), also of rotations.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Margin<T> {
+    /// Least impulse that would change a mode.
     least: T,
+    /// Largest impulse of a contact or a joint row.
     impulse: T,
+    /// Largest impulse that would stop a contact or a joint row.
     motion: T,
 }
 
 impl<T: Real> Margin<T> {
-    /// That of nothing.
+    /// The margin without contacts and joint rows.
     pub(super) const fn none() -> Self {
         Self {
             least: T::INFINITY,
@@ -24,13 +27,13 @@ impl<T: Real> Margin<T> {
         }
     }
 
-    /// Notes that so much impulse is left.
-    fn note(&mut self, left: T, alpha: T) {
-        let left = left.max(T::ZERO);
-        self.least = self.least.min(left * left / alpha);
+    /// Takes in an impulse that would change a mode.
+    fn note(&mut self, impulse: T, alpha: T) {
+        let impulse = impulse.max(T::ZERO);
+        self.least = self.least.min(impulse * impulse / alpha);
     }
 
-    /// Counts a contact.
+    /// Takes in a contact.
     pub(super) fn add_contact<const D: usize>(
         &mut self,
         set: &ContactSet<T, D>,
@@ -63,7 +66,7 @@ impl<T: Real> Margin<T> {
         }
     }
 
-    /// Counts a joint row.
+    /// Takes in a joint row.
     pub(super) fn add_row(&mut self, set: &RowSet<T>, mode: RowMode, u: T, r: T) {
         let (alpha, [lower, upper]) = (set.alpha, set.bounds);
         if alpha <= T::ZERO || lower == upper {
@@ -81,7 +84,7 @@ impl<T: Real> Margin<T> {
         );
     }
 
-    /// The root of the least over the largest; infinite if there is nothing that could change.
+    /// The least impulse over the largest one (dimensionless); infinite if there is no mode that could change.
     pub(super) fn value(&self) -> T {
         let size = if self.impulse > T::ZERO {
             self.impulse

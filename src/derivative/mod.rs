@@ -1,12 +1,12 @@
-//! How a solution moves with its data: its derivative, forward and backward.
+//! The derivative of a solution with respect to its data, forward and adjoint ([`crate::guide::derivatives`]).
 //!
-//! In the modes that a solution has (open, stick, slip; joint rows at a bound or not) the law is smooth. Linearised as
-//! `dr = Z x + d0`, `Y · du + c x = k` ([`local`]), with `du = W dr + dq`, it is one linear system with as many unknowns as
-//! there are rows that hold:
+//! In fixed modes (open, stick, slip; joint rows at a bound or not) the law is smooth. It is linearised as `dr = Z x + d0`,
+//! `Y · du + c x = k` ([`law`]), where the unknowns `x` are the free changes of impulses and `d0` is the direct change of impulses by
+//! the data. With `du = W dr + dq` that is a linear system with one unknown for each row that holds:
 //!
 //! `A x = k - Yᵀ (W d0 + dq)`, `A = Yᵀ W Z + c`, `dv = M⁻¹ (dp + Hᵀ dr)`
 //!
-//! A gradient is the same with `Aᵀ`. Nothing of the method that has found the solution is in it.
+//! A gradient solves the same system with `Aᵀ`. The method that found the solution plays no part.
 
 use crate::error::Error;
 use crate::factor::Factor;
@@ -19,22 +19,24 @@ use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::{ContactSet, RowSet};
 use crate::solution::{Settings, Solution, Status};
-use directions::{Side, collect};
-use local::{Local, LocalRow};
+use directions::{Basis, times_transposed};
+use law::{LinearContact, LinearRow};
 use margin::Margin;
 
 mod directions;
-mod local;
+mod law;
 mod margin;
 
 pub use directions::{Inputs, Outputs};
 
 /// The derivative of a solution with respect to the data of its solve.
 ///
-/// [`Self::forward`] says how the solution moves with a change of the data, [`Self::adjoint`] how a sum of its parts moves
-/// with each of the data; both for data that change a little, in the modes that the solution has. It borrows scene and factor.
-/// Factorised once, by `u³ / 3` multiplications for `u` rows that hold, it serves any number of calls. [`crate::guide::derivatives`]
-/// explains it.
+/// [`Self::forward`] computes the change of the solution for a change of the data, [`Self::adjoint`] the gradient of a weighted sum of the
+/// solution with respect to all data. Both hold for small changes that keep the modes of the solution. [`crate::guide::derivatives`]
+/// explains them.
+///
+/// A derivative borrows scene and factor. [`Self::new`] factorises its matrix by `u³ / 3` multiplications for `u` rows that hold; then it
+/// serves any number of calls.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -73,10 +75,12 @@ pub struct Derivative<
 > {
     scene: &'a Scene<T, N, D, C, R, S>,
     factor: &'a Factor<T, N, D, C, R>,
-    contacts: [Local<T, D>; C],
-    rows: [LocalRow<T>; R],
+    contacts: [LinearContact<T, D>; C],
+    rows: [LinearRow<T>; R],
+    /// The matrix `A`, factorised.
     lu: Lu<T, D, C, R>,
     margin: Margin<T>,
+    /// Does a null vector of `A` change the velocity?
     moves_freely: bool,
 }
 
@@ -86,8 +90,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     /// The derivative of a solution of this scene, with the factor and the settings (their [`Settings::model`]) of its solve.
     ///
     /// # Errors
-    /// [`Error::StaleFactor`]; [`Error::NoSolution`] if nothing was solved, if the scene is infeasible or jammed, or if the solution
-    /// has not as many contacts and joint rows as the scene (limits of [`crate::Kernel::solve_with_limits`] are no rows of it).
+    /// [`Error::StaleFactor`]; [`Error::NoSolution`] if nothing was solved, if the scene is infeasible or jammed, or if solution and scene
+    /// differ in their numbers of contacts or joint rows (reached limits of [`crate::Kernel::solve_with_limits`] are not in the scene).
     pub fn new(
         scene: &'a Scene<T, N, D, C, R, S>,
         factor: &'a Factor<T, N, D, C, R>,
@@ -109,8 +113,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let mut derivative = Self {
             scene,
             factor,
-            contacts: [Local::open(); C],
-            rows: [LocalRow::open(); R],
+            contacts: [LinearContact::open(); C],
+            rows: [LinearRow::open(); R],
             lu: Lu::zero(),
             margin: Margin::none(),
             moves_freely: false,
@@ -118,106 +122,104 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let unknowns = derivative.linearise(solution, settings);
         derivative.lu.begin(unknowns);
         derivative.assemble().ok_or(Error::NoSolution)?;
-        // What rounding leaves of a pivot; where it leaves more than half of the digits, all the same no more.
+        // A smaller pivot is mere rounding. The floor is at most half of the digits, however large the rounding of `W`.
         let floor = factor.uncertainty().min(T::EPSILON.square_root());
         derivative.lu.factorise(floor).ok_or(Error::NoSolution)?;
         derivative.moves_freely = derivative.find_free_motion(floor.square_root());
         Ok(derivative)
     }
 
-    /// Linearises the laws, and returns the number of unknowns.
+    /// Linearises the laws, and returns the number of unknowns of the system.
     fn linearise(&mut self, solution: &Solution<T, N, D, C, R>, settings: &Settings<T>) -> usize {
         let (scene, factor) = (self.scene, self.factor);
         let mut unknowns = 0;
         let sources = scene.contacts().iter().zip(&solution.contacts);
-        for (i, (local, (contact, found))) in self.contacts.iter_mut().zip(sources).enumerate() {
-            let alpha = factor.natural_map_step(i);
+        for (i, (law, (contact, found))) in self.contacts.iter_mut().zip(sources).enumerate() {
+            let alpha = factor.mean_effective_mass(i);
             let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
             let u = scene.scale(i, found.velocity.into());
             let r = scene.unscale(i, found.impulse.into());
             let moves = |k| factor.delassus().inverse_mass(i, k) > T::ZERO;
-            *local = Local::new(&set, settings.model, found.mode, (&u, &r), moves);
+            *law = LinearContact::new(&set, settings.model, found.mode, (&u, &r), moves);
             self.margin.add_contact(&set, found.mode, (&u, &r));
-            unknowns += local.count;
+            unknowns += law.count;
         }
         let sources = scene.rows().iter().zip(&solution.rows);
-        for (j, (local, (row, found))) in self.rows.iter_mut().zip(sources).enumerate() {
-            let set = RowSet::new(row, factor.row_step(j), T::ZERO);
-            *local = LocalRow::new(row, set.alpha, found);
+        for (j, (law, (row, found))) in self.rows.iter_mut().zip(sources).enumerate() {
+            let set = RowSet::new(row, factor.row_effective_mass(j), T::ZERO);
+            *law = LinearRow::new(row, set.alpha, found);
             let (u, r) = (found.velocity, found.impulse);
             self.margin.add_row(&set, found.mode, u, r);
-            unknowns += local.count();
+            unknowns += law.count();
         }
         unknowns
     }
 
-    /// Fills `A = Yᵀ W Z + c`: each row is `W` times one of `Y`, brought to the unknowns.
+    /// Fills `A = Yᵀ W Z + c` row by row: `Zᵀ` times `W` times a column of `Y`.
     fn assemble(&mut self) -> Option<()> {
         let delassus = self.factor.delassus();
         let mut unknown = 0;
-        for (i, local) in self.contacts.iter().enumerate() {
-            let equations = local.held.iter().zip(&local.damping).take(local.count);
-            for (held, &damping) in equations {
-                let mut moved = Stacked::zero();
-                for (&held, row) in held.iter().zip(delassus.contacts.get(i)?) {
-                    if held != T::ZERO {
-                        axpy(held, row.as_flattened(), moved.contacts.as_flattened_mut());
+        for (i, law) in self.contacts.iter().enumerate() {
+            for (y, &c) in law.equations() {
+                let mut w_y = Stacked::zero();
+                for (&y, row) in y.iter().zip(delassus.contacts.get(i)?) {
+                    if y != T::ZERO {
+                        axpy(y, row.as_flattened(), w_y.contacts.as_flattened_mut());
                     }
                 }
-                for (moved, coupling) in moved.rows.iter_mut().zip(&delassus.coupling) {
-                    *moved = product(held, coupling.get(i)?);
+                for (w_y, coupling) in w_y.rows.iter_mut().zip(&delassus.coupling) {
+                    *w_y = product(y, coupling.get(i)?);
                 }
                 let row = self.lu.row_mut(unknown)?;
-                collect(&self.contacts, &self.rows, &moved, Side::Free, row);
-                *row.at_mut(unknown)? += damping;
+                times_transposed(&self.contacts, &self.rows, &w_y, Basis::Z, row);
+                *row.at_mut(unknown)? += c;
                 unknown += 1;
             }
         }
         let sources = delassus.coupling.iter().zip(&delassus.rows);
-        for (local, (coupling, row)) in self.rows.iter().zip(sources) {
-            if local.count() > 0 {
-                let moved = Stacked {
-                    contacts: coupling.map(|block| block.map(|entry| entry * local.scale)),
-                    rows: row.map(|entry| entry * local.scale),
+        for (law, (coupling, row)) in self.rows.iter().zip(sources) {
+            if law.count() > 0 {
+                let w_y = Stacked {
+                    contacts: coupling.map(|block| block.map(|entry| entry * law.scale)),
+                    rows: row.map(|entry| entry * law.scale),
                 };
                 let row = self.lu.row_mut(unknown)?;
-                collect(&self.contacts, &self.rows, &moved, Side::Free, row);
+                times_transposed(&self.contacts, &self.rows, &w_y, Basis::Z, row);
                 unknown += 1;
             }
         }
         Some(())
     }
 
-    /// Does an impulse that leaves all equations fulfilled move anything?
+    /// Does a null vector of `A`, a change of impulses that satisfies all equations, change the velocity?
     fn find_free_motion(&self, floor: T) -> bool {
         let Some(x) = self.lu.null_vector() else {
             return false;
         };
-        let (r, mut u) = (self.spread(&x, Side::Free), Stacked::zero());
+        let (r, mut u) = (self.times(&x, Basis::Z), Stacked::zero());
         let (counts, all) = (self.scene.counts(), 0..D * C + R);
         self.factor.delassus().times(&r, &mut u, counts);
         r.dot(&u, all.clone()) > floor * x.dot(&x, all)
     }
 
-    /// How far the next change of a mode is: the least impulse that would change one, as a share of the largest impulse
-    /// (dimensionless, each over the root of the mass that it moves).
+    /// Distance to the next change of a mode: the least impulse that would change one, as a share of the largest impulse (dimensionless,
+    /// each impulse over the root of the mass that it moves).
     ///
-    /// At 0 the solution has a kink: one-sided derivatives, of which this is that of the mode that the solution reports.
+    /// At 0 the solution has a kink, and its derivatives are one-sided. This derivative is then that of the reported modes.
     #[must_use]
     pub fn margin(&self) -> T {
         self.margin.value()
     }
 
-    /// Are the impulses determined by the data? In a hyperstatic scene they are not, nor have they a derivative: [`Self::forward`] gives
-    /// the change of impulses that is least (in the sum of `|dr|²` over the mass that each contact and row feels), [`Self::adjoint`] its
-    /// gradient.
+    /// Are the impulses unique? In a hyperstatic scene they are not, so they have no derivative: [`Self::forward`] returns the least change of
+    /// impulses (in the sum of `|dr|²` over the mass that each contact and row feels), and [`Self::adjoint`] its gradient.
     #[must_use]
     pub fn has_unique_impulses(&self) -> bool {
         self.lu.rank() == self.lu.size()
     }
 
-    /// Is the velocity determined by the data? It is, but where a hyperstatic load is shared between contacts that slip in different
-    /// directions, such as the legs of a table that turns: then it depends on which of the solutions was found.
+    /// Is the velocity unique? It is not if contacts that slip in different directions share a hyperstatic load, such as the legs of a table
+    /// that turns: then it depends on the solution that was found.
     #[must_use]
     pub const fn has_unique_velocity(&self) -> bool {
         !self.moves_freely

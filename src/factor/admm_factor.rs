@@ -1,4 +1,4 @@
-//! A factor with the resolvent that ADMM needs.
+//! [`AdmmFactor`]: a factor with the resolvent that ADMM needs.
 
 use super::Factor;
 use crate::error::Error;
@@ -6,7 +6,7 @@ use crate::factor::resolvent::Resolvent;
 use crate::real::Real;
 use crate::scene::Scene;
 
-/// A [`Factor`] with its resolvent `(I + rho W)⁻¹`, for [`crate::AdmmSolver`], where an example stands.
+/// A [`Factor`] with its resolvent `(I + rho W)⁻¹`, for [`crate::AdmmSolver`], which has an example.
 #[derive(Clone, Debug)]
 pub struct AdmmFactor<T: Real, const N: usize, const D: usize, const C: usize> {
     factor: Factor<T, N, D, C>,
@@ -14,7 +14,7 @@ pub struct AdmmFactor<T: Real, const N: usize, const D: usize, const C: usize> {
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D, C> {
-    /// An empty factor, to be filled by [`Self::prepare`]: all zeros, so that a `static` of it takes no flash.
+    /// An empty factor for [`Self::prepare`]. It is all zeros, so a `static` takes no flash.
     #[must_use]
     pub const fn empty() -> Self {
         Self {
@@ -23,7 +23,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
         }
     }
 
-    /// The factor of a scene, see [`Self::prepare`].
+    /// The factor of a scene.
     ///
     /// # Errors
     /// As [`Self::prepare`].
@@ -36,8 +36,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
     /// Factorises a scene in place, with the default penalty: a power of two near 6 times the mass that contacts feel.
     ///
     /// # Errors
-    /// As [`Factor::prepare`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows, or `W` is spread so wide that `I + rho W` is
-    /// singular in this number type. The factor is then empty.
+    /// As [`Factor::prepare`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows, or if the entries of `W` differ so much in size that
+    /// `I + rho W` is singular in this number type. The factor is then empty.
     pub fn prepare<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, 0, S>,
@@ -52,7 +52,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
         result
     }
 
-    /// Replaces the penalty `rho` (kg): one factorisation of `I + rho W`, none of `M`.
+    /// Sets the penalty `rho` (kg). It factorises `I + rho W` again, but not `M`.
     ///
     /// # Errors
     /// [`Error::InvalidPenalty`] if `rho` is not positive and finite, or so large that

@@ -1,4 +1,4 @@
-//! The Delassus operator `W = H M⁻¹ Hᵀ` of contacts and joint rows, with their compliance.
+//! The Delassus operator `W = H M⁻¹ Hᵀ` of contacts and joint rows, plus their compliance, and its computation.
 
 use super::Factor;
 use crate::error::Error;
@@ -13,11 +13,14 @@ use crate::scene::{Contact, Scene};
 use core::array::from_fn;
 use heapless::Vec;
 
-/// `W`, symmetric: the blocks of contacts, of joint rows with contacts, and of joint rows.
+/// The Delassus operator `W`, a symmetric matrix.
 #[derive(Clone, Debug)]
 pub(crate) struct Delassus<T, const D: usize, const C: usize, const R: usize> {
+    /// Blocks `W_ij` of two contacts.
     pub(crate) contacts: ContactMatrix<T, D, C>,
+    /// Blocks of a joint row and a contact.
     pub(crate) coupling: [[[T; D]; C]; R],
+    /// Entries of two joint rows.
     pub(crate) rows: [[T; R]; R],
 }
 
@@ -30,7 +33,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
         }
     }
 
-    /// `y = W x` over what is in use.
+    /// `y = W x`, over the contacts and joint rows in use.
     #[inline]
     pub(crate) fn times(
         &self,
@@ -43,16 +46,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
         multiply_transposed(&self.contacts, used, contacts);
         let rows = self.coupling.iter().zip(&self.rows);
         let rows = rows.zip(x.rows.iter().zip(&mut y.rows)).take(counts.rows);
-        for ((coupling, row), (&own, product)) in rows {
-            *product = dot(coupling.as_flattened(), used.as_flattened())
+        for ((coupling, row), (&x_j, y_j)) in rows {
+            *y_j = dot(coupling.as_flattened(), used.as_flattened())
                 + dot(row.get(..counts.rows).unwrap_or_default(), &x.rows);
-            if own != T::ZERO {
-                axpy(own, coupling.as_flattened(), contacts.as_flattened_mut());
+            if x_j != T::ZERO {
+                axpy(x_j, coupling.as_flattened(), contacts.as_flattened_mut());
             }
         }
     }
 
-    /// Entry `k` of the diagonal of `W_ii`.
+    /// Inverse mass that row `k` of a contact feels: entry `k` of the diagonal of `W_ii`.
     pub(crate) fn inverse_mass(&self, contact: usize, k: usize) -> T {
         let row = self.contacts.get(contact).and_then(|rows| rows.get(k));
         let block = row.and_then(|row| row.get(contact));
@@ -65,23 +68,23 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
         (0..D).fold(T::ZERO, |trace, k| trace + self.inverse_mass(contact, k))
     }
 
-    /// Sets the rows of a contact to zero that move nothing but rounding.
+    /// Sets the rows of a contact to zero whose inverse mass is mere rounding ([`rounding_share`]).
     #[inline]
     fn drop_rounding<const N: usize>(&mut self, contact: usize, whitened: &mut [[[T; D]; N]; C]) {
-        let most = self.trace(contact) * rounding_share();
-        if (0..D).any(|k| self.inverse_mass(contact, k) < most) {
+        let limit = self.trace(contact) * rounding_share();
+        if (0..D).any(|k| self.inverse_mass(contact, k) < limit) {
             self.drop_rows(contact, whitened);
         }
     }
 
-    /// The same, once one of them is known to be small.
+    /// The rare case of [`Self::drop_rounding`], in which one inverse mass is small.
     #[cold]
     #[inline(never)]
     fn drop_rows<const N: usize>(&mut self, contact: usize, whitened: &mut [[[T; D]; N]; C]) {
-        let own = from_fn::<T, D, _>(|k| self.inverse_mass(contact, k));
-        let largest = own.iter().fold(T::ZERO, |x, &y| at_least(y, x));
-        for (k, &own) in own.iter().enumerate() {
-            if own >= largest * rounding_share() {
+        let inverse_masses = from_fn::<T, D, _>(|k| self.inverse_mass(contact, k));
+        let largest = inverse_masses.iter().fold(T::ZERO, |x, &y| at_least(y, x));
+        for (k, &inverse_mass) in inverse_masses.iter().enumerate() {
+            if inverse_mass >= largest * rounding_share() {
                 continue;
             }
             for row in whitened.get_mut(contact).into_iter().flatten() {
@@ -101,7 +104,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
         }
     }
 
-    /// `W_jj` of a joint row.
+    /// Inverse mass `W_jj` that a joint row feels.
     pub(crate) fn row_inverse_mass(&self, row: usize) -> T {
         let entry = self.rows.get(row).and_then(|entries| entries.get(row));
         entry.copied().unwrap_or(T::ZERO)
@@ -111,7 +114,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     Factor<T, N, D, C, R>
 {
-    /// Computes the Cholesky factor, `W` and the effective masses.
+    /// Computes the Cholesky factor of `M`, `W` and the effective mass matrices.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn compute_delassus<const S: usize>(
         &mut self,
@@ -120,7 +123,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         (self.counts.contacts, self.fingerprint) = (0, 0);
         let mass = &scene.mass().data.0; // symmetric: columns are rows
         let floor = T::literal(32.0) * T::EPSILON;
-        let mut envelope = [usize::MAX; N]; // zeros would call memset
+        let mut envelope = [usize::MAX; N]; // not zeros, which would call `memset`
         factorise(mass, floor, &mut self.mass, &mut envelope)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.measure_uncertainty(mass);
@@ -131,7 +134,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         Ok(())
     }
 
-    /// Computes what belongs to the contacts of a scene, with the last row of `U` that has an entry in each column.
+    /// Computes the whitened contacts, their blocks of `W` and their effective mass matrices. `envelope`: the last row of `U` with an entry
+    /// in each column.
     #[inline]
     fn append_contacts<const S: usize>(
         &mut self,
@@ -161,7 +165,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
                 }
             }
             if let Some(support) = self.supports.get_mut(i) {
-                *support = Support::of::<N>(scaled.iter().map(|row| row.place));
+                *support = Support::of::<N>(scaled.iter().map(|row| row.index));
             }
             self.delassus.drop_rounding(i, &mut self.whitened);
             if let Some(scaling) = scaling {
@@ -172,14 +176,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
                     }
                 }
             }
-            let own = block(&self.delassus.contacts, i, i);
-            if let (Some(mass), Some(own)) = (self.effective_mass.get_mut(i), own) {
-                *mass = inverse(&own);
+            let diagonal = block(&self.delassus.contacts, i, i);
+            if let (Some(mass), Some(diagonal)) = (self.effective_mass.get_mut(i), diagonal) {
+                *mass = inverse(&diagonal);
             }
         }
     }
 
-    /// Computes what belongs to the joint rows of a scene from `first` on.
+    /// Computes the whitened joint rows from index `first` on, and their entries of `W`.
     pub(super) fn append_rows<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -207,16 +211,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
                     entry += row.compliance;
                 }
                 for (a, b) in [(j, k), (k, j)] {
-                    let place = self.delassus.rows.get_mut(a).and_then(|row| row.get_mut(b));
-                    if let Some(place) = place {
-                        *place = entry;
+                    let row = self.delassus.rows.get_mut(a);
+                    if let Some(w) = row.and_then(|row| row.get_mut(b)) {
+                        *w = entry;
                     }
                 }
             }
         }
     }
 
-    /// Bounds the rounding of `W`: it grows with the largest `M_kk` over its pivot. A factor of 64 is enough for 500,000
+    /// Sets the bound on the rounding of `W`, which grows with the largest `M_kk` over its pivot. A factor of 64 was enough for 500,000
     /// random scenes in single precision.
     fn measure_uncertainty(&mut self, mass: &[[T; N]; N]) {
         let mut growth = T::ONE;
@@ -229,14 +233,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 }
 
-/// A row of a contact that moves less than this share of what another one does, in the norm of `M⁻¹`, squared, moves nothing but
-/// rounding: it counts as zero.
+/// Share of the largest inverse mass of a contact below which the inverse mass of another of its rows is mere rounding: the row counts as
+/// zero.
 pub(super) fn rounding_share<T: Real>() -> T {
     let share = T::literal(16.0) * T::EPSILON;
     share * share
 }
 
-/// Has the normal row of a contact an entry that is not zero?
+/// Has the normal row of a contact a nonzero entry?
 pub(super) fn normal_moves<T: Real, const N: usize, const D: usize>(
     contact: &Contact<T, N, D>,
 ) -> bool {
@@ -245,8 +249,8 @@ pub(super) fn normal_moves<T: Real, const N: usize, const D: usize>(
     normal.any(|&entry| entry != T::ZERO)
 }
 
-/// Writes row `a` of the block of two contacts, and its mirror image: `W` stays symmetric to the bit, a
-/// contact's own block too. (Where it was not, a tumbling box gained energy in single precision.)
+/// Writes row `a` of block `W_ij`, and its mirror image, so that `W` is symmetric to the bit, also within a diagonal block. (With a `W`
+/// that is not symmetric, a tumbling box gains energy in single precision.)
 fn set<T: Real, const D: usize, const C: usize>(
     matrix: &mut ContactMatrix<T, D, C>,
     [i, j]: [usize; 2],
@@ -265,15 +269,15 @@ fn set<T: Real, const D: usize, const C: usize>(
     }
 }
 
-/// `Σ_k x_k y_kᵀ`
+/// `Σ_k x_k y_kᵀ` over the entries `k` of `x` that may differ from zero.
 #[inline]
 fn products<T: Real, const N: usize, const K: usize, const L: usize>(
     x: &[Scaled<'_, T, N, K>],
     y: &[[T; L]; N],
 ) -> [[T; L]; K] {
     let mut sums = [[T::ZERO; L]; K];
-    for Scaled { place, entry, .. } in x.iter().rev() {
-        let Some(y) = y.get(*place) else { break };
+    for Scaled { index, entry, .. } in x.iter().rev() {
+        let Some(y) = y.get(*index) else { break };
         for (sums, &x) in sums.iter_mut().zip(entry) {
             for (sum, &y) in sums.iter_mut().zip(y) {
                 *sum += x * y;

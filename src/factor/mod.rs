@@ -1,14 +1,14 @@
-//! The stored factor: what depends on `M` and `H` alone, computed once and reused by every solve; for ADMM with the
-//! resolvent.
+//! [`Factor`]: everything that depends on `M` and `H` alone, computed once for any number of solves; [`AdmmFactor`] adds the resolvent.
 //!
-//! The note factorises `A = M + rho HᵀH` and solves with it at each iteration (step 2). With the
-//! Delassus operator `W = H M⁻¹ Hᵀ` the same step is one symmetric product in contact space:
-//! `H A⁻¹ = B H M⁻¹` with the resolvent `B = (I + rho W)⁻¹ = I - rho H A⁻¹ Hᵀ`, so that
+//! The *Delassus operator* `W = H M⁻¹ Hᵀ` maps contact impulses to the contact velocities that they cause ([`crate::guide::error`]). A
+//! vector that was multiplied by the inverse Cholesky factor of `M` is called *whitened* ([`crate::guide::method`]).
+//!
+//! The note factorises `A = M + rho HᵀH` and solves with it in each iteration (step 2). With `W` the same step is one symmetric product in
+//! contact space: `H A⁻¹ = B H M⁻¹` with the *resolvent* `B = (I + rho W)⁻¹ = I - rho H A⁻¹ Hᵀ`, so that
 //!
 //! `H vᵏ⁺¹ + b = y + B (q + S - y)`, `y = û - ζ̂`, `q = H v_free + w`, `S_i = mu_i s_i e_N`.
 //!
-//! That needs `(D·C)²` multiplications against `N² + 2·N·D·C` through the factor of `A`, and a new
-//! `rho` never touches the `N × N` factor again.
+//! That takes `(D·C)²` multiplications, against `N² + 2·N·D·C` through the factor of `A`. A new `rho` does not change the factor of `M`.
 
 use crate::error::Error;
 use crate::factor::delassus::{normal_moves, rounding_share};
@@ -30,8 +30,8 @@ pub(crate) use delassus::Delassus;
 
 /// Cholesky factor of the mass matrix and Delassus operator `W = H M⁻¹ Hᵀ` of a scene.
 ///
-/// A solve reads it and does not change it. It may serve any number of solves and stand in a `static`. Friction
-/// coefficients, offsets and the free impulse are no part of it. [`crate::Kernel`] keeps one up to date by itself.
+/// A solve reads a factor and does not change it. So a factor serves any number of solves, and may be a `static`. It does not depend on
+/// friction coefficients, offsets and the free impulse. A [`crate::Kernel`] keeps its factor up to date.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -54,29 +54,29 @@ pub(crate) use delassus::Delassus;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
-    /// Contacts and joint rows.
+    /// Numbers of contacts and joint rows.
     counts: Counts,
     /// Fingerprint of the scene's `M` and `H`; 0 if empty.
     fingerprint: u64,
     /// Number of dofs that contacts and joint rows move.
     moved: usize,
-    /// Bound on the rounding of `W`, relative to it.
+    /// Relative bound on the rounding of `W`.
     uncertainty: T,
-    /// `M = Uᵀ D⁻¹ U`.
+    /// Cholesky factor `U` of `M = Uᵀ D⁻¹ U`, with the reciprocals of the pivots `D` on its diagonal.
     mass: [[T; N]; N],
-    /// `X_i`, `Uᵀ D⁻¹ X_i = H_iᵀ`
+    /// Whitened contacts `X_i`: `Uᵀ D⁻¹ X_i = H_iᵀ`.
     whitened: [[[T; D]; N]; C],
-    /// The same of joint rows.
+    /// Whitened joint rows.
     whitened_rows: [[[T; 1]; N]; R],
-    /// Nonzero columns of the `X_iᵀ`.
+    /// Nonzero columns of each `X_iᵀ`.
     supports: [Support; C],
     /// `W = H M⁻¹ Hᵀ`.
     delassus: Delassus<T, D, C, R>,
-    /// `W_ii⁻¹`; zero where that is singular, or nearly so.
+    /// Effective mass matrices `W_ii⁻¹`; zero if `W_ii` is singular, or nearly so.
     effective_mass: [[[T; D]; D]; C],
 }
 
-/// How far a factor reaches, before it takes in more joint rows.
+/// The extent of a factor before more joint rows are appended.
 pub(crate) struct Checkpoint {
     counts: Counts,
     fingerprint: u64,
@@ -86,8 +86,7 @@ pub(crate) struct Checkpoint {
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     Factor<T, N, D, C, R>
 {
-    /// An empty factor, to be filled by [`Self::prepare`]: all zeros, so that a `static` of it takes
-    /// no flash.
+    /// An empty factor for [`Self::prepare`]. It is all zeros, so a `static` takes no flash.
     #[must_use]
     pub const fn empty() -> Self {
         Self {
@@ -107,7 +106,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
     }
 
-    /// The factor of a scene, see [`Self::prepare`].
+    /// The factor of a scene.
     ///
     /// # Errors
     /// As [`Self::prepare`].
@@ -120,7 +119,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// Factorises a scene in place.
     ///
     /// # Errors
-    /// [`Error::SceneIncomplete`]; [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOutOfRange`] and [`Error::RowOutOfRange`]. The factor is then empty.
+    /// [`Error::SceneIncomplete`]; [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOutOfRange`] and [`Error::RowOutOfRange`]. The factor
+    /// is then empty.
     pub fn prepare<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -134,11 +134,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         result
     }
 
-    /// Is `W` in the range of the number type? Counts the dofs that contacts and joint rows move.
+    /// Counts the dofs that contacts and joint rows move, and refuses a `W` outside the range of the number type.
     fn check<const S: usize>(&mut self, scene: &Scene<T, N, D, C, R, S>) -> Result<(), Error> {
         self.moved = scene.moved_dofs();
         for (contact, source) in scene.contacts().iter().enumerate() {
-            // A normal that only seems to move nothing would be called immovable.
+            // An inverse mass that underflows would make the contact immovable.
             let normal = self.delassus.inverse_mass(contact, 0);
             let trace = self.delassus.trace(contact);
             let vanishes = normal < T::least_normal()
@@ -149,16 +149,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             }
         }
         for (j, row) in scene.rows().iter().enumerate() {
-            let own = self.delassus.row_inverse_mass(j);
+            let inverse_mass = self.delassus.row_inverse_mass(j);
             let moves = row.compliance > T::ZERO || row.row.iter().any(|&entry| entry != T::ZERO);
-            if !own.is_finite() || own < T::least_normal() && moves {
+            if !inverse_mass.is_finite() || inverse_mass < T::least_normal() && moves {
                 return Err(Error::RowOutOfRange { key: row.key });
             }
         }
         Ok(())
     }
 
-    /// Takes in the joint rows of a scene from `first` on. `M`, the contacts and the rows before have to be those that it has.
+    /// Appends the joint rows of a scene from index `first` on. `M`, the contacts and the rows before have to be those of the factor.
     pub(crate) fn extend<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -170,7 +170,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.check(scene)
     }
 
-    /// How far it reaches.
+    /// The present extent, for [`Self::restore`].
     pub(crate) const fn checkpoint(&self) -> Checkpoint {
         Checkpoint {
             counts: self.counts,
@@ -179,12 +179,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
     }
 
-    /// Lets go of the rows that it has taken in since.
-    pub(crate) const fn go_back(&mut self, to: &Checkpoint) {
+    /// Removes the joint rows that were appended since a checkpoint.
+    pub(crate) const fn restore(&mut self, to: &Checkpoint) {
         (self.counts, self.fingerprint, self.moved) = (to.counts, to.fingerprint, to.moved);
     }
 
-    /// `v_free = M⁻¹ p`
+    /// Free velocity `v_free = M⁻¹ p` for a free impulse `p`.
     pub(crate) fn free_velocity(&self, free_impulse: &SVector<T, N>) -> SVector<T, N> {
         let [mut whitened] = free_impulse.data.0;
         self.whiten(&mut whitened);
@@ -194,7 +194,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         velocity
     }
 
-    /// Empties it.
+    /// Makes the factor empty.
     pub(crate) fn clear(&mut self) {
         self.counts = Counts {
             contacts: 0,
@@ -203,12 +203,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.fingerprint = 0;
     }
 
-    /// Number of dofs that contacts move.
+    /// Number of dofs that contacts and joint rows move.
     pub(crate) const fn moved(&self) -> usize {
         self.moved
     }
 
-    /// True if it belongs to the scene's current `M` and `H`. Compared by a 64-bit hash.
+    /// True if the factor belongs to the scene's current `M`, `H` and number of contacts. A 64-bit hash tells.
     #[must_use]
     pub fn is_current<const S: usize>(&self, scene: &Scene<T, N, D, C, R, S>) -> bool {
         self.counts == scene.counts() && self.fingerprint == scene.fingerprint()
@@ -219,9 +219,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.counts.contacts
     }
 
-    /// Mean effective mass `alpha_i = D / trace(W_ii)` (kg) of a contact, the step of the natural map; 0 for a contact
-    /// that nothing moves.
-    pub(crate) fn natural_map_step(&self, contact: usize) -> T {
+    /// Mean effective mass `alpha_i = D / trace(W_ii)` (kg) of a contact; 0 for a contact that nothing moves.
+    pub(crate) fn mean_effective_mass(&self, contact: usize) -> T {
         let trace = self.delassus.trace(contact);
         if trace > T::ZERO {
             T::count(D) / trace
@@ -230,10 +229,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
     }
 
-    /// Effective mass `alpha_j = 1 / W_jj` of a joint row, its step of the natural map; 0 if nothing moves it.
-    pub(crate) fn row_step(&self, row: usize) -> T {
-        let own = self.delassus.row_inverse_mass(row);
-        if own > T::ZERO { T::ONE / own } else { T::ZERO }
+    /// Effective mass `alpha_j = 1 / W_jj` of a joint row; 0 for a row that nothing moves.
+    pub(crate) fn row_effective_mass(&self, row: usize) -> T {
+        let w = self.delassus.row_inverse_mass(row);
+        if w > T::ZERO { T::ONE / w } else { T::ZERO }
     }
 
     /// `W`
@@ -241,12 +240,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         &self.delassus
     }
 
-    /// `W_ii⁻¹`
+    /// Effective mass matrices `W_ii⁻¹` of the contacts.
     pub(crate) const fn effective_mass(&self) -> &[[[T; D]; D]; C] {
         &self.effective_mass
     }
 
-    /// Bound on the rounding of `W`, relative to it.
+    /// Relative bound on the rounding of `W`.
     pub(crate) const fn uncertainty(&self) -> T {
         self.uncertainty
     }

@@ -1,10 +1,10 @@
-//! The penalty `rho` of the augmented Lagrangian, and which dofs are moved.
+//! The default penalty `rho` of the augmented Lagrangian, and the number of dofs that contacts and joint rows move.
 
 use crate::linalg::sparsity::GROUP;
 use crate::real::Real;
 use crate::scene::Scene;
 
-/// Is it a penalty that can be used?
+/// Is `rho` positive and finite?
 #[inline]
 pub(crate) fn is_usable<T: Real>(rho: T) -> bool {
     rho > T::ZERO && rho.is_finite()
@@ -15,10 +15,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 {
     /// The default `rho`, a power of two near 6 times the geometric mean of `M_jj / (HᵀH)_jj`.
     ///
-    /// The quotient is the mass felt by a contact that moves dof `j` alone, so `rho` has the unit of a
-    /// mass; the units of the dofs, and dofs that no contact moves, do not matter. The geometric mean
-    /// serves stacks of unlike bodies, where the trace of `W` sees only the lightest; taken over binary
-    /// exponents it needs no logarithm, and changing units by powers of two changes it exactly.
+    /// The quotient is the mass that a contact feels if it moves dof `j` alone. So `rho` has the unit of a mass. Units of dofs do not matter,
+    /// nor do dofs that no contact moves. The geometric mean also fits stacks of unlike bodies, where the trace of `W` shows only the
+    /// lightest. The mean of binary exponents needs no logarithm, and a change of units by a power of two changes it exactly.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn default_penalty(&self) -> T {
         let mut participation = [T::ZERO; N];
@@ -37,7 +36,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         participation.iter().filter(|&&share| share > least).count()
     }
 
-    /// Adds `(HᵀH)_jj / M_jj` to zeros, and returns what is rounding relative to the largest.
+    /// Fills zeros with the participation `(HᵀH)_jj / M_jj` of each dof. Returns the value up to which a participation is mere rounding.
     #[cfg_attr(target_os = "none", inline(never))]
     fn participation(&self, participation: &mut [T; N]) -> T {
         let (groups, last) = participation.as_chunks_mut::<GROUP>();

@@ -1,4 +1,4 @@
-//! Products with `H M⁻¹` and `M⁻¹ Hᵀ`, by way of the whitened rows.
+//! Products with `H M⁻¹` and `M⁻¹ Hᵀ`, computed with the whitened `X_i` of contacts and joint rows.
 
 use super::Factor;
 use crate::linalg::cholesky::{axpy, dot};
@@ -10,7 +10,7 @@ use crate::real::Real;
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     Factor<T, N, D, C, R>
 {
-    /// `X_i` and its nonzero columns, for the contacts in use.
+    /// Whitened contacts `X_i` with the nonzero columns of `X_iᵀ`, for the contacts in use.
     #[inline]
     fn whitened_contacts(&self) -> impl Iterator<Item = (&[[T; D]; N], Support)> {
         let whitened = self.whitened.get(..self.counts.contacts);
@@ -18,7 +18,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         whitened.zip(self.supports.iter().copied())
     }
 
-    /// The `x_j` of the joint rows in use.
+    /// Whitened joint rows, for the rows in use.
     #[inline]
     fn whitened_rows(&self) -> impl Iterator<Item = &[T]> {
         let whitened = self.whitened_rows.get(..self.counts.rows);
@@ -26,13 +26,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         whitened.map(|row| row.as_flattened())
     }
 
-    /// Whitens `g`: replaces it by the `x` of `Uᵀ D⁻¹ x = g`, from which [`Self::contact_velocity`] and [`Self::velocity`]
-    /// start.
+    /// Whitens `g` in place: solves `Uᵀ D⁻¹ x = g`.
     pub(crate) fn whiten(&self, g: &mut [T; N]) {
         solve_upper(&self.mass, g);
     }
 
-    /// `H M⁻¹ g` for a `g` that was whitened. Returns `gᵀ M⁻¹ g`.
+    /// Fills `u` with `H M⁻¹ g` for a whitened `g`, in the rows in use. Returns `gᵀ M⁻¹ g`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut Stacked<T, D, C, R>) -> T {
         let mut scaled = *g;
@@ -60,7 +59,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         energy
     }
 
-    /// `gᵀ M⁻¹ g` for a `g` that was whitened.
+    /// `gᵀ M⁻¹ g` for a whitened `g`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn energy(&self, g: &[T; N]) -> T {
         let mut energy = T::ZERO;
@@ -70,7 +69,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         energy
     }
 
-    /// `H M⁻¹ (g + Hᵀ r)` for a `g` that was whitened. Returns `|g + Hᵀ r|²` in the norm of `M⁻¹`.
+    /// Fills `u` with `H M⁻¹ (g + Hᵀ r)` for a whitened `g`. Returns the square of `g + Hᵀ r` in the norm of `M⁻¹`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn impulse_velocity(
         &self,
@@ -83,7 +82,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.contact_velocity(&momentum, u)
     }
 
-    /// Adds `Hᵀ r`, whitened, to `g`.
+    /// Adds the whitened `Hᵀ r` to a whitened `g`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn add_whitened(&self, r: &Stacked<T, D, C, R>, g: &mut [T; N]) {
         for (&r, whitened) in r.rows.iter().zip(self.whitened_rows()) {
@@ -106,7 +105,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
     }
 
-    /// `v = M⁻¹ (Hᵀ r + g)` for a `g` that was whitened.
+    /// Fills `v` with `M⁻¹ (g + Hᵀ r)` for a whitened `g`.
     pub(crate) fn velocity(&self, g: &[T; N], r: &Stacked<T, D, C, R>, v: &mut [T; N]) {
         *v = *g;
         self.add_whitened(r, v);

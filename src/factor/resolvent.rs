@@ -1,4 +1,4 @@
-//! The resolvent `B = (I + rho W)⁻¹` of the Delassus operator: all that depends on the penalty.
+//! The resolvent `B = (I + rho W)⁻¹` of the Delassus operator. Only it depends on the penalty `rho`.
 
 use crate::error::Error;
 use crate::factor::Factor;
@@ -25,7 +25,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         }
     }
 
-    /// `B = (W + I / rho)⁻¹ / rho` of the contacts of a factor.
+    /// Computes `B = (W + I / rho)⁻¹ / rho` for the contacts of a factor.
     #[inline(never)]
     pub(crate) fn compute<const N: usize>(
         &mut self,
@@ -49,18 +49,18 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             }
         }
         for k in 0..contacts {
-            self.sweep(contacts, k).ok_or(Error::InvalidPenalty)?;
+            self.eliminate(contacts, k).ok_or(Error::InvalidPenalty)?;
         }
         self.mirror(contacts).ok_or(Error::InvalidPenalty)
     }
 
-    /// Sweeps contact `k` of the lower triangle. With `K = A_kk⁻¹` the blocks become
-    /// `A_ij - A_ik K A_kj`, `A_ik K` and `-K`; once all contacts are swept, that is `-A⁻¹`.
+    /// Eliminates contact `k` from the lower triangle of `A` (a step of Gauss-Jordan's method). With `K = A_kk⁻¹` the blocks become
+    /// `A_ij - A_ik K A_kj`, `A_ik K` and `-K`. After the last contact they are `-A⁻¹`.
     #[inline(never)]
     #[allow(clippy::comparison_chain)] // a `match` of the ordering is longer code
-    fn sweep(&mut self, contacts: usize, k: usize) -> Option<()> {
+    fn eliminate(&mut self, contacts: usize, k: usize) -> Option<()> {
         let pivot = Pivot::new(block(&self.matrix, k, k)?)?;
-        // y_i = L⁻¹ A_ki, of which the triangle has A_ik beyond k; in the place of k itself -L⁻¹.
+        // y_i = L⁻¹ A_ki (the lower triangle has A_ik in its place if i > k), and y_k = -L⁻¹.
         let mut row = Vec::<[[T; D]; D], C>::new();
         for i in 0..contacts {
             let mut y = if i < k {
@@ -95,7 +95,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         Some(())
     }
 
-    /// From the lower triangle of `-A⁻¹` to `A⁻¹ / rho`; `None` if that is not made of numbers.
+    /// Replaces the lower triangle of `-A⁻¹` by all of `A⁻¹ / rho`; `None` if an entry is not finite.
     #[inline(never)]
     fn mirror(&mut self, contacts: usize) -> Option<()> {
         let scale = -T::ONE / self.penalty;
@@ -121,7 +121,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     }
 }
 
-/// `A_ij -= factors y`, of the rows `i`.
+/// `A_ij -= factors y`, with the blocks `A_i` in `rows`.
 #[inline]
 fn subtract<T: Real, const D: usize, const C: usize>(
     rows: &mut [ContactVector<T, D, C>; D],

@@ -1,4 +1,4 @@
-//! Joint limits that take a row only when they are reached.
+//! Joint limits that take a joint row only when they are reached.
 
 use super::Kernel;
 use crate::error::{Error, Input, List};
@@ -20,16 +20,18 @@ impl<
     P: Phases,
 > Kernel<T, N, D, C, R, S, P>
 {
-    /// Solves the scene together with a list of joint limits, as [`Self::solve`], and spends rows only on those that are reached.
+    /// Solves the scene together with a list of joint limits, as [`Self::solve`]. Only reached limits take a joint row.
     ///
-    /// A robot has a dozen joint limits and reaches two. Limits that the free motion violates, and limits that pushed in the last solve (by
-    /// [`JointRow::key`]), stand behind the scene's own joint rows from the start. A limit that a solution violates joins them. Every other
-    /// limit costs one product `row · v`. The solution, its error and its promise are those of a scene with all limits:
-    /// `row · v + offset >= 0` holds exactly for the others. [`Solution::row_by_key`] finds the reached limits: give each limit a key
-    /// that no other limit and no row of the scene has. Rows of other laws than [`RowLaw::Limit`] always take a row.
+    /// A robot has a dozen joint limits and reaches two. The first pass appends two kinds of limits to the joint rows of the scene: those that
+    /// the free motion violates, and those that pushed in the last solve (by [`JointRow::key`]). If its solution violates other limits, another
+    /// pass appends them. A limit that is not reached costs one product `row · v`. Solution, error and promise are those of a scene with
+    /// all limits: `row · v + offset >= 0` holds exactly for limits that are not reached.
     ///
-    /// Afterwards the scene is as before. [`Self::resume`] refuses to continue such a solve: call this again, which starts where the last call
-    /// ended.
+    /// [`Solution::row_by_key`] finds the reached limits: give each limit a key that no other limit and no row of the scene has. A row of
+    /// another law than [`RowLaw::Limit`] is always appended.
+    ///
+    /// The call does not change the scene. [`Self::resume`] refuses to continue such a solve. Call this method again: it starts where the
+    /// last call ended.
     ///
     /// ```
     /// use nalgebra::{Matrix2, vector};
@@ -55,8 +57,8 @@ impl<
     ///
     /// # Errors
     /// As [`Self::solve`]; [`Error::ListFull`] if more limits are reached than there is room for; [`Error::NotFinite`] with [`Input::Limit`];
-    /// [`Error::InvalidLimit`]. [`Self::solution`] is then that of an earlier solve, or one without some of the limits, which is
-    /// [`Status::Unsolved`] with an infinite error.
+    /// [`Error::InvalidLimit`]. [`Self::solution`] is then the solution of an earlier solve, or [`Status::Unsolved`] with an infinite error
+    /// and without some of the limits.
     pub fn solve_with_limits(
         &mut self,
         limits: &[JointRow<T, N>],
@@ -65,17 +67,17 @@ impl<
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
         check_finite(free_impulse, Input::FreeImpulse)?;
         self.prepare()?;
-        let (own, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
-        let (mut call, mut remembers) = (Call::Begin, true);
+        let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
+        let (mut call, mut with_pushed) = (Call::Begin, true);
         let result = loop {
             let data = (limits, free_impulse, settings);
-            let result = self.solve_reached(own, data, &mut call, remembers);
-            self.scene.truncate_rows(own);
-            self.factor.go_back(&checkpoint);
-            // Perhaps those of the last solve alone take the room.
+            let result = self.solve_reached(data, &mut call, with_pushed);
+            self.scene.truncate_rows(scene_rows);
+            self.factor.restore(&checkpoint);
+            // The limits that pushed in the last solve may take too many rows: try without them.
             let list = List::Rows;
             let is_full = matches!(result, Err(Error::ListFull { list: full, .. }) if full == list);
-            if !(is_full && mem::take(&mut remembers)) {
+            if !(is_full && mem::take(&mut with_pushed)) {
                 break result;
             }
         };
@@ -87,29 +89,27 @@ impl<
         Ok(self.solver.solution())
     }
 
-    /// Solves, and adds violated limits, until none is violated.
+    /// Solves and appends violated limits until none is violated. `with_pushed`: also appends the limits that pushed in the last solve.
     fn solve_reached(
         &mut self,
-        own: usize,
         (limits, free_impulse, settings): (&[JointRow<T, N>], &SVector<T, N>, &Settings<T>),
         call: &mut Call,
-        remembers: bool,
+        with_pushed: bool,
     ) -> Result<(), Error> {
-        // Which limit stands in each place behind the scene's own rows.
+        let mut first = self.scene.rows().len();
         let mut reached = [usize::MAX; R];
         let velocity = self.factor.free_velocity(free_impulse);
-        self.append((own, &mut reached), limits, &velocity, remembers)?;
-        let mut first = own;
+        self.append(&mut reached, limits, &velocity, with_pushed)?;
         loop {
             if self.scene.rows().len() > first {
                 self.factor.extend(&self.scene, first)?;
             }
-            let mut left = *settings;
+            let mut remaining = *settings;
             if *call == Call::Append {
                 let spent = self.solver.solution().work.total();
-                left.budget = settings.budget.saturating_sub(spent);
+                remaining.budget = settings.budget.saturating_sub(spent);
             }
-            let data = (&self.scene, &self.factor, free_impulse, &left);
+            let data = (&self.scene, &self.factor, free_impulse, &remaining);
             let solution = self.solver.run(data, *call)?;
             *call = Call::Append;
             if solution.status == Status::Infeasible {
@@ -117,20 +117,21 @@ impl<
             }
             let velocity = solution.velocity;
             first = self.scene.rows().len();
-            self.append((own, &mut reached), limits, &velocity, false)?;
+            self.append(&mut reached, limits, &velocity, false)?;
             if self.scene.rows().len() == first {
                 return Ok(());
             }
         }
     }
 
-    /// Appends the limits that a velocity violates, and those that pushed in the last solve if it remembers them.
+    /// Appends the limits that a velocity violates to the joint rows, and `with_pushed` also those that pushed in the last solve. `reached`:
+    /// the index of the limit of each appended joint row.
     fn append(
         &mut self,
-        (own, reached): (usize, &mut [usize; R]),
+        reached: &mut [usize; R],
         limits: &[JointRow<T, N>],
         velocity: &SVector<T, N>,
-        remembers: bool,
+        with_pushed: bool,
     ) -> Result<(), Error> {
         for (limit, row) in limits.iter().enumerate() {
             let (mut speed, mut size) = (row.offset, row.offset.abs());
@@ -147,25 +148,24 @@ impl<
                 && speed.is_finite()
                 && row.law == RowLaw::Limit
                 && row.compliance >= T::ZERO
-                && !(remembers && self.solver.has_pushed(row.key));
-            let behind = reached.get(own..self.scene.rows().len());
-            if is_open || behind.is_some_and(|behind| behind.contains(&limit)) {
+                && !(with_pushed && self.solver.has_pushed(row.key));
+            if is_open || reached.contains(&limit) {
                 continue;
             }
-            let place = self
+            let index = self
                 .scene
                 .place_row(row)
-                .map_err(|error| named(error, limit))?;
-            if let Some(place) = reached.get_mut(place) {
-                *place = limit;
+                .map_err(|error| of_limit(error, limit))?;
+            if let Some(entry) = reached.get_mut(index) {
+                *entry = limit;
             }
         }
         Ok(())
     }
 }
 
-/// Names a limit that is refused.
-fn named(error: Error, limit: usize) -> Error {
+/// The error of a refused joint row as an error of a limit.
+fn of_limit(error: Error, limit: usize) -> Error {
     match error {
         Error::NotFinite { row, column, .. } => Error::NotFinite {
             input: Input::Limit { limit },

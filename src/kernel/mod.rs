@@ -14,8 +14,8 @@ mod worst_case;
 
 /// A scene, its factor and its solver in one value, for a `static`.
 ///
-/// It computes the factor anew when `M` or a Jacobian has changed. The type parameter `P` names the [`Phases`] of its solver, all by
-/// default.
+/// A kernel computes its factor again when `M` or a Jacobian has changed. The type parameter `P` names the [`Phases`] of its solver; the
+/// default is all phases.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -67,7 +67,7 @@ pub struct Kernel<
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Kernel<T, N, D, C, R, S>
 {
-    /// An empty scene, nothing solved yet, and a solver of all phases; [`Self::with_phases`] makes one of others.
+    /// A new kernel: an empty scene, and a solver with all phases; [`Self::with_phases`] chooses others.
     #[must_use]
     pub const fn new() -> Self {
         Self::with_phases(AllPhases)
@@ -84,7 +84,7 @@ impl<
     P: Phases,
 > Kernel<T, N, D, C, R, S, P>
 {
-    /// An empty scene, nothing solved yet, and a solver of these phases.
+    /// A new kernel: an empty scene, and a solver with these phases.
     #[must_use]
     pub const fn with_phases(phases: P) -> Self {
         Self {
@@ -143,7 +143,8 @@ impl<
         self.solver.solution()
     }
 
-    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]. If `M` or `H` has changed, it computes the factor first (`N³/6 + m N²/2 + m² N/2` multiplications for `m` contact rows).
+    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]. If `M` or `H` has changed, it computes the factor first
+    /// (`N³/6 + m N²/2 + m² N/2` multiplications for `m` contact rows).
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::solve`].
@@ -157,7 +158,7 @@ impl<
         solver.solve(&self.scene, &self.factor, free_impulse, settings)
     }
 
-    /// Continues a solve whose budget has ended, as [`Solver::resume`].
+    /// Continues a solve whose budget was used up, as [`Solver::resume`].
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::resume`].
@@ -185,8 +186,8 @@ impl<
         solver.advance(&self.scene, &self.factor, free_impulse, settings)
     }
 
-    /// Derivative of the last solution with respect to its data, as [`Derivative::new`]. Leave the scene as it was solved, and pass the settings
-    /// of the solve.
+    /// Derivative of the last solution with respect to its data, as [`Derivative::new`]. The scene and the settings have to be those of the
+    /// solve.
     ///
     /// # Errors
     /// As [`Derivative::new`].
@@ -202,7 +203,7 @@ impl<
     /// # Errors
     /// As [`Factor::prepare`].
     pub fn prepare(&mut self) -> Result<(), Error> {
-        self.solver.disown_nothing();
+        self.solver.invalidate_if_unsolved();
         if self.factor.is_current(&self.scene) {
             return Ok(());
         }

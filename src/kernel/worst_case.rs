@@ -1,4 +1,4 @@
-//! How long a call takes at most.
+//! Bounds on the time of a call, and the budget that fits a time.
 
 use super::Kernel;
 use crate::real::Real;
@@ -16,8 +16,8 @@ impl<
 {
     /// Largest [`crate::Settings::budget`] with which [`Self::solve`] takes at most `microseconds` at a clock of `megahertz`; 0 if none fits.
     ///
-    /// [`Self::worst_cycles`] of this budget fit, preparing included. Filling the scene comes on top. If the memory of your part makes the core
-    /// wait, pass a slower clock.
+    /// [`Self::worst_cycles`] of this budget fit the time; they include [`Self::prepare`], but not the filling of the scene. If the core waits
+    /// for its memory, pass a slower clock.
     ///
     /// ```
     /// use stiction::{Kernel, Settings, SweepsAndNewton};
@@ -44,12 +44,12 @@ impl<
         }
     }
 
-    /// Bound on the cycles of a call of [`Self::solve`] or [`Self::resume`] with this budget, preparing included, in `f32` on a Cortex-M4F without
-    /// wait states, with all contacts and joint rows in use.
+    /// Bound on the cycles of a call of [`Self::solve`] or [`Self::resume`] with this budget, in `f32` on a Cortex-M4F without wait states,
+    /// with all contacts and joint rows in use.
     ///
-    /// It holds for any data and tolerance and depends on the phases of the kernel; most solves take a tenth of it. [`crate::guide::tick`] has its
-    /// formula and its measurement. It includes neither the filling of the scene nor the passes of [`Self::solve_with_limits`] after the
-    /// first. A kernel of `f64` takes longer.
+    /// It includes [`Self::prepare`], but neither the filling of the scene nor the passes of [`Self::solve_with_limits`] after the first. It
+    /// holds for any data and tolerance, and depends on the phases of the kernel. Most solves take a tenth of it. A kernel of `f64` takes
+    /// longer. [`crate::guide::tick`] has its formula and its measurement.
     #[must_use]
     pub const fn worst_cycles(budget: usize) -> usize {
         let mut cycles = Self::WITHOUT_BUDGET;
@@ -63,20 +63,20 @@ impl<
         cycles
     }
 
-    /// Rows.
+    /// Number of contact rows and joint rows.
     const ROWS: usize = D * C + R;
 
-    /// Cycles without a budget: preparing, the way from the free impulse to the contacts, and the error of the best known point.
+    /// Cycles of a call without a budget: the factor, the velocities of the free motion, and the error of the best known point.
     const WITHOUT_BUDGET: usize = {
         let (n, m) = (N, Self::ROWS);
         let prepare = (n * n * n + 3 * m * n * (m + n)).div_euclid(2);
         prepare + 330 * n * n + 220 * m * m + 1_500 * m + 11_000 + 2_000 * Self::MIXED
     };
 
-    /// Rows, where there are joint rows or surfaces, of which sizes are weighed.
+    /// Number of rows if there are joint rows or surfaces, whose error takes longer; otherwise 0.
     const MIXED: usize = if R + S > 0 { Self::ROWS } else { 0 };
 
-    /// Cycles that the first unit of work adds: a call exceeds its budget by one piece, and a search for a proof follows once.
+    /// Cycles that any budget above 0 adds: a call may exceed its budget by one piece of work, and a search for a proof follows once.
     const ONCE: usize = {
         let proof = if P::CENTRAL_PATH {
             3_600 * Self::ROWS + 100 * C * C * C
@@ -86,10 +86,10 @@ impl<
         9 * Self::UNIT + 6_000 * Self::MIXED + proof
     };
 
-    /// Cycles for a unit of work.
+    /// Cycles of a unit of work.
     const UNIT: usize = {
         let m = Self::ROWS;
-        // Where a contact spins and rolls, a sweep looks for its slip in rounds.
+        // The slip of a contact that spins or rolls is found by iteration.
         let slip = match D {
             0..=3 => 0,
             4 => 1_500 * C,

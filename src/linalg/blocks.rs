@@ -1,4 +1,4 @@
-//! Vectors and matrices over the contacts: one block of `D` rows a contact, room for `C` contacts.
+//! Vectors and matrices over up to `C` contacts, with a block of `D` rows for each contact.
 
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
@@ -11,7 +11,7 @@ pub(crate) type ContactVector<T, const D: usize, const C: usize> = [[T; D]; C];
 /// A square matrix in contact space, row by row.
 pub(crate) type ContactMatrix<T, const D: usize, const C: usize> = [[ContactVector<T, D, C>; D]; C];
 
-/// `A_ij`
+/// The block `A_ij` of contacts `i` and `j`.
 #[inline]
 pub(crate) fn block<T: Real, const D: usize, const C: usize>(
     matrix: &ContactMatrix<T, D, C>,
@@ -23,7 +23,7 @@ pub(crate) fn block<T: Real, const D: usize, const C: usize>(
     (j < C).then(|| rows.map(entries))
 }
 
-/// Replaces `A_ij`; `None` if there is no such place.
+/// Replaces the block `A_ij`; `None` if there is no such block.
 #[inline]
 pub(crate) fn set_block<T: Real, const D: usize, const C: usize>(
     matrix: &mut ContactMatrix<T, D, C>,
@@ -43,19 +43,19 @@ pub(crate) fn transpose<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]
     let mut transposed = [[T::ZERO; D]; D];
     for (a, row) in block.iter().enumerate() {
         for (column, &entry) in transposed.iter_mut().zip(row) {
-            if let Some(place) = column.get_mut(a) {
-                *place = entry;
+            if let Some(target) = column.get_mut(a) {
+                *target = entry;
             }
         }
     }
     transposed
 }
 
-/// `B⁻¹` of a symmetric block of up to three rows, by cofactors, with one quotient. Zero if it has more rows, or is so
-/// nearly singular that rounding would spoil it.
+/// `B⁻¹` of a symmetric block of up to three rows, by cofactors and one division. It is zero if the block has more rows, or is so
+/// nearly singular that rounding would spoil the inverse.
 #[inline]
 pub(crate) fn inverse<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; D] {
-    // Of three rows in any case, with those of a unit matrix.
+    // The block is extended to three rows by those of a unit matrix.
     let entry = |i: usize, j: usize| {
         let (i, j) = (i % 3, j % 3);
         let unit = if i == j { T::ONE } else { T::ZERO };
@@ -76,10 +76,9 @@ pub(crate) fn inverse<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; 
     from_fn(|i| from_fn(|j| shrink * cofactor(i, j)))
 }
 
-/// `y = Aᵀ x` over the contacts of `y`, of which `x` has as many.
+/// `y = Aᵀ x`, where `x` and `y` have the same number of contacts.
 ///
-/// Rows of `A` are read as columns of `Aᵀ`, four contacts of each at a time, so that the sums stay
-/// in registers.
+/// Rows of `A` are read as columns of `Aᵀ`, four contacts at a time, so that the sums stay in registers.
 #[inline(never)]
 pub(crate) fn multiply_transposed<T: Real, const D: usize, const C: usize>(
     matrix: &ContactMatrix<T, D, C>,
@@ -107,7 +106,7 @@ pub(crate) fn multiply_transposed<T: Real, const D: usize, const C: usize>(
     }
 }
 
-/// Rows of `Aᵀ x` for `B` contacts from `first` on, if `A` has room for as many.
+/// Blocks of `Aᵀ x` for `B` contacts from index `first` on; `None` if `A` has fewer.
 #[inline]
 fn columns<T: Real, const D: usize, const C: usize, const B: usize>(
     matrix: &ContactMatrix<T, D, C>,
@@ -127,9 +126,9 @@ fn columns<T: Real, const D: usize, const C: usize, const B: usize>(
     Some(sums)
 }
 
-/// `row -= Σ_d factors[d] rows[d]` in some columns of contacts, and in some of joint rows.
+/// `row -= Σ_d factors[d] rows[d]` in the ranges `contacts` and `joints` of columns.
 #[inline(always)]
-#[allow(clippy::inline_always)] // the factors would go through memory, and be waited for
+#[allow(clippy::inline_always)] // a call would pass the factors through memory, and wait for them
 pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize, const R: usize>(
     row: &mut Stacked<T, D, C, R>,
     factors: &[T; D],
@@ -166,7 +165,7 @@ pub(crate) fn subtract<T: Real, const D: usize, V>(
     }
 }
 
-/// `x · y` in the rows of one contact.
+/// `x · y` over the rows of one contact.
 #[inline]
 pub(crate) fn product<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> T {
     x.iter().zip(y).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)

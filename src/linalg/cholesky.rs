@@ -1,14 +1,12 @@
 //! Root-free dense Cholesky factorisation `A = Uᵀ D⁻¹ U` on row-major storage.
 //!
-//! `U` is lower triangular with the pivots `D` on its diagonal; their reciprocals stand in that
-//! place, so that no solve divides and no square root is taken. (With roots, a change of units by
-//! an odd power of two would change mantissas; without, it changes exponents only.) No result depends on an
-//! upper triangle, and sums run in one fixed order on every machine.
+//! `U` is lower triangular with the pivots `D` on its diagonal. The code stores their reciprocals there, so no solve divides. No
+//! square root is taken: with roots, a change of units by an odd power of two would change mantissas; without, it changes exponents
+//! alone. No result depends on an upper triangle, and sums run in one fixed order on every machine.
 //!
-//! Elimination runs from the last row to the first. Where the rows are the joints of a robot, its
-//! base first, that leaves the zeros of the mass matrix zero (R. Featherstone, *Efficient
-//! factorization of the joint-space inertia matrix for branched kinematic trees*, 2005), and rows
-//! are not added where they are multiplied by zero.
+//! Elimination runs from the last row to the first. If the rows are the joints of a robot, base first, the zeros of the mass matrix
+//! stay zero (R. Featherstone, *Efficient factorization of the joint-space inertia matrix for branched kinematic trees*, 2005). Rows
+//! that would be multiplied by zero are skipped.
 
 use crate::real::Real;
 
@@ -48,14 +46,13 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
     }
 }
 
-/// How many entries of a row, of a solution or of a product are found at a time: their sums stay in registers.
+/// Number of entries of a row, of a solution or of a product that are computed at a time: their sums stay in registers.
 pub(crate) const BLOCK: usize = 6;
 
-/// Factorises `a` into `u`; what the upper triangle of `u` holds then is undefined. Writes down the last row with an entry
-/// in each column.
+/// Factorises `a` into `u`, and fills `envelope` with the last row that has an entry in each column. The strict upper triangle of `u`
+/// is undefined afterwards.
 ///
-/// Fails with the row of the first pivot, from the last row on, that is not above `floor` times
-/// the diagonal of `a`.
+/// Fails with the row of the first pivot, from the last row on, that is not above `floor` times the diagonal of `a`.
 #[inline(never)]
 pub(crate) fn factorise<T: Real, const N: usize>(
     a: &[[T; N]; N],
@@ -74,14 +71,14 @@ pub(crate) fn factorise<T: Real, const N: usize>(
                 reduce::<T, N, 1>(source, below, k, next, row).ok_or(k)?;
                 next += 1;
             } else {
-                // The last columns of a row with some that are known already.
+                // The last block repeats some columns, so that all blocks have the same size.
                 let first = next.min(N - BLOCK);
                 reduce::<T, N, BLOCK>(source, below, k, first, row).ok_or(k)?;
                 next = first + BLOCK;
             }
         }
         let pivot = row.get_mut(k).ok_or(k)?;
-        // A NaN is no pivot either, nor is what has a reciprocal that overflows.
+        // NaN fails both tests, and a number whose reciprocal overflows fails the first.
         let least = T::least_normal() * T::literal(0.25);
         let usable = *pivot > least && *pivot > floor * *source.get(k).ok_or(k)?;
         if !usable {
@@ -92,7 +89,7 @@ pub(crate) fn factorise<T: Real, const N: usize>(
     Ok(())
 }
 
-/// The last row with an entry in each column of a factor.
+/// The last row that has an entry in each column of a factor.
 pub(crate) fn envelope<T: Real, const N: usize>(u: &[[T; N]; N]) -> [usize; N] {
     let mut envelope = [usize::MAX; N];
     for (k, last) in envelope.iter_mut().enumerate() {
@@ -102,7 +99,7 @@ pub(crate) fn envelope<T: Real, const N: usize>(u: &[[T; N]; N]) -> [usize; N] {
     envelope
 }
 
-/// The rows below row `k` up to the last with an entry in its column: no fill-in comes beyond.
+/// The rows below row `k` up to the last one with an entry in column `k`. Rows behind it change nothing in row `k`.
 #[inline]
 fn reaching<T: Real, const N: usize>(mut below: &[[T; N]], k: usize) -> &[[T; N]] {
     while let Some((last, rest)) = below.split_last()
@@ -113,7 +110,7 @@ fn reaching<T: Real, const N: usize>(mut below: &[[T; N]], k: usize) -> &[[T; N]
     below
 }
 
-/// `K` entries of row `k` from column `first` on: those of `a`, less what the rows below take away.
+/// Computes `K` entries of row `k` of the factor from column `first` on: those of `a`, reduced by the rows below.
 #[inline]
 fn reduce<T: Real, const N: usize, const K: usize>(
     source: &[T; N],

@@ -1,37 +1,44 @@
-//! Gaussian elimination by contacts and joint rows, kept so that more right-hand sides can be solved.
+//! Gaussian elimination of the equations of contacts and joint rows, with solves for any number of right-hand sides.
 //!
-//! A contact has up to `D` unknowns and a joint row one or none. Unknowns stand close together: those of contacts in the
-//! contacts' entries of a vector, those of joint rows in the rows' entries. A contact's equations stand in its own rows of the
-//! matrix, those of the joint rows in the first rows behind them. Pivots are sought within the equations of a contact, and
-//! among those of all joint rows. The multipliers stay where they have eliminated. Of a symmetric matrix they are the rows that
-//! eliminate, divided by their pivots (`L D Lᵀ`): pivots stay on the diagonal, and what stands above it is enough.
+//! A contact has up to `D` unknowns, a joint row one or none. Unknowns have no gaps: those of contacts fill the first entries of
+//! `Stacked::contacts`, those of joint rows the first entries of `Stacked::rows`. The equations of contact `k` are the first rows of
+//! block `k` of the matrix, those of joint rows the first rows of `StackedMatrix::rows`. A pivot is chosen among the equations of one
+//! contact, or among those of all joint rows. Multipliers overwrite the entries that they eliminate.
+//!
+//! A symmetric matrix is factorised as `L D Lᵀ`. Its pivots stay on the diagonal, its multipliers are the eliminating rows divided by
+//! their pivots, and its entries below the diagonal are not read.
 
 use crate::linalg::blocks::subtract_rows;
 use crate::linalg::cholesky::dot;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::real::Real;
-use contact::{divide, exchange, keep, multiply, own_columns, own_columns_mut, triangularise};
+use contact::{
+    columns_from, columns_from_mut, exchange, multipliers, store_multipliers,
+    symmetric_multipliers, triangularise,
+};
 use core::ops::Range;
 
 mod contact;
 
-/// Where the unknowns stand in an eliminated matrix, and its pivots.
+/// Layout of the unknowns and pivots of an eliminated matrix.
 ///
-/// Unused equations of a contact that has others are zero, except in blocks that are not read.
+/// If a contact has fewer than `D` equations, its unused rows are zero, except in blocks that are not read.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination<T, const D: usize, const C: usize, const R: usize> {
-    /// Where the columns of each contact end.
+    /// End of the range of columns of each contact.
     ends: [usize; C],
-    /// Unknowns of joint rows.
+    /// Number of unknowns of joint rows.
     rows: usize,
-    /// Reciprocals of the pivots; 0 for a missing pivot of a contact that has others.
+    /// Reciprocals of the pivots; 0 for an unused row of a contact.
     reciprocals: Stacked<T, D, C, R>,
-    /// Which equation of the contact, and which of the joint rows, was taken for each pivot.
+    /// Index of the equation of the contact that was exchanged with each pivot row.
     order: [[usize; D]; C],
+    /// The same of joint rows.
     row_order: [usize; R],
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, C, R> {
+    /// A layout without unknowns.
     pub(crate) const fn none() -> Self {
         Self {
             ends: [0; C],
@@ -42,7 +49,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
         }
     }
 
-    /// Gives each contact its number of unknowns, and so many to joint rows.
+    /// Sets the numbers of unknowns of the contacts and of all joint rows together.
     pub(crate) fn lay_out(&mut self, mut counts: impl Iterator<Item = usize>, rows: usize) {
         let mut last = 0;
         for end in &mut self.ends {
@@ -52,19 +59,19 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
         self.rows = rows;
     }
 
-    /// The columns of a contact.
+    /// Range of the columns of a contact.
     pub(crate) fn columns(&self, contact: usize) -> Range<usize> {
         let end = |i: usize| self.ends.get(i).copied().unwrap_or(0);
         end(contact.wrapping_sub(1))..end(contact)
     }
 
-    /// Unknowns of contacts.
+    /// Number of unknowns of contacts.
     fn contact_unknowns(&self) -> usize {
         self.ends.last().copied().unwrap_or(0)
     }
 
-    /// Factorises; `None` if a pivot vanishes or is no number. Of a matrix that is `symmetric` (and positive definite,
-    /// but for rounding) what stands below the diagonal is not read.
+    /// Factorises a matrix; `None` if a pivot vanishes or is NaN. The entries below the diagonal of a `symmetric` matrix (positive
+    /// definite up to rounding) are not read.
     #[inline(never)]
     pub(crate) fn factorise(
         &mut self,
@@ -92,50 +99,53 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
             )?;
             let mut block = [[T::ZERO; D]; D];
             for (block, row) in block.iter_mut().zip(&*rows) {
-                *block = own_columns(row, start)?;
+                *block = columns_from(row, start)?;
             }
             let mut before = end;
             for (others, &until) in below.iter_mut().zip(self.ends.get(k + 1..)?) {
                 for (column, row) in (before..until).zip(others) {
-                    let own = own_columns_mut(row, start)?;
+                    let eliminated = columns_from_mut(row, start)?;
                     let (factors, first) = if symmetric {
                         let entry = |row: &Stacked<T, D, C, R>| {
                             row.contacts.as_flattened().get(column).copied()
                         };
-                        (multiply(rows, entry, reciprocals), before)
+                        (symmetric_multipliers(rows, entry, reciprocals), before)
                     } else {
-                        (divide(own, &block, reciprocals), end)
+                        (multipliers(eliminated, &block, reciprocals), end)
                     };
-                    keep(own, &factors, end - start);
+                    store_multipliers(eliminated, &factors, end - start);
                     subtract_rows(row, &factors, rows, first..last, 0..self.rows);
                 }
                 before = until;
             }
             for (column, row) in matrix.rows.iter_mut().enumerate().take(self.rows) {
-                let own = own_columns_mut(row, start)?;
+                let eliminated = columns_from_mut(row, start)?;
+                // The columns of contacts of a joint row of a symmetric matrix are not read.
                 let (factors, first) = if symmetric {
                     let entry = |row: &Stacked<T, D, C, R>| row.rows.get(column).copied();
-                    (multiply(rows, entry, reciprocals), last)
+                    (symmetric_multipliers(rows, entry, reciprocals), last)
                 } else {
-                    (divide(own, &block, reciprocals), end)
+                    (multipliers(eliminated, &block, reciprocals), end)
                 };
-                keep(own, &factors, end - start);
-                // What stands before its own column is not read of a symmetric matrix.
+                store_multipliers(eliminated, &factors, end - start);
                 subtract_rows(row, &factors, rows, first..last, 0..self.rows);
             }
         }
         self.factorise_rows(&mut matrix.rows, symmetric)
     }
 
-    /// Were all pivots positive?
+    /// Are all pivots positive?
     pub(crate) fn is_positive(&self) -> bool {
         let contacts = self.reciprocals.contacts.iter().enumerate();
-        let mut contacts = contacts.flat_map(|(i, own)| own.iter().take(self.columns(i).len()));
+        let mut contacts = contacts.flat_map(|(i, pivots)| {
+            let count = self.columns(i).len();
+            pivots.iter().take(count)
+        });
         let mut rows = self.reciprocals.rows.iter().take(self.rows);
         contacts.all(|&pivot| pivot > T::ZERO) && rows.all(|&pivot| pivot > T::ZERO)
     }
 
-    /// Eliminates among the joint rows.
+    /// Factorises the equations of joint rows, after elimination of the contacts.
     fn factorise_rows(
         &mut self,
         rows: &mut [Stacked<T, D, C, R>; R],
@@ -164,12 +174,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
             }
             *self.reciprocals.rows.get_mut(k)? = reciprocal;
             for (i, row) in (k + 1..self.rows).zip(below) {
-                let own = if symmetric {
+                let eliminated = if symmetric {
                     source.get(i)?
                 } else {
                     row.rows.get(k)?
                 };
-                let factor = *own * reciprocal;
+                let factor = *eliminated * reciprocal;
                 *row.rows.get_mut(k)? = factor;
                 let first = if symmetric { i } else { k + 1 };
                 let entries = row.rows.get_mut(first..self.rows)?;
@@ -181,23 +191,23 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
         Some(())
     }
 
-    /// Solves for a right-hand side, which the solution replaces.
+    /// Solves for the right-hand side `b`, and replaces it by the solution.
     #[inline(never)]
     pub(crate) fn solve(
         &self,
         matrix: &StackedMatrix<T, D, C, R>,
         b: &mut Stacked<T, D, C, R>,
     ) -> Option<()> {
-        // Behind the last column there may be anything.
+        // Entries of the matrix behind the last column are undefined.
         let joints = b.rows.get_mut(..self.rows)?;
         let b = b.contacts.as_flattened_mut();
         let b = b.get_mut(..self.contact_unknowns())?;
         for (k, (rows, order)) in matrix.contacts.iter().zip(&self.order).enumerate() {
             let columns = self.columns(k);
-            let own = b.get_mut(columns.clone())?;
+            let of_contact = b.get_mut(columns.clone())?;
             for (p, &taken) in order.iter().enumerate() {
-                if p < taken && taken < own.len() {
-                    own.swap(p, taken);
+                if p < taken && taken < of_contact.len() {
+                    of_contact.swap(p, taken);
                 }
             }
             for p in 0..columns.len() {

@@ -1,4 +1,4 @@
-//! Stacked vectors and matrices as plain ones: places are counted through the contacts' rows, and on through the joint rows.
+//! Stacked vectors and matrices by a flat index, which counts the rows of all contacts first and then the joint rows.
 
 use crate::linalg::cholesky::axpy;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
@@ -6,29 +6,29 @@ use crate::real::Real;
 use core::mem::swap;
 use core::ops::Range;
 
-/// What is shorter is not worth a call.
+/// Length from which [`axpy`] is faster than a loop in place.
 const SHORT: usize = 8;
 
 impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
-    /// The entry in a place.
+    /// The entry at a flat index.
     #[inline]
-    pub(crate) fn at(&self, place: usize) -> Option<&T> {
-        match place.checked_sub(D * C) {
-            None => self.contacts.as_flattened().get(place),
+    pub(crate) fn at(&self, index: usize) -> Option<&T> {
+        match index.checked_sub(D * C) {
+            None => self.contacts.as_flattened().get(index),
             Some(row) => self.rows.get(row),
         }
     }
 
-    /// The entry in a place, to be changed.
+    /// The entry at a flat index, mutable.
     #[inline]
-    pub(crate) fn at_mut(&mut self, place: usize) -> Option<&mut T> {
-        match place.checked_sub(D * C) {
-            None => self.contacts.as_flattened_mut().get_mut(place),
+    pub(crate) fn at_mut(&mut self, index: usize) -> Option<&mut T> {
+        match index.checked_sub(D * C) {
+            None => self.contacts.as_flattened_mut().get_mut(index),
             Some(row) => self.rows.get_mut(row),
         }
     }
 
-    /// The entries in a range of places, in two pieces.
+    /// The entries in a range of flat indices, those of contacts and those of joint rows.
     #[inline]
     fn pieces(&self, range: &Range<usize>) -> [&[T]; 2] {
         if R == 0 {
@@ -40,7 +40,7 @@ impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
         [contacts, self.rows.get(rows)].map(Option::unwrap_or_default)
     }
 
-    /// The same, to be changed.
+    /// [`Self::pieces`], mutable.
     #[inline]
     fn pieces_mut(&mut self, range: &Range<usize>) -> [&mut [T]; 2] {
         if R == 0 {
@@ -53,7 +53,7 @@ impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
     }
 }
 
-/// The parts of a range of places among contacts and among joint rows.
+/// The parts of a range of flat indices among contacts and among joint rows.
 #[inline]
 fn split<const D: usize, const C: usize>(range: &Range<usize>) -> [Range<usize>; 2] {
     let (start, end, contacts) = (range.start, range.end.max(range.start), D * C);
@@ -72,7 +72,7 @@ impl<T: Copy, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
-    /// `x · y` over some places.
+    /// `x · y` over a range of flat indices.
     #[inline]
     pub(crate) fn dot(&self, other: &Self, range: Range<usize>) -> T {
         let ([x, x_rows], [y, y_rows]) = (self.pieces(&range), other.pieces(&range));
@@ -86,7 +86,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
         sum
     }
 
-    /// `x -= factor y` in some places.
+    /// `x -= factor y` over a range of flat indices.
     #[inline]
     pub(crate) fn subtract(&mut self, factor: T, other: &Self, range: Range<usize>) {
         let ([x, x_rows], [y, y_rows]) = (self.pieces_mut(&range), other.pieces(&range));
@@ -102,7 +102,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
         }
     }
 
-    /// The largest size of an entry in some places.
+    /// The largest magnitude of an entry in a range of flat indices.
     pub(crate) fn max(&self, range: Range<usize>) -> T {
         let mut largest = T::ZERO;
         for x in self.pieces(&range).into_iter().flatten() {
@@ -114,35 +114,35 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
         largest
     }
 
-    /// The place of the largest entry in some places.
+    /// The flat index of the entry of largest magnitude in a range.
     #[inline]
-    pub(crate) fn largest(&self, range: Range<usize>) -> usize {
-        let mut largest = (T::ZERO, range.start);
-        for place in range {
-            let size = self.at(place).copied().unwrap_or(T::ZERO).abs();
-            if size > largest.0 {
-                largest = (size, place);
+    pub(crate) fn index_of_max(&self, range: Range<usize>) -> usize {
+        let (mut largest, mut best) = (T::ZERO, range.start);
+        for index in range {
+            let size = self.at(index).copied().unwrap_or(T::ZERO).abs();
+            if size > largest {
+                (largest, best) = (size, index);
             }
         }
-        largest.1
+        best
     }
 }
 
 impl<T: Copy, const D: usize, const C: usize, const R: usize> StackedMatrix<T, D, C, R> {
-    /// The row in a place.
+    /// The row at a flat index.
     #[inline]
-    pub(crate) fn row(&self, place: usize) -> Option<&Stacked<T, D, C, R>> {
-        match place.checked_sub(D * C) {
-            None => self.contacts.as_flattened().get(place),
+    pub(crate) fn row(&self, index: usize) -> Option<&Stacked<T, D, C, R>> {
+        match index.checked_sub(D * C) {
+            None => self.contacts.as_flattened().get(index),
             Some(row) => self.rows.get(row),
         }
     }
 
-    /// The row in a place, to be changed.
+    /// The row at a flat index, mutable.
     #[inline]
-    pub(crate) fn row_mut(&mut self, place: usize) -> Option<&mut Stacked<T, D, C, R>> {
-        match place.checked_sub(D * C) {
-            None => self.contacts.as_flattened_mut().get_mut(place),
+    pub(crate) fn row_mut(&mut self, index: usize) -> Option<&mut Stacked<T, D, C, R>> {
+        match index.checked_sub(D * C) {
+            None => self.contacts.as_flattened_mut().get_mut(index),
             Some(row) => self.rows.get_mut(row),
         }
     }
@@ -153,7 +153,7 @@ impl<T: Copy, const D: usize, const C: usize, const R: usize> StackedMatrix<T, D
         self.contacts.as_flattened().iter().chain(&self.rows)
     }
 
-    /// All rows, to be changed.
+    /// All rows, mutable.
     #[inline]
     pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Stacked<T, D, C, R>> {
         let contacts = self.contacts.as_flattened_mut();

@@ -1,8 +1,8 @@
-//! LU factorisation with complete pivoting of a matrix that may be singular: it tells the rank, and solves with the matrix and with its
+//! LU factorisation with complete pivoting of a matrix that may be singular. It gives the rank, and solves with the matrix and with its
 //! transpose.
 //!
-//! `P A Q = L U` with as many pivots as `A` has rank. Equations without a pivot are left out. Unknowns without one are free, and
-//! chosen so that the solution is the shortest: what that takes stands where they had their columns.
+//! `P A Q = L U` with as many pivots as `A` has rank. A solve ignores equations without a pivot. Unknowns without a pivot are free; a
+//! solve chooses them so that the solution is the shortest. The matrices for that choice are stored in the columns of the free unknowns.
 
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::real::Real;
@@ -11,9 +11,11 @@ use crate::real::Real;
 #[derive(Clone, Debug)]
 pub(crate) struct Lu<T, const D: usize, const C: usize, const R: usize> {
     matrix: StackedMatrix<T, D, C, R>,
+    /// Reciprocals of the pivots.
     reciprocals: Stacked<T, D, C, R>,
-    /// Which row and which column of `A` stands at each place.
+    /// Index in `A` of each row of `P A Q`.
     rows: Stacked<usize, D, C, R>,
+    /// Index in `A` of each column of `P A Q`.
     columns: Stacked<usize, D, C, R>,
     size: usize,
     rank: usize,
@@ -38,20 +40,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         }
     }
 
-    /// Has so many rows and columns from now on, of zeros.
+    /// Sets the number of rows and columns of [`Self::zero`].
     pub(crate) fn begin(&mut self, size: usize) {
         self.size = size;
-        for (place, (row, column)) in self
-            .rows
-            .iter_mut()
-            .zip(self.columns.iter_mut())
-            .enumerate()
-        {
-            (*row, *column) = (place, place);
+        let indices = self.rows.iter_mut().zip(self.columns.iter_mut());
+        for (index, (row, column)) in indices.enumerate() {
+            (*row, *column) = (index, index);
         }
     }
 
-    /// A row, to be filled in.
+    /// A row of `A`, to be filled in before [`Self::factorise`].
     pub(crate) fn row_mut(&mut self, row: usize) -> Option<&mut Stacked<T, D, C, R>> {
         self.matrix.row_mut(row)
     }
@@ -64,13 +62,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         self.rank
     }
 
-    /// Factorises what was filled in; what is left once no entry exceeds the floor counts as zero.
+    /// Factorises the matrix. Elimination ends when no entry exceeds `floor`; such entries count as zero.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn factorise(&mut self, floor: T) -> Option<()> {
         let size = self.size;
         while let Some((row, column)) = self.find_pivot(floor) {
             let k = self.rank;
-            self.bring_up(k, row, column)?;
+            self.move_to_pivot(k, row, column)?;
             let source = *self.matrix.row(k)?;
             let reciprocal = T::ONE / *source.at(k)?;
             *self.reciprocals.at_mut(k)? = reciprocal;
@@ -90,8 +88,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Some(())
     }
 
-    /// The next pivot. A large one on the diagonal, the next if that will do, spares a search among all: of a semidefinite matrix no other
-    /// entry is larger.
+    /// Row and column of the next pivot. A diagonal entry is taken if it is not much smaller than the entries in its row and column,
+    /// preferably the next one. In a semidefinite matrix no other entry is larger. Otherwise all entries are searched.
     fn find_pivot(&self, floor: T) -> Option<(usize, usize)> {
         let (k, size) = (self.rank, self.size);
         let diagonal = |i: usize| {
@@ -111,26 +109,26 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         }
         let pivot = diagonal(best);
         if pivot > floor {
-            let beside = self.matrix.row(best)?.max(k..size);
+            let in_row = self.matrix.row(best)?.max(k..size);
             let rows = self.matrix.iter().take(size).skip(k);
-            let above = rows.filter_map(|row| row.at(best));
-            let fits = above.fold(beside, |max, entry| max.max(entry.abs()));
-            if pivot > fits * share {
+            let column = rows.filter_map(|row| row.at(best));
+            let in_both = column.fold(in_row, |max, entry| max.max(entry.abs()));
+            if pivot > in_both * share {
                 return Some((best, best));
             }
         }
-        let (mut largest, mut place) = (floor, None);
+        let (mut largest, mut position) = (floor, None);
         for (i, row) in self.matrix.iter().enumerate().take(size).skip(k) {
             let max = row.max(k..size);
             if max > largest {
-                (largest, place) = (max, Some((i, row.largest(k..size))));
+                (largest, position) = (max, Some((i, row.index_of_max(k..size))));
             }
         }
-        place
+        position
     }
 
-    /// Exchanges a row and a column with those in the next place.
-    fn bring_up(&mut self, k: usize, row: usize, column: usize) -> Option<()> {
+    /// Exchanges a row and a column with row and column `k`.
+    fn move_to_pivot(&mut self, k: usize, row: usize, column: usize) -> Option<()> {
         if row != k {
             self.matrix.swap(k, row)?;
             self.rows.swap(k, row)?;
@@ -144,8 +142,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Some(())
     }
 
-    /// Puts `T = U₁⁻¹ U₂` in the columns without a pivot, and below it the factor `L D Lᵀ` of `1 + Tᵀ T`, as `D Lᵀ` with reciprocals of
-    /// `D` apart.
+    /// Computes a basis `N = (-T, 1)` of the null space. It puts `T = U₁⁻¹ U₂` into the columns without a pivot, and below it the
+    /// factor `L D Lᵀ` of `Nᵀ N = 1 + Tᵀ T`, as `D Lᵀ` with the reciprocals of `D` in `reciprocals`.
     #[cold]
     #[inline(never)]
     fn find_null_space(&mut self) -> Option<()> {
@@ -181,7 +179,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Some(())
     }
 
-    /// A vector of the null space in which all free unknowns have a part, in the order of the unknowns; `None` if there is none.
+    /// A vector of the null space in which no free unknown is 0, in the order of `A`; `None` if the null space is empty.
     pub(crate) fn null_vector(&self) -> Option<Stacked<T, D, C, R>> {
         let (size, rank) = (self.size, self.rank);
         let mut free = Stacked::<T, D, C, R>::zero();
@@ -191,8 +189,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
             part *= T::literal(-0.9);
         }
         let mut null = Stacked::zero();
-        for (i, &place) in self.columns.iter().enumerate().take(size) {
-            *null.at_mut(place)? = if i < rank {
+        for (i, &column) in self.columns.iter().enumerate().take(size) {
+            *null.at_mut(column)? = if i < rank {
                 -self.matrix.row(i)?.dot(&free, rank..size)
             } else {
                 *free.at(i)?
@@ -201,8 +199,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         (rank < size).then_some(null)
     }
 
-    /// Takes from `x` what lies in the null space: `x - N (Nᵀ N)⁻¹ Nᵀ x` with `N = (-T, 1)`.
-    fn leave_null_space(&self, x: &mut Stacked<T, D, C, R>) -> Option<()> {
+    /// Projects `x` onto the complement of the null space: `x - N (Nᵀ N)⁻¹ Nᵀ x` with `N = (-T, 1)`.
+    fn remove_null_space(&self, x: &mut Stacked<T, D, C, R>) -> Option<()> {
         let (size, rank) = (self.size, self.rank);
         let mut share = *x;
         for (i, &x) in x.iter().enumerate().take(rank) {
@@ -227,7 +225,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Some(())
     }
 
-    /// `U x = y` in place, with the pivots that there are.
+    /// Solves `U x = y` in place over the pivots.
     fn back_substitute(&self, x: &mut Stacked<T, D, C, R>) -> Option<()> {
         for i in (0..self.rank).rev() {
             let known = self.matrix.row(i)?.dot(x, i + 1..self.rank);
@@ -237,40 +235,40 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Some(())
     }
 
-    /// The shortest solution of the equations with a pivot, and the largest of what is left of the others.
+    /// The shortest solution of the equations with a pivot, and the largest residual of the equations without one.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn solve(&self, b: &Stacked<T, D, C, R>) -> Option<(Stacked<T, D, C, R>, T)> {
         let mut x = Stacked::zero();
-        let mut left = T::ZERO;
-        for (i, &place) in self.rows.iter().enumerate().take(self.size) {
+        let mut residual = T::ZERO;
+        for (i, &row) in self.rows.iter().enumerate().take(self.size) {
             let known = self.matrix.row(i)?.dot(&x, 0..i.min(self.rank));
-            let rest = *b.at(place)? - known;
+            let entry = *b.at(row)? - known;
             if i < self.rank {
-                *x.at_mut(i)? = rest;
+                *x.at_mut(i)? = entry;
             } else {
-                left = left.max(rest.abs());
+                residual = residual.max(entry.abs());
             }
         }
         self.back_substitute(&mut x)?;
         if self.rank < self.size {
-            self.leave_null_space(&mut x)?;
+            self.remove_null_space(&mut x)?;
         }
         let mut ordered = Stacked::zero();
-        for (&place, &x) in self.columns.iter().zip(x.iter()).take(self.size) {
-            *ordered.at_mut(place)? = x;
+        for (&column, &x) in self.columns.iter().zip(x.iter()).take(self.size) {
+            *ordered.at_mut(column)? = x;
         }
-        Some((ordered, left))
+        Some((ordered, residual))
     }
 
-    /// The transpose of [`Self::solve`].
+    /// The solution of `Aᵀ y = c` that is the transpose of [`Self::solve`].
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn solve_transposed(&self, c: &Stacked<T, D, C, R>) -> Option<Stacked<T, D, C, R>> {
         let mut y = Stacked::zero();
-        for (y, &place) in y.iter_mut().zip(self.columns.iter()).take(self.size) {
-            *y = *c.at(place)?;
+        for (y, &column) in y.iter_mut().zip(self.columns.iter()).take(self.size) {
+            *y = *c.at(column)?;
         }
         if self.rank < self.size {
-            self.leave_null_space(&mut y)?;
+            self.remove_null_space(&mut y)?;
         }
         for i in 0..self.rank {
             let known = *y.at(i)? * *self.reciprocals.at(i)?;
@@ -282,8 +280,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
             y.subtract(known, self.matrix.row(i)?, 0..i);
         }
         let mut ordered = Stacked::zero();
-        for (&place, &y) in self.rows.iter().zip(y.iter()).take(self.rank) {
-            *ordered.at_mut(place)? = y;
+        for (&row, &y) in self.rows.iter().zip(y.iter()).take(self.rank) {
+            *ordered.at_mut(row)? = y;
         }
         Some(ordered)
     }

@@ -1,15 +1,17 @@
-//! `A = L D Lᵀ` of the block of one contact.
+//! Factorisation `A = L D Lᵀ` of the symmetric block of one contact.
 
 use crate::real::Real;
 
-/// Below the diagonal `L`, which has ones on it, and the reciprocals of `D`.
+/// The factor `L D Lᵀ` of a block.
 pub(crate) struct Pivot<T, const D: usize> {
+    /// `L` below the diagonal; its diagonal of ones is not stored.
     lower: [[T; D]; D],
+    /// Reciprocals of `D`.
     reciprocals: [T; D],
 }
 
 impl<T: Real, const D: usize> Pivot<T, D> {
-    /// `None` if a pivot is not positive, or no number.
+    /// Factorises a block; `None` if a pivot is not positive, or NaN.
     #[inline]
     pub(crate) fn new(mut block: [[T; D]; D]) -> Option<Self> {
         let mut reciprocals = [T::ZERO; D];

@@ -1,19 +1,19 @@
 //! The nonzero columns of a contact Jacobian.
 //!
-//! A contact moves the base of a robot and one of its limbs, or two bodies of a pile. The other columns are zero, half of
-//! them on a quadruped. Products with the Jacobian take groups of three columns, as joints and bodies come, and leave out
-//! groups that are all zero.
+//! A contact moves the base of a robot and one of its limbs, or two bodies of a pile. The other columns are zero: half of them on a
+//! quadruped. Products with the Jacobian take groups of three columns, because joints and bodies come in threes, and skip groups of
+//! zeros.
 
 use crate::real::Real;
 use core::iter::from_fn;
 
-/// Columns at a time.
+/// Number of columns in a group.
 pub(crate) const GROUP: usize = 3;
 
-/// Number of groups with a bit of their own; later groups count as nonzero.
+/// Number of groups that have a bit in [`Support`]; later groups count as nonzero.
 const KNOWN: usize = 16;
 
-/// Which groups of columns are not all zero.
+/// The groups of columns that are not all zero, one bit a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Support {
     bits: u16,
@@ -30,7 +30,7 @@ impl Support {
         Self { bits: u16::MAX }
     }
 
-    /// Some of `N` columns.
+    /// The support of a matrix of `N` columns, from the indices of its nonzero columns.
     #[inline]
     pub(crate) fn of<const N: usize>(columns: impl Iterator<Item = usize>) -> Self {
         if is_dense(N) {
@@ -95,7 +95,7 @@ pub(crate) fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D
     }
 }
 
-/// [`add_columns`], and to `sizes` the magnitudes of what is added.
+/// [`add_columns`], and adds the magnitudes of the terms to `sizes`.
 #[inline]
 pub(crate) fn add_columns_and_sizes<T: Real, const D: usize>(
     columns: &[[T; D]],
@@ -111,7 +111,7 @@ pub(crate) fn add_columns_and_sizes<T: Real, const D: usize>(
     }
 }
 
-/// [`add_products`], and to `sizes` the magnitudes of what is added.
+/// [`add_products`], and adds the magnitudes of the terms to `sizes`.
 #[inline]
 pub(crate) fn add_products_and_sizes<T: Real, const D: usize>(
     columns: &[[T; D]],
@@ -129,7 +129,7 @@ pub(crate) fn add_products_and_sizes<T: Real, const D: usize>(
     }
 }
 
-/// With fewer than three groups a zero test does not pay.
+/// Are all groups used without a test? With fewer than three groups the test does not pay.
 const fn is_dense(columns: usize) -> bool {
     columns < 3 * GROUP
 }

@@ -1,4 +1,4 @@
-//! Vectors and matrices over all that may push: `D` rows for each of up to `C` contacts, and up to `R` joint rows.
+//! Vectors and matrices over the rows of contacts and the joint rows: `D` rows for each of up to `C` contacts, and up to `R` joint rows.
 
 use crate::linalg::vector::square;
 use crate::real::Real;
@@ -17,7 +17,7 @@ pub(crate) struct StackedMatrix<T, const D: usize, const C: usize, const R: usiz
     pub(crate) rows: [Stacked<T, D, C, R>; R],
 }
 
-/// How many contacts and joint rows are in use.
+/// Numbers of contacts and joint rows in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Counts {
     pub(crate) contacts: usize,
@@ -30,7 +30,7 @@ impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
         self.contacts.as_flattened().iter().chain(&self.rows)
     }
 
-    /// All entries, to be changed.
+    /// All entries, mutable.
     pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
         let contacts = self.contacts.as_flattened_mut();
         contacts.iter_mut().chain(&mut self.rows)
@@ -42,7 +42,7 @@ impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
         contacts.chain(self.rows.iter().take(counts.rows))
     }
 
-    /// The entries of the contacts and joint rows in use, to be changed.
+    /// The entries of the contacts and joint rows in use, mutable.
     pub(crate) fn in_use_mut(&mut self, counts: Counts) -> impl Iterator<Item = &mut T> {
         let contacts = self.contacts.iter_mut().take(counts.contacts).flatten();
         contacts.chain(self.rows.iter_mut().take(counts.rows))
@@ -67,13 +67,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
         sum
     }
 
-    /// Square of the Euclidean norm over the contacts.
+    /// Square of the Euclidean norm of the contacts' entries.
     #[inline]
     pub(crate) fn contact_square(&self) -> T {
         self.contacts.iter().fold(T::ZERO, |sum, x| sum + square(x))
     }
 
-    /// Is all of it finite?
+    /// Are all entries finite?
     pub(crate) fn is_finite(&self) -> bool {
         self.iter().all(T::is_finite)
     }

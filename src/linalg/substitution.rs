@@ -1,10 +1,10 @@
-//! Solves with the factor `A = Uᵀ D⁻¹ U` of [`crate::linalg::cholesky`], backward and forward.
+//! Backward and forward substitution with the factor `A = Uᵀ D⁻¹ U` of [`crate::linalg::cholesky`].
 
 use crate::linalg::cholesky::BLOCK;
 use crate::real::Real;
 use heapless::Vec;
 
-/// Were all entries found where they were looked for? A wrong index is an error of this file: tests stop at it.
+/// Asserts in tests that a block was computed. `None` is a wrong index, an error of this file.
 #[inline]
 fn found(all: Option<()>) {
     debug_assert!(all.is_some(), "an index is out of bounds");
@@ -26,7 +26,7 @@ pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; 
     }
 }
 
-/// Unknowns from `first` on up to `end`; `K` in all with some behind that are known.
+/// Computes the unknowns from `first` up to `end`. Of the `K` unknowns from `first` on those behind `end` are known.
 #[inline]
 fn upper_block<T: Real, const N: usize, const K: usize>(
     u: &[[T; N]; N],
@@ -37,9 +37,8 @@ fn upper_block<T: Real, const N: usize, const K: usize>(
     let (here, known) = x.get_mut(first..)?.split_first_chunk_mut::<K>()?;
     let (rows, below) = u.get(first..)?.split_first_chunk::<K>()?;
     let mut sums = *here;
-    let place = first + K;
     for (k, (row, &known)) in below.iter().zip(&*known).enumerate().rev() {
-        let entry = known * *row.get(place + k)?;
+        let entry = known * *row.get(first + K + k)?;
         for (sum, &u) in sums.iter_mut().zip(row.get(first..)?.first_chunk::<K>()?) {
             *sum -= entry * u;
         }
@@ -58,15 +57,18 @@ fn upper_block<T: Real, const N: usize, const K: usize>(
     Some(())
 }
 
-/// A row `i` of `D⁻¹ y` for `K` right-hand sides side by side, and that of `U` it goes with.
+/// A row of `D⁻¹ y` for `K` right-hand sides.
 pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
-    pub(crate) place: usize,
+    /// Index of the row.
+    pub(crate) index: usize,
+    /// The row, with an entry for each right-hand side.
     pub(crate) entry: [T; K],
+    /// The row of `U` with the same index.
     row: &'a [T; N],
 }
 
-/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides side by side, with the last row of `U` that has an entry in each
-/// column. Gives the rows of `D⁻¹ y` that are not zero, the last one first.
+/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides. `envelope` has the last row of `U` with an entry in each column. Appends the nonzero
+/// rows of `D⁻¹ y` to `scaled`, from the last to the first.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     u: &'a [[T; N]; N],
@@ -76,30 +78,30 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
 ) {
     let rows = y.iter_mut().zip(b).zip(u.iter().zip(envelope));
-    for (place, ((y, b), (row, &last))) in rows.enumerate().rev() {
+    for (index, ((y, b), (row, &last))) in rows.enumerate().rev() {
         let mut sums = *b;
-        // Rows behind the last have no entry here.
+        // Rows behind `last` have no entry in this column.
         let mut known = scaled.as_slice();
-        if known.first().is_some_and(|row| row.place > last) {
-            let near = known.iter().rev().take_while(|row| row.place <= last);
+        if known.first().is_some_and(|row| row.index > last) {
+            let near = known.iter().rev().take_while(|row| row.index <= last);
             known = known
                 .split_at_checked(known.len() - near.count())
                 .unwrap_or_default()
                 .1;
         }
         for Scaled { entry, row, .. } in known {
-            let u = row.get(place).copied().unwrap_or(T::ZERO);
+            let u = row.get(index).copied().unwrap_or(T::ZERO);
             for (sum, &entry) in sums.iter_mut().zip(entry) {
                 *sum -= u * entry;
             }
         }
         *y = sums;
         if sums != [T::ZERO; K]
-            && let Some(&reciprocal) = row.get(place)
+            && let Some(&reciprocal) = row.get(index)
         {
             let entry = sums.map(|sum| sum * reciprocal);
-            // There is room for all of them.
-            let _ = scaled.push(Scaled { place, entry, row });
+            // `scaled` has room for all rows.
+            let _ = scaled.push(Scaled { index, entry, row });
         }
     }
 }
@@ -120,7 +122,7 @@ pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; 
     }
 }
 
-/// Unknowns from `next` on; `K` in all from `first` on with some that are known.
+/// Computes the unknowns from `next` on. Of the `K` unknowns from `first` on those before `next` are known.
 #[inline]
 fn lower_block<T: Real, const N: usize, const K: usize>(
     u: &[[T; N]; N],

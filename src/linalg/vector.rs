@@ -1,14 +1,14 @@
-//! Vectors, and norms that neither overflow nor vanish.
+//! Norms, quotients of norms, and units in which squares neither overflow nor vanish.
 
 use crate::real::Real;
 use nalgebra::{ArrayStorage, SVector};
 
-/// A vector of zeros in a constant.
+/// A vector of zeros, `const`.
 pub(crate) const fn zeros<T: Real, const K: usize>() -> SVector<T, K> {
     SVector::from_array_storage(ArrayStorage([[T::ZERO; K]; 1]))
 }
 
-/// Euclidean norm; a planar contact (one tangent) needs no square root.
+/// Euclidean norm. A single entry needs no square root.
 #[inline]
 pub(crate) fn norm<T: Real>(tangent: &[T]) -> T {
     match tangent {
@@ -24,7 +24,7 @@ pub(crate) fn square<T: Real>(x: &[T]) -> T {
     x.iter().fold(T::ZERO, |sum, &x| sum + x * x)
 }
 
-/// A quotient of norms in which 0/0 is 0, and whatever is not a number is infinite.
+/// A quotient of norms: 0/0 is 0, and NaN or infinity in either becomes infinity.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
     if numerator == T::ZERO && denominator.is_finite() {
@@ -36,7 +36,7 @@ pub(crate) fn quotient<T: Real>(numerator: T, denominator: T) -> T {
     }
 }
 
-/// `(sqrt(residual) + sqrt(noise)) / sqrt(size)`, of squares: what rounding may hide of an error adds to it.
+/// `(sqrt(residual) + sqrt(noise)) / sqrt(size)`: the relative error of a residual with a bound on its rounding. All three are squares.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn root_sum<T: Real>(residual: T, noise: T, size: T) -> T {
     let error = quotient(residual, size).square_root();
@@ -46,8 +46,7 @@ pub(crate) fn root_sum<T: Real>(residual: T, noise: T, size: T) -> T {
     error + quotient(noise, size).square_root()
 }
 
-/// A power of two that brings the largest of some numbers near 1, so that their squares neither
-/// overflow nor vanish.
+/// A power of two that brings the largest of some numbers near 1. Then no square overflows, and none of a large number vanishes.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn unit<T: Real>(largest: T) -> T {
     if largest > T::ZERO && largest.is_finite() {
@@ -57,7 +56,7 @@ pub(crate) fn unit<T: Real>(largest: T) -> T {
     }
 }
 
-/// The largest of a number and of some sizes; sizes that are not numbers do not count.
+/// The largest of the number `largest` and the magnitudes of `values` times `scale`. NaN does not count.
 #[inline]
 pub(crate) fn larger<T: Real>(mut largest: T, values: &[T], scale: T) -> T {
     for &value in values {
@@ -69,13 +68,13 @@ pub(crate) fn larger<T: Real>(mut largest: T, values: &[T], scale: T) -> T {
     largest
 }
 
-/// The larger of two numbers; the second if the first is none. (`max` would take four times as many instructions.)
+/// The larger of two numbers, `least` if `number` is NaN. (`max` would take four times as many instructions.)
 #[inline]
 pub(crate) fn at_least<T: Real>(number: T, least: T) -> T {
     if number > least { number } else { least }
 }
 
-/// Half an `eps` for each operation that a term takes part in.
+/// Relative rounding bound of a term that takes part in this many operations: half an `eps` each.
 pub(crate) fn precision<T: Real>(operations: usize) -> T {
     T::EPSILON * T::count(operations) * T::literal(0.5)
 }

@@ -1,4 +1,4 @@
-//! One time step: a scene, its factor and a free impulse, brought into contact space.
+//! One time step in contact space: the data of a solve, and the sets of its contacts and joint rows.
 
 use crate::error::{Error, Input};
 use crate::factor::Factor;
@@ -30,24 +30,24 @@ pub(crate) struct Problem<
     /// `p = M v_free`, minus the `f` of the note.
     pub(crate) free_impulse: &'a SVector<T, N>,
     pub(crate) model: Model,
-    /// The free impulse, whitened.
+    /// The whitened free impulse: `p` multiplied by the inverse Cholesky factor of `M`.
     pub(crate) whitened: [T; N],
     pub(crate) sets: Sets<T, D, C, R>,
-    /// `|r0|` (N·s): the impulses that contacts would take if each were alone.
+    /// `|r0|` (N·s), see [`crate::guide::error`].
     pub(crate) r0_norm: T,
-    /// An upper bound on `|stop|²`, up to a constant factor.
+    /// Upper bound on `|stop|²`, up to a constant factor.
     stopping_bound: T,
-    /// Does `|stop|` count in the size?
+    /// Is `|stop|` included in `reference_impulse`?
     pub(crate) counts_stopping: bool,
-    /// The larger of `|r0|` and `|stop|` (N·s): the expected size of the impulses of contacts, see [`natural_map`].
+    /// Expected impulse of all contacts (N·s): `|r0|`, or the larger of `|r0|` and `|stop|`.
     pub(crate) reference_impulse: T,
-    /// What [`expected::carried_impulse`] gives, once it was needed.
+    /// Result of [`Scene::carried_impulse`], once it was computed.
     carried: Cell<Option<T>>,
-    /// Does nothing move a contact or a row, although it asks for another velocity?
+    /// Is there a contact or a joint row that nothing moves, although its law is violated?
     is_immovable_and_violated: bool,
-    /// Are velocities those of a momentum, and not of `W`? See [`Self::velocities`].
+    /// Are velocities computed from one momentum, and not by `W`? See [`Self::velocities`].
     by_momentum: bool,
-    /// What the error of joint rows is relative to, in a scene that is mixed.
+    /// The scale of the error of joint rows; used in a mixed scene alone.
     pub(crate) energy: EnergyScale<T>,
 }
 
@@ -74,8 +74,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         Ok(())
     }
 
-    /// An empty problem of data that [`Self::check`] has accepted; [`Self::fill`] fills it. (Filled here and then moved, it
-    /// would stand on the stack twice.)
+    /// A problem of data that [`Self::check`] has accepted, to be filled by [`Self::fill`]. (A filled problem, returned by value,
+    /// would take its size on the stack twice.)
     #[inline]
     pub(crate) fn new(
         scene: &'a Scene<T, N, D, C, R, S>,
@@ -101,30 +101,30 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
     }
 
-    /// The free motion and the sets. `may_use_momentum`: see [`Self::velocities`].
+    /// Computes the free motion and the sets. `may_use_momentum` allows velocities from one momentum, see [`Self::velocities`].
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn fill(&mut self, may_use_momentum: bool) {
         let (scene, factor) = (self.scene, self.factor);
         let [free_impulse] = &self.free_impulse.data.0;
-        self.whitened.copy_from_slice(free_impulse); // an assignment might move what overlaps: `memmove`
+        self.whitened.copy_from_slice(free_impulse); // an assignment of the array might call `memmove`
         factor.whiten(&mut self.whitened);
         let mut moved = Stacked::zero();
         let energy = factor.contact_velocity(&self.whitened, &mut moved);
         let sources = scene.contacts().iter().zip(&moved.contacts);
-        let places = self.sets.contacts_mut().iter_mut().zip(sources);
-        for (i, (set, (contact, &moved))) in places.enumerate() {
+        let sets = self.sets.contacts_mut().iter_mut().zip(sources);
+        for (i, (set, (contact, &moved))) in sets.enumerate() {
             let offset: SVector<T, D> = scene.scale(i, contact.offset.into()).into();
             let q = offset + SVector::from(moved);
-            *set = ContactSet::new(contact, self.model, factor.natural_map_step(i), q);
+            *set = ContactSet::new(contact, self.model, factor.mean_effective_mass(i), q);
             let offset = expected::without_gap(&contact.offset);
             let offset = scene.scale(i, offset.into());
             self.stopping_bound += set.stopping_bound(&offset, energy);
             self.is_immovable_and_violated |= set.is_immovable_and_violated(&q);
         }
         let sources = scene.rows().iter().zip(&moved.rows);
-        let places = self.sets.rows_mut().iter_mut().zip(sources);
-        for (j, (set, (row, &moved))) in places.enumerate() {
-            *set = RowSet::new(row, factor.row_step(j), row.offset + moved);
+        let sets = self.sets.rows_mut().iter_mut().zip(sources);
+        for (j, (set, (row, &moved))) in sets.enumerate() {
+            *set = RowSet::new(row, factor.row_effective_mass(j), row.offset + moved);
             self.is_immovable_and_violated |= set.is_immovable_and_violated;
         }
         self.r0_norm = natural_map::r0_norm(self.sets.contacts());
@@ -144,73 +144,73 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
     }
 
-    /// Is it hyperstatic: have contacts and joint rows that hold with these impulses rows >= moved dofs + D? Then impulses are far
-    /// from unique: they can change without moving a body.
+    /// Is the scene hyperstatic at these impulses: do the contacts that push and the joint rows that hold have
+    /// rows >= moved dofs + `D`? Then impulses can change without moving a body.
     pub(crate) fn is_hyperstatic(&self, r: &Stacked<T, D, C, R>) -> bool {
         self.is_redundant(self.sets.holding_rows(r))
     }
 
-    /// May it be hyperstatic, if all contacts and rows push?
+    /// Would the scene be hyperstatic if all contacts and joint rows pushed?
     pub(crate) fn may_be_hyperstatic(&self) -> bool {
         self.is_redundant(self.sets.pushing_rows())
     }
 
-    /// Are there more rows than dofs, so that impulses may change without moving a body? Then Coulomb's law may have a second solution.
+    /// Are there more rows than moved dofs? Then Coulomb's law may have a second solution.
     pub(crate) fn may_be_redundant(&self) -> bool {
         self.sets.pushing_rows() > self.factor.moved()
     }
 
-    /// Is rows >= moved dofs + D?
+    /// Is this number of rows at least moved dofs + `D`?
     pub(crate) fn is_redundant(&self, rows: usize) -> bool {
         rows >= self.factor.moved().saturating_add(D)
     }
 
-    /// Is an impulse asked for that has lost digits at the end of the range, or vanished?
+    /// Is an impulse needed that is so close to the least normal number that it loses digits or vanishes?
     fn loses_digits(&self) -> bool {
         self.reference_impulse * T::EPSILON < T::least_normal() && self.needs_impulses()
     }
 
-    /// Is any impulse of a contact asked for?
+    /// Does the free motion violate the law of any contact?
     #[cfg_attr(target_os = "none", inline(never))]
     fn needs_impulses(&self) -> bool {
         let mut contacts = self.sets.contacts().iter();
         contacts.any(|set| set.is_violated(&set.q))
     }
 
-    /// Cheap upper bound: could counting `|stop|` bring this natural map within tolerance? Computing `|stop|` costs a sweep,
-    /// so it is postponed; until it counts, the error is at most too large, unless it [expects none](Self::expects_none_of).
+    /// May this error come within the tolerance once `|stop|` counts in its denominator? `|stop|` costs as much as a sweep, so it is
+    /// computed late. Without it an error is too large, unless there is [an unexpected impulse](Self::has_unexpected_impulse).
     ///
-    /// `|H_i v|² <= trace(W_ii) v·M v` for the free motion, four times as much because `abs` is taken entry by entry.
-    pub(crate) fn may_be_within(&self, natural_map: T, tolerance: T) -> bool {
+    /// The bound on `|stop|` follows from `|H_i v|² <= trace(W_ii) v·M v` of the free motion. It has a factor of 4, because `abs` acts on
+    /// each entry.
+    pub(crate) fn may_be_within(&self, error: T, tolerance: T) -> bool {
         let four = T::literal(4.0 * expected::SHARE);
-        let residual = natural_map * self.reference_impulse;
+        let residual = error * self.reference_impulse;
         !self.counts_stopping
             && residual * residual <= self.stopping_bound * (four * tolerance) * (four * tolerance)
     }
 
-    /// Is there an impulse where none is expected: no contact would take one if it were alone, and `|stop|` does not count yet? The size of
-    /// such impulses would be judged by nothing but themselves.
-    pub(crate) fn expects_none_of(&self, r: &Stacked<T, D, C, R>) -> bool {
+    /// Is there an impulse although `|r0|` is 0 and `|stop|` does not count yet? Its error would be relative to itself alone.
+    pub(crate) fn has_unexpected_impulse(&self, r: &Stacked<T, D, C, R>) -> bool {
         self.r0_norm == T::ZERO && !self.counts_stopping && !self.sets.are_at_rest(r)
     }
 
-    /// Counts `|stop|` in the expected size of the impulses.
+    /// Computes `|stop|`, and includes it in the expected impulse.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn count_stopping(&mut self) {
         let mut free = [T::ZERO; N];
         self.factor
             .velocity(&self.whitened, &Stacked::zero(), &mut free);
-        let stopping = expected::stopping_impulse(self.scene, self.sets.contacts(), &free);
+        let stopping = self.scene.stopping_impulse(self.sets.contacts(), &free);
         self.reference_impulse = self.r0_norm.max(stopping);
         self.counts_stopping = true;
     }
 
-    /// Fills `u = W r + q`.
+    /// Fills `u` with the velocities `W r + q` of contacts and joint rows.
     ///
-    /// Impulses of a hyperstatic scene can change without moving anything. Rounding of `W r + q` asks for such changes, tick
-    /// by tick, until a body at rest has carried its internal forces to the boundaries of their cones. So in such a scene `u` is
-    /// `H M⁻¹ (Hᵀ r + p) + w`: all contacts see the motion of one momentum, which is rounded once, and where nothing moves
-    /// nothing is left to be rounded. With more rows than dofs that costs no more.
+    /// Impulses of a hyperstatic scene can change without moving a body. Rounding of `W r + q` causes such changes in each tick, until
+    /// the internal forces of a body at rest reach the boundaries of their cones. So in such a scene `u` is computed as
+    /// `H M⁻¹ (Hᵀ r + p) + w`: one momentum, rounded once, moves all contacts, and a body without momentum moves none. With more rows
+    /// than dofs that costs no more.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn velocities(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
         if self.by_momentum {
@@ -236,7 +236,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
     }
 
-    /// [`Self::velocities`] of the impulses nearest to 0.
+    /// [`Self::velocities`] for impulses `r` that are the ones nearest to 0.
     pub(crate) fn velocities_at_rest(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
         if self.by_momentum || r.rows.iter().any(|&r| r != T::ZERO) {
             self.velocities(r, u);
@@ -245,16 +245,20 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.sets.copy_bases(u);
     }
 
-    /// [`Self::velocities`]; returns the first part of the error.
+    /// Fills `u` by [`Self::velocities`], and returns [`Self::error_estimate`] there.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn natural_map(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) -> T {
+    pub(crate) fn velocities_and_estimate(
+        &self,
+        r: &Stacked<T, D, C, R>,
+        u: &mut Stacked<T, D, C, R>,
+    ) -> T {
         self.velocities(r, u);
-        self.natural_map_at(r, u)
+        self.error_estimate(r, u)
     }
 
-    /// First part of the error, from `u = W r + q`.
+    /// Estimate of the error in contact space, from `u = W r + q`: the parts of contacts and joint rows, without momentum and rounding.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn natural_map_at(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
+    pub(crate) fn error_estimate(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
         if self.is_immovable_and_violated {
             return T::INFINITY;
         }
@@ -265,7 +269,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         contacts
     }
 
-    /// The error of contacts, with bounds on the rounding of velocities.
+    /// First part of the error, that of contacts. `noise` has bounds on the rounding of velocities, see
+    /// [`natural_map::error`].
     #[inline]
     pub(crate) fn contact_error(
         &self,
@@ -277,7 +282,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             self.carried.get().unwrap_or_else(|| {
                 let [free] = &self.free_impulse.data.0;
                 let sets = (self.sets.contacts(), self.sets.rows());
-                let carried = expected::carried_impulse(self.scene, sets, free);
+                let carried = self.scene.carried_impulse(sets, free);
                 self.carried.set(Some(carried));
                 carried
             })
@@ -286,7 +291,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             .contact_error(self.reference_impulse, u, r, noise, &carried)
     }
 
-    /// Are impulses more than so many times as large as expected?
+    /// Are impulses more than `times` times as large as expected?
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn exceeds(&self, r: &Stacked<T, D, C, R>, times: T) -> bool {
         if self.scene.is_mixed() {
@@ -296,7 +301,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         r.contact_square() > bound * bound
     }
 
-    /// The impulse to expect of a contact, and that of a joint row.
+    /// Expected impulse (N·s) of a contact or joint row with the effective mass `alpha`.
     pub(crate) fn expected(&self, alpha: T) -> T {
         if self.scene.is_mixed() {
             self.energy.expected(alpha)
@@ -305,7 +310,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
     }
 
-    /// Gauss-Seidel solves Coulomb's law, and its relaxation with up to two tangents.
+    /// Can Gauss-Seidel sweeps solve the problem? They solve Coulomb's law, and the relaxation with up to two tangents.
     pub(crate) fn can_be_swept(&self) -> bool {
         self.model == Model::Coulomb || D <= 3
     }

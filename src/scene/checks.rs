@@ -1,15 +1,15 @@
-//! What a scene does with the numbers it is given: it checks them, and knows them again.
+//! Checks and fingerprints of the numbers that a scene is given.
 
 use crate::error::{Error, Input};
 use crate::real::Real;
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 use nalgebra::{ComplexField, SMatrix};
 
-/// Fingerprint of some numbers and their place among others.
+/// Fingerprint of some numbers and of their index in the scene.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u64 {
+pub(super) fn fingerprint<T: Real>(numbers: &[T], index: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
-    let mut hashes = begin(place);
+    let mut hashes = begin(index);
     for numbers in chunks {
         T::hash_four(&mut hashes, *numbers);
     }
@@ -17,36 +17,36 @@ pub(super) fn fingerprint<T: Real>(numbers: &[T], place: usize) -> u64 {
     end(hashes)
 }
 
-/// Copies numbers and returns their fingerprint, as [`fingerprint`] does.
+/// Copies numbers and returns their [`fingerprint`].
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], place: usize) -> u64 {
+pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], index: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
     let (targets, last) = target.as_chunks_mut::<4>();
-    let mut hashes = begin(place);
+    let mut hashes = begin(index);
     for (target, numbers) in targets.iter_mut().zip(chunks) {
         T::hash_four(&mut hashes, *numbers);
         *target = *numbers;
-        compiler_fence(SeqCst); // without, it would become a `memcpy`, which takes longer
+        compiler_fence(SeqCst); // keeps the loop from becoming a `memcpy`, which takes longer
     }
     let mut last_four = [T::ZERO; 4];
-    for ((target, place), &number) in last.iter_mut().zip(&mut last_four).zip(rest) {
-        (*target, *place) = (number, number);
+    for ((target, hashed), &number) in last.iter_mut().zip(&mut last_four).zip(rest) {
+        (*target, *hashed) = (number, number);
         compiler_fence(SeqCst);
     }
     T::hash_four(&mut hashes, last_four);
     end(hashes)
 }
 
-/// Hashes of no numbers, for a place. They are not 0, which zeros would leave as it is.
-fn begin(place: usize) -> [u64; 4] {
-    [u64::try_from(place).unwrap_or(0).wrapping_add(1); 4]
+/// Initial hashes for an index. They are not 0, which a number 0 would not change.
+fn begin(index: usize) -> [u64; 4] {
+    [u64::try_from(index).unwrap_or(0).wrapping_add(1); 4]
 }
 
 /// One hash of four.
 fn end(hashes: [u64; 4]) -> u64 {
     hashes.into_iter().fold(0_u64, |sum, hash| {
         let product = (sum.rotate_left(5) ^ hash).wrapping_mul(0xd6e8_feb8_6659_fd93);
-        // Until here the sign of the last number moves the highest bits alone, and two such bits would cancel in a sum.
+        // Without this the sign of the last number would change the highest bits alone, and two such bits cancel in a sum.
         product ^ (product >> 32)
     })
 }
@@ -96,7 +96,7 @@ fn are_finite<T: Real>(numbers: &[T]) -> bool {
     for &number in rest {
         gaps += number * T::ZERO;
     }
-    // A sum may overflow.
+    // A sum of finite numbers may overflow.
     gaps == T::ZERO || numbers.iter().all(ComplexField::is_finite)
 }
 
@@ -105,13 +105,13 @@ fn are_finite<T: Real>(numbers: &[T]) -> bool {
 pub(super) fn is_finite_and_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> bool {
     let (columns, mut gaps) = (&mass.data.0, T::ZERO);
     for (j, column) in columns.iter().enumerate() {
-        let own = column.get(j).copied().unwrap_or(T::ZERO);
-        gaps += own * T::ZERO; // 0 of a number alone
+        let diagonal = column.get(j).copied().unwrap_or(T::ZERO);
+        gaps += diagonal * T::ZERO; // not 0 if it is not finite
         let below = column.get(j + 1..).unwrap_or_default();
         let others = columns.get(j + 1..).unwrap_or_default();
         for (&below, other) in below.iter().zip(others) {
             let right = other.get(j).copied().unwrap_or(below);
-            gaps += (below - right).abs(); // a comparison for each would take longer
+            gaps += (below - right).abs(); // faster than a comparison of each pair
         }
     }
     gaps == T::ZERO
@@ -126,9 +126,10 @@ pub(super) fn check_symmetric<T: Real, const N: usize>(
     for (j, (column, row)) in mass.column_iter().zip(mass.row_iter()).enumerate() {
         for (k, (&below, &right)) in column.iter().zip(row.iter()).enumerate().skip(j + 1) {
             if below == right {
-                continue; // without roots
+                continue; // saves the roots
             }
-            let [one, other] = [k, j].map(|i| diagonal(i).abs().square_root()); // whose product may overflow
+            // Two roots, since the product of the diagonal entries may overflow.
+            let [one, other] = [k, j].map(|i| diagonal(i).abs().square_root());
             if (below - right).abs() > T::EPSILON.square_root() * one * other {
                 return Err(Error::MassNotSymmetric { row: k, column: j });
             }

@@ -84,7 +84,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
         Ok(contact)
     }
 
-    /// A place that is not used.
+    /// An unused contact.
     pub(super) const fn none() -> Self {
         Self {
             jacobian: SMatrix::from_array_storage(ArrayStorage([[T::ZERO; D]; N])),
@@ -112,7 +112,7 @@ pub fn contact_frame<T: Real, const K: usize>(
     }
     let unit = *normal / square.square_root();
     let first = unit.as_slice().first().copied().unwrap_or(T::ZERO);
-    // Of the two reflections that which does not cancel; the other tangents turn with it.
+    // There are two such reflections; the sign chooses the one without cancellation.
     let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
     let mut frame: SMatrix<T, K, K> = SMatrix::from_array_storage(ArrayStorage([[T::ZERO; K]; K]));
     for (j, column) in frame.data.0.iter_mut().enumerate() {

@@ -60,7 +60,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         scaling: &Scaling<T, D>,
     ) -> Result<usize, Error> {
         let index = self.counts.contacts;
-        let Some(place) = self.contacts.get_mut(index) else {
+        let Some(target) = self.contacts.get_mut(index) else {
             return Err(Error::ListFull {
                 list: List::Contacts,
                 capacity: C,
@@ -69,7 +69,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let input = Input::Jacobian { contact: index };
         check_finite(&contact.jacobian, input)?;
         let entries = contact.jacobian.as_slice();
-        let print = copy_and_hash(place.jacobian.as_mut_slice(), entries, index);
+        let print = copy_and_hash(target.jacobian.as_mut_slice(), entries, index);
         check_finite(&contact.offset, Input::Offset { contact: index })?;
         if !FrictionCone::is_valid(mu) {
             return Err(Error::InvalidFriction {
@@ -77,9 +77,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 row: 1,
             });
         }
-        (place.offset, place.mu, place.key) = (contact.offset, mu, contact.key);
-        if let Some(place) = self.scalings.get_mut(index) {
-            *place = *scaling;
+        (target.offset, target.mu, target.key) = (contact.offset, mu, contact.key);
+        if let Some(target) = self.scalings.get_mut(index) {
+            *target = *scaling;
         }
         let print = scaling.fingerprint(print);
         self.contacts_print = self.contacts_print.wrapping_add(print);
@@ -110,12 +110,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .last_mut()
             .filter(|_| contact < S && last > S)
         {
-            *scaling = Scaling::plain(); // that of the first contact behind them
+            *scaling = Scaling::plain(); // the contact that moves up to index `S - 1` has no surface
         }
         move_up(self.supports.get_mut(contact..last));
         self.counts.contacts = last - 1;
-        let mut left = self.scalings.iter().take(last - 1);
-        self.has_surfaces = left.any(|scaling| scaling.is_surface);
+        let mut scalings = self.scalings.iter().take(last - 1);
+        self.has_surfaces = scalings.any(|scaling| scaling.is_surface);
         self.contacts_print = self.prints_of_contacts();
         Ok(())
     }
@@ -160,13 +160,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .scaling(contact)
             .copied()
             .filter(|scaling| scaling.is_surface);
-        let place = &mut self.contact_mut(contact)?.mu;
+        let current = &mut self.contact_mut(contact)?.mu;
         let fits = surface
-            .is_none_or(|scaling| scaling.has_tangents() && mu > T::ZERO && *place > T::ZERO);
+            .is_none_or(|scaling| scaling.has_tangents() && mu > T::ZERO && *current > T::ZERO);
         if !FrictionCone::is_valid(mu) || !fits {
             return Err(Error::InvalidFriction { contact, row: 1 });
         }
-        *place = mu;
+        *current = mu;
         Ok(())
     }
 
@@ -205,20 +205,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.scalings.get(contact).filter(|_| self.has_surfaces)
     }
 
-    /// The contacts, each with where its Jacobian has entries.
+    /// The contacts, each with the support of its Jacobian.
     #[inline]
     pub(crate) fn supported(&self) -> impl Iterator<Item = (&Contact<T, N, D>, Support)> {
         self.contacts().iter().zip(self.supports.iter().copied())
     }
 
-    /// A velocity in the scaled rows of a contact; the physical one of an impulse there.
+    /// [`Scaling::scale`] of a contact: a velocity into the scaled rows, or an impulse out of them.
     #[inline]
     pub(crate) fn scale(&self, contact: usize, x: [T; D]) -> [T; D] {
         self.scaling(contact).map_or(x, |scaling| scaling.scale(x))
     }
 
-    /// An impulse in the scaled rows of a contact; the physical one of a velocity there. Nothing is left of a row that is
-    /// scaled by 0.
+    /// [`Scaling::unscale`] of a contact: an impulse into the scaled rows, or a velocity out of them.
     #[inline]
     pub(crate) fn unscale(&self, contact: usize, x: [T; D]) -> [T; D] {
         self.scaling(contact)
@@ -231,12 +230,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         prints.fold(0, u64::wrapping_add)
     }
 
-    /// Fingerprint of a contact and its place.
+    /// Fingerprint of a contact and its index.
     fn contact_print(&self, contact: usize) -> u64 {
         let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
-        let own = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));
+        let print = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));
         let scaling = self.scalings.get(contact);
-        scaling.map_or(own, |scaling| scaling.fingerprint(own))
+        scaling.map_or(print, |scaling| scaling.fingerprint(print))
     }
 
     /// A contact in use.

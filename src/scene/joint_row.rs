@@ -30,7 +30,7 @@ pub struct JointRow<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> JointRow<T, N> {
-    /// A place that is not used.
+    /// An unused joint row.
     pub(super) const fn none() -> Self {
         Self {
             row: zeros(),

@@ -130,7 +130,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NotFinite`]; [`Error::MassNotSymmetric`] if two entries differ by more. [`crate::Factor::prepare`] checks whether `M` is positive
     /// definite.
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
-        self.refused.mass = true; // until the end
+        self.refused.mass = true; // until it is accepted below
         let is_symmetric = is_finite_and_symmetric(mass);
         if !is_symmetric {
             check_finite(mass, Input::Mass)?;
@@ -156,7 +156,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.clear_rows();
     }
 
-    /// Makes it as new, in place.
+    /// Makes the scene as new, in place.
     pub(crate) fn reset(&mut self) {
         self.clear();
         self.mass.fill(T::ZERO);
@@ -164,8 +164,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.refused.mass = false;
     }
 
-    /// A mass that changes with the unit of mass as all others do: the power of two below `M_00`. What is scaled by it does
-    /// so exactly.
+    /// The power of two below `M_00`: a mass that changes with the unit of mass, and scales numbers without rounding.
     pub(crate) fn reference_mass(&self) -> T {
         let first = self.mass.as_slice().first();
         first.map_or(T::ONE, |mass| T::power_of_two(mass.exponent()))
@@ -186,7 +185,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         sum.max(1)
     }
 
-    /// Fingerprint of all that a solve depends on, but its settings.
+    /// Fingerprint of all data of a solve except its settings.
     pub(crate) fn data_fingerprint(&self, free_impulse: &SVector<T, N>) -> u64 {
         let mut hash = fingerprint(free_impulse.as_slice(), self.counts.rows);
         for contact in self.contacts() {
@@ -228,11 +227,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 }
 
-/// Those behind the first move up, and it stands last.
-fn move_up<V>(places: Option<&mut [V]>) {
-    if let Some(places) = places
-        && !places.is_empty()
+/// Moves the first element to the end, and all others up by one.
+fn move_up<V>(elements: Option<&mut [V]>) {
+    if let Some(elements) = elements
+        && !elements.is_empty()
     {
-        places.rotate_left(1);
+        elements.rotate_left(1);
     }
 }

@@ -37,7 +37,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(index)
     }
 
-    /// Adds a joint row behind the others. The fingerprint stays what it is.
+    /// Adds a joint row behind the others, without a change of the fingerprint.
     pub(crate) fn place_row(&mut self, row: &JointRow<T, N>) -> Result<usize, Error> {
         let index = self.counts.rows;
         check_finite(&row.row, Input::JointRow { row: index })?;
@@ -46,16 +46,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return Err(Error::InvalidBounds { row: index });
         }
         check_compliance(row.compliance, index)?;
-        let place = self.rows.get_mut(index).ok_or(Error::ListFull {
+        let target = self.rows.get_mut(index).ok_or(Error::ListFull {
             list: List::Rows,
             capacity: R,
         })?;
-        place.clone_from(row);
+        target.clone_from(row);
         self.counts.rows += 1;
         Ok(index)
     }
 
-    /// Keeps the first rows alone, behind which others were placed.
+    /// Keeps the first `count` rows, and drops those behind them that [`Self::place_row`] has added.
     pub(crate) const fn truncate_rows(&mut self, count: usize) {
         self.counts.rows = count;
     }
@@ -86,7 +86,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NoSuchRow`], [`Error::NotFinite`].
     pub fn set_row_jacobian(&mut self, row: usize, jacobian: &SVector<T, N>) -> Result<(), Error> {
         check_finite(jacobian, Input::JointRow { row })?;
-        self.replace_in_row(row, |place| place.row = *jacobian)
+        self.replace_in_row(row, |target| target.row = *jacobian)
     }
 
     /// Replaces the compliance of a joint row. A stored factor is then stale, as after [`Self::set_jacobian`].
@@ -95,7 +95,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::NoSuchRow`], [`Error::InvalidRowCompliance`].
     pub fn set_row_compliance(&mut self, row: usize, compliance: T) -> Result<(), Error> {
         check_compliance(compliance, row)?;
-        self.replace_in_row(row, |place| place.compliance = compliance)
+        self.replace_in_row(row, |target| target.compliance = compliance)
     }
 
     /// Replaces the offset of a joint row (rad/s, m/s). A stored factor stays valid.
@@ -113,11 +113,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// [`Error::NoSuchRow`], [`Error::InvalidBounds`].
     pub fn set_row_law(&mut self, row: usize, law: RowLaw<T>) -> Result<(), Error> {
-        let place = self.row_mut(row)?;
+        let target = self.row_mut(row)?;
         if !law.is_valid() {
             return Err(Error::InvalidBounds { row });
         }
-        place.law = law;
+        target.law = law;
         Ok(())
     }
 
@@ -147,11 +147,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         prints.fold(0, u64::wrapping_add)
     }
 
-    /// Fingerprint of a joint row, its compliance and its place behind the contacts.
+    /// Fingerprint of a joint row, its compliance and its index behind the contacts.
     fn row_print(&self, index: usize) -> u64 {
         self.rows.get(index).map_or(0, |row| {
-            let own = fingerprint(row.row.as_slice(), C + index);
-            own.wrapping_add(row.compliance.hash(own))
+            let print = fingerprint(row.row.as_slice(), C + index);
+            print.wrapping_add(row.compliance.hash(print))
         })
     }
 
@@ -161,7 +161,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         rows.get_mut(row).ok_or(Error::NoSuchRow { row })
     }
 
-    /// Changes what of a joint row is part of the fingerprint.
+    /// Changes a part of a joint row that belongs to the fingerprint.
     fn replace_in_row(
         &mut self,
         row: usize,

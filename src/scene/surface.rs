@@ -53,8 +53,8 @@ impl<T: Real> Surface<T> {
     /// Checks coefficients and compliance.
     pub(crate) fn check(&self, contact: usize) -> Result<(), Error> {
         let mut coefficients = self.coefficients().into_iter();
-        if let Some(place) = coefficients.position(|mu| !FrictionCone::is_valid(mu)) {
-            let row = place + 1;
+        if let Some(index) = coefficients.position(|mu| !FrictionCone::is_valid(mu)) {
+            let row = index + 1; // behind the normal row
             return Err(Error::InvalidFriction { contact, row });
         }
         let invalid = |&compliance: &T| !(compliance >= T::ZERO && compliance.is_finite());
@@ -87,7 +87,7 @@ pub(crate) struct Scaling<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Scaling<T, D> {
-    /// The scaling of an unused place.
+    /// The scaling of an unused contact.
     pub(super) const fn none() -> Self {
         Self {
             scales: [T::ZERO; D],
@@ -140,7 +140,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         tangents.any(|&scale| scale > T::ZERO)
     }
 
-    /// Fingerprint of what a factor depends on, from that of the contact's Jacobian.
+    /// Fingerprint of the contact's Jacobian, scales and compliance, from that of the Jacobian.
     pub(super) fn fingerprint(&self, jacobian: u64) -> u64 {
         if !self.is_surface {
             return jacobian;
@@ -149,7 +149,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         numbers.fold(jacobian, |hash, number| number.hash(hash))
     }
 
-    /// A velocity in the scaled rows; the physical one of an impulse there.
+    /// Multiplies by the scales: a velocity into the scaled rows, or an impulse out of them.
     #[inline]
     pub(crate) fn scale(&self, mut x: [T; D]) -> [T; D] {
         for (x, &scale) in x.iter_mut().zip(&self.scales) {
@@ -158,7 +158,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         x
     }
 
-    /// An impulse in the scaled rows; the physical one of a velocity there. Nothing is left of a row that is scaled by 0.
+    /// Divides by the scales: an impulse into the scaled rows, or a velocity out of them. A row with the scale 0 becomes 0.
     #[inline]
     pub(crate) fn unscale(&self, mut x: [T; D]) -> [T; D] {
         for (x, &scale) in x.iter_mut().zip(&self.scales) {

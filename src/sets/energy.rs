@@ -1,40 +1,44 @@
-//! The error of joint rows, relative to an energy.
+//! The error of joint rows, relative to an energy: the third part of the error in [`crate::guide::error`].
 //!
-//! `sqrt(Σ W_jj (λ_j - Π_j(λ_j - s_j / W_jj))²) / S` where `S²` is the largest of the work of all impulses,
-//! `|Hᵀ r + Jᵀ λ|²` in the norm of `M⁻¹` with what compliance stores, of what each contact and each row would take if it
-//! were alone, and of the ten-thousandth part of the free motion's `v·M v`.
+//! It is `sqrt(Σ W_jj (λ_j - Π_j(λ_j - s_j / W_jj))²) / S`. `S²` is the largest of three energies:
 //!
-//! Energies are computed in a unit, a power of two, so that they neither overflow nor vanish; no root is taken of one that
-//! changes by an odd power of two with a unit of the scene.
+//! - the work of all impulses, `|Hᵀ r + Jᵀ λ|²` in the norm of `M⁻¹` plus the energy stored in compliance;
+//! - the sum of the work of each contact and each row if it were alone;
+//! - a ten-thousandth of `v·M v` of the free motion.
 //!
-//! A stop that is far from being reached, or a redundant loop that holds against itself, loosens nothing.
+//! A stop that is far away or a redundant loop does not enlarge `S`.
+//!
+//! Energies are computed in a unit, a power of two, so that they neither overflow nor vanish. An odd power of two as a unit of the
+//! scene changes no mantissa, because no root is taken of an energy that it changes.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{larger, precision, quotient, root_sum, square};
 use crate::real::Real;
 use crate::sets::Sets;
 
-/// The share of the free motion's energy that impulses are not compared with less than.
+/// Least `S²` as a share of the energy of the free motion.
 const SHARE: f64 = 1e-4;
 
-/// What the error of joint rows is relative to, before there are impulses.
+/// The part of `S²` that does not depend on impulses.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EnergyScale<T> {
-    /// Root of the unit: speeds and impulses are multiplied by it before they are squared.
+    /// Root of the unit of energies: velocities and impulses are multiplied by it before they are squared.
     unit: T,
-    /// The energy that impulses are compared with at least, in the unit.
+    /// The least `S²`, in the unit.
     floor: T,
 }
 
-/// Squares of bounds on the rounding of velocities: of each contact that of all rows and that of the normal one.
+/// Squares of bounds on the rounding of velocities.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct VelocityNoise<T, const C: usize, const R: usize> {
+    /// For all rows of each contact together, and for its normal row.
     pub(crate) contacts: [[T; 2]; C],
+    /// For each joint row.
     pub(crate) rows: [T; R],
 }
 
 impl<T: Real> EnergyScale<T> {
-    /// Of no scene.
+    /// The scale of an empty scene.
     pub(crate) const fn none() -> Self {
         Self {
             unit: T::ONE,
@@ -42,12 +46,12 @@ impl<T: Real> EnergyScale<T> {
         }
     }
 
-    /// Of sets, with the free motion's `v·M v`.
+    /// The scale of these sets. `free` is `v·M v` of the free motion.
     pub(crate) fn new<const D: usize, const C: usize, const R: usize>(
         sets: &Sets<T, D, C, R>,
         free: T,
     ) -> Self {
-        // Twice the exponent of the unit: a bound on that of each energy.
+        // Twice the exponent of the unit: a bound on the exponent of each energy.
         let mut exponent = (free * T::literal(SHARE)).exponent();
         for set in sets.contacts() {
             let fastest = larger(T::ZERO, set.q.as_slice(), T::ONE + set.shift_factor);
@@ -72,19 +76,19 @@ impl<T: Real> EnergyScale<T> {
         }
     }
 
-    /// The impulse to expect along rows of a mass `alpha`.
+    /// The expected impulse (N·s) along a row of effective mass `alpha`.
     pub(crate) fn expected(&self, alpha: T) -> T {
         (self.floor * alpha).square_root() / self.unit
     }
 
-    /// What squares of momenta over a mass are compared with at least, in units of this root: where stiction holds against a
-    /// spring nothing moves, and what is left of impulses that cancel each other is rounding.
+    /// Least denominator of squared momenta over a mass, in a unit with the root `unit`. Where stiction holds a body against a
+    /// spring, impulses cancel each other, and their sum is rounding alone.
     pub(crate) fn momentum_floor(&self, unit: T) -> T {
         let ratio = unit / self.unit;
         self.floor * T::literal(SHARE) * (ratio * ratio)
     }
 
-    /// The size of impulses, in units of what the velocities to be changed explain.
+    /// Root of the energy of the impulses, relative to the root of the least `S²`: 1 for impulses of the expected size.
     pub(crate) fn ratio<const D: usize, const C: usize, const R: usize>(
         &self,
         sets: &Sets<T, D, C, R>,
@@ -104,8 +108,8 @@ impl<T: Real> EnergyScale<T> {
         quotient(energy, self.floor).square_root()
     }
 
-    /// The larger of the error of contacts and that of joint rows, from velocities `u` (`W r + q`, or `H v + w` with bounds on
-    /// its rounding).
+    /// The larger of the error of contacts and the error of joint rows, from the velocities `u`. They are `W r + q` without `noise`,
+    /// or `H v + w` with bounds `noise` on its rounding.
     pub(crate) fn larger_error<const D: usize, const C: usize, const R: usize>(
         &self,
         contacts: T,
@@ -116,14 +120,14 @@ impl<T: Real> EnergyScale<T> {
         let (mut residual, mut noises) = (T::ZERO, T::ZERO);
         let rows = sets.rows().iter().zip(u.rows.iter().zip(&r.rows));
         for (j, (set, (&u, &r))) in rows.enumerate() {
-            let (off, beyond) = set.natural_map(r, u);
-            if off != T::ZERO {
-                residual += square(&[off * self.unit]) / set.alpha;
+            let row = set.residual(r, u);
+            if row.value != T::ZERO {
+                residual += square(&[row.value * self.unit]) / set.alpha;
             }
             let noise = noise.and_then(|noise| noise.rows.get(j));
             let noise = noise.copied().unwrap_or(T::ZERO);
-            // At a bound it stays there whatever of this size was added to its velocity?
-            let stays = off == T::ZERO && beyond * beyond > noise;
+            // A row stays at its bound if its velocity changes by less than `excess`.
+            let stays = row.value == T::ZERO && row.excess * row.excess > noise;
             if !stays {
                 noises += noise * (set.alpha * self.unit) * self.unit;
             }
@@ -131,15 +135,16 @@ impl<T: Real> EnergyScale<T> {
         if residual + noises == T::ZERO {
             return contacts;
         }
-        let of = |size| root_sum(residual, noises, size);
-        if of(self.floor) <= contacts {
+        let relative_to = |size| root_sum(residual, noises, size);
+        if relative_to(self.floor) <= contacts {
             return contacts;
         }
-        contacts.max(of(self.power(sets, (u, r), noise).max(self.floor)))
+        let work = self.least_work(sets, (u, r), noise);
+        contacts.max(relative_to(work.max(self.floor)))
     }
 
-    /// The work of all impulses, less what rounding may have added to it.
-    fn power<const D: usize, const C: usize, const R: usize>(
+    /// Lower bound on the work of all impulses: the computed work minus a bound on its rounding.
+    fn least_work<const D: usize, const C: usize, const R: usize>(
         &self,
         sets: &Sets<T, D, C, R>,
         (u, r): (&Stacked<T, D, C, R>, &Stacked<T, D, C, R>),
@@ -174,7 +179,7 @@ impl<T: Real> EnergyScale<T> {
             let noise = noise.and_then(|noise| noise.rows.get(j));
             add(&[u], &[set.q], &[r], noise.copied().unwrap_or(T::ZERO));
         }
-        // `u` and `q` are off by as much, and a term takes part in so many operations.
+        // `u` and `q` have the same rounding, hence twice the noise. A term takes part in `m + 4` operations.
         let counts = sets.counts();
         let rounding: T = precision(D * counts.contacts + counts.rows + 4);
         work - (noises + noises) - rounding * size

@@ -1,10 +1,10 @@
-//! The linearised equation of a Newton step, factorised and kept.
+//! The linearised equation of a Newton step, factorised and kept for chord steps, which use it again ([`crate::guide::method`]).
 //!
-//! A step solves `[W A (I - DP + λI) + DP - DS + λI] d = E`, with the effective masses `A = diag(alpha)` and the derivatives `DP`
-//! and `DS` of [`super::contact::frame`], where `λ` regularises hyperstatic scenes (singular `W`). In the frame of
-//! a contact most of it decouples, and only what moves its impulse stays an unknown of the system:
-//! three for a spatial contact that sticks, two for one that slips, one without friction, none for
-//! an open one; one for a joint row that holds, none for one at its bound. Where none slips the system is symmetric in what they push.
+//! A step `d` solves `[W A (I - DP + λI) + DP - DS + λI] d = E`, with the effective masses `A = diag(alpha)` and the derivatives `DP`
+//! and `DS` of the projection `P` and the De Saxcé shift `S` of [`super::point`]. The damping `λ` regularises hyperstatic scenes, in
+//! which `W` is singular. In the frame of a contact ([`super::contact::frame`]) most of its equations decouple. The unknowns of the
+//! system change impulses: three of a spatial contact that sticks, two of one that slips, one of a frictionless one, none of an open
+//! one; one of a joint row that holds, none of one at its bound. The matrix is symmetric if no contact slips.
 
 use crate::cone::split;
 use crate::factor::Delassus;
@@ -13,15 +13,15 @@ use crate::linalg::stacked::{Counts, Stacked, StackedMatrix};
 use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::frame::{Frame, Kind};
-use crate::sets::point::Point;
+use crate::sets::point::NewtonPoint;
 use core::array::from_fn;
 use nalgebra::SVector;
 
 mod assembly;
 
-/// Where in an earlier list the contacts and joint rows of a scene stood; `C` and `R` for new ones.
+/// Indices of the contacts and joint rows of a scene in an earlier list; `C` and `R` for new ones.
 #[derive(Clone, Debug)]
-pub(crate) struct Places<const C: usize, const R: usize> {
+pub(crate) struct EarlierIndices<const C: usize, const R: usize> {
     pub(crate) contacts: [usize; C],
     pub(crate) rows: [usize; R],
 }
@@ -32,20 +32,21 @@ pub(crate) struct Jacobian<T: Real, const D: usize, const C: usize, const R: usi
     frames: [Frame<T, D>; C],
     /// Does a joint row hold?
     holds: [bool; R],
-    /// Which frame belongs to each contact, and which row to each joint row: they may have changed places.
-    order: Places<C, R>,
+    /// Index in `frames` of each contact, and in `holds` of each joint row. [`Self::follow`] changes them with the scene.
+    order: EarlierIndices<C, R>,
     pub(crate) elimination: Elimination<T, D, C, R>,
-    /// Levenberg and Marquardt's `λ`
+    /// The damping `λ` of Levenberg and Marquardt.
     damping: T,
     counts: Counts,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, R> {
+    /// No equation yet.
     pub(crate) const fn none() -> Self {
         Self {
             frames: [const { Frame::none() }; C],
             holds: [false; R],
-            order: Places {
+            order: EarlierIndices {
                 contacts: [0; C],
                 rows: [0; R],
             },
@@ -58,28 +59,28 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         }
     }
 
-    /// Follows contacts and joint rows to other places, from those given.
-    pub(crate) fn follow(&mut self, places: &Places<C, R>) {
+    /// Follows the contacts and joint rows of a scene to their new indices, from the earlier ones.
+    pub(crate) fn follow(&mut self, earlier: &EarlierIndices<C, R>) {
         let old = self.order.clone();
-        for (frame, &place) in self.order.contacts.iter_mut().zip(&places.contacts) {
-            *frame = old.contacts.get(place).copied().unwrap_or(C);
+        for (frame, &index) in self.order.contacts.iter_mut().zip(&earlier.contacts) {
+            *frame = old.contacts.get(index).copied().unwrap_or(C);
         }
-        for (row, &place) in self.order.rows.iter_mut().zip(&places.rows) {
-            *row = old.rows.get(place).copied().unwrap_or(R);
+        for (row, &index) in self.order.rows.iter_mut().zip(&earlier.rows) {
+            *row = old.rows.get(index).copied().unwrap_or(R);
         }
     }
 
-    /// Linearises at a point, and factorises in `matrix`; `None` if the system is singular.
+    /// Linearises at a point and factorises the system in `matrix`; `None` if it is singular.
     #[inline(never)]
     pub(crate) fn compute(
         &mut self,
         sets: &Sets<T, D, C, R>,
         delassus: &Delassus<T, D, C, R>,
-        point: &Point<T, D, C, R>,
+        point: &NewtonPoint<T, D, C, R>,
         damping: T,
         matrix: &mut StackedMatrix<T, D, C, R>,
     ) -> Option<()> {
-        self.order = Places {
+        self.order = EarlierIndices {
             contacts: from_fn(|i| i),
             rows: from_fn(|j| j),
         };
@@ -106,15 +107,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         self.elimination.factorise(matrix, symmetric)
     }
 
-    /// The joint rows that hold.
+    /// Indices of the joint rows that hold.
     fn holding_rows(&self) -> impl Iterator<Item = usize> {
         let holds = self.holds.iter().enumerate().take(self.counts.rows);
         holds.filter(|&(_, &holds)| holds).map(|(j, _)| j)
     }
 
-    /// Damps sticking contacts more the smaller their grip `mu r_N` is. Of all tangential impulses with the same effect those
-    /// are preferred that use the same share of each cone.
-    fn balance_damping(&mut self, sets: &Sets<T, D, C, R>, point: &Point<T, D, C, R>) {
+    /// Damps the tangents of sticking contacts in inverse proportion to their grip `mu r_N`. Of all tangential impulses with the same
+    /// effect the step then prefers those with the same share `|r_T| / (mu r_N)` at each contact.
+    fn balance_damping(&mut self, sets: &Sets<T, D, C, R>, point: &NewtonPoint<T, D, C, R>) {
         let sets = sets.contacts();
         let grips = || {
             let contacts = sets.iter().zip(&point.z.contacts);
@@ -135,12 +136,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         }
     }
 
-    /// Does everything do at a point what it did where this was computed?
+    /// Do all contacts and joint rows have the same mode at `point` as at the point of this Jacobian?
     #[inline(never)]
     pub(crate) fn has_same_active_set(
         &self,
         sets: &Sets<T, D, C, R>,
-        point: &Point<T, D, C, R>,
+        point: &NewtonPoint<T, D, C, R>,
     ) -> bool {
         let contacts = point.p.contacts.iter().zip(&point.r.contacts);
         let mut contacts = sets
@@ -160,15 +161,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
             && rows.all(|((set, &r), &row)| self.holds.get(row) == Some(&set.holds(r)))
     }
 
-    /// Residual plus a term that reduces internal tangential impulses (by the weights of [`Self::balance_damping`]).
+    /// Residual plus a term that reduces internal tangential impulses, by the weights of [`Self::balance_damping`].
     ///
-    /// Impulses of a hyperstatic scene that were carried from step to step end on the boundaries of their cones, although
-    /// others inside have the same effect. What a contact on the boundary does next is hard to foresee.
-    pub(crate) fn centred(&self, point: &Point<T, D, C, R>) -> Stacked<T, D, C, R> {
+    /// In a hyperstatic scene impulses drift from step to step to the boundaries of their cones, although other impulses inside have
+    /// the same effect. At the boundary the mode of a contact is hard to predict.
+    pub(crate) fn centred(&self, point: &NewtonPoint<T, D, C, R>) -> Stacked<T, D, C, R> {
         let mut residual = point.residual;
         let contacts = self.order.contacts.iter().zip(&point.z.contacts);
-        for (residual, (&place, z)) in residual.contacts.iter_mut().zip(contacts) {
-            if let Some(frame) = self.frames.get(place)
+        for (residual, (&index, z)) in residual.contacts.iter_mut().zip(contacts) {
+            if let Some(frame) = self.frames.get(index)
                 && frame.kind == Kind::Stick
             {
                 for (residual, &z) in residual.iter_mut().zip(z).skip(1) {
@@ -188,67 +189,83 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         residual: &Stacked<T, D, C, R>,
         matrix: &StackedMatrix<T, D, C, R>,
     ) -> Option<Stacked<T, D, C, R>> {
-        let counts = self.counts;
-        let order = self.order.contacts.get(..counts.contacts)?;
-        let row_order = self.order.rows.get(..counts.rows)?;
+        let order = self.order.contacts.get(..self.counts.contacts)?;
+        let row_order = self.order.rows.get(..self.counts.rows)?;
         let mut unknowns = Stacked::zero();
         let of_contacts = unknowns.contacts.as_flattened_mut();
-        for (&place, residual) in order.iter().zip(&residual.contacts) {
-            let unknowns = of_contacts.get_mut(self.elimination.columns(place))?;
-            let right = self.frames.get(place)?.test(residual);
+        for (&index, residual) in order.iter().zip(&residual.contacts) {
+            let unknowns = of_contacts.get_mut(self.elimination.columns(index))?;
+            let right = self.frames.get(index)?.test(residual);
             for (unknown, right) in unknowns.iter_mut().zip(right) {
                 *unknown = right;
             }
         }
-        // Where in the system each joint row stands that holds.
+        // Index of the unknown of each joint row; `R` for a row at its bound.
         let mut unknown_rows = [R; R];
-        for (place, j) in self.holding_rows().enumerate() {
-            *unknown_rows.get_mut(j)? = place;
+        for (index, j) in self.holding_rows().enumerate() {
+            *unknown_rows.get_mut(j)? = index;
         }
-        for (&place, &residual) in row_order.iter().zip(&residual.rows) {
-            let unknown = unknowns.rows.get_mut(*unknown_rows.get(place)?);
+        for (&index, &residual) in row_order.iter().zip(&residual.rows) {
+            let unknown = unknowns.rows.get_mut(*unknown_rows.get(index)?);
             if let Some(unknown) = unknown {
                 *unknown = residual;
             }
         }
         self.elimination.solve(matrix, &mut unknowns)?;
+        let moved = self.moved(delassus, &unknowns, &unknown_rows)?;
         let of_contacts = unknowns.contacts.as_flattened();
-        let mut moved = Stacked::zero();
-        let sticks = |frame: &Frame<T, D>| frame.kind == Kind::Stick;
-        let frames = self.frames.get(..counts.contacts)?;
-        let holds = self.holds.get(..counts.rows)?;
-        if !(frames.iter().all(sticks) && holds.iter().all(|&holds| holds)) {
-            let mut push = Stacked::zero();
-            for (&place, push) in order.iter().zip(&mut push.contacts) {
-                let unknowns = of_contacts.get(self.elimination.columns(place))?;
-                *push = self.frames.get(place)?.impulse(unknowns);
-            }
-            for (&place, push) in row_order.iter().zip(&mut push.rows) {
-                let unknown = unknowns.rows.get(*unknown_rows.get(place)?);
-                *push = unknown.copied().unwrap_or(T::ZERO);
-            }
-            delassus.times(&push, &mut moved, counts);
-        }
         let undamped = T::ONE / (T::ONE + self.damping);
         let mut steps = Stacked::zero();
         let contacts = residual.contacts.iter().zip(&moved.contacts);
         let contacts = contacts.zip(sets.contacts().iter().zip(order));
-        for (step, ((&residual, &moved), (set, &place))) in steps.contacts.iter_mut().zip(contacts)
+        for (step, ((&residual, &moved), (set, &index))) in steps.contacts.iter_mut().zip(contacts)
         {
-            let unknowns = of_contacts.get(self.elimination.columns(place))?;
-            let left = SVector::from(residual) - SVector::from(moved);
-            let frame = self.frames.get(place)?;
-            *step = frame.step(set, unknowns, left, undamped).into();
+            let unknowns = of_contacts.get(self.elimination.columns(index))?;
+            let residual = SVector::from(residual) - SVector::from(moved);
+            let frame = self.frames.get(index)?;
+            *step = frame.step(set, unknowns, residual, undamped).into();
         }
         let rows = residual.rows.iter().zip(&moved.rows);
         let rows = rows.zip(sets.rows().iter().zip(row_order));
-        for (step, ((&residual, &moved), (set, &place))) in steps.rows.iter_mut().zip(rows) {
-            *step = match unknowns.rows.get(*unknown_rows.get(place)?) {
+        for (step, ((&residual, &moved), (set, &index))) in steps.rows.iter_mut().zip(rows) {
+            *step = match unknowns.rows.get(*unknown_rows.get(index)?) {
                 Some(&unknown) => unknown * undamped / set.alpha,
                 None => (residual - moved) * undamped,
             };
         }
         steps.is_finite().then_some(steps)
+    }
+
+    /// `W x` of the impulses `x` that belong to the unknowns. It stays 0 if all contacts stick and all rows hold: no step needs it then.
+    #[inline]
+    fn moved(
+        &self,
+        delassus: &Delassus<T, D, C, R>,
+        unknowns: &Stacked<T, D, C, R>,
+        unknown_rows: &[usize; R],
+    ) -> Option<Stacked<T, D, C, R>> {
+        let mut moved = Stacked::zero();
+        let counts = self.counts;
+        let sticks = |frame: &Frame<T, D>| frame.kind == Kind::Stick;
+        let frames = self.frames.get(..counts.contacts)?;
+        let holds = self.holds.get(..counts.rows)?;
+        if frames.iter().all(sticks) && holds.iter().all(|&holds| holds) {
+            return Some(moved);
+        }
+        let mut impulses = Stacked::zero();
+        let of_contacts = unknowns.contacts.as_flattened();
+        let order = self.order.contacts.get(..counts.contacts)?;
+        for (&index, impulse) in order.iter().zip(&mut impulses.contacts) {
+            let unknowns = of_contacts.get(self.elimination.columns(index))?;
+            *impulse = self.frames.get(index)?.impulse(unknowns);
+        }
+        let row_order = self.order.rows.get(..counts.rows)?;
+        for (&index, impulse) in row_order.iter().zip(&mut impulses.rows) {
+            let unknown = unknowns.rows.get(*unknown_rows.get(index)?);
+            *impulse = unknown.copied().unwrap_or(T::ZERO);
+        }
+        delassus.times(&impulses, &mut moved, counts);
+        Some(moved)
     }
 }
 

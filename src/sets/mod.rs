@@ -1,16 +1,17 @@
 //! The sets that impulses lie in: friction cones of contacts, intervals of joint rows.
 //!
-//! What a solve asks of them is the same list for both. It stands here and in the files of this folder, once over all of them,
-//! and in `contact` and `row` for one of each:
+//! A solver asks both kinds of set for the same list of quantities. The files of this folder compute them for all sets of a scene,
+//! the folders `contact` and `row` for one set. [`crate::guide::error`] explains the natural map, the augmented velocity and the De
+//! Saxcé shift, [`crate::guide::method`] the sweeps, the linearisation and the central path.
 //!
-//! | asked | contact (cone, De Saxcé shift) | joint row (interval) |
+//! | quantity | contact (cone, De Saxcé shift) | joint row (interval) |
 //! |---|---|---|
 //! | nearest impulse, natural map, mode | `contact`, `contact::natural_map` | `row` |
 //! | augmented velocity `û` | `u + mu \|u_T\| e_N` | `u` |
 //! | impulse while the others are held (`sweep`) | `contact::coulomb_sweep`, `contact::relaxed_sweep` | `row` |
 //! | linearisation (`jacobian`) | `contact::frame` | holds or not |
 //! | central path (`pairs`, `path_system`) | `contact::pair` | `row::pair` |
-//! | what its error is relative to | `natural_map` | `energy` |
+//! | denominator of its error | `contact::natural_map`, `contact::expected` | `energy` |
 
 use crate::cone::add_to_normal;
 use crate::linalg::stacked::{Counts, Stacked};
@@ -30,7 +31,7 @@ pub(crate) mod sweep;
 pub(crate) use contact::ContactSet;
 pub(crate) use row::RowSet;
 
-/// The sets of a solve.
+/// The sets of all contacts and joint rows of a solve.
 #[derive(Clone, Debug)]
 pub(crate) struct Sets<T: Real, const D: usize, const C: usize, const R: usize> {
     contacts: [ContactSet<T, D>; C],
@@ -39,7 +40,7 @@ pub(crate) struct Sets<T: Real, const D: usize, const C: usize, const R: usize> 
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
-    /// Places for so many.
+    /// Empty sets for as many contacts and joint rows as `counts` says.
     pub(crate) const fn of(counts: Counts) -> Self {
         Self {
             contacts: [ContactSet::none(); C],
@@ -48,12 +49,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         }
     }
 
-    /// How many are in use.
+    /// Numbers of contacts and joint rows in use.
     pub(crate) const fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// Those of the contacts in use.
+    /// Sets of the contacts in use.
     #[inline]
     pub(crate) fn contacts(&self) -> &[ContactSet<T, D>] {
         self.contacts
@@ -61,26 +62,26 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
             .unwrap_or_default()
     }
 
-    /// Those of the contacts in use, to be changed.
+    /// Sets of the contacts in use, mutable.
     #[inline]
     pub(crate) fn contacts_mut(&mut self) -> &mut [ContactSet<T, D>] {
         let used = self.contacts.get_mut(..self.counts.contacts);
         used.unwrap_or_default()
     }
 
-    /// Those of the joint rows in use.
+    /// Sets of the joint rows in use.
     #[inline]
     pub(crate) fn rows(&self) -> &[RowSet<T>] {
         self.rows.get(..self.counts.rows).unwrap_or_default()
     }
 
-    /// Those of the joint rows in use, to be changed.
+    /// Sets of the joint rows in use, mutable.
     #[inline]
     pub(crate) fn rows_mut(&mut self) -> &mut [RowSet<T>] {
         self.rows.get_mut(..self.counts.rows).unwrap_or_default()
     }
 
-    /// Copies the constant terms of velocities, with their corrections.
+    /// Copies the constant terms of the velocities, see [`ContactSet::base`].
     pub(crate) fn copy_bases(&self, bases: &mut Stacked<T, D, C, R>) {
         for (base, set) in bases.contacts.iter_mut().zip(self.contacts()) {
             *base = set.base.into();
@@ -90,7 +91,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         }
     }
 
-    /// Replaces the constant terms of velocities.
+    /// Replaces the constant terms of the velocities, see [`ContactSet::base`].
     pub(crate) fn set_bases(&mut self, bases: &Stacked<T, D, C, R>) {
         for (set, &base) in self.contacts_mut().iter_mut().zip(&bases.contacts) {
             set.base = base.into();
@@ -100,15 +101,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         }
     }
 
-    /// Rows along which they may push.
+    /// Number of rows along which impulses may act: `D` for a contact with friction, 1 for a frictionless contact, 1 for a joint row.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn pushing_rows(&self) -> usize {
         let contacts = self.contacts().iter().map(ContactSet::pushing_rows);
         contacts.sum::<usize>() + self.counts.rows
     }
 
-    /// Rows whose impulses may change with such impulses: those of contacts that push, and joint rows between their bounds. (A row
-    /// at its bound is pushed by what is known.)
+    /// Number of rows whose impulses are unknown near the impulses `r`: the rows of contacts that push, and the joint rows between
+    /// their bounds. (The impulse of a row at its bound is known.)
     pub(crate) fn holding_rows(&self, r: &Stacked<T, D, C, R>) -> usize {
         let contacts = self.contacts().iter().zip(&r.contacts);
         let contacts = contacts.map(|(set, r)| {
@@ -122,7 +123,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         contacts.sum::<usize>() + rows.filter(|(set, r)| set.holds(**r)).count()
     }
 
-    /// [`Self::holding_rows`], of which a contact that slips has one: its friction follows from the load.
+    /// [`Self::holding_rows`], but one row for a contact that slips: its friction follows from its normal impulse.
     pub(crate) fn free_rows(&self, r: &Stacked<T, D, C, R>) -> usize {
         let contacts = self.contacts().iter().zip(&r.contacts);
         let slipping = contacts.filter(|(set, r)| set.slips(r)).count();
@@ -139,7 +140,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         }
     }
 
-    /// Are impulses those nearest to 0?
+    /// Is each impulse the one nearest to 0 in its set?
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn are_at_rest(&self, r: &Stacked<T, D, C, R>) -> bool {
         let mut contacts = r.contacts.iter();
@@ -156,7 +157,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         augmented.rows = u.rows;
     }
 
-    /// Fills `z_i = P_i - r_i / alpha_i`.
+    /// Fills `z_i = P_i - r_i / alpha_i`, the inverse of [`Self::split`].
     pub(crate) fn join(
         &self,
         p: &Stacked<T, D, C, R>,
@@ -185,7 +186,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         }
     }
 
-    /// Splits `z` into a velocity and an impulse that are complementary, `P_i - r_i / alpha_i` (Moreau), and fills `S - P`.
+    /// Splits `z_i = P_i - r_i / alpha_i` into a velocity `P_i` and an impulse `r_i` that are complementary (Moreau), and fills the
+    /// residual with `S - P`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn split(
         &self,
@@ -202,16 +204,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
             let (projection, slip) = set.cone.dual().project_with_length(&z);
             *velocity = projection.into();
             *impulse = ((projection - z) * set.alpha).into();
-            let mut rest = -projection;
-            add_to_normal(&mut rest, set.shift_factor * slip);
-            *residual = rest.into();
+            let mut shifted = -projection;
+            add_to_normal(&mut shifted, set.shift_factor * slip);
+            *residual = shifted.into();
         }
         let targets = p.rows.iter_mut().zip(&mut r.rows);
         let targets = targets.zip(&mut residual.rows);
         let sources = self.rows().iter().zip(&z.rows);
         for ((set, &z), ((velocity, impulse), residual)) in sources.zip(targets) {
             *impulse = set.project(-z * set.alpha);
-            // Whoever holds is to have no velocity, to the bit.
+            // The velocity of a row between its bounds is exactly 0.
             *velocity = if set.holds(*impulse) {
                 T::ZERO
             } else if set.alpha > T::ZERO {
@@ -223,8 +225,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         }
     }
 
-    /// Merit function `Σ alpha_i |E_i|²`. An energy, and not its root, so that units scaled by powers of two change nothing but
-    /// exponents.
+    /// Merit function `Σ alpha_i |E_i|²`. It is an energy and not its root, so a power of two as a unit changes exponents alone.
     pub(crate) fn merit(&self, residual: &Stacked<T, D, C, R>) -> T {
         let contacts = self.contacts().iter().zip(&residual.contacts);
         let merit = contacts.fold(T::ZERO, |sum, (set, e)| sum + set.alpha * square(e));
@@ -232,7 +233,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         rows.fold(merit, |sum, (set, &e)| sum + set.alpha * (e * e))
     }
 
-    /// First part of the error of contacts, see [`natural_map`].
+    /// First part of the error, see [`natural_map::error`].
     #[inline]
     pub(crate) fn contact_error(
         &self,

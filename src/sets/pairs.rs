@@ -1,4 +1,4 @@
-//! Contacts and joint rows on the central path.
+//! Impulses and velocities of contacts and joint rows on the central path ([`crate::guide::method`]).
 
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
@@ -6,7 +6,7 @@ use crate::sets::Sets;
 use crate::sets::contact::pair::{Pair, Part, widen};
 use crate::sets::row::pair::RowPair;
 
-/// Contacts and joint rows on the central path, or how they move.
+/// Pairs of an impulse and a velocity on the central path, or a step of such pairs.
 #[derive(Clone, Debug)]
 pub(crate) struct Pairs<T: Real, const D: usize, const C: usize, const R: usize> {
     pub(super) contacts: [Pair<T, D>; C],
@@ -14,7 +14,7 @@ pub(crate) struct Pairs<T: Real, const D: usize, const C: usize, const R: usize>
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> {
-    /// Nothing yet.
+    /// No pairs.
     pub(crate) const fn none() -> Self {
         Self {
             contacts: [Pair::none(); C],
@@ -22,7 +22,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
         }
     }
 
-    /// Fills the pairs near impulses and velocities.
+    /// Fills in pairs with the parameter `tau`, near the impulses `r` and the velocities `u`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn enter(
         &mut self,
@@ -47,7 +47,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
         }
     }
 
-    /// Writes their impulses.
+    /// Fills `r` with the impulses of the pairs.
     pub(crate) fn impulses(&self, sets: &Sets<T, D, C, R>, r: &mut Stacked<T, D, C, R>) {
         let pairs = self.contacts.iter().zip(sets.contacts());
         for (r, (pair, set)) in r.contacts.iter_mut().zip(pairs) {
@@ -59,7 +59,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
         }
     }
 
-    /// The mean of the products that are to vanish.
+    /// Mean of the products `y_N x_N`, `x · (s, y_T) / beta` and of joint rows. All are `tau` on the central path.
     pub(crate) fn tau(&self, beta: T) -> T {
         let contacts = self.contacts.iter().map(|pair| pair.products(beta));
         let rows = self.rows.iter().map(RowPair::products);
@@ -71,7 +71,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
         sum / count.max(T::ONE)
     }
 
-    /// The greatest length up to a limit of a step inside the sets.
+    /// The greatest length, up to `limit`, of a step that stays inside all cones and bounds.
     pub(crate) fn max_step(&self, step: &Self, limit: T) -> T {
         let contacts = self.contacts.iter().zip(&step.contacts);
         let limit = contacts.fold(limit, |limit, (pair, step)| pair.max_step(step, limit));
@@ -79,7 +79,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
         rows.fold(limit, |limit, (pair, step)| pair.max_step(step, limit))
     }
 
-    /// Moves them.
+    /// Moves the pairs by `step length`.
     pub(crate) fn advance(&mut self, step: &Self, length: T) {
         for (pair, step) in self.contacts.iter_mut().zip(&step.contacts) {
             pair.advance(step, length);
@@ -90,7 +90,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
     }
 }
 
-/// `tau` with which the first path begins, but for a factor: the mean of `alpha |q|²`.
+/// Mean of `alpha |q|²`, the scale of `tau` at the start of the first path.
 pub(crate) fn mean_energy<T: Real, const D: usize, const C: usize, const R: usize>(
     sets: &Sets<T, D, C, R>,
 ) -> T {
@@ -98,8 +98,8 @@ pub(crate) fn mean_energy<T: Real, const D: usize, const C: usize, const R: usiz
     let contacts = contacts.map(|set| set.energy(Part::of(set).count::<D>()));
     let rows = sets.rows().iter().map(|set| set.alone_energy(T::ONE));
     let (mut energy, mut count) = (T::ZERO, T::ZERO);
-    for own in contacts.chain(rows) {
-        energy += own;
+    for energy_of_set in contacts.chain(rows) {
+        energy += energy_of_set;
         count += T::ONE;
     }
     energy / count

@@ -1,5 +1,5 @@
-//! The linearised equations of the central path: two or three solves with one matrix, the predictor and the corrector of
-//! Mehrotra.
+//! The linearised equations of the central path ([`crate::guide::method`]). One matrix serves the predictor and the corrector of
+//! Mehrotra, in two or three solves.
 
 use crate::factor::Delassus;
 use crate::linalg::elimination::Elimination;
@@ -13,26 +13,27 @@ use crate::sets::pairs::Pairs;
 use core::array::from_fn;
 use nalgebra::SVector;
 
-/// The diagonal of `W` is enlarged by so many units of rounding. Where impulses are internal `W` is zero but for its rounding, which at
-/// the end of a path exceeds `V⁻²`: the step would leave the cones at once.
+/// Enlargement of the diagonal of `W`, in units of `eps`. Along internal forces `W` is rounding alone, which at the end of a path
+/// exceeds `V⁻²`: without it a step would leave the cones at once.
 const REGULAR: f64 = 4.0;
 
-/// What a step is to achieve at one contact.
+/// Right-hand sides of the linearised equations of one contact.
 #[derive(Clone, Copy)]
 struct Goal<T, const D: usize> {
-    /// What is to come of `dw + V⁻² dx`, with the `w` of the pair's `dual`.
+    /// `dw + V⁻² dx`, with the `w` of the pair's `dual`.
     cone: SVector<T, D>,
-    /// What is to come of `dy_N + y_N dx_N / x_N`.
+    /// `dy_N + y_N dx_N / x_N`
     normal: T,
 }
 
-/// What a step is to achieve: of joint rows by how much `p` and `n` are to change.
+/// Right-hand sides of the linearised equations of all contacts and joint rows.
 struct Goals<T, const D: usize, const C: usize, const R: usize> {
     contacts: [Goal<T, D>; C],
+    /// Changes of `p` and `n` at constant impulse, [`crate::sets::row::pair::RowPair::goals`].
     rows: [[T; 2]; R],
 }
 
-/// The linearised equations of a point.
+/// The linearised equations at some pairs.
 pub(crate) struct PathSystem<'a, T: Real, const D: usize, const C: usize, const R: usize> {
     scalings: [Scaling<T, D>; C],
     pairs: &'a Pairs<T, D, C, R>,
@@ -43,7 +44,7 @@ pub(crate) struct PathSystem<'a, T: Real, const D: usize, const C: usize, const 
 }
 
 impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a, T, D, C, R> {
-    /// Linearises at pairs with `u = W r + q`; [`Self::factorise`] comes next.
+    /// The equations at `pairs`, whose impulses cause the velocities `u = W r + q`. [`Self::factorise`] comes next.
     #[inline]
     pub(crate) fn new(
         sets: &Sets<T, D, C, R>,
@@ -55,8 +56,8 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         let mut scalings = [Scaling::none(); C];
         let mut velocities = *u;
         let contacts = sets.contacts().iter().zip(&pairs.contacts);
-        let places = scalings.iter_mut().zip(&mut velocities.contacts);
-        for ((scaling, velocity), (set, pair)) in places.zip(contacts) {
+        let targets = scalings.iter_mut().zip(&mut velocities.contacts);
+        for ((scaling, velocity), (set, pair)) in targets.zip(contacts) {
             if pair.part.is_cone::<D>() {
                 *scaling = Scaling::of(pair);
             }
@@ -71,84 +72,108 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         }
     }
 
-    /// Factorises `Λ W Λ + V⁻²`; the normal row of Coulomb's law has `y_N / x_N` in place of `V⁻²`, a joint row its response.
-    /// `None` if that is singular.
+    /// Factorises `Λ W Λ + V⁻²`. A normal row with an equation of its own has `y_N / x_N` in place of `V⁻²`, a joint row its response.
+    /// `None` if the matrix is singular.
     #[inline(never)]
     pub(crate) fn factorise(
         &mut self,
-        all: &Sets<T, D, C, R>,
+        sets: &Sets<T, D, C, R>,
         delassus: &Delassus<T, D, C, R>,
     ) -> Option<()> {
-        let (sets, pairs) = (all.contacts(), self.pairs);
-        let scalings = &self.scalings;
-        let (matrix, elimination) = (&mut *self.matrix, &mut *self.elimination);
+        let pairs = self.pairs;
         let rows = pairs.rows.iter().filter(|pair| pair.is_free).count();
+        self.elimination
+            .lay_out(pairs.contacts.iter().map(Pair::count), rows);
         let regular = T::ONE + T::literal(REGULAR) * T::EPSILON;
-        elimination.lay_out(pairs.contacts.iter().map(Pair::count), rows);
-        for (j, (set, pair)) in sets.iter().zip(&pairs.contacts).enumerate() {
-            let (start, count) = (elimination.columns(j).start, pair.count());
-            let rows = matrix.contacts.iter_mut().zip(&delassus.contacts);
-            let tested = sets.iter().zip(&pairs.contacts);
-            for (i, ((rows, sources), tested)) in rows.zip(tested).enumerate() {
-                if count == 0 || tested.1.count() == 0 {
+        self.assemble_contacts(sets, delassus, regular)?;
+        self.assemble_rows(sets, delassus, regular)?;
+        self.elimination.factorise(self.matrix, false)
+    }
+
+    /// Writes the equations of contacts in the unknowns of contacts.
+    #[inline]
+    fn assemble_contacts(
+        &mut self,
+        sets: &Sets<T, D, C, R>,
+        delassus: &Delassus<T, D, C, R>,
+        regular: T,
+    ) -> Option<()> {
+        let contacts = || sets.contacts().iter().zip(&self.pairs.contacts);
+        for (j, (set, pair)) in contacts().enumerate() {
+            let (start, count) = (self.elimination.columns(j).start, pair.count());
+            let blocks = self.matrix.contacts.iter_mut().zip(&delassus.contacts);
+            for (i, ((rows, sources), (row_set, row_pair))) in blocks.zip(contacts()).enumerate() {
+                if count == 0 || row_pair.count() == 0 {
                     continue;
                 }
                 for (k, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
                     let mut entries = [T::ZERO; D];
-                    if k < tested.1.count() {
+                    if k < row_pair.count() {
                         let mut wide = widen(set, &(*source.get(j)?).into());
                         if k > 0 {
-                            wide *= width(tested.0, k);
+                            wide *= width(row_set, k);
                         }
                         if i == j {
-                            if let Some(own) = wide.as_mut_slice().get_mut(k) {
-                                *own *= regular;
+                            if let Some(diagonal) = wide.as_mut_slice().get_mut(k) {
+                                *diagonal *= regular;
                             }
-                            wide += scalings.get(i)?.row(pair, k);
+                            wide += self.scalings.get(i)?.row(pair, k);
                         }
                         for (entry, &wide) in entries.iter_mut().zip(wide.iter()).take(count) {
                             *entry = wide;
                         }
                     }
-                    // Excess entries are overwritten by the next contact, or zero.
+                    // Zeros behind the columns of the contact: the next contact overwrites them.
                     let target = row.contacts.as_flattened_mut().get_mut(start..)?;
                     *target.first_chunk_mut()? = entries;
                 }
             }
         }
+        Some(())
+    }
+
+    /// Writes the equations of joint rows, and their unknowns into the equations of contacts.
+    #[inline]
+    fn assemble_rows(
+        &mut self,
+        sets: &Sets<T, D, C, R>,
+        delassus: &Delassus<T, D, C, R>,
+        regular: T,
+    ) -> Option<()> {
+        let pairs = self.pairs;
         let free = || {
             let rows = pairs.rows.iter().enumerate();
             rows.filter(|(_, pair)| pair.is_free)
         };
-        for (place, (j, pair)) in free().enumerate() {
-            let (coupling, own) = (delassus.coupling.get(j)?, delassus.rows.get(j)?);
-            let target = matrix.rows.get_mut(place)?;
+        for (index, (j, pair)) in free().enumerate() {
+            let (coupling, sources) = (delassus.coupling.get(j)?, delassus.rows.get(j)?);
+            let target = self.matrix.rows.get_mut(index)?;
             for (entry, (k, _)) in target.rows.iter_mut().zip(free()) {
-                *entry = *own.get(k)?;
+                *entry = *sources.get(k)?;
             }
-            let alpha = all.rows().get(j)?.alpha;
-            let entry = target.rows.get_mut(place)?;
-            *entry = *entry * regular + pair.response(alpha);
-            let contacts = sets.iter().zip(&pairs.contacts).zip(coupling);
+            let alpha = sets.rows().get(j)?.alpha;
+            let diagonal = target.rows.get_mut(index)?;
+            *diagonal = *diagonal * regular + pair.response(alpha);
+            let contacts = sets.contacts().iter().zip(&pairs.contacts).zip(coupling);
             for (i, ((set, pair), &source)) in contacts.enumerate() {
                 let wide = widen(set, &source.into());
-                let own = elimination.columns(i);
-                let entries = target.contacts.as_flattened_mut().get_mut(own)?;
+                let columns = self.elimination.columns(i);
+                let entries = target.contacts.as_flattened_mut().get_mut(columns)?;
                 for (entry, &wide) in entries.iter_mut().zip(wide.iter()) {
                     *entry = wide;
                 }
-                let rows = matrix.contacts.get_mut(i)?.iter_mut();
+                let rows = self.matrix.contacts.get_mut(i)?.iter_mut();
                 for (k, (row, &wide)) in rows.zip(wide.iter()).enumerate() {
                     let used = k < pair.count();
-                    *row.rows.get_mut(place)? = if used { wide } else { T::ZERO };
+                    *row.rows.get_mut(index)? = if used { wide } else { T::ZERO };
                 }
             }
         }
-        elimination.factorise(matrix, false)
+        Some(())
     }
 
-    /// Solves for the step that makes `dw + V⁻² dx = goal`, and the normal row `dy_N + y_N dx_N / x_N` its goal; `None` if
-    /// `dx` or `dw` is not finite. What is not on the path is left as it is in the step.
+    /// Solves the linearised equations with the right-hand sides `goals`, and fills in the step; `None` if `dx` or `dw` is not finite.
+    /// Entries of `steps` without an equation stay as they are.
     #[inline(never)]
     fn solve(&self, goals: &Goals<T, D, C, R>, steps: &mut Pairs<T, D, C, R>) -> Option<()> {
         let mut unknowns = Stacked::zero();
@@ -159,8 +184,8 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
             if pair.part != Part::Cone {
                 right = joined(pair.normal + goal.normal - first(&velocity), right);
             }
-            let own = of_contacts.get_mut(self.elimination.columns(i))?;
-            for (unknown, right) in own.iter_mut().zip(right.iter()) {
+            let unknowns = of_contacts.get_mut(self.elimination.columns(i))?;
+            for (unknown, right) in unknowns.iter_mut().zip(right.iter()) {
                 *unknown = *right;
             }
         }
@@ -177,8 +202,8 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
             steps.contacts.iter_mut().zip(contacts).enumerate()
         {
             let of_contacts = unknowns.contacts.as_flattened();
-            let own = of_contacts.get(self.elimination.columns(i))?;
-            for (x, unknown) in step.x.iter_mut().zip(own) {
+            let unknowns = of_contacts.get(self.elimination.columns(i))?;
+            for (x, unknown) in step.x.iter_mut().zip(unknowns) {
                 *x = *unknown;
             }
             if matches!(pair.part, Part::Normal | Part::Coulomb) {
@@ -191,8 +216,8 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         let rows = self.pairs.rows.iter().zip(&goals.rows);
         let rows = steps.rows.iter_mut().zip(rows);
         let free = rows.filter(|(_, (pair, _))| pair.is_free);
-        for ((step, (pair, goals)), &moved) in free.zip(&unknowns.rows) {
-            *step = pair.step(moved, goals);
+        for ((step, (pair, goals)), &change) in free.zip(&unknowns.rows) {
+            *step = pair.step(change, goals);
         }
         let mut contacts = steps.contacts.iter();
         let finite = contacts.all(|step| step.x.iter().chain(step.dual.iter()).all(T::is_finite))
@@ -213,7 +238,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         self.solve(&goals, step)
     }
 
-    /// The corrector: the step to the pairs of a smaller `tau`, with the products of another step taken into account.
+    /// The corrector: the step to the pairs of a smaller `tau`, with the second-order terms of the predictor `step`.
     pub(crate) fn correct(
         &self,
         step: &Pairs<T, D, C, R>,

@@ -1,4 +1,4 @@
-//! Gauss-Seidel: contact by contact and row by row, each with the impulses of the others as they are by then.
+//! Gauss-Seidel sweep: solves contact by contact and joint row by joint row, each with the latest impulses of the others.
 
 use crate::factor::Factor;
 use crate::linalg::blocks::{block, subtract};
@@ -10,7 +10,7 @@ use crate::sets::contact::local::Local;
 use crate::sets::contact::{coulomb_sweep, relaxed_sweep};
 use crate::solution::Model;
 
-/// One sweep, which keeps `u = W r + q`. The multiplier `λ` of each contact is sought near where the last one was.
+/// One sweep. It updates `r`, and `u` to `W r + q`. The slip multiplier `λ` of each contact starts at that of the last sweep.
 pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     sets: &Sets<T, D, C, R>,
     factor: &Factor<T, N, D, C, R>,
@@ -29,9 +29,9 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, con
     }
 }
 
-/// Square of what a sweep of Coulomb's law leaves (N·s), to first order the natural map.
+/// Square of the residual of Coulomb's law after a sweep (N²s²), to first order that of the natural map.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn residual<T: Real, const D: usize, const C: usize, const R: usize>(
+pub(crate) fn residual_square<T: Real, const D: usize, const C: usize, const R: usize>(
     sets: &Sets<T, D, C, R>,
     r: &Stacked<T, D, C, R>,
     u: &Stacked<T, D, C, R>,
@@ -40,11 +40,11 @@ pub(crate) fn residual<T: Real, const D: usize, const C: usize, const R: usize>(
     let values = u.contacts.iter().zip(&r.contacts).zip(multipliers);
     let contacts = sets.contacts().iter().zip(values);
     contacts.fold(T::ZERO, |sum, (set, ((u, r), &multiplier))| {
-        sum + coulomb_sweep::residual(set, u, r, multiplier)
+        sum + coulomb_sweep::residual_square(set, u, r, multiplier)
     })
 }
 
-/// Goes from contact to contact and from row to row.
+/// Solves all contacts in their order by `solve_local`, then all joint rows.
 #[inline(always)]
 #[allow(clippy::inline_always)] // one loop for each law
 fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
@@ -59,15 +59,15 @@ fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     let counts = sets.counts();
     let masses = factor.effective_mass();
     let contacts = sets.contacts().iter().zip(&delassus.contacts).zip(masses);
-    let places = impulses.contacts.iter_mut().zip(multipliers);
-    for ((i, ((set, rows), mass)), (r, multiplier)) in contacts.enumerate().zip(places) {
-        let (Some(own), Some(&u)) = (block(&delassus.contacts, i, i), velocities.contacts.get(i))
+    let unknowns = impulses.contacts.iter_mut().zip(multipliers);
+    for ((i, ((set, rows), mass)), (r, multiplier)) in contacts.enumerate().zip(unknowns) {
+        let (Some(block), Some(&u)) = (block(&delassus.contacts, i, i), velocities.contacts.get(i))
         else {
             return;
         };
         let local = Local {
             set,
-            own,
+            block,
             mass,
             u,
             r: *r,
@@ -104,7 +104,7 @@ fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         };
         let new = set.solve_local(*r, u);
         let change = new - *r;
-        // Open stops stay open and saturated motors saturated: most rows of a robot most of the time.
+        // Most rows do not change: open stops stay open, and saturated motors stay saturated.
         if change != T::ZERO {
             *r = new;
             let contacts = velocities.contacts.as_flattened_mut();

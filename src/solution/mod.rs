@@ -1,4 +1,4 @@
-//! What comes out of a solve.
+//! The solution of a solve: velocity, impulses, modes, status, error and work.
 
 use crate::linalg::vector::zeros;
 use crate::real::Real;
@@ -55,7 +55,7 @@ impl fmt::Display for Status {
     }
 }
 
-/// The worst violation of a contact's and of a joint row's law, see [`Solution::violation`].
+/// The largest violations of the laws of contacts and joint rows, see [`Solution::violation`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -65,8 +65,8 @@ pub struct Violation<T> {
     /// Largest distance of an impulse from its friction cone (N·s): the largest `|r_T| - mu r_N`, or `-r_N`. The distance from an elliptic
     /// cone is measured in rows that are scaled so that the cone is round.
     pub outside_cone: T,
-    /// Largest speed of a joint row against its law (rad/s, m/s): beyond a stop or a bound, or of a row that holds. The impulse of a row
-    /// always lies within its bounds.
+    /// Largest speed of a joint row against its law (rad/s, m/s): into a stop, against a bound, or any speed of a row that holds. The impulse
+    /// of a row always lies within its bounds.
     pub row_speed: T,
 }
 
@@ -85,8 +85,7 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     pub velocity: SVector<T, N>,
     /// The contacts, in the order of the scene.
     pub contacts: Vec<ContactSolution<T, D>, C>,
-    /// The joint rows, in the order of the scene; behind them limits that were reached
-    /// ([`crate::Kernel::solve_with_limits`]).
+    /// The joint rows, in the order of the scene, and after them the reached limits of [`crate::Kernel::solve_with_limits`].
     pub rows: Vec<RowSolution<T>, R>,
     /// How the solve ended.
     pub status: Status,
@@ -99,8 +98,8 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     /// Work of the solve, over all its calls.
     pub work: Work,
     /// Error of the solution (dimensionless): its violation of Coulomb's law and of the dynamics, relative to the impulses, with a bound on
-    /// rounding ([`crate::guide::error`]). It is infinite while the status is [`Status::Unsolved`]. A solver that was never called has 0,
-    /// so that its `static` is all zeros: ask [`Self::is_usable`].
+    /// rounding ([`crate::guide::error`]). It is infinite while the status is [`Status::Unsolved`], except for 0 before the first call, so
+    /// that the `static` of a new solver is all zeros. [`Self::is_usable`] is false in both cases.
     pub error: T,
 }
 
@@ -113,7 +112,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.contacts.iter().find(|contact| contact.key == key)
     }
 
-    /// The first joint row with this key. A limit of [`crate::Kernel::solve_with_limits`] that is not reached is `None`.
+    /// The first joint row with this key. There is none for a limit of [`crate::Kernel::solve_with_limits`] that is not reached.
     #[must_use]
     pub fn row_by_key(&self, key: u32) -> Option<&RowSolution<T>> {
         self.rows.iter().find(|row| row.key == key)
@@ -137,7 +136,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         }
     }
 
-    /// Is all of it finite?
+    /// Are velocity, contacts and joint rows finite?
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn has_numbers(&self) -> bool {
         let mut sum = T::ZERO;
@@ -155,12 +154,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         sum.is_finite()
     }
 
-    /// Claims nothing any more.
-    pub(crate) fn disown(&mut self) {
+    /// Marks it as unsolved, with an infinite error.
+    pub(crate) fn invalidate(&mut self) {
         (self.status, self.error) = (Status::Unsolved, T::INFINITY);
     }
 
-    /// Empties it, in place.
+    /// Makes the solution empty, in place.
     pub(crate) fn empty(&mut self) {
         self.velocity.fill(T::ZERO);
         self.contacts.clear();
@@ -168,17 +167,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
         self.certificate.clear();
         self.row_certificate.clear();
         self.work = Work::none();
-        self.disown();
+        self.invalidate();
     }
 
-    /// Claims nothing if nothing was solved yet: the zeros of a new solver are no exact solution.
-    pub(crate) fn disown_nothing(&mut self) {
+    /// Makes the error infinite if nothing was solved yet: a new solver has 0 there.
+    pub(crate) fn invalidate_if_unsolved(&mut self) {
         if self.status == Status::Unsolved {
             self.error = T::INFINITY;
         }
     }
 
-    /// The solution of nothing.
+    /// The solution before any solve.
     pub(crate) const fn none() -> Self {
         Self {
             velocity: zeros(),

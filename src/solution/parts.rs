@@ -1,13 +1,13 @@
-//! What a contact and a joint row of a solution do.
+//! One contact and one joint row of a solution, and their modes.
 
 use crate::real::Real;
 use nalgebra::SVector;
 
 /// The mode of a contact: open, sticking or slipping.
 ///
-/// No tolerance decides it. A contact without impulse is open. A contact whose `r_i - alpha_i û_i` lies strictly inside the friction cone
-/// sticks, even if it has a velocity of the size of the error. Every other contact slips, also a frictionless one that pushes; with
-/// `D` = 1 there is no tangent, and it sticks.
+/// No tolerance takes part in the choice. A contact without impulse is open. A contact whose `r_i - alpha_i û_i` lies strictly inside the
+/// friction cone sticks, even if its velocity is as large as the error allows. Every other contact slips, also a frictionless one that
+/// pushes. A contact with `D` = 1 has no tangent: it sticks if it pushes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -46,9 +46,9 @@ pub struct ContactSolution<T, const D: usize> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RowMode {
-    /// A limit that is not reached; no impulse, exactly zero.
+    /// A limit that is not reached: no impulse, exactly zero.
     Open,
-    /// A limit that is reached, and pushes.
+    /// A limit that is reached and pushes.
     AtLimit,
     /// A box at its lower bound: a saturated motor, a joint that slips against its friction.
     AtLower,
@@ -59,7 +59,8 @@ pub enum RowMode {
 }
 
 impl RowMode {
-    /// The mode of an impulse between these bounds. The mode of a box follows from the argument of the natural map, `push`.
+    /// The mode of a row with these bounds. A limit has the mode of its impulse; a box that of `push`, the argument `λ - alpha s` of the
+    /// projection in the natural map ([`crate::guide::error`]).
     pub(crate) fn of<T: Real>(impulse: T, push: T, [lower, upper]: [T; 2]) -> Self {
         let limit = !upper.is_finite() && lower.is_finite();
         let impulse = if limit { impulse } else { push };

@@ -1,4 +1,4 @@
-//! How exactly and how long to solve, and the work that a solve has taken.
+//! Settings of a solve (tolerance, budget, contact law), and the work of a solve.
 
 use crate::real::Real;
 
@@ -14,7 +14,7 @@ pub enum Model {
     ConvexRelaxation,
 }
 
-/// How exactly and how long to solve, and which law.
+/// Settings of a solve: tolerance, budget and contact law.
 ///
 /// ```
 /// use stiction::{Model, Settings};
@@ -30,17 +30,17 @@ pub enum Model {
 pub struct Settings<T> {
     /// Error up to which a solution counts as solved (dimensionless, not negative), see [`crate::Solution::error`].
     pub tolerance: T,
-    /// Work that one call may do, in units of [`Work::total`]. A call ends between two pieces of work, and so exceeds its budget by 19 at
-    /// most. With 0 it computes the error of the best known point. Below 1,000 it looks for no proof of a jam. [`crate::guide::tick`]
-    /// goes from the time of a tick to a budget, and from one tick to the next.
+    /// Work that one call may do, in units of [`Work::total`]. A call ends between two pieces of work, so it exceeds its budget by at most
+    /// 19. With a budget of 0 it computes the error of the best known point. Below 1,000 it looks for no proof of a jam.
+    /// [`crate::guide::tick`] derives a budget from the time of a tick.
     pub budget: usize,
     /// The contact law that is solved.
     pub model: Model,
 }
 
 impl<T> Settings<T> {
-    /// Settings for Coulomb's law with a budget of 1,000. That solves 99.5 % of random scenes, most of them made to be hard
-    /// ([`crate::guide::reports::scenes`]).
+    /// Settings for Coulomb's law with a budget of 1,000, which solves 99.5 % of the random scenes of [`crate::guide::reports::scenes`]; most
+    /// of those are made to be hard.
     #[must_use]
     pub const fn new(tolerance: T) -> Self {
         Self {
@@ -83,7 +83,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// None.
+    /// No work.
     pub(crate) const fn none() -> Self {
         Self {
             iterations: 0,
@@ -94,8 +94,8 @@ impl Work {
         }
     }
 
-    /// Sum of the work, in iterations of ADMM: a sweep and a chord step count 2; a Newton step, a step along the central path and a search
-    /// for a proof count 10. It saturates at the largest `usize`.
+    /// Sum of the work in iterations of ADMM, at most the largest `usize`. A sweep and a chord step count 2; a Newton step, a step along the
+    /// central path and a search for a proof count 10.
     #[must_use]
     #[inline]
     pub const fn total(&self) -> usize {
@@ -103,7 +103,7 @@ impl Work {
         self.on_solution().saturating_add(searches)
     }
 
-    /// That without searches for a proof, which bring no solution nearer.
+    /// [`Self::total`] without searches for a proof, which bring no solution nearer.
     #[inline]
     pub(crate) const fn on_solution(&self) -> usize {
         let twos = self.sweeps.saturating_add(self.chord_steps);

@@ -1,16 +1,18 @@
-//! The central path of a smoothed Coulomb law, an interior-point method: what follows a rejected Newton step of a cold start.
+//! The central path: an interior-point method for a smoothed Coulomb law. It follows a rejected Newton step of a cold start
+//! ([`crate::guide::method`]).
 //!
 //! With `r = Λ x`, `y = Λ u`, `Λ = diag(1, mu, ..., mu)` and `e = (1, 0, ..., 0)` the central path is
 //!
 //! `y_N x_N = tau`, `(x_N, x_T) ∘ (s, y_T) = beta tau e`, `y = Λ W Λ x + Λ q`, `tau -> 0`
 //!
-//! where `s` is an extra unknown with `s >= |y_T|`. That is `u_N = tau / r_N` and `y_T = -beta tau x_T / det x`: Coulomb's
-//! law, smoothed, without the De Saxcé shift. The equations are linear but for the two bilinear products, so that
-//! Mehrotra's corrector is exact to second order. Hyperstatic impulses stay in the interior of their cones. (In the convex
-//! relaxation `s` is `y_N`.) The field `dual` of a pair is `(s, y_T)`.
+//! `∘` is the Jordan product, and `s` an extra unknown with `s >= |y_T|`. In other words `u_N = tau / r_N` and
+//! `y_T = -beta tau x_T / det x`: Coulomb's law, smoothed, without the De Saxcé shift. The equations are linear except for the two bilinear
+//! products, so Mehrotra's corrector is exact to second order. Hyperstatic impulses stay in the interior of their cones. (In the convex
+//! relaxation `s` is `y_N`.) A *pair* is `x` and `(s, y_T)` of one contact.
 //!
-//! Coulomb's law is not monotone: the path can have folds. If it jams, sweeps lead away, and another path is entered, with
-//! another weight `beta`. Every path that reaches `tau = 0` ends at a solution.
+//! Coulomb's law is not monotone: the path can have folds. If a path *jams* (its steps become short), sweeps lead away, and another path
+//! begins with another weight `beta`. Every path that reaches `tau = 0` ends at a solution. (A path that jams has nothing to do with a
+//! scene that is jammed by friction, [`crate::Status::Jammed`].)
 
 use crate::real::Real;
 use crate::sets::pairs::{Pairs, mean_energy};
@@ -19,27 +21,26 @@ use crate::solver::monitor::Monitor;
 use crate::solver::state::{State, Sweeps};
 use crate::solver::tuning;
 
-/// Newton's method tries to finish a path again once the merit, a square, is smaller by this factor: at half the residual.
+/// Fall of the merit after which Newton's method tries again to finish a path. The merit is a square: the residual has halved.
 const FALL: f64 = 4.0;
 
-/// The same where it is asked whether all can stay, a hundredth: what hardly pushes there fails each time.
+/// [`FALL`] while the [rest question](super::rest) is open: the residual has fallen to a hundredth. Contacts that hardly push make Newton's
+/// method fail there each time.
 const FALL_AT_REST: f64 = 1e4;
 
-/// What came of a step.
+/// The outcome of a step along the central path.
 #[derive(Clone, Copy)]
 pub(super) enum Progress {
-    /// There are more to come.
+    /// The path continues.
     Far,
     /// Newton's method may finish from the point.
     Near,
-    /// The path leads nowhere from here.
+    /// The path has jammed.
     Jammed,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
-    /// Begins the interior-point method at the impulses of the point.
-    ///
-    /// `tau` starts at 10 times the mean of `alpha |q|²`.
+    /// Begins the central path near the impulses of the point, with a `tau` of 10 times the mean of `alpha |q|²`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_path<const N: usize, const S: usize>(
         &mut self,
@@ -51,7 +52,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         self.back_to_path(monitor);
     }
 
-    /// Pairs of a central path near the impulses and `u` of the point.
+    /// Sets the pairs to those of a central path near the impulses and `u` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
     fn enter_path<const N: usize, const S: usize>(
         &mut self,
@@ -77,11 +78,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         let sets = &monitor.problem.sets;
         self.path.pairs.impulses(sets, &mut self.point.r);
-        let (r, u) = (&self.point.r, &mut self.point.u);
-        self.point.natural_map = monitor.problem.natural_map(r, u);
+        self.point.evaluate_impulses(monitor.problem);
     }
 
-    /// A step along the central path.
+    /// Makes a step along the central path.
     #[inline(never)]
     pub(super) fn path_step<const N: usize, const S: usize>(
         &mut self,
@@ -96,23 +96,23 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
         self.path.steps += 1;
         self.back_to_path(monitor);
-        self.consider_answer(monitor);
-        if monitor.waits() {
+        self.consider_with_rest(monitor);
+        if monitor.must_return() {
             return Progress::Far;
         }
         self.progress(monitor)
     }
 
-    /// What came of a step that does not solve the problem.
+    /// The outcome of a step that did not solve the scene.
     #[inline(never)]
     pub(super) fn progress<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Progress {
-        if self.point.natural_map < tuning::near() {
+        if self.point.estimate < tuning::near() {
             self.point.rebuild_from_velocity(monitor.problem);
             let (merit, tried) = (self.point.merit, self.path.tried);
-            let fall = if monitor.record.asks_for_rest() {
+            let fall = if monitor.record.is_rest_question_open() {
                 FALL_AT_REST
             } else {
                 FALL
@@ -130,7 +130,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
     }
 
-    /// Moves the pairs by a step of Mehrotra's predictor-corrector method. Returns its length; `None` if there is no step.
+    /// Moves the pairs by a step of Mehrotra's predictor-corrector method. Returns its length; `None` if the system is singular.
     #[inline(never)]
     fn move_pairs<const N: usize, const S: usize>(
         &mut self,
@@ -143,13 +143,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let u = &self.point.u;
         let mut system = PathSystem::new(sets, pairs, u, matrix, elimination);
         system.factorise(sets, delassus)?;
-        // The fraction to the boundary
+        // Share of the way to the boundary of the cones.
         let fraction = T::ONE - tuning::margin::<T>();
         let limit = T::ONE / fraction;
         let (mut step, mut corrected) = (Pairs::none(), Pairs::none());
         system.predict(&mut step)?;
-        let left = T::ONE - pairs.max_step(&step, limit).min(T::ONE);
-        let goal = (left * left * left * self.path.tau, beta);
+        let remainder = T::ONE - pairs.max_step(&step, limit).min(T::ONE);
+        let goal = (remainder * remainder * remainder * self.path.tau, beta);
         system.correct(&step, goal, &mut corrected)?;
         let mut longest = pairs.max_step(&corrected, limit);
         if longest < tuning::correct_again() {
@@ -164,7 +164,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         Some(length)
     }
 
-    /// Moves to pseudo-random impulses of the expected size, seeded by the number of jams.
+    /// Sets the impulses of the point to pseudo-random ones of the expected size, seeded by the number of jams.
     #[cfg_attr(target_os = "none", inline(never))]
     fn restart_at_random<const N: usize, const S: usize>(
         &mut self,
@@ -173,7 +173,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         let mut state = u32::try_from(jams).unwrap_or(0);
         let mut random = |size: T| {
-            // Numerical Recipes' generator, of which the upper half is random enough
+            // The generator of Numerical Recipes; its upper half is random enough.
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let share = T::count(usize::from((state >> 16) as u16)) / T::literal(32768.0);
             size * (share - T::ONE)
@@ -189,8 +189,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         problem.sets.project(r);
     }
 
-    /// Leaves a jam by some sweeps, and enters another central path. Returns whether Newton's method may finish from where the
-    /// sweeps have led.
+    /// Leaves a jam by some sweeps, and begins another central path. Returns true if Newton's method may finish from the point after the
+    /// sweeps.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn leave_jam<const N: usize, const S: usize>(
         &mut self,
@@ -207,9 +207,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         {
             self.point.r = best;
         }
-        let (r, u) = (&self.point.r, &mut self.point.u);
-        self.point.natural_map = monitor.problem.natural_map(r, u);
-        if !self.point.natural_map.is_finite() {
+        self.point.evaluate_impulses(monitor.problem);
+        if !self.point.estimate.is_finite() {
             self.point.set_zero_impulse(monitor.problem);
         }
         if monitor.problem.can_be_swept() {
@@ -218,7 +217,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
                 self.sweep_once(monitor);
             }
         }
-        // Rounded by the compiler.
+        // `map` lets the compiler round the constants.
         let value = |values: &[T]| {
             let value = values.get(jams % values.len().max(1));
             value.copied().unwrap_or(T::ONE)
@@ -228,10 +227,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         // Higher with each round of weights, so that none repeats another.
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         self.enter_path(monitor, tau * tuning::tau_raise() * round, gain, beta);
-        let (r, u) = (&self.point.r, &mut self.point.u);
-        self.point.natural_map = monitor.problem.natural_map(r, u);
+        self.point.evaluate_impulses(monitor.problem);
         self.consider(monitor);
-        let is_near = self.point.natural_map < tuning::near() || monitor.waits();
+        let is_near = self.point.estimate < tuning::near() || monitor.must_return();
         if is_near {
             self.point.rebuild_from_velocity(monitor.problem);
         }

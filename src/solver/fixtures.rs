@@ -1,4 +1,4 @@
-//! A scene that can do everything, for the tests of the method's modules: a cube on a floor.
+//! A scene for the tests of this folder: a cube on a floor, which can stick, slide, fly and be hyperstatic.
 
 extern crate std;
 
@@ -40,7 +40,7 @@ pub(super) fn pressed(sideways: f64) -> SVector<f64, N> {
     vector![sideways, 0.0, -1.0, 0.0, 0.0, 0.0]
 }
 
-/// Works on the problem of a scene and a free impulse.
+/// Calls `work` with the problem of a scene and a free impulse.
 pub(super) fn with_problem<O>(
     scene: &Scene<f64, N, D, C>,
     push: &SVector<f64, N>,
@@ -52,7 +52,7 @@ pub(super) fn with_problem<O>(
     Ok(work(&mut problem))
 }
 
-/// Works on a solve that has begun, to 1e-9 and with a budget of 100.
+/// Calls `work` with the monitor of a solve that has begun, with a tolerance of 1e-9 and a budget of 100.
 pub(super) fn with_monitor<O>(
     scene: &Scene<f64, N, D, C>,
     push: &SVector<f64, N>,

@@ -1,4 +1,4 @@
-//! When the monitor doubts a solution: scenes that have none.
+//! The decision when to look for a proof that a scene is infeasible or jammed ([`crate::guide::error`]).
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::at_least;
@@ -7,14 +7,14 @@ use crate::scene::RowLaw;
 use crate::solution::Status;
 use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
 
-/// The least budget with which a proof of a jam is looked for: the search takes as long as hundreds of sweeps.
+/// Least budget with which the solver looks for a proof of a jam. The search takes as long as hundreds of sweeps.
 pub(crate) const JAM_BUDGET: usize = 1_000;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>
 {
-    /// Stops the monitor if the scene is infeasible, and writes down the certificate. Once in a solve, for it depends on
-    /// the scene alone.
+    /// Looks for a proof that the scene is infeasible, once in a solve: it depends on the scene alone. If it finds one, it writes the
+    /// certificate and ends the solve.
     pub(crate) fn look_for_proof(&mut self) {
         if self.record.has_sought_proof {
             return;
@@ -31,10 +31,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.stop(Status::Infeasible);
     }
 
-    /// Writes down a proof.
+    /// Writes a proof to the solution.
     #[cfg_attr(target_os = "none", inline(never))]
     fn write_certificate(&mut self, proof: &Stacked<T, D, C, R>) {
-        // There is room: a solution holds as many as a scene.
+        // No `push` fails: a solution has room for as many as a scene.
         let counts = self.problem.sets.counts();
         self.solution.certificate.clear();
         for &d in proof.contacts.iter().take(counts.contacts) {
@@ -46,18 +46,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Looks for a proof that friction jams the scene, unless the solution does what is asked for, but for a tenth. A search goes
-    /// on after it: a solution may exist.
+    /// Looks for a proof that friction jams the scene, if the impulses are doubtful and the velocities miss the offsets by more than a tenth.
+    /// The proof does not end the solve, because a solution may exist.
     #[inline(never)]
     fn look_for_jam(&mut self, present: &Stacked<T, D, C, R>) {
         let scene = self.problem.scene;
-        let most = T::literal(DOUBTFUL_IMPULSE_RATIO);
-        let grows = [present, &self.record.best]
+        let ratio = T::literal(DOUBTFUL_IMPULSE_RATIO);
+        let are_doubtful = [present, &self.record.best]
             .iter()
-            .any(|r| self.problem.exceeds(r, most));
-        if !grows || !scene.is_conceivably_infeasible() {
+            .any(|r| self.problem.exceeds(r, ratio));
+        if !are_doubtful || !scene.is_conceivably_infeasible() {
             return;
         }
+        // The largest violation by the velocities, and by the offsets alone.
         let mut closing = T::ZERO;
         let mut asked = T::ZERO;
         for (found, contact) in self.solution.contacts.iter().zip(scene.contacts()) {
@@ -83,7 +84,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Looks for a proof that the scene is infeasible or jammed, unless the solution is convincing.
+    /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check_infeasibility(&mut self, present: &Stacked<T, D, C, R>) {
         let convincing = match self.record.status {

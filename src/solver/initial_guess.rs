@@ -1,5 +1,6 @@
-//! Are impulses unique, and do contacts stick? The answers decide how a cold solve starts: with Newton's method at a guess, or
-//! with sweeps.
+//! The start of a cold solve: Newton's method at the guess that all contacts stick, or sweeps ([`crate::guide::method`], "The start").
+//!
+//! The choice depends on two questions: is the scene hyperstatic (are its impulses not unique), and does friction suffice to stick?
 
 use crate::cone::{add_to_normal, split};
 use crate::linalg::stacked::Stacked;
@@ -12,19 +13,19 @@ use crate::solver::tuning;
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Does a cold solve sweep, if it does not guess? The convex relaxation only where impulses are unique: elsewhere Newton's
-    /// method goes faster from rest.
+    /// Does a cold solve without a guess begin with sweeps? In the convex relaxation only if impulses are unique: otherwise Newton's method
+    /// from rest is faster.
     pub(crate) fn begins_with_sweeps(&self) -> bool {
         let unique = || self.can_be_swept() && !self.may_be_hyperstatic();
         self.model == Model::Coulomb || unique()
     }
 
-    /// `alpha_i q_N` (N·s) above which a contact clearly separates.
+    /// Value of `alpha_i q_N` (N·s) above which a contact clearly separates.
     fn open_threshold(&self) -> T {
         self.reference_impulse * tuning::open_threshold::<T>()
     }
 
-    /// Is the scene hyperstatic, and is the total friction that sticking needs available, if each contact is stopped alone?
+    /// Is the scene hyperstatic, and do all contacts together have the friction to stick, if each one is stopped alone?
     pub(crate) fn is_likely_to_stick(&self) -> bool {
         if !self.may_be_hyperstatic() {
             return false;
@@ -40,19 +41,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             if set.alpha * normal > threshold {
                 continue;
             }
-            let (slip, held) = (norm(tangent), -set.cone.friction() * normal);
+            let (slip, friction) = (norm(tangent), -set.cone.friction() * normal);
             holding += set.pushing_rows();
             let approaches = normal < -tuning::grazing::<T>() * slip;
             if approaches && set.pushing_rows() > 1 {
                 demand += set.alpha * slip;
-                grip += set.alpha * held;
+                grip += set.alpha * friction;
             }
         }
         self.is_redundant(holding) && demand <= tuning::sticking::<T>() * grip
     }
 
-    /// A `z` at which every contact sticks that does not clearly separate, pushed by the impulse that would stop it alone, and
-    /// every joint row has the impulse that it would have alone.
+    /// Fills `z` with the guess: every contact that does not clearly separate sticks, with the impulse that would stop it alone. Every joint
+    /// row has the impulse that it would have alone.
     pub(crate) fn all_sticking(&self, z: &mut Stacked<T, D, C, R>) {
         let threshold = self.open_threshold();
         for (z, set) in z.contacts.iter_mut().zip(self.sets.contacts()) {

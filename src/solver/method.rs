@@ -1,20 +1,20 @@
-//! The method: sweep or guess; then Newton's method; if that fails, the central path.
+//! The state machine of a solve: sweeps or a guess, then Newton's method, then the central path if Newton's method fails.
 //!
-//! The whole diagram and a table of the transitions stand in [`crate::guide::method`]; in short:
+//! [`crate::guide::method`] explains the phases and has a table of all transitions. In short:
 //!
 //! ```text
 //! Sweeps ── enough ──► Newton ── rejected ──► Sweeps ── slow ──► CentralPath ── jam ──► CentralPath (another one)
 //! Newton ── rejected, began at the last solution or at a guess ──► cold start, without a guess
 //! CentralPath ── near the end, also after a jam ──► Newton
-//! Newton ── rejected ──► search for a proof, once in a solve
-//! solved, but a rest is left ──► CentralPath of the relaxation: can all stay?
+//! Newton ── rejected ──► search for a proof of infeasibility, once in a solve
+//! solved, but a body leaves a rest ──► CentralPath of the relaxation: can all bodies stay?
 //! ```
 //!
-//! A phase does one piece of work at a time and says what came of it. [`Method::advance`] alone decides what is next. Where a point is good
-//! enough in contact space, its error is asked for, and answered before the next piece. A last
-//! solution whose impulses are nearly unique is swept too, if no Jacobian was kept. Only [`Method`], the
-//! monitor's record and the solution (its work, the impulses shown) are carried from one piece to the next: a solve can pause after
-//! any of them and continue later with the same bits.
+//! A phase does one piece of work (a sweep, a step) and returns its outcome. [`Method::advance`] alone chooses the next phase. If the
+//! estimate of a point is within the tolerance, the monitor checks its error before the next piece ([`crate::solver::monitor`]).
+//!
+//! [`Method`], the record and the solution hold all state between two pieces. So a solve can pause after any piece and continue later with
+//! the same bits.
 
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
@@ -23,20 +23,20 @@ use crate::solver::central_path::Progress;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin, Outcome};
 use crate::solver::phases::Phases;
-use crate::solver::point::Point;
-use crate::solver::record::{Question, Rest};
+use crate::solver::point::NewtonPoint;
+use crate::solver::record::RestQuestion;
 use crate::solver::rest::DISTURBED;
 use crate::solver::state::State;
 use crate::solver::sweeps::Pace;
 use crate::solver::warm_start::{WarmStart, WarmStartKind};
 
-/// What comes next.
+/// The next piece of work.
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)] // so that `Idle` is zero, and a new solver takes no flash
 pub(crate) enum Phase {
-    /// Nothing: no solve was begun.
+    /// No work: no solve was begun, or the solve is over.
     Idle,
-    /// The start, once it is known how good the last solution is.
+    /// The choice of the first phase, once the error of the start is checked.
     Start(WarmStartKind),
     /// A Gauss-Seidel sweep.
     Sweeps,
@@ -46,7 +46,7 @@ pub(crate) enum Phase {
     CentralPath,
 }
 
-/// The state of a solve, and what comes next.
+/// The state of a solve, and its next piece of work.
 #[derive(Clone, Debug)]
 pub(crate) struct Method<T: Real, const D: usize, const C: usize, const R: usize, P> {
     pub(super) phase: Phase,
@@ -55,7 +55,7 @@ pub(crate) struct Method<T: Real, const D: usize, const C: usize, const R: usize
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<T, D, C, R, P> {
-    /// No solve yet.
+    /// The state before any solve.
     pub(crate) const fn none(phases: P) -> Self {
         Self {
             phase: Phase::Idle,
@@ -64,12 +64,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// Forgets the Jacobian that is kept.
+    /// Forgets the kept Jacobian.
     pub(crate) fn forget(&mut self) {
         self.state.forget();
     }
 
-    /// The impulses as they stand.
+    /// The present impulses.
     pub(crate) const fn impulses(&self) -> &Stacked<T, D, C, R> {
         &self.state.point.r
     }
@@ -81,27 +81,27 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         warm_start: &mut WarmStart<T, D, C, R>,
     ) {
-        if let Some(places) = warm_start.follow(monitor.problem.scene) {
-            self.state.jacobian.follow(&places);
+        if let Some(earlier_indices) = warm_start.follow(monitor.problem.scene) {
+            self.state.jacobian.follow(&earlier_indices);
         }
         let start = (monitor.tolerance(), monitor.is_first_call());
         let (problem, point) = (&*monitor.problem, &mut self.state.point);
-        let known = warm_start.start(problem, start, self.phases, point);
+        let kind = warm_start.start(problem, start, self.phases, point);
         self.state.consider(monitor);
-        self.phase = if monitor.waits() {
-            Phase::Start(known)
+        self.phase = if monitor.must_return() {
+            Phase::Start(kind)
         } else {
-            self.start(monitor, warm_start, known)
+            self.start(monitor, warm_start, kind)
         };
     }
 
-    /// Where a solve begins.
+    /// The first phase of a solve.
     #[cfg_attr(target_os = "none", inline(never))]
     fn start<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         warm_start: &mut WarmStart<T, D, C, R>,
-        known: WarmStartKind,
+        kind: WarmStartKind,
     ) -> Phase {
         let tolerance = monitor.tolerance();
         if P::CENTRAL_PATH
@@ -109,27 +109,27 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             && (!monitor.is_over() || warm_start.has_crept(monitor.creeps(&self.state.point)))
             && warm_start.is_at_rest(monitor.problem, tolerance)
         {
-            monitor.record.rest = Rest::Before;
+            monitor.record.rest = RestQuestion::Pending;
             if monitor.leaves_rest(&self.state.point) {
                 return self.begin_path(monitor);
             }
-            warm_start.is_disturbed |= self.state.point.natural_map > T::literal(DISTURBED);
+            warm_start.is_disturbed |= self.state.point.estimate > T::literal(DISTURBED);
         }
         if P::CENTRAL_PATH && warm_start.is_disturbed && monitor.is_over() {
             warm_start.is_disturbed = false;
             if monitor.problem.is_likely_to_stick()
                 && warm_start.is_at_rest(monitor.problem, tolerance)
             {
-                monitor.ask_for_centre();
+                monitor.begin_centring();
                 return self.begin_guess(monitor, Newton::centring());
             }
         }
-        // Good enough for contact space, but not once its velocity was known?
-        let corrected = self.state.point.natural_map <= tolerance && !monitor.is_over();
-        let newton = Newton::warm(known == WarmStartKind::Isostatic);
-        match known {
+        // The estimate was within the tolerance, but the error was not.
+        let corrected = self.state.point.estimate <= tolerance && !monitor.is_over();
+        let newton = Newton::warm(kind == WarmStartKind::Isostatic);
+        match kind {
             _ if !P::NEWTON => {
-                self.state.go_on_sweeping(monitor);
+                self.state.apply_correction(monitor);
                 self.begin_sweeps(monitor)
             }
             WarmStartKind::None if !corrected => self.begin_cold(monitor, true),
@@ -146,19 +146,19 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// One piece of work, and what comes after it.
+    /// Does one piece of work, and chooses the next one.
     pub(crate) fn advance<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         warm_start: &mut WarmStart<T, D, C, R>,
     ) {
-        if monitor.waits() {
+        if monitor.must_return() {
             self.state.judge(monitor);
-            if monitor.record.question != Question::Nothing {
+            if monitor.is_check_due() {
                 return;
             }
-            if let Phase::Start(known) = self.phase {
-                self.phase = self.start(monitor, warm_start, known);
+            if let Phase::Start(kind) = self.phase {
+                self.phase = self.start(monitor, warm_start, kind);
                 return;
             }
             if !monitor.is_over() {
@@ -167,13 +167,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         } else {
             self.phase = self.work(monitor);
         }
-        let waits = monitor.record.question != Question::Nothing;
-        if P::CENTRAL_PATH && monitor.record.rest != Rest::Known && !waits {
-            self.keep_rest(monitor);
+        let is_check_due = monitor.is_check_due();
+        if P::CENTRAL_PATH && monitor.record.rest != RestQuestion::Closed && !is_check_due {
+            self.update_rest_question(monitor);
         }
     }
 
-    /// What comes after a point that was not good enough, of which the velocities may have been corrected.
+    /// The phase after a check in which the error exceeded the tolerance. (The check may have corrected the velocities.)
     #[cfg_attr(target_os = "none", inline(never))]
     fn after_correction<const N: usize, const S: usize>(
         &mut self,
@@ -186,13 +186,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 self.after_path_step(monitor, progress)
             }
             Phase::Newton(newton) if P::NEWTON && newton.is_spent() => {
-                self.after_rejection(monitor, newton.origin())
+                self.after_rejection(monitor, newton.origin)
             }
             phase => phase,
         }
     }
 
-    /// What comes after a step along the central path.
+    /// The phase after a step along the central path.
     fn after_path_step<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
@@ -201,7 +201,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         match progress {
             Progress::Far => Phase::CentralPath,
             Progress::Near => Phase::Newton(Newton::finish()),
-            Progress::Jammed if monitor.record.asks_for_rest() => self.after_question(monitor),
+            Progress::Jammed if monitor.record.is_rest_question_open() => {
+                self.after_rest_question(monitor)
+            }
             Progress::Jammed => {
                 if self.state.leave_jam(monitor) {
                     Phase::Newton(Newton::finish())
@@ -213,7 +215,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// What comes after sweeps that were enough.
+    /// The phase after the last sweep.
     fn after_sweeps<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
@@ -224,11 +226,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         if P::NEWTON {
             return self.begin_newton(monitor, self.state.newton_after_sweeps());
         }
-        self.state.go_on_sweeping(monitor);
+        self.state.apply_correction(monitor);
         Phase::Sweeps
     }
 
-    /// The next piece of the phase, and what comes after it.
+    /// Does one piece of work of the present phase, and returns the next phase.
     fn work<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
@@ -245,40 +247,41 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                     self.forget();
                     self.begin_sweeps(monitor)
                 }
-                Outcome::Rejected => self.after_rejection(monitor, newton.origin()),
+                Outcome::Rejected => self.after_rejection(monitor, newton.origin),
             },
             Phase::CentralPath if P::CENTRAL_PATH => {
                 let progress = self.state.path_step(monitor);
                 self.after_path_step(monitor, progress)
             }
-            // A phase that is left out is not begun.
+            // Nothing begins a phase that is left out.
             Phase::Newton(_) | Phase::CentralPath => Phase::Sweeps,
         }
     }
 
-    /// Asks whether all can stay at rest if a solution was found that slides, and ends that question once it is answered.
+    /// Opens the [rest question](super::rest) if the solution leaves a rest, and closes it once the answer is no.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn keep_rest<const N: usize, const S: usize>(
+    fn update_rest_question<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         if monitor.leaves_rest(&self.state.point) {
             self.phase = self.begin_path(monitor);
-        } else if monitor.record.asks_for_rest() && monitor.cannot_rest(&self.state.point) {
-            self.phase = self.after_question(monitor);
+        } else if monitor.record.is_rest_question_open() && monitor.cannot_rest(&self.state.point) {
+            self.phase = self.after_rest_question(monitor);
         }
     }
 
-    /// Not all can stay, or nobody knows: what slides is the solution, or is looked for.
+    /// Closes the rest question: not all bodies can stay, or the answer was not found. Returns [`Phase::Idle`] if a solution that slides is
+    /// known, otherwise the first phase of the search for one.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn after_question<const N: usize, const S: usize>(
+    fn after_rest_question<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Phase {
-        if let Some(known) = monitor.give_up_rest() {
+        if let Some(solution) = monitor.close_rest_question() {
             let point = &mut self.state.point;
-            point.r = known; // where the next solve starts
-            point.natural_map = monitor.problem.natural_map(&point.r, &mut point.u);
+            point.r = solution; // the next solve starts there
+            point.evaluate_impulses(monitor.problem);
             point.rebuild_from_velocity(monitor.problem);
             return Phase::Idle;
         }
@@ -287,31 +290,32 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         self.begin_cold(monitor, false)
     }
 
-    /// If a call ends while it is asked whether all can stay, the solution that slides is the answer. What is written obeys Coulomb's law.
-    pub(crate) fn end_question<const N: usize, const S: usize>(
+    /// At the end of a call: closes an open rest question if a solution that slides is known; otherwise lets the monitor evaluate impulses
+    /// by Coulomb's law.
+    pub(crate) fn end_rest_question<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        if monitor.record.knows_answer() && !monitor.is_over() {
-            self.phase = self.after_question(monitor);
-        } else if monitor.record.asks_for_rest() {
+        if monitor.record.has_fallback() && !monitor.is_over() {
+            self.phase = self.after_rest_question(monitor);
+        } else if monitor.record.is_rest_question_open() {
             monitor.problem.set_shift(true);
         }
     }
 
-    /// What comes after a Newton step that was rejected.
+    /// The phase after a rejected Newton step.
     fn after_rejection<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         origin: Origin,
     ) -> Phase {
         match origin {
-            _ if P::CENTRAL_PATH && monitor.record.rest == Rest::Centred => {
-                self.after_question(monitor)
+            _ if P::CENTRAL_PATH && monitor.record.rest == RestQuestion::Centring => {
+                self.after_rest_question(monitor)
             }
             Origin::Cold if P::CENTRAL_PATH => {
                 monitor.look_for_proof();
-                if monitor.problem.can_be_swept() && !monitor.record.asks_for_rest() {
+                if monitor.problem.can_be_swept() && !monitor.record.is_rest_question_open() {
                     self.state.sweep_before_path();
                     return Phase::Sweeps;
                 }
@@ -325,11 +329,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 self.state.sweep_for_longer();
                 Phase::Sweeps
             }
-            Origin::Last if P::CENTRAL_PATH && monitor.record.rest == Rest::Before => {
-                monitor.ask_for_rest(false);
+            Origin::LastSolution
+                if P::CENTRAL_PATH && monitor.record.rest == RestQuestion::Pending =>
+            {
+                monitor.open_rest_question(RestQuestion::Open);
                 self.begin_newton(monitor, Newton::new())
             }
-            Origin::Last | Origin::Guess => {
+            Origin::LastSolution | Origin::Guess => {
                 if P::CENTRAL_PATH {
                     monitor.look_for_proof();
                 }
@@ -339,7 +345,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// A cold start: a guess, sweeps, or Newton's method from rest.
+    /// Begins a cold start: at a guess, with sweeps, or with Newton's method from rest.
     fn begin_cold<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
@@ -354,7 +360,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// Newton's method from the guess that all contacts stick.
+    /// Begins Newton's method at the guess that all contacts stick.
     fn begin_guess<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
@@ -365,7 +371,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         Phase::Newton(newton)
     }
 
-    /// Sweeps from the impulses and `u` of the point.
+    /// Begins sweeps at the impulses and `u` of the point.
     fn begin_sweeps<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
@@ -374,7 +380,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         Phase::Sweeps
     }
 
-    /// The central path from the impulses of the point.
+    /// Begins the central path near the impulses of the point.
     fn begin_path<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
@@ -383,7 +389,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         Phase::CentralPath
     }
 
-    /// Newton's method from the impulses and `u` of the point.
+    /// Begins Newton's method at the impulses and `u` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
     fn begin_newton<const N: usize, const S: usize>(
         &mut self,
@@ -394,12 +400,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         Phase::Newton(newton)
     }
 
-    /// `P` and `r` as they stand. (After a sweep and after a step along the central path only `u` is current: `P` follows from it.)
+    /// The present `P` and `r`. (A sweep and a step along the central path update only `r` and `u`: `P` is then computed from `u`.)
     pub(crate) fn solution<const N: usize, const S: usize>(
         &mut self,
         problem: &Problem<'_, T, N, D, C, R, S>,
     ) -> [&Stacked<T, D, C, R>; 2] {
-        let Point { p, r, u, .. } = &mut self.state.point;
+        let NewtonPoint { p, r, u, .. } = &mut self.state.point;
         match self.phase {
             Phase::Start(WarmStartKind::Hyperstatic) | Phase::Newton(_) | Phase::Idle => {}
             Phase::Start(_) | Phase::Sweeps | Phase::CentralPath => problem.sets.augment(u, p),

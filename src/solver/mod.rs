@@ -1,5 +1,5 @@
-//! The default method: Gauss-Seidel or a guess for a start, semismooth Newton to the end, and the central path
-//! if that fails.
+//! [`Solver`]: Gauss-Seidel sweeps or a guess to begin, semismooth Newton steps to finish, and the central path (an interior-point
+//! method) where Newton's method fails. [`crate::guide::method`] explains the method.
 
 use crate::error::Error;
 use crate::factor::Factor;
@@ -36,9 +36,9 @@ pub(crate) use record::Call;
 
 /// A solver for scenes of `N` velocities, up to `C` contacts of `D` rows and up to `R` joint rows.
 ///
-/// It keeps the last solution, and starts the next solve from it (warm start) as far as the
-/// contacts are still there, by their [`crate::Contact::key`]; [`Solver::reset`] forgets it. It
-/// never allocates. It has the [`Phases`] of its type: who counts bytes of flash may leave some out.
+/// A solver keeps its last solution. The next solve starts from it (warm start): each contact and joint row from the one with the same
+/// [`crate::Contact::key`]. [`Solver::reset`] forgets it. A solver never allocates. The type parameter `P` names its [`Phases`]; fewer of
+/// them save flash.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -78,7 +78,7 @@ pub struct Solver<
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     Solver<T, N, D, C, R>
 {
-    /// A solver of all phases that has solved nothing yet; [`Self::with_phases`] makes one of others.
+    /// A new solver with all phases; [`Self::with_phases`] chooses others.
     #[must_use]
     pub const fn new() -> Self {
         Self::with_phases(AllPhases)
@@ -88,7 +88,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P: Phases>
     Solver<T, N, D, C, R, P>
 {
-    /// A solver of these phases, that has solved nothing yet.
+    /// A new solver with these phases.
     #[must_use]
     pub const fn with_phases(phases: P) -> Self {
         Self {
@@ -106,15 +106,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.method.forget();
     }
 
-    /// Makes it as new, in place.
+    /// Makes the solver as new, in place.
     pub(crate) fn empty(&mut self) {
         self.reset();
         self.solution.empty();
     }
 
-    /// Starts the next solve at these impulses (N·s), each with the key of its contact or joint row, in place of
-    /// the last solution. What is missing starts at zero. Impulses outside their cones are projected.
-    /// Impulses whose error exceeds that of zero impulses are ignored.
+    /// Sets the impulses (N·s) at which the next solve starts, in place of the last solution: each with the key of its contact or joint row.
+    ///
+    /// Contacts and joint rows that are not listed start at zero. Impulses outside their cones are projected. If all impulses together have a
+    /// larger error than zero impulses, they are ignored.
     ///
     /// ```
     /// # use nalgebra::{Matrix2, matrix, vector};
@@ -143,10 +144,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         Ok(())
     }
 
-    /// Tells that nothing moved before the next solve, which is then answered by a solution at rest, if Coulomb's law has one.
+    /// Declares that nothing moved before the next solve. That solve returns a solution at rest if Coulomb's law has one.
     ///
-    /// A solver knows by itself whether its last solution was at rest. This is for the first solve, and for that after [`Self::reset`]: a cold
-    /// solve of a body at rest may come to another solution, in which it slides ([`crate::guide::error`]).
+    /// Call it before the first solve, or after [`Self::reset`]: a cold solve of a body at rest may find another solution, in which it slides
+    /// ([`crate::guide::error`]). Later the solver knows whether its last solution was at rest.
     ///
     /// ```
     /// # use stiction::Kernel;
@@ -157,7 +158,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.warm_start.presume_rest();
     }
 
-    /// The last solution. After an `Err` it is still that of an earlier solve.
+    /// The last solution. After an `Err` it is the solution of an earlier solve.
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C, R> {
         &self.solution
@@ -166,8 +167,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// Solves a scene for a free impulse `M v_free` (N·s), see [`crate::time_stepping::free_impulse`].
     ///
     /// It ends when the scene is solved, when it is proved infeasible (by [`AllPhases`]), when rounding allows no better, or when
-    /// [`Settings::budget`] is used up. Unless it is solved, the answer is the best impulse whose error was computed, with that
-    /// error. After a budget, [`Self::resume`] continues; another `solve` begins again, with a warm start if that is better than rest.
+    /// [`Settings::budget`] is used up. If the scene is not solved, the solution holds the best impulses so far, with their error. After the
+    /// end of a budget [`Self::resume`] continues; another `solve` begins again, with a warm start if that is better than zero impulses.
     ///
     /// # Errors
     /// [`Error::NotFinite`] for the free impulse; [`Error::StaleFactor`] unless the factor belongs to the scene's current `M`,
@@ -182,18 +183,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.run((scene, factor, free_impulse, settings), Call::Begin)
     }
 
-    /// Goes on with a solve that ended as [`crate::Status::OutOfBudget`], or as [`crate::Status::Jammed`] with its budget used up, for
-    /// [`Settings::budget`] more.
+    /// Continues a solve whose budget was used up, for one more [`Settings::budget`]. Its status is [`crate::Status::OutOfBudget`] or
+    /// [`crate::Status::Jammed`].
     ///
-    /// Only with scene, free impulse, tolerance and model of that solve: it tells by their fingerprint. Splitting a solve into several calls
-    /// gives the same bits as one call, and the work of the solution is that of all calls; only that each call that writes a solution may look
-    /// for a proof that the scene is infeasible, once in a solve: such a scene may be noticed sooner, also one that a whole call solves with
-    /// large impulses, because it is infeasible by no more than rounding. The question whether a body can stay at rest ends with a call, too, if
-    /// a solution is known. Where no solve of such data was paused (the last one has ended, after
-    /// [`Self::reset`], with other numbers) this is [`Self::solve`].
+    /// Scene, free impulse, tolerance and model have to be those of that solve: the solver compares their fingerprint. If they differ, if the
+    /// last solve has ended, and after [`Self::reset`], this is [`Self::solve`].
+    ///
+    /// Several calls give the same bits as one call, and the work of the solution is that of all calls. There are two exceptions. Each call
+    /// that writes a solution may look for a proof that the scene is infeasible, once in a solve: so several calls may find a proof sooner,
+    /// or for a scene that one call solves with large impulses because it is infeasible by no more than rounding. And if a solution is known
+    /// at the end of a call, the solver no longer asks whether a body can stay at rest.
     ///
     /// # Errors
-    /// As [`Self::solve`]; [`Error::LimitsLeftOut`] after a [`crate::Kernel::solve_with_limits`] whose budget has ended.
+    /// As [`Self::solve`]; [`Error::LimitsLeftOut`] after a [`crate::Kernel::solve_with_limits`] whose budget was used up.
     pub fn resume<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -201,15 +203,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        let call = self.paused(|| fingerprint(scene, free_impulse, settings))?;
+        let call = self.resumed(|| fingerprint(scene, free_impulse, settings))?;
         self.run((scene, factor, free_impulse, settings), call)
     }
 
-    /// Works for [`Settings::budget`] on a solve, without a solution before the end. Returns whether the solve has ended.
+    /// Works for one [`Settings::budget`] on a solve, and writes a solution only at its end. Returns true if the solve has ended.
     ///
-    /// As [`Self::resume`], for who works on a solve in small pieces: a pause costs hardly more than the data's way to the contacts. Until
-    /// the solve has ended [`Self::solution`] is [`crate::Status::Unsolved`]; [`Self::resume`] with a budget of 0 writes down the best so far,
-    /// with its error. In what pieces it is done changes no bit.
+    /// It continues or begins a solve as [`Self::resume`] does, and is for solves in small pieces: a pause costs little more than the
+    /// velocities of the free motion. The size of the pieces changes no bit. Until the solve has ended, [`Self::solution`] is
+    /// [`crate::Status::Unsolved`]; [`Self::resume`] with a budget of 0 writes the best solution so far, with its error.
     ///
     /// # Errors
     /// As [`Self::resume`].
@@ -220,33 +222,33 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<bool, Error> {
-        let call = self.paused(|| fingerprint(scene, free_impulse, settings))?;
-        self.go_on((scene, factor, free_impulse, settings), call, false)?;
+        let call = self.resumed(|| fingerprint(scene, free_impulse, settings))?;
+        self.work((scene, factor, free_impulse, settings), call, false)?;
         Ok(self.record.is_over())
     }
 
-    /// Goes on with a solve that was paused, but for one with limits.
-    fn paused(&self, data: impl FnOnce() -> u64) -> Result<Call, Error> {
+    /// The call that continues a paused solve of data with this fingerprint, or begins one. A paused solve with joint limits is refused.
+    fn resumed(&self, fingerprint: impl FnOnce() -> u64) -> Result<Call, Error> {
         if self.record.has_limits() {
             return Err(Error::LimitsLeftOut);
         }
-        Ok(self.record.resume(data))
+        Ok(self.record.resume(fingerprint))
     }
 
-    /// Notes that the solve had limits, if its budget has ended.
+    /// Notes that the solve has joint limits, unless it has ended.
     pub(crate) fn note_limits(&mut self) {
         self.record.note_limits();
     }
 
-    /// Takes back what the last solution claims, with which no solve goes on.
+    /// Marks the last solution as unsolved, and forgets its solve.
     pub(crate) fn invalidate(&mut self) {
         self.record.forget();
-        self.solution.disown();
+        self.solution.invalidate();
     }
 
-    /// Before what may refuse the first call.
-    pub(crate) fn disown_nothing(&mut self) {
-        self.solution.disown_nothing();
+    /// Gives the solution of a new solver an infinite error, before the first call that may be refused.
+    pub(crate) fn invalidate_if_unsolved(&mut self) {
+        self.solution.invalidate_if_unsolved();
     }
 
     /// Did a joint row with this key push in the last solve?
@@ -254,24 +256,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.warm_start.has_pushed(key)
     }
 
-    /// [`Self::solve`], or the same in place of the last one, to which there are rows more: its work counts as well.
+    /// Runs a call and returns the solution that it writes.
     pub(crate) fn run<const S: usize>(
         &mut self,
         data: Data<'_, T, N, D, C, R, S>,
         call: Call,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        self.go_on(data, call, true)?;
+        self.work(data, call, true)?;
         Ok(&self.solution)
     }
 
-    /// Works on a solve, and writes down its solution, if that is wanted also before the end.
-    fn go_on<const S: usize>(
+    /// Works on a solve until its end or the end of the budget. Writes the solution at the end of the solve, with `writes` also at the end of
+    /// the budget.
+    fn work<const S: usize>(
         &mut self,
         (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, R, S>,
         call: Call,
         writes: bool,
     ) -> Result<(), Error> {
-        self.disown_nothing();
+        self.invalidate_if_unsolved();
         Problem::check(scene, factor, free_impulse, settings)?;
         if call != Call::Resume {
             self.record.begin();
@@ -283,16 +286,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         if call != Call::Resume {
             self.method.begin(&mut monitor, &mut self.warm_start);
         }
-        // What is written is to have its error.
-        while monitor.is_running() || writes && monitor.asks_for_error() {
+        // A check that costs nothing may find that the scene is solved.
+        while monitor.is_running() || writes && monitor.is_free_check_due() {
             self.method.advance(&mut monitor, &mut self.warm_start);
         }
         if writes || monitor.is_over() {
             if P::CENTRAL_PATH {
-                self.method.end_question(&mut monitor);
+                self.method.end_rest_question(&mut monitor);
             }
             monitor.finish(self.method.impulses());
-            // Without a budget there is no work for a search.
+            // A search for a proof costs work.
             if P::CENTRAL_PATH && settings.budget > 0 {
                 monitor.check_infeasibility(self.method.impulses());
             }

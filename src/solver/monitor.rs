@@ -1,25 +1,29 @@
-//! The search for a solution: the best impulse so far, what it has cost, and when to stop.
+//! The monitor of a solve: it keeps the best impulses so far, counts the work, and decides when the solve is over.
+//!
+//! Two numbers measure impulses. The *estimate* is the first part of the error ([`crate::guide::error`]): the natural map, relative to the
+//! expected size of the impulses, computed in contact space from `u = W r + q` and without bounds on rounding. The *error* is that of the
+//! solution as it is written, with its velocity. It costs more, so it is computed only where the estimate is within the tolerance.
 
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Settings, Solution, Status, Work};
-use crate::solver::record::{Call, Question, Record};
+use crate::solver::record::{Call, Check, Milestone, Record};
 use crate::solver::tuning;
 use core::mem;
 use nalgebra::SVector;
 
-/// How often `q` is corrected (iterative refinement) before the number type is to blame.
+/// Largest number of corrections of `q` (iterative refinement). If they are not enough, rounding is to blame.
 const CORRECTIONS: u8 = 4;
 
-/// An error with twice the digits takes as much of a budget as so much work.
+/// Work that an error with twice the digits takes from the budget.
 const EXACT_ERROR: usize = 20;
 
-/// Impulses above this many times the expected size make a solution doubtful. (A tenth of it would search solved impacts for
-/// a proof; five times as much would call slow walls solved.)
+/// Impulses above this many times the expected size are doubtful. (With a tenth of it, solved impacts would be searched for a proof; with
+/// five times as much, slow walls would count as solved.)
 pub(super) const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
 
-/// One call that works on a solve.
+/// The monitor of one call that works on a solve.
 pub(crate) struct Monitor<
     's,
     'a,
@@ -34,8 +38,8 @@ pub(crate) struct Monitor<
     pub(crate) solution: &'s mut Solution<T, N, D, C, R>,
     pub(super) record: &'s mut Record<T, D, C, R>,
     settings: &'s Settings<T>,
-    /// The work at which the call ends.
-    limit: usize,
+    /// Total work of the solve at which the call ends.
+    work_limit: usize,
     call: Call,
 }
 
@@ -50,7 +54,7 @@ impl<
     const S: usize,
 > Monitor<'s, 'a, T, N, D, C, R, S>
 {
-    /// A solve that begins, of which there is no record yet, or one that goes on.
+    /// The monitor of a call. If the call resumes a solve, the problem takes over the corrections that the record keeps.
     pub(crate) fn new(
         problem: &'s mut Problem<'a, T, N, D, C, R, S>,
         settings: &'s Settings<T>,
@@ -65,115 +69,121 @@ impl<
             if record.counts_stopping {
                 problem.count_stopping();
             }
-            if record.asks_for_rest() {
+            if record.is_rest_question_open() {
                 problem.set_shift(false);
             }
         }
         if call == Call::Begin {
             solution.work = Work::none();
         }
-        let limit = solution.work.total().saturating_add(settings.budget);
+        let work_limit = solution.work.total().saturating_add(settings.budget);
         Self {
             problem,
             solution,
             record,
             settings,
-            limit,
+            work_limit,
             call,
         }
     }
 
-    /// The tolerance asked for.
+    /// The tolerance of the call.
     pub(crate) fn tolerance(&self) -> T {
         self.settings.tolerance
     }
 
-    /// The work that the call may do.
+    /// The budget of the call.
     pub(super) fn budget(&self) -> usize {
         self.settings.budget
     }
 
-    /// Is it the first call for its tick?
+    /// Is this the first call of its tick?
     pub(crate) fn is_first_call(&self) -> bool {
         self.call == Call::Begin
     }
 
-    /// Does it go on?
+    /// Is the solve under way, with some of the budget to spend?
     pub(crate) fn is_running(&self) -> bool {
-        !self.is_over() && self.solution.work.total() < self.limit
+        !self.is_over() && self.solution.work.total() < self.work_limit
     }
 
-    /// Is there to be an answer about the point, or an end, before the search goes on?
-    pub(crate) fn waits(&self) -> bool {
-        self.is_over() || self.record.question != Question::Nothing
+    /// Does a phase have to return now, because the solve is over or a check of the error is due?
+    pub(crate) fn must_return(&self) -> bool {
+        self.is_over() || self.is_check_due()
     }
 
-    /// Is the error of the point asked for? To compute it takes nothing of the budget.
-    pub(crate) fn asks_for_error(&self) -> bool {
-        !self.is_over() && self.record.question == Question::Error
+    /// Is a check of the error due?
+    pub(crate) fn is_check_due(&self) -> bool {
+        self.record.check != Check::None
     }
 
-    /// Has it ended?
+    /// Is a check of the error due that takes nothing from the budget?
+    pub(crate) fn is_free_check_due(&self) -> bool {
+        !self.is_over() && self.record.check == Check::Error
+    }
+
+    /// Is the solve over?
     pub(crate) fn is_over(&self) -> bool {
         self.record.is_over()
     }
 
-    /// Ends it.
+    /// Ends the solve.
     pub(crate) fn stop(&mut self, status: Status) {
         self.record.status = status;
     }
 
-    /// Counts `|stop|` from now on; the best impulse has to be measured again.
+    /// Includes `|stop|` in the expected size of the impulses from now on ([`crate::guide::error`]). That changes all estimates, so the best
+    /// one is forgotten.
     pub(crate) fn count_stopping(&mut self) {
         self.problem.count_stopping();
         self.record.counts_stopping = true;
-        self.record.natural_map = None;
+        self.record.best_estimate = None;
     }
 
-    /// Keeps an impulse if it is the best so far. If it is good enough in contact space, its error is [asked for](Self::judge).
+    /// Keeps impulses if their estimate is the least so far. If it is within the tolerance, a [check](Self::judge) of their error is due.
     pub(crate) fn consider(
         &mut self,
         r: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
-        mut natural_map: T,
+        mut estimate: T,
     ) {
         let tolerance = self.settings.tolerance;
-        if natural_map <= tolerance && self.problem.expects_none_of(r) {
+        if estimate <= tolerance && self.problem.has_unexpected_impulse(r) {
             self.count_stopping();
-            natural_map = self.problem.natural_map_at(r, u);
+            estimate = self.problem.error_estimate(r, u);
         }
-        if natural_map > tolerance && self.problem.may_be_within(natural_map, tolerance) {
+        if estimate > tolerance && self.problem.may_be_within(estimate, tolerance) {
             self.count_stopping();
-            natural_map = self.problem.natural_map_at(r, u);
+            estimate = self.problem.error_estimate(r, u);
         }
         if self
             .record
-            .natural_map
-            .is_some_and(|best| natural_map >= best)
+            .best_estimate
+            .is_some_and(|best| estimate >= best)
         {
             return;
         }
         self.record.best = *r;
-        self.record.natural_map = Some(natural_map);
-        if natural_map <= tolerance {
-            self.record.question = Question::Error;
+        self.record.best_estimate = Some(estimate);
+        if estimate <= tolerance {
+            self.record.check = Check::Error;
         }
     }
 
-    /// Answers what is asked about the best impulse, which was [considered](Self::consider) last, and stops if it solves the problem.
+    /// Checks the error of the best impulses, which were the last that [`Self::consider`] saw. Ends the solve if they solve the scene.
     ///
-    /// `u = W r + q`. If the error exceeds the tolerance, it is asked for with twice the digits. If that exceeds it, too, `H v + w` and
+    /// If the error exceeds the tolerance, a check with twice the digits is due. If that error exceeds the tolerance, too, `H v + w` and
     /// `W r + q` differ by rounding: the difference is added to `q`, and the search continues (iterative refinement).
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn judge(&mut self) {
         let (r, mut u) = (self.record.best, Stacked::zero());
-        let mut is_solved = self.is_within(&r);
+        let mut is_solved = self.evaluate(&r);
         if !is_solved && !self.problem.counts_stopping {
             self.count_stopping();
-            self.record.natural_map = Some(self.problem.natural_map(&r, &mut u));
-            is_solved = self.is_within(&r);
+            self.record.best_estimate = Some(self.problem.velocities_and_estimate(&r, &mut u));
+            is_solved = self.evaluate(&r);
         }
-        let question = mem::replace(&mut self.record.question, Question::Nothing);
+        let check = mem::replace(&mut self.record.check, Check::None);
         if is_solved {
             let is_finite = self.solution.has_numbers() && r.contact_square().is_finite();
             self.stop(if is_finite {
@@ -181,16 +191,16 @@ impl<
             } else {
                 Status::PrecisionLimit // squares overflow
             });
-        } else if question == Question::Error {
-            // What a sweep leaves is not the natural map.
-            let natural_map = self.problem.natural_map(&r, &mut u);
-            self.record.natural_map = Some(natural_map);
-            if natural_map <= self.settings.tolerance {
-                self.record.question = Question::ExactError;
+        } else if check == Check::Error {
+            // The estimate of a sweep may be another one.
+            let estimate = self.problem.velocities_and_estimate(&r, &mut u);
+            self.record.best_estimate = Some(estimate);
+            if estimate <= self.settings.tolerance {
+                self.record.check = Check::ExactError;
             }
         } else if self.record.corrections < CORRECTIONS {
             self.record.corrections += 1;
-            self.record.natural_map = Some(self.solution.error);
+            self.record.best_estimate = Some(self.solution.error);
             self.problem.velocities(&r, &mut u);
             self.correct_velocities(&u);
         } else {
@@ -198,19 +208,19 @@ impl<
         }
     }
 
-    /// Is the error of an impulse, which becomes the solution, within the tolerance? It is computed as exactly as is asked.
-    pub(super) fn is_within(&mut self, r: &Stacked<T, D, C, R>) -> bool {
+    /// Writes the solution of impulses, with its error as exactly as the due check asks. Returns true if the error is within the tolerance.
+    pub(super) fn evaluate(&mut self, r: &Stacked<T, D, C, R>) -> bool {
         let tolerance = self.settings.tolerance;
-        let exactly = self.record.question == Question::ExactError;
+        let exactly = self.record.check == Check::ExactError;
         if exactly {
-            self.limit = self.limit.saturating_sub(EXACT_ERROR);
+            self.work_limit = self.work_limit.saturating_sub(EXACT_ERROR);
         }
         let wanted = (tolerance, exactly);
         self.problem.evaluate(r, wanted, self.solution);
         self.solution.error <= tolerance
     }
 
-    /// Adds to what is added to `W r` by how much that is not `H v + w`.
+    /// Adds the difference of `H v + w` and `W r + q` to the constant terms `q` of the velocities.
     fn correct_velocities(&mut self, u: &Stacked<T, D, C, R>) {
         let scene = self.problem.scene;
         let sets = self.problem.sets.contacts_mut().iter_mut().enumerate();
@@ -224,36 +234,38 @@ impl<
         }
     }
 
-    /// The impulses with the least natural map so far.
+    /// The impulses with the least estimate so far.
     pub(crate) fn best(&self) -> Option<Stacked<T, D, C, R>> {
-        self.record.natural_map.map(|_| self.record.best)
+        self.record.best_estimate.map(|_| self.record.best)
     }
 
-    /// Notes that a Newton step was rejected, or that the interior point has jammed. If the error is near rounding and has not
-    /// halved for long, rounding is to blame, and the solve ends. Otherwise it continues until its budget ends.
+    /// Notes that a Newton step was rejected, or that the central path has jammed.
+    ///
+    /// If the least estimate is near rounding and has not halved for long, rounding is to blame, and the solve ends. Otherwise it continues
+    /// until its budget is used up.
     pub(crate) fn note_failure(&mut self) {
-        let Some(best) = self.record.natural_map else {
+        let Some(estimate) = self.record.best_estimate else {
             return;
         };
         let work = self.solution.work.on_solution();
         let two = T::ONE + T::ONE;
         match self.record.milestone {
-            Some((then, since)) if two * best >= then => {
-                let is_near = best < T::EPSILON * T::literal(1024.0);
-                if is_near && work - since > tuning::patience() {
+            Some(last) if two * estimate >= last.estimate => {
+                let is_near = estimate < T::EPSILON * T::literal(1024.0);
+                if is_near && work - last.work > tuning::patience() {
                     self.stop(Status::PrecisionLimit);
                 }
             }
-            _ => self.record.milestone = Some((best, work)),
+            _ => self.record.milestone = Some(Milestone { estimate, work }),
         }
     }
 
-    /// Writes the best impulses so far; a paused search itself is not changed.
+    /// Writes the solution of the best impulses so far. The search may continue as if they had not been written.
     ///
-    /// If it may go on, its present impulses and those that the last call wrote are candidates, too.
+    /// If the solve is not over, the present impulses and those that the last call wrote are candidates, too.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish(&mut self, present: &Stacked<T, D, C, R>) {
-        let shown = self.call == Call::Resume
+        let was_written = self.call == Call::Resume
             && matches!(self.solution.status, Status::OutOfBudget | Status::Jammed);
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,
@@ -264,14 +276,13 @@ impl<
         }
         let mut r = self.record.best;
         if self.record.status == Status::Unsolved {
-            let mut least = self.record.natural_map;
-            // The solution may be what the last call for the same solve has found.
-            let shown = shown.then(|| self.shown());
-            for other in [Some(*present), shown].into_iter().flatten() {
+            let mut least = self.record.best_estimate;
+            let written = was_written.then(|| self.written_impulses());
+            for other in [Some(*present), written].into_iter().flatten() {
                 let mut u = Stacked::zero();
-                let natural_map = self.problem.natural_map(&other, &mut u);
-                if least.is_none_or(|least| natural_map < least) {
-                    (r, least) = (other, Some(natural_map));
+                let estimate = self.problem.velocities_and_estimate(&other, &mut u);
+                if least.is_none_or(|least| estimate < least) {
+                    (r, least) = (other, Some(estimate));
                 }
             }
             self.problem.sets.copy_bases(&mut self.record.bases);
@@ -280,35 +291,35 @@ impl<
         if self.problem.throws(&r, T::literal(DOUBTFUL_IMPULSE_RATIO)) {
             r = Stacked::zero();
         }
-        // What goes on may know it more exactly later.
+        // A solve that continues may compute it more exactly later.
         let exactly = self.record.status == Status::PrecisionLimit;
         let wanted = (self.settings.tolerance, exactly);
         self.problem.evaluate(&r, wanted, self.solution);
         if !self.solution.has_numbers() {
-            // Squares overflow, and no impulse is known.
+            // Squares overflow: zero impulses are written.
             let none = Stacked::zero();
             self.problem
                 .evaluate(&none, (T::ZERO, false), self.solution);
         }
     }
 
-    /// Leaves the search for a later call, without a solution.
+    /// Pauses the search for a later call, and writes no solution.
     pub(crate) fn pause(&mut self) {
         self.problem.sets.copy_bases(&mut self.record.bases);
-        self.solution.disown();
+        self.solution.invalidate();
     }
 
-    /// The impulses that are written down.
-    pub(super) fn shown(&self) -> Stacked<T, D, C, R> {
-        let mut shown = Stacked::zero();
-        let contacts = shown.contacts.iter_mut().zip(&self.solution.contacts);
-        for (i, (shown, contact)) in contacts.enumerate() {
-            *shown = self.problem.scene.unscale(i, contact.impulse.into());
+    /// The impulses of the solution as it is written, in scaled rows.
+    fn written_impulses(&self) -> Stacked<T, D, C, R> {
+        let mut r = Stacked::zero();
+        let contacts = r.contacts.iter_mut().zip(&self.solution.contacts);
+        for (i, (r, contact)) in contacts.enumerate() {
+            *r = self.problem.scene.unscale(i, contact.impulse.into());
         }
-        for (shown, row) in shown.rows.iter_mut().zip(&self.solution.rows) {
-            *shown = row.impulse;
+        for (r, row) in r.rows.iter_mut().zip(&self.solution.rows) {
+            *r = row.impulse;
         }
-        shown
+        r
     }
 }
 

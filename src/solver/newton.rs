@@ -1,4 +1,7 @@
-//! Newton's part of the method: a step with the Jacobian that was kept or with a new one, and how far along it.
+//! Newton's method: steps with the kept Jacobian or with a new one, and their lengths.
+//!
+//! A *chord step* uses the Jacobian of an earlier point: it factorises nothing. The *active set* is the mode of every contact and joint row.
+//! The *merit* is the energy `Σ alpha_i |E_i|²` of the residual, which steps reduce ([`crate::guide::method`]).
 
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
@@ -7,56 +10,66 @@ use crate::solver::monitor::Monitor;
 use crate::solver::state::State;
 use crate::solver::tuning;
 
-/// Newton's method, from one step to the next.
+/// The state of Newton's method between two steps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Newton {
-    /// Steps left.
-    left: u8,
-    /// May the next full step raise the merit function?
-    nonmonotone: bool,
-    /// Is the Jacobian of an earlier point worth a step?
+    /// Number of steps that it may still make.
+    remaining_steps: u8,
+    /// May the next full step raise the merit?
+    may_raise_merit: bool,
+    /// Does the next step begin with chord steps?
     reuse: bool,
-    /// Are sweeps to come before a new Jacobian?
+    /// Do sweeps come before a new Jacobian?
     sweeps_first: bool,
-    origin: Origin,
+    pub(super) origin: Origin,
 }
 
-/// Where Newton's method began.
+/// The kind of point at which Newton's method began.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Origin {
-    /// At rest, or where sweeps of a cold start have led: there is no colder start.
+    /// At rest, or after sweeps of a cold start: there is no colder start.
     Cold,
     /// On the central path.
     Path,
     /// At the last solution.
-    Last,
-    /// At a point where all contacts stick; the merit function says nothing there.
+    LastSolution,
+    /// At the guess that all contacts stick, where the merit tells nothing.
     Guess,
 }
 
-/// What came of a step.
+/// The outcome of a step.
 pub(crate) enum Outcome {
-    /// There is another to come, unless the solve is over.
+    /// The step was accepted. Another one follows unless the solve is over.
     Accepted(Newton),
-    /// The kept Jacobian failed; a sweep finds the active set more cheaply than a new Jacobian.
+    /// The kept Jacobian failed. Sweeps find the active set more cheaply than a new Jacobian.
     NoJacobian,
     /// No length was accepted, or there were too many steps.
     Rejected,
 }
 
+/// The outcome of chord steps.
+enum Chord {
+    /// None was made: no Jacobian is kept, or the active set has changed.
+    Unavailable,
+    /// They lowered the merit, or the monitor has to look at the point.
+    Accepted,
+    /// They did not lower the merit, and the point is where it was.
+    Undone,
+}
+
 impl Newton {
-    /// From rest, or from where sweeps of a cold start have led.
+    /// Begins at rest, or after sweeps of a cold start.
     pub(crate) fn new() -> Self {
         Self {
-            left: u8::try_from(tuning::newton_steps()).unwrap_or(u8::MAX),
-            nonmonotone: false,
+            remaining_steps: u8::try_from(tuning::newton_steps()).unwrap_or(u8::MAX),
+            may_raise_merit: false,
             reuse: false,
             sweeps_first: false,
             origin: Origin::Cold,
         }
     }
 
-    /// From the central path.
+    /// Begins on the central path.
     pub(crate) fn finish() -> Self {
         Self {
             origin: Origin::Path,
@@ -64,102 +77,97 @@ impl Newton {
         }
     }
 
-    /// From the guess that all contacts stick.
+    /// Begins at the guess that all contacts stick.
     pub(crate) fn guessed() -> Self {
         Self {
-            nonmonotone: true,
+            may_raise_merit: true,
             origin: Origin::Guess,
             ..Self::new()
         }
     }
 
-    /// From the same guess, to centre impulses that are good enough: by one Jacobian.
+    /// Begins at the same guess, to move impulses away from the boundaries of their cones with one Jacobian.
     pub(crate) fn centring() -> Self {
         Self {
-            left: 2,
+            remaining_steps: 2,
             ..Self::guessed()
         }
     }
 
-    /// From the last solution.
+    /// Begins at the last solution.
     pub(crate) fn warm(sweeps_first: bool) -> Self {
         Self {
             reuse: true,
             sweeps_first,
-            origin: Origin::Last,
+            origin: Origin::LastSolution,
             ..Self::new()
         }
     }
 
-    /// With one step left.
+    /// Newton's method with one remaining step.
     #[cfg(test)]
-    fn last() -> Self {
+    fn with_one_step() -> Self {
         Self {
-            left: 1,
+            remaining_steps: 1,
             ..Self::new()
         }
     }
 
-    /// Levenberg and Marquardt's `λ`: falls with the error, down to a floor set by the rounding of `W`, so that the last
-    /// steps are Newton's.
-    fn damping<T: Real>(self, natural_map: T, centred: bool) -> T {
+    /// Damping `λ` after Levenberg and Marquardt. It falls with the estimate of the error to a floor set by the rounding of `W`, so that the
+    /// last steps are undamped.
+    fn damping<T: Real>(self, estimate: T, centred: bool) -> T {
         let share: T = match self.origin {
             Origin::Path => tuning::finish_damping(),
-            // In hyperstatic scenes the null space changes from solve to solve, so damp more; not at a guess.
+            // The null space of a hyperstatic scene changes from solve to solve.
             _ if centred => tuning::hyperstatic_damping(),
             _ => tuning::damping(),
         };
-        share * natural_map.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
+        share * estimate.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
     }
 
-    /// Is there no step left?
+    /// May it make no more steps?
     pub(crate) const fn is_spent(self) -> bool {
-        self.left == 0
-    }
-
-    /// The kind of point at which it began.
-    pub(crate) const fn origin(self) -> Origin {
-        self.origin
+        self.remaining_steps == 0
     }
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
-    /// Steps with the kept Jacobian, or a step with a new one.
+    /// Makes chord steps, or a step with a new Jacobian.
     #[inline(never)]
     pub(super) fn step<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         mut newton: Newton,
     ) -> Outcome {
-        let reused = if newton.reuse {
-            self.reuse_jacobian(monitor, &mut newton.reuse)
+        let chord = if newton.reuse {
+            self.chord_steps(monitor, &mut newton.reuse)
         } else {
-            None
+            Chord::Unavailable
         };
-        let accepted = match reused {
-            Some(true) => true,
+        let accepted = match chord {
+            Chord::Accepted => true,
             _ if newton.sweeps_first => return Outcome::NoJacobian,
-            Some(false) => return Outcome::Accepted(newton),
-            None => self.step_anew(monitor, &mut newton),
+            Chord::Undone => return Outcome::Accepted(newton),
+            Chord::Unavailable => self.step_anew(monitor, &mut newton),
         };
-        newton.left = newton.left.saturating_sub(1);
-        if monitor.waits() || accepted && newton.left > 0 {
+        newton.remaining_steps = newton.remaining_steps.saturating_sub(1);
+        if monitor.must_return() || accepted && newton.remaining_steps > 0 {
             Outcome::Accepted(newton)
         } else {
             Outcome::Rejected
         }
     }
 
-    /// Up to [`tuning::chord_steps`] steps with the Jacobian of an earlier point, while the active set stays the same and the
-    /// merit falls tenfold. Goes back and returns false if together they do not lower the merit; `None` if there is no such Jacobian.
+    /// Makes up to [`tuning::chord_steps`] chord steps, while the active set stays the same and each lowers the merit tenfold. `again` tells
+    /// whether the next step begins with chord steps, too.
     #[inline(never)]
-    fn reuse_jacobian<const N: usize, const S: usize>(
+    fn chord_steps<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         again: &mut bool,
-    ) -> Option<bool> {
+    ) -> Chord {
         if !self.holds_jacobian || !self.has_same_active_set(monitor) {
-            return None;
+            return Chord::Unavailable;
         }
         let (start, before) = (self.point.z, self.point.merit);
         *again = true;
@@ -173,22 +181,22 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             self.evaluate_at(monitor, &z, &step, T::ONE);
             let fast = self.point.merit < merit * tuning::chord_fall();
             *again = fast && self.has_same_active_set(monitor);
-            if monitor.waits() {
-                return Some(true);
+            if monitor.must_return() {
+                return Chord::Accepted;
             }
             if !*again {
                 break;
             }
         }
         if self.point.merit < before {
-            return Some(true);
+            return Chord::Accepted;
         }
         *again = false;
         self.go_back(monitor, &start);
-        Some(false)
+        Chord::Undone
     }
 
-    /// Does everything do at the point what it did where the Jacobian was computed?
+    /// Is the active set at the point that of the kept Jacobian?
     fn has_same_active_set<const N: usize, const S: usize>(
         &self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
@@ -197,7 +205,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         self.jacobian.has_same_active_set(sets, &self.point)
     }
 
-    /// The step at the point with the Jacobian that is kept.
+    /// The chord step at the point.
     fn chord_step<const N: usize, const S: usize>(
         &self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
@@ -208,7 +216,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         self.jacobian.step(sets, delassus, residual, &self.matrix)
     }
 
-    /// A step with a new Jacobian.
+    /// Makes a step with a new Jacobian. Returns true if a length was accepted.
     #[inline(never)]
     fn step_anew<const N: usize, const S: usize>(
         &mut self,
@@ -217,9 +225,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) -> bool {
         monitor.solution.work.newton_steps += 1;
         let problem = &*monitor.problem;
-        let settled = matches!(newton.origin, Origin::Last | Origin::Cold);
-        let centred = settled && problem.is_hyperstatic(&self.point.r);
-        let damping = newton.damping(self.point.natural_map, centred);
+        let may_centre = matches!(newton.origin, Origin::LastSolution | Origin::Cold);
+        let centred = may_centre && problem.is_hyperstatic(&self.point.r);
+        let damping = newton.damping(self.point.estimate, centred);
         self.forget();
         let (jacobian, matrix) = (&mut self.jacobian, &mut self.matrix);
         let (sets, delassus) = (&problem.sets, problem.factor.delassus());
@@ -234,15 +242,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             self.jacobian.step(sets, delassus, &residual, &self.matrix)
         });
         let before = self.point.merit;
-        let rise = newton.nonmonotone.then(tuning::merit_growth);
+        let rise = newton.may_raise_merit.then(tuning::merit_growth);
         let length = step.and_then(|step| self.search_line(monitor, &step, rise));
         if length == Some(T::ONE) {
-            newton.nonmonotone &= self.point.merit < before;
+            newton.may_raise_merit &= self.point.merit < before;
             newton.reuse = self.point.merit < before * tuning::chord_fall();
         }
         let lowers = self.point.merit < before * rise.unwrap_or(T::ONE);
-        if monitor.waits() && !lowers {
-            newton.left = 0; // rejected, unless it is good enough
+        if monitor.must_return() && !lowers {
+            newton.remaining_steps = 0; // rejected, unless the check finds a solution
         }
         if length.is_none() {
             monitor.note_failure();
@@ -250,8 +258,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         length.is_some()
     }
 
-    /// Takes the first of [`tuning::LENGTHS`] of a step that lowers the merit (a full one may raise it by a `rise`); if none
-    /// does, stays.
+    /// Takes the first of [`tuning::LENGTHS`] of a step that lowers the merit, and returns it. A full step may raise the merit by the factor
+    /// `rise`. If no length is accepted, the point stays where it was.
     #[inline(never)]
     fn search_line<const N: usize, const S: usize>(
         &mut self,
@@ -264,7 +272,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             let length = T::literal(length);
             self.evaluate_at(monitor, &start, step, length);
             let share = rise.filter(|_| length == T::ONE).unwrap_or(T::ONE);
-            if self.point.merit < before * share || monitor.waits() {
+            if self.point.merit < before * share || monitor.must_return() {
                 return Some(length);
             }
         }
@@ -272,7 +280,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         None
     }
 
-    /// Goes to `start + length step`, and shows what is there to the monitor.
+    /// Moves the point to `start + length step`, and shows it to the monitor.
     fn evaluate_at<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
@@ -282,10 +290,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         self.point.z = Stacked::along(start, step, length);
         self.point.update(monitor.problem);
-        self.consider_answer(monitor);
+        self.consider_with_rest(monitor);
     }
 
-    /// Goes back to a `z` that was shown before.
+    /// Moves the point back to an earlier `z`.
     fn go_back<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,

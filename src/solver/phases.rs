@@ -1,11 +1,11 @@
-//! Which phases a solver has: a choice by type, so that what a program leaves out is not linked.
+//! The phases of a solver, chosen by type: a phase that is left out is not linked.
 
 use core::fmt::Debug;
 
 /// The phases that a [`crate::Solver`] may go through.
 ///
-/// [`AllPhases`] by default. The others are for programs that count bytes of flash: what they leave out is not linked, and what they solve
-/// is solved to the same promise. [`crate::guide::reports::firmware`] says what each of them takes, and which share of scenes it solves.
+/// The default is [`AllPhases`]. The other two save flash: a phase that is left out is not linked. A solution that they call solved keeps
+/// the same promise. [`crate::guide::reports::firmware`] lists the flash of each choice and the share of scenes that it solves.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -27,16 +27,16 @@ pub trait Phases: Copy + Debug + sealed::Sealed {
     const CENTRAL_PATH: bool;
 }
 
-/// Sweeps, Newton's method, and where that fails the central path and a proof that a scene is infeasible.
+/// All phases: sweeps, Newton's method, the central path where Newton's method fails, and proofs that a scene is infeasible.
 #[derive(Clone, Copy, Debug)]
 pub struct AllPhases;
 
-/// Sweeps and Newton's method. Where a Newton step fails, sweeps go on; of an infeasible scene the budget ends.
+/// Sweeps and Newton's method. If a Newton step is rejected, sweeps follow. An infeasible scene uses up its budget.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepsAndNewton;
 
-/// Sweeps alone, for few contacts with unique impulses and coarse tolerances: they converge linearly at best. An infeasible scene ends
-/// its budget. It takes as much RAM as all phases.
+/// Sweeps alone, for few contacts with unique impulses and coarse tolerances: they converge linearly at best. An infeasible scene uses up
+/// its budget. The solver takes as much RAM as one of all phases.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepsOnly;
 
@@ -56,7 +56,7 @@ impl Phases for SweepsOnly {
 }
 
 mod sealed {
-    /// There are three choices.
+    /// No other crate can add a choice of phases.
     pub trait Sealed {}
     impl Sealed for super::AllPhases {}
     impl Sealed for super::SweepsAndNewton {}

@@ -1,14 +1,14 @@
-//! How a point of Newton's method is evaluated.
+//! Evaluation of a [`NewtonPoint`] (`src/sets/point.rs`): the `z` of Newton's method with the impulses, velocities, residual and merit that belong to it.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
 use crate::real::Real;
-pub(crate) use crate::sets::point::Point;
+pub(crate) use crate::sets::point::NewtonPoint;
 
-impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> {
-    /// Sets `r = 0` and `P = 0`, from where sweeps set off; `z`, residual and merit are stale until [`Self::rebuild`]. Joint rows
-    /// whose bounds leave out 0 have the nearest impulse.
+impl<T: Real, const D: usize, const C: usize, const R: usize> NewtonPoint<T, D, C, R> {
+    /// Sets `r` and `P` to 0, the start of cold sweeps. A joint row whose interval does not contain 0 gets the impulse nearest to 0. `z`,
+    /// residual and merit are stale until [`Self::rebuild`].
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set_zero_impulse<const N: usize, const S: usize>(
         &mut self,
@@ -19,14 +19,23 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
             *r = set.project(T::ZERO);
         }
         problem.velocities_at_rest(&self.r, &mut self.u);
-        self.natural_map = if problem.scene.is_mixed() {
-            problem.natural_map_at(&self.r, &self.u)
+        self.estimate = if problem.scene.is_mixed() {
+            problem.error_estimate(&self.r, &self.u)
         } else {
             quotient(problem.r0_norm, problem.reference_impulse)
         };
     }
 
-    /// Moves to `z_i = P_i - r_i / rho_i` of its own `P` and `r`, with `rho_i = alpha_i`.
+    /// Computes velocities and estimate of the impulses.
+    #[inline]
+    pub(crate) fn evaluate_impulses<const N: usize, const S: usize>(
+        &mut self,
+        problem: &Problem<'_, T, N, D, C, R, S>,
+    ) {
+        self.estimate = problem.velocities_and_estimate(&self.r, &mut self.u);
+    }
+
+    /// Computes `z_i = P_i - r_i / alpha_i` from `P` and `r`, and evaluates it.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rebuild<const N: usize, const S: usize>(
         &mut self,
@@ -36,7 +45,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
         self.update(problem);
     }
 
-    /// Moves to `z_i = û_i - r_i / rho_i` of its own `r` and `u`.
+    /// Computes `z_i = û_i - r_i / alpha_i` from `u` and `r`, and evaluates it.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rebuild_from_velocity<const N: usize, const S: usize>(
         &mut self,
@@ -46,7 +55,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
         self.rebuild(problem);
     }
 
-    /// Evaluates what follows from `z`, with `rho_i = alpha_i`.
+    /// Evaluates `z`: computes `P`, `r`, `u`, residual, merit and estimate.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn update<const N: usize, const S: usize>(
         &mut self,
@@ -54,7 +63,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Point<T, D, C, R> 
     ) {
         let sets = &problem.sets;
         sets.split(&self.z, &mut self.p, &mut self.r, &mut self.residual);
-        self.natural_map = problem.natural_map(&self.r, &mut self.u);
+        self.evaluate_impulses(problem);
         let counts = sets.counts();
         let velocities = self.u.in_use(counts);
         for (residual, &u) in self.residual.in_use_mut(counts).zip(velocities) {

@@ -1,4 +1,4 @@
-//! The record of a solve that is under way.
+//! The record of a solve: its findings, which survive a pause.
 
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
@@ -9,107 +9,113 @@ use nalgebra::SVector;
 /// What a call does with the last solve.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Call {
-    /// It begins another one.
+    /// It begins another solve.
     Begin,
-    /// It begins again, with joint rows more.
+    /// It begins the same solve again, with more joint rows.
     Append,
-    /// It goes on.
+    /// It continues the solve.
     Resume,
 }
 
-/// Does a solve leave a rest, and may it?
+/// The rest question, "can all bodies stay at rest?", and how far a solve is with it (see [`super::rest`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)] // so that `Known` is zero, and a new solver takes no flash
-pub(super) enum Rest {
-    /// The last solution was not at rest, or whether all can stay is known.
-    Known,
-    /// The last solution was at rest.
-    Before,
-    /// It is asked whether all can stay. The best impulses so far are a solution in which something slides.
-    Asked,
-    /// The same, before any solution was found.
-    AskedFirst,
-    /// The last solution is at rest and good enough. It is asked whether impulses farther inside of the cones are, too.
-    Centred,
+#[repr(u8)] // so that `Closed` is zero, and a new solver takes no flash
+pub(super) enum RestQuestion {
+    /// The last solution was not at rest, or the question is answered.
+    Closed,
+    /// The last solution was at rest. The question opens if the solve finds a solution in which a body moves.
+    Pending,
+    /// The question is open. The best impulses so far are a solution in which a body slides.
+    OpenWithSolution,
+    /// The question is open, and no solution is known yet.
+    Open,
+    /// The last solution is at rest and still solves the scene. The solve looks for impulses farther inside the cones.
+    Centring,
 }
 
-/// What is to be found out about the point before the search goes on.
+/// The check of the error that is due before the search continues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)] // so that `Nothing` is zero, and a new solver takes no flash
-pub(super) enum Question {
-    /// Nothing.
-    Nothing,
-    /// Contact space says that its impulses are good enough. What is their error?
+#[repr(u8)] // so that `None` is zero, and a new solver takes no flash
+pub(super) enum Check {
+    /// No check.
+    None,
+    /// The estimate of the best impulses is within the tolerance: their error is computed.
     Error,
-    /// A bound on rounding exceeds the tolerance. What is the error, computed with twice the digits?
+    /// A bound on rounding exceeds the tolerance: the error is computed with twice the digits.
     ExactError,
 }
 
-/// Was a solve begun?
+/// Is a solve under way?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Begun {
     No = 0, // so that a new record is all zeros
     Yes,
-    /// With limits, which no other call knows.
+    /// Yes, and with joint limits, which no other call knows.
     WithLimits,
 }
 
-/// What a solve has found so far.
+/// The least estimate when it last halved, and the work up to then.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Milestone<T> {
+    pub(super) estimate: T,
+    pub(super) work: usize,
+}
+
+/// The findings of a solve so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     begun: Begun,
-    /// Fingerprint of its data, once a call has ended without an end of the solve.
+    /// Fingerprint of the data, once a call has ended before the solve.
     fingerprint: u64,
-    /// How it ended; `Unsolved` if it has not.
+    /// End of the solve; `Unsolved` while it is under way.
     pub(super) status: Status,
-    /// The best impulse so far, and the first part of its error as contact space sees it.
+    /// Best impulses so far.
     pub(super) best: Stacked<T, D, C, R>,
-    pub(super) natural_map: Option<T>,
-    /// What is asked about the point.
-    pub(super) question: Question,
-    /// Number of corrections, see [`super::monitor::Monitor::judge`], and what they left at the last pause.
+    /// Estimate of their error (see [`super::monitor`]).
+    pub(super) best_estimate: Option<T>,
+    pub(super) check: Check,
+    /// Number of corrections of `q`, see [`super::monitor::Monitor::judge`].
     pub(super) corrections: u8,
+    /// Constant terms of the velocities, corrections included, at the last pause.
     pub(super) bases: Stacked<T, D, C, R>,
-    /// Does the problem count `|stop|`?
+    /// Does the expected size of the impulses include `|stop|` ([`crate::guide::error`])?
     pub(super) counts_stopping: bool,
     /// Was a proof of infeasibility looked for?
     pub(super) has_sought_proof: bool,
-    /// The best natural map when it last halved, and the work until then.
-    pub(super) milestone: Option<(T, usize)>,
-    /// Whether it leaves a rest.
-    pub(super) rest: Rest,
+    pub(super) milestone: Option<Milestone<T>>,
+    pub(super) rest: RestQuestion,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
-    /// No solve yet.
+    /// The record before any solve.
     pub(crate) const fn none() -> Self {
         Self {
             begun: Begun::No,
             fingerprint: 0,
             status: Status::Unsolved,
             best: Stacked::zero(),
-            natural_map: None,
-            question: Question::Nothing,
+            best_estimate: None,
+            check: Check::None,
             counts_stopping: false,
             corrections: 0,
             bases: Stacked::zero(),
             has_sought_proof: false,
             milestone: None,
-            rest: Rest::Known,
+            rest: RestQuestion::Closed,
         }
     }
 
-    /// Forgets a solve. (An impulse and its base without the rest say nothing.)
+    /// Forgets a solve. (`best` and `bases` are not read before they are written again.)
     pub(crate) fn forget(&mut self) {
         self.begun = Begun::No;
         self.status = Status::Unsolved;
-        self.natural_map = None;
-        self.question = Question::Nothing;
+        self.best_estimate = None;
+        self.check = Check::None;
         self.counts_stopping = false;
         self.corrections = 0;
         self.has_sought_proof = false;
         self.milestone = None;
-        self.rest = Rest::Known;
+        self.rest = RestQuestion::Closed;
     }
 
     /// Begins a solve.
@@ -118,26 +124,26 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         self.begun = Begun::Yes;
     }
 
-    /// Remembers that the solve had limits.
+    /// Notes that the solve has joint limits, unless it has ended.
     pub(crate) fn note_limits(&mut self) {
         if !self.is_over() {
             self.begun = Begun::WithLimits;
         }
     }
 
-    /// Was a solve with limits paused?
+    /// Is a solve with joint limits paused?
     pub(crate) fn has_limits(&self) -> bool {
         self.begun == Begun::WithLimits
     }
 
-    /// Remembers of which data the solve is, if it has not ended with the call.
+    /// Keeps the fingerprint of the data, unless the solve has ended.
     pub(crate) fn pause(&mut self, fingerprint: impl FnOnce() -> u64) {
         if !self.is_over() {
             self.fingerprint = fingerprint();
         }
     }
 
-    /// Goes on if there is a solve of such data to go on with.
+    /// [`Call::Resume`] if a solve of data with this fingerprint is paused, otherwise [`Call::Begin`].
     pub(crate) fn resume(&self, fingerprint: impl FnOnce() -> u64) -> Call {
         if self.begun == Begun::Yes && !self.is_over() && self.fingerprint == fingerprint() {
             Call::Resume
@@ -146,13 +152,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         }
     }
 
-    /// Has the solve ended, not just its budget?
+    /// Has the solve ended, not only the budget of its call?
     pub(crate) fn is_over(&self) -> bool {
         self.status != Status::Unsolved
     }
 }
 
-/// Fingerprint of all that a solve depends on.
+/// Fingerprint of all data of a solve.
 pub(crate) fn fingerprint<
     T: Real,
     const N: usize,

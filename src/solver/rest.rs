@@ -1,88 +1,97 @@
-//! What rests stays at rest where forces can hold it, although Coulomb's law may have another solution in which it slides.
+//! The rest question: can all bodies stay at rest?
 //!
-//! A solution in which all that pushes sticks is that of the convex relaxation: De Saxcé's shift of `u_T = 0` is 0. The relaxation's
-//! velocities are unique, so whether a body can stay is a convex question. A solve that begins at rest and comes to a solution that is
-//! not the relaxation's asks it: the central path solves the relaxation, with impulses inside of their cones.
+//! Coulomb's law may have two solutions where a body rests: one in which it stays, and one in which it slides. The solver returns the
+//! first if there is one ("At rest" in [`crate::guide::error`]).
 //!
-//! The answer is no as soon as the path proves it. Where `r` is in the cones and `u = W r + q` in their duals, the duality gap `r · u`
-//! bounds how far `u` is from the relaxation's velocities: `alpha_i |u_i - u*_i|² <= 2 D (r · u)`.
+//! If all loaded contacts stick, the De Saxcé shift `mu |u_T|` is 0, so the solution also solves the convex relaxation. The velocities of
+//! the relaxation are unique. So the question is convex: does the solution of the relaxation obey Coulomb's law? A solve that begins at
+//! rest opens the question if its solution does not solve the relaxation. The central path then solves the relaxation.
+//!
+//! The answer may be known early. If every `r_i` lies in its cone and every `u_i` in the dual, with `u = W r + q`, the duality gap `r · u`
+//! bounds the distance to the velocities `u*` of the relaxation: `alpha_i |u_i - u*_i|² <= 2 D (r · u)`.
 
 use crate::cone::split;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{norm, square};
 use crate::problem::Problem;
 use crate::real::Real;
-use crate::sets::point::Point;
+use crate::sets::point::NewtonPoint;
 use crate::solution::{Model, Status};
-use crate::solver::monitor::Monitor;
-use crate::solver::record::{Question, Record, Rest};
+use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
+use crate::solver::record::{Check, Record, RestQuestion};
 use core::mem;
 use nalgebra::SVector;
 
-/// A solution leaves a rest if the error of the relaxation exceeds this share of the tolerance.
+/// A solution leaves a rest if its estimate by the relaxation exceeds this share of the tolerance.
 const LEAVES: f64 = 0.25;
 
-/// Impulses more than so many times as large as expected are those of a glitch, and would make any motion small.
-const GLITCH: f64 = 20.0;
-
-/// A body at rest is disturbed if the error of its last solution exceeds this.
+/// A body at rest was disturbed if the estimate of its last solution exceeds this.
 pub(super) const DISTURBED: f64 = 0.01;
 
-/// A last solution that is good enough creeps if what pushes moves by so many tolerances.
+/// A body creeps if its loaded contacts move by more than this many tolerances.
 const CREEPS: f64 = 2.0;
 
-/// An answer is exact enough to end the question at this share of the tolerance.
+/// A solution at rest closes the question if its estimate is at most this share of the tolerance.
 const ANSWERED: f64 = 0.125;
 
-/// The relaxation is solved for certain at this share of the tolerance.
+/// The relaxation counts as solved exactly if its estimate is at most this share of the tolerance.
 const EXACT: f64 = 1.0 / 64.0;
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
-    /// Is it being asked whether all can stay at rest?
-    pub(super) fn asks_for_rest(&self) -> bool {
-        self.knows_answer() || self.rest == Rest::AskedFirst
+    /// Is the rest question open, and the relaxation solved in place of Coulomb's law?
+    pub(super) fn is_rest_question_open(&self) -> bool {
+        self.has_fallback() || self.rest == RestQuestion::Open
     }
 
-    /// Is something asked to which the best impulses so far are an answer?
-    pub(super) fn knows_answer(&self) -> bool {
-        matches!(self.rest, Rest::Asked | Rest::Centred)
+    /// Are the best impulses a solution, to fall back on if the rest question is closed without an answer?
+    pub(super) fn has_fallback(&self) -> bool {
+        matches!(
+            self.rest,
+            RestQuestion::OpenWithSolution | RestQuestion::Centring
+        )
     }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Does what pushes move by more than a share of the impulses?
-    pub(super) fn moves_what_pushes(
+    /// Do loaded contacts move by more than a share of the impulses? (Impulses count as doubtful at most: beside larger ones any motion is
+    /// small.)
+    pub(super) fn loaded_contacts_move(
         &self,
         r: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
         share: T,
     ) -> bool {
-        let [moved, expected, size] = self.motion(r, u, true);
-        moved > share * share * size.min(expected * T::literal(GLITCH * GLITCH))
+        let motion = self.motion(r, u, true);
+        let doubtful = T::literal(DOUBTFUL_IMPULSE_RATIO * DOUBTFUL_IMPULSE_RATIO);
+        motion.moved > share * share * motion.size.min(motion.expected * doubtful)
     }
 
-    /// Squares: how far contacts move, or only those that push, in N·s, and the expected size of impulses and theirs.
+    /// The motion of all contacts, or only of the loaded ones.
     #[cfg_attr(target_os = "none", inline(never))]
     fn motion(
         &self,
         r: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
-        only_pushing: bool,
-    ) -> [T; 3] {
+        only_loaded: bool,
+    ) -> Motion<T> {
         let mut moved = T::ZERO;
         let values = r.contacts.iter().zip(&u.contacts);
         for (set, (r, u)) in self.sets.contacts().iter().zip(values) {
-            if !only_pushing || *r != [T::ZERO; D] {
+            if !only_loaded || *r != [T::ZERO; D] {
                 moved += set.alpha * set.alpha * square(u);
             }
         }
         let expected = self.reference_impulse * self.reference_impulse;
-        [moved, expected, r.contact_square().max(expected)]
+        Motion {
+            moved,
+            expected,
+            size: r.contact_square().max(expected),
+        }
     }
 
-    /// Takes De Saxcé's shift away, or puts it back.
+    /// Includes De Saxcé's shift in the contact law (Coulomb's law), or leaves it out (the relaxation).
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn set_shift(&mut self, on: bool) {
         if self.model == Model::Coulomb {
@@ -92,17 +101,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Is the error of the relaxation less than `most` for certain, because hardly anything moves? What impulses in their cones leave of a
-    /// natural map is no longer than `alpha u`.
-    fn stays(&self, point: &Point<T, D, C, R>, most: T) -> bool {
-        let [moved, expected, size] = self.motion(&point.r, &point.u, false);
+    /// Does so little move that the estimate by the relaxation is surely below `limit`? (If `r` lies in its cone, its natural map is no
+    /// longer than `alpha u`.)
+    fn hardly_moves(&self, point: &NewtonPoint<T, D, C, R>, limit: T) -> bool {
+        let motion = self.motion(&point.r, &point.u, false);
         let four = T::literal(4.0);
-        !self.scene.is_mixed() && four * moved < expected.min(most * most * size)
+        let bound = motion.expected.min(limit * limit * motion.size);
+        !self.scene.is_mixed() && four * motion.moved < bound
     }
 
-    /// How far impulses are inside of their cones: the least `mu r_N - |r_T|`.
+    /// The least distance `mu r_N - |r_T|` (N·s) of impulses to the boundaries of their cones.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn margin(&self, r: &Stacked<T, D, C, R>) -> T {
+    fn cone_margin(&self, r: &Stacked<T, D, C, R>) -> T {
         let mut least = T::INFINITY;
         for (set, r) in self.sets.contacts().iter().zip(&r.contacts) {
             let r = SVector::from(*r);
@@ -112,7 +122,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         least
     }
 
-    /// Does the duality gap of the relaxation tell that something slides in its solution?
+    /// Does the duality gap prove that a contact slides in the solution of the relaxation?
     #[inline(never)]
     fn must_slide(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
         let mut gap = T::ZERO;
@@ -120,13 +130,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let values = r.contacts.iter().zip(&u.contacts);
             self.sets.contacts().iter().zip(values)
         };
-        let margin = |mu: T, u: &[T; D]| {
+        // How far `u` is inside the dual cone.
+        let dual_margin = |mu: T, u: &[T; D]| {
             let u = SVector::from(*u);
             let (normal, tangent) = split(&u);
             normal - mu * norm(tangent)
         };
         for (set, (r, u)) in contacts() {
-            if margin(set.cone.friction(), u) < T::ZERO {
+            if dual_margin(set.cone.friction(), u) < T::ZERO {
                 return false;
             }
             for (&r, &u) in r.iter().zip(u) {
@@ -138,139 +149,141 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         let bound = gap * T::count(2 * D);
         contacts().any(|(set, (_, u))| {
-            let left = margin(set.cone.friction(), u);
-            // It moves for sure, and perhaps not by letting go.
-            set.alpha * square(u) > T::literal(16.0) * bound && set.alpha * left * left < bound
+            let margin = dual_margin(set.cone.friction(), u);
+            // The contact surely moves, and `u*` may lie on the boundary of the dual cone: it need not separate.
+            set.alpha * square(u) > T::literal(16.0) * bound && set.alpha * margin * margin < bound
         })
     }
+}
+
+/// The motion of contacts, to be compared with impulses. All are squares (N²·s²).
+struct Motion<T> {
+    /// `Σ |alpha_i u_i|²`
+    moved: T,
+    /// The expected size of the impulses.
+    expected: T,
+    /// The size of the impulses, at least the expected one.
+    size: T,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>
 {
-    /// Begins to ask; `known` if there is a solution to go back to.
-    pub(super) fn ask_for_rest(&mut self, known: bool) {
-        self.record.rest = if known { Rest::Asked } else { Rest::AskedFirst };
+    /// Opens the rest question as `question`: the relaxation is solved from now on.
+    pub(super) fn open_rest_question(&mut self, question: RestQuestion) {
+        self.record.rest = question;
         self.problem.set_shift(false);
     }
 
-    /// Is the last solution good enough, and would the body creep with it?
-    pub(super) fn creeps(&self, point: &Point<T, D, C, R>) -> bool {
+    /// Does the last solution solve the scene, but move loaded contacts?
+    pub(super) fn creeps(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
         let share = self.tolerance() * T::literal(CREEPS);
         self.record.status == Status::Solved
-            && self.problem.moves_what_pushes(&point.r, &point.u, share)
+            && self.problem.loaded_contacts_move(&point.r, &point.u, share)
     }
 
-    /// Was all at rest, and is the solution that was found not that of the relaxation? Then it has to be asked.
-    pub(super) fn leaves_rest(&mut self, point: &Point<T, D, C, R>) -> bool {
-        if self.record.rest != Rest::Before || self.record.status != Status::Solved {
+    /// Returns true, and opens the rest question, if all bodies were at rest and the solution does not solve the relaxation.
+    pub(super) fn leaves_rest(&mut self, point: &NewtonPoint<T, D, C, R>) -> bool {
+        if self.record.rest != RestQuestion::Pending || self.record.status != Status::Solved {
             return false;
         }
-        self.record.rest = Rest::Known;
-        let most = self.tolerance() * T::literal(LEAVES);
-        if self.problem.stays(point, most) {
+        self.record.rest = RestQuestion::Closed;
+        let limit = self.tolerance() * T::literal(LEAVES);
+        if self.problem.hardly_moves(point, limit) {
             return false;
         }
         self.problem.set_shift(false);
-        let relaxed = self.problem.natural_map_at(&point.r, &point.u);
+        let relaxed = self.problem.error_estimate(&point.r, &point.u);
         self.problem.set_shift(true);
-        let leaves = relaxed > most;
+        let leaves = relaxed > limit;
         if leaves {
             self.record.status = Status::Unsolved;
-            self.ask_for_rest(true);
+            self.open_rest_question(RestQuestion::OpenWithSolution);
         }
         leaves
     }
 
-    /// Impulses that solve the relaxation: if contact space says that they solve Coulomb's law, too, their error is
-    /// [asked for](Self::judge_rest).
+    /// Considers a point while the relaxation is solved. If both estimates are within the tolerance,
+    /// by the relaxation and by Coulomb's law, a [check](Self::judge_rest) of the error is due.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn consider_rest(
-        &mut self,
-        r: &Stacked<T, D, C, R>,
-        u: &Stacked<T, D, C, R>,
-        natural_map: T,
-    ) {
+    pub(super) fn consider_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
         let tolerance = self.tolerance();
-        let centred = self.record.rest == Rest::Centred;
-        let margin = || self.problem.margin(r) > self.problem.margin(&self.record.best);
-        if natural_map > tolerance || centred && !margin() {
+        let is_centring = self.record.rest == RestQuestion::Centring;
+        let is_farther_inside =
+            || self.problem.cone_margin(&point.r) > self.problem.cone_margin(&self.record.best);
+        if point.estimate > tolerance || is_centring && !is_farther_inside() {
             return;
         }
-        if self.coulomb_error(r, u) <= tolerance {
-            self.record.question = Question::Error;
+        if self.coulomb_estimate(point) <= tolerance {
+            self.record.check = Check::Error;
         }
     }
 
-    /// What contact space says of the error by Coulomb's law, while the relaxation is solved.
-    fn coulomb_error(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
+    /// The estimate by Coulomb's law, while the relaxation is solved.
+    fn coulomb_estimate(&mut self, point: &NewtonPoint<T, D, C, R>) -> T {
         self.problem.set_shift(true);
-        let error = self.problem.natural_map_at(r, u);
+        let estimate = self.problem.error_estimate(&point.r, &point.u);
         self.problem.set_shift(false);
-        error
+        estimate
     }
 
-    /// Keeps impulses that were [considered](Self::consider_rest) if they solve Coulomb's law, too. Stops if they are far more exact than was
-    /// asked, or as exact as can be: at its limit a body is not to be carried beyond by the error of a tick.
+    /// Checks the error of a point that was [considered](Self::consider_rest), and keeps its impulses if they solve Coulomb's law.
+    ///
+    /// Ends the solve if they are much more exact than the tolerance, or if the relaxation is solved exactly. (At the limit of its friction a
+    /// body must not be carried beyond the limit by the error of a tick.)
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn judge_rest(
-        &mut self,
-        r: &Stacked<T, D, C, R>,
-        u: &Stacked<T, D, C, R>,
-        natural_map: T,
-    ) {
-        let error = self.coulomb_error(r, u);
+    pub(super) fn judge_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
+        let estimate = self.coulomb_estimate(point);
         self.problem.set_shift(true);
-        let is_solved = self.is_within(r) && self.solution.has_numbers();
-        let question = mem::replace(&mut self.record.question, Question::Nothing);
+        let is_solved = self.evaluate(&point.r) && self.solution.has_numbers();
+        let check = mem::replace(&mut self.record.check, Check::None);
         if is_solved {
-            self.record.best = *r;
-            self.record.natural_map = Some(error);
-            let centred = self.record.rest == Rest::Centred;
-            if !centred {
-                self.record.rest = Rest::Asked;
+            self.record.best = point.r;
+            self.record.best_estimate = Some(estimate);
+            if self.record.rest != RestQuestion::Centring {
+                self.record.rest = RestQuestion::OpenWithSolution;
             }
-            if error <= self.tolerance() * T::literal(ANSWERED) || self.is_exact(natural_map) {
-                self.record.rest = Rest::Known;
+            let answered = self.tolerance() * T::literal(ANSWERED);
+            if estimate <= answered || self.is_exact(point) {
+                self.record.rest = RestQuestion::Closed;
                 self.stop(Status::Solved);
                 return;
             }
-        } else if question == Question::Error {
-            self.record.question = Question::ExactError;
+        } else if check == Check::Error {
+            self.record.check = Check::ExactError;
         }
         self.problem.set_shift(false);
     }
 
-    /// Asks for impulses farther inside of the cones than those of the last solution, which is good enough.
-    pub(super) fn ask_for_centre(&mut self) {
+    /// Begins to look for impulses farther inside the cones than those of the last solution, which solves the scene.
+    pub(super) fn begin_centring(&mut self) {
         self.record.status = Status::Unsolved;
-        self.record.rest = Rest::Centred;
-        self.problem.set_shift(false);
+        self.open_rest_question(RestQuestion::Centring);
     }
 
-    /// Is the relaxation solved to far less than the tolerance?
-    fn is_exact(&self, natural_map: T) -> bool {
-        natural_map <= self.tolerance() * T::literal(EXACT)
+    /// Is the relaxation solved to much less than the tolerance?
+    fn is_exact(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
+        point.estimate <= self.tolerance() * T::literal(EXACT)
     }
 
-    /// Is it known that not all can stay? The relaxation is solved to far less than the tolerance, and that is not Coulomb's law; or the
-    /// duality gap tells before.
-    pub(super) fn cannot_rest(&self, point: &Point<T, D, C, R>) -> bool {
-        self.is_exact(point.natural_map) || self.problem.must_slide(&point.r, &point.u)
+    /// Is it known that not all bodies can stay? Either the relaxation is solved exactly without a solution of Coulomb's law, or the duality
+    /// gap proves that a contact slides.
+    pub(super) fn cannot_rest(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
+        self.is_exact(point) || self.problem.must_slide(&point.r, &point.u)
     }
 
-    /// Asks no longer. Returns the impulses of the solution that slides, if it is known.
-    pub(super) fn give_up_rest(&mut self) -> Option<Stacked<T, D, C, R>> {
-        let known = self.record.knows_answer();
-        self.record.rest = Rest::Known;
-        self.record.question = Question::Nothing;
+    /// Closes the rest question. If a solution is known, writes it, ends the solve, and returns its impulses.
+    pub(super) fn close_rest_question(&mut self) -> Option<Stacked<T, D, C, R>> {
+        let has_fallback = self.record.has_fallback();
+        self.record.rest = RestQuestion::Closed;
+        self.record.check = Check::None;
         self.problem.set_shift(true);
-        if known {
+        if has_fallback {
             let (best, tolerance) = (self.record.best, self.tolerance());
             self.problem
                 .evaluate(&best, (tolerance, true), self.solution);
             self.stop(Status::Solved);
         }
-        known.then_some(self.record.best)
+        has_fallback.then_some(self.record.best)
     }
 }

@@ -1,32 +1,31 @@
-//! What a solve carries from one piece of work to the next.
+//! The state of a solve between two pieces of work.
 
 use crate::linalg::stacked::StackedMatrix;
 use crate::real::Real;
 use crate::sets::jacobian::Jacobian;
 use crate::sets::pairs::Pairs;
 use crate::solver::monitor::Monitor;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 
-/// Where a solve is, for all phases.
+/// The state of a solve, for all phases.
 #[derive(Clone, Debug)]
 pub(crate) struct State<T: Real, const D: usize, const C: usize, const R: usize> {
-    pub(super) point: Point<T, D, C, R>,
+    pub(super) point: NewtonPoint<T, D, C, R>,
     pub(super) sweeps: Sweeps<T, C>,
     pub(super) path: CentralPath<T, D, C, R>,
-    /// What of the Jacobian is not in the matrix.
+    /// The Jacobian of Newton's method, except for its matrix.
     pub(super) jacobian: Jacobian<T, D, C, R>,
-    /// The one matrix that a solve needs beside the factor, factorised: by turns that of a Newton step and that of the central
-    /// path.
+    /// The only matrix that a solve needs beside the factor, factorised. Newton steps and steps along the central path share it.
     pub(super) matrix: StackedMatrix<T, D, C, R>,
-    /// Is the matrix that of the Jacobian?
+    /// Does `matrix` belong to `jacobian`?
     pub(super) holds_jacobian: bool,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
-    /// No solve yet.
+    /// The state before any solve.
     pub(crate) const fn none() -> Self {
         Self {
-            point: Point::none(),
+            point: NewtonPoint::none(),
             sweeps: Sweeps::none(),
             path: CentralPath::none(),
             jacobian: Jacobian::none(),
@@ -35,7 +34,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
     }
 
-    /// Forgets the Jacobian that is kept.
+    /// Forgets the kept Jacobian.
     pub(super) fn forget(&mut self) {
         self.holds_jacobian = false;
     }
@@ -46,53 +45,51 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         let point = &self.point;
-        monitor.consider(&point.r, &point.u, point.natural_map);
+        monitor.consider(&point.r, &point.u, point.estimate);
     }
 
-    /// The same where it may be asked whether all can stay at rest: not in sweeps.
-    pub(super) fn consider_answer<const N: usize, const S: usize>(
+    /// Shows the point to the monitor, also as an answer to the rest question. (Sweeps are never made while it is open.)
+    pub(super) fn consider_with_rest<const N: usize, const S: usize>(
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        if monitor.record.asks_for_rest() {
-            let point = &self.point;
-            monitor.consider_rest(&point.r, &point.u, point.natural_map);
+        if monitor.record.is_rest_question_open() {
+            monitor.consider_rest(&self.point);
         } else {
             self.consider(monitor);
         }
     }
 
-    /// Answers what is asked about the point.
+    /// Makes the check of the error that is due.
     pub(super) fn judge<const N: usize, const S: usize>(
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        if monitor.record.asks_for_rest() {
-            let point = &self.point;
-            monitor.judge_rest(&point.r, &point.u, point.natural_map);
+        if monitor.record.is_rest_question_open() {
+            monitor.judge_rest(&self.point);
         } else {
             monitor.judge();
         }
     }
 }
 
-/// Sweeps, from one to the next.
+/// The state of Gauss-Seidel sweeps.
 #[derive(Clone, Debug)]
 pub(crate) struct Sweeps<T, const C: usize> {
-    /// Slip multiplier `λ` of each contact.
+    /// Slip multiplier `λ` of each contact ([`crate::guide::method`]).
     pub(super) multipliers: [T; C],
-    /// Sweeps so far.
+    /// Number of sweeps so far.
     pub(super) done: u16,
-    /// Sweeps to make, however slow they are.
+    /// Number of sweeps to make however slow they are.
     pub(super) at_least: u16,
-    /// Did they begin without impulses?
+    /// Did the sweeps begin without impulses?
     pub(super) is_cold: bool,
-    /// Does the central path follow?
+    /// Does the central path follow the sweeps?
     pub(super) lead_to_path: bool,
 }
 
 impl<T: Real, const C: usize> Sweeps<T, C> {
-    /// No sweep yet.
+    /// The state before the first sweep.
     pub(crate) const fn none() -> Self {
         Self {
             multipliers: [T::ZERO; C],
@@ -104,25 +101,26 @@ impl<T: Real, const C: usize> Sweeps<T, C> {
     }
 }
 
-/// Where on a central path a solve is.
+/// The state of the central path.
 #[derive(Clone, Debug)]
 pub(crate) struct CentralPath<T: Real, const D: usize, const C: usize, const R: usize> {
     pub(super) pairs: Pairs<T, D, C, R>,
-    /// Weight of friction.
+    /// Weight `beta` of friction.
     pub(super) beta: T,
-    /// `tau` of the last point that had one.
+    /// The last finite `tau`.
     pub(super) tau: T,
-    /// Steps on this path.
+    /// Number of steps on this path.
     pub(super) steps: usize,
-    /// Was the last one too short?
+    /// Was the last step too short?
     pub(super) is_stuck: bool,
-    /// The merit at Newton's last trial on this path.
+    /// Merit at the last trial of Newton's method on this path.
     pub(super) tried: Option<T>,
+    /// Number of jams of all paths of this solve.
     pub(super) jams: usize,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> CentralPath<T, D, C, R> {
-    /// No solve yet.
+    /// The state before the first path.
     pub(crate) const fn none() -> Self {
         Self {
             pairs: Pairs::none(),

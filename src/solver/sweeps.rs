@@ -1,8 +1,10 @@
-//! Gauss-Seidel's part of the method: the number of sweeps.
+//! Gauss-Seidel sweeps, and their number ([`crate::guide::method`]).
 //!
-//! What a sweep leaves is read off the contacts; the natural map, which takes roots, is computed where that is within the tolerance.
-//! A Newton step costs as much as five sweeps. Sweeps go on while they are fast, or while five more at the present rate
-//! reach the tolerance (`after_five`). Where a Newton step was rejected more of them pay: the central path takes ten times as long.
+//! The error after a sweep is estimated from the slip multipliers of the contacts, without roots. The natural map is computed only if this
+//! estimate is within the tolerance.
+//!
+//! A Newton step costs as much as five sweeps. Sweeps continue while they are fast, or while five more at the present rate reach the
+//! tolerance. After a rejected Newton step more sweeps pay, because the central path takes ten times as long.
 
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
@@ -11,27 +13,26 @@ use crate::sets::sweep;
 use crate::solution::Model;
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::Newton;
-use crate::solver::point::Point;
 use crate::solver::state::{State, Sweeps};
 use crate::solver::tuning;
 use core::mem;
 
-/// The share of the tolerance up to which the natural map is left to the judge.
+/// Share of the tolerance up to which the estimate of a sweep needs no natural map to confirm it.
 const CLEAR: f64 = 0.5;
 
-/// Sweeps before the central path, at least: so many tell their rate.
+/// Least number of sweeps before the central path: fewer do not tell their rate.
 const LEAST_BEFORE_PATH: usize = 3;
 
-/// How sweeps get on.
+/// The outcome of a sweep.
 pub(crate) enum Pace {
-    /// Another one pays, or the solve is over.
+    /// Another sweep pays, or the phase has to return.
     Continue,
-    /// Newton's method is to go on from where they have led.
+    /// Another sweep does not pay: the next phase follows.
     Enough,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
-    /// Sweeps from the impulses and `u` of the point.
+    /// Begins sweeps at the impulses and `u` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_sweeps<const N: usize, const S: usize>(
         &mut self,
@@ -43,7 +44,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         };
     }
 
-    /// The Newton steps that are to follow the sweeps.
+    /// Newton's method as it follows the sweeps.
     pub(super) fn newton_after_sweeps(&self) -> Newton {
         if self.sweeps.is_cold {
             Newton::new()
@@ -52,15 +53,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
     }
 
-    /// Sweeps where Newton's method has failed, and twice as many where it fails again: from rest it would fail once more.
+    /// Begins sweeps after a rejected Newton step: a few, and twice as many each next time.
     pub(super) fn sweep_for_longer(&mut self) {
         let first = u16::try_from(tuning::sweeps_at_jam()).unwrap_or(u16::MAX);
         self.sweeps.at_least = self.sweeps.at_least.saturating_mul(2).max(first);
         self.sweeps.done = 0;
-        self.sweeps.is_cold = true; // so that a rejected step leads here again
+        self.sweeps.is_cold = true; // so that the next rejected step leads here, too
     }
 
-    /// Sweeps before the central path, as long as they pay.
+    /// Begins sweeps that the central path follows.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep_before_path(&mut self) {
         self.sweeps = Sweeps {
@@ -69,20 +70,17 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         };
     }
 
-    /// Goes on where Newton's method would: with velocities that know of a correction, if there was one.
-    pub(super) fn go_on_sweeping<const N: usize, const S: usize>(
+    /// Computes the velocities again if a check of the error may have corrected their constant terms.
+    pub(super) fn apply_correction<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        let Point {
-            r, u, natural_map, ..
-        } = &mut self.point;
-        if *natural_map <= monitor.tolerance() {
-            *natural_map = monitor.problem.natural_map(r, u);
+        if self.point.estimate <= monitor.tolerance() {
+            self.point.evaluate_impulses(monitor.problem);
         }
     }
 
-    /// One sweep, and its work.
+    /// Makes one sweep, and counts its work.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep_once<const N: usize, const S: usize>(
         &mut self,
@@ -99,23 +97,24 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         sweep::sweep(sets, factor, *model, r, u, &mut self.sweeps.multipliers);
     }
 
-    /// What a sweep has left, as an error: of contacts alone that Coulomb's law rules what each has asked for tells it.
-    fn left_by_sweep<const N: usize, const S: usize>(
+    /// Estimate of the error after a sweep: from the slip multipliers, or from the natural map in the relaxation and in scenes with joint
+    /// rows or surfaces.
+    fn estimate_after_sweep<const N: usize, const S: usize>(
         &self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> T {
         let problem = &*monitor.problem;
         let (r, u) = (&self.point.r, &self.point.u);
         if problem.scene.is_mixed() || problem.model == Model::ConvexRelaxation {
-            return problem.natural_map_at(r, u);
+            return problem.error_estimate(r, u);
         }
-        let left = sweep::residual(&problem.sets, r, u, &self.sweeps.multipliers);
+        let residual = sweep::residual_square(&problem.sets, r, u, &self.sweeps.multipliers);
         let reference = problem.reference_impulse;
         let size = r.contact_square().max(reference * reference);
-        quotient(left, size).square_root()
+        quotient(residual, size).square_root()
     }
 
-    /// One sweep, and how they get on.
+    /// Makes one sweep, and decides whether another one pays.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep<const N: usize, const S: usize>(
         &mut self,
@@ -123,41 +122,41 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) -> Pace {
         self.sweep_once(monitor);
         let tolerance = monitor.tolerance();
-        let mut here = self.left_by_sweep(monitor);
-        if here > tolerance && monitor.problem.may_be_within(here, tolerance) {
+        let mut estimate = self.estimate_after_sweep(monitor);
+        if estimate > tolerance && monitor.problem.may_be_within(estimate, tolerance) {
             monitor.count_stopping();
-            here = self.left_by_sweep(monitor);
+            estimate = self.estimate_after_sweep(monitor);
         }
-        let last = mem::replace(&mut self.point.natural_map, here);
-        if here <= tolerance {
-            if here > tolerance * T::literal(CLEAR) {
+        let last = mem::replace(&mut self.point.estimate, estimate);
+        if estimate <= tolerance {
+            if estimate > tolerance * T::literal(CLEAR) {
                 let (r, u) = (&self.point.r, &self.point.u);
-                self.point.natural_map = monitor.problem.natural_map_at(r, u);
+                self.point.estimate = monitor.problem.error_estimate(r, u);
             }
             self.consider(monitor);
-            if monitor.waits() {
+            if monitor.must_return() {
                 return Pace::Continue;
             }
-            here = here.max(self.point.natural_map);
+            estimate = estimate.max(self.point.estimate);
         }
         let sweeps = &mut self.sweeps;
         sweeps.done = sweeps.done.saturating_add(1);
-        // Of zero impulses the natural map says nothing.
+        // The estimate of zero impulses tells no rate.
         let first = sweeps.is_cold && sweeps.done == 1;
-        let rate = if first { T::ZERO } else { here / last };
+        let rate = if first { T::ZERO } else { estimate / last };
         let is_fast = rate < tuning::sweep_rate();
-        let after_five = here * rate * rate * rate * rate * rate;
+        let after_five = estimate * rate * rate * rate * rate * rate;
         let done = usize::from(sweeps.done);
         let pays = if sweeps.lead_to_path {
             let most = tuning::sweeps_before_path();
-            let at_the_end = (done..most).fold(here, |left, _| left * rate);
+            let at_the_end = (done..most).fold(estimate, |estimate, _| estimate * rate);
             done < LEAST_BEFORE_PATH || done < most && at_the_end <= tolerance
         } else {
             is_fast && done < tuning::fast_sweeps()
                 || after_five <= tolerance
                 || sweeps.done < sweeps.at_least
         };
-        if here > tolerance && pays {
+        if estimate > tolerance && pays {
             Pace::Continue
         } else {
             Pace::Enough

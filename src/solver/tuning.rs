@@ -1,6 +1,6 @@
-//! The constants of the method that could be others; `guide/reports/tuning.md` has what half, twice and none of each does.
+//! The constants of the method. `guide/reports/tuning.md` lists the effect of halving, doubling and removing each of them.
 //!
-//! With `--cfg stiction_tuning` a variable of the environment replaces a constant: `examples/tuning` measures so.
+//! With `--cfg stiction_tuning` an environment variable with the name of a constant replaces it, for `examples/tuning`.
 
 use crate::real::Real;
 
@@ -17,7 +17,7 @@ fn value(name: &str, constant: f64) -> f64 {
     text.and_then(|text| text.parse().ok()).unwrap_or(constant)
 }
 
-/// Numbers, rounded to the type that the kernel computes with.
+/// Constants that are real numbers, rounded to the number type of the solver.
 macro_rules! numbers {
     ($($(#[$doc:meta])* $name:ident: $value:literal;)*) => {
         $($(#[$doc])*
@@ -28,7 +28,7 @@ macro_rules! numbers {
     };
 }
 
-/// Counts.
+/// Constants that are counts.
 macro_rules! counts {
     ($($(#[$doc:meta])* $name:ident: $value:literal;)*) => {
         $($(#[$doc])*
@@ -48,75 +48,74 @@ macro_rules! counts {
 }
 
 numbers! {
-    /// Cold start: `alpha_i q_N` over the size of the impulses to expect above which a contact clearly separates.
+    /// Cold start: a contact clearly separates if `alpha_i q_N` is above this share of the expected size of the impulses.
     open_threshold: 0.03;
-    /// Cold start: share of the tangential velocity below which an approach does not tell how hard a contact will be
-    /// pressed, and is left out of account.
+    /// Cold start: an approach slower than this share of the tangential velocity does not tell the load of a contact, and does not count.
     grazing: 1e-4;
-    /// Cold start: all contacts are taken to stick if that needs no more than this share of their friction.
+    /// Cold start: the guess is that all contacts stick if that needs no more than this share of their friction.
     sticking: 1.0;
 
-    /// Sweeps are fast if one leaves at most this share of the natural map.
+    /// Sweeps: one is fast if the estimate of the error falls to at most this share.
     sweep_rate: 0.5;
 
-    /// Newton: the step from the guess that all contacts stick may raise the merit so many times.
+    /// Newton: the step from the guess that all contacts stick may raise the merit by this factor.
     merit_growth: 1e5;
-    /// Newton: a Jacobian is used again as long as each of its steps leaves at most this share of the merit.
+    /// Newton: chord steps follow as long as the merit falls to at most this share in each step.
     chord_fall: 0.1;
 
-    /// Damping: `λ` over the natural map.
+    /// Damping: `λ` over the estimate of the error.
     damping: 1e-6;
-    /// Damping: that of a hyperstatic scene.
+    /// Damping: `λ` over the estimate in a hyperstatic scene.
     hyperstatic_damping: 1e-3;
-    /// Damping: that of steps that finish what the interior point began.
+    /// Damping: `λ` over the estimate in steps that finish the central path.
     finish_damping: 0.1;
 
-    /// Interior point: the first `tau` over the mean of `alpha |q|²`.
+    /// Central path: the first `tau` over the mean of `alpha |q|²`.
     first_tau: 10.0;
-    /// Interior point: gain, the scale of velocities relative to impulses when the first path is entered.
+    /// Central path: gain (weight of velocities against impulses) at the start of the first path.
     first_gain: 10.0;
-    /// Interior point: share of the way to the boundary of the cones that a step leaves.
+    /// Central path: a step ends before this last share of the way to the boundary of the cones.
     margin: 0.02;
-    /// Interior point: a step that reaches less far than this is corrected once more.
+    /// Central path: a step shorter than this is corrected once more.
     correct_again: 0.95;
-    /// Interior point: natural map below which Newton's method is to finish.
+    /// Central path: Newton's method finishes if the estimate of the error is below this.
     near: 1e-3;
-    /// Interior point: it has jammed if a step goes less far than this.
+    /// Central path: a step shorter than this is a jam.
     jammed: 0.1;
-    /// Interior point: out of a jam `tau` is raised so many times, in the next round of [`WEIGHTS`] twice as high, and so on.
+    /// Central path: a jam raises `tau` by this factor, in the second round of [`WEIGHTS`] by twice as much, and so on.
     tau_raise: 9.0;
 }
 
 counts! {
-    /// Sweeps that are made as long as they are fast. (Further ones are made if five more reach the tolerance.)
+    /// Sweeps: largest number that follow because they are fast. (Others follow if five more reach the tolerance.)
     fast_sweeps: 3;
 
-    /// Sweeps before the central path: as long as so many in all reach the tolerance at their present rate.
+    /// Sweeps: largest number before the central path. They end as soon as this number would not reach the tolerance at the present rate.
     sweeps_before_path: 40;
 
-    /// Newton: steps of one phase.
+    /// Newton: largest number of steps in a row.
     newton_steps: 30;
-    /// Newton: steps with one Jacobian, which cost somewhat less than a new one.
+    /// Newton: largest number of chord steps in a row; together they cost somewhat less than a new Jacobian.
     chord_steps: 4;
 
-    /// Interior point: it has jammed, too, after so many steps on one path.
+    /// Central path: a path of this many steps has jammed.
     longest_path: 30;
-    /// Interior point: sweeps that lead out of a jam.
+    /// Central path: number of sweeps after a jam.
     sweeps_at_jam: 5;
-    /// Interior point: one jam in so many is left from the best impulses so far, but not the first.
+    /// Central path: one jam in this many continues from the best impulses so far, but not the first one.
     jams_to_best: 3;
-    /// Interior point: jams after which one in four is left from impulses drawn at random.
+    /// Central path: after this many jams, one in four continues from pseudo-random impulses.
     jams_to_anywhere: 12;
 
     /// Work without a halved error after which rounding is to blame, if the error is below `1024 eps`.
     patience: 1000;
 }
 
-/// Lengths of a Newton step.
+/// Lengths of a Newton step that are tried, in this order.
 pub(super) const LENGTHS: [f64; 2] = [1.0, 0.5];
 
-/// Weights of friction on the central path, one jam after the other.
+/// Weights `beta` of friction on the central path, one after each jam.
 pub(super) const WEIGHTS: [f64; 8] = [3.0, 1.0, 10.0, 0.3, 30.0, 0.1, 100.0, 0.03];
 
-/// Gains with which the central path is entered again, see [`first_gain`], one jam after the other.
+/// Gains at the start of another path (see [`first_gain`]), one after each jam.
 pub(super) const GAINS: [f64; 2] = [1.0, 10.0];

@@ -1,73 +1,76 @@
-//! What survives between solves: velocities and impulses by key, and where a solve starts from them.
+//! Warm start: the velocities and impulses of the last solve, by key, and the start of the next solve from them
+//! ([`crate::guide::method`]).
+//!
+//! `ũ` is the augmented velocity at the end of the last solve: the `P` of Newton's method, which lies in the dual cones.
 
 use crate::error::{Error, Input, List};
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{Scene, check_finite};
-use crate::sets::jacobian::Places;
+use crate::sets::jacobian::EarlierIndices;
 use crate::solution::Model;
 use crate::solver::phases::Phases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use core::array::from_fn;
 use nalgebra::SVector;
 use table::{Entry, Table};
 
 mod table;
 
-/// Impulses this many times as large as expected are no start.
+/// Impulses more than this many times the expected size are no start.
 const MAX_IMPULSE_RATIO: f64 = 1e8;
 
-/// In the last of so many ticks in a row that creep a body asks whether it can stay.
-const PATIENCE: u8 = 4;
+/// Number of creeping ticks in a row after which a body asks the [rest question](super::rest).
+const CREEPING_TICKS: u8 = 4;
 
-/// What is known where a solve starts.
+/// The kind of start of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum WarmStartKind {
-    /// Nothing: it starts without impulses.
+    /// Cold: without impulses.
     None,
-    /// The last solution, which sweeps may go on from, because impulses are unique.
+    /// At the last solution. Its impulses are unique, so sweeps may continue from it.
     Isostatic,
-    /// The last solution, where they are not.
+    /// At the last solution. Its impulses are not unique.
     Hyperstatic,
 }
 
-/// `ũ` and `r` of the last solve and `r` of the one before.
+/// The velocities `ũ` and impulses `r` of the last solve, and the impulses of the solve before.
 #[derive(Clone, Debug)]
 pub(crate) struct WarmStart<T, const D: usize, const C: usize, const R: usize> {
     contacts: Table<T, D, C>,
     rows: Table<T, 1, R>,
-    /// Is it known that nothing moved before the next solve?
-    rests: bool,
-    /// Was a rest disturbed, and internal forces not yet centred since?
+    /// Did the caller declare that nothing moved before the next solve?
+    presumes_rest: bool,
+    /// Was a rest disturbed, and were the internal forces not centred since?
     pub(super) is_disturbed: bool,
-    /// So many ticks that were solved as they began crept, one after the other.
-    crept: u8,
+    /// Number of creeping ticks in a row.
+    creeping_ticks: u8,
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C, R> {
-    /// Nothing solved yet.
+    /// The warm start before any solve.
     pub(crate) const fn cold() -> Self {
         Self {
             contacts: Table::empty(),
             rows: Table::empty(),
-            rests: false,
+            presumes_rest: false,
             is_disturbed: false,
-            crept: 0,
+            creeping_ticks: 0,
         }
     }
 
-    /// Counts a tick that is solved as it begins. Is it the last of so many that crept that it is time to ask whether the body can stay?
+    /// Counts a tick that its start solves. Returns true in the last of [`CREEPING_TICKS`] creeping ticks in a row.
     pub(super) fn has_crept(&mut self, creeps: bool) -> bool {
-        self.crept = if creeps { self.crept + 1 } else { 0 };
-        if self.crept < PATIENCE {
+        self.creeping_ticks = if creeps { self.creeping_ticks + 1 } else { 0 };
+        if self.creeping_ticks < CREEPING_TICKS {
             return false;
         }
-        self.crept = 0;
+        self.creeping_ticks = 0;
         true
     }
 
-    /// Forgets the last solve for impulses that are given, each with the key of its contact or joint row.
+    /// Replaces the last solve by given impulses, each with the key of its contact or joint row.
     pub(crate) fn set(
         &mut self,
         contacts: &[(u32, SVector<T, D>)],
@@ -91,21 +94,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         Ok(())
     }
 
-    /// Nothing moved before the next solve.
+    /// Declares that nothing moved before the next solve.
     pub(crate) fn presume_rest(&mut self) {
-        self.rests = true;
+        self.presumes_rest = true;
     }
 
-    /// Is nothing known?
+    /// Is there no last solve?
     fn is_cold(&self) -> bool {
         self.contacts.known().next().is_none() && self.rows.known().next().is_none()
     }
 
-    /// Goes over to the contacts and joint rows of the next solve. Returns their old places if any has changed its place.
+    /// Sorts the tables into the order of the next scene. Returns the old indices of its contacts and joint rows if any index has changed.
     pub(crate) fn follow<const N: usize, const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
-    ) -> Option<Places<C, R>> {
+    ) -> Option<EarlierIndices<C, R>> {
         let contacts = || scene.contacts().iter().map(|contact| contact.key);
         let rows = || scene.rows().iter().map(|row| row.key);
         let moved = self.contacts.is_out_of_order(contacts());
@@ -113,20 +116,20 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         if self.is_cold() || !moved && !rows_moved {
             return None;
         }
-        let mut places = Places {
+        let mut earlier_indices = EarlierIndices {
             contacts: from_fn(|i| i),
             rows: from_fn(|j| j),
         };
         if moved {
-            places.contacts = self.contacts.reorder(contacts());
+            earlier_indices.contacts = self.contacts.reorder(contacts());
         }
         if rows_moved {
-            places.rows = self.rows.reorder(rows());
+            earlier_indices.rows = self.rows.reorder(rows());
         }
-        Some(places)
+        Some(earlier_indices)
     }
 
-    /// Keeps `ũ` and `r` of a solve, in scaled rows, or in place of those that the last call left.
+    /// Keeps `ũ` and `r` of a solve, given in scaled rows. If it `replaces` the last call, that call belongs to the same solve.
     pub(crate) fn keep<const N: usize, const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -134,7 +137,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         r: &Stacked<T, D, C, R>,
         replaces: bool,
     ) {
-        self.rests = false;
+        self.presumes_rest = false;
         let values = u.contacts.iter().zip(&r.contacts);
         for (i, (contact, (&u, &r))) in scene.contacts().iter().zip(values).enumerate() {
             let (u, r) = (scene.unscale(i, u), scene.scale(i, r));
@@ -152,7 +155,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         rows.any(|entry| entry.key == key && entry.r != [T::ZERO])
     }
 
-    /// `ũ` and `r` of the last solve, in scaled rows; zeros of what was not there.
+    /// Fills `u` with `ũ` and `r` with the impulses of the last solve, in scaled rows. A new contact or joint row gets zeros.
     #[inline]
     fn recall<const N: usize, const S: usize>(
         &self,
@@ -160,21 +163,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         u: &mut Stacked<T, D, C, R>,
         r: &mut Stacked<T, D, C, R>,
     ) {
-        let places = u.contacts.iter_mut().zip(&mut r.contacts);
-        for (i, ((u, r), entry)) in places.zip(&self.contacts.entries).enumerate() {
+        let values = u.contacts.iter_mut().zip(&mut r.contacts);
+        for (i, ((u, r), entry)) in values.zip(&self.contacts.entries).enumerate() {
             let known = entry
                 .as_ref()
                 .map(|entry| (scene.scale(i, entry.u), scene.unscale(i, entry.r)));
             (*u, *r) = known.unwrap_or(([T::ZERO; D], [T::ZERO; D]));
         }
-        let places = u.rows.iter_mut().zip(&mut r.rows);
-        for ((u, r), entry) in places.zip(&self.rows.entries) {
+        let values = u.rows.iter_mut().zip(&mut r.rows);
+        for ((u, r), entry) in values.zip(&self.rows.entries) {
             let known = entry.as_ref().map(|&Entry { u: [u], r: [r], .. }| (u, r));
             (*u, *r) = known.unwrap_or((T::ZERO, T::ZERO));
         }
     }
 
-    /// `ũ` and `r` of the last solve for ADMM, impulses projected into their sets.
+    /// `ũ` and `r` of the last solve in the order of the scene, for ADMM. Impulses are projected onto their cones and intervals.
     pub(crate) fn last<const N: usize, const S: usize>(
         &mut self,
         problem: &Problem<'_, T, N, D, C, R, S>,
@@ -186,21 +189,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         [u, r]
     }
 
-    /// Where a solve starts, for what was followed: at the last solution, if its error now is less than that
-    /// of zero impulses. (The error is relative: impulses of a glitch, far beyond what is expected, do not count.)
+    /// Moves the point to the start of a solve: to the last solution if its estimate now is less than that of zero impulses, otherwise to
+    /// zero impulses. [`Self::follow`] comes before. (Estimates are relative to the impulses, so huge impulses are no start.)
     ///
-    /// Unique impulses are extrapolated if the solve is to go `onwards` from one tick to the next. Hyperstatic ones can change
-    /// without effect, and would be carried to the boundaries of the cones: they stay as they were.
+    /// Unique impulses are extrapolated if the solve goes `onwards` to the next tick. Hyperstatic impulses are not: they can change without
+    /// moving a body, and would reach the boundaries of their cones tick by tick.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn start<P: Phases, const N: usize, const S: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
         (tolerance, onwards): (T, bool),
         _: P,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) -> WarmStartKind {
         point.set_zero_impulse(problem);
-        let rest = point.natural_map;
+        let rest = point.estimate;
         if !self.is_cold() && rest > tolerance {
             self.impulses(problem, false, &mut point.r);
             let unique =
@@ -208,12 +211,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
             if unique && onwards {
                 self.extrapolate(problem, tolerance, point);
             } else if unique || !P::NEWTON {
-                point.natural_map = problem.natural_map(&point.r, &mut point.u);
+                point.evaluate_impulses(problem);
             } else {
-                self.stay(problem, tolerance, point);
+                self.choose_hyperstatic(problem, tolerance, point);
             }
             let ratio = T::literal(MAX_IMPULSE_RATIO);
-            if point.natural_map < rest && !problem.exceeds(&point.r, ratio) {
+            if point.estimate < rest && !problem.exceeds(&point.r, ratio) {
                 return if unique {
                     WarmStartKind::Isostatic
                 } else {
@@ -225,27 +228,27 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         WarmStartKind::None
     }
 
-    /// Extrapolates the impulses of a point; but if both the extrapolated and the last impulses are within tolerance, keeps the
-    /// last: a body at rest must not drift with the errors of its impulses.
+    /// Extrapolates the impulses of the point. If the estimates of the extrapolated and of the last impulses are both within the tolerance,
+    /// keeps the last: a body at rest must not drift with the errors of its impulses.
     #[cfg_attr(target_os = "none", inline(never))]
     fn extrapolate<const N: usize, const S: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
         tolerance: T,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) {
         let (r, mut u) = (point.r, Stacked::zero());
         self.impulses(problem, true, &mut point.r);
-        point.natural_map = problem.natural_map(&point.r, &mut point.u);
-        if point.natural_map <= tolerance {
-            let last = problem.natural_map(&r, &mut u);
+        point.evaluate_impulses(problem);
+        if point.estimate <= tolerance {
+            let last = problem.velocities_and_estimate(&r, &mut u);
             if last <= tolerance {
-                (point.r, point.u, point.natural_map) = (r, u, last);
+                (point.r, point.u, point.estimate) = (r, u, last);
             }
         }
     }
 
-    /// The last impulses, or the extrapolated ones if `onwards`, projected into their sets.
+    /// Fills `r` with the last impulses, or the extrapolated ones if `onwards`, projected onto their cones and intervals.
     #[cfg_attr(target_os = "none", inline(never))]
     fn impulses<const N: usize, const S: usize>(
         &self,
@@ -271,38 +274,37 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         problem.sets.project(r);
     }
 
-    /// Moves a point from the last impulses to the last solution.
+    /// Moves the point from the last impulses to the better of two `z`: `û - r / alpha` with the last impulses and the velocities that they
+    /// cause now, or the last `z`.
     ///
-    /// Candidates: `z = û - r / alpha_i` with the last impulse and the velocity that it causes now, and the last `z`. The one
-    /// with the least error is taken. (The energy is a poor judge: if a heavy body stands on a light one, it sees only the
-    /// light one.)
+    /// The estimate decides. (The merit is a poor measure: if a heavy body stands on a light one, it sees only the light one.)
     #[cfg_attr(target_os = "none", inline(never))]
-    fn stay<const N: usize, const S: usize>(
+    fn choose_hyperstatic<const N: usize, const S: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
         tolerance: T,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) {
         let (r, mut u) = (point.r, Stacked::zero());
-        let last = problem.natural_map(&r, &mut u);
-        let mut as_it_was = None;
+        let last = problem.velocities_and_estimate(&r, &mut u);
+        let mut of_last_z = None;
         if last > tolerance && self.is_a_solution() {
-            self.move_back(problem, point);
-            as_it_was = Some(point.natural_map);
+            self.move_to_last_z(problem, point);
+            of_last_z = Some(point.estimate);
         }
-        if as_it_was.is_none_or(|error| error * T::literal(3.0) > last) {
-            (point.r, point.u, point.natural_map) = (r, u, last);
+        if of_last_z.is_none_or(|estimate| estimate * T::literal(3.0) > last) {
+            (point.r, point.u, point.estimate) = (r, u, last);
             problem.sets.augment(&u, &mut point.p);
-            if let Some(error) = as_it_was {
+            if let Some(estimate) = of_last_z {
                 point.rebuild(problem);
-                if error < point.natural_map {
-                    self.move_back(problem, point);
+                if estimate < point.estimate {
+                    self.move_to_last_z(problem, point);
                 }
             }
         }
     }
 
-    /// Did nothing that pushes slide in the last solution, as far as a tolerance tells?
+    /// Was the last solution at rest: did its loaded contacts move by at most 8 tolerances?
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn is_at_rest<const N: usize, const S: usize>(
         &self,
@@ -315,21 +317,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         let pushed = known.any(|entry| entry.solves > 0 && entry.r != [T::ZERO; D]);
         let share = tolerance * T::literal(8.0);
         problem.model == Model::Coulomb
-            && (self.rests || pushed && !problem.moves_what_pushes(&r, &u, share))
+            && (self.presumes_rest || pushed && !problem.loaded_contacts_move(&r, &u, share))
     }
 
-    /// Are `ũ` and `r` those of a solve?
+    /// Do all `ũ` and `r` come from a solve? (Given impulses have no `ũ`.)
     fn is_a_solution(&self) -> bool {
         self.contacts.known().all(|entry| entry.solves > 0)
             && self.rows.known().all(|entry| entry.solves > 0)
     }
 
-    /// Moves a point to `z = ũ - r / alpha_i` as it was.
+    /// Moves the point to the last `z = ũ - r / alpha`.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn move_back<const N: usize, const S: usize>(
+    fn move_to_last_z<const N: usize, const S: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
-        point: &mut Point<T, D, C, R>,
+        point: &mut NewtonPoint<T, D, C, R>,
     ) {
         self.recall(problem.scene, &mut point.p, &mut point.r);
         point.rebuild(problem);

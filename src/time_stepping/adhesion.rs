@@ -69,7 +69,7 @@ impl<T: Real> Suction<T> {
         Ok(impulse)
     }
 
-    /// Largest pull over a step (N·s), 0 if it does not touch.
+    /// Largest pull over a step (N·s), 0 if the contact does not touch.
     fn pull(&self, step: T) -> Result<T, Error> {
         let force = Parameter::Suction.not_negative(self.force)?;
         let pull = Parameter::Suction.finite(Parameter::Step.positive(step)? * force)?;

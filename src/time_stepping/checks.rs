@@ -1,16 +1,16 @@
-//! What is asked of the arguments of the helpers.
+//! Checks of the arguments of the helpers.
 
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::real::Real;
 
 impl Parameter {
-    /// The error that names it.
+    /// The error that names this parameter.
     pub(super) const fn error(self) -> Error {
         Error::InvalidParameter { parameter: self }
     }
 
-    /// The number, if it meets the requirement.
+    /// The number, if it fulfils the requirement.
     fn checked<T>(self, number: T, fulfils: bool) -> Result<T, Error> {
         if fulfils {
             Ok(number)
@@ -49,7 +49,7 @@ impl Parameter {
         self.checked(number, number >= T::ZERO)
     }
 
-    /// The number, if it is one from 0 to 1.
+    /// The number, if it is from 0 to 1.
     pub(super) fn share<T: Real>(self, number: T) -> Result<T, Error> {
         self.checked(number, number >= T::ZERO && number <= T::ONE)
     }

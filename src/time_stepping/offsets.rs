@@ -67,7 +67,7 @@ pub(super) fn closing_speed<T: Real>(
         Parameter::Reach.bound(gap.reach)?,
     );
     let speed = distance / duration?;
-    // Not `min` and `max`, whose zero may have either sign.
+    // `min` and `max` may return a zero of either sign.
     name.finite(if speed < least {
         least
     } else if speed > most {
@@ -132,7 +132,7 @@ impl<T: Real> Spring<T> {
     }
 }
 
-/// `1 / (time gain)`. The error names the step, if the time is too small by itself, or else the gain.
+/// `1 / (time gain)`. The error names the step if `1 / time` overflows, and otherwise the gain.
 pub(super) fn reciprocal<T: Real>(time: T, gain: T, name: Parameter) -> Result<T, Error> {
     Parameter::Step.finite(T::ONE / Parameter::Step.finite(time)?)?;
     name.finite(T::ONE / (time * gain))

@@ -34,13 +34,8 @@ impl<T: Real> Gap<T> {
         step: T,
         key: u32,
     ) -> Result<JointRow<T, N>, Error> {
-        Ok(JointRow {
-            row,
-            offset: closing_speed(Parameter::Distance, self, Parameter::Step.positive(step))?,
-            law: RowLaw::Limit,
-            compliance: T::ZERO,
-            key,
-        })
+        let offset = closing_speed(Parameter::Distance, self, Parameter::Step.positive(step))?;
+        Ok(rigid(row, offset, RowLaw::Limit, key))
     }
 }
 
@@ -73,13 +68,8 @@ impl<T: Real> DryFriction<T> {
         step: T,
         key: u32,
     ) -> Result<JointRow<T, N>, Error> {
-        Ok(JointRow {
-            row,
-            offset: T::ZERO,
-            law: within(Parameter::Torque, self.torque, step)?,
-            compliance: T::ZERO,
-            key,
-        })
+        let law = within(Parameter::Torque, self.torque, step)?;
+        Ok(rigid(row, T::ZERO, law, key))
     }
 }
 
@@ -224,17 +214,28 @@ impl<T: Real> ClosedLoop<T> {
             recovery: self.recovery,
             reach: self.recovery,
         };
-        Ok(JointRow {
-            row,
-            offset: closing_speed(Parameter::Drift, &gap, Parameter::Step.positive(step))?,
-            law: RowLaw::Equality,
-            compliance: T::ZERO,
-            key,
-        })
+        let offset = closing_speed(Parameter::Drift, &gap, Parameter::Step.positive(step))?;
+        Ok(rigid(row, offset, RowLaw::Equality, key))
     }
 }
 
-/// A box of a torque over a step.
+/// A joint row without compliance.
+const fn rigid<T: Real, const N: usize>(
+    row: SVector<T, N>,
+    offset: T,
+    law: RowLaw<T>,
+    key: u32,
+) -> JointRow<T, N> {
+    JointRow {
+        row,
+        offset,
+        law,
+        compliance: T::ZERO,
+        key,
+    }
+}
+
+/// The box of the impulses of torques within `±torque` over a step.
 fn within<T: Real>(name: Parameter, torque: T, step: T) -> Result<RowLaw<T>, Error> {
     let torque = name.not_negative(torque)?;
     let upper = name.finite(Parameter::Step.positive(step)? * torque)?;

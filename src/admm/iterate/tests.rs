@@ -7,7 +7,7 @@
 
 extern crate std;
 
-use super::{Acceleration, Iterate, Momentum, SlipUpdate, iterate};
+use super::{Acceleration, Extrapolation, Iterate, SlipUpdate, iterate};
 use crate::problem::Problem;
 use crate::{AdmmFactor, Contact, FrictionCone, Model, Scene};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
@@ -161,8 +161,8 @@ fn follows_for(
     let resolvent = factor.resolvent();
     let start = Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty());
     let mut iterates = [start; C];
-    let mut momentum = Momentum::none(acceleration);
-    momentum.start();
+    let mut extrapolation = Extrapolation::none(acceleration);
+    extrapolation.start();
     let mut note = Note::new(scene, f, factor.penalty());
     for k in 0..200 {
         note.start_from(&iterates);
@@ -170,7 +170,7 @@ fn follows_for(
             &problem,
             resolvent,
             &mut iterates,
-            &mut momentum,
+            &mut extrapolation,
             SlipUpdate::EveryIteration,
         );
         note.step(acceleration, model);

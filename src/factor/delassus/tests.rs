@@ -1,4 +1,4 @@
-//! `W` against dense matrices.
+//! `W` against a computation with dense matrices.
 #![allow(clippy::indexing_slicing, clippy::expect_used)]
 
 use crate::{Contact, Error, Factor, Scene};
@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 
 const N: usize = 18;
 
-/// A mass matrix with entries where dofs are coupled.
+/// A mass matrix with off-diagonal entries for coupled dofs.
 fn mass(are_coupled: impl Fn(usize, usize) -> bool) -> SMatrix<f64, N, N> {
     SMatrix::from_fn(|i, j| match (i == j, are_coupled(i, j)) {
         (true, _) => 4.0,
@@ -15,7 +15,7 @@ fn mass(are_coupled: impl Fn(usize, usize) -> bool) -> SMatrix<f64, N, N> {
     })
 }
 
-/// Three rows that move three groups of three dofs.
+/// A Jacobian whose three rows move three groups of three dofs each.
 fn jacobian(first: [usize; 3]) -> SMatrix<f64, 3, N> {
     let rows = Matrix3::new(1.0, 0.25, 0.5, -0.5, 1.0, 0.25, 0.125, -0.25, 1.0);
     let mut jacobian = SMatrix::<f64, 3, N>::zeros();
@@ -25,7 +25,7 @@ fn jacobian(first: [usize; 3]) -> SMatrix<f64, 3, N> {
     jacobian
 }
 
-/// `W = H M⁻¹ Hᵀ`, for the feet of a robot and for bodies of a pile, which are not coupled.
+/// `W = H M⁻¹ Hᵀ` of the feet of a robot, and of a pile of bodies, which the mass matrix does not couple.
 #[test]
 fn the_delassus_operator_is_that_of_dense_matrices() -> Result<(), Error> {
     let robot = mass(|i, j| i < 6 || j < 6);
@@ -34,21 +34,21 @@ fn the_delassus_operator_is_that_of_dense_matrices() -> Result<(), Error> {
         (robot, [[6, 0, 3], [9, 0, 3], [15, 0, 3]]),
         (pile, [[3, 6, 9], [3, 12, 15], [9, 12, 15]]),
     ];
-    for (mass, places) in cases {
+    for (mass, groups) in cases {
         let inverse = mass.try_inverse().expect("positive definite");
         let mut scene = Scene::<f64, N, 3, 3>::new();
         scene.set_mass(&mass)?;
-        for place in places {
+        for first in groups {
             scene.push(&Contact {
-                jacobian: jacobian(place),
+                jacobian: jacobian(first),
                 offset: SVector::zeros(),
                 mu: 0.5,
                 key: 0,
             })?;
         }
         let factor = Factor::new(&scene)?;
-        for (rows, left) in factor.delassus().contacts.iter().zip(places) {
-            for (column, right) in places.into_iter().enumerate() {
+        for (rows, left) in factor.delassus().contacts.iter().zip(groups) {
+            for (column, right) in groups.into_iter().enumerate() {
                 let wanted = jacobian(left) * inverse * jacobian(right).transpose();
                 let block = SMatrix::from_fn(|i, j| rows[i][column][j]);
                 assert!((block - wanted).norm() < 1e-12, "{block} {wanted}");

@@ -1,43 +1,47 @@
-//! Elimination among the equations of one contact, and the multipliers that it leaves.
+//! Elimination among the equations of one contact, and its multipliers in other equations.
 
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use core::mem::swap;
 use core::ops::Range;
 
-/// The entries of a row in the first columns from `start` on, as many as a contact may have.
+/// The `D` entries of a row from column `start` on.
 #[inline]
-pub(super) fn own_columns<T: Real, const D: usize, const C: usize, const R: usize>(
+pub(super) fn columns_from<T: Real, const D: usize, const C: usize, const R: usize>(
     row: &Stacked<T, D, C, R>,
     start: usize,
 ) -> Option<[T; D]> {
-    let own = row.contacts.as_flattened().get(start..)?;
-    own.first_chunk::<D>().copied()
+    let entries = row.contacts.as_flattened().get(start..)?;
+    entries.first_chunk::<D>().copied()
 }
 
-/// The same, to be changed.
+/// [`columns_from`], mutable.
 #[inline]
-pub(super) fn own_columns_mut<T: Real, const D: usize, const C: usize, const R: usize>(
+pub(super) fn columns_from_mut<T: Real, const D: usize, const C: usize, const R: usize>(
     row: &mut Stacked<T, D, C, R>,
     start: usize,
 ) -> Option<&mut [T; D]> {
-    let own = row.contacts.as_flattened_mut().get_mut(start..)?;
-    own.first_chunk_mut::<D>()
+    let entries = row.contacts.as_flattened_mut().get_mut(start..)?;
+    entries.first_chunk_mut::<D>()
 }
 
-/// Writes multipliers into the columns of a contact, as many as it has.
+/// Writes the first `count` multipliers over the entries that they have eliminated.
 #[inline]
-pub(super) fn keep<T: Real, const D: usize>(own: &mut [T; D], factors: &[T; D], count: usize) {
-    for (p, (own, &factor)) in own.iter_mut().zip(factors).enumerate() {
+pub(super) fn store_multipliers<T: Real, const D: usize>(
+    eliminated: &mut [T; D],
+    factors: &[T; D],
+    count: usize,
+) {
+    for (p, (entry, &factor)) in eliminated.iter_mut().zip(factors).enumerate() {
         if p < count {
-            *own = factor;
+            *entry = factor;
         }
     }
 }
 
 /// Multipliers of a symmetric matrix: the entries of a contact's equations in one column, divided by their pivots.
 #[inline]
-pub(super) fn multiply<T: Real, const D: usize, V>(
+pub(super) fn symmetric_multipliers<T: Real, const D: usize, V>(
     rows: &[V; D],
     entry: impl Fn(&V) -> Option<T>,
     reciprocals: &[T; D],
@@ -49,9 +53,9 @@ pub(super) fn multiply<T: Real, const D: usize, V>(
     factors
 }
 
-/// `x U⁻¹`, with a block that holds `U` above its diagonal, and the reciprocals of that.
+/// Multipliers `x U⁻¹` that eliminate the entries `x`, with `U` above the diagonal of `block` and the reciprocals of its diagonal.
 #[inline]
-pub(super) fn divide<T: Real, const D: usize>(
+pub(super) fn multipliers<T: Real, const D: usize>(
     x: &[T; D],
     block: &[[T; D]; D],
     reciprocals: &[T; D],
@@ -59,9 +63,9 @@ pub(super) fn divide<T: Real, const D: usize>(
     let mut quotient = *x;
     for (p, (row, &reciprocal)) in block.iter().zip(reciprocals).enumerate() {
         let mut factor = T::ZERO;
-        if let Some(place) = quotient.get_mut(p) {
-            *place *= reciprocal;
-            factor = *place;
+        if let Some(entry) = quotient.get_mut(p) {
+            *entry *= reciprocal;
+            factor = *entry;
         }
         for (q, (x, &u)) in quotient.iter_mut().zip(row).enumerate() {
             if q > p {
@@ -72,7 +76,8 @@ pub(super) fn divide<T: Real, const D: usize>(
     quotient
 }
 
-/// Eliminates among the rows of one contact: first in its own columns, then in those behind.
+/// Eliminates among the rows of one contact: first in the columns of the contact, then in those behind, up to the columns `last` of
+/// contacts and `last_row` of joint rows.
 #[inline(never)]
 pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: usize>(
     rows: &mut [Stacked<T, D, C, R>; D],
@@ -85,11 +90,11 @@ pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: us
     let count = columns.len();
     let mut block = [[T::ZERO; D]; D];
     for (block, row) in block.iter_mut().zip(&*rows) {
-        *block = own_columns(row, columns.start)?;
+        *block = columns_from(row, columns.start)?;
     }
     *reciprocals = [T::ZERO; D];
     for (p, (reciprocal, taken)) in reciprocals.iter_mut().zip(order).enumerate().take(count) {
-        // Rows that are not used have nothing to offer, being zero.
+        // Unused rows are zero, and never chosen.
         let (mut largest, mut index) = (T::ZERO, p);
         let end = if symmetric { p + 1 } else { D };
         for i in p..end {
@@ -121,12 +126,23 @@ pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: us
         }
     }
     for (row, block) in rows.iter_mut().zip(&block).take(count) {
-        let own = row.contacts.as_flattened_mut();
-        *own.get_mut(columns.start..)?.first_chunk_mut::<D>()? = *block;
+        *columns_from_mut(row, columns.start)? = *block;
     }
+    eliminate_behind(rows, block, &columns, [last, last_row]);
+    Some(())
+}
+
+/// Eliminates in the columns behind those of the contact, with the multipliers below the diagonal of `block`.
+#[inline]
+fn eliminate_behind<T: Real, const D: usize, const C: usize, const R: usize>(
+    rows: &mut [Stacked<T, D, C, R>; D],
+    mut block: [[T; D]; D],
+    columns: &Range<usize>,
+    [last, last_row]: [usize; 2],
+) {
     for (i, row) in block.iter_mut().enumerate() {
         for (p, factor) in row.iter_mut().enumerate() {
-            if p >= i || i >= count {
+            if p >= i || i >= columns.len() {
                 *factor = T::ZERO;
             }
         }
@@ -139,10 +155,9 @@ pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: us
     for k in 0..last_row {
         eliminate_column(rows, &block, |row| row.rows.get_mut(k));
     }
-    Some(())
 }
 
-/// Exchanges a row and one behind it, number by number: a `swap` of such large values would link `memmove`.
+/// Exchanges the row `one` and the row `behind`, a later one, entry by entry: a `swap` of such large values would link `memmove`.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn exchange<T, const D: usize, const C: usize, const R: usize>(
     rows: &mut [Stacked<T, D, C, R>],
@@ -161,7 +176,7 @@ pub(super) fn exchange<T, const D: usize, const C: usize, const R: usize>(
     Some(())
 }
 
-/// Eliminates in one column behind a contact's own, with the multipliers of its block.
+/// Eliminates in one column behind those of the contact, with the multipliers of its block.
 #[inline]
 fn eliminate_column<T: Real, const D: usize, V>(
     rows: &mut [V; D],

@@ -1,55 +1,43 @@
-//! Proof that friction locks what is to be pushed apart: Farkas' lemma over the friction cones.
+//! Proof of a jam, in which friction locks a body that the offsets push out: Farkas' lemma over the friction cones.
 //!
-//! No velocity has `H v + w` in the dual cones `K*` if some `d` in the cones `K_mu` has `Hᵀ d = 0` and `w · d < 0`: impulses
-//! in balance that work against what the offsets ask for. The projection of `-w` onto the `d` in balance is the steepest of
-//! them; where it leaves the cones, projections onto cones (a little narrower, so that the last one stays inside) and onto
-//! balance take turns (von Neumann, 1950). No matrix is needed: conjugate gradients find balance in as many steps as bodies
-//! have velocities, and two more for rounding.
+//! No velocity has `H v + w` in the dual cones `K*` if there are impulses `d` in the cones `K_mu` with `Hᵀ d = 0` (in balance) and
+//! `w · d < 0` ([`crate::guide::error`], "Jammed scenes"). The search starts at the projection of `-w` onto the impulses in balance.
+//! While that is outside the cones, it is projected onto the cones and onto balance in turn (von Neumann, 1950). The cones are a
+//! little narrower there, so that the last projection stays inside. No matrix is needed: conjugate gradients find balance in as many
+//! steps as bodies have velocities, and two more for rounding.
 
 use crate::cone::FrictionCone;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::square;
 use crate::problem::Problem;
-use crate::problem::infeasibility::is_strong;
 use crate::problem::infeasibility::search::Demand;
+use crate::problem::infeasibility::{dot, is_strong};
 use crate::real::Real;
 use crate::scene::Scaling;
 use nalgebra::SVector;
 
-/// Projections onto the cones, at most.
+/// Most projections onto the cones.
 const ROUNDS: usize = 16;
+
+/// The variables `x` of the search, with `d = weights x`.
+struct Weighted<T, const D: usize, const C: usize, const R: usize> {
+    /// Roots of effective masses over the reference mass; 0 where no impulse can be part of a jam.
+    weights: Stacked<T, D, C, R>,
+    /// `w`, multiplied by the weights.
+    offsets: Stacked<T, D, C, R>,
+}
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Looks for a `d` that proves a jam, in the rows as they were given; `None` if there is none to be found.
+    /// Searches for a `d` that proves a jam, in the rows of the scene; `None` if it finds none.
     #[inline(never)]
     pub(crate) fn jam(&self) -> Option<Stacked<T, D, C, R>> {
         let demands = self.scene.demands();
-        // `d = weights x`: roots of effective masses over the reference mass, 0 where nothing can be part of a jam.
-        let mass = self.scene.reference_mass();
-        let mut weights = Stacked::zero();
-        let mut offsets = Stacked::zero();
-        let contacts = self.scene.contacts().iter().enumerate();
-        for ((i, contact), set) in contacts.zip(self.sets.contacts()) {
-            let places = weights.contacts.get_mut(i).zip(offsets.contacts.get_mut(i));
-            let is_rigid = !self.scene.scaling(i).is_some_and(Scaling::is_compliant);
-            if let Some((weights, offsets)) = places.filter(|_| is_rigid) {
-                let rows = if contact.mu > T::ZERO { D } else { 1 };
-                let weight = (set.alpha / mass).square_root();
-                weights.iter_mut().take(rows).for_each(|x| *x = weight);
-                *offsets = self.scene.scale(i, contact.offset.into());
-            }
-        }
-        let rows = weights.rows.iter_mut().zip(&mut offsets.rows);
-        let sources = self.scene.rows().iter().zip(self.sets.rows());
-        for ((weight, offset), ((row, set), demand)) in rows.zip(sources.zip(&demands.rows)) {
-            if *demand != Demand::Nothing {
-                *weight = (set.alpha / mass).square_root();
-                *offset = row.offset;
-            }
-        }
-        weigh(&mut offsets, &weights);
+        let Weighted {
+            mut weights,
+            offsets,
+        } = self.weighted(&demands.rows);
         let mut x = Stacked::zero();
         add(&mut x, &offsets, -T::ONE);
         self.balance(&weights, &mut x);
@@ -61,25 +49,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             if round == ROUNDS || dot(&x, &x) <= least {
                 return None;
             }
-            for (i, contact) in self.scene.contacts().iter().enumerate() {
-                let places = x.contacts.get_mut(i).zip(weights.contacts.get_mut(i));
-                let cone = FrictionCone::new(contact.mu * T::literal(63.0 / 64.0));
-                if let Some(((x, weights), cone)) = places.zip(cone) {
-                    *x = cone.nearest(&SVector::from(*x)).into();
-                    if 2 * round >= ROUNDS && *x == [T::ZERO; D] {
-                        *weights = [T::ZERO; D]; // has no part in it
-                    }
-                }
-            }
-            let rows = x.rows.iter_mut().zip(&mut weights.rows);
-            for ((x, weight), demand) in rows.zip(&demands.rows) {
-                if *demand == Demand::NotNegative && *x <= T::ZERO {
-                    *x = T::ZERO;
-                    if 2 * round >= ROUNDS {
-                        *weight = T::ZERO;
-                    }
-                }
-            }
+            // In the second half of the rounds impulses of 0 take no further part.
+            let drops = 2 * round >= ROUNDS;
+            self.project_onto_cones(&demands.rows, drops, &mut weights, &mut x);
             self.balance(&weights, &mut x);
         }
         let approach = -dot(&offsets, &x);
@@ -96,7 +68,67 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.scene.cancels(&proof, &x).then_some(proof)
     }
 
-    /// Is it in the friction cones, and not negative in limits?
+    /// The weights, and the offsets multiplied by them.
+    #[inline]
+    fn weighted(&self, demands: &[Demand; R]) -> Weighted<T, D, C, R> {
+        let mass = self.scene.reference_mass();
+        let mut weights = Stacked::zero();
+        let mut offsets = Stacked::zero();
+        let contacts = self.scene.contacts().iter().enumerate();
+        for ((i, contact), set) in contacts.zip(self.sets.contacts()) {
+            let targets = weights.contacts.get_mut(i).zip(offsets.contacts.get_mut(i));
+            let is_rigid = !self.scene.scaling(i).is_some_and(Scaling::is_compliant);
+            if let Some((weights, offsets)) = targets.filter(|_| is_rigid) {
+                let rows = if contact.mu > T::ZERO { D } else { 1 };
+                let weight = (set.alpha / mass).square_root();
+                weights.iter_mut().take(rows).for_each(|x| *x = weight);
+                *offsets = self.scene.scale(i, contact.offset.into());
+            }
+        }
+        let targets = weights.rows.iter_mut().zip(&mut offsets.rows);
+        let sources = self.scene.rows().iter().zip(self.sets.rows());
+        for ((weight, offset), ((row, set), demand)) in targets.zip(sources.zip(demands)) {
+            if *demand != Demand::Nothing {
+                *weight = (set.alpha / mass).square_root();
+                *offset = row.offset;
+            }
+        }
+        weigh(&mut offsets, &weights);
+        Weighted { weights, offsets }
+    }
+
+    /// Projects `x` onto narrower friction cones, and the rows of limits onto 0 and above. With `drops` it sets the weights of impulses
+    /// that become 0 to 0.
+    #[inline]
+    fn project_onto_cones(
+        &self,
+        demands: &[Demand; R],
+        drops: bool,
+        weights: &mut Stacked<T, D, C, R>,
+        x: &mut Stacked<T, D, C, R>,
+    ) {
+        for (i, contact) in self.scene.contacts().iter().enumerate() {
+            let targets = x.contacts.get_mut(i).zip(weights.contacts.get_mut(i));
+            let cone = FrictionCone::new(contact.mu * T::literal(63.0 / 64.0));
+            if let Some(((x, weights), cone)) = targets.zip(cone) {
+                *x = cone.nearest(&SVector::from(*x)).into();
+                if drops && *x == [T::ZERO; D] {
+                    *weights = [T::ZERO; D];
+                }
+            }
+        }
+        let rows = x.rows.iter_mut().zip(&mut weights.rows);
+        for ((x, weight), demand) in rows.zip(demands) {
+            if *demand == Demand::NotNegative && *x <= T::ZERO {
+                *x = T::ZERO;
+                if drops {
+                    *weight = T::ZERO;
+                }
+            }
+        }
+    }
+
+    /// Is `x` in the friction cones, and not negative in the rows of limits?
     fn is_in_cones(&self, demands: &[Demand; R], x: &Stacked<T, D, C, R>) -> bool {
         let mut contacts = self.scene.contacts().iter().zip(&x.contacts);
         let mut rows = demands.iter().zip(&x.rows);
@@ -105,7 +137,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }) && rows.all(|(demand, &x)| *demand != Demand::NotNegative || x >= T::ZERO)
     }
 
-    /// Takes away from `x` what moves anything: conjugate gradients on `|Hᵀ weights x|²` in the norm of `M⁻¹`.
+    /// Projects `x` onto the impulses in balance, by conjugate gradients on `|Hᵀ weights x|²` in the norm of `M⁻¹`.
     #[inline(never)]
     fn balance(&self, weights: &Stacked<T, D, C, R>, x: &mut Stacked<T, D, C, R>) {
         let mut direction = Stacked::zero();
@@ -132,7 +164,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Replaces `x` by `weights m W weights x` with the reference mass `m`, without compliance; returns `xᵀ` times that.
+    /// Replaces `x` by `y = weights m W weights x` with the reference mass `m`, without compliance, and returns `xᵀ y`.
     #[inline(never)]
     fn products(&self, weights: &Stacked<T, D, C, R>, x: &mut Stacked<T, D, C, R>) -> T {
         let mut impulses = *x;
@@ -145,8 +177,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         energy * mass
     }
 
-    /// Do these impulses throw the bodies? They are far larger than expected, and add more energy than stopping the free motion
-    /// and doing all that the offsets ask for would take.
+    /// Do these impulses throw the bodies? Then they exceed `most` times the expected impulses, and the bodies have four times the energy
+    /// of the free motion and of the velocities that the offsets ask for.
     #[inline(never)]
     pub(crate) fn throws(&self, r: &Stacked<T, D, C, R>, most: T) -> bool {
         if !self.exceeds(r, most) {
@@ -180,7 +212,7 @@ fn add<T: Real, const D: usize, const C: usize, const R: usize>(
     }
 }
 
-/// Multiplies entry by entry.
+/// Multiplies `x` by the weights, entry by entry.
 #[inline(never)]
 fn weigh<T: Real, const D: usize, const C: usize, const R: usize>(
     x: &mut Stacked<T, D, C, R>,
@@ -189,14 +221,4 @@ fn weigh<T: Real, const D: usize, const C: usize, const R: usize>(
     for (x, &weight) in x.iter_mut().zip(weights.iter()) {
         *x *= weight;
     }
-}
-
-#[inline(never)]
-fn dot<T: Real, const D: usize, const C: usize, const R: usize>(
-    x: &Stacked<T, D, C, R>,
-    y: &Stacked<T, D, C, R>,
-) -> T {
-    x.iter()
-        .zip(y.iter())
-        .fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }

@@ -1,12 +1,12 @@
-//! Proof that a scene has no solution: Farkas' lemma over all that is rigid.
+//! Proof that a scene has no solution: Farkas' lemma over rigid contacts, limits and equalities.
 //!
-//! Coulomb's law asks for `H_N v + w_N >= 0`, limits for as much of their rows, equalities for zero. No velocity does that if
-//! and only if some `d`, not negative but on equalities, has `H_Nᵀ d + Jᵀ d = 0` and `w_N · d + offset · d < 0` (two walls
-//! that close on a body). Boxes, tangents and whatever gives way ask for nothing.
+//! Coulomb's law asks for `H_N v + w_N >= 0`, a limit for `row · v + offset >= 0`, an equality for `row · v + offset = 0`. No velocity
+//! satisfies all of them if and only if there is a `d`, not negative except on equalities, with `H_Nᵀ d + Jᵀ d = 0` and
+//! `w_N · d + offset · d < 0`, for instance for two walls that close on a body. `J` has the joint rows. Boxes, tangents and compliant
+//! rows ask for nothing. [`crate::guide::error`] says more under "Infeasible scenes".
 //!
-//! Two checks follow the search. By `|w · d| <= |v|_M |Hᵀ d|_{M⁻¹}` feasible velocities would have to exceed the offsets
-//! 1e9-fold (f32: 4,200). And `Hᵀ d` is zero in each entry up to rounding, so that it is not a heavy body that makes it
-//! small.
+//! Two checks follow the search. By `|w · d| <= |v|_M |Hᵀ d|_{M⁻¹}` a velocity that satisfies the scene would have to be 1e9 times
+//! (f32: 4,200 times) as fast as the offsets. And each entry of `Hᵀ d` is zero up to rounding, so a heavy body does not hide one.
 
 use crate::factor::{Delassus, Factor};
 use crate::linalg::stacked::{Stacked, StackedMatrix};
@@ -25,13 +25,13 @@ pub(crate) type Proof<T, const C: usize, const R: usize> = Stacked<T, 1, C, R>;
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Looks for a `d` that proves the scene infeasible, in the rows as they were given; `None` if there is none to be found.
+    /// Searches for a `d` that proves the scene infeasible, in the rows of the scene; `None` if it finds none.
     #[inline(never)]
     pub(crate) fn certificate(&self) -> Option<Stacked<T, D, C, R>> {
         let (scene, factor) = (self.scene, self.factor);
         let (mut demands, mut offsets) = (scene.demands(), scene.offsets());
         let mass = scene.reference_mass();
-        // Roots of effective masses, over that of the reference mass; 0 where nothing is asked for.
+        // Roots of effective masses over the reference mass; 0 for rows without a demand.
         let mut scales = Proof::zero();
         let contacts = (0..C).map(|i| factor.delassus().inverse_mass(i, 0));
         let inertias = contacts.chain((0..R).map(|j| factor.delassus().row_inverse_mass(j)));
@@ -39,10 +39,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .iter_mut()
             .zip(offsets.iter_mut().zip(scales.iter_mut()));
         let mut immovable = None;
-        for (place, ((demand, (offset, scale)), inertia)) in rows.zip(inertias).enumerate() {
+        for (index, ((demand, (offset, scale)), inertia)) in rows.zip(inertias).enumerate() {
             if *demand == Demand::Nothing || inertia <= T::ZERO {
                 if demand.is_violated(*offset) {
-                    immovable = Some((place, *offset));
+                    immovable = Some((index, *offset));
                 }
                 (*demand, *offset) = (Demand::Nothing, T::ZERO);
                 continue;
@@ -50,11 +50,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             *scale = T::ONE / (inertia * mass).square_root();
             *offset *= *scale;
         }
-        if let Some((place, offset)) = immovable {
-            // Nothing moves it: it is the proof.
+        if let Some((index, offset)) = immovable {
+            // A violated row that nothing moves is a proof by itself.
             let mut alone = Proof::zero();
             let sign = if offset < T::ZERO { T::ONE } else { -T::ONE };
-            *alone.iter_mut().nth(place)? = sign;
+            *alone.iter_mut().nth(index)? = sign;
             return Some(normals(&alone));
         }
         let mut search = Search {
@@ -67,10 +67,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let fastest = fastest.fold(T::ZERO, |fastest, g| at_least(g.abs(), fastest));
         let mut d = search.minimise(fastest)?;
         search.purify(&mut d)?;
-        // What rounding left of W d, taken away twice.
+        // Two steps of iterative refinement: `W d` is rounding.
         for _ in 0..2 {
-            let (left, _) = row_products(factor, &product(&d, &scales), mass);
-            search.correct(&mut d, &product(&left, &scales))?;
+            let (residual, _) = row_products(factor, &product(&d, &scales), mass);
+            search.correct(&mut d, &product(&residual, &scales))?;
         }
         let approach = -product(&d, &offsets)
             .iter()
@@ -86,21 +86,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Scene<T, N, D, C, R, S>
 {
-    /// What each contact's normal and each joint row asks for.
+    /// The demand of the normal of each contact, and of each joint row.
     fn demands(&self) -> Proof<Demand, C, R> {
         let mut demands = Proof {
             contacts: [[Demand::Nothing]; C],
             rows: [Demand::Nothing; R],
         };
-        for (i, [demand]) in demands
-            .contacts
-            .iter_mut()
-            .enumerate()
-            .take(self.contacts().len())
-        {
-            let compliance = self
-                .scaling(i)
-                .and_then(|scaling| scaling.compliance.first());
+        let contacts = demands.contacts.iter_mut().enumerate();
+        for (i, [demand]) in contacts.take(self.contacts().len()) {
+            let scaling = self.scaling(i);
+            let compliance = scaling.and_then(|scaling| scaling.compliance.first());
             if compliance.is_none_or(|&compliance| compliance == T::ZERO) {
                 *demand = Demand::NotNegative;
             }
@@ -129,21 +124,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         offsets
     }
 
-    /// Is there anything to be proved? Not if standing still meets all demands.
+    /// Does standing still violate any demand? Otherwise the scene is feasible.
     pub(crate) fn is_conceivably_infeasible(&self) -> bool {
         let (demands, offsets) = (self.demands(), self.offsets());
         let mut rows = demands.iter().zip(offsets.iter());
         rows.any(|(demand, &offset)| demand.is_violated(offset))
     }
 
-    /// Is `Hᵀ d + Jᵀ d` zero, but for a billionth of what one row would be, or for rounding? Rows are weighed by their effective
-    /// mass, as `weights` are `d` of.
+    /// Is each entry of `Hᵀ d + Jᵀ d` at most a billionth of its largest term, or rounding? Terms are compared in rows of unit effective
+    /// mass, in which `d` is `weights`.
     #[inline(never)]
     fn cancels(&self, d: &Stacked<T, D, C, R>, weights: &Stacked<T, D, C, R>) -> bool {
         let [mut sums, mut sizes] = [[T::ZERO; N]; 2];
         let mut add = |column: usize, entry: T, d: T, weight: T| {
-            let places = sums.get_mut(column).zip(sizes.get_mut(column));
-            if let Some((sum, size)) = places.filter(|_| weight != T::ZERO) {
+            let targets = sums.get_mut(column).zip(sizes.get_mut(column));
+            if let Some((sum, size)) = targets.filter(|_| weight != T::ZERO) {
                 *sum += entry * d;
                 *size = at_least((entry * d / weight).abs(), *size);
             }
@@ -170,21 +165,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let masses = self.mass().data.0.iter().enumerate();
         let mut entries = sums.iter().zip(&sizes).zip(masses);
         entries.all(|((sum, &size), (j, column))| {
-            // An entry that is rounding beside the mass is none.
+            // An entry that is tiny beside the root of the mass counts as rounding.
             let mass = column.get(j).copied().unwrap_or(T::ZERO) / reference;
             sum.abs() <= share * (size + mass.square_root() * T::literal(1e-6))
         })
     }
 }
 
-/// The Gram matrix of rows, times the reference mass, with a unit diagonal.
+/// Fills `gram` with `W`, scaled to a unit diagonal, for the rows with a scale.
 fn normalised<T: Real, const D: usize, const C: usize, const R: usize>(
     delassus: &Delassus<T, D, C, R>,
     mass: T,
     scales: &Proof<T, C, R>,
     gram: &mut StackedMatrix<T, 1, C, R>,
 ) {
-    // Beyond what is in use the factor has what an earlier scene left.
+    // Unused rows, whose scale is 0, may have numbers of an earlier scene in the factor.
     let entry = |source: T, x: T, y: T| {
         let used = x > T::ZERO && y > T::ZERO;
         if used {
@@ -207,7 +202,7 @@ fn normalised<T: Real, const D: usize, const C: usize, const R: usize>(
         .rows
         .iter_mut()
         .zip(delassus.coupling.iter().zip(&delassus.rows));
-    for (j, ((row, (coupling, own)), &x)) in rows.zip(&scales.rows).enumerate() {
+    for (j, ((row, (coupling, sources)), &x)) in rows.zip(&scales.rows).enumerate() {
         let contacts = row.contacts.iter_mut().zip(&mut gram.contacts);
         for ((([target], [mirrored]), source), &[y]) in contacts.zip(coupling).zip(&scales.contacts)
         {
@@ -216,13 +211,14 @@ fn normalised<T: Real, const D: usize, const C: usize, const R: usize>(
                 *mirrored = *target;
             }
         }
-        for ((target, &source), &y) in row.rows.iter_mut().zip(own).zip(&scales.rows) {
+        for ((target, &source), &y) in row.rows.iter_mut().zip(sources).zip(&scales.rows) {
             *target = entry(source, x, y);
         }
     }
 }
 
-/// Is `w · d` negative beyond what `Hᵀ d` left? Velocities that meet the offsets would have to exceed them 1e9-fold (f32: 4,200).
+/// Is `approach = -w · d` so large, compared with `leak = |Hᵀ d|`, that velocities which meet the offsets would be 1e9 times (f32:
+/// 4,200 times) as fast?
 #[inline(never)]
 fn is_strong<T: Real, const D: usize, const C: usize, const R: usize>(
     mut leak: T,
@@ -233,14 +229,14 @@ fn is_strong<T: Real, const D: usize, const C: usize, const R: usize>(
     let mut fastest = T::ZERO;
     for (&offset, &x) in offsets.iter().zip(x.iter()) {
         fastest = at_least(offset.abs(), fastest);
-        leak += x.abs() * T::literal(0.25) * T::EPSILON; // what rounding may hide
+        leak += x.abs() * T::literal(0.25) * T::EPSILON; // rounding of the leak
     }
     let proportion = T::literal(1e9).min(T::literal(5e-4) / T::EPSILON);
     approach > T::ZERO && leak * proportion * fastest <= approach
 }
 
-/// `m W d` without compliance, and `|Hᵀ d|` in the norm of `m M⁻¹`, with a reference mass `m`; by way of `Hᵀ d`, so that both are
-/// small where that is.
+/// `m W d` without compliance, and `|Hᵀ d|` in the norm of `m M⁻¹`, with the reference mass `m`. Both are computed from `Hᵀ d`, and so
+/// have no rounding of larger terms.
 fn row_products<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     factor: &Factor<T, N, D, C, R>,
     d: &Proof<T, C, R>,
@@ -257,7 +253,18 @@ fn row_products<T: Real, const N: usize, const D: usize, const C: usize, const R
     (products, (energy * mass).max(T::ZERO).square_root())
 }
 
-/// The same along normals, and nothing along tangents.
+/// `x · y`
+#[inline(never)]
+fn dot<T: Real, const D: usize, const C: usize, const R: usize>(
+    x: &Stacked<T, D, C, R>,
+    y: &Stacked<T, D, C, R>,
+) -> T {
+    x.iter()
+        .zip(y.iter())
+        .fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
+}
+
+/// `d` along the normals, with 0 along the tangents.
 #[inline(never)]
 fn normals<T: Real, const D: usize, const C: usize, const R: usize>(
     d: &Proof<T, C, R>,
@@ -272,7 +279,7 @@ fn normals<T: Real, const D: usize, const C: usize, const R: usize>(
     stacked
 }
 
-/// Entry by entry.
+/// The product, entry by entry.
 fn product<T: Real, const C: usize, const R: usize>(
     x: &Proof<T, C, R>,
     y: &Proof<T, C, R>,

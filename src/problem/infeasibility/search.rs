@@ -1,24 +1,27 @@
 //! The search for a proof that a scene has no solution, see [`super`].
 //!
-//! It minimises `dᵀ W d + (g·d + 1)²` over the `d` that demands allow with the active-set method of Lawson and Hanson (1974).
-//! Inverse iteration then brings the minimiser to the null space of `W`.
+//! The active-set method of Lawson and Hanson (1974) minimises `dᵀ W d + (g·d + 1)²` over the `d` that the demands allow. Inverse
+//! iteration then moves the minimiser into the null space of `W`.
 
-use super::Proof;
+use super::{Proof, dot};
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::linalg::vector::at_least;
 use crate::real::Real;
 
-/// What a row asks of its velocity.
+/// The condition of a row on its velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Demand {
+    /// Any velocity; `d` is 0 there.
     Nothing,
+    /// A velocity `>= 0`; `d` is not negative there.
     NotNegative,
+    /// The velocity 0; `d` may have either sign there.
     Zero,
 }
 
 impl Demand {
-    /// Is that another velocity than this one?
+    /// Does this velocity violate the condition?
     pub(super) fn is_violated<T: Real>(self, velocity: T) -> bool {
         match self {
             Self::Nothing => false,
@@ -31,16 +34,10 @@ impl Demand {
 /// The quadratic form of the search, over rows scaled to unit effective mass.
 pub(super) struct Search<T, const C: usize, const R: usize> {
     pub(super) demands: Proof<Demand, C, R>,
-    /// `W` with a unit diagonal, of the rows that ask for anything.
+    /// `W` with a unit diagonal, over the rows with a demand.
     pub(super) gram: StackedMatrix<T, 1, C, R>,
-    /// `g`: offsets scaled likewise.
+    /// `g`, the offsets in the scaled rows.
     pub(super) offsets: Proof<T, C, R>,
-}
-
-fn dot<T: Real, const C: usize, const R: usize>(x: &Proof<T, C, R>, y: &Proof<T, C, R>) -> T {
-    x.iter()
-        .zip(y.iter())
-        .fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }
 
 impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
@@ -53,7 +50,7 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
             .chain(&self.gram.rows)
     }
 
-    /// Minimises `dᵀ W d + (g·d / size + 1)²` over the `d` that demands allow; `None` if that stays near 1.
+    /// Minimises `dᵀ W d + (g·d / size + 1)²` over the `d` that the demands allow; `None` if the minimum is near 1.
     #[inline(never)]
     pub(super) fn minimise(&self, size: T) -> Option<Proof<T, C, R>> {
         let mut d: Proof<T, C, R> = Proof::zero();
@@ -89,7 +86,7 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
         (T::ONE + dot(&g, &d) <= T::literal(0.999)).then_some(d)
     }
 
-    /// Goes to the minimiser on the support, and out of it what becomes negative and may not.
+    /// Moves `d` to the minimiser on the support. Entries that would become negative, although they may not, leave the support.
     fn descend(
         &self,
         d: &mut Proof<T, C, R>,
@@ -97,34 +94,34 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
         g: &Proof<T, C, R>,
         rounding: T,
     ) {
-        while let Some(minimiser) = self.solve(support, T::ONE, g, g) {
+        while let Some(negative) = self.solve(support, T::ONE, g, g) {
             let mut length = T::ONE;
-            let rows = self.demands.iter().zip(d.iter().zip(minimiser.iter()));
+            let rows = self.demands.iter().zip(d.iter().zip(negative.iter()));
             for (demand, (&d, &target)) in rows {
-                // `minimiser` is that of `-g`.
+                // The minimiser is `-target`, since the right-hand side is `g` and not `-g`.
                 let leaves = *demand == Demand::NotNegative && -target <= T::ZERO && d > T::ZERO;
                 if leaves {
                     length = length.min(d / (d + target));
                 }
             }
-            let mut left = false;
+            let mut has_shrunk = false;
             let rows = self.demands.iter().zip(support.iter_mut());
-            for ((demand, used), (d, &target)) in rows.zip(d.iter_mut().zip(minimiser.iter())) {
+            for ((demand, used), (d, &target)) in rows.zip(d.iter_mut().zip(negative.iter())) {
                 *d += (-target - *d) * length;
                 if *used && *demand == Demand::NotNegative && *d <= rounding {
-                    (*used, left) = (false, true);
+                    (*used, has_shrunk) = (false, true);
                 }
                 if !*used {
                     *d = T::ZERO;
                 }
             }
-            if !left {
+            if !has_shrunk {
                 break;
             }
         }
     }
 
-    /// Inverse iteration on the support of `d`: what is not in the null space dies out.
+    /// Moves `d` into the null space of `W`, by inverse iteration on its support; `None` if the demands do not allow the result.
     #[inline(never)]
     pub(super) fn purify(&self, d: &mut Proof<T, C, R>) -> Option<()> {
         let support = support(d);
@@ -143,9 +140,9 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
         rows.all(allowed).then_some(())
     }
 
-    /// Takes away what gives this product with `W`.
-    pub(super) fn correct(&self, d: &mut Proof<T, C, R>, left: &Proof<T, C, R>) -> Option<()> {
-        let correction = self.solve(&support(d), T::ZERO, &self.offsets, left)?;
+    /// Subtracts from `d` a correction with the product `residual` with `W`: one step of iterative refinement.
+    pub(super) fn correct(&self, d: &mut Proof<T, C, R>, residual: &Proof<T, C, R>) -> Option<()> {
+        let correction = self.solve(&support(d), T::ZERO, &self.offsets, residual)?;
         let entries = d.iter_mut().zip(self.demands.iter());
         for ((d, demand), &correction) in entries.zip(correction.iter()) {
             *d -= correction;
@@ -156,7 +153,7 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
         Some(())
     }
 
-    /// Solves `(W + weight g gᵀ + δI) x = b` on a support, zero elsewhere.
+    /// The solution of `(W + weight g gᵀ + δI) x = b` on a support, with `x = 0` elsewhere.
     fn solve(
         &self,
         support: &Proof<bool, C, R>,
@@ -170,9 +167,9 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
         let contacts = support.contacts.iter().map(|&[used]| usize::from(used));
         let rows = support.rows.iter().filter(|&&used| used).count();
         elimination.lay_out(contacts, rows);
-        // The rows and columns of the support, close together.
+        // The rows and columns of the support, without gaps.
         let mut matrix = StackedMatrix::zero();
-        let mut unknowns = compact(b, support, true);
+        let mut unknowns = repack(b, support, true);
         let sources = self.rows().zip(support.iter()).zip(g.iter());
         let mut next_row = 0;
         for (i, ((row, &used), &factor)) in sources.enumerate() {
@@ -190,47 +187,48 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
                 next_row += 1;
                 matrix.rows.get_mut(next_row - 1)?
             };
-            *target = compact(&entries, support, true);
+            *target = repack(&entries, support, true);
         }
         elimination.factorise(&mut matrix, true)?;
         if !elimination.is_positive() {
             return None;
         }
         elimination.solve(&matrix, &mut unknowns)?;
-        Some(compact(&unknowns, support, false))
+        Some(repack(&unknowns, support, false))
     }
 }
 
-/// Brings the entries of a support close together, contacts and joint rows apart; or back to their places, with zeros elsewhere.
-fn compact<T: Real, const C: usize, const R: usize>(
+/// Moves the entries of a support to the front, among contacts and among joint rows. With `compact` false it moves them back, with zeros
+/// outside the support.
+fn repack<T: Real, const C: usize, const R: usize>(
     x: &Proof<T, C, R>,
     support: &Proof<bool, C, R>,
-    together: bool,
+    compact: bool,
 ) -> Proof<T, C, R> {
     let mut moved = Stacked::zero();
-    let place = |source: &[T], target: &mut [T], used: &[bool]| {
-        let places = used.iter().enumerate().filter(|&(_, &used)| used);
-        for (close, (apart, _)) in places.enumerate() {
-            let (from, to) = if together {
-                (apart, close)
+    let copy = |source: &[T], target: &mut [T], used: &[bool]| {
+        let indices = used.iter().enumerate().filter(|&(_, &used)| used);
+        for (front, (index, _)) in indices.enumerate() {
+            let (from, to) = if compact {
+                (index, front)
             } else {
-                (close, apart)
+                (front, index)
             };
             if let (Some(&source), Some(target)) = (source.get(from), target.get_mut(to)) {
                 *target = source;
             }
         }
     };
-    place(
+    copy(
         x.contacts.as_flattened(),
         moved.contacts.as_flattened_mut(),
         support.contacts.as_flattened(),
     );
-    place(&x.rows, &mut moved.rows, &support.rows);
+    copy(&x.rows, &mut moved.rows, &support.rows);
     moved
 }
 
-/// Rows that are not zero.
+/// The rows in which `d` is not zero.
 fn support<T: Real, const C: usize, const R: usize>(d: &Proof<T, C, R>) -> Proof<bool, C, R> {
     Proof {
         contacts: d.contacts.map(|[d]| [d != T::ZERO]),
@@ -238,7 +236,7 @@ fn support<T: Real, const C: usize, const R: usize>(d: &Proof<T, C, R>) -> Proof
     }
 }
 
-/// Scales to a largest entry of 1.
+/// Scales `d` to a largest entry of 1.
 fn normalise<T: Real, const C: usize, const R: usize>(d: &mut Proof<T, C, R>) {
     let largest = d
         .iter()

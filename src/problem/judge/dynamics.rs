@@ -1,4 +1,4 @@
-//! The second part of the error, `|M v - M v_free - Hᵀ r|`, and `u = H v + w` on the way.
+//! The second part of the error, `|M v - M v_free - Hᵀ r|`, and the velocities `u = H v + w`, computed in one pass over `H`.
 
 use crate::linalg::cholesky::{BLOCK, axpy, dot};
 use crate::linalg::sparsity::{
@@ -7,46 +7,54 @@ use crate::linalg::sparsity::{
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{at_least, larger, quotient, root_sum};
 use crate::real::Real;
-use crate::scene::Scene;
+use crate::scene::{JointRow, Scene};
 use nalgebra::ComplexField;
 
-/// Bytes of sums and of as many sizes that fit into registers, with a quarter left for the terms: 32 words on a Cortex-M4F, 32
-/// doubles in 16 vectors on a desktop.
+/// Bytes of registers for sums; as many magnitudes take the same again. A quarter of the registers is for the terms: of 32 words on a
+/// Cortex-M4F, or of 32 doubles in 16 vectors on a desktop.
 const SUMS: usize = if cfg!(target_os = "none") { 48 } else { 96 };
 
-/// The dynamics in the norm of momenta, and in a mixed scene also in the norm `Σ e_k² / M_kk`, in which no light
-/// finger is lost beside a heavy body.
+/// Norms of the momenta of a solution.
 pub(crate) struct Dynamics<T: Real> {
+    /// Euclidean norms.
     pub(crate) plain: Norms<T>,
+    /// In a mixed scene norms `Σ e_k² / M_kk`, in which a light finger counts beside a heavy body.
     pub(crate) weighted: Option<Norms<T>>,
 }
 
-/// `|M v - M v_free - Hᵀ r|`, the largest of `|M v_free|`, `|M v|` and `|Hᵀ r|`, and the norm of the sums of the magnitudes of all
-/// terms; each squared, in a unit in which neither of the first two overflows nor vanishes.
+/// Squares of norms, in a unit in which neither `residual` nor `size` overflows or vanishes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Norms<T> {
+    /// `|M v - M v_free - Hᵀ r|²`
     residual: T,
+    /// The largest of `|M v_free|²`, `|M v|²` and `|Hᵀ r|²`, the denominator of the error.
     size: T,
+    /// Square of the norm of the sums of the magnitudes of all terms.
     pub(crate) magnitude: T,
     pub(crate) unit: T,
 }
 
-/// The momenta `M v_free`, `M v` and `Hᵀ r`, and the sums of the magnitudes of the terms of the last two.
+/// The momenta of a solution.
 struct Momenta<'a, T, const N: usize> {
+    /// `M v_free`
     free: &'a [T; N],
+    /// `M v`
     inertia: [T; N],
+    /// `Hᵀ r`
     pushed: [T; N],
+    /// Sums of the magnitudes of the terms of `M v` and `Hᵀ r`.
     magnitudes: [T; N],
 }
 
 impl<T: Real> Norms<T> {
+    /// Norms of momenta whose squares count with a weight for each dof.
     #[inline]
     fn of<const N: usize>(momenta: &Momenta<'_, T, N>, weight: impl Fn(usize) -> T + Copy) -> Self {
         let norms = Self::in_unit(momenta, T::ONE, weight);
         if norms.is_safe() {
             return norms;
         }
-        // Twice the exponent of the unit: a bound on that of each square.
+        // Twice the exponent of the unit: a bound on the exponent of each square.
         let mut exponent = None;
         let sums = momenta.inertia.iter().zip(&momenta.pushed);
         for (k, (&free, (&inertia, &pushed))) in momenta.free.iter().zip(sums).enumerate() {
@@ -59,12 +67,13 @@ impl<T: Real> Norms<T> {
         Self::in_unit(momenta, unit, weight)
     }
 
-    /// Can none of its squares have overflown or vanished?
+    /// Is the size so far from both ends of the range that no square has overflown, and none that counts has vanished?
     fn is_safe(&self) -> bool {
         let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
         self.size > tiny && self.size * tiny < T::ONE
     }
 
+    /// [`Self::of`] in this unit.
     #[cfg_attr(target_os = "none", inline(never))]
     fn in_unit<const N: usize>(
         momenta: &Momenta<'_, T, N>,
@@ -82,9 +91,9 @@ impl<T: Real> Norms<T> {
         let sums = momenta.free.iter().zip(sums).zip(&momenta.magnitudes);
         for (k, ((&free, (&inertia, &pushed)), &terms)) in sums.enumerate() {
             let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed);
-            let (gap, weight) = (inertia - free - pushed, weight(k));
+            let (difference, weight) = (inertia - free - pushed, weight(k));
             let terms = unit * terms + free.abs();
-            residual += gap * gap * weight;
+            residual += difference * difference * weight;
             size_free += free * free * weight;
             size_v += inertia * inertia * weight;
             size_r += pushed * pushed * weight;
@@ -98,8 +107,8 @@ impl<T: Real> Norms<T> {
         }
     }
 
-    /// Second part of the error, `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`. `noise` is the square of a bound on
-    /// its rounding, in the same unit.
+    /// Second part of the error, `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`. `noise` is the square of a bound on the
+    /// rounding of its numerator, in the same unit.
     pub(crate) fn error(&self, noise: T) -> T {
         root_sum(self.residual, noise, self.size)
     }
@@ -109,34 +118,42 @@ impl<T: Real> Norms<T> {
         self.residual
     }
 
-    /// Takes `M v - M v_free - Hᵀ r`, computed anew.
-    fn replace_gaps<const N: usize>(&mut self, gaps: &[T; N], weight: impl Fn(usize) -> T) {
+    /// Replaces the residual by that of the differences `M v - M v_free - Hᵀ r`.
+    fn replace_residual<const N: usize>(
+        &mut self,
+        differences: &[T; N],
+        weight: impl Fn(usize) -> T,
+    ) {
         self.residual = T::ZERO;
-        for (k, &gap) in gaps.iter().enumerate() {
-            let gap = self.unit * gap;
-            self.residual += gap * gap * weight(k);
+        for (k, &difference) in differences.iter().enumerate() {
+            let difference = self.unit * difference;
+            self.residual += difference * difference * weight(k);
         }
     }
 
-    /// They are compared with momenta that are less by as much as rounding may have added: `noise` is the square of that.
-    pub(crate) fn compare_with_less(&mut self, noise: T) {
-        // Of a quotient, which no unit changes.
-        let left = (T::ONE - quotient(noise, self.size).square_root()).max(T::ZERO);
-        self.size *= left * left;
+    /// Reduces the size by a bound on its rounding, whose square is `noise`.
+    pub(crate) fn reduce_size(&mut self, noise: T) {
+        // The root of a quotient, which does not depend on the unit.
+        let share = (T::ONE - quotient(noise, self.size).square_root()).max(T::ZERO);
+        self.size *= share * share;
     }
 
-    /// Squares of momenta are compared with no less than this, in the unit.
-    pub(crate) fn compare_with(&mut self, least: T) {
+    /// Sets the least size, a square in the unit.
+    pub(crate) fn set_least_size(&mut self, least: T) {
         self.size = self.size.max(least);
     }
 }
 
 impl<T: Real> Dynamics<T> {
-    /// Takes `M v - M v_free - Hᵀ r`, computed anew.
-    pub(crate) fn replace_gaps<const N: usize>(&mut self, mass: &[[T; N]; N], gaps: &[T; N]) {
-        self.plain.replace_gaps(gaps, |_| T::ONE);
+    /// Replaces the residuals by those of the differences `M v - M v_free - Hᵀ r`.
+    pub(crate) fn replace_residual<const N: usize>(
+        &mut self,
+        mass: &[[T; N]; N],
+        differences: &[T; N],
+    ) {
+        self.plain.replace_residual(differences, |_| T::ONE);
         if let Some(weighted) = &mut self.weighted {
-            weighted.replace_gaps(gaps, weights(mass));
+            weighted.replace_residual(differences, weights(mass));
         }
     }
 }
@@ -144,139 +161,136 @@ impl<T: Real> Dynamics<T> {
 /// `1 / M_kk`
 fn weights<T: Real, const N: usize>(mass: &[[T; N]; N]) -> impl Fn(usize) -> T + Copy {
     move |k| {
-        let own = mass.get(k).and_then(|column| column.get(k)).copied();
-        T::ONE / own.unwrap_or(T::ONE)
+        let diagonal = mass.get(k).and_then(|column| column.get(k)).copied();
+        T::ONE / diagonal.unwrap_or(T::ONE)
     }
 }
 
-/// Evaluates the dynamics, and fills `u = H v + w`, without compliance, of impulses in rows that are not scaled; and the sums of the
-/// magnitudes of the terms of `u`.
-#[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn momentum<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    scene: &Scene<T, N, D, C, R, S>,
-    free: &[T; N],
-    v: &[T; N],
-    r: &Stacked<T, D, C, R>,
-    u: &mut Stacked<T, D, C, R>,
-    sizes: &mut Stacked<T, D, C, R>,
-) -> Dynamics<T> {
-    let mass = &scene.mass().data.0;
-    let mut momenta = Momenta {
-        free,
-        inertia: [T::ONE; N], // all of it is overwritten, and zeros would call memset
-        pushed: [T::ZERO; N],
-        magnitudes: [T::ONE; N],
-    };
-    let Momenta {
-        inertia,
-        pushed,
-        magnitudes,
-        ..
-    } = &mut momenta;
-    multiply::<T, N, true>(mass, v, (&mut *inertia, &mut *magnitudes));
-    let places = u.rows.iter_mut().zip(&mut sizes.rows);
-    for (row, (&r, (u, size))) in scene.rows().iter().zip(r.rows.iter().zip(places)) {
-        let [entries] = &row.row.data.0;
-        *u = dot(entries, v) + row.offset;
-        *size = row.offset.abs();
-        for (&entry, &v) in entries.iter().zip(v) {
-            *size += (entry * v).abs();
-        }
-        if r != T::ZERO {
-            axpy(r, entries, pushed);
-            for (magnitude, &entry) in magnitudes.iter_mut().zip(entries) {
-                *magnitude += (r * entry).abs();
-            }
-        }
-    }
-    let (groups, last) = v.as_chunks::<GROUP>();
-    let (places, place) = pushed.as_chunks_mut::<GROUP>();
-    let (size_places, size_place) = magnitudes.as_chunks_mut::<GROUP>();
-    let targets = u.contacts.iter_mut().zip(&mut sizes.contacts);
-    let contacts = scene.supported().zip(&r.contacts).zip(targets);
-    for (((contact, support), r), (u, size)) in contacts {
-        let mut velocity: [T; D] = contact.offset.into();
-        let mut terms = velocity.map(ComplexField::abs);
-        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-        for group in support.groups::<N>() {
-            let columns = columns.get(group).zip(groups.get(group));
-            let targets = places.get_mut(group).zip(size_places.get_mut(group));
-            if let (Some((columns, v)), Some((pushed, magnitudes))) = (columns, targets) {
-                add_columns_and_sizes(columns, v, (&mut velocity, &mut terms));
-                add_products_and_sizes(columns, *r, (pushed, magnitudes));
-            }
-        }
-        add_columns_and_sizes(rest, last, (&mut velocity, &mut terms));
-        add_products_and_sizes(rest, *r, (&mut *place, &mut *size_place));
-        (*u, *size) = (velocity, terms);
-    }
-    let is_mixed = scene.is_mixed();
-    Dynamics {
-        plain: Norms::of(&momenta, |_| T::ONE),
-        weighted: is_mixed.then(|| Norms::of(&momenta, weights(mass))),
-    }
-}
-
-/// [`momentum`] of contacts alone, without sums of magnitudes.
-#[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn plain_momentum<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
-    scene: &Scene<T, N, D, C, R, S>,
-    free: &[T; N],
-    v: &[T; N],
-    r: &Stacked<T, D, C, R>,
-    u: &mut Stacked<T, D, C, R>,
-) -> Dynamics<T> {
-    let zeros = [T::ZERO; N];
-    let [mut inertia, mut pushed] = [zeros; 2];
-    let mass = &scene.mass().data.0;
-    multiply::<T, N, false>(mass, v, (&mut inertia, &mut pushed)); // zeros stay zeros
-    let (groups, last) = v.as_chunks::<GROUP>();
-    let (places, place) = pushed.as_chunks_mut::<GROUP>();
-    let contacts = scene.supported().zip(&r.contacts).zip(&mut u.contacts);
-    for (((contact, support), &r), u) in contacts {
-        let mut velocity: [T; D] = contact.offset.into();
-        let pushes = r != [T::ZERO; D];
-        let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-        for group in support.groups::<N>() {
-            let columns = columns.get(group).zip(groups.get(group));
-            if let (Some((columns, v)), Some(pushed)) = (columns, places.get_mut(group)) {
-                add_columns(columns, v, &mut velocity);
-                if pushes {
-                    add_products(columns, r, pushed);
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Scene<T, N, D, C, R, S>
+{
+    /// Evaluates the dynamics of the velocity `v` and the impulses `r`, which are in the rows of the scene. It fills `u` with
+    /// `H v + w`, without compliance, and `sizes` with the sums of the magnitudes of the terms of `u`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn dynamics(
+        &self,
+        free: &[T; N],
+        v: &[T; N],
+        r: &Stacked<T, D, C, R>,
+        u: &mut Stacked<T, D, C, R>,
+        sizes: &mut Stacked<T, D, C, R>,
+    ) -> Dynamics<T> {
+        let mass = &self.mass().data.0;
+        let mut momenta = Momenta {
+            free,
+            inertia: [T::ONE; N], // all of it is overwritten, and zeros would call memset
+            pushed: [T::ZERO; N],
+            magnitudes: [T::ONE; N],
+        };
+        let Momenta {
+            inertia,
+            pushed,
+            magnitudes,
+            ..
+        } = &mut momenta;
+        multiply::<T, N, true>(mass, v, (&mut *inertia, &mut *magnitudes));
+        let targets = u.rows.iter_mut().zip(&mut sizes.rows);
+        for (row, (&r, (u, size))) in self.rows().iter().zip(r.rows.iter().zip(targets)) {
+            let [entries] = &row.row.data.0;
+            (*u, *size) = row_velocity(row, v);
+            if r != T::ZERO {
+                axpy(r, entries, pushed);
+                for (magnitude, &entry) in magnitudes.iter_mut().zip(entries) {
+                    *magnitude += (r * entry).abs();
                 }
             }
         }
-        add_columns(rest, last, &mut velocity);
-        add_products(rest, r, &mut *place);
-        *u = velocity;
+        let (groups, last) = v.as_chunks::<GROUP>();
+        let (pushed, last_pushed) = pushed.as_chunks_mut::<GROUP>();
+        let (magnitudes, last_magnitudes) = magnitudes.as_chunks_mut::<GROUP>();
+        let targets = u.contacts.iter_mut().zip(&mut sizes.contacts);
+        let contacts = self.supported().zip(&r.contacts).zip(targets);
+        for (((contact, support), r), (u, size)) in contacts {
+            let mut velocity: [T; D] = contact.offset.into();
+            let mut terms = velocity.map(ComplexField::abs);
+            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+            for group in support.groups::<N>() {
+                let columns = columns.get(group).zip(groups.get(group));
+                let targets = pushed.get_mut(group).zip(magnitudes.get_mut(group));
+                if let (Some((columns, v)), Some((pushed, magnitudes))) = (columns, targets) {
+                    add_columns_and_sizes(columns, v, (&mut velocity, &mut terms));
+                    add_products_and_sizes(columns, *r, (pushed, magnitudes));
+                }
+            }
+            add_columns_and_sizes(rest, last, (&mut velocity, &mut terms));
+            add_products_and_sizes(rest, *r, (&mut *last_pushed, &mut *last_magnitudes));
+            (*u, *size) = (velocity, terms);
+        }
+        let is_mixed = self.is_mixed();
+        Dynamics {
+            plain: Norms::of(&momenta, |_| T::ONE),
+            weighted: is_mixed.then(|| Norms::of(&momenta, weights(mass))),
+        }
     }
-    let momenta = Momenta {
-        free,
-        inertia,
-        pushed,
-        magnitudes: zeros,
-    };
-    Dynamics {
-        plain: Norms::of(&momenta, |_| T::ONE),
-        weighted: None,
+
+    /// [`Self::dynamics`] of a scene without joint rows and surfaces, without sums of magnitudes.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn contact_dynamics(
+        &self,
+        free: &[T; N],
+        v: &[T; N],
+        r: &Stacked<T, D, C, R>,
+        u: &mut Stacked<T, D, C, R>,
+    ) -> Dynamics<T> {
+        let zeros = [T::ZERO; N];
+        let [mut inertia, mut pushed] = [zeros; 2];
+        let mass = &self.mass().data.0;
+        multiply::<T, N, false>(mass, v, (&mut inertia, &mut pushed)); // `pushed` stays zero
+        let (groups, last) = v.as_chunks::<GROUP>();
+        let (targets, last_target) = pushed.as_chunks_mut::<GROUP>();
+        let contacts = self.supported().zip(&r.contacts).zip(&mut u.contacts);
+        for (((contact, support), &r), u) in contacts {
+            let mut velocity: [T; D] = contact.offset.into();
+            let pushes = r != [T::ZERO; D];
+            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+            for group in support.groups::<N>() {
+                let columns = columns.get(group).zip(groups.get(group));
+                if let (Some((columns, v)), Some(target)) = (columns, targets.get_mut(group)) {
+                    add_columns(columns, v, &mut velocity);
+                    if pushes {
+                        add_products(columns, r, target);
+                    }
+                }
+            }
+            add_columns(rest, last, &mut velocity);
+            add_products(rest, r, &mut *last_target);
+            *u = velocity;
+        }
+        let momenta = Momenta {
+            free,
+            inertia,
+            pushed,
+            magnitudes: zeros,
+        };
+        Dynamics {
+            plain: Norms::of(&momenta, |_| T::ONE),
+            weighted: None,
+        }
     }
 }
 
-/// `M v` and, with `SIZES`, the sums of the magnitudes of its terms; zeros in their place without.
+/// Velocity `row · v + offset` of a joint row, without compliance, and the sum of the magnitudes of its terms.
+#[inline]
+fn row_velocity<T: Real, const N: usize>(row: &JointRow<T, N>, v: &[T; N]) -> (T, T) {
+    let [entries] = &row.row.data.0;
+    let mut size = row.offset.abs();
+    for (&entry, &v) in entries.iter().zip(v) {
+        size += (entry * v).abs();
+    }
+    (dot(entries, v) + row.offset, size)
+}
+
+/// Fills `products` with `M v`. With `SIZES` it fills `magnitudes` with the sums of the magnitudes of the terms, otherwise with zeros.
 #[inline]
 fn multiply<T: Real, const N: usize, const SIZES: bool>(
     mass: &[[T; N]; N],
@@ -289,8 +303,8 @@ fn multiply<T: Real, const N: usize, const SIZES: bool>(
     // The last block repeats some rows, so that all blocks have the same size.
     let (mut first, last) = (0, N - BLOCK);
     while first < last + BLOCK {
-        let places = (&mut *products, &mut *magnitudes);
-        multiply_rows::<T, N, BLOCK, SIZES>(mass, first.min(last), v, places);
+        let targets = (&mut *products, &mut *magnitudes);
+        multiply_rows::<T, N, BLOCK, SIZES>(mass, first.min(last), v, targets);
         first += BLOCK;
     }
 }
@@ -304,7 +318,7 @@ fn multiply_rows<T: Real, const N: usize, const K: usize, const SIZES: bool>(
     (products, magnitudes): (&mut [T; N], &mut [T; N]),
 ) {
     let mut sums = [[T::ZERO; 2]; K];
-    // All of it unrolled at once would have more sums than registers.
+    // A slice, since a loop over the array would be unrolled, with more sums than registers.
     for (column, &v) in mass.as_slice().iter().zip(v) {
         let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<K>) else {
             break;

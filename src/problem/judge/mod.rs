@@ -1,4 +1,4 @@
-//! The judge: from an impulse to a solution, its velocity and its error.
+//! The judge: computes the velocity, contacts, joint rows and error of a solution from its impulses.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::at_least;
@@ -14,17 +14,19 @@ pub(crate) mod dynamics;
 pub(crate) mod rounding;
 mod worst;
 
-/// Impulses as they are written, and as they are judged: of contacts in scaled rows.
+/// The impulses of a solution.
 struct Impulses<T, const D: usize, const C: usize, const R: usize> {
+    /// In the rows of the scene, as they are written into the solution.
     written: Stacked<T, D, C, R>,
+    /// Of contacts in scaled rows, in which their cones are round.
     judged: Stacked<T, D, C, R>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Writes velocity, contacts, joint rows and error of an impulse into a solution. The error includes a bound on rounding, as fine as the
-    /// tolerance needs it. If it exceeds the tolerance and is wanted `exactly`, what it is made of is computed again with twice the digits.
+    /// Writes velocity, contacts, joint rows and error of the impulses `r` into a solution. The error includes a bound on rounding. If it
+    /// exceeds the tolerance and `exactly` is set, its sums are computed again with twice the digits.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn evaluate(
         &self,
@@ -35,7 +37,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let [v] = &mut solution.velocity.data.0;
         self.factor.velocity(&self.whitened, r, v);
         if self.scene.is_mixed() {
-            let impulses = self.written(r);
+            let impulses = self.impulses(r);
             let impulses = [&impulses.written, &impulses.judged];
             self.judge(impulses, (tolerance, exactly), solution);
         } else {
@@ -43,9 +45,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Impulses as they are written, in rows that are not scaled, those of joint rows within their bounds; and what of them is
-    /// judged.
-    fn written(&self, r: &Stacked<T, D, C, R>) -> Impulses<T, D, C, R> {
+    /// The impulses of a mixed scene, those of joint rows within their bounds. `r` is in scaled rows.
+    fn impulses(&self, r: &Stacked<T, D, C, R>) -> Impulses<T, D, C, R> {
         let mut impulses = Impulses {
             written: *r,
             judged: *r,
@@ -71,7 +72,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         impulses
     }
 
-    /// Writes what impulses do, and their error.
+    /// Writes contacts, joint rows and error of impulses whose velocity the solution has.
     #[cfg_attr(target_os = "none", inline(never))]
     fn judge(
         &self,
@@ -79,32 +80,31 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         (tolerance, exactly): (T, bool),
         solution: &mut Solution<T, N, D, C, R>,
     ) {
-        // All that is used is overwritten, and zeros would call memset.
-        let unknown = || Stacked {
+        // Ones, since zeros would call memset; all entries in use are overwritten.
+        let unset = || Stacked {
             contacts: [[T::ONE; D]; C],
             rows: [T::ONE; R],
         };
         let ([v], [free]) = (&solution.velocity.data.0, &self.free_impulse.data.0);
-        let mut u = unknown();
-        if let Some(rounding) = rounding::crude(self, v, judged, tolerance) {
-            let mut momentum = dynamics::plain_momentum(self.scene, free, v, written, &mut u);
-            momentum.plain.compare_with_less(rounding.momentum);
-            solution.error = self.error(&momentum, &u, judged, &rounding);
+        let mut u = unset();
+        if let Some(rounding) = self.crude_rounding(v, judged, tolerance) {
+            let mut dynamics = self.scene.contact_dynamics(free, v, written, &mut u);
+            dynamics.plain.reduce_size(rounding.momentum);
+            solution.error = self.error(&dynamics, &u, judged, &rounding);
             if solution.error <= tolerance {
                 self.write(written, judged, &u, solution);
                 return;
             }
         }
-        let mut sizes = unknown();
-        let mut momentum = dynamics::momentum(self.scene, free, v, written, &mut u, &mut sizes);
+        let mut sizes = unset();
+        let mut dynamics = self.scene.dynamics(free, v, written, &mut u, &mut sizes);
         self.add_compliance(written, &mut u);
-        self.set_floors(&mut momentum);
-        let mut rounding = rounding::bound(self, written, &sizes, &mut momentum);
-        solution.error = self.error(&momentum, &u, judged, &rounding);
+        self.set_least_sizes(&mut dynamics);
+        let mut rounding = self.rounding(written, &sizes, &mut dynamics);
+        solution.error = self.error(&dynamics, &u, judged, &rounding);
         if exactly && solution.error > tolerance {
-            let places = (&mut u, &mut momentum);
-            rounding::refine(self, v, written, places, &mut rounding);
-            solution.error = self.error(&momentum, &u, judged, &rounding);
+            self.refine(v, written, (&mut u, &mut dynamics), &mut rounding);
+            solution.error = self.error(&dynamics, &u, judged, &rounding);
         }
         self.write(written, judged, &u, solution);
     }
@@ -122,34 +122,33 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.scene.add_row_compliance(&r.rows, &mut u.rows);
     }
 
-    /// Sets what momenta are compared with at least where there are joint rows or compliance. (A rigid contact on a surface is
-    /// judged as every other one.)
+    /// Sets the least denominators of the momentum's error, if there are joint rows or compliance.
     #[inline]
-    fn set_floors(&self, momentum: &mut Dynamics<T>) {
+    fn set_least_sizes(&self, dynamics: &mut Dynamics<T>) {
         let scene = self.scene;
         let mut scalings = (0..scene.counts().contacts).filter_map(|i| scene.scaling(i));
         if scene.rows().is_empty() && !scalings.any(Scaling::is_compliant) {
             return;
         }
-        if let Some(weighted) = &mut momentum.weighted {
+        if let Some(weighted) = &mut dynamics.weighted {
             let diagonal = scene.mass().data.0.iter().enumerate();
             let heaviest = diagonal.fold(T::ZERO, |largest, (k, column)| {
                 column
                     .get(k)
                     .map_or(largest, |&mass| at_least(mass, largest))
             });
-            weighted.compare_with(self.energy.momentum_floor(weighted.unit));
-            let plain = self.energy.momentum_floor(momentum.plain.unit);
-            momentum.plain.compare_with(plain * heaviest);
+            weighted.set_least_size(self.energy.momentum_floor(weighted.unit));
+            let plain = self.energy.momentum_floor(dynamics.plain.unit);
+            dynamics.plain.set_least_size(plain * heaviest);
         }
     }
 
-    /// Error of velocities, not scaled, and impulses, with bounds on rounding added: of `W`, which gives the steps `alpha_i` and
-    /// the sizes, of the sums, and of this evaluation.
+    /// Error of the solution, with bounds on the rounding of its sums, of `W` (in `alpha_i` and the denominators) and of this function.
+    /// `u` are velocities in the rows of the scene, `r` impulses in scaled rows.
     #[cfg_attr(target_os = "none", inline(never))]
     fn error(
         &self,
-        momentum: &Dynamics<T>,
+        dynamics: &Dynamics<T>,
         u: &Stacked<T, D, C, R>,
         r: &Stacked<T, D, C, R>,
         rounding: &Rounding<T, C, R>,
@@ -169,8 +168,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         } else {
             self.contact_error(u, r, &noise.contacts)
         };
-        error = error.max(momentum.plain.error(rounding.momentum));
-        if let Some(weighted) = &momentum.weighted {
+        error = error.max(dynamics.plain.error(rounding.momentum));
+        if let Some(weighted) = &dynamics.weighted {
             error = error.max(weighted.error(rounding.weighted));
         }
         if error > T::ZERO {
@@ -180,7 +179,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         error
     }
 
-    /// Writes down impulses, velocities and modes.
+    /// Writes impulses, velocities and modes into the solution.
     fn write(
         &self,
         written: &Stacked<T, D, C, R>,
@@ -196,7 +195,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             .zip(written.contacts.iter().zip(&judged.contacts));
         for (i, ((set, contact), (&velocity, (&impulse, &r)))) in sources.zip(values).enumerate() {
             let u = self.scene.scale(i, velocity);
-            // There is room: the scene has no more contacts than the solution.
+            // The scene has no more contacts than fit into the solution.
             let _ = solution.contacts.push(ContactSolution {
                 key: contact.key,
                 impulse: impulse.into(),

@@ -1,4 +1,4 @@
-//! Which contact is off most, and by how much in the units of the scene.
+//! The contact with the largest error, and the largest violations in the units of the scene.
 
 use crate::cone::split;
 use crate::factor::Factor;
@@ -43,17 +43,18 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             if contact.key != found.key {
                 continue;
             }
-            let alpha = factor.natural_map_step(i);
+            let alpha = factor.mean_effective_mass(i);
             let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
             let velocity = scene.scale(i, found.velocity.into()).into();
             let impulse = scene.unscale(i, found.impulse.into()).into();
             if set.is_immovable_and_violated(&velocity) {
                 return Some(i);
             }
-            let pushed: SVector<T, D> = velocity * alpha;
-            let unit = unit_of(&[pushed, impulse]);
-            let (residual, _) = natural_map::natural_map(&set, &(pushed * unit), &(impulse * unit));
-            let size = larger(T::ZERO, residual.as_slice(), T::ONE / unit);
+            let alpha_u: SVector<T, D> = velocity * alpha;
+            let unit = unit_of(&[alpha_u, impulse]);
+            let residual =
+                natural_map::contact_residual(&set, &(alpha_u * unit), &(impulse * unit));
+            let size = larger(T::ZERO, residual.value.as_slice(), T::ONE / unit);
             if size > largest {
                 (largest, worst) = (size, Some(i));
             }
@@ -109,7 +110,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 }
 
-/// A unit in which squares of these numbers neither overflow nor vanish.
+/// A unit in which the squares of these entries neither overflow nor vanish.
 fn unit_of<T: Real, const D: usize>(vectors: &[SVector<T, D>]) -> T {
     let largest = vectors.iter();
     unit(largest.fold(T::ZERO, |largest, x| larger(largest, x.as_slice(), T::ONE)))

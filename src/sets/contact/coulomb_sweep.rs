@@ -1,18 +1,18 @@
-//! The impulse of one contact by Coulomb's law while the others are held, the step of a Gauss-Seidel sweep.
+//! The impulse of one contact by Coulomb's law while the others are held: one step of a Gauss-Seidel sweep.
 //!
-//! A contact is solved exactly while the others are held. With `u` the velocity that they leave,
-//! it is open if `u_N >= 0`; else `u_N` becomes 0, and `u_T = -λ r_T` with `λ = 0` if that keeps
-//! the impulse in the cone, or the `λ > 0` that puts it on the boundary. With `r_N` eliminated, `S` the
-//! Schur complement of `W_ii` and `b = W_TN u_N / W_NN - u_T`,
+//! The free velocity `u` of a contact is its velocity without its impulse. The contact is open if `u_N >= 0`. Otherwise its normal
+//! velocity becomes 0, and its tangential velocity `-λ r_T`. The slip multiplier `λ` is 0 if the impulse then lies in the cone: the
+//! contact sticks. Otherwise it is the `λ > 0` that puts the impulse on the boundary. With the Schur complement `S` of the tangents
+//! in the diagonal block `W_ii` of the Delassus operator and `b = W_TN u_N / W_NN - u_T`, the impulse is
 //!
 //! `r_T = (S + λI)⁻¹ b`, `r_N = -(u_N + W_NT r_T) / W_NN`.
 //!
-//! A contact of up to three rows without a `λ` from an earlier sweep is first tried with less work: it sticks if
-//! `r - W_ii⁻¹ u`, where `u` is the velocity that it has now, lies in the cone.
+//! A contact of up to three rows whose last `λ` is 0 is first tried with less work: it sticks if `r - W_ii⁻¹ u` lies in the cone,
+//! where `u` is its velocity with its present impulse `r`.
 //!
-//! The convex relaxation has a law of its own, [`super::relaxed_sweep`].
+//! [`super::relaxed_sweep`] is the same for the convex relaxation.
 //!
-//! Sweeps converge slowly if contacts have more rows than dofs. A cold solve then guesses first
+//! Sweeps converge slowly if contacts have more rows than dofs. A cold solve then begins with a guess
 //! ([`crate::solver::initial_guess`]), if sticking is likely.
 
 use crate::linalg::blocks::product;
@@ -22,14 +22,14 @@ use crate::sets::contact::ContactSet;
 use crate::sets::contact::local::Local;
 use crate::sets::contact::several_tangents;
 
-/// The impulse of one contact while the others are held, with the `λ` of the last sweep.
+/// The impulse of one contact while the others are held. `multiplier` is the `λ` of the last sweep, and becomes that of this one.
 #[inline(always)]
-#[allow(clippy::inline_always)] // its small arrays would go through memory, and be waited for
+#[allow(clippy::inline_always)] // a call would pass small arrays through memory, and wait for them
 pub(in crate::sets) fn solve_local<T: Real, const D: usize>(
     local: &Local<'_, T, D>,
     multiplier: &mut T,
 ) -> [T; D] {
-    // One row alone is as simple to push, and what slips goes on slipping.
+    // `push` is as simple with one row. A contact that slipped in the last sweep mostly slips again.
     let mu = local.set.cone.friction();
     if D > 1
         && *multiplier == T::ZERO
@@ -37,20 +37,20 @@ pub(in crate::sets) fn solve_local<T: Real, const D: usize>(
     {
         return sticking;
     }
-    let mut left = local.u;
-    for (left, own) in left.iter_mut().zip(&local.own) {
-        *left -= product(own, &local.r);
+    let mut free = local.u;
+    for (free, row) in free.iter_mut().zip(&local.block) {
+        *free -= product(row, &local.r);
     }
-    push(&local.own, &left, mu, multiplier).unwrap_or([T::ZERO; D])
+    push(&local.block, &free, mu, multiplier).unwrap_or([T::ZERO; D])
 }
 
-/// Square of what a sweep leaves of a contact's law (N·s), to first order the natural map, from its velocity and impulse after the
-/// sweep and its `λ`.
+/// Square of the residual of Coulomb's law at one contact after a sweep (N²s²), to first order that of the natural map.
 ///
-/// A contact that slips had `u_N = 0` and `u_T = -λ r_T` when it was solved. Along its impulse another slip velocity asks for no
-/// other impulse; across it asks for `1 / (1 + alpha λ)` as much as where it sticks.
+/// `u`, `r` and `multiplier` are the velocity, impulse and `λ` after the sweep. A slipping contact had `u_N = 0` and `u_T = -λ r_T`
+/// when it was solved; later contacts have changed its velocity since. A change of the slip velocity along `r_T` changes no impulse.
+/// A change across `r_T` changes the impulse by `1 / (1 + alpha λ)` times as much as at a sticking contact.
 #[inline]
-pub(in crate::sets) fn residual<T: Real, const D: usize>(
+pub(in crate::sets) fn residual_square<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
     u: &[T; D],
     r: &[T; D],
@@ -66,9 +66,9 @@ pub(in crate::sets) fn residual<T: Real, const D: usize>(
     }
     let (mut slip, mut along, mut size) = (T::ZERO, T::ZERO, T::ZERO);
     for (&u, &r) in u_t.iter().zip(r_t) {
-        let left = u + multiplier * r;
-        slip += left * left;
-        along += left * r;
+        let change = u + multiplier * r;
+        slip += change * change;
+        along += change * r;
         size += r * r;
     }
     let slides = multiplier > T::ZERO || along < T::ZERO && set.slips(r);
@@ -81,16 +81,15 @@ pub(in crate::sets) fn residual<T: Real, const D: usize>(
         return alpha * alpha * (set.cone.shrink() * u_n * u_n + across);
     }
     let mu = set.cone.friction();
-    let holds = if mu > T::ZERO { slip } else { T::ZERO };
-    alpha * alpha * (u_n * u_n + (T::ONE + mu * mu) * holds)
+    let held = if mu > T::ZERO { slip } else { T::ZERO };
+    alpha * alpha * (u_n * u_n + (T::ONE + mu * mu) * held)
 }
 
-/// A contact that wedges itself would push without bound. An impulse above this many times the frictionless one is
-/// rejected.
+/// Largest trusted impulse over the frictionless one. A contact that wedges itself would push without bound.
 const WEDGED: f64 = 1e3;
 
-/// The impulse with which a contact sticks; `None` if that is not inside the cone, or wedged, or `W_ii` has no inverse to be
-/// trusted.
+/// The impulse with which a contact sticks. `None` if it is not inside the cone, if the contact is wedged, or if `W_ii` is nearly
+/// singular.
 #[inline(always)]
 #[allow(clippy::inline_always)] // as above
 fn stick<T: Real, const D: usize>(local: &Local<'_, T, D>, mu: T) -> Option<[T; D]> {
@@ -99,26 +98,26 @@ fn stick<T: Real, const D: usize>(local: &Local<'_, T, D>, mu: T) -> Option<[T; 
         *impulse -= product(mass, &local.u);
     }
     let (&normal, tangents) = impulse.split_first()?;
-    let row = local.own.first()?;
+    let row = local.block.first()?;
     let (bound, approach) = (mu * normal, *local.u.first()? - product(row, &local.r));
-    let holds = normal > T::ZERO
+    let sticks = normal > T::ZERO
         && square(tangents) < bound * bound // not where both vanish or overflow
         && normal * *row.first()? < -approach * T::literal(WEDGED)
         && *local.mass.first()?.first()? > T::ZERO;
-    holds.then_some(impulse)
+    sticks.then_some(impulse)
 }
 
-/// Impulse of one contact, from `W_ii` and the velocity `u` that the others leave; `None` if it separates. If friction
-/// wedges the contact, so that no impulse obeys the law, the impulse is that without friction.
+/// Impulse of one contact from `W_ii` and its free velocity `u`; `None` if the contact separates. If friction wedges the contact, so
+/// that no impulse obeys the law, it is the impulse without friction.
 #[inline(always)]
-#[allow(clippy::inline_always)] // its small arrays would go through memory, and be waited for
+#[allow(clippy::inline_always)] // as above
 fn push<T: Real, const D: usize>(
-    own: &[[T; D]; D],
+    block: &[[T; D]; D],
     u: &[T; D],
     mu: T,
     multiplier: &mut T,
 ) -> Option<[T; D]> {
-    let (approach, inertia) = (*u.first()?, *own.first()?.first()?);
+    let (approach, inertia) = (*u.first()?, *block.first()?.first()?);
     let closed = approach < T::ZERO && inertia > T::ZERO;
     if !closed {
         return None;
@@ -130,7 +129,7 @@ fn push<T: Real, const D: usize>(
             let normal = impulse.first().copied().unwrap_or(T::ZERO);
             normal > T::ZERO && normal < smooth * T::literal(WEDGED)
         };
-        let rubbing = several_tangents::push(own, u, mu, multiplier).filter(bounded);
+        let rubbing = several_tangents::push(block, u, mu, multiplier).filter(bounded);
         return rubbing.or_else(|| {
             let mut impulse = [T::ZERO; D];
             *impulse.first_mut()? = smooth;
@@ -138,8 +137,9 @@ fn push<T: Real, const D: usize>(
         });
     }
     let rubbing = match D {
-        2 if mu > T::ZERO => one_tangent(own, u, mu),
-        3 if mu > T::ZERO => two_tangents(own, u, mu, compliance, multiplier),
+        2 if mu > T::ZERO => one_tangent(block, u, mu),
+        3 if mu > T::ZERO => SlipEquation::new(block, u, mu, compliance)
+            .and_then(|equation| equation.solve(multiplier)),
         _ => None,
     };
     let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < smooth * T::literal(WEDGED);
@@ -157,21 +157,21 @@ fn floor<T: Real>() -> T {
     T::EPSILON * T::literal(64.0)
 }
 
-/// `S_kk`, at least a trusted share of `W_kk`, so that a row that nothing moves has a pivot, too.
+/// `S_kk = W_kk - W_kN² / W_NN`, at least a trusted share of `W_kk`. So a row that nothing moves has a pivot, too.
 #[inline]
-fn pivot<T: Real>(own: T, through: T, inertia: T) -> T {
-    let size = if own > T::ZERO { own } else { inertia };
-    at_least(own - through, floor::<T>() * size)
+fn pivot<T: Real>(entry: T, through_normal: T, inertia: T) -> T {
+    let size = if entry > T::ZERO { entry } else { inertia };
+    at_least(entry - through_normal, floor::<T>() * size)
 }
 
-/// `r_N` and `r_T`; a contact slips one way or the other, `r_T = ±mu r_N`.
+/// `r_N` and `r_T` of a planar contact. A slipping contact has `r_T = ±mu r_N`.
 #[inline]
 fn one_tangent<T: Real, const D: usize>(
-    own: &[[T; D]; D],
+    block: &[[T; D]; D],
     u: &[T; D],
     mu: T,
 ) -> Option<(T, [T; 2])> {
-    let w = |i: usize, j: usize| own.get(i)?.get(j).copied();
+    let w = |i: usize, j: usize| block.get(i)?.get(j).copied();
     let (approach, inertia, coupling) = (*u.first()?, w(0, 0)?, w(1, 0)?);
     let share = coupling / inertia;
     let b = share * approach - *u.get(1)?;
@@ -185,116 +185,161 @@ fn one_tangent<T: Real, const D: usize>(
     Some((normal, [slope * normal, T::ZERO]))
 }
 
-/// Accuracies of the equation for `λ`: the gap between `(mu r_N)²` and `|r_T|²`, relative to `|r_T|²`, after a step of Newton's
-/// method at least. 2e-5 from a fresh guess, and 2e-3 from the last sweep's `λ`, since the other contacts are then farther from their
-/// end.
+/// Accuracies of the equation for `λ`: the gap between `(mu r_N)²` and `|r_T|²`, relative to `|r_T|²`, after at least one step of
+/// Newton's method. The first holds from a fresh guess. The second holds from the `λ` of the last sweep: the other contacts still
+/// move by more than that.
 const NEAR: [f64; 2] = [2e-5, 2e-3];
 
-/// A gap, relative to `|r_T|²`, below which a step of Newton's method needs no root.
+/// Gap, relative to `|r_T|²`, below which a step of Newton's method needs no root.
 const CLOSE: f64 = 0.5;
 
-/// `r_N` and `r_T`. If the contact slips, they follow from its `λ`, which starts at the last guess, or at a fresh one if
-/// there is none, and is replaced by the next guess.
+/// The equation `mu r_N = |r_T|` for the slip multiplier `λ` of a spatial contact.
 ///
-/// With `δ = det(S + λI)` and `c = adj(S) b` it is `δ r_T = c + λ b`, and `δ mu r_N` a quadratic function
-/// of `λ`. The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`: few steps of Newton's method find
-/// where it is 1. Until it is near it is kept between
-/// bounds, and at the last the impulse is put onto the cone.
-#[inline(always)]
-#[allow(clippy::inline_always)] // as above
-fn two_tangents<T: Real, const D: usize>(
-    own: &[[T; D]; D],
-    u: &[T; D],
+/// With `δ = det(S + λI)` and `c = adj(S) b` the impulse is `δ r_T = c + λ b` and `δ mu r_N = constant + λ (linear + λ square)`. The
+/// ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`, so few steps of Newton's method find the `λ` at which it is 1.
+struct SlipEquation<T> {
     mu: T,
-    compliance: T,
-    multiplier: &mut T,
-) -> Option<(T, [T; 2])> {
-    let w = |i: usize, j: usize| own.get(i)?.get(j).copied();
-    let (approach, inertia) = (*u.first()?, w(0, 0)?);
-    let coupling = [w(1, 0)?, w(2, 0)?];
-    let share = coupling.map(|w| w * compliance);
-    let ([x, y], [share_x, share_y]) = (coupling, share);
-    let b = [
-        share_x * approach - *u.get(1)?,
-        share_y * approach - *u.get(2)?,
-    ];
-    let first = pivot(w(1, 1)?, share_x * x, inertia);
-    let second = pivot(w(2, 2)?, share_y * y, inertia);
-    let mixed = w(1, 2)? - share_x * y;
-    let (trace, straight) = (first + second, first * second);
-    let det = at_least(straight - mixed * mixed, floor::<T>() * straight);
-    let c = [second * b[0] - mixed * b[1], first * b[1] - mixed * b[0]];
-    // δ mu r_N = constant + λ (linear + λ square)
-    let scale = -mu * compliance;
-    let constant = scale * (approach * det + product(&coupling, &c));
-    let linear = scale * (approach * trace + product(&coupling, &b));
-    let square = scale * approach;
-    let (cc, bc, bb) = (product(&c, &c), product(&b, &c), product(&b, &b));
-    // The tangential part `c + λ b` is made so many times as long.
-    let at = |lambda: T, normal: T, stretch: T| {
-        let volume = det + lambda * (trace + lambda);
-        let divided = T::ONE / (mu * volume);
-        let (normal, fit) = (normal * divided, stretch * mu * divided);
+    /// `trace(S)` and `det(S)`
+    trace: T,
+    det: T,
+    b: [T; 2],
+    c: [T; 2],
+    constant: T,
+    linear: T,
+    square: T,
+    /// `|c|²`, `b · c` and `|b|²`
+    cc: T,
+    bc: T,
+    bb: T,
+}
+
+impl<T: Real> SlipEquation<T> {
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
+    fn new<const D: usize>(block: &[[T; D]; D], u: &[T; D], mu: T, compliance: T) -> Option<Self> {
+        let w = |i: usize, j: usize| block.get(i)?.get(j).copied();
+        let (approach, inertia) = (*u.first()?, w(0, 0)?);
+        let coupling = [w(1, 0)?, w(2, 0)?];
+        let share = coupling.map(|w| w * compliance);
+        let ([x, y], [share_x, share_y]) = (coupling, share);
+        let b = [
+            share_x * approach - *u.get(1)?,
+            share_y * approach - *u.get(2)?,
+        ];
+        let first = pivot(w(1, 1)?, share_x * x, inertia);
+        let second = pivot(w(2, 2)?, share_y * y, inertia);
+        let mixed = w(1, 2)? - share_x * y;
+        let (trace, straight) = (first + second, first * second);
+        let det = at_least(straight - mixed * mixed, floor::<T>() * straight);
+        let c = [second * b[0] - mixed * b[1], first * b[1] - mixed * b[0]];
+        let scale = -mu * compliance;
+        Some(Self {
+            mu,
+            trace,
+            det,
+            b,
+            c,
+            constant: scale * (approach * det + product(&coupling, &c)),
+            linear: scale * (approach * trace + product(&coupling, &b)),
+            square: scale * approach,
+            cc: product(&c, &c),
+            bc: product(&b, &c),
+            bb: product(&b, &b),
+        })
+    }
+
+    /// `r_N` and `r_T` at a `λ`, from `normal = δ mu r_N` and with `r_T` stretched; `None` if they are not finite.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
+    fn impulse(&self, lambda: T, normal: T, stretch: T) -> Option<(T, [T; 2])> {
+        let (b, c) = (self.b, self.c);
+        let volume = self.det + lambda * (self.trace + lambda);
+        let divided = T::ONE / (self.mu * volume);
+        let (normal, fit) = (normal * divided, stretch * self.mu * divided);
         let tangents = [(c[0] + lambda * b[0]) * fit, (c[1] + lambda * b[1]) * fit];
         let finite = (tangents[0] + tangents[1]).is_finite();
         finite.then_some((normal, tangents))
-    };
-    if constant >= T::ZERO && cc <= constant * constant {
-        *multiplier = T::ZERO;
-        return at(T::ZERO, constant, T::ONE);
     }
-    let [near, mut enough] = NEAR.map(T::literal);
-    if *multiplier == T::ZERO || !multiplier.is_finite() {
-        enough = near;
-        // Somewhat less than what it would be if `S` were isotropic and no tangential impulse changed
-        // the normal one: from below Newton's method gets there.
-        let guess = bb.square_root() / square - trace;
+
+    /// At most the `λ` of an isotropic `S` without coupling: Newton's method converges from below.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
+    fn guess(&self) -> T {
+        let guess = self.bb.square_root() / self.square - self.trace;
         let usable = guess > T::ZERO && guess.is_finite();
-        *multiplier = if usable { guess } else { T::ZERO };
+        if usable { guess } else { T::ZERO }
     }
-    let mut last = None;
-    let (mut low, mut high) = (T::ZERO, None);
-    for step in 0..8 {
-        let lambda = *multiplier;
-        let normal = constant + lambda * (linear + lambda * square);
-        let squares = cc + lambda * (bc + bc + lambda * bb);
-        let bound = normal * normal;
-        let gap = bound - squares;
-        let is_within = |share: T| normal > T::ZERO && gap.abs() <= share * squares;
-        if step > 0 && is_within(enough) {
-            // `normal / √squares` to a part of `(gap / squares)³ / 32`. For a root a desktop would wait, and a
-            // microcontroller would compute it.
-            let three = T::literal(3.0);
-            let stretch = (three * bound + squares) / (bound + three * squares);
-            return at(lambda, normal, stretch);
+
+    /// `r_N` and `r_T` of a contact that sticks, or else slips. Newton's method for `λ` starts at `multiplier`, or at a fresh guess if
+    /// that is 0, and writes the next guess there. Far from the solution `λ` is kept between bounds. At the end the impulse is put onto
+    /// the cone.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
+    fn solve(&self, multiplier: &mut T) -> Option<(T, [T; 2])> {
+        let Self {
+            trace,
+            constant,
+            linear,
+            square,
+            cc,
+            bc,
+            bb,
+            ..
+        } = *self;
+        if constant >= T::ZERO && cc <= constant * constant {
+            *multiplier = T::ZERO;
+            return self.impulse(T::ZERO, constant, T::ONE);
         }
-        let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
-        // `(normal - √squares) squares / turn`
-        let change = if is_within(T::literal(CLOSE)) {
-            let twice = normal + normal;
-            gap / (twice * twice - gap) * twice * (squares / turn) // no product that may vanish
-        } else {
-            (normal - squares.square_root()) * (squares / turn)
-        };
-        let newton = lambda - change;
-        let too_high = normal > T::ZERO && gap >= T::ZERO;
-        if too_high {
-            high = Some(lambda);
-        } else {
-            low = lambda;
+        let [near, mut enough] = NEAR.map(T::literal);
+        if *multiplier == T::ZERO || !multiplier.is_finite() {
+            enough = near;
+            *multiplier = self.guess();
         }
-        let inside = newton > low && high.is_none_or(|high| newton < high);
-        *multiplier = match high {
-            // A step may be out of bounds by what rounding left of it.
-            _ if inside || is_within(near) && newton > T::ZERO => newton,
-            Some(high) => (low + high) * T::literal(0.5),
-            None => (lambda + trace) * T::literal(2.0),
-        };
-        if normal > T::ZERO {
-            last = Some((lambda, normal, squares));
+        let mut last = None;
+        let (mut low, mut high) = (T::ZERO, None);
+        for step in 0..8 {
+            let lambda = *multiplier;
+            let normal = constant + lambda * (linear + lambda * square);
+            let squares = cc + lambda * (bc + bc + lambda * bb);
+            let bound = normal * normal;
+            let gap = bound - squares;
+            let is_within = |share: T| normal > T::ZERO && gap.abs() <= share * squares;
+            if step > 0 && is_within(enough) {
+                // `normal / √squares` up to a relative error of `(gap / squares)³ / 32`, without a root.
+                let three = T::literal(3.0);
+                let stretch = (three * bound + squares) / (bound + three * squares);
+                return self.impulse(lambda, normal, stretch);
+            }
+            let turn =
+                (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
+            // `(normal - √squares) squares / turn`
+            let change = if is_within(T::literal(CLOSE)) {
+                let twice = normal + normal;
+                gap / (twice * twice - gap) * twice * (squares / turn) // no product that may vanish
+            } else {
+                (normal - squares.square_root()) * (squares / turn)
+            };
+            let newton = lambda - change;
+            let too_high = normal > T::ZERO && gap >= T::ZERO;
+            if too_high {
+                high = Some(lambda);
+            } else {
+                low = lambda;
+            }
+            let inside = newton > low && high.is_none_or(|high| newton < high);
+            *multiplier = match high {
+                // Near the solution rounding may put a step out of bounds.
+                _ if inside || is_within(near) && newton > T::ZERO => newton,
+                Some(high) => (low + high) * T::literal(0.5),
+                None => (lambda + trace) * T::literal(2.0),
+            };
+            if normal > T::ZERO {
+                last = Some((lambda, normal, squares));
+            }
         }
+        let (lambda, normal, squares) = last?;
+        self.impulse(lambda, normal, normal / squares.square_root())
     }
-    last.and_then(|(lambda, normal, squares)| at(lambda, normal, normal / squares.square_root()))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What a contact does at a point, and its linearisation.
+//! The mode of a contact at a point of Newton's method, and its linearised equations.
 
 use crate::cone::{add_to_normal, split};
 use crate::linalg::blocks::product;
@@ -7,19 +7,21 @@ use crate::real::Real;
 use crate::sets::ContactSet;
 use nalgebra::SVector;
 
-/// What a contact does at a point.
+/// The mode of a contact at a point, with the derivative `DP` of the projection `P = Π_{K*}(z)` there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// `DP = I`
+    /// No impulse: `DP = I`.
     Open,
     /// `DP = 0`
     Stick,
+    /// `z` is projected onto the boundary of `K*`.
     Slip,
     /// Pushes without friction: `K*` is a half-space.
     Smooth,
 }
 
 impl Kind {
+    /// The mode of a contact with this projection `P` and impulse `r`.
     pub(crate) fn of<T: Real, const D: usize>(
         set: &ContactSet<T, D>,
         velocity: &SVector<T, D>,
@@ -37,47 +39,46 @@ impl Kind {
     }
 }
 
-/// Linearisation of a contact, in a frame in which most of it decouples.
+/// Linearised equations of a contact, in a frame in which most of them decouple.
 ///
-/// The step of a slipping contact is
+/// The step `d` of a slipping contact is
 ///
 /// `d = a p + b k + Σ_j c_j τ_j`
 ///
 /// with the boundary ray `p = (mu, e)` of `K*`, the ray `k = (-1, mu e)` of `-K`, and the tangents `τ_j` across the sliding
 /// direction `e`. The derivative of the projection acts on them as
 ///
-/// - `DP p = p`: `a` changes no impulse, except by `λ`, which is neglected;
+/// - `DP p = p`: `a` changes no impulse, except by the damping `λ`, which is neglected;
 /// - `DP k = 0`: `b` is an unknown;
 /// - `DP τ_j = turn τ_j` with `turn = |P_T| / |z_T|`: each `c_j` is an unknown.
 ///
-/// With `x` the impulses that the unknowns of all contacts add, two scalar equations remain, one along `e` and one along
-/// the normal:
+/// The unknowns of all contacts add the impulses `x`. Then two scalar equations remain, one along `e` and one along the normal:
 ///
 /// - `(1 + λ) a + λ mu b + e·W x = e·E`, which gives `a`;
 /// - `(mu - mu_i) a + λ (mu a - b) + (W x)_N = E_N`, with the `mu_i` of `DS`, which is 0 in the convex relaxation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame<T: Real, const D: usize> {
     pub(crate) kind: Kind,
-    /// `e` of a contact that slips or is open, with normal component 0; all zero if nothing slides.
+    /// `e` of a contact that slips or is open, with normal component 0; zero if its tangential velocity is zero.
     direction: [T; D],
-    /// `|P_T| / |z_T|`. Used by slipping contacts only, as the next two.
+    /// `|P_T| / |z_T|` of a slipping contact.
     pub(crate) turn: T,
-    /// Multiple of the tangential equation (along `e`) subtracted from the normal one to eliminate `a`.
+    /// Multiple of the tangential equation (along `e`) of a slipping contact, subtracted from the normal one to eliminate `a`.
     pub(crate) skew: T,
-    /// `λ mu`
+    /// `λ mu` of a slipping contact.
     pub(crate) tilt: T,
-    /// `λ` of the tangential rows of a contact that sticks.
+    /// `λ` of the tangential rows of a sticking contact.
     pub(crate) tangential_damping: T,
-    /// `1 / (rho (1 + λ))`, of a contact that sticks or is smooth: its unknowns are impulses, and `d = compliance × unknown`.
+    /// `1 / (rho (1 + λ))` of a contact that sticks or is smooth. Its unknowns are impulses, and `d = compliance × unknown`.
     pub(crate) compliance: T,
-    /// Maps the unknowns of a slipping contact to impulses: column `j` is what unknown `j` adds to `rho (I - DP + λI) d`.
+    /// Map from the unknowns of a slipping contact to impulses: unknown `j` adds its multiple of entry `j` to `rho (I - DP + λI) d`.
     pushes: [[T; D]; D],
-    /// The combination of rows that makes each equation of a slipping contact.
+    /// Coefficients of the rows in each equation of a slipping contact.
     tests: [[T; D]; D],
 }
 
 impl<T: Real, const D: usize> Frame<T, D> {
-    /// A place that is not used.
+    /// The frame of an unused contact.
     pub(crate) const fn none() -> Self {
         Self {
             kind: Kind::Open,
@@ -102,7 +103,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// Linearises a contact at `z`, with Levenberg and Marquardt's `λ`.
+    /// Linearises a contact at `z`, with the damping `λ` of Levenberg and Marquardt.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set(
         &mut self,
@@ -137,8 +138,8 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// Sets the unknowns along `k` and the `τ_j`. The `τ_j` are all columns except the first of the reflection that takes
-    /// the first tangent to `±e`.
+    /// Sets the columns of the unknowns along `k` and the `τ_j`. The reflection that takes the first tangent to `±e` has the `τ_j` as
+    /// its columns, behind the first one.
     fn set_slip(&mut self, set: &ContactSet<T, D>, along: T, across: T) {
         let mu = set.cone.friction();
         let e = self.direction;
@@ -163,12 +164,12 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// The combination of rows that makes an equation; `None` if it is a single row.
+    /// The coefficients of the rows in an equation; `None` if the equation is a single row.
     pub(crate) fn combination(&self, equation: usize) -> Option<&[T; D]> {
         self.tests.get(equation).filter(|_| self.kind == Kind::Slip)
     }
 
-    /// What damping and the derivatives of the projection add to its equation `k`, in the column of its unknown `k`.
+    /// The part of entry `(k, k)` of the contact's equations that comes from damping and the derivatives of the projection.
     pub(crate) fn diagonal(&self, k: usize, damping: T) -> T {
         match (self.kind, k) {
             (Kind::Slip, 0) => -damping - self.skew * self.tilt,
@@ -178,7 +179,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// The right-hand sides of its equations.
+    /// The right-hand sides of the contact's equations.
     pub(crate) fn test(&self, residual: &[T; D]) -> [T; D] {
         if self.kind == Kind::Slip {
             self.tests.each_ref().map(|test| product(test, residual))
@@ -187,7 +188,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// Maps unknowns to impulses.
+    /// The impulse that belongs to the unknowns.
     pub(crate) fn impulse(&self, unknowns: &[T]) -> [T; D] {
         let mut push = [T::ZERO; D];
         if self.kind == Kind::Slip {
@@ -219,16 +220,16 @@ impl<T: Real, const D: usize> Frame<T, D> {
         entries
     }
 
-    /// The step `d` of this contact, from its unknowns and the rest `E - W x` of its equations.
+    /// The step `d` of this contact, from its unknowns and the residual `E - W x` of its equations.
     pub(crate) fn step(
         &self,
         set: &ContactSet<T, D>,
         unknowns: &[T],
-        left: SVector<T, D>,
+        residual: SVector<T, D>,
         undamped: T,
     ) -> SVector<T, D> {
         let direction = SVector::from(self.direction);
-        let mut step = left * undamped;
+        let mut step = residual * undamped;
         match self.kind {
             Kind::Stick | Kind::Smooth => {
                 for (step, &unknown) in step.iter_mut().zip(unknowns) {

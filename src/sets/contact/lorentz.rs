@@ -7,7 +7,7 @@ use crate::linalg::vector::{norm, square};
 use crate::real::Real;
 use nalgebra::SVector;
 
-/// A vector by its parts.
+/// The vector with this normal component and the tangential part of `tangent`.
 pub(in crate::sets) fn joined<T: Real, const D: usize>(
     normal: T,
     tangent: SVector<T, D>,
@@ -43,15 +43,15 @@ pub(in crate::sets) fn divide<T: Real, const D: usize>(
     a: &SVector<T, D>,
     c: &SVector<T, D>,
 ) -> SVector<T, D> {
-    let ((normal, tangent), own) = (split(a), first(c));
+    let ((normal, tangent), c_normal) = (split(a), first(c));
     let length = norm(tangent);
     let det = (normal - length) * (normal + length);
-    let shared = across(a, c);
-    let share = (shared / normal - own) / det;
-    joined((normal * own - shared) / det, a * share + c / normal)
+    let product = across(a, c);
+    let share = (product / normal - c_normal) / det;
+    joined((normal * c_normal - product) / det, a * share + c / normal)
 }
 
-/// `sqrt(det a)`, without a square that might vanish.
+/// `sqrt(det a)`, computed without a square that might vanish.
 pub(in crate::sets) fn size<T: Real, const D: usize>(a: &SVector<T, D>) -> T {
     let (normal, tangent) = split(a);
     let length = norm(tangent);
@@ -59,13 +59,13 @@ pub(in crate::sets) fn size<T: Real, const D: usize>(a: &SVector<T, D>) -> T {
     high * (low / high).square_root()
 }
 
-/// The greatest `t` up to a limit with `a + t d` in the cone, for `a` inside of it.
+/// The greatest `t`, up to `limit`, with `a + t d` in the cone. `a` is inside the cone.
 pub(in crate::sets) fn max_step<T: Real, const D: usize>(
     a: &SVector<T, D>,
     d: &SVector<T, D>,
     limit: T,
 ) -> T {
-    // The cone is convex: where the end of the step is inside, all of it is. (Squares that vanish or overflow are no answer.)
+    // The cone is convex: if the end of the step is inside, so is the whole step. (This test fails if squares vanish or overflow.)
     let end = a + d * limit;
     let (normal, tangent) = split(&end);
     if normal > T::ZERO && normal * normal > square(tangent) {
@@ -92,7 +92,7 @@ pub(in crate::sets) fn max_step<T: Real, const D: usize>(
     longest
 }
 
-/// Brings a vector into the interior of the cone, where rounding has led out of it.
+/// Moves a vector back into the interior of the cone if rounding has led out of it.
 pub(in crate::sets) fn keep_inside<T: Real, const D: usize>(a: &mut SVector<T, D>) {
     let (normal, tangent) = split(a);
     let bound = normal * (T::ONE - T::literal(4.0) * T::EPSILON);

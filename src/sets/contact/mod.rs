@@ -1,4 +1,5 @@
-//! What a solve asks of a contact: its cone, the De Saxcé shift, and in the files beside it the same of each method.
+//! The set of one contact: its cone and the De Saxcé shift ([`crate::guide::error`]). Each file of this folder has the equations of
+//! one method for one contact.
 
 use crate::cone::{FrictionCone, add_to_normal, split};
 use crate::linalg::vector::{norm, square, zeros};
@@ -17,24 +18,24 @@ pub(super) mod pair;
 pub(super) mod relaxed_sweep;
 mod several_tangents;
 
-/// One contact in a solve, in rows that are scaled so that its cone is round.
+/// The cone of one contact, with its effective mass and its velocity without impulses. Its rows are scaled so that the cone is round.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactSet<T: Real, const D: usize> {
     /// Factor of the De Saxcé shift: `mu_i`, or 0 in the convex relaxation.
     pub(crate) shift_factor: T,
     /// The cone `K` the impulse lies in.
     pub(crate) cone: FrictionCone<T>,
-    /// Step `alpha_i` (kg) of the natural map, see [`crate::Factor`]'s `natural_map_step`.
+    /// Mean effective mass `alpha_i` (kg), the step of the natural map; 0 if nothing moves the contact.
     pub(crate) alpha: T,
-    /// `q_i = H_i v_free + w_i`.
+    /// `q_i = H_i v_free + w_i`, the velocity without impulses.
     pub(crate) q: SVector<T, D>,
-    /// The constant term of `u = W r + base`: `q`; or `w`, where the free motion is among what impulses do
-    /// ([`crate::problem::Problem::velocities`]); with corrections of what rounding took away.
+    /// The constant term of the velocities of [`crate::problem::Problem::velocities`]: `q`, or `w` if these include the free motion.
+    /// Iterative refinement adds to it.
     pub(crate) base: SVector<T, D>,
 }
 
 impl<T: Real, const D: usize> ContactSet<T, D> {
-    /// A place that is not used.
+    /// The set of an unused contact.
     pub(super) const fn none() -> Self {
         Self {
             shift_factor: T::ZERO,
@@ -45,7 +46,7 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
         }
     }
 
-    /// That of a contact, with the step `alpha_i` and `q_i`.
+    /// The set of a contact with the effective mass `alpha_i` and the velocity `q_i` without impulses.
     #[inline]
     pub(crate) fn new<const N: usize>(
         contact: &Contact<T, N, D>,
@@ -66,7 +67,7 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
         }
     }
 
-    /// Rows along which it may push.
+    /// Number of rows along which impulses may act.
     pub(crate) fn pushing_rows(&self) -> usize {
         if self.cone.friction() > T::ZERO { D } else { 1 }
     }
@@ -88,18 +89,19 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
         self.alpha * rows.fold(T::ZERO, |sum, &q| sum + q * q)
     }
 
-    /// `|r0_i|² / alpha_i`, with the impulse `r0_i = Π_K(-alpha_i q̂_i)` that it would take alone, with velocities in a unit.
+    /// `|r0_i|² / alpha_i`, the energy of the impulse `r0_i = Π_K(-alpha_i q̂_i)` of the contact if it were alone. Velocities are
+    /// multiplied by `unit`.
     pub(crate) fn alone_energy(&self, unit: T) -> T {
         let argument = -self.augmented(&(self.q * unit));
         self.cone.projected_square(&argument) * self.alpha
     }
 
-    /// Does nothing move it, although it asks for another velocity than this one?
+    /// Does nothing move the contact, although the velocity `u` without an impulse violates its law?
     pub(crate) fn is_immovable_and_violated(&self, u: &SVector<T, D>) -> bool {
         self.alpha <= T::ZERO && self.is_violated(u)
     }
 
-    /// Does it ask for another velocity than this one?
+    /// Does the velocity `u` without an impulse violate the law?
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn is_violated(&self, u: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(u);
@@ -120,7 +122,7 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
         augmented
     }
 
-    /// The trace of `W_ii`; 0 if nothing moves it.
+    /// `trace(W_ii)`; 0 if nothing moves the contact.
     pub(crate) fn inverse_mass(&self) -> T {
         if self.alpha > T::ZERO {
             T::count(D) / self.alpha
@@ -129,7 +131,7 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
         }
     }
 
-    /// An upper bound on its part of `|stop|²`, up to a constant factor, with the free motion's `v·M v`.
+    /// Upper bound on `|stop_i|²`, up to a constant factor. `energy` is `v·M v` of the free motion.
     pub(crate) fn stopping_bound(&self, offset: &[T; D], energy: T) -> T {
         let moves = T::count(D) * energy + self.alpha * square(offset);
         self.alpha * moves

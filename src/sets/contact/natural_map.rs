@@ -1,13 +1,8 @@
-//! The error a solution is judged by; [`crate::problem::judge::rounding`] bounds what rounding may hide of it.
+//! The first part of the error, by how much contacts violate Coulomb's law:
+//! `|r - Π_K(r - alpha û)| / max(|r|, |r0|, |stop|)`.
 //!
-//! `error = max(|r - Π_K(r - alpha û)| / max(|r|, |r0|, |stop|), |M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|))`
-//! with `û_i = u_i + mu_i |u_Ti| e_N`, `u = H v + w`, `q = H v_free + w`, `alpha_i = D / trace(W_ii)` and two impulses
-//! (N·s): `r0_i = Π_K(-alpha_i q̂_i)`, that of contact `i` if it were alone, and
-//! `stop_i = alpha_i (abs(H_i) abs(v_free) + abs(w_i)) / 100`, entry by entry, in which a positive `w_N` (gap) counts as 0.
-//!
-//! It is the natural-map residual of FCLIB and Siconos made independent of units and relative to impulses: a fast slide or
-//! a far gap does not loosen it. If bodies that touch fall together, `q` is rounding alone, and the reference is 1 % of the
-//! impulse that would stop them. 0/0 counts as 0. Sums are of squares, with one root at the end.
+//! [`crate::guide::error`] defines its terms. [`crate::problem::judge`] computes the second part, the momentum, and bounds the
+//! rounding of both. Sums are of squares, with one root at the end.
 
 use crate::cone::{add_to_normal, split};
 use crate::linalg::vector::{larger, norm, quotient, root_sum, square, unit, zeros};
@@ -26,23 +21,32 @@ fn argument<T: Real, const D: usize>(
     r - set.augmented(u) * set.alpha
 }
 
-/// What rounding may add to the natural map of a contact that slips, over its impulse: half an `eps` for each of the twenty
-/// operations on its way, counted in [`crate::guide::error`].
+/// Rounding of the natural map of a slipping contact, over its impulse and `eps`: 1/2 for each of the twenty operations counted in
+/// [`crate::guide::error`].
 const SLIP_ROUNDING: f64 = 10.0;
 
-/// Where the argument of the natural map is projected onto the boundary of `K`.
-pub(crate) struct Boundary<T> {
-    /// `|alpha u_T|` and `|z_T|`
+/// Residual of the natural map of one contact.
+pub(crate) struct Residual<T, const D: usize> {
+    /// `r - Π_K(z)` (N·s)
+    pub(crate) value: SVector<T, D>,
+    /// `None` if `z` lies in `K` or is projected onto 0.
+    boundary: Option<Boundary<T>>,
+}
+
+/// Projection of the argument `z` of the natural map onto the boundary of `K`.
+struct Boundary<T> {
+    /// `|alpha u_T|`
     speed: T,
+    /// `|z_T|`
     length: T,
-    /// The normal impulse there.
+    /// Normal component of the projection.
     normal: T,
 }
 
 impl<T: Real> Boundary<T> {
-    /// A bound on how fast the natural map changes with `alpha u_T`: along a fast slide `d` hardly changes, and across it `z_T` turns
-    /// little.
-    fn change<const D: usize>(&self, set: &ContactSet<T, D>, r: &SVector<T, D>) -> T {
+    /// A bound on the derivative of the natural map by `alpha u_T`. It is small in a fast slide: `d` of [`contact_residual`] hardly changes
+    /// along the slide, and `z_T` turns little across it.
+    fn sensitivity<const D: usize>(&self, set: &ContactSet<T, D>, r: &SVector<T, D>) -> T {
         let mu = set.cone.friction();
         let any = T::ONE + mu;
         if set.shift_factor != mu || self.speed == T::ZERO {
@@ -53,36 +57,40 @@ impl<T: Real> Boundary<T> {
     }
 }
 
-/// Natural map of one contact, `r - Π_K(z)` with `z = r - alpha û` (N·s), from `r` and `alpha u`.
+/// Residual `r - Π_K(z)` of the natural map of one contact, with `z = r - alpha û` (N·s), from `r` and `alpha_u`.
 ///
 /// On the boundary the normal impulse is `(z_N + mu |z_T|) / (1 + mu²)`. During a fast slide that is a small difference of two
 /// large numbers. With `d = |z_T| - alpha |u_T| = r_T · (z_T - alpha u_T) / (|z_T| + alpha |u_T|)` it is
 /// `(r_N - alpha u_N + mu d) / (1 + mu²)`, which is rounded as impulses are.
-pub(crate) fn natural_map<T: Real, const D: usize>(
+pub(crate) fn contact_residual<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
-    pushed: &SVector<T, D>,
+    alpha_u: &SVector<T, D>,
     r: &SVector<T, D>,
-) -> (SVector<T, D>, Option<Boundary<T>>) {
-    let ((pushed_normal, pushed_tangent), (r_normal, r_tangent)) = (split(pushed), split(r));
-    let (mu, speed) = (set.cone.friction(), norm(pushed_tangent));
-    let mut push = *pushed;
-    add_to_normal(&mut push, set.shift_factor * speed);
-    let z = r - push;
+) -> Residual<T, D> {
+    let ((u_normal, u_tangent), (r_normal, r_tangent)) = (split(alpha_u), split(r));
+    let (mu, speed) = (set.cone.friction(), norm(u_tangent));
+    let mut augmented = *alpha_u;
+    add_to_normal(&mut augmented, set.shift_factor * speed);
+    let z = r - augmented;
+    let off_boundary = |value| Residual {
+        value,
+        boundary: None,
+    };
     if set.cone.holds(&z) {
-        return (push, None);
+        return off_boundary(augmented);
     }
     let tangent = split(&z).1;
     let length = norm(tangent);
-    let pairs = r_tangent.iter().zip(tangent.iter().zip(pushed_tangent));
+    let pairs = r_tangent.iter().zip(tangent.iter().zip(u_tangent));
     let product = pairs.fold(T::ZERO, |sum, (&r, (&z, &u))| sum + r * (z - u));
     let mut difference = T::ZERO;
     if product != T::ZERO {
         difference = product / (length + speed);
     }
     let excess = (mu - set.shift_factor) * speed;
-    let normal = (r_normal - pushed_normal + excess + mu * difference) * set.cone.shrink();
+    let normal = (r_normal - u_normal + excess + mu * difference) * set.cone.shrink();
     if normal <= T::ZERO {
-        return (*r, None);
+        return off_boundary(*r);
     }
     let mut projection = zeros();
     if length > T::ZERO {
@@ -91,46 +99,48 @@ pub(crate) fn natural_map<T: Real, const D: usize>(
     if let Some(first) = projection.as_mut_slice().first_mut() {
         *first = normal;
     }
-    let boundary = Boundary {
-        speed,
-        length,
-        normal,
-    };
-    (r - projection, Some(boundary))
+    Residual {
+        value: r - projection,
+        boundary: Some(Boundary {
+            speed,
+            length,
+            normal,
+        }),
+    }
 }
 
-/// The square of what normal and tangent leave apart, `r_N - max(0, r_N - alpha u_N)` and `r_T - Π(r_T - alpha u_T)` with the
-/// projection onto the disc of `mu r_N` (Alart, Curnier 1991): Coulomb's law as well, in which no velocity is multiplied by `mu`.
+/// Square of the residual of Alart and Curnier (1991): `r_N - max(0, r_N - alpha u_N)` and `r_T - Π(r_T - alpha u_T)`, with the
+/// projection onto the disc of radius `mu r_N`. It vanishes under Coulomb's law, too, and multiplies no velocity by `mu`.
 #[cfg_attr(target_os = "none", inline(never))]
-fn alart_curnier<T: Real, const D: usize>(
+fn alart_curnier_square<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
     u: &[T; D],
     r: &[T; D],
     unit: T,
 ) -> T {
     let r = SVector::from(*r) * unit;
-    let pushed = SVector::from(*u) * (set.alpha * unit);
-    let ((pushed_normal, pushed_tangent), (r_normal, r_tangent)) = (split(&pushed), split(&r));
-    let normal = pushed_normal.min(r_normal);
+    let alpha_u = SVector::from(*u) * (set.alpha * unit);
+    let ((u_normal, u_tangent), (r_normal, r_tangent)) = (split(&alpha_u), split(&r));
+    let normal = u_normal.min(r_normal);
     let grip = set.cone.friction() * r_normal;
-    let (mut size, mut left) = (T::ZERO, T::ZERO);
-    for (&r, &u) in r_tangent.iter().zip(pushed_tangent) {
-        size += (r - u) * (r - u);
+    let (mut argument, mut tangential) = (T::ZERO, T::ZERO);
+    for (&r, &u) in r_tangent.iter().zip(u_tangent) {
+        argument += (r - u) * (r - u);
     }
-    let length = size.square_root();
+    let length = argument.square_root();
     let share = if length > grip { grip / length } else { T::ONE };
-    for (&r, &u) in r_tangent.iter().zip(pushed_tangent) {
-        let off = if length > grip {
+    for (&r, &u) in r_tangent.iter().zip(u_tangent) {
+        let residual = if length > grip {
             r - (r - u) * share
         } else {
             u
         };
-        left += off * off;
+        tangential += residual * residual;
     }
-    normal * normal + left
+    normal * normal + tangential
 }
 
-/// What a contact does, read off the argument of the natural map.
+/// The mode of a contact, from the argument of the natural map.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn mode<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
@@ -146,13 +156,13 @@ pub(crate) fn mode<T: Real, const D: usize>(
     }
 }
 
-/// A violation of more than this share of the expected impulses is an error, however large the impulses are.
+/// Residual as a share of the expected impulses, above which it is an error however large the impulses are.
 const LARGEST_SHARE: f64 = 0.5;
 
-/// Friction above which a violation is also measured with normal and tangent apart.
+/// Friction coefficient above which the residual of Alart and Curnier is computed, too.
 const LARGE_FRICTION: f64 = 10.0;
 
-/// `|r0|`
+/// `|r0|` (N·s), the norm of the impulses of contacts, each as if it were alone.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn r0_norm<T: Real, const D: usize>(sets: &[ContactSet<T, D>]) -> T {
     let mut largest = T::ZERO;
@@ -163,7 +173,7 @@ pub(crate) fn r0_norm<T: Real, const D: usize>(sets: &[ContactSet<T, D>]) -> T {
     let mut squares = T::ZERO;
     for set in sets {
         if separates(set, &set.q.into(), None) {
-            continue; // without a root
+            continue; // saves a root
         }
         let argument = -set.augmented(&(set.q * (set.alpha * unit)));
         squares += set.cone.projected_square(&argument);
@@ -173,8 +183,10 @@ pub(crate) fn r0_norm<T: Real, const D: usize>(sets: &[ContactSet<T, D>]) -> T {
 
 /// First part of the error, from `u = W r + q` or `u = H v + w`.
 ///
-/// `size` is the larger of `|r0|` and `|stop|` (N·s), `carried` what [`carried_impulse`](super::expected::carried_impulse) gives. `noise[i]`: squares of bounds on the rounding of `u_i` and of `u_Ni`; added
-/// unless the contact is open and separates faster. With bounds what rounding adds on the way is added as well.
+/// - `size`: the larger of `|r0|` and `|stop|` (N·s).
+/// - `noise[i]`: squares of bounds on the rounding of `u_i` and of `u_Ni`, added to the residual unless the contact is open and
+///   separates faster. If there are any, the rounding of the natural map is added as well.
+/// - `carried`: computes the result of [`carried_impulse`](crate::Scene::carried_impulse) (N·s).
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn error<T: Real, const D: usize>(
     sets: &[ContactSet<T, D>],
@@ -185,8 +197,7 @@ pub(crate) fn error<T: Real, const D: usize>(
     carried: &dyn Fn() -> T,
 ) -> T {
     let mut largest = size;
-    // Beside a size that is not zero small impulses do not count, and the squares of such large
-    // ones as overflow are an infinite error.
+    // If the size is not zero, it is the unit: squares of small impulses may vanish, and an overflow is an infinite error.
     if size == T::ZERO {
         for r in r.iter().take(sets.len()) {
             largest = larger(largest, r, T::ONE);
@@ -194,60 +205,40 @@ pub(crate) fn error<T: Real, const D: usize>(
     }
     let unit = unit(largest);
     let size = size * unit;
-    let [mut residual, mut impulse, mut slipping, mut noises] = [T::ZERO; 4];
+    let mut sums = Sums::zero(unit);
     let is_final = !noise.is_empty();
     let mut noise = noise.iter();
     for ((set, u), r) in sets.iter().zip(u).zip(r) {
         let noise = noise.next();
         if *r == [T::ZERO; D] && separates(set, u, noise) {
-            continue; // without a root
+            continue; // saves a root
         }
-        let source = r;
-        let r = SVector::from(*r) * unit;
-        let pushed = SVector::from(*u) * (set.alpha * unit);
-        let (left, mut slips) = natural_map(set, &pushed, &r);
-        let mut left = square(left.as_slice());
-        let own = square(r.as_slice());
-        impulse += own;
-        if slips.is_some() {
-            slipping += own;
-        }
-        let mut reach = T::ONE + set.shift_factor;
-        if D > 1 && set.shift_factor > T::literal(LARGE_FRICTION) {
-            let apart = alart_curnier(set, u, source, unit);
-            if apart < left {
-                (left, reach, slips) = (apart, T::ONE, None);
-            }
-        }
-        residual += left;
-        if let Some(&[noise, normal]) = noise {
-            let mut moved = reach * reach * noise;
-            if let Some(boundary) = slips {
-                let change = boundary.change(set, &r);
-                // Of a sum of two the square is at most twice the sum of their squares.
-                moved = moved.min((normal + change * change * noise) * T::literal(2.0));
-            }
-            let scale = set.alpha * unit;
-            noises += scale * scale * moved;
-        }
+        sums.add(set, u, r, noise);
     }
+    let Sums {
+        residual,
+        impulse,
+        slipping,
+        noises,
+        ..
+    } = sums;
     let expected = size * size;
     let size = impulse.max(expected);
     if residual == T::ZERO && noises == T::ZERO {
-        return T::ZERO; // also if nothing moves and nothing pushes
+        return T::ZERO; // also for 0/0
     }
     let mut error = root_sum(residual, noises, size);
     if impulse > expected {
         let mut hidden = noises;
         if is_final {
-            // What rounding hides counts as well. Of a sum of four the square is at most four times the sum of their squares.
+            // The rounding of the natural map, with `(a + b + c + d)² <= 4 (a² + b² + c² + d²)`.
             let slips = T::literal(SLIP_ROUNDING * SLIP_ROUNDING) * slipping;
             let rounding = (slips + T::literal(16.0) * impulse) * T::EPSILON * T::EPSILON;
             hidden = (noises + rounding) * T::literal(4.0);
         }
-        // Of a sum of two it is at most twice that: few violations come near the share.
+        // `(√residual + √hidden)² <= 2 (residual + hidden)`: mostly far below the share, whose square is 1/4 of `expected`.
         if (residual + hidden) * T::literal(8.0) > expected {
-            error = with_share(error, [residual, hidden], expected, &|| carried() * unit);
+            error = at_least_excess(error, [residual, hidden], expected, &|| carried() * unit);
         }
     }
     if is_final && slipping > T::ZERO {
@@ -257,21 +248,89 @@ pub(crate) fn error<T: Real, const D: usize>(
     error
 }
 
-/// An error, or by how much its violation exceeds [`LARGEST_SHARE`] of the expected impulses, up to 1, if that is more: impulses that
-/// diverge would make any violation small.
+/// Sums of squares over contacts, in a unit.
+struct Sums<T> {
+    unit: T,
+    /// Residuals of the natural map, or of Alart and Curnier.
+    residual: T,
+    /// Impulses.
+    impulse: T,
+    /// Impulses of slipping contacts.
+    slipping: T,
+    /// Bounds on the change of the residuals by the rounding of velocities.
+    noises: T,
+}
+
+impl<T: Real> Sums<T> {
+    fn zero(unit: T) -> Self {
+        let [residual, impulse, slipping, noises] = [T::ZERO; 4];
+        Self {
+            unit,
+            residual,
+            impulse,
+            slipping,
+            noises,
+        }
+    }
+
+    /// Adds a contact with the velocity `u` and the impulse `r`.
+    #[inline]
+    fn add<const D: usize>(
+        &mut self,
+        set: &ContactSet<T, D>,
+        u: &[T; D],
+        r: &[T; D],
+        noise: Option<&[T; 2]>,
+    ) {
+        let unit = self.unit;
+        let scaled = SVector::from(*r) * unit;
+        let alpha_u = SVector::from(*u) * (set.alpha * unit);
+        let Residual {
+            value,
+            mut boundary,
+        } = contact_residual(set, &alpha_u, &scaled);
+        let mut residual = square(value.as_slice());
+        let impulse = square(scaled.as_slice());
+        self.impulse += impulse;
+        if boundary.is_some() {
+            self.slipping += impulse;
+        }
+        let mut reach = T::ONE + set.shift_factor;
+        if D > 1 && set.shift_factor > T::literal(LARGE_FRICTION) {
+            let other = alart_curnier_square(set, u, r, unit);
+            if other < residual {
+                (residual, reach, boundary) = (other, T::ONE, None);
+            }
+        }
+        self.residual += residual;
+        if let Some(&[noise, normal]) = noise {
+            let mut change = reach * reach * noise;
+            if let Some(boundary) = boundary {
+                let slope = boundary.sensitivity(set, &scaled);
+                // `(a + b)² <= 2 (a² + b²)`
+                change = change.min((normal + slope * slope * noise) * T::literal(2.0));
+            }
+            let scale = set.alpha * unit;
+            self.noises += scale * scale * change;
+        }
+    }
+}
+
+/// The larger of `error` and the excess of the residual over [`LARGEST_SHARE`] of the expected impulses, the latter at most 1. Without
+/// it, impulses that diverge would make any violation small. `residual`, `noises` and `expected` are squares.
 #[cfg_attr(target_os = "none", inline(never))]
-fn with_share<T: Real>(
+fn at_least_excess<T: Real>(
     error: T,
     [residual, noises]: [T; 2],
     expected: T,
     carried: &dyn Fn() -> T,
 ) -> T {
-    let mut left = residual;
+    let mut bound = residual;
     if noises > T::ZERO {
-        left = (residual + noises) * T::literal(2.0); // at least the square of the sum of their roots
+        bound = (residual + noises) * T::literal(2.0); // at least `(√residual + √noises)²`
     }
     let reach = (T::ONE + error) * T::literal(LARGEST_SHARE);
-    if error >= T::ONE || expected == T::ZERO || left <= reach * reach * expected {
+    if error >= T::ONE || expected == T::ZERO || bound <= reach * reach * expected {
         return error;
     }
     let carried = carried();
@@ -280,7 +339,7 @@ fn with_share<T: Real>(
     error.max((share - T::ONE).min(T::ONE))
 }
 
-/// Does a contact without impulse obey the law, with every velocity within the rounding bound, of which `noise` has the squares (m/s)²?
+/// Does a contact without impulse obey the law for every velocity within the rounding bounds, whose squares are `noise` (m²/s²)?
 #[inline]
 fn separates<T: Real, const D: usize>(
     set: &ContactSet<T, D>,

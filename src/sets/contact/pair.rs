@@ -1,8 +1,7 @@
-//! One contact on the central path: its impulse, its velocity and the algebra of its cone.
+//! One contact on the central path ([`crate::guide::method`]): its impulse, its velocity and their scaling.
 //!
-//! With `Λ = diag(1, mu, ..., mu)` and `r = Λ x`, `y = Λ u` the friction cone is that of Lorentz, `x_N >= |x_T|`. `∘` is
-//! the Jordan product of that cone, `a ∘ b = (a·b, a_N b_T + b_N a_T)`, `J = diag(1, -1, ..., -1)`,
-//! `det a = a_N² - |a_T|²` and `Q(a) b = 2 a (a·b) - det(a) J b`.
+//! With `Λ = diag(1, mu, ..., mu)`, `r = Λ x` and `y = Λ u` the friction cone is the Lorentz cone `x_N >= |x_T|`. `∘` and `det` are
+//! those of [`super::lorentz`], `J = diag(1, -1, ..., -1)`, and `Q(a) b = 2 a (a·b) - det(a) J b`.
 
 use crate::cone::{add_to_normal, split};
 use crate::linalg::vector::{norm, zeros};
@@ -13,20 +12,21 @@ use crate::sets::contact::lorentz::{
 };
 use nalgebra::SVector;
 
-/// The part of a contact that is on the path.
+/// The rows of a contact that have an equation on the central path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
-    /// Nothing: nothing moves it.
+    /// No row: nothing moves the contact.
     Nothing,
-    /// Its normal row: it has no friction.
+    /// The normal row: the contact has no friction.
     Normal,
-    /// All rows, the normal one apart: Coulomb's set.
+    /// All rows, with an equation for the normal row and one for the cone: Coulomb's law.
     Coulomb,
-    /// All rows as one: the convex relaxation.
+    /// All rows, with one equation for the cone: the convex relaxation.
     Cone,
 }
 
 impl Part {
+    /// The part of a contact.
     pub(crate) fn of<T: Real, const D: usize>(set: &ContactSet<T, D>) -> Self {
         if set.alpha <= T::ZERO {
             Self::Nothing
@@ -39,7 +39,7 @@ impl Part {
         }
     }
 
-    /// Are its rows bound to each other?
+    /// Is there an equation for the cone?
     pub(crate) fn is_cone<const D: usize>(self) -> bool {
         D > 1 && matches!(self, Self::Coulomb | Self::Cone)
     }
@@ -54,7 +54,7 @@ impl Part {
     }
 }
 
-/// A contact on the central path, or how it moves.
+/// A contact on the central path, or a step of it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pair<T: Real, const D: usize> {
     pub(crate) part: Part,
@@ -89,7 +89,7 @@ fn narrow<T: Real, const D: usize>(set: &ContactSet<T, D>, v: &SVector<T, D>) ->
 }
 
 impl<T: Real, const D: usize> Pair<T, D> {
-    /// No contact yet.
+    /// The pair of an unused contact.
     pub(crate) const fn none() -> Self {
         Self {
             part: Part::Nothing,
@@ -104,8 +104,8 @@ impl<T: Real, const D: usize> Pair<T, D> {
         self.part.count::<D>()
     }
 
-    /// The CHKS-smoothed pair (Chen, Harker, Kanzow, Smale) with the same `gain w - x / (gain alpha)` as an impulse and a
-    /// velocity.
+    /// The pair with the parameter `tau` near the impulse `r` and the velocity `u`: smoothed after Chen, Harker, Kanzow and Smale, with
+    /// the same `gain w - x / (gain alpha)`.
     pub(crate) fn centred(
         set: &ContactSet<T, D>,
         r: &SVector<T, D>,
@@ -137,7 +137,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
         }
     }
 
-    /// The products that are to become `tau`.
+    /// The products `y_N x_N` and `x · (s, y_T) / beta`, which are `tau` on the central path; `None` for an equation that is missing.
     pub(crate) fn products(&self, beta: T) -> [Option<T>; 2] {
         let normal = first(&self.x) * self.normal;
         let cone = self.x.dot(&self.dual) / beta;
@@ -149,7 +149,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
         }
     }
 
-    /// The greatest length up to a limit with which it may move.
+    /// The greatest length of a step, up to `limit`, that stays inside the cones.
     pub(crate) fn max_step(&self, step: &Self, mut limit: T) -> T {
         if self.part.is_cone::<D>() {
             limit = max_step(&self.x, &step.x, limit);
@@ -163,7 +163,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
         limit
     }
 
-    /// Moves it.
+    /// Moves the pair by `step length`.
     pub(crate) fn advance(&mut self, step: &Self, length: T) {
         self.x += step.x * length;
         self.dual += step.dual * length;
@@ -175,7 +175,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
     }
 }
 
-/// The positive root of `x (x - l) = square`, without cancellation.
+/// The positive root of `x (x - l) = square`, computed without cancellation.
 pub(in crate::sets) fn smoothed<T: Real>(l: T, square: T) -> T {
     let [two, four] = [2.0, 4.0].map(T::literal);
     let root = (l * l + four * square).square_root();
@@ -186,7 +186,7 @@ pub(in crate::sets) fn smoothed<T: Real>(l: T, square: T) -> T {
     }
 }
 
-/// The Nesterov-Todd scaling of a pair: the `V = sqrt(stretch)⁻¹ V(ω)` with `V w = V⁻¹ x`.
+/// The scaling of a pair after Nesterov and Todd: `V = sqrt(stretch)⁻¹ V(ω)` with `V w = V⁻¹ x`, where `w` is the pair's `dual`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scaling<T, const D: usize> {
     /// `ω`, of determinant 1.
@@ -196,6 +196,7 @@ pub(crate) struct Scaling<T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Scaling<T, D> {
+    /// The scaling of a contact that has none.
     pub(crate) const fn none() -> Self {
         Self {
             omega: zeros(),
@@ -203,6 +204,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         }
     }
 
+    /// The scaling of a pair.
     pub(crate) fn of(pair: &Pair<T, D>) -> Self {
         let (of_x, of_w) = (size(&pair.x), size(&pair.dual));
         let (x, w) = (pair.x * (T::ONE / of_x), pair.dual * (T::ONE / of_w));
@@ -214,22 +216,21 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         }
     }
 
-    /// `V(ω) a`, or `V(ω)⁻¹ a` with the sign -1.
+    /// `V(ω) a`, or with the sign -1 `V(ω)⁻¹ a`.
     fn turn(&self, a: &SVector<T, D>, sign: T) -> SVector<T, D> {
-        let (normal, shared) = (first(&self.omega), across(&self.omega, a));
-        let tilt = sign * first(a) + shared / (T::ONE + normal);
-        joined(normal * first(a) + sign * shared, a + self.omega * tilt)
+        let (normal, product) = (first(&self.omega), across(&self.omega, a));
+        let tilt = sign * first(a) + product / (T::ONE + normal);
+        joined(normal * first(a) + sign * product, a + self.omega * tilt)
     }
 
     /// `V⁻² a = stretch Q(Jω) a`
     pub(crate) fn compliance(&self, a: &SVector<T, D>) -> SVector<T, D> {
-        let (normal, shared) = (first(&self.omega), across(&self.omega, a));
-        let twice = (normal * first(a) - shared) * T::literal(2.0);
-        let rest = joined(normal * twice - first(a), a - self.omega * twice);
-        rest * self.stretch
+        let (normal, product) = (first(&self.omega), across(&self.omega, a));
+        let twice = (normal * first(a) - product) * T::literal(2.0);
+        joined(normal * twice - first(a), a - self.omega * twice) * self.stretch
     }
 
-    /// Row `k` of `V⁻²`; in a separate normal row `y_N / x_N`.
+    /// Row `k` of `V⁻²`. A normal row with an equation of its own has `y_N / x_N` on the diagonal and zeros beside it.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn row(&self, pair: &Pair<T, D>, k: usize) -> SVector<T, D> {
         let mut unit: SVector<T, D> = zeros();
@@ -242,15 +243,14 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         self.compliance(&unit) // symmetric
     }
 
-    /// Right-hand side of the linearised equation
-    /// `λ ∘ (V dw + V⁻¹ dx) = goal e - λ ∘ λ - V⁻¹ dx ∘ V dw` with `λ = V w = V⁻¹ x`, solved for `dw + V⁻² dx`:
-    /// `V⁻¹ (λ \ (goal e - λ ∘ λ - V⁻¹ dx ∘ V dw))`.
+    /// `dw + V⁻² dx` of the corrector, `V⁻¹ (λ \ (goal e - λ ∘ λ - V⁻¹ dx ∘ V dw))` with `λ = V w = V⁻¹ x`. It solves the linearised
+    /// equation `λ ∘ (V dw + V⁻¹ dx) = goal e - λ ∘ λ - V⁻¹ dx ∘ V dw`, with `dx` and `dw` of the predictor `step` on the right.
     pub(crate) fn corrected(&self, pair: &Pair<T, D>, step: &Pair<T, D>, goal: T) -> SVector<T, D> {
         let inverse = |a: &SVector<T, D>| self.turn(a, -T::ONE);
         let (of_x, of_w) = (inverse(&pair.x), self.turn(&pair.dual, T::ONE));
-        let second = jordan(&inverse(&step.x), &self.turn(&step.dual, T::ONE));
-        let mut left = -jordan(&of_x, &of_w) - second;
-        add_to_normal(&mut left, goal);
-        inverse(&divide(&of_x, &left))
+        let second_order = jordan(&inverse(&step.x), &self.turn(&step.dual, T::ONE));
+        let mut residual = -jordan(&of_x, &of_w) - second_order;
+        add_to_normal(&mut residual, goal);
+        inverse(&divide(&of_x, &residual))
     }
 }

@@ -1,9 +1,9 @@
 //! The impulse of one contact by the convex relaxation while the others are held: a convex problem in its cone.
 //!
-//! With `u` the velocity that the others leave, the impulse is `argmin ½ r·W_ii r + u·r` over `K`. It is 0 if `u` lies in
-//! `K*`, and `-W_ii⁻¹ u` if that lies in `K`. Otherwise it stands on the boundary of `K`, where `u + W_ii r = λ (mu² r_N, -r_T)`
-//! with a `λ > 0`: one step of Newton's method along the boundary leads there from the last impulse. More steps save 4 % of the work
-//! and no time, since the other contacts move as well.
+//! With the free velocity `u` (without the impulse of this contact), the impulse is `argmin ½ r·W_ii r + u·r` over `K`. It is 0 if `u`
+//! lies in `K*`, and `-W_ii⁻¹ u` if that lies in `K`. Otherwise it lies on the boundary of `K`, where
+//! `u + W_ii r = λ (mu² r_N, -r_T)` with a `λ > 0`. One step of Newton's method along the boundary leads near it from the last
+//! impulse. More steps save 4 % of the work and no time, since the other contacts move as well.
 
 use crate::linalg::blocks::product;
 use crate::linalg::vector::{norm, square};
@@ -14,31 +14,32 @@ use crate::sets::contact::local::Local;
 #[inline(never)]
 pub(in crate::sets) fn solve_local<T: Real, const D: usize>(local: &Local<'_, T, D>) -> [T; D] {
     let Local {
-        own,
+        block,
         mass,
         u,
         r,
         set,
     } = local;
     let sticking = minus(r, &times(mass, u));
-    // Without an inverse, `mass` is zero.
     let regular = mass.first().and_then(|row| row.first()) != Some(&T::ZERO);
     if regular && set.cone.is_interior(&sticking.into()) {
         return sticking;
     }
-    let free = minus(u, &times(own, r));
+    let free = minus(u, &times(block, r));
     if set.cone.dual().holds(&free.into()) {
         return [T::ZERO; D];
     }
     let boundary = Boundary {
-        own,
+        block,
         free: &free,
         mu: set.cone.friction(),
     };
     let next = boundary.step(r, u).or_else(|| {
         let start = boundary.towards(&free.map(|u| -u))?;
-        let back = times(own, &start.map(|r| -r));
-        boundary.step(&start, &minus(&free, &back)).or(Some(start))
+        let change = times(block, &start.map(|r| -r));
+        boundary
+            .step(&start, &minus(&free, &change))
+            .or(Some(start))
     });
     next.unwrap_or([T::ZERO; D])
 }
@@ -58,17 +59,18 @@ fn minus<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> [T; D] {
     difference
 }
 
-/// The boundary of the cone of a contact that slips.
+/// The problem of a slipping contact on the boundary of its cone.
 struct Boundary<'a, T, const D: usize> {
-    own: &'a [[T; D]; D],
-    /// The velocity that the others leave.
+    /// `W_ii`
+    block: &'a [[T; D]; D],
+    /// Velocity without the impulse of the contact.
     free: &'a [T; D],
     mu: T,
 }
 
 impl<T: Real, const D: usize> Boundary<'_, T, D> {
-    /// The impulse of least energy on the ray `(1, mu d)`, with `d` the direction of these tangents; `None` if the contact
-    /// opens along it.
+    /// The impulse of least energy on the ray `(1, mu d)`, with the direction `d` of the tangential part of `tangents`; `None` if the
+    /// contact opens along that ray.
     #[cfg_attr(target_os = "none", inline(never))]
     fn towards(&self, tangents: &[T; D]) -> Option<[T; D]> {
         let length = norm(tangents.get(1..)?);
@@ -76,16 +78,17 @@ impl<T: Real, const D: usize> Boundary<'_, T, D> {
         let stretch = if slides { self.mu / length } else { T::ZERO };
         let mut ray = tangents.map(|tangent| tangent * stretch);
         *ray.first_mut()? = T::ONE;
-        let moved = times(self.own, &ray);
+        let moved = times(self.block, &ray);
         let size = -product(self.free, &ray) / product(&moved, &ray);
         let usable = size > T::ZERO && size.is_finite();
         usable.then_some(ray.map(|ray| ray * size))
     }
 
-    /// The impulse after a step of Newton's method from one of velocity `u`, in two directions: along the ray, and across it
-    /// where `u_T` is not against `r_T`, with the curvature `λ` of the cone. With one or two tangents there are no others.
+    /// The impulse after one step of Newton's method from `impulse`, at which the contact has the velocity `u`. The step has two
+    /// directions: along the ray of `impulse`, and across it along the part of `u_T` that is normal to `r_T`, with the curvature `λ` of
+    /// the cone. With one or two tangents there are no other directions.
     ///
-    /// `None` without tangential impulse, or if the contact opens.
+    /// `None` without a tangential impulse, or if the contact opens.
     #[cfg_attr(target_os = "none", inline(never))]
     fn step(&self, impulse: &[T; D], u: &[T; D]) -> Option<[T; D]> {
         let length = norm(impulse.get(1..)?);
@@ -97,7 +100,7 @@ impl<T: Real, const D: usize> Boundary<'_, T, D> {
         *ray.first_mut()? = T::ZERO;
         let slip = product(u, &ray);
         if D == 2 && slip > T::ZERO {
-            return self.towards(&u.map(|u| -u)); // friction along the slip: from the other side
+            return self.towards(&u.map(|u| -u)); // friction acted along the slip: turn it round
         }
         let mut across = minus(u, &ray.map(|ray| slip * ray));
         *across.first_mut()? = T::ZERO;
@@ -105,8 +108,8 @@ impl<T: Real, const D: usize> Boundary<'_, T, D> {
         *ray.first_mut()? = T::ONE;
         // The gradient and the second derivatives of the energy: `[a b; b c]`.
         let (along, turning) = (product(&ray, u), square(&across));
-        let moved = times(self.own, &ray);
-        let turned = times(self.own, &across);
+        let moved = times(self.block, &ray);
+        let turned = times(self.block, &across);
         let curvature = (-slip * scale).max(T::ZERO);
         let (a, b) = (product(&moved, &ray), product(&moved, &across));
         let c = product(&turned, &across) + curvature * turning;

@@ -1,36 +1,76 @@
-//! The impulse of one contact with more than two tangents: torsional and rolling friction.
+//! The impulse of one contact with more than two tangents, for torsional and rolling friction.
 //!
 //! As in [`super::coulomb_sweep`], `r_T = (S + λI)⁻¹ b` with the `λ >= 0` that puts the impulse on the cone. The ratio of
-//! `mu r_N` to `|r_T|` is nearly linear in `λ` and grows with it: Newton's method, kept between bounds.
+//! `mu r_N` to `|r_T|` is nearly linear in `λ` and grows with it. Newton's method finds the `λ` at which it is 1, between bounds.
 
 use crate::linalg::blocks::product;
 use crate::linalg::pivot::Pivot;
 use crate::linalg::vector::{norm, square};
 use crate::real::Real;
 
-/// Steps of Newton's method at most; the next sweep goes on from there.
+/// Most steps of Newton's method; the next sweep continues from the `λ` of the last one.
 const STEPS: usize = 12;
 
-/// The contact without its normal row; vectors have a zero there.
-struct Tangents<'a, T, const D: usize> {
+/// The equations of a contact after elimination of `r_N`. Vectors have a zero in the normal row.
+struct Tangents<T, const D: usize> {
     /// `S`, with a unit row for the normal.
     schur: [[T; D]; D],
+    /// `trace(S)`
+    trace: T,
     b: [T; D],
-    /// `W_NT`, with a zero.
+    /// `W_NT`
     coupling: [T; D],
+    /// `u_N` of the free velocity.
     approach: T,
+    /// `W_NN`
     inertia: T,
-    mu: &'a T,
+    mu: T,
 }
 
-/// `r_T` and `r_N` at some `λ`.
-struct Point<T, const D: usize> {
+/// The impulse of the contact at some `λ`.
+struct Impulse<T, const D: usize> {
+    /// `r_T`, with a zero in the normal row.
     tangents: [T; D],
+    /// `r_N`
     normal: T,
 }
 
-impl<T: Real, const D: usize> Tangents<'_, T, D> {
-    /// `(S + λI)⁻¹` times both columns.
+impl<T: Real, const D: usize> Tangents<T, D> {
+    /// The equations of a contact with the diagonal block `W_ii` and the free velocity `u`.
+    #[inline]
+    fn new(block: &[[T; D]; D], u: &[T; D], mu: T) -> Option<Self> {
+        let (&[approach, ..], &[first, ..]) = (u.as_slice(), block.as_slice()) else {
+            return None;
+        };
+        let inertia = *first.first()?;
+        let mut coupling = first;
+        *coupling.first_mut()? = T::ZERO;
+        let (mut schur, mut b) = (*block, [T::ZERO; D]);
+        let mut trace = T::ZERO;
+        for (k, (row, b)) in schur.iter_mut().zip(&mut b).enumerate() {
+            let share = *coupling.get(k)? / inertia;
+            *b = share * approach - *u.get(k)?;
+            for (entry, &coupled) in row.iter_mut().zip(&coupling) {
+                *entry -= share * coupled;
+            }
+            *row.first_mut()? = T::ZERO;
+            trace += *row.get(k)?;
+        }
+        *b.first_mut()? = T::ZERO;
+        schur.first_mut()?.fill(T::ZERO);
+        *schur.first_mut()?.first_mut()? = T::ONE;
+        Some(Self {
+            schur,
+            trace,
+            b,
+            coupling,
+            approach,
+            inertia,
+            mu,
+        })
+    }
+
+    /// `(S + λI)⁻¹ column`
     fn solve(&self, lambda: T, column: &[T; D]) -> Option<[T; D]> {
         let mut matrix = self.schur;
         for (k, row) in matrix.iter_mut().enumerate() {
@@ -51,77 +91,56 @@ impl<T: Real, const D: usize> Tangents<'_, T, D> {
         Some(solution)
     }
 
-    fn at(&self, lambda: T) -> Option<Point<T, D>> {
+    /// The impulse at this `λ`.
+    fn impulse(&self, lambda: T) -> Option<Impulse<T, D>> {
         let tangents = self.solve(lambda, &self.b)?;
         let normal = -(self.approach + product(&self.coupling, &tangents)) / self.inertia;
-        Some(Point { tangents, normal })
+        Some(Impulse { tangents, normal })
     }
 
-    /// `mu r_N / |r_T| - 1` and its derivative.
-    fn ratio(&self, lambda: T, point: &Point<T, D>) -> Option<(T, T)> {
-        let turned = self.solve(lambda, &point.tangents)?.map(|x| -x);
+    /// `mu r_N / |r_T| - 1` of the impulse at this `λ`, and its derivative by `λ`.
+    fn ratio(&self, lambda: T, impulse: &Impulse<T, D>) -> Option<(T, T)> {
+        let Impulse { tangents, normal } = impulse;
+        let turned = self.solve(lambda, tangents)?.map(|x| -x);
         let growth = -product(&self.coupling, &turned) / self.inertia;
-        let squares = square(&point.tangents);
+        let squares = square(tangents);
         let length = squares.square_root();
-        let slope = growth - point.normal * product(&point.tangents, &turned) / squares;
+        let slope = growth - *normal * product(tangents, &turned) / squares;
         Some((
-            *self.mu * point.normal / length - T::ONE,
-            *self.mu * slope / length,
+            self.mu * *normal / length - T::ONE,
+            self.mu * slope / length,
         ))
     }
 }
 
-/// The impulse, from the velocity that the others leave and near the last `λ`; `None` if there is none.
+/// The impulse of a contact from `W_ii` and its free velocity `u`; `None` if there is none. `multiplier` is the `λ` of the last
+/// sweep, and becomes the next guess.
 pub(super) fn push<T: Real, const D: usize>(
-    own: &[[T; D]; D],
+    block: &[[T; D]; D],
     u: &[T; D],
     mu: T,
     multiplier: &mut T,
 ) -> Option<[T; D]> {
-    let (&[approach, ..], &[first, ..]) = (u.as_slice(), own.as_slice()) else {
-        return None;
-    };
-    let inertia = *first.first()?;
-    let mut coupling = first;
-    *coupling.first_mut()? = T::ZERO;
-    let (mut schur, mut b) = (*own, [T::ZERO; D]);
-    let mut size = T::ZERO;
-    for (k, (row, b)) in schur.iter_mut().zip(&mut b).enumerate() {
-        let share = *coupling.get(k)? / inertia;
-        *b = share * approach - *u.get(k)?;
-        for (entry, &coupled) in row.iter_mut().zip(&coupling) {
-            *entry -= share * coupled;
-        }
-        *row.first_mut()? = T::ZERO;
-        size += *row.get(k)?;
-    }
-    *b.first_mut()? = T::ZERO;
-    schur.first_mut()?.fill(T::ZERO);
-    *schur.first_mut()?.first_mut()? = T::ONE;
-    let tangents = Tangents {
-        schur,
-        b,
-        coupling,
-        approach,
-        inertia,
-        mu: &mu,
-    };
-    // What rounding leaves of a row that nothing moves has a pivot, too.
+    let tangents = Tangents::new(block, u, mu)?;
+    let size = tangents.trace;
+    // With this `λ` a row that nothing moves, whose entries are rounding, has a pivot, too.
     let floor = size * T::EPSILON * T::literal(64.0);
-    let held = tangents.at(floor)?;
-    if held.normal >= T::ZERO && square(&held.tangents) <= mu * held.normal * (mu * held.normal) {
+    let sticking = tangents.impulse(floor)?;
+    let bound = mu * sticking.normal;
+    if sticking.normal >= T::ZERO && square(&sticking.tangents) <= bound * bound {
         *multiplier = T::ZERO;
-        return Some(joined(held.normal, &held.tangents, T::ONE));
+        return Some(joined(sticking.normal, &sticking.tangents, T::ONE));
     }
     let (mut low, mut high) = (floor, None);
     if *multiplier <= floor {
-        *multiplier = (-norm(&b) * inertia / (mu * approach) - size).max(size * T::literal(1e-3));
+        let isotropic = -norm(&tangents.b) * tangents.inertia / (mu * tangents.approach);
+        *multiplier = (isotropic - size).max(size * T::literal(1e-3));
     }
     let mut last = None;
     for _ in 0..STEPS {
         let lambda = *multiplier;
-        let point = tangents.at(lambda)?;
-        let (excess, slope) = tangents.ratio(lambda, &point)?;
+        let impulse = tangents.impulse(lambda)?;
+        let (excess, slope) = tangents.ratio(lambda, &impulse)?;
         if excess < T::ZERO {
             low = lambda;
         } else {
@@ -134,9 +153,9 @@ pub(super) fn push<T: Real, const D: usize>(
             Some(high) => (low * high).square_root(),
             None => (lambda + size) * T::literal(4.0),
         };
-        if point.normal > T::ZERO {
-            let stretch = mu * point.normal / norm(&point.tangents);
-            last = Some(joined(point.normal, &point.tangents, stretch));
+        if impulse.normal > T::ZERO {
+            let stretch = mu * impulse.normal / norm(&impulse.tangents);
+            last = Some(joined(impulse.normal, &impulse.tangents, stretch));
         }
         if excess.abs() < T::literal(1e-3) {
             break;
@@ -145,7 +164,7 @@ pub(super) fn push<T: Real, const D: usize>(
     last
 }
 
-/// The impulse of a normal part and tangents that are stretched.
+/// The impulse with this normal component and the stretched tangents.
 fn joined<T: Real, const D: usize>(normal: T, tangents: &[T; D], stretch: T) -> [T; D] {
     let mut impulse = tangents.map(|tangent| tangent * stretch);
     if let Some(first) = impulse.first_mut() {

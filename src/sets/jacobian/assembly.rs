@@ -1,4 +1,4 @@
-//! The equations of a Newton step, written into the matrix that is factorised.
+//! The matrix of a Newton step: the equations of contacts and joint rows in their frames.
 
 use super::Jacobian;
 use crate::factor::Delassus;
@@ -24,11 +24,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
             if frame.kind == Kind::Open {
                 continue;
             }
-            for (i, (rows, tested)) in matrix.contacts.iter_mut().zip(frames).enumerate() {
+            for (i, (rows, row_frame)) in matrix.contacts.iter_mut().zip(frames).enumerate() {
                 if symmetric && i > j {
                     break;
                 }
-                if tested.kind == Kind::Open {
+                if row_frame.kind == Kind::Open {
                     continue;
                 }
                 let mut block = [[T::ZERO; D]; D];
@@ -37,8 +37,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
                 }
                 for (k, row) in rows.iter_mut().enumerate() {
                     let mut entries = [T::ZERO; D];
-                    if k < tested.count() {
-                        entries = match tested.combination(k) {
+                    if k < row_frame.count() {
+                        entries = match row_frame.combination(k) {
                             Some(rows) => row_times(rows, &block),
                             None => *block.get(k)?,
                         };
@@ -46,7 +46,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
                             *entries.get_mut(k)? += frame.diagonal(k, damping);
                         }
                     }
-                    // Excess entries are overwritten by the next contact, or zero.
+                    // Zeros behind the columns of the contact: the next contact overwrites them.
                     let target = row.contacts.as_flattened_mut().get_mut(start..)?;
                     *target.first_chunk_mut()? = entries;
                 }
@@ -55,7 +55,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         Some(())
     }
 
-    /// Writes the equations of joint rows, and their unknowns in those of contacts.
+    /// Writes the equations of joint rows, and their unknowns into the equations of contacts.
     pub(super) fn assemble_rows(
         &self,
         sets: &Sets<T, D, C, R>,
@@ -64,16 +64,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         matrix: &mut StackedMatrix<T, D, C, R>,
     ) -> Option<()> {
         let frames = self.frames.get(..self.counts.contacts)?;
-        for (place, j) in self.holding_rows().enumerate() {
-            let (coupling, own) = (delassus.coupling.get(j)?, delassus.rows.get(j)?);
-            let target = matrix.rows.get_mut(place)?;
+        for (index, j) in self.holding_rows().enumerate() {
+            let (coupling, sources) = (delassus.coupling.get(j)?, delassus.rows.get(j)?);
+            let target = matrix.rows.get_mut(index)?;
             for (entry, k) in target.rows.iter_mut().zip(self.holding_rows()) {
-                *entry = *own.get(k)?;
+                *entry = *sources.get(k)?;
             }
             // `λ A⁻¹ / (1 + λ)`, as for contacts that stick.
             let set = sets.rows().get(j)?;
             let damped = self.damping / (set.alpha * (T::ONE + self.damping));
-            *target.rows.get_mut(place)? += damped;
+            *target.rows.get_mut(index)? += damped;
             for (i, (frame, source)) in frames.iter().zip(coupling).enumerate() {
                 if frame.kind == Kind::Open {
                     continue;
@@ -88,11 +88,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
                     let mut entry = T::ZERO;
                     if k < frame.count() {
                         entry = match frame.combination(k) {
-                            Some(test) => product(test, source),
+                            Some(rows) => product(rows, source),
                             None => *source.get(k)?,
                         };
                     }
-                    *row.rows.get_mut(place)? = entry;
+                    *row.rows.get_mut(index)? = entry;
                 }
             }
         }

@@ -6,7 +6,7 @@ extern crate std;
 use super::Jacobian;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::problem::Problem;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use crate::{Contact, Error, Factor, Model, Scene, Surface};
 use nalgebra::{SMatrix, SVector};
 use proptest::collection::vec;
@@ -47,8 +47,8 @@ fn scene<const D: usize>(numbers: &[f64], mus: &[f64]) -> Result<Scene<f64, N, D
 fn point_at<const N: usize, const D: usize, const C: usize, const R: usize>(
     problem: &Problem<'_, f64, N, D, C, R, C>,
     z: &Stacked<f64, D, C, R>,
-) -> Point<f64, D, C, R> {
-    let mut point = Point::none();
+) -> NewtonPoint<f64, D, C, R> {
+    let mut point = NewtonPoint::none();
     point.z = *z;
     point.update(problem);
     point
@@ -58,7 +58,7 @@ fn point_at<const N: usize, const D: usize, const C: usize, const R: usize>(
 /// singular, or there is no derivative.
 fn differences<const N: usize, const D: usize, const C: usize, const R: usize>(
     problem: &Problem<'_, f64, N, D, C, R, C>,
-    point: &Point<f64, D, C, R>,
+    point: &NewtonPoint<f64, D, C, R>,
     b: &Stacked<f64, D, C, R>,
 ) -> Option<(Stacked<f64, D, C, R>, Jacobian<f64, D, C, R>)> {
     let (mut jacobian, mut matrix) = (Jacobian::none(), StackedMatrix::zero());

@@ -201,7 +201,7 @@ fn check<const D: usize, const C: usize, const R: usize>(
         for (j, r) in r.rows.iter_mut().enumerate() {
             *r = pairs.rows[j].impulse + step.rows[j].impulse * length;
         }
-        problem.natural_map(&r, &mut u);
+        problem.velocities_and_estimate(&r, &mut u);
         u
     };
     let still = Pairs::none();

@@ -1,4 +1,4 @@
-//! What a solve asks of a joint row: an interval for its impulse, and in the file beside it the central path.
+//! The set of one joint row: the interval of its impulse. The file `pair` has its equations on the central path.
 
 use crate::real::Real;
 use crate::scene::JointRow;
@@ -6,26 +6,26 @@ use crate::solution::RowMode;
 
 pub(super) mod pair;
 
-/// One joint row in a solve.
+/// The interval of one joint row, with its effective mass and its velocity without impulses.
 ///
-/// It is a limit with the bounds `0` and infinity, an equality without bounds. One that nothing moves keeps the impulse
-/// nearest to 0, as if both bounds were there.
+/// A limit has the bounds `0` and infinity, an equality has infinite bounds. A row that nothing moves has the impulse nearest to 0,
+/// which is both of its bounds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RowSet<T> {
     /// The least and the largest impulse.
     pub(crate) bounds: [T; 2],
-    /// Step `alpha_j = 1 / W_jj` of the natural map; 0 if nothing moves the row.
+    /// Effective mass `alpha_j = 1 / W_jj`, the step of the natural map; 0 if nothing moves the row.
     pub(crate) alpha: T,
     /// `q_j = row · v_free + offset`.
     pub(crate) q: T,
-    /// The constant term of its velocity, as of [`super::ContactSet`].
+    /// The constant term of its velocity, as in [`super::ContactSet`].
     pub(crate) base: T,
-    /// Does nothing move it, although it asks for another velocity?
+    /// Does nothing move the row, although its law is violated?
     pub(crate) is_immovable_and_violated: bool,
 }
 
 impl<T: Real> RowSet<T> {
-    /// A place that is not used.
+    /// The set of an unused row.
     pub(super) const fn none() -> Self {
         Self {
             bounds: [T::ZERO; 2],
@@ -36,7 +36,7 @@ impl<T: Real> RowSet<T> {
         }
     }
 
-    /// That of a joint row, with the step `alpha_j` and `q_j`.
+    /// The set of a joint row with the effective mass `alpha_j` and the velocity `q_j` without impulses.
     pub(crate) fn new<const N: usize>(row: &JointRow<T, N>, alpha: T, q: T) -> Self {
         let [lower, upper] = row.law.bounds();
         let mut set = Self {
@@ -54,7 +54,7 @@ impl<T: Real> RowSet<T> {
         set
     }
 
-    /// One with these bounds, which something moves.
+    /// The set of a movable row with these bounds.
     #[cfg(test)]
     pub(crate) fn of(bounds: [T; 2], alpha: T) -> Self {
         Self {
@@ -64,7 +64,7 @@ impl<T: Real> RowSet<T> {
         }
     }
 
-    /// The nearest impulse within the bounds, a clamp; what is no number stays so.
+    /// The nearest impulse within the bounds. NaN stays NaN.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn project(&self, r: T) -> T {
         let [lower, upper] = self.bounds;
@@ -77,19 +77,19 @@ impl<T: Real> RowSet<T> {
         }
     }
 
-    /// Is it free to change its impulse, which lies between the bounds?
+    /// Does the impulse `r` lie between the bounds, so that the row holds (has no velocity)?
     pub(crate) fn holds(&self, r: T) -> bool {
         let [lower, upper] = self.bounds;
         lower < r && r < upper
     }
 
-    /// May its impulse be more than one?
+    /// Is there more than one possible impulse?
     pub(crate) fn is_free(&self) -> bool {
         let [lower, upper] = self.bounds;
         lower < upper
     }
 
-    /// `alpha q²`, with the impulse that it would take alone: open stops do not count.
+    /// `λ0² / alpha`, the energy of the impulse `λ0` of the row if it were alone. It is 0 for an open stop.
     pub(crate) fn alone_energy(&self, unit: T) -> T {
         if self.alpha <= T::ZERO {
             return T::ZERO;
@@ -98,12 +98,12 @@ impl<T: Real> RowSet<T> {
         alone * alone / self.alpha
     }
 
-    /// Its impulse if it were alone.
+    /// `λ0`, the impulse of the row if it were alone.
     pub(crate) fn alone(&self) -> T {
         self.project(-self.q * self.alpha)
     }
 
-    /// Its part of the duality gap, `r u` less the least that an impulse within the bounds makes of it.
+    /// Part of the row in the duality gap: `r u` minus the least `λ u` of all impulses `λ` within the bounds.
     pub(crate) fn duality_gap(&self, r: T, u: T) -> T {
         let [lower, upper] = self.bounds;
         if u == T::ZERO {
@@ -113,19 +113,24 @@ impl<T: Real> RowSet<T> {
         }
     }
 
-    /// Natural map `r - Π(r - alpha u)`, not rounded as a large impulse would be; and how far the argument lies beyond the
-    /// bounds, as a velocity.
-    pub(crate) fn natural_map(&self, r: T, u: T) -> (T, T) {
-        let answer = u * self.alpha;
-        let argument = r - answer;
+    /// Residual of the natural map of the row. Where the projection returns its argument, it is `alpha u`, without the rounding of `r`.
+    pub(crate) fn residual(&self, r: T, u: T) -> RowResidual<T> {
+        let change = u * self.alpha;
+        let argument = r - change;
         let nearest = self.project(argument);
         if nearest == argument {
-            return (answer, T::ZERO);
+            return RowResidual {
+                value: change,
+                excess: T::ZERO,
+            };
         }
-        (r - nearest, (argument - nearest) / self.alpha)
+        RowResidual {
+            value: r - nearest,
+            excess: (argument - nearest) / self.alpha,
+        }
     }
 
-    /// What it does, read off the argument of the natural map as for contacts.
+    /// The mode of the row, from the argument of the natural map as for contacts.
     pub(crate) fn mode<const N: usize>(&self, row: &JointRow<T, N>, r: T, u: T) -> RowMode {
         if self.alpha > T::ZERO {
             RowMode::of(r, r - u * self.alpha, self.bounds)
@@ -134,8 +139,16 @@ impl<T: Real> RowSet<T> {
         }
     }
 
-    /// One step of a Gauss-Seidel sweep: the impulse that stops the row while the others are held, within the bounds.
+    /// One step of a Gauss-Seidel sweep: the impulse within the bounds that stops the row while the others are held.
     pub(crate) fn solve_local(&self, r: T, u: T) -> T {
         self.project(r - self.alpha * u)
     }
+}
+
+/// Residual of the natural map of a joint row.
+pub(crate) struct RowResidual<T> {
+    /// `r - Π(r - alpha u)`, in the unit of `r`.
+    pub(crate) value: T,
+    /// Distance of the argument `r - alpha u` beyond the bound, as a velocity.
+    pub(crate) excess: T,
 }

@@ -1,13 +1,13 @@
-//! A joint row on the central path: the distances of its impulse to each bound, and what pushes back there.
+//! A joint row on the central path: the distances of its impulse `λ` from its bounds, and the dual unknowns `p` and `n` of the bounds.
 //!
-//! A row with the bounds `l` and `u` has `s = p - n`, `(λ - l) p = tau` and `(u - λ) n = tau`; where a bound is infinite its
-//! part is left out, so that a limit has one product and an equality none. Where the bounds coincide nothing is unknown.
+//! A row with the bounds `l` and `u` has the velocity `s = p - n`, with `(λ - l) p = tau` and `(u - λ) n = tau`. An infinite bound has
+//! no such equation: a limit has one, an equality none. Where the bounds coincide, the impulse is no unknown.
 
 use crate::real::Real;
 use crate::sets::RowSet;
 use crate::sets::contact::pair::smoothed;
 
-/// A joint row on the central path, or how it moves.
+/// A joint row on the central path, or a step of it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RowPair<T> {
     /// `λ`
@@ -16,14 +16,21 @@ pub(crate) struct RowPair<T> {
     gaps: [T; 2],
     /// `p` and `n`
     duals: [T; 2],
-    /// Is there a bound on this side, which is not the other one as well?
+    /// Are `l` and `u` finite? Both are false if the impulse is no unknown.
     is_bounded: [bool; 2],
     /// Is the impulse an unknown?
     pub(crate) is_free: bool,
 }
 
+/// One bound of a row.
+struct Side<T> {
+    gap: T,
+    dual: T,
+    is_bounded: bool,
+}
+
 impl<T: Real> RowPair<T> {
-    /// A place that is not used.
+    /// The pair of an unused row.
     pub(crate) const fn none() -> Self {
         Self {
             impulse: T::ZERO,
@@ -34,8 +41,8 @@ impl<T: Real> RowPair<T> {
         }
     }
 
-    /// The pair near an impulse, which it moves into the interior, and a velocity: with the smoothing of Chen, Harker, Kanzow
-    /// and Smale at one bound; from two it stays away.
+    /// The pair with the parameter `tau` near the impulse `r` and the velocity `u`. A row with one bound is smoothed after Chen,
+    /// Harker, Kanzow and Smale. Between two bounds the impulse is moved away from both.
     pub(crate) fn centred(set: &RowSet<T>, r: T, u: T, tau: T, gain: T) -> Self {
         let ([lower, upper], alpha) = (set.bounds, set.alpha);
         let mut pair = Self {
@@ -62,65 +69,66 @@ impl<T: Real> RowPair<T> {
         pair
     }
 
-    /// Gap, dual and whether there is a bound, of each side.
-    fn sides(&self) -> impl Iterator<Item = (T, T, bool)> {
+    /// The lower and the upper bound.
+    fn sides(&self) -> impl Iterator<Item = Side<T>> {
         let pairs = self.gaps.into_iter().zip(self.duals);
         pairs
             .zip(self.is_bounded)
-            .map(|((gap, dual), bound)| (gap, dual, bound))
+            .map(|((gap, dual), is_bounded)| Side {
+                gap,
+                dual,
+                is_bounded,
+            })
     }
 
-    /// Its products that are to become `tau`.
+    /// The products `(λ - l) p` and `(u - λ) n`, which are `tau` on the central path; `None` for an infinite bound.
     pub(crate) fn products(&self) -> [Option<T>; 2] {
         let mut sides = self.sides();
         [(); 2].map(|()| {
-            let (gap, dual, is_bounded) = sides.next()?;
-            is_bounded.then_some(gap * dual)
+            let side = sides.next()?;
+            side.is_bounded.then_some(side.gap * side.dual)
         })
     }
 
-    /// `p - n`, what its velocity is to be.
+    /// `p - n`, the velocity `s` on the central path.
     pub(crate) fn velocity(&self) -> T {
         let [p, n] = self.duals;
         p - n
     }
 
-    /// How its velocity answers to an impulse while its products stay. A row that nothing bounds is regularised.
+    /// `-ds/dλ` of `s = p - n` at constant products: the entry of the row on the diagonal. A row without bounds is regularised.
     pub(crate) fn response(&self, alpha: T) -> T {
         let regularisation = T::EPSILON * T::literal(64.0) / alpha;
-        let bounded = self.sides().filter(|&(_, _, is_bounded)| is_bounded);
-        bounded.fold(regularisation, |sum, (gap, dual, _)| sum + dual / gap)
+        let bounded = self.sides().filter(|side| side.is_bounded);
+        bounded.fold(regularisation, |sum, side| sum + side.dual / side.gap)
     }
 
-    /// What `p` and `n` have to change by, but for what the impulse changes, so that products become `tau` with those of another
-    /// step taken into account.
+    /// Changes of `p` and `n` at constant impulse that make the products `tau`. The second-order terms are those of `step`.
     pub(crate) fn goals(&self, step: Option<&Self>, tau: T) -> [T; 2] {
         let mut goals = [T::ZERO; 2];
         let second = |side: usize| {
             let other = step.and_then(|step| step.gaps.get(side).zip(step.duals.get(side)));
             other.map_or(T::ZERO, |(&gap, &dual)| gap * dual)
         };
-        for ((side, goal), (gap, dual, is_bounded)) in
-            goals.iter_mut().enumerate().zip(self.sides())
-        {
-            if is_bounded {
-                *goal = (tau - second(side)) / gap - dual;
+        for ((k, goal), side) in goals.iter_mut().enumerate().zip(self.sides()) {
+            if side.is_bounded {
+                *goal = (tau - second(k)) / side.gap - side.dual;
             }
         }
         goals
     }
 
-    /// The step with this change of the impulse, and of `p` and `n` without it.
-    pub(crate) fn step(&self, moved: T, goals: &[T; 2]) -> Self {
+    /// The step in which the impulse changes by `change`, and `p` and `n` by `goals` and by the effect of that change.
+    pub(crate) fn step(&self, change: T, goals: &[T; 2]) -> Self {
         let mut step = Self {
-            impulse: moved,
-            gaps: [moved, -moved],
+            impulse: change,
+            gaps: [change, -change],
             ..*self
         };
         let changes = step.duals.iter_mut().zip(goals).zip(step.gaps);
-        for (((dual, &goal), change), (gap, own, is_bounded)) in changes.zip(self.sides()) {
-            *dual = if is_bounded {
-                goal - own / gap * change
+        for (((dual, &goal), change), side) in changes.zip(self.sides()) {
+            *dual = if side.is_bounded {
+                goal - side.dual / side.gap * change
             } else {
                 T::ZERO
             };
@@ -128,11 +136,11 @@ impl<T: Real> RowPair<T> {
         step
     }
 
-    /// The greatest length up to a limit with which it may move.
+    /// The greatest length of a step, up to `limit`, that keeps gaps and duals positive.
     pub(crate) fn max_step(&self, step: &Self, mut limit: T) -> T {
-        for ((gap, dual, is_bounded), (gap_step, dual_step, _)) in self.sides().zip(step.sides()) {
-            for (value, step) in [(gap, gap_step), (dual, dual_step)] {
-                if is_bounded && step < T::ZERO {
+        for (side, change) in self.sides().zip(step.sides()) {
+            for (value, step) in [(side.gap, change.gap), (side.dual, change.dual)] {
+                if side.is_bounded && step < T::ZERO {
                     limit = limit.min(-value / step);
                 }
             }
@@ -140,7 +148,7 @@ impl<T: Real> RowPair<T> {
         limit
     }
 
-    /// Moves it.
+    /// Moves the pair by `step length`.
     pub(crate) fn advance(&mut self, step: &Self, length: T) {
         self.impulse += step.impulse * length;
         let values = self.gaps.iter_mut().chain(&mut self.duals);

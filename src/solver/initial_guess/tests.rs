@@ -1,4 +1,4 @@
-//! What a cold solve expects, of a cube that lies, is pushed, slides and flies.
+//! The start of a cold solve of a cube that lies, is pushed, slides and flies.
 
 #![allow(clippy::indexing_slicing)]
 
@@ -8,7 +8,7 @@ use crate::solver::fixtures::{cube, pressed, with_problem};
 use crate::{Error, Factor, JointRow, Model, RowLaw, Scene};
 use nalgebra::SVector;
 
-/// Is a cube on so many corners, pushed sideways and lifted, likely to stick?
+/// Is a cube on `corners` corners likely to stick, if it is pushed `sideways` and `up`?
 fn likely(corners: usize, mu: f64, sideways: f64, up: f64) -> Result<bool, Error> {
     let mut push = pressed(sideways);
     push.z += up;
@@ -18,13 +18,13 @@ fn likely(corners: usize, mu: f64, sideways: f64, up: f64) -> Result<bool, Error
 }
 
 #[test]
-fn a_cube_is_seen_as_what_it_does() -> Result<(), Error> {
+fn the_mode_of_a_cube_is_expected() -> Result<(), Error> {
     assert!(likely(4, 0.5, 0.0, 0.0)?);
     assert!(likely(4, 0.5, 0.3, 0.0)?);
     assert!(!likely(1, 0.5, 0.0, 0.0)?); // three rows, six dofs
     assert!(!likely(4, 0.5, 0.6, 0.0)?); // more than friction holds
     assert!(!likely(4, 0.5, 4.0, 0.0)?); // slides: one row a contact
-    assert!(!likely(4, 0.5, 0.0, 2.0)?); // parts
+    assert!(!likely(4, 0.5, 0.0, 2.0)?); // flies
     assert!(!likely(4, 0.0, 0.0, 0.0)?); // no friction, no tangential rows
     Ok(())
 }
@@ -53,7 +53,7 @@ fn impulses_of_a_corner_are_unique_and_those_of_four_are_not() -> Result<(), Err
     })
 }
 
-/// Friction of joints that slips, beside three corners: what slips pushes with what is known.
+/// Dry friction of joints beside three corners: the impulse of a slipping row is known, so it adds no unknown.
 #[test]
 fn rows_at_their_bounds_make_no_impulse_ambiguous() -> Result<(), Error> {
     let mut scene = Scene::<f64, 6, 3, 3, 6>::new();

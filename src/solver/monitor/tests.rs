@@ -1,4 +1,4 @@
-//! What the monitor keeps, and when it stops.
+//! The impulses that the monitor keeps, and the end of a solve.
 #![allow(clippy::indexing_slicing, clippy::float_cmp)]
 
 use crate::linalg::stacked::Stacked;
@@ -8,7 +8,7 @@ use crate::solver::tuning;
 use crate::{Error, Status};
 use nalgebra::vector;
 
-/// Each of four corners carries this share of the weight.
+/// Impulses with which each of four corners carries this share of the weight.
 fn carried(share: f64) -> Stacked<f64, D, C, 0> {
     Stacked {
         contacts: [[share, 0.0, 0.0]; C],
@@ -16,11 +16,12 @@ fn carried(share: f64) -> Stacked<f64, D, C, 0> {
     }
 }
 
+/// Shows impulses to the monitor, and makes the check that is due.
 fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C, 0, 0>, r: &Stacked<f64, D, C, 0>) {
     let mut u = carried(0.0);
-    let natural_map = monitor.problem.natural_map(r, &mut u);
-    monitor.consider(r, &u, natural_map);
-    if monitor.waits() {
+    let estimate = monitor.problem.velocities_and_estimate(r, &mut u);
+    monitor.consider(r, &u, estimate);
+    if monitor.must_return() {
         monitor.judge();
     }
 }
@@ -47,7 +48,7 @@ fn the_best_of_what_was_shown_is_kept() -> Result<(), Error> {
         monitor.finish(&carried(0.3));
         assert_eq!(monitor.solution.status, Status::OutOfBudget);
         assert_eq!(monitor.solution.contacts[2].impulse.x, 0.24);
-        // What is there at present counts too, if it is better.
+        // The present impulses count too, if they are better.
         monitor.finish(&carried(0.249));
         assert_eq!(monitor.solution.contacts[2].impulse.x, 0.249);
     })
@@ -64,17 +65,17 @@ fn a_budget_ends_a_call() -> Result<(), Error> {
     })
 }
 
-/// Near rounding, patience begins anew with an error that is halved; far from it, it does not end.
+/// Near rounding, a halved error starts the count of work again. Far from rounding, the count ends no solve.
 #[test]
 fn work_without_a_halved_error_near_rounding_ends_a_solve() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
         let patience = tuning::patience();
-        for (natural_map, work) in [
+        for (estimate, work) in [
             (1e-9, 100 * patience),
             (1000.0 * f64::EPSILON, patience),
             (400.0 * f64::EPSILON, patience),
         ] {
-            monitor.record.natural_map = Some(natural_map);
+            monitor.record.best_estimate = Some(estimate);
             monitor.note_failure();
             monitor.solution.work.iterations += work;
             monitor.note_failure();
@@ -105,7 +106,7 @@ fn walls_that_close_are_proved() -> Result<(), Error> {
     })
 }
 
-/// Where standing still satisfies all contacts there is nothing to look for.
+/// If standing still satisfies all contacts, there is no search.
 #[test]
 fn a_floor_is_not_searched_for_a_proof() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {

@@ -1,10 +1,10 @@
-//! Steps of Newton's state: accepted, shortened, rejected, and with the Jacobian of the step before.
+//! Newton steps: accepted, shortened, rejected, and with the Jacobian of an earlier step.
 #![allow(clippy::indexing_slicing)]
 
 use crate::Error;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::monitor::Monitor;
-use crate::solver::newton::{Newton, Outcome};
+use crate::solver::newton::{Chord, Newton, Outcome};
 use crate::solver::state::State;
 use nalgebra::vector;
 
@@ -14,21 +14,21 @@ fn go_to_guess(state: &mut State<f64, D, C, 0>, monitor: &Monitor<'_, '_, f64, N
     state.point.update(monitor.problem);
 }
 
-/// A solve at the guess that all contacts stick.
+/// The state of a solve at the guess that all contacts stick.
 fn guess(monitor: &Monitor<'_, '_, f64, N, D, C, 0, 0>) -> State<f64, D, C, 0> {
     let mut state = State::none();
     go_to_guess(&mut state, monitor);
     state
 }
 
-/// A step, and the answers to what it asks.
+/// Makes a step and the checks that are due after it.
 fn step(
     state: &mut State<f64, D, C, 0>,
     monitor: &mut Monitor<'_, '_, f64, N, D, C, 0, 0>,
     newton: Newton,
 ) -> Outcome {
     let outcome = state.step(monitor, newton);
-    while monitor.waits() && !monitor.is_over() {
+    while monitor.must_return() && !monitor.is_over() {
         state.judge(monitor);
     }
     outcome
@@ -42,24 +42,24 @@ fn one_step_all_but_solves_what_sticks() -> Result<(), Error> {
         let Outcome::Accepted(newton) = outcome else {
             unreachable!("a linear problem")
         };
-        assert!(state.point.natural_map < 1e-3); // what damping has left
+        assert!(state.point.estimate < 1e-3); // the rest of the error comes from damping
         step(&mut state, monitor, newton);
         assert!(monitor.is_over());
     })
 }
 
-/// A step that solves is none that was rejected, not even the last one.
+/// A step that solves the scene is accepted, even if it is the last one.
 #[test]
 fn the_last_step_may_solve() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.2), |monitor| {
         let mut state = guess(monitor);
         step(&mut state, monitor, Newton::guessed());
-        let outcome = step(&mut state, monitor, Newton::last());
+        let outcome = step(&mut state, monitor, Newton::with_one_step());
         assert!(monitor.is_over() && matches!(outcome, Outcome::Accepted(_)));
     })
 }
 
-/// From anywhere else than a guess no step may raise the merit function.
+/// No step raises the merit, except from a guess.
 #[test]
 fn every_accepted_step_lowers_the_merit() -> Result<(), Error> {
     for sideways in [0.1, 0.45, 0.6, 2.0] {
@@ -81,7 +81,7 @@ fn every_accepted_step_lowers_the_merit() -> Result<(), Error> {
     Ok(())
 }
 
-/// Between walls that close on it no step leads anywhere in the end; the point is left where it was.
+/// Between closing walls a step is rejected at last. The point stays where it was.
 #[test]
 fn a_rejected_step_changes_nothing() -> Result<(), Error> {
     let mut scene = cube(2, 0.5)?;
@@ -98,11 +98,11 @@ fn a_rejected_step_changes_nothing() -> Result<(), Error> {
                 return;
             }
         }
-        unreachable!("no solution to walk to for ever");
+        unreachable!("the scene has no solution");
     })
 }
 
-/// Where each contact does what it did, the Jacobian of the last solve serves again, for a fifth of the price.
+/// If the active set is that of the last solve, its Jacobian serves again, for a fifth of the work.
 #[test]
 fn a_kept_jacobian_saves_a_new_one() -> Result<(), Error> {
     let mut state = State::none();
@@ -121,9 +121,9 @@ fn a_kept_jacobian_saves_a_new_one() -> Result<(), Error> {
     Ok(())
 }
 
-/// There is one matrix: the central path takes it away from a Jacobian, and a new one takes it back.
+/// The central path uses the matrix of the Jacobian, so the Jacobian is lost.
 #[test]
-fn a_jacobian_is_kept_until_the_matrix_is_lent() -> Result<(), Error> {
+fn a_jacobian_is_kept_until_the_central_path_uses_its_matrix() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.6), |monitor| {
         let mut state = guess(monitor);
         assert!(!state.holds_jacobian);
@@ -138,6 +138,9 @@ fn a_jacobian_is_kept_until_the_matrix_is_lent() -> Result<(), Error> {
         state.step_anew(monitor, &mut newton);
         assert!(state.holds_jacobian);
         state.forget();
-        assert!(!state.holds_jacobian && state.reuse_jacobian(monitor, &mut true).is_none());
+        assert!(
+            !state.holds_jacobian
+                && matches!(state.chord_steps(monitor, &mut true), Chord::Unavailable)
+        );
     })
 }

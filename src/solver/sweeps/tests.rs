@@ -1,4 +1,4 @@
-//! How many sweeps are made, of a cube on a corner and on four, and what they leave.
+//! The number of sweeps of a cube on one corner and on four, and the velocities after them.
 #![allow(clippy::indexing_slicing)]
 
 use crate::linalg::stacked::Stacked;
@@ -7,13 +7,13 @@ use crate::sets::sweep;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::method::{Method, Phase};
 use crate::solver::phases::AllPhases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use crate::solver::state::State;
 use crate::solver::sweeps::Pace;
 use crate::{Error, Factor, JointRow, Model, RowLaw, Scene};
 use nalgebra::SVector;
 
-/// Sweeps from zero impulses until they are given up or over; how many, and how that ended.
+/// Sweeps from zero impulses until the solve is over or another sweep does not pay. Returns their number and the kind of end.
 fn swept(corners: usize, mu: f64, sideways: f64) -> Result<(usize, &'static str), Error> {
     let scene = cube(corners, mu)?;
     with_monitor(&scene, &pressed(sideways), |monitor| {
@@ -23,7 +23,7 @@ fn swept(corners: usize, mu: f64, sideways: f64) -> Result<(usize, &'static str)
         loop {
             let pace = state.sweep(monitor);
             let end = match pace {
-                Pace::Continue if !monitor.waits() => continue,
+                Pace::Continue if !monitor.must_return() => continue,
                 Pace::Continue => "over",
                 Pace::Enough => "enough",
             };
@@ -42,15 +42,15 @@ fn one_contact_alone_takes_one_sweep() -> Result<(), Error> {
     Ok(())
 }
 
-/// Four corners that begin to slip are more than sweeps can settle.
+/// Sweeps converge slowly for four corners that begin to slip.
 #[test]
-fn sweeps_that_crawl_are_left() -> Result<(), Error> {
+fn slow_sweeps_end() -> Result<(), Error> {
     let (sweeps, end) = swept(4, 0.5, 0.6)?;
     assert!(sweeps <= 3 && end == "enough", "{sweeps}: {end}");
     Ok(())
 }
 
-/// Without friction there is one row a corner: Newton's method is near once sweeps slow down.
+/// Without friction there is one row a corner, and sweeps slow down near the solution.
 #[test]
 fn sweeps_that_slow_down_near_the_end_are_enough() -> Result<(), Error> {
     let (sweeps, end) = swept(4, 0.0, 0.0)?;
@@ -58,7 +58,7 @@ fn sweeps_that_slow_down_near_the_end_are_enough() -> Result<(), Error> {
     Ok(())
 }
 
-/// What a warm start keeps of a contact that slides is `û`, after sweeps as after Newton's method.
+/// A warm start keeps `û` of a sliding contact, after sweeps as after Newton's method.
 #[test]
 fn sweeps_leave_augmented_velocities() -> Result<(), Error> {
     with_monitor(&cube(1, 0.5)?, &pressed(2.0), |monitor| {
@@ -74,8 +74,25 @@ fn sweeps_leave_augmented_velocities() -> Result<(), Error> {
     })
 }
 
-/// Sweeps add to velocities what each impulse adds, of contacts and of joint rows beside them; and each sweep lowers the energy
-/// `½ r·W r + q·r` of what has no friction.
+/// `½ r·W r + q·r` of impulses with the velocities `u = W r + q`.
+fn energy<const R: usize>(
+    problem: &Problem<'_, f64, N, D, C, R, 0>,
+    r: &Stacked<f64, D, C, R>,
+    u: &Stacked<f64, D, C, R>,
+) -> f64 {
+    let mut energy = 0.0;
+    let values = r.contacts.iter().zip(&u.contacts);
+    for (set, (r, u)) in problem.sets.contacts().iter().zip(values) {
+        energy += (SVector::from(*u) + set.q).dot(&SVector::from(*r)) / 2.0;
+    }
+    let values = r.rows.iter().zip(&u.rows);
+    for (set, (r, u)) in problem.sets.rows().iter().zip(values) {
+        energy += (u + set.q) * r / 2.0;
+    }
+    energy
+}
+
+/// Sweeps keep `u = W r + q`, for contacts and joint rows. Without friction each sweep lowers the energy `½ r·W r + q·r`.
 #[test]
 fn sweeps_keep_the_velocities_of_their_impulses() -> Result<(), Error> {
     for mu in [0.0, 0.5] {
@@ -102,7 +119,7 @@ fn sweeps_keep_the_velocities_of_their_impulses() -> Result<(), Error> {
         let (factor, push) = (Factor::new(&scene)?, pressed(0.3));
         let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
         problem.fill(true);
-        let mut point = Point::none();
+        let mut point = NewtonPoint::none();
         point.set_zero_impulse(&problem);
         let (mut multipliers, mut last) = ([0.0; C], 0.0);
         for _ in 0..10 {
@@ -119,23 +136,7 @@ fn sweeps_keep_the_velocities_of_their_impulses() -> Result<(), Error> {
             for (kept, u) in point.u.iter().zip(u.iter()) {
                 assert!((kept - u).abs() < 1e-14, "{kept} {u}");
             }
-            let mut energy = 0.0;
-            for (set, (r, u)) in problem
-                .sets
-                .contacts()
-                .iter()
-                .zip(point.r.contacts.iter().zip(&u.contacts))
-            {
-                energy += (SVector::from(*u) + set.q).dot(&SVector::from(*r)) / 2.0;
-            }
-            for (set, (r, u)) in problem
-                .sets
-                .rows()
-                .iter()
-                .zip(point.r.rows.iter().zip(&u.rows))
-            {
-                energy += (u + set.q) * r / 2.0;
-            }
+            let energy = energy(&problem, &point.r, &u);
             assert!(mu > 0.0 || energy <= last, "{energy} {last}");
             last = energy;
         }

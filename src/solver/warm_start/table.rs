@@ -1,22 +1,22 @@
-//! What is known of contacts or joint rows after a solve, by key.
+//! A table of the last velocities and impulses of contacts or of joint rows, by key.
 
 use crate::real::Real;
 use core::mem;
 
-/// `ũ` and `r` of a contact (`L` rows) or a joint row (one) in the last solve, in physical units.
+/// `ũ` and `r` of one contact (`L` rows) or one joint row (`L` = 1) in the last solve, in rows that are not scaled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry<T, const L: usize> {
     pub(super) key: u32,
     pub(super) u: [T; L],
     pub(super) r: [T; L],
-    /// `r` of the solve before, if `solves > 1`. (An option in an option would not be all zeros.)
+    /// `r` of the solve before, if `solves > 1`. (An `Option` in an `Option` would not be all zeros.)
     before: [T; L],
-    /// How many solves have had it; 0 if its impulse was given, and `u` is not known.
+    /// Number of solves in a row that had this contact or row; 0 if its impulse was given, and `u` is not known.
     pub(super) solves: u32,
 }
 
 impl<T: Real, const L: usize> Entry<T, L> {
-    /// `r`; if the solve is to go `onwards`, extrapolated from the last two solves. What is open stays open.
+    /// The last impulse; if the solve goes `onwards` to the next tick, extrapolated from the last two solves. An impulse of 0 stays 0.
     pub(super) fn impulse(&self, onwards: bool) -> [T; L] {
         let mut r = self.r;
         if onwards && self.solves > 1 && r != [T::ZERO; L] {
@@ -28,8 +28,7 @@ impl<T: Real, const L: usize> Entry<T, L> {
     }
 }
 
-/// What is known of contacts or joint rows, in the order of the last scene; `None` for what was not in the last solve, and
-/// behind what is in use.
+/// The entries of contacts or joint rows, in the order of the last scene. Unused entries are `None`.
 #[derive(Clone, Debug)]
 pub(super) struct Table<T, const L: usize, const K: usize> {
     pub(super) entries: [Option<Entry<T, L>>; K],
@@ -44,30 +43,32 @@ impl<T: Real, const L: usize, const K: usize> Table<T, L, K> {
         self.entries.iter().flatten()
     }
 
-    /// Are the keys of the last solve not those of a scene, in their order?
+    /// Do the keys of a scene differ from those of the last solve, or in their order?
     pub(super) fn is_out_of_order(&self, keys: impl Iterator<Item = u32>) -> bool {
         let last = self.entries.iter().map_while(Option::as_ref);
         !last.map(|entry| entry.key).eq(keys)
     }
 
-    /// Goes over to the order of the next scene: the first of a key takes what the first of that key left, the second what the
-    /// second left. What nobody takes is forgotten. Returns the old place of each; `K` of what is new.
+    /// Sorts the entries into the order of the next scene: the first contact with a key takes the first entry with that key, the second one
+    /// the second. Other entries are forgotten. Returns the old index of each entry; `K` for a new one.
     pub(super) fn reorder(&mut self, keys: impl Iterator<Item = u32>) -> [usize; K] {
         let mut last = mem::replace(&mut self.entries, [None; K]);
-        let mut places = [K; K];
-        for ((entry, place), key) in self.entries.iter_mut().zip(&mut places).zip(keys) {
-            let same = |left: &Option<Entry<T, L>>| left.is_some_and(|left| left.key == key);
+        let mut earlier_indices = [K; K];
+        for ((entry, earlier_index), key) in
+            self.entries.iter_mut().zip(&mut earlier_indices).zip(keys)
+        {
+            let same = |old: &Option<Entry<T, L>>| old.is_some_and(|old| old.key == key);
             if let Some(found) = last.iter().position(same) {
-                *place = found;
+                *earlier_index = found;
                 *entry = last.get_mut(found).and_then(Option::take);
             }
         }
-        places
+        earlier_indices
     }
 
-    /// Keeps what a solve has left, in place of what the last call left if it `replaces` that.
-    pub(super) fn keep(&mut self, place: usize, key: u32, u: [T; L], r: [T; L], replaces: bool) {
-        let Some(entry) = self.entries.get_mut(place) else {
+    /// Keeps `ũ` and `r` of a solve at an index. If it `replaces` the last call, both belong to the same solve, and it counts once.
+    pub(super) fn keep(&mut self, index: usize, key: u32, u: [T; L], r: [T; L], replaces: bool) {
+        let Some(entry) = self.entries.get_mut(index) else {
             return;
         };
         let counts = !replaces || entry.is_none();
@@ -84,7 +85,7 @@ impl<T: Real, const L: usize, const K: usize> Table<T, L, K> {
         (entry.key, entry.u, entry.r) = (key, u, r);
     }
 
-    /// Forgets all for impulses that are given.
+    /// Replaces all entries by given impulses.
     pub(super) fn set(&mut self, impulses: impl Iterator<Item = (u32, [T; L])>) {
         *self = Self::empty();
         for (entry, (key, r)) in self.entries.iter_mut().zip(impulses) {

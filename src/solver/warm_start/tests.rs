@@ -1,4 +1,4 @@
-//! Which contact and which joint row takes what from which, against the sentence of [`crate::Contact::key`].
+//! The entries that contacts and joint rows of a scene take over from the last one, as [`crate::Contact::key`] says.
 #![allow(clippy::float_cmp, clippy::indexing_slicing)]
 
 extern crate std;
@@ -7,7 +7,7 @@ use super::WarmStart;
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::solver::phases::AllPhases;
-use crate::solver::point::Point;
+use crate::solver::point::NewtonPoint;
 use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, Scene};
 use nalgebra::{Matrix1, Vector1};
 use proptest::collection::vec;
@@ -43,17 +43,17 @@ fn scene<const R: usize>(keys: &[u32], rows: &[u32]) -> Result<Scene<f64, 1, 1, 
     Ok(scene)
 }
 
-/// Of place `i` among `keys`: its key, and how many of that key stand before it.
+/// The key at index `i`, and the number of equal keys before it.
 fn name(keys: &[u32], i: usize) -> (u32, usize) {
     let before = keys[..i].iter().filter(|&&key| key == keys[i]);
     (keys[i], before.count())
 }
 
-/// What each of a list left: its name and its impulse.
-type Left = Vec<((u32, usize), f64)>;
+/// The name and the impulse of each contact (or joint row) of a list.
+type Impulses = Vec<((u32, usize), f64)>;
 
-/// What a list leaves if no two of it, and no two of its kind in all steps, leave the same.
-fn leave(keys: &[u32], step: u32, first: f64) -> Left {
+/// Different impulses for all of a list, in all steps.
+fn impulses(keys: &[u32], step: u32, first: f64) -> Impulses {
     let names = (0..keys.len()).map(|i| name(keys, i));
     let numbered = (0_u32..).zip(names);
     numbered
@@ -61,22 +61,22 @@ fn leave(keys: &[u32], step: u32, first: f64) -> Left {
         .collect()
 }
 
-/// What those of a list take of what was left, and from which place.
-fn taken(keys: &[u32], i: usize, left: &Left) -> Option<(usize, f64)> {
+/// The old index and the impulse that index `i` of a list takes over.
+fn taken(keys: &[u32], i: usize, last: &Impulses) -> Option<(usize, f64)> {
     let name = (i < keys.len()).then(|| name(keys, i))?;
-    let place = left.iter().position(|&(other, _)| other == name)?;
-    Some((place, left[place].1))
+    let index = last.iter().position(|&(other, _)| other == name)?;
+    Some((index, last[index].1))
 }
 
-/// Goes from one pair of lists to the next.
+/// Follows contacts and joint rows through several scenes.
 fn check<const R: usize>(lists: &[(Vec<u32>, Vec<u32>)]) -> Result<(), TestCaseError> {
     let mut state = WarmStart::<f64, 1, C, R>::cold();
-    let [mut last, mut last_rows] = [Left::new(), Left::new()];
+    let [mut last, mut last_rows] = [Impulses::new(), Impulses::new()];
     for (step, (keys, rows)) in (0..).zip(lists) {
         let rows = &rows[..rows.len().min(R)];
         let scene = scene::<R>(keys, rows);
         let scene = scene.map_err(|error| TestCaseError::fail(error.to_string()))?;
-        let places = state.follow(&scene);
+        let earlier_indices = state.follow(&scene);
         let contacts: Vec<_> = (0..C).map(|i| taken(keys, i, &last)).collect();
         let joints: Vec<_> = (0..R).map(|j| taken(rows, j, &last_rows)).collect();
         for (entry, taken) in state.contacts.entries.iter().zip(&contacts) {
@@ -85,16 +85,16 @@ fn check<const R: usize>(lists: &[(Vec<u32>, Vec<u32>)]) -> Result<(), TestCaseE
         for (entry, taken) in state.rows.entries.iter().zip(&joints) {
             prop_assert_eq!(entry.map(|c| c.r[0]), taken.map(|(_, r)| r));
         }
-        if let Some(places) = places {
-            for (i, &place) in places.contacts.iter().enumerate().take(keys.len()) {
-                prop_assert_eq!(place, contacts[i].map_or(C, |(place, _)| place));
+        if let Some(old) = earlier_indices {
+            for (i, &index) in old.contacts.iter().enumerate().take(keys.len()) {
+                prop_assert_eq!(index, contacts[i].map_or(C, |(index, _)| index));
             }
-            for (j, &place) in places.rows.iter().enumerate().take(rows.len()) {
-                prop_assert_eq!(place, joints[j].map_or(R, |(place, _)| place));
+            for (j, &index) in old.rows.iter().enumerate().take(rows.len()) {
+                prop_assert_eq!(index, joints[j].map_or(R, |(index, _)| index));
             }
         } else {
-            // Nothing is known, or all stay where they are.
-            let stays = |keys: &[u32], last: &Left| {
+            // There is no last solve, or no index has changed.
+            let stays = |keys: &[u32], last: &Impulses| {
                 last.iter()
                     .map(|&(name, _)| name)
                     .eq((0..keys.len()).map(|i| name(keys, i)))
@@ -102,14 +102,13 @@ fn check<const R: usize>(lists: &[(Vec<u32>, Vec<u32>)]) -> Result<(), TestCaseE
             let known = last.len() + last_rows.len() > 0;
             prop_assert!(!known || stays(keys, &last) && stays(rows, &last_rows));
         }
-        // Each contact and each joint row of each step leaves something of its own.
-        (last, last_rows) = (leave(keys, step, 0.0), leave(rows, step, 0.5));
+        (last, last_rows) = (impulses(keys, step, 0.0), impulses(rows, step, 0.5));
         let mut r = Stacked::zero();
-        for (r, &(_, left)) in r.contacts.iter_mut().zip(&last) {
-            *r = [left];
+        for (r, &(_, impulse)) in r.contacts.iter_mut().zip(&last) {
+            *r = [impulse];
         }
-        for (r, &(_, left)) in r.rows.iter_mut().zip(&last_rows) {
-            *r = left;
+        for (r, &(_, impulse)) in r.rows.iter_mut().zip(&last_rows) {
+            *r = impulse;
         }
         let mut u = r;
         u.iter_mut().for_each(|u| *u = -*u);
@@ -120,7 +119,7 @@ fn check<const R: usize>(lists: &[(Vec<u32>, Vec<u32>)]) -> Result<(), TestCaseE
 
 proptest! {
     #[test]
-    fn the_kth_of_a_key_takes_what_the_kth_left(
+    fn the_kth_with_a_key_takes_over_the_kth_entry(
         lists in vec((vec(0_u32..4, 0..=C), vec(0_u32..3, 0..=R)), 2..6),
     ) {
         check::<0>(&lists)?;
@@ -128,7 +127,7 @@ proptest! {
     }
 }
 
-/// Impulses go on from tick to tick; a second pass of the same tick begins where the first has ended.
+/// A new tick extrapolates impulses. A second pass of the same tick does not.
 #[test]
 fn impulses_are_extrapolated_once_a_tick() -> Result<(), Error> {
     let scene = scene::<0>(&[0], &[])?;
@@ -137,12 +136,12 @@ fn impulses_are_extrapolated_once_a_tick() -> Result<(), Error> {
     problem.fill(true);
     let mut state = WarmStart::<f64, 1, C, 0>::cold();
     for r in [1.0, 2.0] {
-        let mut left = Stacked::zero();
-        left.contacts[0] = [r];
-        state.keep(&scene, &Stacked::zero(), &left, false);
+        let mut last = Stacked::zero();
+        last.contacts[0] = [r];
+        state.keep(&scene, &Stacked::zero(), &last, false);
     }
     for (onwards, r) in [(true, 3.0), (false, 2.0)] {
-        let mut point = Point::none();
+        let mut point = NewtonPoint::none();
         state.start(&problem, (1e-9, onwards), AllPhases, &mut point);
         assert_eq!(point.r.contacts[0], [r]);
     }
@@ -158,12 +157,12 @@ fn impulses_of_joint_rows_are_extrapolated_once_a_tick() -> Result<(), Error> {
     problem.fill(true);
     let mut state = WarmStart::<f64, 1, C, R>::cold();
     for r in [1.0, 2.0] {
-        let mut left = Stacked::zero();
-        left.rows[0] = r;
-        state.keep(&scene, &Stacked::zero(), &left, false);
+        let mut last = Stacked::zero();
+        last.rows[0] = r;
+        state.keep(&scene, &Stacked::zero(), &last, false);
     }
     for (onwards, r) in [(true, 3.0), (false, 2.0)] {
-        let mut point = Point::none();
+        let mut point = NewtonPoint::none();
         state.start(&problem, (1e-9, onwards), AllPhases, &mut point);
         assert_eq!(point.r.rows[0], r);
     }

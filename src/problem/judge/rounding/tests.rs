@@ -1,10 +1,8 @@
 //! The bounds against what rounding has done.
 #![allow(clippy::expect_used)]
 
-use super::{bound, crude, refine};
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
-use crate::problem::judge::dynamics;
 use crate::{Contact, Factor, Model, Scene};
 use nalgebra::{SMatrix, SVector};
 use proptest::array::{uniform2, uniform3, uniform4};
@@ -55,8 +53,8 @@ proptest! {
         let r = Stacked { contacts: r, rows: [] };
         let mut u = Stacked::zero();
         let mut sizes = u;
-        let mut momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u, &mut sizes);
-        let mut bounds = bound(&problem, &r, &sizes, &mut momentum);
+        let mut dynamics = scene.dynamics(&f, &v, &r, &mut u, &mut sizes);
+        let mut bounds = problem.rounding(&r, &sizes, &mut dynamics);
         for _ in 0..2 {
             let pairs = u.contacts.iter().zip(&exact);
             for ((u, exact), bound) in pairs.zip(bounds.velocities.contacts) {
@@ -64,11 +62,11 @@ proptest! {
                 let [all, normal] = bound.map(|bound| f64::from(bound).sqrt() * (1.0 + 1e-5));
                 prop_assert!(off.norm() <= all && off.x.abs() <= normal);
             }
-            let unit = f64::from(momentum.plain.unit);
-            let off = (f64::from(momentum.plain.residual()).sqrt() - unit * gap.norm()).abs();
+            let unit = f64::from(dynamics.plain.unit);
+            let off = (f64::from(dynamics.plain.residual()).sqrt() - unit * gap.norm()).abs();
             prop_assert!(off <= f64::from(bounds.momentum).sqrt() + 1e-6 * unit * gap.norm());
-            let places = (&mut u, &mut momentum);
-            refine(&problem, &v, &r, places, &mut bounds);
+            let sums = (&mut u, &mut dynamics);
+            problem.refine(&v, &r, sums, &mut bounds);
         }
     }
 }
@@ -98,9 +96,9 @@ proptest! {
         problem.fill(true);
         let r = Stacked { contacts: r, rows: [] };
         let (mut u, mut sizes) = (Stacked::zero(), Stacked::zero());
-        let mut momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u, &mut sizes);
-        let fine = bound(&problem, &r, &sizes, &mut momentum);
-        let crude = crude(&problem, &v, &r, 1.0).expect("far below the tolerance");
+        let mut dynamics = scene.dynamics(&f, &v, &r, &mut u, &mut sizes);
+        let fine = problem.rounding(&r, &sizes, &mut dynamics);
+        let crude = problem.crude_rounding(&v, &r, 1.0).expect("far below the tolerance");
         prop_assert!(crude.momentum >= fine.momentum);
         let pairs = crude.velocities.contacts.iter().zip(&fine.velocities.contacts);
         for (crude, fine) in pairs {
@@ -122,6 +120,6 @@ fn momenta_of_which_squares_vanish_are_bounded() {
     let [f] = f.data.0;
     let r = Stacked::zero();
     let (mut u, mut sizes) = (r, r);
-    let mut momentum = dynamics::momentum(&scene, &f, &v, &r, &mut u, &mut sizes);
-    assert!(bound(&problem, &r, &sizes, &mut momentum).momentum > 0.0);
+    let mut dynamics = scene.dynamics(&f, &v, &r, &mut u, &mut sizes);
+    assert!(problem.rounding(&r, &sizes, &mut dynamics).momentum > 0.0);
 }

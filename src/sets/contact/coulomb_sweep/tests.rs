@@ -19,21 +19,21 @@ proptest! {
         mu in 0.0_f64..3.0,
     ) {
         let root = Matrix3::from_row_slice(&entries);
-        let own = (root * root.transpose() + Matrix3::identity() * 0.3).data.0;
+        let block = (root * root.transpose() + Matrix3::identity() * 0.3).data.0;
         let mut u = free;
-        for (u, row) in u.iter_mut().zip(&own) {
+        for (u, row) in u.iter_mut().zip(&block) {
             *u += product(row, &old);
         }
         let local = Local {
             set: &ContactSet::none(),
-            own,
-            mass: &inverse(&own),
+            block,
+            mass: &inverse(&block),
             u,
             r: old,
         };
         let held = stick(&local, mu);
         let mut lambda = 0.0;
-        let pushed = push(&own, &free, mu, &mut lambda);
+        let pushed = push(&block, &free, mu, &mut lambda);
         // A contact that slides has a `λ`.
         let sticks = pushed.filter(|r| lambda == 0.0 && r[1..] != [0.0; 2]);
         prop_assert_eq!(held.is_some(), sticks.is_some());

@@ -59,7 +59,7 @@ fn modes<const D: usize>(count: usize) -> Result<[usize; 3], Reason> {
         for _ in 0..40 {
             r = solve_local(&Local {
                 set: &set,
-                own,
+                block: own,
                 mass: &mass,
                 u,
                 r,

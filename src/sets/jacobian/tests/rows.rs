@@ -6,14 +6,14 @@ extern crate std;
 use super::{differences, point_at};
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::problem::Problem;
-use crate::sets::jacobian::{Jacobian, Places};
+use crate::sets::jacobian::{EarlierIndices, Jacobian};
 use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, RowMode, Scene, Surface};
 use nalgebra::{SMatrix, SVector};
 use std::vec::Vec;
 
 /// Velocities.
 const N: usize = 16;
-/// Room for joint rows, of which one is left.
+/// Capacity for joint rows; one of them is unused.
 const R: usize = 8;
 
 /// Numbers between -1 and 1, the same each time.
@@ -93,10 +93,10 @@ fn check_rows<const D: usize, const C: usize>(model: Model) -> Result<[usize; 4]
             continue;
         };
         compared += 1;
-        for (place, difference) in differences.in_use(scene.counts()).enumerate() {
+        for (index, difference) in differences.in_use(scene.counts()).enumerate() {
             assert!(
                 *difference < 1e-6,
-                "{D} rows a contact, place {place}: {difference:e}"
+                "{D} rows a contact, index {index}: {difference:e}"
             );
         }
         for frame in &jacobian.frames {
@@ -140,7 +140,7 @@ fn the_jacobian_of_joint_rows_is_the_derivative_of_the_residual() -> Result<(), 
 /// `order[i]` says which contact, and which joint row, of a scene is the `i`-th of the new one.
 fn reordered(
     scene: &Scene<f64, N, 3, 3, R, 3>,
-    order: &Places<3, 7>,
+    order: &EarlierIndices<3, 7>,
 ) -> Result<Scene<f64, N, 3, 3, R, 3>, Error> {
     let mut other = Scene::new();
     other.set_mass(scene.mass())?;
@@ -161,11 +161,11 @@ fn reordered(
 fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
     let mut random = numbers();
     let orders = [
-        Places {
+        EarlierIndices {
             contacts: [0, 1, 2],
             rows: [0, 1, 2, 3, 4, 5, 6],
         },
-        Places {
+        EarlierIndices {
             contacts: [2, 0, 1],
             rows: [3, 1, 6, 0, 5, 4, 2],
         },
@@ -211,13 +211,13 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
                 );
                 assert_eq!(computed, Some(()));
             } else {
-                // The place of what is not used says nothing.
-                let mut places = Places {
+                // Indices of unused rows do not count.
+                let mut indices = EarlierIndices {
                     contacts: order.contacts,
                     rows: [R; R],
                 };
-                places.rows[..7].copy_from_slice(&order.rows);
-                jacobian.follow(&places);
+                indices.rows[..7].copy_from_slice(&order.rows);
+                jacobian.follow(&indices);
             }
             assert!(jacobian.has_same_active_set(&problem.sets, &point));
             steps.extend(jacobian.step(&problem.sets, problem.factor.delassus(), &b, &matrix));
@@ -237,19 +237,19 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
             assert!((here - wanted).abs() <= 1e-12 * size, "{here} {wanted}");
             compared += usize::from(*here != 0.0);
         }
-        // A joint row that is new has no part in it.
-        let mut places = Places {
+        // A new joint row has no mode in the Jacobian.
+        let mut indices = EarlierIndices {
             contacts: [0, 1, 2],
             rows: [0, 1, 2, 3, 4, 5, R, R],
         };
-        jacobian.follow(&places);
+        jacobian.follow(&indices);
         let factor = Factor::new(&scenes[1])?;
         let mut problem = Problem::new(&scenes[1], &factor, &push, Model::Coulomb);
         problem.fill(true);
         let point = point_at(&problem, &drawn[0]);
         assert!(!jacobian.has_same_active_set(&problem.sets, &point));
-        places.rows[6] = 6;
-        jacobian.follow(&places);
+        indices.rows[6] = 6;
+        jacobian.follow(&indices);
         assert!(!jacobian.has_same_active_set(&problem.sets, &point));
     }
     assert!(compared > 500, "{compared}");
