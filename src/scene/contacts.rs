@@ -105,11 +105,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let last = self.counts.contacts;
         move_up(self.contacts.get_mut(contact..last));
         move_up(self.scalings.get_mut(contact..last.min(S)));
-        if let Some(scaling) = self
-            .scalings
-            .last_mut()
-            .filter(|_| contact < S && last > S)
-        {
+        if let Some(scaling) = self.scalings.last_mut().filter(|_| contact < S && last > S) {
             *scaling = Scaling::plain(); // the contact that moves up to index `S - 1` has no surface
         }
         move_up(self.supports.get_mut(contact..last));
