@@ -189,8 +189,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         residual: &Stacked<T, D, C, R>,
         matrix: &StackedMatrix<T, D, C, R>,
     ) -> Option<Stacked<T, D, C, R>> {
-        let order = self.order.contacts.get(..self.counts.contacts)?;
-        let row_order = self.order.rows.get(..self.counts.rows)?;
+        let counts = self.counts;
+        let order = self.order.contacts.get(..counts.contacts)?;
+        let row_order = self.order.rows.get(..counts.rows)?;
         let mut unknowns = Stacked::zero();
         let of_contacts = unknowns.contacts.as_flattened_mut();
         for (&index, residual) in order.iter().zip(&residual.contacts) {
@@ -212,8 +213,24 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
             }
         }
         self.elimination.solve(matrix, &mut unknowns)?;
-        let moved = self.moved(delassus, &unknowns, &unknown_rows)?;
         let of_contacts = unknowns.contacts.as_flattened();
+        // `W x` of the impulses `x` of the unknowns. No step needs it if all contacts stick and all rows hold.
+        let mut moved = Stacked::zero();
+        let sticks = |frame: &Frame<T, D>| frame.kind == Kind::Stick;
+        let frames = self.frames.get(..counts.contacts)?;
+        let holds = self.holds.get(..counts.rows)?;
+        if !(frames.iter().all(sticks) && holds.iter().all(|&holds| holds)) {
+            let mut impulses = Stacked::zero();
+            for (&index, impulse) in order.iter().zip(&mut impulses.contacts) {
+                let unknowns = of_contacts.get(self.elimination.columns(index))?;
+                *impulse = self.frames.get(index)?.impulse(unknowns);
+            }
+            for (&index, impulse) in row_order.iter().zip(&mut impulses.rows) {
+                let unknown = unknowns.rows.get(*unknown_rows.get(index)?);
+                *impulse = unknown.copied().unwrap_or(T::ZERO);
+            }
+            delassus.times(&impulses, &mut moved, counts);
+        }
         let undamped = T::ONE / (T::ONE + self.damping);
         let mut steps = Stacked::zero();
         let contacts = residual.contacts.iter().zip(&moved.contacts);
@@ -234,38 +251,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
             };
         }
         steps.is_finite().then_some(steps)
-    }
-
-    /// `W x` of the impulses `x` that belong to the unknowns. It stays 0 if all contacts stick and all rows hold: no step needs it then.
-    #[inline]
-    fn moved(
-        &self,
-        delassus: &Delassus<T, D, C, R>,
-        unknowns: &Stacked<T, D, C, R>,
-        unknown_rows: &[usize; R],
-    ) -> Option<Stacked<T, D, C, R>> {
-        let mut moved = Stacked::zero();
-        let counts = self.counts;
-        let sticks = |frame: &Frame<T, D>| frame.kind == Kind::Stick;
-        let frames = self.frames.get(..counts.contacts)?;
-        let holds = self.holds.get(..counts.rows)?;
-        if frames.iter().all(sticks) && holds.iter().all(|&holds| holds) {
-            return Some(moved);
-        }
-        let mut impulses = Stacked::zero();
-        let of_contacts = unknowns.contacts.as_flattened();
-        let order = self.order.contacts.get(..counts.contacts)?;
-        for (&index, impulse) in order.iter().zip(&mut impulses.contacts) {
-            let unknowns = of_contacts.get(self.elimination.columns(index))?;
-            *impulse = self.frames.get(index)?.impulse(unknowns);
-        }
-        let row_order = self.order.rows.get(..counts.rows)?;
-        for (&index, impulse) in row_order.iter().zip(&mut impulses.rows) {
-            let unknown = unknowns.rows.get(*unknown_rows.get(index)?);
-            *impulse = unknown.copied().unwrap_or(T::ZERO);
-        }
-        delassus.times(&impulses, &mut moved, counts);
-        Some(moved)
     }
 }
 

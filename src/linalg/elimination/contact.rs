@@ -126,23 +126,12 @@ pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: us
         }
     }
     for (row, block) in rows.iter_mut().zip(&block).take(count) {
-        *columns_from_mut(row, columns.start)? = *block;
+        let entries = row.contacts.as_flattened_mut();
+        *entries.get_mut(columns.start..)?.first_chunk_mut::<D>()? = *block;
     }
-    eliminate_behind(rows, block, &columns, [last, last_row]);
-    Some(())
-}
-
-/// Eliminates in the columns behind those of the contact, with the multipliers below the diagonal of `block`.
-#[inline]
-fn eliminate_behind<T: Real, const D: usize, const C: usize, const R: usize>(
-    rows: &mut [Stacked<T, D, C, R>; D],
-    mut block: [[T; D]; D],
-    columns: &Range<usize>,
-    [last, last_row]: [usize; 2],
-) {
     for (i, row) in block.iter_mut().enumerate() {
         for (p, factor) in row.iter_mut().enumerate() {
-            if p >= i || i >= columns.len() {
+            if p >= i || i >= count {
                 *factor = T::ZERO;
             }
         }
@@ -155,6 +144,7 @@ fn eliminate_behind<T: Real, const D: usize, const C: usize, const R: usize>(
     for k in 0..last_row {
         eliminate_column(rows, &block, |row| row.rows.get_mut(k));
     }
+    Some(())
 }
 
 /// Exchanges the row `one` and the row `behind`, a later one, entry by entry: a `swap` of such large values would link `memmove`.
