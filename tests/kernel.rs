@@ -100,7 +100,7 @@ fn a_kernel_that_is_reset_is_a_new_one() -> Result<(), Error> {
                     .scene_mut()
                     .set_mass(&(Matrix6::identity() * f64::NAN))
                     .is_err()
-            )
+            );
         },
         |kernel| {
             let one = kernel.scene().contacts()[0].clone();
