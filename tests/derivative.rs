@@ -223,10 +223,10 @@ fn compare<const N: usize, const D: usize, const C: usize, const R: usize>(
 /// In a size that holds it, if one is compiled.
 fn compare_any(file: &MixedFile, model: Model, tally: &mut Tally) {
     match (file.dim, file.n_dof, file.n_contacts, file.joints.len()) {
-        (2, ..=12, ..=4, ..=6) => compare::<12, 2, 4, 6>(file, model, tally),
+        (2, ..=30, ..=12, ..=36) => compare::<30, 2, 12, 36>(file, model, tally),
         (3, ..=30, ..=12, ..=36) => compare::<30, 3, 12, 36>(file, model, tally),
-        (4, ..=12, ..=4, ..=6) => compare::<12, 4, 4, 6>(file, model, tally),
-        (6, ..=12, ..=4, ..=6) => compare::<12, 6, 4, 6>(file, model, tally),
+        (4, ..=30, ..=12, ..=36) => compare::<30, 4, 12, 36>(file, model, tally),
+        (6, ..=30, ..=12, ..=36) => compare::<30, 6, 12, 36>(file, model, tally),
         _ => {}
     }
 }

@@ -347,7 +347,7 @@ fn changes_of_two_rows_do_not_cancel() -> Result<(), Error> {
         compliance,
         key: 0,
     };
-    let mut scene = Scene::<f64, 2, 1, 0, 2>::new();
+    let mut scene = Scene::<f64, 2, 1, 0, 4>::new();
     scene.set_mass(&SMatrix::identity())?;
     for (entry, compliance) in [(1.0, 0.0), (1.0, 0.25)] {
         scene.push_row(&row(entry, compliance))?;

@@ -67,7 +67,7 @@ fn a_contact_at_a_point_slides_down_its_slope() -> Result<(), Error> {
     let (mass, slope, step, gravity) = (3.0, 0.3_f64, 0.01, 9.81);
     let mu = f64::tan(0.25);
     let normal = vector![slope.sin(), 0.0, slope.cos()];
-    let mut kernel = Kernel::<f64, 3, 3, 1>::new();
+    let mut kernel = Kernel::<f64, 3, 3, 3>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&(Matrix3::identity() * mass))?;
     scene.push(&Contact::at_point(&normal, &Matrix3::identity(), mu, 0)?)?;
@@ -121,7 +121,7 @@ fn hang_at(
         touches,
     };
     let jacobian = matrix![0.0, -1.0; 1.0, 0.0]; // out of the ceiling is down
-    let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    let mut kernel = Kernel::<f64, 2, 2, 2>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&(Matrix2::identity() * 2.0))?;
     scene.push(&Contact {
@@ -184,7 +184,7 @@ fn what_slides_is_braked_by_less_than_what_stands() -> Result<(), Error> {
         },
         0.1,
     );
-    let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    let mut kernel = Kernel::<f64, 2, 2, 2>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
     scene.push(&Contact {
@@ -228,7 +228,7 @@ fn close(x: f64, y: f64) -> bool {
 #[test]
 fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Result<(), Error> {
     // Two bodies of 2 kg (x, height each) on one floor.
-    let mut kernel = Kernel::<f64, 4, 2, 2>::new();
+    let mut kernel = Kernel::<f64, 4, 2, 4>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&(SMatrix::identity() * 2.0))?;
     for (key, body) in [(0, 0), (1, 2)] {
@@ -281,7 +281,7 @@ fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
         (RowLaw::Box { lower, upper }, 0.5, 0.5),
         (RowLaw::Box { lower, upper }, -0.5, 0.5),
     ] {
-        let mut kernel = Kernel::<f64, 1, 1, 0, 1>::new();
+        let mut kernel = Kernel::<f64, 1, 1, 0, 2>::new();
         kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
         kernel.scene_mut().push_row(&JointRow {
             row: vector![1.0],
@@ -305,7 +305,7 @@ fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
 /// A solution beside a scene of others: what only the scene knows of a contact is not taken from another one.
 #[test]
 fn a_contact_of_another_key_is_not_measured_by_what_stands_in_its_place() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 2, 1>::new();
+    let mut kernel = Kernel::<f64, 2, 2, 2>::new();
     let floor = |mu, key| Contact {
         jacobian: matrix![0.0, 1.0; 1.0, 0.0],
         offset: vector![0.0, 0.0],
@@ -330,7 +330,7 @@ fn a_contact_of_another_key_is_not_measured_by_what_stands_in_its_place() -> Res
 #[test]
 fn what_pushes_without_friction_slips_where_it_has_tangents() -> Result<(), Error> {
     fn mode<const D: usize>(jacobian: SMatrix<f64, D, 3>) -> Result<ContactMode, Error> {
-        let mut kernel = Kernel::<f64, 3, D, 1>::new();
+        let mut kernel = Kernel::<f64, 3, D, 3>::new();
         kernel.scene_mut().set_mass(&Matrix3::identity())?;
         kernel.scene_mut().push(&Contact {
             jacobian,
@@ -361,7 +361,7 @@ fn helpers_of_no_dimension_do_not_panic() {
 fn a_violation_on_a_surface_is_measured_where_its_cone_is_round() -> Result<(), Error> {
     let jacobian = matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0];
     for push in [vector![20.0, 0.0, -10.0], vector![0.0, 20.0, -10.0]] {
-        let mut kernel = Kernel::<f64, 3, 3, 1, 0, 1>::new();
+        let mut kernel = Kernel::<f64, 3, 3, 3, 0, 1>::new();
         let scene = kernel.scene_mut();
         scene.set_mass(&Matrix3::identity())?;
         let contact = Contact {
@@ -439,7 +439,7 @@ fn fill<const C: usize, const R: usize>(
 /// A finger of two joints between a stop and a motor: with room for contacts or without, to the last bit.
 #[test]
 fn a_scene_without_room_for_contacts_solves_its_joint_rows() -> Result<(), Error> {
-    let mut alone = Kernel::<f64, 2, 3, 0, 2>::new();
+    let mut alone = Kernel::<f64, 2, 3, 0, 6>::new();
     let mut roomy = Kernel::<f64, 2, 3, 2, 5>::new();
     let mass = matrix![0.4, 0.1; 0.1, 0.2];
     let stop = JointRow {

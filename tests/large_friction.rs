@@ -9,7 +9,7 @@ const COEFFICIENTS: [f64; 6] = [1.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 /// A driven wheel of a radius, and a caster without friction, for 0.4 s: its speed (m/s) over that of rolling.
 fn rover<T: Real>(mu: f64, radius: f64, torque: f64, tolerance: f64) -> Result<f64, Error> {
     let (step, mass, wheel) = (2e-3, 3.0, 0.8 * radius * radius);
-    let mut kernel = Kernel::<T, 4, 2, 2>::new(); // x, height, pitch, wheel
+    let mut kernel = Kernel::<T, 4, 2, 4>::new(); // x, height, pitch, wheel
     let scene = kernel.scene_mut();
     let masses = SMatrix::<f64, 4, 4>::from_diagonal(&vector![mass, mass, 0.03, wheel]);
     let masses = masses.map(T::literal);

@@ -26,7 +26,7 @@ fn limit<const K: usize>(dof: usize, sign: f64, offset: f64, key: u32) -> JointR
 fn trot() -> Vec<(SceneFile, Vec<JointRow<f64, N>>)> {
     let path = scene_file::repository().join("tests/sequences/go2_trot.json");
     let steps = scene_file::read(&path).expect("it can be read");
-    let mut solver = Solver::<f64, N, 3, 5>::new();
+    let mut solver = Solver::<f64, N, 3, 12>::new();
     let with_limits = steps.into_iter().map(|step| {
         let scene = step.scene().expect("it is sound");
         let factor = Factor::new(&scene).expect("it is sound");
@@ -93,7 +93,7 @@ fn what_is_left_out_is_kept_and_changes_nothing() -> Result<(), Error> {
 }
 
 /// Two bodies of 1 kg, the first one over a floor.
-fn pair() -> Result<Kernel<f64, 2, 1, 1, 2>, Error> {
+fn pair() -> Result<Kernel<f64, 2, 1, 2, 2>, Error> {
     let mut kernel = Kernel::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     kernel.scene_mut().push(&Contact {
@@ -132,7 +132,7 @@ fn a_scene_is_afterwards_what_it_was() -> Result<(), Error> {
 #[test]
 fn a_limit_that_a_contact_pushes_onto_is_found_on_the_way() -> Result<(), Error> {
     // The floor pushes the pair apart; the free motion violates no limit.
-    let mut kernel = Kernel::<f64, 2, 1, 1, 1>::new();
+    let mut kernel = Kernel::<f64, 2, 1, 2, 2>::new();
     kernel
         .scene_mut()
         .set_mass(&matrix![2.0, -1.0; -1.0, 2.0])?;
@@ -317,7 +317,7 @@ fn a_solution_without_some_of_the_limits_is_disowned() -> Result<(), Error> {
 
 #[test]
 fn a_limit_that_is_refused_is_named() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 1, 0, 2>::new();
+    let mut kernel = Kernel::<f64, 2, 1, 0, 4>::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     let mut limits = [limit(0, 1.0, 1.0, 0), limit(1, 1.0, 1.0, 1)];
     limits[1].compliance = -1.0;

@@ -20,7 +20,7 @@ fn exactly() -> Settings<f64> {
 }
 
 /// A point mass of 2 kg over a floor; normal `z` first.
-fn ball(mu: f64, offset: SVector<f64, 3>) -> Result<Scene<f64, 3, 3, 1>, Error> {
+fn ball(mu: f64, offset: SVector<f64, 3>) -> Result<Scene<f64, 3, 3, 3>, Error> {
     let mut scene = Scene::new();
     scene.set_mass(&SMatrix::from_diagonal_element(2.0))?;
     scene.push(&Contact {
@@ -142,7 +142,7 @@ proptest! {
     #[test]
     fn a_planar_block_sticks_or_slides(mu in 0.05..1.0, slope in 0.05..1.0) {
         prop_assume!(f64::abs(mu - f64::tan(slope)) > 1e-3);
-        let mut scene = Scene::<f64, 2, 2, 1>::new();
+        let mut scene = Scene::<f64, 2, 2, 2>::new();
         scene.set_mass(&SMatrix::from_diagonal_element(3.0))?;
         scene.push(&Contact {
             jacobian: matrix![0.0, 1.0; 1.0, 0.0],

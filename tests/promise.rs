@@ -89,7 +89,7 @@ fn a_limit_within_rounding_is_not_left_out() -> Result<(), Error> {
 /// An open limit is checked as well.
 #[test]
 fn a_limit_that_is_left_out_has_sound_numbers() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 1, 1, 0, 1>::new();
+    let mut kernel = Kernel::<f64, 1, 1, 0, 2>::new();
     kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
     for compliance in [-1.0, f64::NAN] {
         let limits = [JointRow {
@@ -134,7 +134,7 @@ fn a_solve_that_was_disowned_is_not_resumed() -> Result<(), Error> {
 
 #[test]
 fn a_limit_is_open_if_it_does_not_push() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 1, 0, 3>::new();
+    let mut kernel = Kernel::<f64, 2, 1, 0, 4>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
     for (key, (x, y, offset)) in [(-0.9, 0.9, -0.4), (0.3, -0.4, -0.3), (0.7, -0.9, -0.9)]
@@ -158,7 +158,7 @@ fn a_limit_is_open_if_it_does_not_push() -> Result<(), Error> {
 /// Two walls that nothing can move apart, beside a body that could be solved alone.
 #[test]
 fn what_cannot_be_met_is_not_solved() -> Result<(), Error> {
-    let mut kernel = Kernel::<f32, 3, 3, 2>::new();
+    let mut kernel = Kernel::<f32, 3, 3, 3>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix3::identity())?;
     for (scale, offset) in [(1.0, 0.0), (0.0, -1.0)] {
@@ -442,7 +442,7 @@ fn a_scale_whose_square_vanishes_is_one() -> Result<(), Error> {
 fn the_worst_contact_is_the_same_in_other_units() -> Result<(), Error> {
     let mut found = Vec::new();
     for unit in [1.0, 2.0_f32.powi(-80)] {
-        let mut kernel = Kernel::<f32, 6, 3, 2>::new();
+        let mut kernel = Kernel::<f32, 6, 3, 4>::new();
         let scene = kernel.scene_mut();
         scene.set_mass(&(SMatrix::identity() * unit))?;
         for body in 0..2 {
@@ -474,7 +474,7 @@ fn the_worst_contact_is_the_same_in_other_units() -> Result<(), Error> {
 /// would be compared with nothing but themselves.
 #[test]
 fn impulses_that_nothing_asks_for_are_no_solution() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 1, 2, 1>::new();
+    let mut kernel = Kernel::<f64, 2, 1, 2, 2>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
     scene.push(&normal(vector![1.0, 0.0], 0.0))?;

@@ -49,7 +49,7 @@ fn drift<T: Real, const N: usize, const C: usize, const R: usize>(
 
 /// A box of 12 kg on feet.
 fn on_feet<T: Real, const C: usize>(feet: [[f64; 2]; C], slope: f64) -> Result<[f64; 2], Error> {
-    let mut kernel = Kernel::<T, 6, 3, C>::new();
+    let mut kernel = Kernel::<T, 6, 3, 4>::new();
     let masses = vector![12.0, 12.0, 12.0, 0.3, 0.5, 0.7];
     let scene = kernel.scene_mut();
     scene.set_mass(&SMatrix::from_diagonal(&masses).map(T::literal))?;
@@ -77,13 +77,13 @@ fn on_feet<T: Real, const C: usize>(feet: [[f64; 2]; C], slope: f64) -> Result<[
 /// gain and a torque limit.
 fn rover<T: Real>() -> Result<[f64; 2], Error> {
     const RADIUS: f64 = 0.1;
-    let mut kernel = Kernel::<T, 9, 3, 3, 3>::new();
+    let mut kernel = Kernel::<T, 10, 3, 8, 4>::new();
     let scene = kernel.scene_mut();
-    let masses = vector![8.0, 8.0, 8.0, 0.2, 0.3, 0.4, 0.01, 0.01, 0.01];
+    let masses = vector![8.0, 8.0, 8.0, 0.2, 0.3, 0.4, 0.01, 0.01, 0.01, 1.0];
     scene.set_mass(&SMatrix::from_diagonal(&masses).map(T::literal))?;
     let wheels = [[0.25, 0.0], [-0.2, 0.2], [-0.2, -0.2]];
     for (k, [x, y]) in wheels.into_iter().enumerate() {
-        let mut jacobian = SMatrix::<f64, 3, 9>::zeros();
+        let mut jacobian = SMatrix::<f64, 3, 10>::zeros();
         let body = point_jacobian(&Vector3::new(x, y, -0.15));
         jacobian.fixed_columns_mut::<6>(0).copy_from(&body);
         jacobian[(1, 6 + k)] = -RADIUS; // forward, by a wheel that turns forward
@@ -93,7 +93,7 @@ fn rover<T: Real>() -> Result<[f64; 2], Error> {
             mu: T::literal(0.7),
             key: u32::try_from(k).unwrap_or(0),
         })?;
-        let mut row = SVector::<T, 9>::zeros();
+        let mut row = SVector::<T, 10>::zeros();
         row[6 + k] = T::ONE;
         let (gain, limit) = (2.0, 3.0); // N·m·s/rad, N·m
         scene.push_row(&JointRow {
@@ -108,8 +108,8 @@ fn rover<T: Real>() -> Result<[f64; 2], Error> {
         })?;
     }
     let wheel = 0.5 / RADIUS;
-    let start = vector![0.5, 0.0, 0.0, 0.0, 0.0, 0.0, wheel, wheel, wheel];
-    let mut force = SVector::<f64, 9>::zeros();
+    let start = vector![0.5, 0.0, 0.0, 0.0, 0.0, 0.0, wheel, wheel, wheel, 0.0];
+    let mut force = SVector::<f64, 10>::zeros();
     force[2] = -8.0 * GRAVITY;
     drift(&mut kernel, &start, &force)
 }

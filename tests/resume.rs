@@ -8,9 +8,9 @@ use stiction::{
 };
 
 /// A standing body of two contacts, and joints of three laws.
-type Small = Solver<f64, 6, 3, 2, 3>;
+type Small = Solver<f64, 6, 3, 2, 4>;
 
-fn small_scene() -> Result<Scene<f64, 6, 3, 2, 3>, Error> {
+fn small_scene() -> Result<Scene<f64, 6, 3, 2, 4>, Error> {
     let mut scene = Scene::new();
     scene.set_mass(&BRICK.mass_matrix())?;
     for (key, corner) in (0..).zip(BRICK.corners().into_iter().take(2)) {
@@ -43,7 +43,7 @@ const PUSH: [f64; 6] = [0.3, -0.1, -0.6, 0.01, -0.02, 0.005];
 
 /// A change of what a solve depends on.
 type Change =
-    fn(&mut Scene<f64, 6, 3, 2, 3>, &mut SVector<f64, 6>, &mut Settings<f64>) -> Result<(), Error>;
+    fn(&mut Scene<f64, 6, 3, 2, 4>, &mut SVector<f64, 6>, &mut Settings<f64>) -> Result<(), Error>;
 
 const CHANGES: [(&str, Change); 16] = [
     ("keys of contacts", |scene, _, _| {
@@ -162,7 +162,7 @@ fn a_paused_solve_goes_on_with_data_that_is_the_same_again() -> Result<(), Error
         budget: 30,
         ..settings
     };
-    let mut kernel = Kernel::<f64, 6, 3, 2, 3>::new();
+    let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
     *kernel.scene_mut() = small_scene()?;
     let push = SVector::from(PUSH);
     let whole = all_of(kernel.clone().solve(&push, &settings)?);
@@ -187,7 +187,7 @@ fn a_solve_in_pieces_is_the_whole_solve() -> Result<(), Error> {
     };
     let [piece, none] = [1, 0].map(|budget| Settings { budget, ..settings });
     let push = SVector::from(PUSH);
-    let mut kernel = Kernel::<f64, 6, 3, 2, 3>::new();
+    let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
     *kernel.scene_mut() = small_scene()?;
     let mut whole = kernel.clone();
     let whole = whole.solve(&push, &settings)?;

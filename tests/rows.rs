@@ -243,7 +243,7 @@ fn limits_that_close_on_each_other_are_proved_infeasible_and_rubber_ones_give_wa
 /// Of impulses of 1e45 even a bad error is less than that of none, relative to them.
 #[test]
 fn impulses_of_a_glitch_are_no_start() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 3, 3, 2, 2>::new();
+    let mut kernel = Kernel::<f64, 3, 3, 4, 6, 4>::new();
     let scene = kernel.scene_mut();
     let root: Matrix3<f64> = matrix![
         0.819_426_827_225_430_7, -0.387_975_774_545_407_9, -0.117_006_683_884_221_08;
@@ -304,7 +304,7 @@ fn a_row_that_nothing_moves_has_the_mode_of_its_law() -> Result<(), Error> {
         (RowLaw::Equality, 0.0, RowMode::Holding),
         (motor, 0.3, RowMode::Holding),
     ] {
-        let mut kernel = Kernel::<f64, 2, 2, 0, 1>::new();
+        let mut kernel = Kernel::<f64, 2, 2, 1, 1>::new();
         kernel.scene_mut().set_mass(&Matrix2::identity())?;
         let index = kernel.scene_mut().push_row(&still(law, offset))?;
         let solution = kernel.solve(&vector![1.0, 1.0], &Settings::new(1e-9))?;

@@ -10,7 +10,7 @@ use stiction::{
 #[test]
 fn a_pendulum_on_its_stop_loses_its_momentum_there() -> Result<(), Error> {
     let (inertia, speed, step) = (0.3, 1.7, 1e-3);
-    let mut scene = Scene::<f64, 1, 3, 0, 1>::new();
+    let mut scene = Scene::<f64, 1, 3, 4, 1>::new();
     scene.set_mass(&Matrix1::new(inertia))?;
     let limit = JointLimit {
         distance: 0.0,
@@ -32,7 +32,7 @@ fn a_pendulum_on_its_stop_loses_its_momentum_there() -> Result<(), Error> {
 #[test]
 fn dry_friction_stops_a_flywheel_after_its_momentum_over_the_torque() -> Result<(), Error> {
     let (inertia, speed, torque, step) = (0.2, 3.0, 0.5, 1e-3);
-    let mut kernel = Kernel::<f64, 1, 2, 0, 1>::new();
+    let mut kernel = Kernel::<f64, 1, 3, 4, 1>::new();
     kernel.scene_mut().set_mass(&Matrix1::new(inertia))?;
     let row = DryFriction { torque }.row(vector![1.0], step, 0)?;
     let gear = kernel.scene_mut().push_row(&row)?;
@@ -113,7 +113,7 @@ fn a_saturated_motor_lifts_exactly_what_it_can() -> Result<(), Error> {
     // Asked to hold, and to lift what is too heavy by a metre.
     for (mass, saturated, target) in [(2.0, false, 0.0), (5.0, true, 1.0)] {
         let weight = mass * GRAVITY;
-        let mut kernel = Kernel::<f64, 1, 3, 0, 1>::new();
+        let mut kernel = Kernel::<f64, 1, 3, 4, 1>::new();
         kernel.scene_mut().set_mass(&Matrix1::new(mass))?;
         let (mut height, mut velocity) = (0.0, 0.0);
         let row = |height: f64| {

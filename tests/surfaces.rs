@@ -134,7 +134,7 @@ fn torsional_friction_stops_a_spinning_ball_at_the_time_of_its_momentum() -> Res
 #[test]
 fn elliptic_friction_slides_as_maximum_dissipation_says() -> Result<(), Error> {
     let mass = 2.0;
-    let mut scene = Scene::<f64, 3, 3, 1, 0, 1>::new();
+    let mut scene = Scene::<f64, 3, 3, 3, 0, 1>::new();
     scene.set_mass(&(Matrix3::identity() * mass))?;
     let contact = Contact {
         jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
@@ -168,7 +168,7 @@ fn elliptic_friction_slides_as_maximum_dissipation_says() -> Result<(), Error> {
 /// A surface without friction is a contact without friction.
 #[test]
 fn what_slides_on_a_surface_without_friction_slips() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 3, 3, 1, 0, 1>::new();
+    let mut kernel = Kernel::<f64, 3, 3, 3, 0, 1>::new();
     kernel.scene_mut().set_mass(&Matrix3::identity())?;
     let contact = Contact {
         jacobian: matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0],
@@ -202,7 +202,7 @@ fn what_slides_on_a_surface_without_friction_slips() -> Result<(), Error> {
 }
 
 /// The impulses of a body that slides into a corner, to the last bit.
-fn impulses<const S: usize>(scene: &Scene<f64, 3, 3, 2, 0, S>) -> Result<Vec<u64>, Error> {
+fn impulses<const S: usize>(scene: &Scene<f64, 3, 3, 3, 0, S>) -> Result<Vec<u64>, Error> {
     let (factor, mut solver) = (Factor::new(scene)?, Solver::new());
     let push = vector![-0.7, 0.4, -1.0];
     let solution = solver.solve(scene, &factor, &push, &Settings::new(1e-10))?;
@@ -230,10 +230,10 @@ fn the_first_contacts_of_a_scene_may_have_surfaces() -> Result<(), Error> {
         compliance: [0.1, 0.0],
         ..Surface::isotropic(0.0)
     };
-    let mut plain = Scene::<f64, 3, 3, 2>::new();
+    let mut plain = Scene::<f64, 3, 3, 3>::new();
     plain.set_mass(&Matrix3::identity())?;
     plain.push(&wall)?;
-    let mut scene = Scene::<f64, 3, 3, 2, 0, 1>::new();
+    let mut scene = Scene::<f64, 3, 3, 3, 0, 1>::new();
     scene.set_mass(&Matrix3::identity())?;
     assert_eq!(scene.push_on(&floor, &track), Ok(0));
     let (before, alone) = (scene.clone(), impulses(&scene)?);
@@ -241,7 +241,7 @@ fn the_first_contacts_of_a_scene_may_have_surfaces() -> Result<(), Error> {
         list: List::Surfaces,
         capacity: 1,
     });
-    let is_as_before = |scene: &Scene<f64, 3, 3, 2, 0, 1>| -> Result<bool, Error> {
+    let is_as_before = |scene: &Scene<f64, 3, 3, 3, 0, 1>| -> Result<bool, Error> {
         let is_current = Factor::new(&before)?.is_current(scene);
         Ok(is_current && scene.contacts() == before.contacts() && impulses(scene)? == alone)
     };

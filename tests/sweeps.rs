@@ -17,8 +17,8 @@ fn solve<const D: usize>(
     push: &[f64],
     mu: f64,
     model: Model,
-) -> Solution<f64, D, D, 1> {
-    let mut scene = Scene::<f64, D, D, 1>::new();
+) -> Solution<f64, D, D, D> {
+    let mut scene = Scene::<f64, D, D, D>::new();
     let masses = SVector::<f64, D>::from_column_slice(&masses[..D]);
     scene
         .set_mass(&SMatrix::from_diagonal(&masses))

@@ -131,7 +131,7 @@ proptest! {
         let before = SVector::<f64, 6>::from(velocities);
         let approach = (jacobian * before)[0];
         prop_assume!(approach < -0.01);
-        let mut scene = Scene::<f64, 6, 2, 1>::new();
+        let mut scene = Scene::<f64, 6, 2, 4>::new();
         let masses = vector![masses[0], masses[0], inertia(0), masses[1], masses[1], inertia(1)];
         let mass = SMatrix::from_diagonal(&masses);
         scene.set_mass(&mass)?;

@@ -8,16 +8,12 @@ const STEP: f64 = 0.01;
 const STEPS: usize = 100;
 const SETTINGS: Settings<f64> = Settings::new(1e-13);
 
-type Body<const C: usize> = Kernel<f64, 6, 3, C>;
+type Body = Kernel<f64, 6, 3, 4>;
 type Vector = SVector<f64, 6>;
 
 /// Motion of a body from a velocity: kernels with the solution of each step, and the velocities behind them. One geometry for all
 /// steps, as that of a ball or of a box that slides on a plane.
-fn roll<const C: usize>(
-    body: &Body<C>,
-    start: &Vector,
-    force: &Vector,
-) -> Result<(Vec<Body<C>>, Vec<Vector>), Error> {
+fn roll(body: &Body, start: &Vector, force: &Vector) -> Result<(Vec<Body>, Vec<Vector>), Error> {
     let (mut kernels, mut velocities) = (Vec::new(), Vec::new());
     let (mut kernel, mut v) = (body.clone(), *start);
     for _ in 0..STEPS {
@@ -32,16 +28,12 @@ fn roll<const C: usize>(
 }
 
 /// How velocities and positions at the end move with the start's velocity and the friction.
-fn forward<const C: usize>(
-    kernels: &[Body<C>],
-    start: &Vector,
-    friction: f64,
-) -> Result<(Vector, Vector), Error> {
+fn forward(kernels: &[Body], start: &Vector, friction: f64) -> Result<(Vector, Vector), Error> {
     let (mut v, mut x) = (*start, Vector::zeros());
     for kernel in kernels {
         let mut change = Inputs::zero();
         change.free_impulse = kernel.scene().mass() * v;
-        change.friction = [friction; C];
+        change.friction = [friction; 4];
         v = kernel.derivative(&SETTINGS)?.forward(&change).velocity;
         x += v * STEP;
     }
@@ -49,7 +41,7 @@ fn forward<const C: usize>(
 }
 
 /// The gradient of `weights · x` at the end with respect to the start's velocity and the friction.
-fn backward<const C: usize>(kernels: &[Body<C>], weights: &Vector) -> Result<(Vector, f64), Error> {
+fn backward(kernels: &[Body], weights: &Vector) -> Result<(Vector, f64), Error> {
     let (mut v, mut friction) = (Vector::zeros(), 0.0);
     for kernel in kernels.iter().rev() {
         let mut outputs = Outputs::zero();
@@ -64,7 +56,7 @@ fn backward<const C: usize>(kernels: &[Body<C>], weights: &Vector) -> Result<(Ve
 #[test]
 fn the_stopping_distance_of_a_box_has_the_derivative_of_its_formula() -> Result<(), Error> {
     let (mu, speed) = (0.3, 2.2);
-    let mut body = Body::<4>::new();
+    let mut body = Body::new();
     *body.scene_mut() = BRICK.on_plane(mu)?;
     let (start, along) = (vector![speed, 0.0, 0.0, 0.0, 0.0, 0.0], Vector::x());
     let weight = vector![0.0, 0.0, -BRICK.mass * GRAVITY, 0.0, 0.0, 0.0];
@@ -90,8 +82,8 @@ fn the_stopping_distance_of_a_box_has_the_derivative_of_its_formula() -> Result<
 }
 
 /// A ball of 1 kg and 10 cm on the floor.
-fn ball(mu: f64) -> Result<Body<1>, Error> {
-    let mut body = Body::<1>::new();
+fn ball(mu: f64) -> Result<Body, Error> {
+    let mut body = Body::new();
     let mut mass = SMatrix::identity();
     for k in 3..6 {
         mass[(k, k)] = 0.4 * 0.1 * 0.1;
@@ -116,7 +108,7 @@ fn a_ball_that_slides_and_then_rolls_moves_as_differences_say() -> Result<(), Er
     );
     let body = ball(mu)?;
     let (kernels, _) = roll(&body, &start, &weight)?;
-    let mode = |kernel: &Body<1>| kernel.solution().contacts[0].mode;
+    let mode = |kernel: &Body| kernel.solution().contacts[0].mode;
     assert_eq!(mode(&kernels[0]), ContactMode::Slip);
     assert_eq!(mode(&kernels[STEPS - 1]), ContactMode::Stick);
     let direction = vector![0.3, -0.5, 0.0, 1.0, 2.0, 0.7];
@@ -159,7 +151,7 @@ fn a_warm_start_changes_nothing() -> Result<(), Error> {
         before = v;
         let mut change = Inputs::zero();
         change.free_impulse = vector![0.3, -0.5, 0.1, 1.0, 2.0, 0.7];
-        change.friction = [1.0];
+        change.friction = [1.0; 4];
         let [one, other] = [kernel, &cold].map(|kernel| {
             let derivative = kernel.derivative(&SETTINGS);
             derivative.map(|derivative| derivative.forward(&change))

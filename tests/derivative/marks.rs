@@ -51,7 +51,7 @@ fn what_slides_straight_has_a_velocity_and_what_turns_has_none() -> Result<(), E
 }
 
 /// 2 kg on a floor (x, height).
-fn block(push: [f64; 2]) -> Result<Kernel<f64, 2, 2, 1>, Error> {
+fn block(push: [f64; 2]) -> Result<Kernel<f64, 2, 2, 2>, Error> {
     let mut kernel = Kernel::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * 2.0))?;
     let (jacobian, offset) = (matrix![0.0, 1.0; 1.0, 0.0], vector![0.0, 0.0]);
@@ -87,7 +87,7 @@ fn at_the_end_of_friction_the_derivative_is_that_of_the_mode() -> Result<(), Err
     let kernel = block([0.1, -0.2])?;
     let derivative = kernel.derivative(&SETTINGS)?;
     assert!(derivative.margin() < 1e-9);
-    let mut change = Inputs::<f64, 2, 2, 1>::zero();
+    let mut change = Inputs::<f64, 2, 2, 2>::zero();
     change.free_impulse.x = 1.0;
     let moved = derivative.forward(&change).velocity.x;
     let expected = match kernel.solution().contacts[0].mode {
@@ -103,7 +103,7 @@ fn without_a_solution_there_is_no_derivative() -> Result<(), Error> {
     let mut kernel = block([0.0, -0.2])?;
     let scene = kernel.scene().clone();
     let factor = Factor::new(&scene)?;
-    let solver = Solver::<f64, 2, 2, 1>::new();
+    let solver = Solver::<f64, 2, 2, 2>::new();
     let refused = Derivative::new(&scene, &factor, solver.solution(), &SETTINGS);
     assert_eq!(refused.err(), Some(Error::NoSolution));
     kernel.scene_mut().clear_contacts();

@@ -103,7 +103,7 @@ impl Ball {
         &self,
         step: f64,
         tolerance: f64,
-    ) -> Result<Motion<T, 3, 2, 1>, Error> {
+    ) -> Result<Motion<T, 3, 2, 4>, Error> {
         let inertia = 0.4 * self.mass * self.radius * self.radius;
         let mut scene = Scene::new();
         let mass = SMatrix::from_diagonal(&vector![self.mass, self.mass, inertia]);
@@ -119,7 +119,7 @@ impl Ball {
     }
 
     /// One step of a ball whose lowest point is at `position.y`.
-    pub(crate) fn advance<T: Real>(&self, ball: &mut Motion<T, 3, 2, 1>) -> Result<(), Error> {
+    pub(crate) fn advance<T: Real>(&self, ball: &mut Motion<T, 3, 2, 4>) -> Result<(), Error> {
         let threshold = T::literal(4.0 * GRAVITY) * ball.step;
         let gap = law::Gap {
             distance: ball.position.y,
