@@ -38,11 +38,7 @@ impl<T: Real> FrictionCone<T> {
     /// `None` if `mu` is negative, NaN, infinite, or so large that `mu²` overflows.
     #[must_use]
     pub fn new(mu: T) -> Option<Self> {
-        Self::is_valid(mu).then(|| Self {
-            axial: T::ONE,
-            radial: mu,
-            shrink: T::ONE / (T::ONE + mu * mu),
-        })
+        Self::is_valid(mu).then(|| Self { axial: T::ONE, radial: mu, shrink: T::ONE / (T::ONE + mu * mu) })
     }
 
     /// Is there a cone with this `mu`?
@@ -54,21 +50,13 @@ impl<T: Real> FrictionCone<T> {
     /// The cone of a contact without friction, `K_0`: a ray.
     #[must_use]
     pub const fn frictionless() -> Self {
-        Self {
-            axial: T::ONE,
-            radial: T::ZERO,
-            shrink: T::ONE,
-        }
+        Self { axial: T::ONE, radial: T::ZERO, shrink: T::ONE }
     }
 
     /// The dual cone, Eq. (9): `K*_mu = K_{1/mu} = {(x1, x2): mu |x2| <= x1}`.
     #[must_use]
     pub const fn dual(&self) -> Self {
-        Self {
-            axial: self.radial,
-            radial: self.axial,
-            shrink: self.shrink,
-        }
+        Self { axial: self.radial, radial: self.axial, shrink: self.shrink }
     }
 
     /// `mu` of a friction cone.
@@ -151,10 +139,7 @@ impl<T: Real> FrictionCone<T> {
 
     /// [`Self::nearest`] and the length of the tangential part of the projection.
     #[inline]
-    pub(crate) fn project_with_length<const D: usize>(
-        &self,
-        x: &SVector<T, D>,
-    ) -> (SVector<T, D>, T) {
+    pub(crate) fn project_with_length<const D: usize>(&self, x: &SVector<T, D>) -> (SVector<T, D>, T) {
         let (normal, tangent) = split(x);
         if self.holds(x) {
             return (*x, norm(tangent));

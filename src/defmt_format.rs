@@ -17,11 +17,7 @@ impl<T: Format, const N: usize, const D: usize> Format for Contact<T, N, D> {
     fn format(&self, fmt: Formatter<'_>) {
         let (columns, offset) = (self.jacobian.data.as_slice(), self.offset.data.as_slice());
         let (key, mu) = (self.key, &self.mu);
-        write!(
-            fmt,
-            "{}: H {} by columns, w = {}, mu = {}",
-            key, columns, offset, mu
-        );
+        write!(fmt, "{}: H {} by columns, w = {}, mu = {}", key, columns, offset, mu);
     }
 }
 
@@ -29,11 +25,7 @@ impl<T: Format, const N: usize> Format for JointRow<T, N> {
     fn format(&self, fmt: Formatter<'_>) {
         let (row, offset, law) = (self.row.data.as_slice(), &self.offset, &self.law);
         let (key, compliance) = (self.key, &self.compliance);
-        write!(
-            fmt,
-            "{}: {} on {}, offset {}, R = {}",
-            key, law, row, offset, compliance
-        );
+        write!(fmt, "{}: {} on {}, offset {}, R = {}", key, law, row, offset, compliance);
     }
 }
 

@@ -253,30 +253,18 @@ impl fmt::Display for Error {
             Self::SceneIncomplete { part } => {
                 write!(f, "scene is incomplete: a {part} was refused")
             }
-            Self::StaleFactor => write!(
-                f,
-                "factor is not that of the scene's M and H as they are now"
-            ),
+            Self::StaleFactor => write!(f, "factor is not that of the scene's M and H as they are now"),
             Self::DelassusOutOfRange { contact } => {
                 write!(f, "H M⁻¹ Hᵀ of contact {contact} overflows or vanishes")
             }
             Self::RowOutOfRange { key } => {
-                write!(
-                    f,
-                    "row M⁻¹ rowᵀ of the joint row with key {key} overflows or vanishes"
-                )
+                write!(f, "row M⁻¹ rowᵀ of the joint row with key {key} overflows or vanishes")
             }
             Self::InvalidBounds { row } => {
-                write!(
-                    f,
-                    "bounds of joint row {row} are not finite or not in order"
-                )
+                write!(f, "bounds of joint row {row} are not finite or not in order")
             }
             Self::InvalidCompliance { contact, row } => {
-                write!(
-                    f,
-                    "compliance of contact {contact}, row {row}, is negative or not finite"
-                )
+                write!(f, "compliance of contact {contact}, row {row}, is negative or not finite")
             }
             Self::InvalidRowCompliance { row } => {
                 write!(f, "compliance of joint row {row} is negative or not finite")

@@ -120,8 +120,7 @@ pub use kernel::Kernel;
 pub use real::Real;
 pub use scene::{Contact, JointRow, RowLaw, Scene, Surface, contact_frame};
 pub use solution::{
-    ContactMode, ContactSolution, Model, RowMode, RowSolution, Settings, Solution, Status,
-    Violation, Work,
+    ContactMode, ContactSolution, Model, RowMode, RowSolution, Settings, Solution, Status, Violation, Work,
 };
 pub use solver::{AllPhases, Phases, Solver, SweepsAndNewton, SweepsOnly};
 

@@ -85,13 +85,9 @@ impl fmt::Display for Parameter {
             Self::MotorStiffness => "stiffness of a motor is negative, not finite or too large",
             Self::MotorDamping => "damping of a motor is negative, not finite or too large",
             Self::MotorGains => "gains of a motor are both 0, or too small to be divided by",
-            Self::Feedforward => {
-                "feedforward torque of a motor is not finite, or too large for its gains"
-            }
+            Self::Feedforward => "feedforward torque of a motor is not finite, or too large for its gains",
             Self::TorqueLimit => "torque limit of a motor is negative, not finite or too large",
-            Self::Ahead => {
-                "position of a motor ahead of its target is not finite, or too large for the step"
-            }
+            Self::Ahead => "position of a motor ahead of its target is not finite, or too large for the step",
             Self::Target => "target velocity of a motor is not finite or too large",
             Self::Stiffness => "stiffness is not positive, or too small to be divided by",
             Self::Relaxation => "relaxation time is negative, not finite or too large",

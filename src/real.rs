@@ -73,9 +73,7 @@ pub trait Real: RealField + Copy + sealed::Sealed {
 fn hash_words([one, other, ..]: &mut [u64; 4], [a, b, c, d]: [f32; 4]) {
     for two in [[a, b], [c, d]] {
         for (hash, number) in [&mut *one, &mut *other].into_iter().zip(two) {
-            let sum = (*hash as u32)
-                .rotate_right(5)
-                .wrapping_add(number.to_bits());
+            let sum = (*hash as u32).rotate_right(5).wrapping_add(number.to_bits());
             let sums = ((*hash >> 32) as u32).rotate_right(11).wrapping_add(sum);
             *hash = u64::from(sums) << 32 | u64::from(sum);
         }
@@ -138,8 +136,7 @@ macro_rules! real {
             #[allow(clippy::cast_possible_truncation)]
             fn hash(self, hash: u64) -> u64 {
                 // The halves change places, so that the product mixes the upper one as well: no shift where words have 32 bits.
-                (hash.rotate_left(32) ^ u64::from(self.to_bits()))
-                    .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+                (hash.rotate_left(32) ^ u64::from(self.to_bits())).wrapping_mul(0x9e37_79b9_7f4a_7c15)
             }
 
             #[inline]

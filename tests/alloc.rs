@@ -4,8 +4,8 @@ use crate::support::boxes::{BRICK, BoxScene};
 use allocation_counter::measure;
 use nalgebra::{SMatrix, SVector, vector};
 use stiction::{
-    Acceleration, AdmmFactor, AdmmSolver, Contact, Error, Factor, FrictionCone, JointRow, Kernel,
-    Model, RowLaw, Scene, Settings, SlipUpdate, Solution, Solver, Status,
+    Acceleration, AdmmFactor, AdmmSolver, Contact, Error, Factor, FrictionCone, JointRow, Kernel, Model,
+    RowLaw, Scene, Settings, SlipUpdate, Solution, Solver, Status,
 };
 
 /// Allocations of a call.
@@ -32,9 +32,7 @@ fn building_a_scene_does_not_allocate() -> Result<(), Error> {
         for contact in source.contacts() {
             result = result.and(scene.push(contact).map(|_| ()));
         }
-        result = result
-            .and(scene.set_friction(0, 0.2))
-            .and(scene.set_offset(0, &SVector::zeros()));
+        result = result.and(scene.set_friction(0, 0.2)).and(scene.set_offset(0, &SVector::zeros()));
     });
     assert_eq!((count, result), (0, Ok(())));
     Ok(())
@@ -66,10 +64,7 @@ fn newton_does_not_allocate_cold_or_warm() -> Result<(), Error> {
         let mut scene = source.clone();
         scene.clear_contacts();
         for (contact, key) in source.contacts().iter().zip(keys) {
-            scene.push(&Contact {
-                key,
-                ..contact.clone()
-            })?;
+            scene.push(&Contact { key, ..contact.clone() })?;
         }
         let factor = Factor::new(&scene)?;
         let mut status = Err(Error::InvalidPenalty);
@@ -91,26 +86,15 @@ fn no_first_order_method_allocates() -> Result<(), Error> {
         (SlipUpdate::OuterLoop, Model::Coulomb),
         (SlipUpdate::EveryIteration, Model::ConvexRelaxation),
     ] {
-        let settings = Settings {
-            model,
-            ..Settings::new(1e-3)
-        };
-        for acceleration in [
-            Acceleration::Plain,
-            Acceleration::Nesterov,
-            Acceleration::Restart,
-        ] {
+        let settings = Settings { model, ..Settings::new(1e-3) };
+        for acceleration in [Acceleration::Plain, Acceleration::Nesterov, Acceleration::Restart] {
             let mut solver = AdmmSolver::with(acceleration, slip_update);
             let mut solved = false;
             let count = allocations(|| {
                 let solution = solver.solve(&scene, &factor, &push, &settings);
                 solved = solution.is_ok_and(Solution::is_solved);
             });
-            assert_eq!(
-                (count, solved),
-                (0, true),
-                "{acceleration:?}, {slip_update:?}, {model:?}"
-            );
+            assert_eq!((count, solved), (0, true), "{acceleration:?}, {slip_update:?}, {model:?}");
         }
     }
     Ok(())
@@ -120,10 +104,7 @@ fn no_first_order_method_allocates() -> Result<(), Error> {
 fn an_unsolved_scene_does_not_allocate() -> Result<(), Error> {
     let (scene, push) = sliding_box()?;
     let factor = AdmmFactor::new(&scene)?;
-    let settings = Settings {
-        budget: 3,
-        ..Settings::new(1e-12)
-    };
+    let settings = Settings { budget: 3, ..Settings::new(1e-12) };
     let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
     let mut statuses = [None; 2];
     let count = allocations(|| {
@@ -139,10 +120,7 @@ fn an_unsolved_scene_does_not_allocate() -> Result<(), Error> {
 fn projecting_does_not_allocate() {
     let mut sum = SVector::<f64, 3>::zeros();
     let count = allocations(|| {
-        for cone in FrictionCone::new(0.5)
-            .into_iter()
-            .flat_map(|cone| [cone, cone.dual()])
-        {
+        for cone in FrictionCone::new(0.5).into_iter().flat_map(|cone| [cone, cone.dual()]) {
             let x = vector![0.1, 2.0, -1.0];
             sum += cone.project(&x);
         }
@@ -162,22 +140,9 @@ fn nothing_beside_contacts_allocates() {
         key: 0,
     };
     let limits = [row(1.0, 0.1, RowLaw::Limit), row(-1.0, 9.0, RowLaw::Limit)];
-    let walls = [
-        row(1.0, -1.0, RowLaw::Equality),
-        row(1.0, 1.0, RowLaw::Equality),
-    ];
-    let motor = row(
-        0.5,
-        0.2,
-        RowLaw::Box {
-            lower: -1.0,
-            upper: 1.0,
-        },
-    );
-    let hurried = Settings {
-        budget: 1,
-        ..Settings::new(1e-12)
-    };
+    let walls = [row(1.0, -1.0, RowLaw::Equality), row(1.0, 1.0, RowLaw::Equality)];
+    let motor = row(0.5, 0.2, RowLaw::Box { lower: -1.0, upper: 1.0 });
+    let hurried = Settings { budget: 1, ..Settings::new(1e-12) };
     let mut found = Vec::with_capacity(8);
     let count = allocations(|| {
         let scene = kernel.scene_mut();

@@ -52,26 +52,17 @@ fn scene(state: &State, e: f64) -> Result<SceneFile, Error> {
         let top = Vector3::new(corner.x, corner.y, half);
         for (contact, body) in [(k, 0), (4 + k, 6)] {
             let mut rows = file.h.rows_mut(3 * contact, 3);
-            rows.columns_mut(body, 6)
-                .copy_from(&point_jacobian(&corner));
+            rows.columns_mut(body, 6).copy_from(&point_jacobian(&corner));
             if body == 6 {
                 rows.columns_mut(0, 6).copy_from(&-point_jacobian(&top));
             }
             let normal = file.h.row(3 * contact).transpose();
             let rest = if body == 6 { 2.0 * half } else { half };
             let distance = normal.dot(&state.position) - rest;
-            let gap = Gap {
-                distance,
-                recovery: 0.5,
-                reach: 50.0,
-            };
+            let gap = Gap { distance, recovery: 0.5, reach: 50.0 };
             let offset = gap.offset(STEP)?;
             let approach = normal.dot(&state.velocity);
-            file.w[3 * contact] = Restitution {
-                coefficient: e,
-                threshold: 0.1,
-            }
-            .offset(approach, offset)?;
+            file.w[3 * contact] = Restitution { coefficient: e, threshold: 0.1 }.offset(approach, offset)?;
             if body == 0 {
                 file.w[3 * contact + 1] += belt.y;
                 file.w[3 * contact + 2] += belt.z;
@@ -82,17 +73,10 @@ fn scene(state: &State, e: f64) -> Result<SceneFile, Error> {
 }
 
 fn run(constructor: Constructor, e: f64, tolerance: f64) -> Result<(), Error> {
-    let shape = Shape {
-        dofs: N,
-        dim: 3,
-        contacts: 8,
-    };
+    let shape = Shape { dofs: N, dim: 3, contacts: 8 };
     let mut kernel = constructor(shape).expect("a size is compiled");
     let half = BRICK.half[2];
-    let mut state = State {
-        position: DVector::zeros(N),
-        velocity: DVector::zeros(N),
-    };
+    let mut state = State { position: DVector::zeros(N), velocity: DVector::zeros(N) };
     (state.position[2], state.position[8]) = (half + 0.05, 3.0 * half + 0.05);
     let (mut fastest, mut bounces) = (0.0_f64, 0);
     for step in 0..1_000 {

@@ -10,14 +10,7 @@ use testbed::scene_file::{SceneFile, bundled_scenes};
 /// All bits of a solution, and what it has cost but for the search for a proof, which the end of a call may bring forward.
 fn bits(answer: &Answer) -> (Vec<u64>, Status, Work) {
     let numbers = answer.v.iter().chain(&answer.r).chain([&answer.error]);
-    (
-        numbers.map(|x| x.to_bits()).collect(),
-        answer.status,
-        Work {
-            proof_searches: 0,
-            ..answer.work
-        },
-    )
+    (numbers.map(|x| x.to_bits()).collect(), answer.status, Work { proof_searches: 0, ..answer.work })
 }
 
 /// The kernel with a scene and its factor.
@@ -36,10 +29,7 @@ fn pushed(file: &SceneFile, share: f64) -> SceneFile {
 /// calls, and the most that one of them has cost.
 fn solve(file: &SceneFile, budget: usize) -> ([Answer; 2], usize, usize) {
     let mut kernel = prepared(file);
-    let settings = Settings {
-        budget,
-        ..Settings::new(1e-9)
-    };
+    let settings = Settings { budget, ..Settings::new(1e-9) };
     let (mut calls, mut dearest) = (0, 0);
     let answers = [1.0, 0.99].map(|share| {
         kernel.load(&pushed(file, share)).unwrap();
@@ -71,11 +61,7 @@ fn a_split_solve_gives_the_same_bits() {
             let (split, _, dearest) = solve(&file, budget);
             if whole[0].status == Status::Infeasible {
                 // The end of a call is a time to doubt: it may be known sooner.
-                assert!(
-                    split
-                        .iter()
-                        .all(|answer| answer.status == Status::Infeasible)
-                );
+                assert!(split.iter().all(|answer| answer.status == Status::Infeasible));
             } else {
                 for (split, whole) in split.iter().zip(&whole) {
                     // The question whether a body can stay at rest ends with a call, with a solution.
@@ -95,10 +81,7 @@ fn a_split_solve_gives_the_same_bits() {
 /// What a wild tick leaves behind is forgotten with the rest.
 #[test]
 fn a_solver_that_was_reset_gives_the_bits_of_a_new_one() {
-    let settings = Settings {
-        budget: 1_000,
-        ..Settings::new(1e-5)
-    };
+    let settings = Settings { budget: 1_000, ..Settings::new(1e-5) };
     for file in bundled_scenes() {
         let solve = |wild: &[f64]| {
             let mut kernel = kernels_f32::kernel(Shape::of(&file)).expect("a size is compiled");
@@ -146,10 +129,7 @@ fn there_is_nothing_to_resume() {
     kernel.load(&file).unwrap();
 
     // A solve that is refused leaves the one that was paused.
-    let pause = Settings {
-        budget: 3,
-        ..settings
-    };
+    let pause = Settings { budget: 3, ..settings };
     kernel.reset();
     kernel.solve(Method::Default, &pause).unwrap();
     assert_eq!(kernel.answer().status, Status::OutOfBudget);
@@ -172,10 +152,7 @@ fn a_split_solve_by_admm_gives_the_same_bits() -> Result<(), Error> {
         let push = BRICK.free_impulse(slope, 0.01);
         let settings = Settings::new(1e-8);
         let whole = whole.solve(&scene, &factor, &push, &settings)?;
-        let few = Settings {
-            budget: 7,
-            ..settings
-        };
+        let few = Settings { budget: 7, ..settings };
         split.solve(&scene, &factor, &push, &few)?;
         let mut calls = 1;
         while split.solution().status == Status::OutOfBudget {
@@ -184,10 +161,7 @@ fn a_split_solve_by_admm_gives_the_same_bits() -> Result<(), Error> {
         }
         let split = split.solution();
         assert!(whole.is_solved() && calls > 2, "{calls} calls");
-        assert_eq!(
-            (split.velocity, split.work, split.error),
-            (whole.velocity, whole.work, whole.error)
-        );
+        assert_eq!((split.velocity, split.work, split.error), (whole.velocity, whole.work, whole.error));
     }
     Ok(())
 }

@@ -90,10 +90,7 @@ fn is_idempotent<T: Real, const D: usize>(mu: f64, x: [f64; 4]) -> Property {
     for cone in both::<T>(mu) {
         let once = cone.project(&vector::<T, D>(x));
         let twice = cone.project(&once);
-        prop_assert!(
-            (twice - once).norm() <= rounding(once.norm()),
-            "{once} {twice}"
-        );
+        prop_assert!((twice - once).norm() <= rounding(once.norm()), "{once} {twice}");
     }
     Ok(())
 }
@@ -135,10 +132,7 @@ fn is_nearest<T: Real, const D: usize>(mu: f64, x: [f64; 4]) -> Property {
 ///
 /// The values are the note's `lambda_1` and `lambda_2` multiplied by `mu` and 1 (for `K*`: by 1 and `mu`), the vectors
 /// divided by the same, so that signs, products and Eq. (7) are the note's and `mu = 0` needs no case of its own.
-fn spectral<T: Real, const D: usize>(
-    mu: f64,
-    x: &SVector<T, D>,
-) -> [([T; 2], [SVector<T, D>; 2]); 2] {
+fn spectral<T: Real, const D: usize>(mu: f64, x: &SVector<T, D>) -> [([T; 2], [SVector<T, D>; 2]); 2] {
     let mu = T::literal(mu);
     let mut direction = *x;
     direction[0] = T::ZERO;
@@ -154,10 +148,7 @@ fn spectral<T: Real, const D: usize>(
             vector[0] = axial;
             vector / (T::ONE + mu * mu)
         };
-        let values = [
-            radial * x[0] - axial * length,
-            axial * x[0] + radial * length,
-        ];
+        let values = [radial * x[0] - axial * length, axial * x[0] + radial * length];
         (values, [vector(radial, -axial), vector(axial, radial)])
     })
 }
@@ -286,32 +277,18 @@ proptest! {
 
 #[test]
 fn only_a_friction_coefficient_makes_a_cone() {
-    for mu in [
-        -1.0,
-        -f64::MIN_POSITIVE,
-        f64::NAN,
-        f64::INFINITY,
-        -f64::INFINITY,
-        1e200,
-    ] {
+    for mu in [-1.0, -f64::MIN_POSITIVE, f64::NAN, f64::INFINITY, -f64::INFINITY, 1e200] {
         assert_eq!(FrictionCone::new(mu), None, "{mu}");
     }
     assert_eq!(FrictionCone::new(1e20_f32), None);
-    assert_eq!(
-        FrictionCone::new(0.0),
-        Some(FrictionCone::<f64>::frictionless())
-    );
+    assert_eq!(FrictionCone::new(0.0), Some(FrictionCone::<f64>::frictionless()));
     assert!(FrictionCone::new(-0.0_f64).is_some());
 }
 
 #[test]
 fn the_apex_belongs_to_every_cone_whatever_its_sign() {
     for cone in [0.0, 0.5, 10.0].into_iter().flat_map(both::<f64>) {
-        for apex in [
-            vector![0.0, 0.0, 0.0],
-            vector![-0.0, 0.0, 0.0],
-            vector![-0.0, -0.0, -0.0],
-        ] {
+        for apex in [vector![0.0, 0.0, 0.0], vector![-0.0, 0.0, 0.0], vector![-0.0, -0.0, -0.0]] {
             assert!(cone.contains(&apex));
             assert_eq!(cone.project(&apex), apex);
         }
@@ -321,14 +298,8 @@ fn the_apex_belongs_to_every_cone_whatever_its_sign() {
 #[test]
 fn on_the_axis_only_the_sign_counts() {
     for cone in [0.0, 0.5, 10.0].into_iter().flat_map(both::<f64>) {
-        assert_eq!(
-            cone.project(&vector![2.0, 0.0, 0.0]),
-            vector![2.0, 0.0, 0.0]
-        );
-        assert_eq!(
-            cone.project(&vector![-2.0, 0.0, 0.0]),
-            vector![0.0, 0.0, 0.0]
-        );
+        assert_eq!(cone.project(&vector![2.0, 0.0, 0.0]), vector![2.0, 0.0, 0.0]);
+        assert_eq!(cone.project(&vector![-2.0, 0.0, 0.0]), vector![0.0, 0.0, 0.0]);
         assert!(!cone.contains(&vector![-2.0, 0.0, 0.0]));
         assert_eq!(cone.project(&Vector1::new(-3.0)), Vector1::new(0.0));
         assert_eq!(cone.project(&Vector1::new(3.0)), Vector1::new(3.0));

@@ -3,8 +3,7 @@
 use crate::support::random::{draws, numbers};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use stiction::{
-    Contact, Error, Factor, JointRow, RowLaw, RowMode, RowSolution, Scene, Settings, Solver,
-    Surface,
+    Contact, Error, Factor, JointRow, RowLaw, RowMode, RowSolution, Scene, Settings, Solver, Surface,
 };
 use testbed::delassus::root;
 use testbed::scene_file::{SceneFile, bundled_scenes};
@@ -49,9 +48,7 @@ fn contacts_do_the_same_whether_m_and_h_or_w_and_q_are_given() -> Result<(), Err
         assert!(found.is_solved(), "{}: {}", file.name, found.status);
         // Where there is one solution, it is the same one; modes differ where a contact is just about to slip.
         let pairs = wanted.contacts.iter().zip(&found.contacts);
-        let off = pairs
-            .map(|(a, b)| (a.velocity - b.velocity).norm())
-            .fold(0.0, f64::max);
+        let off = pairs.map(|(a, b)| (a.velocity - b.velocity).norm()).fold(0.0, f64::max);
         count += usize::from(off < 1e-6);
     }
     assert!(count >= 20, "{count}");
@@ -68,21 +65,11 @@ fn joint_rows_may_be_given_as_w_too() -> Result<(), Error> {
     let [x, y] = masses.map(|mass| 1.0 / mass).into();
     let w = DMatrix::from_row_slice(3, 3, &[y, 0.0, 0.0, 0.0, x, x, 0.0, x, x]);
     let solve = |given: bool| -> Result<(SVector<f64, 2>, RowSolution<f64>), Error> {
-        let rows = if given {
-            root(&w, 2)
-        } else {
-            DMatrix::from_row_slice(3, 2, &[0.0, 1.0, 1.0, 0.0, 1.0, 0.0])
-        };
-        let [mass, free_velocity] = if given {
-            [SVector::repeat(1.0), SVector::zeros()]
-        } else {
-            [masses, free]
-        };
-        let q = if given {
-            jacobian * free
-        } else {
-            SVector::zeros()
-        };
+        let rows =
+            if given { root(&w, 2) } else { DMatrix::from_row_slice(3, 2, &[0.0, 1.0, 1.0, 0.0, 1.0, 0.0]) };
+        let [mass, free_velocity] =
+            if given { [SVector::repeat(1.0), SVector::zeros()] } else { [masses, free] };
+        let q = if given { jacobian * free } else { SVector::zeros() };
         let mut scene = Scene::<f64, 2, 2, 1, 1>::new();
         scene.set_mass(&SMatrix::from_diagonal(&mass))?;
         scene.push(&Contact {
@@ -116,17 +103,9 @@ fn joint_rows_may_be_given_as_w_too() -> Result<(), Error> {
 fn contacts_and_joint_rows_do_the_same_whether_m_and_h_or_w_and_q_are_given() -> Result<(), Error> {
     const N: usize = 10;
     type Mixed = Scene<f64, N, 3, 2, 3, 1>;
-    let surface = Surface {
-        friction: [0.7, 0.3],
-        compliance: [0.05, 0.02],
-        ..Surface::isotropic(0.0)
-    };
+    let surface = Surface { friction: [0.7, 0.3], compliance: [0.05, 0.02], ..Surface::isotropic(0.0) };
     let (lower, upper) = (-0.1, 0.2);
-    let laws = [
-        RowLaw::Limit,
-        RowLaw::Equality,
-        RowLaw::Box { lower, upper },
-    ];
+    let laws = [RowLaw::Limit, RowLaw::Equality, RowLaw::Box { lower, upper }];
     let mut busy = [0; 2];
     for x in draws(numbers(220), 100) {
         let mut x = x.iter().copied();

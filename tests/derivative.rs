@@ -37,8 +37,7 @@ fn read(path: &Path) -> MixedFile {
     file(&std::fs::read_to_string(path).expect("it can be read"))
 }
 
-type Sized<const N: usize, const D: usize, const C: usize, const R: usize> =
-    Kernel<f64, N, D, C, R, C>;
+type Sized<const N: usize, const D: usize, const C: usize, const R: usize> = Kernel<f64, N, D, C, R, C>;
 
 /// The kernel with this file, limits among its rows.
 fn filled<const N: usize, const D: usize, const C: usize, const R: usize>(
@@ -55,11 +54,7 @@ fn modes<T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     solution: &Solution<T, N, D, C, R>,
 ) -> (Vec<stiction::ContactMode>, Vec<RowMode>) {
     (
-        solution
-            .contacts
-            .iter()
-            .map(|contact| contact.mode)
-            .collect(),
+        solution.contacts.iter().map(|contact| contact.mode).collect(),
         solution.rows.iter().map(|row| row.mode).collect(),
     )
 }
@@ -76,10 +71,7 @@ fn value<const N: usize, const D: usize, const C: usize, const R: usize>(
         let rows = weights.row_impulses.iter().zip(&change.row_impulses);
         velocities.chain(contacts.zip(others)).chain(rows)
     };
-    [
-        pairs().map(|(a, b)| a * b).sum(),
-        pairs().map(|(a, b)| (a * b).abs()).sum(),
-    ]
+    [pairs().map(|(a, b)| a * b).sum(), pairs().map(|(a, b)| (a * b).abs()).sum()]
 }
 
 fn gradient_value<const N: usize, const D: usize, const C: usize, const R: usize>(
@@ -94,16 +86,9 @@ fn gradient_value<const N: usize, const D: usize, const C: usize, const R: usize
         let rows = gradient.row_offsets.iter().zip(&change.row_offsets);
         let bounds = gradient.bounds.iter().flatten();
         let bounds = bounds.zip(change.bounds.iter().flatten());
-        impulse
-            .chain(offsets)
-            .chain(friction)
-            .chain(rows)
-            .chain(bounds)
+        impulse.chain(offsets).chain(friction).chain(rows).chain(bounds)
     };
-    [
-        pairs().map(|(a, b)| a * b).sum(),
-        pairs().map(|(a, b)| (a * b).abs()).sum(),
-    ]
+    [pairs().map(|(a, b)| a * b).sum(), pairs().map(|(a, b)| (a * b).abs()).sum()]
 }
 
 /// Compares forward with adjoint, with weights that are drawn.
@@ -116,25 +101,13 @@ fn check_adjoint<const N: usize, const D: usize, const C: usize, const R: usize>
     let mut draws = Draws::new(5);
     let mut weights = Outputs::<f64, N, D, C, R>::zero();
     weights.velocity.iter_mut().for_each(|x| *x = draws.next());
-    weights
-        .impulses
-        .iter_mut()
-        .flatten()
-        .for_each(|x| *x = draws.next());
-    weights
-        .row_impulses
-        .iter_mut()
-        .for_each(|x| *x = draws.next());
+    weights.impulses.iter_mut().flatten().for_each(|x| *x = draws.next());
+    weights.row_impulses.iter_mut().for_each(|x| *x = draws.next());
     let response = derivative.forward(change);
     let gradient = derivative.adjoint(&weights);
-    let ([one, size], [other, other_size]) = (
-        value(&weights, &response),
-        gradient_value(&gradient, change),
-    );
+    let ([one, size], [other, other_size]) = (value(&weights, &response), gradient_value(&gradient, change));
     if (one - other).abs() > 1e-9 * (size + other_size) {
-        tally
-            .failures
-            .push(format!("{name}: forward {one:e}, adjoint {other:e}"));
+        tally.failures.push(format!("{name}: forward {one:e}, adjoint {other:e}"));
     }
 }
 
@@ -181,10 +154,7 @@ fn compare<const N: usize, const D: usize, const C: usize, const R: usize>(
         let at = |h: f64| {
             let file = moved(file, seed, what, h);
             let mut kernel = filled::<N, D, C, R>(&file);
-            let start = solution
-                .contacts
-                .iter()
-                .map(|found| (found.key, found.impulse));
+            let start = solution.contacts.iter().map(|found| (found.key, found.impulse));
             let rows = solution.rows.iter().map(|found| (found.key, found.impulse));
             let (start, rows): (Vec<_>, Vec<_>) = (start.collect(), rows.collect());
             let warm = kernel.solver_mut().set_impulses(&start, &rows);

@@ -2,9 +2,7 @@
 
 use crate::support::random::{draws, numbers};
 use nalgebra::{SMatrix, SVector, vector};
-use stiction::{
-    Contact, Error, Factor, Input, JointRow, Kernel, RowLaw, Scene, Settings, Solution, Surface,
-};
+use stiction::{Contact, Error, Factor, Input, JointRow, Kernel, RowLaw, Scene, Settings, Solution, Surface};
 
 const N: usize = 12;
 const D: usize = 3;
@@ -39,22 +37,14 @@ impl Parts {
             (contact, None)
         });
         let (lower, upper) = (-0.2, 0.1);
-        let laws = [
-            RowLaw::Limit,
-            RowLaw::Box { lower, upper },
-            RowLaw::Equality,
-            RowLaw::Limit,
-        ];
-        let rows = [5, 6, 5, 7]
-            .into_iter()
-            .zip(laws)
-            .map(|(key, law)| JointRow {
-                row: SVector::from_fn(|_, _| next()),
-                offset: 0.1 * next(),
-                law,
-                compliance: 0.1 * next().max(0.0),
-                key,
-            });
+        let laws = [RowLaw::Limit, RowLaw::Box { lower, upper }, RowLaw::Equality, RowLaw::Limit];
+        let rows = [5, 6, 5, 7].into_iter().zip(laws).map(|(key, law)| JointRow {
+            row: SVector::from_fn(|_, _| next()),
+            offset: 0.1 * next(),
+            law,
+            compliance: 0.1 * next().max(0.0),
+            key,
+        });
         let rows = rows.collect();
         Self {
             mass: (mass + mass.transpose()) * 0.5,
@@ -91,11 +81,7 @@ impl Parts {
 
     /// Changes a scene in place, which is then as one that was filled with the changed parts: seen by a kernel that knows neither,
     /// and by one that has solved it before.
-    fn check(
-        &self,
-        change: impl Fn(&mut Whole) -> Result<(), Error>,
-        changed: &Self,
-    ) -> Result<(), Error> {
+    fn check(&self, change: impl Fn(&mut Whole) -> Result<(), Error>, changed: &Self) -> Result<(), Error> {
         let (mut scene, anew) = (self.scene()?, changed.scene()?);
         let before = Factor::new(&scene)?;
         change(&mut scene)?;
@@ -176,17 +162,9 @@ fn a_contact_takes_the_places_of_its_entries_with_it() -> Result<(), Error> {
 /// Surfaces move up with their contacts, and the last one that goes leaves nothing of itself.
 #[test]
 fn a_contact_takes_its_surface_with_it() -> Result<(), Error> {
-    let track = Surface {
-        friction: [0.9, 0.4],
-        compliance: [0.02, 0.0],
-        ..Surface::isotropic(0.0)
-    };
+    let track = Surface { friction: [0.9, 0.4], compliance: [0.02, 0.0], ..Surface::isotropic(0.0) };
     for mut parts in Parts::many() {
-        for surfaces in [
-            [false, true, false, true],
-            [true; 4],
-            [false, true, false, false],
-        ] {
+        for surfaces in [[false, true, false, true], [true; 4], [false, true, false, false]] {
             for ((_, place), has_one) in parts.contacts.iter_mut().zip(surfaces) {
                 *place = has_one.then_some(track);
             }
@@ -208,10 +186,7 @@ fn a_contact_takes_its_surface_with_it() -> Result<(), Error> {
 fn the_last_surface_leaves_contacts_alone() -> Result<(), Error> {
     for mut parts in Parts::many() {
         parts.rows.clear();
-        let soft = Surface {
-            compliance: [0.02, 0.0],
-            ..Surface::isotropic(0.5)
-        };
+        let soft = Surface { compliance: [0.02, 0.0], ..Surface::isotropic(0.5) };
         parts.contacts[1].1 = Some(soft);
         parts.contacts[1].0.mu = 0.5;
         let mut fewer = parts.clone();
@@ -298,20 +273,13 @@ fn a_change_that_is_refused_changes_nothing() -> Result<(), Error> {
     let factor = Factor::new(&scene)?;
     let row = |row| Error::NoSuchRow { row };
     let input = Input::JointRow { row: 2 };
-    let not_finite = Error::NotFinite {
-        input,
-        row: 4,
-        column: 0,
-    };
+    let not_finite = Error::NotFinite { input, row: 4, column: 0 };
     let zeros = SVector::zeros();
     let nan = SVector::ith(4, f64::NAN);
     let none = usize::MAX;
     for (refused, error) in [
         (scene.remove_contact(4), Error::NoSuchContact { contact: 4 }),
-        (
-            scene.remove_contact(none),
-            Error::NoSuchContact { contact: none },
-        ),
+        (scene.remove_contact(none), Error::NoSuchContact { contact: none }),
         (scene.remove_row(4), row(4)),
         (scene.remove_row(none), row(none)),
         (scene.set_row_jacobian(4, &zeros), row(4)),

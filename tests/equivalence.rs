@@ -73,16 +73,10 @@ impl<const N: usize> Units<N> {
         scene: &Scene<T, N, D, C>,
         push: &SVector<T, N>,
     ) -> Result<(Scene<T, N, D, C>, SVector<T, N>), Error> {
-        let Self {
-            mass: m,
-            velocity: b,
-            dofs: s,
-        } = *self;
+        let Self { mass: m, velocity: b, dofs: s } = *self;
         let mut other = Scene::new();
         let mass = scene.mass();
-        other.set_mass(&SMatrix::from_fn(|j, k| {
-            mass[(j, k)] * two(m + s[j] + s[k])
-        }))?;
+        other.set_mass(&SMatrix::from_fn(|j, k| mass[(j, k)] * two(m + s[j] + s[k])))?;
         for contact in scene.contacts() {
             other.push(&Contact {
                 jacobian: SMatrix::from_fn(|i, j| contact.jacobian[(i, j)] * two(s[j])),
@@ -114,12 +108,7 @@ fn is_independent_of<T: Real, const N: usize, const D: usize, const C: usize>(
         let ours = method.solve(scene, push, &settings)?;
         let theirs = method.solve(&other, &other_f, &settings)?;
         prop_assert_eq!(counts(&ours), counts(&theirs), "{:?}", method);
-        prop_assert_eq!(
-            units.velocity(&ours.velocity),
-            theirs.velocity,
-            "{:?}",
-            method
-        );
+        prop_assert_eq!(units.velocity(&ours.velocity), theirs.velocity, "{:?}", method);
         for (ours, theirs) in ours.contacts.iter().zip(&theirs.contacts) {
             let impulse = ours.impulse * two::<T>(units.mass + units.velocity);
             prop_assert_eq!(impulse, theirs.impulse);
@@ -146,10 +135,7 @@ fn agrees<const N: usize, const C: usize>(
     other: &Scene<f64, N, 3, C>,
     back: impl Fn(&Solution<f64, N, 3, C>) -> Vec<SVector<f64, 3>>,
 ) -> Result<bool, Error> {
-    let settings = Settings {
-        budget: 20_000,
-        ..Settings::new(TOLERANCE)
-    };
+    let settings = Settings { budget: 20_000, ..Settings::new(TOLERANCE) };
     let mut agrees = true;
     for method in [Method::Restart, Method::Default] {
         let ours = method.solve(scene, push, &settings)?;
@@ -181,9 +167,7 @@ fn turned_back<const N: usize, const C: usize>(
     angle: f64,
 ) -> Vec<SVector<f64, 3>> {
     let contacts = impulses(solution).zip(0_u8..);
-    contacts
-        .map(|(impulse, i)| turn(&impulse, -angle - f64::from(i)))
-        .collect()
+    contacts.map(|(impulse, i)| turn(&impulse, -angle - f64::from(i))).collect()
 }
 
 /// Coulomb's law can have several solutions, and the order or the axes may lead to another: to two in a thousand here.

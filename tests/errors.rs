@@ -3,8 +3,8 @@
 use crate::support::check;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, JointRow, Kernel, List, Model, Part,
-    RowLaw, Scene, Settings, Solver, Status, Surface,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, JointRow, Kernel, List, Model, Part, RowLaw,
+    Scene, Settings, Solver, Status, Surface,
 };
 use testbed::measure::{Law, error_of};
 
@@ -14,12 +14,7 @@ const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 const NOT_FRICTION: [f64; 5] = [-1e-9, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200];
 
 fn floor() -> Contact<f64, 2, 2> {
-    Contact {
-        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
-        offset: vector![0.1, 0.0],
-        mu: 0.5,
-        key: 0,
-    }
+    Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.1, 0.0], mu: 0.5, key: 0 }
 }
 
 /// Two kilogrammes on a floor.
@@ -41,16 +36,11 @@ fn refuses(error: Error, call: impl FnOnce(&mut Planar) -> Result<(), Error>) {
 
 #[test]
 fn a_mass_matrix_is_made_of_numbers() {
-    for (row, column, bad) in NOT_FINITE
-        .into_iter()
-        .flat_map(|x| [(0, 0, x), (1, 0, x), (0, 1, x)])
-    {
+    for (row, column, bad) in NOT_FINITE.into_iter().flat_map(|x| [(0, 0, x), (1, 0, x), (0, 1, x)]) {
         let mut mass = matrix![1.0, 0.0; 0.0, 1.0];
         mass[(row, column)] = bad;
         let input = Input::Mass;
-        refuses(Error::NotFinite { input, row, column }, |scene| {
-            scene.set_mass(&mass)
-        });
+        refuses(Error::NotFinite { input, row, column }, |scene| scene.set_mass(&mass));
     }
 }
 
@@ -129,11 +119,7 @@ fn an_offset_is_made_of_numbers() {
         contact.offset[row] = bad;
         let error = |contact| {
             let input = Input::Offset { contact };
-            Error::NotFinite {
-                input,
-                row,
-                column: 0,
-            }
+            Error::NotFinite { input, row, column: 0 }
         };
         refuses(error(1), |scene| scene.push(&contact).map(|_| ()));
         refuses(error(0), |scene| scene.set_offset(0, &contact.offset));
@@ -156,9 +142,7 @@ fn a_contact_that_is_not_there_cannot_be_changed() {
         let error = Error::NoSuchContact { contact };
         refuses(error, |scene| scene.set_friction(contact, 0.1));
         refuses(error, |scene| scene.set_offset(contact, &SVector::zeros()));
-        refuses(error, |scene| {
-            scene.set_jacobian(contact, &SMatrix::zeros())
-        });
+        refuses(error, |scene| scene.set_jacobian(contact, &SMatrix::zeros()));
     }
 }
 
@@ -166,13 +150,7 @@ fn a_contact_that_is_not_there_cannot_be_changed() {
 fn a_full_scene_takes_no_contact() {
     let mut scene = scene();
     assert_eq!(scene.push(&floor()), Ok(1));
-    assert_eq!(
-        scene.push(&floor()),
-        Err(Error::ListFull {
-            list: List::Contacts,
-            capacity: 2
-        })
-    );
+    assert_eq!(scene.push(&floor()), Err(Error::ListFull { list: List::Contacts, capacity: 2 }));
     assert_eq!(scene.contacts().len(), 2);
     scene.clear_contacts();
     assert_eq!(scene.push(&floor()), Ok(0));
@@ -198,12 +176,7 @@ fn a_penalty_that_drowns_the_unit_matrix_is_refused_without_friction() -> Result
     let mut scene = Scene::<f64, 1, 1, 2>::new();
     scene.set_mass(&matrix![2.0])?;
     for key in 0..2 {
-        scene.push(&Contact {
-            jacobian: matrix![1.0],
-            offset: vector![0.0],
-            mu: 0.0,
-            key,
-        })?;
+        scene.push(&Contact { jacobian: matrix![1.0], offset: vector![0.0], mu: 0.0, key })?;
     }
     let mut factor = AdmmFactor::new(&scene)?;
     assert_eq!(factor.set_penalty(1e300), Err(Error::InvalidPenalty));
@@ -232,18 +205,8 @@ fn a_tolerance_is_a_number() -> Result<(), Error> {
     for bad in [f64::NAN, f64::INFINITY, -1e-9] {
         let settings = Settings::new(bad);
         let (mut solver, mut admm) = (Solver::new(), AdmmSolver::new());
-        assert_eq!(
-            solver
-                .solve(&scene, factor.factor(), &push, &settings)
-                .err(),
-            refused
-        );
-        assert_eq!(
-            solver
-                .resume(&scene, factor.factor(), &push, &settings)
-                .err(),
-            refused
-        );
+        assert_eq!(solver.solve(&scene, factor.factor(), &push, &settings).err(), refused);
+        assert_eq!(solver.resume(&scene, factor.factor(), &push, &settings).err(), refused);
         let restart = admm.solve(&scene, &factor, &push, &settings);
         assert_eq!(restart.err(), refused);
     }
@@ -257,27 +220,16 @@ fn a_factor_belongs_to_its_number_of_contacts() -> Result<(), Error> {
     scene.push(&floor())?;
     let (push, settings) = (SVector::zeros(), Settings::default());
     let error = Error::StaleFactor;
-    assert_eq!(
-        Solver::new()
-            .solve(&scene, factor.factor(), &push, &settings)
-            .err(),
-        Some(error)
-    );
+    assert_eq!(Solver::new().solve(&scene, factor.factor(), &push, &settings).err(), Some(error));
     let mut admm = AdmmSolver::new();
-    assert_eq!(
-        admm.solve(&scene, &factor, &push, &settings).err(),
-        Some(error)
-    );
+    assert_eq!(admm.solve(&scene, &factor, &push, &settings).err(), Some(error));
     Ok(())
 }
 
 fn built_anew(scene: &mut Planar, jacobian: SMatrix<f64, 2, 2>) -> Result<(), Error> {
     *scene = Planar::new();
     scene.set_mass(&MASS)?;
-    let contact = Contact {
-        jacobian,
-        ..floor()
-    };
+    let contact = Contact { jacobian, ..floor() };
     scene.push(&contact).map(|_| ())
 }
 
@@ -318,9 +270,7 @@ fn a_stale_factor_is_refused_until_it_is_prepared_anew() -> Result<(), Error> {
     }
     let (mut empty, mut solver) = (Planar::new(), Solver::new());
     empty.set_mass(&SMatrix::identity())?;
-    let refused = solver
-        .solve(&empty, &Factor::empty(), &push, &settings)
-        .err();
+    let refused = solver.solve(&empty, &Factor::empty(), &push, &settings).err();
     assert_eq!(refused, Some(Error::StaleFactor));
     Ok(())
 }
@@ -338,10 +288,7 @@ fn changes_that_resemble_each_other_do_not_cancel() -> Result<(), Error> {
             jacobian[entry] = flip(jacobian[entry] + 0.5);
             for contact in 0..2 {
                 scene.set_jacobian(contact, &jacobian)?;
-                assert!(
-                    !factor.is_current(&scene),
-                    "entry {entry} of contact {contact}"
-                );
+                assert!(!factor.is_current(&scene), "entry {entry} of contact {contact}");
             }
         }
     }
@@ -362,27 +309,15 @@ fn a_free_impulse_is_made_of_numbers_and_a_refusal_keeps_the_solution() -> Resul
     let scene = scene();
     let (factor, settings) = (Factor::new(&scene)?, Settings::new(1e-9));
     let mut solver = Solver::new();
-    let before = solver
-        .solve(&scene, &factor, &vector![0.1, -1.0], &settings)?
-        .clone();
+    let before = solver.solve(&scene, &factor, &vector![0.1, -1.0], &settings)?.clone();
     for (row, bad) in NOT_FINITE.into_iter().flat_map(|x| [(0, x), (1, x)]) {
         let mut push = vector![0.1, -1.0];
         push[row] = bad;
         let input = Input::FreeImpulse;
-        let error = Error::NotFinite {
-            input,
-            row,
-            column: 0,
-        };
-        assert_eq!(
-            solver.solve(&scene, &factor, &push, &settings).err(),
-            Some(error)
-        );
+        let error = Error::NotFinite { input, row, column: 0 };
+        assert_eq!(solver.solve(&scene, &factor, &push, &settings).err(), Some(error));
         let after = solver.solution();
-        assert_eq!(
-            (after.velocity, after.status),
-            (before.velocity, before.status)
-        );
+        assert_eq!((after.velocity, after.status), (before.velocity, before.status));
     }
     Ok(())
 }
@@ -412,10 +347,7 @@ fn extreme_numbers_do_not_panic() -> Result<(), Error> {
             let mut scene = Scene::<f64, 2, 2, 2>::new();
             scene.set_mass(&SMatrix::from_diagonal_element(mass))?;
             let jacobian = floor().jacobian * size;
-            scene.push(&Contact {
-                jacobian,
-                ..floor()
-            })?;
+            scene.push(&Contact { jacobian, ..floor() })?;
             let Ok(factor) = Factor::new(&scene) else {
                 continue;
             };
@@ -423,10 +355,7 @@ fn extreme_numbers_do_not_panic() -> Result<(), Error> {
             let mut solver = Solver::new();
             let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-6))?;
             let finite = solution.velocity.iter().all(|v| v.is_finite());
-            assert!(
-                solution.status != Status::Solved || finite,
-                "{size:e} {mass:e}"
-            );
+            assert!(solution.status != Status::Solved || finite, "{size:e} {mass:e}");
         }
     }
     Ok(())
@@ -436,95 +365,43 @@ fn extreme_numbers_do_not_panic() -> Result<(), Error> {
 fn every_error_says_which_datum_is_wrong() {
     let full = |list, capacity| Error::ListFull { list, capacity };
     let texts = [
+        (Error::NotFinite { input: Input::Mass, row: 3, column: 4 }, "mass matrix M: entry (3, 4)"),
         (
-            Error::NotFinite {
-                input: Input::Mass,
-                row: 3,
-                column: 4,
-            },
-            "mass matrix M: entry (3, 4)",
-        ),
-        (
-            Error::NotFinite {
-                input: Input::Jacobian { contact: 5 },
-                row: 1,
-                column: 2,
-            },
+            Error::NotFinite { input: Input::Jacobian { contact: 5 }, row: 1, column: 2 },
             "Jacobian H of contact 5: entry (1, 2)",
         ),
         (
-            Error::NotFinite {
-                input: Input::Offset { contact: 6 },
-                row: 1,
-                column: 0,
-            },
+            Error::NotFinite { input: Input::Offset { contact: 6 }, row: 1, column: 0 },
             "offset w of contact 6: entry (1, 0)",
         ),
+        (Error::NotFinite { input: Input::FreeImpulse, row: 7, column: 0 }, "free impulse: entry (7, 0)"),
         (
-            Error::NotFinite {
-                input: Input::FreeImpulse,
-                row: 7,
-                column: 0,
-            },
-            "free impulse: entry (7, 0)",
-        ),
-        (
-            Error::NotFinite {
-                input: Input::InitialImpulse { contact: 2 },
-                row: 1,
-                column: 0,
-            },
+            Error::NotFinite { input: Input::InitialImpulse { contact: 2 }, row: 1, column: 0 },
             "initial impulse 2: entry (1, 0)",
         ),
-        (
-            Error::MassNotSymmetric { row: 3, column: 4 },
-            "M is not symmetric at (3, 4)",
-        ),
+        (Error::MassNotSymmetric { row: 3, column: 4 }, "M is not symmetric at (3, 4)"),
         (Error::MassNotPositiveDefinite { dof: 8 }, "dof 8"),
-        (
-            Error::InvalidFriction { contact: 9, row: 3 },
-            "mu of contact 9, row 3",
-        ),
+        (Error::InvalidFriction { contact: 9, row: 3 }, "mu of contact 9, row 3"),
         (full(List::Contacts, 10), "contacts are full (room for 10)"),
         (Error::NoSuchContact { contact: 11 }, "no contact 11"),
         (full(List::Rows, 36), "joint rows are full (room for 36)"),
-        (
-            full(List::Surfaces, 2),
-            "contacts with surfaces are full (room for 2)",
-        ),
+        (full(List::Surfaces, 2), "contacts with surfaces are full (room for 2)"),
         (Error::NoSuchRow { row: 13 }, "no joint row 13"),
         (Error::LimitsLeftOut, "had limits"),
         (Error::NoSolution, "no solution of the scene"),
-        (
-            Error::InvalidRowCompliance { row: 14 },
-            "compliance of joint row 14",
-        ),
-        (
-            Error::InvalidLimit { limit: 14 },
-            "bounds or compliance of limit 14",
-        ),
+        (Error::InvalidRowCompliance { row: 14 }, "compliance of joint row 14"),
+        (Error::InvalidLimit { limit: 14 }, "bounds or compliance of limit 14"),
         (Error::InvalidBounds { row: 15 }, "bounds of joint row 15"),
         (
-            Error::NotFinite {
-                input: Input::InitialRowImpulse { row: 17 },
-                row: 0,
-                column: 0,
-            },
+            Error::NotFinite { input: Input::InitialRowImpulse { row: 17 }, row: 0, column: 0 },
             "initial impulse 17 of joint rows",
         ),
         (
-            Error::NotFinite {
-                input: Input::JointRow { row: 18 },
-                row: 1,
-                column: 0,
-            },
+            Error::NotFinite { input: Input::JointRow { row: 18 }, row: 1, column: 0 },
             "joint row 18: entry (1, 0)",
         ),
         (Error::InvalidPenalty, "penalty rho"),
-        (
-            Error::DelassusOutOfRange { contact: 14 },
-            "contact 14 overflows",
-        ),
+        (Error::DelassusOutOfRange { contact: 14 }, "contact 14 overflows"),
         (Error::InvalidTolerance, "tolerance"),
         (Error::StaleFactor, "factor is not that of the scene"),
     ];
@@ -537,10 +414,7 @@ fn every_error_says_which_datum_is_wrong() {
 #[test]
 fn a_contact_that_nothing_moves_is_met_or_infeasible() -> Result<(), Error> {
     let mut scene = scene();
-    scene.push(&Contact {
-        jacobian: SMatrix::zeros(),
-        ..floor()
-    })?;
+    scene.push(&Contact { jacobian: SMatrix::zeros(), ..floor() })?;
     let factor = Factor::new(&scene)?;
     let push = vector![0.3, -0.2];
     let settings = Settings::new(1e-9);
@@ -564,25 +438,14 @@ fn a_contact_that_nothing_moves_is_met_or_infeasible() -> Result<(), Error> {
             assert!(solution.certificate[0][0] == 0.0 && solution.certificate[1][0] > 0.0);
             assert_eq!(worst, Some(1));
         }
-        let relaxed = Settings {
-            model: Model::ConvexRelaxation,
-            ..settings
-        };
+        let relaxed = Settings { model: Model::ConvexRelaxation, ..settings };
         let solution = solver.solve(&scene, &factor, &push, &relaxed)?;
         // It would have to separate as it slides.
         assert_eq!(solution.is_solved(), offset[0] >= 0.5 * offset[1]);
         // And without Newton's method.
         let factor = AdmmFactor::new(&scene)?;
         let mut solver = AdmmSolver::new();
-        let solution = solver.solve(
-            &scene,
-            &factor,
-            &push,
-            &Settings {
-                budget: 2_000,
-                ..settings
-            },
-        )?;
+        let solution = solver.solve(&scene, &factor, &push, &Settings { budget: 2_000, ..settings })?;
         assert_eq!(solution.is_solved(), is_met);
     }
     Ok(())
@@ -594,18 +457,10 @@ fn what_was_refused_first_has_an_infinite_error() -> Result<(), Error> {
     let scene = scene();
     let factor = AdmmFactor::new(&scene)?;
     let mut solver = AdmmSolver::new();
-    let refused = solver.solve(
-        &scene,
-        &factor,
-        &vector![f64::NAN, 0.0],
-        &Settings::new(1e-4),
-    );
+    let refused = solver.solve(&scene, &factor, &vector![f64::NAN, 0.0], &Settings::new(1e-4));
     assert!(refused.is_err());
     let solution = solver.solution();
-    assert_eq!(
-        (solution.status, solution.error),
-        (Status::Unsolved, f64::INFINITY)
-    );
+    assert_eq!((solution.status, solution.error), (Status::Unsolved, f64::INFINITY));
     Ok(())
 }
 
@@ -615,21 +470,10 @@ fn half_a_scene_is_not_solved() -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 2, 2, 2, 1, 1>::new();
     let (push, settings) = (vector![0.0, -1.0], Settings::new(1e-9));
     let nan = f64::NAN;
-    let bad = Contact {
-        offset: vector![nan, 0.0],
-        ..floor()
-    };
-    let soft = Surface {
-        compliance: [nan, 0.0],
-        ..Surface::isotropic(0.5)
-    };
-    let row = |offset| JointRow {
-        row: vector![1.0, 0.0],
-        offset,
-        law: RowLaw::Limit,
-        compliance: 0.0,
-        key: 0,
-    };
+    let bad = Contact { offset: vector![nan, 0.0], ..floor() };
+    let soft = Surface { compliance: [nan, 0.0], ..Surface::isotropic(0.5) };
+    let row =
+        |offset| JointRow { row: vector![1.0, 0.0], offset, law: RowLaw::Limit, compliance: 0.0, key: 0 };
     let mut refused = |part, fill: &mut dyn FnMut(&mut Scene<f64, 2, 2, 2, 1, 1>)| {
         let error = Err(Error::SceneIncomplete { part });
         let scene = kernel.scene_mut();

@@ -12,12 +12,7 @@ fn masses_too_unlike_for_a_resolvent_are_solved_all_the_same() -> Result<(), Err
     for (key, body) in (0..).zip([0, 0, 1, 2, 3, 4, 5]) {
         let mut jacobian = SMatrix::<f32, 2, 12>::zeros();
         (jacobian[(0, 2 * body + 1)], jacobian[(1, 2 * body)]) = (1.0, 1.0);
-        scene.push(&Contact {
-            jacobian,
-            offset: SVector::zeros(),
-            mu: 0.5,
-            key,
-        })?;
+        scene.push(&Contact { jacobian, offset: SVector::zeros(), mu: 0.5, key })?;
     }
     let refused = AdmmFactor::new(&scene).err();
     assert_eq!(refused, Some(Error::InvalidPenalty));
@@ -35,18 +30,10 @@ fn an_infinite_delassus_operator_is_refused() -> Result<(), Error> {
     let mut scene = Scene::<f32, 2, 1, 2>::new();
     scene.set_mass(&SMatrix::from_diagonal(&vector![1.0, 1e-12]))?;
     for (key, jacobian) in (0..).zip([matrix![1.0, 0.0], matrix![0.0, 1e14]]) {
-        scene.push(&Contact {
-            jacobian,
-            offset: vector![0.0],
-            mu: 0.0,
-            key,
-        })?;
+        scene.push(&Contact { jacobian, offset: vector![0.0], mu: 0.0, key })?;
     }
     let mut factor = Factor::empty();
-    assert_eq!(
-        factor.prepare(&scene),
-        Err(Error::DelassusOutOfRange { contact: 1 })
-    );
+    assert_eq!(factor.prepare(&scene), Err(Error::DelassusOutOfRange { contact: 1 }));
     assert!(!factor.is_current(&scene));
     Ok(())
 }
@@ -68,10 +55,7 @@ fn walls_are_proved_to_close_with_a_factor_that_was_another_scene_s() -> Result<
         Ok(scene)
     };
     let mut factor = Factor::empty();
-    factor.prepare(&scene(
-        &[[1.0, 0.0], [1.0, 0.0], [-3.0, 0.0], [-3.0, 0.0]],
-        0.0,
-    )?)?;
+    factor.prepare(&scene(&[[1.0, 0.0], [1.0, 0.0], [-3.0, 0.0], [-3.0, 0.0]], 0.0)?)?;
     let walls = scene(&[[1.0, 0.0], [-1.0, 0.0]], -1.0)?;
     factor.prepare(&walls)?;
     let mut solver = Solver::new();
@@ -84,12 +68,7 @@ fn walls_are_proved_to_close_with_a_factor_that_was_another_scene_s() -> Result<
 #[test]
 fn work_from_outside_does_not_overflow() {
     let most = usize::MAX;
-    let work = Work {
-        iterations: most,
-        sweeps: most,
-        chord_steps: most,
-        newton_steps: most,
-        proof_searches: most,
-    };
+    let work =
+        Work { iterations: most, sweeps: most, chord_steps: most, newton_steps: most, proof_searches: most };
     assert_eq!(work.total(), most);
 }

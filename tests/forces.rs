@@ -23,36 +23,16 @@ fn share(
     let mut grasp = SMatrix::<f64, 6, 12>::zeros();
     for (i, [x, y]) in FEET.into_iter().enumerate().take(feet) {
         let jacobian = point_jacobian(&vector![x, y, -0.3]);
-        grasp
-            .fixed_columns_mut::<3>(3 * i)
-            .copy_from(&jacobian.transpose());
-        let foot = Contact {
-            jacobian,
-            offset: SVector::zeros(),
-            mu,
-            key: 0,
-        };
-        let surface = Surface {
-            compliance: [alpha; 2],
-            ..Surface::isotropic(mu)
-        };
+        grasp.fixed_columns_mut::<3>(3 * i).copy_from(&jacobian.transpose());
+        let foot = Contact { jacobian, offset: SVector::zeros(), mu, key: 0 };
+        let surface = Surface { compliance: [alpha; 2], ..Surface::isotropic(mu) };
         scene.push_on(&foot, &surface).expect("a foot");
     }
-    let settings = Settings {
-        model: Model::ConvexRelaxation,
-        budget: 10_000,
-        ..Settings::new(1e-9)
-    };
+    let settings = Settings { model: Model::ConvexRelaxation, budget: 10_000, ..Settings::new(1e-9) };
     let solution = kernel.solve(&-wanted, &settings).expect("finite data");
     assert!(solution.is_solved(), "{}", solution.status);
-    let forces = solution
-        .contacts
-        .iter()
-        .flat_map(|foot| foot.impulse.data.0[0]);
-    (
-        grasp,
-        SVector::from_iterator(forces.chain([0.0; 12]).take(12)),
-    )
+    let forces = solution.contacts.iter().flat_map(|foot| foot.impulse.data.0[0]);
+    (grasp, SVector::from_iterator(forces.chain([0.0; 12]).take(12)))
 }
 
 proptest! {

@@ -61,10 +61,7 @@ fn is_true<
     if let Some((error, proved)) = K::judge(beside, scene, push, solution, settings.model) {
         assert!(proved, "a proof that is none");
         assert!(has_numbers(solution), "NaN, {:?}", solution.status);
-        assert!(
-            !solution.is_solved() || error <= tolerance,
-            "solved to {error:e}, not {tolerance:e}"
-        );
+        assert!(!solution.is_solved() || error <= tolerance, "solved to {error:e}, not {tolerance:e}");
         // Also of what is not solved.
         let claimed = double(solution.error);
         let claims = solution.is_usable(T::INFINITY);
@@ -76,24 +73,12 @@ fn is_true<
 fn bits<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     solution: &Solution<T, N, D, C, R>,
 ) -> (Vec<u64>, Status, usize) {
-    let impulses = solution
-        .contacts
-        .iter()
-        .flat_map(|c| c.impulse.iter().chain(c.velocity.iter()));
+    let impulses = solution.contacts.iter().flat_map(|c| c.impulse.iter().chain(c.velocity.iter()));
     let rows = solution.rows.iter();
     let rows = rows.flat_map(|row| [&row.impulse, &row.velocity]);
-    let numbers = solution
-        .velocity
-        .iter()
-        .chain(impulses)
-        .chain(rows)
-        .chain([&solution.error]);
+    let numbers = solution.velocity.iter().chain(impulses).chain(rows).chain([&solution.error]);
     let work = solution.work.total() - 10 * solution.work.proof_searches;
-    (
-        numbers.map(|x| double(*x).to_bits()).collect(),
-        solution.status,
-        work,
-    )
+    (numbers.map(|x| double(*x).to_bits()).collect(), solution.status, work)
 }
 
 /// A kernel, and what is remembered of its last solve.
@@ -123,11 +108,8 @@ impl<
 > Machine<T, N, D, C, R, S, K>
 {
     fn run(steps: &[Step]) {
-        let mut machine = Self {
-            kernel: Box::new(Kernel::new()),
-            beside: K::Beside::default(),
-            paused: None,
-        };
+        let mut machine =
+            Self { kernel: Box::new(Kernel::new()), beside: K::Beside::default(), paused: None };
         for step in steps {
             machine.call(step);
         }
@@ -142,30 +124,20 @@ impl<
             Step::Mass(x, raw) => {
                 let root = SMatrix::<T, N, N>::from_fn(|i, j| kind::at(x, i.min(j) * N + i.max(j)));
                 let more = SMatrix::identity() * (root.norm_squared() * T::literal(0.01));
-                scene.set_mass(&if *raw {
-                    root
-                } else {
-                    root * root.transpose() + more
-                })
+                scene.set_mass(&if *raw { root } else { root * root.transpose() + more })
             }
             Step::Jacobian(i, x) => scene.set_jacobian(*i, &kind::contact(x, 0.0, 0).jacobian),
             Step::Offset(i, x) => scene.set_offset(*i, &vector(x)),
             Step::Friction(i, mu) => scene.set_friction(*i, T::literal(*mu)),
             Step::RowJacobian(i, x) => scene.set_row_jacobian(*i, &vector(x)),
             Step::RowOffset(i, offset) => scene.set_row_offset(*i, T::literal(*offset)),
-            Step::RemoveContact(key) => {
-                scene.remove_contact(scene.contact_index(*key).unwrap_or(C))
-            }
+            Step::RemoveContact(key) => scene.remove_contact(scene.contact_index(*key).unwrap_or(C)),
             Step::RemoveRow(key) => scene.remove_row(scene.row_index(*key).unwrap_or(R)),
             Step::Impulses(of_contacts, of_rows) => {
-                let of_contacts = of_contacts
-                    .iter()
-                    .map(|(key, x)| (*key, vector(&[*x, x / 2.0, -x / 3.0])));
+                let of_contacts = of_contacts.iter().map(|(key, x)| (*key, vector(&[*x, x / 2.0, -x / 3.0])));
                 let of_rows = of_rows.iter().map(|(key, x)| (*key, T::literal(*x)));
                 let of_rows: Vec<_> = of_rows.collect();
-                self.kernel
-                    .solver_mut()
-                    .set_impulses(&of_contacts.collect::<Vec<_>>(), &of_rows)
+                self.kernel.solver_mut().set_impulses(&of_contacts.collect::<Vec<_>>(), &of_rows)
             }
             _ => Ok(()),
         };
@@ -191,11 +163,7 @@ impl<
         Settings {
             tolerance: T::literal(budget.tolerance),
             budget: budget.work,
-            model: if budget.relaxed {
-                Model::ConvexRelaxation
-            } else {
-                Model::Coulomb
-            },
+            model: if budget.relaxed { Model::ConvexRelaxation } else { Model::Coulomb },
         }
     }
 
@@ -206,34 +174,18 @@ impl<
             return;
         }
         let (scene, solution) = (self.kernel.scene(), self.kernel.solution());
-        assert!(
-            solution.work.total() <= settings.budget + 27,
-            "{:?}",
-            solution.work
-        );
+        assert!(solution.work.total() <= settings.budget + 27, "{:?}", solution.work);
         is_true::<T, N, D, C, R, S, K>(&self.beside, scene, &push, solution, &settings);
         K::check(&mut self.beside, scene, &push, &settings);
         self.paused = Some((push, budget.tolerance, budget.relaxed));
         Self::is_as_new(&before, &push, &settings);
         for few in [1, 17] {
-            Self::is_split(
-                (*before).clone(),
-                solution,
-                &push,
-                &Settings {
-                    budget: few,
-                    ..settings
-                },
-            );
+            Self::is_split((*before).clone(), solution, &push, &Settings { budget: few, ..settings });
         }
     }
 
     /// After a reset a solver gives the bits of a new one, whatever it has solved before.
-    fn is_as_new(
-        before: &Kernel<T, N, D, C, R, S>,
-        push: &nalgebra::SVector<T, N>,
-        settings: &Settings<T>,
-    ) {
+    fn is_as_new(before: &Kernel<T, N, D, C, R, S>, push: &nalgebra::SVector<T, N>, settings: &Settings<T>) {
         let [mut used, mut new] = [before.clone(), Kernel::new()];
         used.solver_mut().reset();
         *new.scene_mut() = before.scene().clone();
@@ -286,19 +238,11 @@ impl<
         let mut same = vector(push);
         if let Some((push, tolerance, relaxed)) = self.paused {
             same = push;
-            settings = Self::settings(Budget {
-                tolerance,
-                relaxed,
-                ..budget
-            });
+            settings = Self::settings(Budget { tolerance, relaxed, ..budget });
         }
         let status = self.kernel.solution().status;
         let paused = matches!(status, Status::OutOfBudget | Status::Jammed);
-        let spent = if paused {
-            self.kernel.solution().work.total()
-        } else {
-            0
-        };
+        let spent = if paused { self.kernel.solution().work.total() } else { 0 };
         if self.kernel.resume(&same, &settings).is_err() {
             return;
         }

@@ -78,21 +78,15 @@ fn other_units() {
 /// Proofs that any solution is a billion times faster than the walls, in f32 a thousand times.
 #[test]
 fn closing_walls_are_proved_infeasible() {
-    let proved = |factor| move |answer: Answer| matches!(answer, Answer::Infeasible { proof } if proof >= factor);
+    let proved =
+        |factor| move |answer: Answer| matches!(answer, Answer::Infeasible { proof } if proof >= factor);
     let drawn = || (0..60).map(|index| draw(Class::Squeeze, 1, index).0);
     let double = |scenes: Vec<SceneFile>| {
-        check::all(kernels_f64::kernel, scenes, F64, |outcome| {
-            proved(1e9)(outcome.answer)
-        });
+        check::all(kernels_f64::kernel, scenes, F64, |outcome| proved(1e9)(outcome.answer));
     };
     double(by_hand::closing_walls().collect());
     double(drawn().collect());
-    check::all(
-        kernels_f32::kernel,
-        by_hand::closing_walls(),
-        F32,
-        |outcome| proved(1e3)(outcome.answer),
-    );
+    check::all(kernels_f32::kernel, by_hand::closing_walls(), F32, |outcome| proved(1e3)(outcome.answer));
     // A proof is not always to be had from rounded Jacobians; what is said is true.
     let (mut proofs, mut scenes) = (0, 0);
     check::all(kernels_f32::kernel, drawn(), F32, |outcome| {

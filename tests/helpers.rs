@@ -6,8 +6,8 @@ use crate::support::random::{draws, numbers};
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector3, matrix, vector};
 use stiction::time_stepping::{Parameter, StaticFriction, Suction, free_impulse, moving_surface};
 use stiction::{
-    AllPhases, Contact, ContactMode, Error, JointRow, Kernel, List, Phases, RowLaw, RowMode, Scene,
-    Settings, Status, Surface, SweepsAndNewton, SweepsOnly, contact_frame,
+    AllPhases, Contact, ContactMode, Error, JointRow, Kernel, List, Phases, RowLaw, RowMode, Scene, Settings,
+    Status, Surface, SweepsAndNewton, SweepsOnly, contact_frame,
 };
 
 /// Normals along all axes, either way, next to them, and anywhere.
@@ -82,9 +82,7 @@ fn a_contact_at_a_point_slides_down_its_slope() -> Result<(), Error> {
 
 #[test]
 fn a_normal_is_as_long_as_one() -> Result<(), Error> {
-    let refused = Err(Error::InvalidParameter {
-        parameter: Parameter::Normal,
-    });
+    let refused = Err(Error::InvalidParameter { parameter: Parameter::Normal });
     let point = Matrix3::identity();
     for wrong in [
         vector![0.0, 0.0, 0.0],
@@ -110,26 +108,14 @@ fn hang(weight: f64, sideways: f64) -> Result<(SVector<f64, 2>, SVector<f64, 2>)
 }
 
 /// The same from so far below the ceiling.
-fn hang_at(
-    gap: f64,
-    weight: f64,
-    sideways: f64,
-) -> Result<(SVector<f64, 2>, SVector<f64, 2>), Error> {
+fn hang_at(gap: f64, weight: f64, sideways: f64) -> Result<(SVector<f64, 2>, SVector<f64, 2>), Error> {
     let (step, touches) = (0.5, gap <= 0.0);
-    let cup = Suction {
-        force: 16.0,
-        touches,
-    };
+    let cup = Suction { force: 16.0, touches };
     let jacobian = matrix![0.0, -1.0; 1.0, 0.0]; // out of the ceiling is down
     let mut kernel = Kernel::<f64, 2, 2, 2>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&(Matrix2::identity() * 2.0))?;
-    scene.push(&Contact {
-        jacobian,
-        offset: vector![gap / step, 0.0],
-        mu: 0.5,
-        key: 0,
-    })?;
+    scene.push(&Contact { jacobian, offset: vector![gap / step, 0.0], mu: 0.5, key: 0 })?;
     let mut push = vector![sideways, -weight] * step;
     cup.push_back(&jacobian, step, &mut push)?;
     let solution = kernel.solve(&push, &Settings::new(1e-12))?;
@@ -177,13 +163,7 @@ fn a_suction_cup_holds_sideways_what_its_pull_presses() -> Result<(), Error> {
 /// 1 kg that weighs 10 N: 5 N hold it while it stands, 3 N brake it while it slides. Steps of 0.1 s, pushed by what is given.
 #[test]
 fn what_slides_is_braked_by_less_than_what_stands() -> Result<(), Error> {
-    let (friction, step) = (
-        StaticFriction {
-            at_rest: 0.5,
-            sliding: 0.3,
-        },
-        0.1,
-    );
+    let (friction, step) = (StaticFriction { at_rest: 0.5, sliding: 0.3 }, 0.1);
     let mut kernel = Kernel::<f64, 2, 2, 2>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
@@ -234,25 +214,14 @@ fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Resul
     for (key, body) in [(0, 0), (1, 2)] {
         let mut jacobian = SMatrix::zeros();
         (jacobian[(0, body + 1)], jacobian[(1, body)]) = (1.0, 1.0);
-        scene.push(&Contact {
-            jacobian,
-            offset: vector![0.0, 0.0],
-            mu: 0.5,
-            key,
-        })?;
+        scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu: 0.5, key })?;
     }
     let push = vector![4.0, -2.0, 9.0, -6.0];
-    let none = Settings {
-        budget: 0,
-        ..Settings::new(1e-12)
-    };
+    let none = Settings { budget: 0, ..Settings::new(1e-12) };
     // Nothing pushes yet: they fall at 1 m/s and at 3.
     let violation = kernel.solve(&push, &none)?.clone();
     let violation = violation.violation(kernel.scene());
-    assert_eq!(
-        (violation.closing_speed, violation.outside_cone),
-        (3.0, 0.0)
-    );
+    assert_eq!((violation.closing_speed, violation.outside_cone), (3.0, 0.0));
     // Solved, with friction of 1 N·s and 3.
     let solution = kernel.solve(&push, &Settings::new(1e-12))?.clone();
     let violation = solution.violation(kernel.scene());
@@ -269,10 +238,7 @@ fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Resul
 #[test]
 fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
     let (lower, upper) = (-1.0, 1.0);
-    let none = Settings {
-        budget: 0,
-        ..Settings::new(1e-12)
-    };
+    let none = Settings { budget: 0, ..Settings::new(1e-12) };
     for (law, push, speed) in [
         (RowLaw::Limit, -3.0, 3.0),
         (RowLaw::Limit, 3.0, 0.0),
@@ -291,11 +257,7 @@ fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
             key: 0,
         })?;
         let solution = kernel.solve(&vector![push], &none)?.clone();
-        assert_eq!(
-            solution.violation(kernel.scene()).row_speed,
-            speed,
-            "{law:?}"
-        );
+        assert_eq!(solution.violation(kernel.scene()).row_speed, speed, "{law:?}");
         let solution = kernel.solve(&vector![push], &Settings::new(1e-12))?.clone();
         assert!(close(solution.violation(kernel.scene()).row_speed, 0.0));
     }
@@ -306,12 +268,8 @@ fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
 #[test]
 fn a_contact_of_another_key_is_not_measured_by_what_stands_in_its_place() -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 2, 2, 2>::new();
-    let floor = |mu, key| Contact {
-        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
-        offset: vector![0.0, 0.0],
-        mu,
-        key,
-    };
+    let floor =
+        |mu, key| Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu, key };
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     kernel.scene_mut().push(&floor(0.5, 7))?;
     let settings = Settings::new(1e-12);
@@ -332,12 +290,7 @@ fn what_pushes_without_friction_slips_where_it_has_tangents() -> Result<(), Erro
     fn mode<const D: usize>(jacobian: SMatrix<f64, D, 3>) -> Result<ContactMode, Error> {
         let mut kernel = Kernel::<f64, 3, D, 3>::new();
         kernel.scene_mut().set_mass(&Matrix3::identity())?;
-        kernel.scene_mut().push(&Contact {
-            jacobian,
-            offset: SVector::zeros(),
-            mu: 0.0,
-            key: 0,
-        })?;
+        kernel.scene_mut().push(&Contact { jacobian, offset: SVector::zeros(), mu: 0.0, key: 0 })?;
         let solution = kernel.solve(&vector![-1.0, 0.0, 0.0], &Settings::new(1e-12))?;
         Ok(solution.contacts[0].mode)
     }
@@ -364,16 +317,8 @@ fn a_violation_on_a_surface_is_measured_where_its_cone_is_round() -> Result<(), 
         let mut kernel = Kernel::<f64, 3, 3, 3, 0, 1>::new();
         let scene = kernel.scene_mut();
         scene.set_mass(&Matrix3::identity())?;
-        let contact = Contact {
-            jacobian,
-            offset: SVector::zeros(),
-            mu: 0.0,
-            key: 0,
-        };
-        let surface = Surface {
-            friction: [0.8, 0.4],
-            ..Surface::isotropic(0.0)
-        };
+        let contact = Contact { jacobian, offset: SVector::zeros(), mu: 0.0, key: 0 };
+        let surface = Surface { friction: [0.8, 0.4], ..Surface::isotropic(0.0) };
         scene.push_on(&contact, &surface)?;
         let solution = kernel.solve(&push, &Settings::new(1e-12))?.clone();
         assert!(solution.violation(kernel.scene()).outside_cone < 1e-10);
@@ -383,13 +328,7 @@ fn a_violation_on_a_surface_is_measured_where_its_cone_is_round() -> Result<(), 
     Ok(())
 }
 
-fn is_the_largest_that_fits<
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    P: Phases,
->() {
+fn is_the_largest_that_fits<const N: usize, const D: usize, const C: usize, const R: usize, P: Phases>() {
     let budget = Kernel::<f32, N, D, C, R, 0, P>::budget_within;
     let cycles = Kernel::<f32, N, D, C, R, 0, P>::worst_cycles;
     let mut most = 0;
@@ -442,29 +381,13 @@ fn a_scene_without_room_for_contacts_solves_its_joint_rows() -> Result<(), Error
     let mut alone = Kernel::<f64, 2, 3, 0, 6>::new();
     let mut roomy = Kernel::<f64, 2, 3, 2, 5>::new();
     let mass = matrix![0.4, 0.1; 0.1, 0.2];
-    let stop = JointRow {
-        row: vector![1.0, 0.0],
-        offset: 0.25,
-        law: RowLaw::Limit,
-        compliance: 0.0,
-        key: 3,
-    };
+    let stop = JointRow { row: vector![1.0, 0.0], offset: 0.25, law: RowLaw::Limit, compliance: 0.0, key: 3 };
     let (lower, upper) = (-0.05, 0.05);
-    let motor = JointRow {
-        row: vector![0.0, 1.0],
-        offset: -0.5,
-        law: RowLaw::Box { lower, upper },
-        key: 4,
-        ..stop
-    };
+    let motor =
+        JointRow { row: vector![0.0, 1.0], offset: -0.5, law: RowLaw::Box { lower, upper }, key: 4, ..stop };
     fill(alone.scene_mut(), &mass, [&stop, &motor])?;
     fill(roomy.scene_mut(), &mass, [&stop, &motor])?;
-    let contact = Contact {
-        jacobian: SMatrix::zeros(),
-        offset: SVector::zeros(),
-        mu: 0.0,
-        key: 0,
-    };
+    let contact = Contact { jacobian: SMatrix::zeros(), offset: SVector::zeros(), mu: 0.0, key: 0 };
     let (list, capacity) = (List::Contacts, 0);
     let full = Err(Error::ListFull { list, capacity });
     assert_eq!(alone.scene_mut().push(&contact), full);

@@ -15,10 +15,7 @@ fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(Scene<T, 6, 3, 12>, SVector<T, 
         Vector3::new(tilt.cos(), 0.0, -tilt.sin()),
         Vector3::y(),
     ];
-    for (height, frame) in [
-        (-0.5, [Vector3::z(), Vector3::x(), Vector3::y()]),
-        (0.5, lid),
-    ] {
+    for (height, frame) in [(-0.5, [Vector3::z(), Vector3::x(), Vector3::y()]), (0.5, lid)] {
         for (x, y) in [(-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5)] {
             let point = Vector3::new(x, y, height);
             let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
@@ -37,10 +34,7 @@ fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(Scene<T, 6, 3, 12>, SVector<T, 
             })?;
         }
     }
-    Ok((
-        scene,
-        vector![0.0, 0.0, -0.0981, 0.0, 0.0, 0.0].map(T::literal),
-    ))
+    Ok((scene, vector![0.0, 0.0, -0.0981, 0.0, 0.0, 0.0].map(T::literal)))
 }
 
 fn solve<T: Real, const N: usize, const C: usize>(
@@ -48,14 +42,9 @@ fn solve<T: Real, const N: usize, const C: usize>(
     push: &SVector<T, N>,
     tolerance: f64,
 ) -> Result<Solution<T, N, 3, C>, Error> {
-    let settings = Settings {
-        budget: 1_000,
-        ..Settings::new(T::literal(tolerance))
-    };
+    let settings = Settings { budget: 1_000, ..Settings::new(T::literal(tolerance)) };
     let mut solver = Solver::new();
-    Ok(solver
-        .solve(scene, &Factor::new(scene)?, push, &settings)?
-        .clone())
+    Ok(solver.solve(scene, &Factor::new(scene)?, push, &settings)?.clone())
 }
 
 /// Does the certificate prove what it says, recomputed here?
@@ -84,11 +73,7 @@ fn wedges<T: Real>(tolerance: f64) -> Result<(), Error> {
             let (scene, push) = wedge::<T>(mu, tilt)?;
             let solution = solve(&scene, &push, tolerance)?;
             let locks = (tilt / 2.0).tan() < mu;
-            let expected = if locks {
-                Status::Jammed
-            } else {
-                Status::Solved
-            };
+            let expected = if locks { Status::Jammed } else { Status::Solved };
             if solution.status != expected || locks != is_proof(&scene, &solution) {
                 wrong.push((mu, degrees, solution.status, solution.error));
             }
@@ -119,10 +104,7 @@ fn a_proof_of_a_jam_knows_no_unit_of_mass() -> Result<(), Error> {
         let mut heavy = scene.clone();
         heavy.set_mass(&(scene.mass() * 2.0))?;
         let heavy = solve(&heavy, &(push * 2.0), 1e-4)?;
-        assert_eq!(
-            (heavy.status, heavy.velocity),
-            (plain.status, plain.velocity)
-        );
+        assert_eq!((heavy.status, heavy.velocity), (plain.status, plain.velocity));
         assert_eq!(heavy.certificate, plain.certificate);
     }
     Ok(())
@@ -142,11 +124,7 @@ fn jaw<T: Real>(tolerance: f64) -> Result<(), Error> {
     assert_eq!(solution.status, Status::Jammed, "{tolerance}");
     assert!(is_proof(&scene, &solution) && !solution.is_usable(T::ONE));
     // It does not throw what would stay.
-    assert!(
-        solution.velocity[0].abs() <= T::literal(2.0),
-        "{:?}",
-        solution.velocity
-    );
+    assert!(solution.velocity[0].abs() <= T::literal(2.0), "{:?}", solution.velocity);
     Ok(())
 }
 

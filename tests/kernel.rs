@@ -3,8 +3,7 @@
 use crate::support::boxes::BRICK;
 use nalgebra::{Matrix2, Matrix6, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, Kernel, Scene, Settings, Solution, Solver,
-    Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, Kernel, Scene, Settings, Solution, Solver, Status,
 };
 
 /// It stands in a `static`.
@@ -36,10 +35,7 @@ fn a_kernel_gives_the_bits_of_its_parts() -> Result<(), Error> {
         let parts = solver.solve(&scene, &factor, &push, &settings)?;
         let whole = kernel.solve(&push, &settings)?;
         assert!(whole.is_solved());
-        assert_eq!(
-            (whole.velocity, whole.work, whole.error),
-            (parts.velocity, parts.work, parts.error)
-        );
+        assert_eq!((whole.velocity, whole.work, whole.error), (parts.velocity, parts.work, parts.error));
     }
     Ok(())
 }
@@ -49,10 +45,7 @@ fn a_kernel_goes_on_where_its_budget_ended() -> Result<(), Error> {
     let mut kernel = EMPTY.clone();
     fill(kernel.scene_mut(), 0.3)?;
     let push = BRICK.free_impulse(0.5, 0.01);
-    let one = Settings {
-        budget: 1,
-        ..Settings::new(1e-9)
-    };
+    let one = Settings { budget: 1, ..Settings::new(1e-9) };
     assert_eq!(kernel.solve(&push, &one)?.status, Status::OutOfBudget);
     assert!(kernel.resume(&push, &Settings::new(1e-9))?.is_solved());
     Ok(())
@@ -62,10 +55,7 @@ fn a_kernel_goes_on_where_its_budget_ended() -> Result<(), Error> {
 fn a_kernel_refuses_what_its_parts_refuse() {
     let mut kernel = EMPTY.clone();
     let refused = kernel.solve(&vector![0.0, 0.0, 0.0, 0.0, 0.0, 0.0], &Settings::default());
-    assert_eq!(
-        refused.err(),
-        Some(Error::MassNotPositiveDefinite { dof: 5 })
-    );
+    assert_eq!(refused.err(), Some(Error::MassNotPositiveDefinite { dof: 5 }));
 }
 
 /// The zeros of a kernel that has solved nothing are no exact solution, once it was called.
@@ -95,12 +85,7 @@ fn a_kernel_that_is_reset_is_a_new_one() -> Result<(), Error> {
     let spoil: [fn(&mut Kernel<f64, 6, 3, 4>); 4] = [
         |_| {},
         |kernel| {
-            assert!(
-                kernel
-                    .scene_mut()
-                    .set_mass(&(Matrix6::identity() * f64::NAN))
-                    .is_err()
-            );
+            assert!(kernel.scene_mut().set_mass(&(Matrix6::identity() * f64::NAN)).is_err());
         },
         |kernel| {
             let one = kernel.scene().contacts()[0].clone();
@@ -108,10 +93,7 @@ fn a_kernel_that_is_reset_is_a_new_one() -> Result<(), Error> {
         },
         |kernel| {
             kernel.solver_mut().presume_rest();
-            let one = Settings {
-                budget: 1,
-                ..Settings::new(1e-9)
-            };
+            let one = Settings { budget: 1, ..Settings::new(1e-9) };
             assert!(kernel.solve(&BRICK.free_impulse(0.1, 0.01), &one).is_ok());
         },
     ];
@@ -126,10 +108,7 @@ fn a_kernel_that_is_reset_is_a_new_one() -> Result<(), Error> {
         assert_eq!(solution.status, Status::Unsolved);
         assert!(solution.contacts.is_empty() && solution.error > f64::MAX);
         let refused = kernel.resume(&push, &settings);
-        assert_eq!(
-            refused.err(),
-            Some(Error::MassNotPositiveDefinite { dof: 5 })
-        );
+        assert_eq!(refused.err(), Some(Error::MassNotPositiveDefinite { dof: 5 }));
         assert_eq!(bits(&mut kernel)?, new);
     }
     Ok(())
@@ -171,10 +150,7 @@ fn a_solution_names_its_contacts_by_their_keys() -> Result<(), Error> {
     let (mut kernel, source) = (EMPTY.clone(), BRICK.on_plane::<f64>(0.3)?);
     kernel.scene_mut().set_mass(source.mass())?;
     for (contact, key) in source.contacts().iter().zip([40, 10, 30, 20]) {
-        kernel.scene_mut().push(&Contact {
-            key,
-            ..contact.clone()
-        })?;
+        kernel.scene_mut().push(&Contact { key, ..contact.clone() })?;
     }
     let solution = kernel.solve(&BRICK.free_impulse(0.5, 0.01), &Settings::default())?;
     let keys: Vec<u32> = solution.contacts.iter().map(|found| found.key).collect();
@@ -188,10 +164,7 @@ fn a_solution_is_usable_by_its_status_and_its_error() -> Result<(), Error> {
     assert!(!kernel.solution().is_usable(f64::INFINITY));
     fill(kernel.scene_mut(), 0.3)?;
     let push = BRICK.free_impulse(0.5, 0.01);
-    let none = Settings {
-        budget: 0,
-        ..Settings::new(1e-9)
-    };
+    let none = Settings { budget: 0, ..Settings::new(1e-9) };
     let solution = kernel.solve(&push, &none)?;
     assert_eq!(solution.status, Status::OutOfBudget);
     assert!(solution.is_usable(solution.error) && !solution.is_usable(solution.error * 0.5));

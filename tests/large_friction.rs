@@ -42,10 +42,7 @@ fn a_wheel_that_cannot_slip_rolls() -> Result<(), Error> {
         let [x, y] = [drawn[0], drawn[1]];
         let (radius, torque) = (0.05 + 0.02 * x, 0.1 + 0.05 * y);
         for mu in COEFFICIENTS {
-            for share in [
-                rover::<f64>(mu, radius, torque, 1e-9)?,
-                rover::<f32>(mu, radius, torque, 1e-4)?,
-            ] {
+            for share in [rover::<f64>(mu, radius, torque, 1e-9)?, rover::<f32>(mu, radius, torque, 1e-4)?] {
                 assert!((share - 1.0).abs() < 1e-3, "mu {mu}: {share}");
             }
         }

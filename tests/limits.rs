@@ -2,8 +2,7 @@
 
 use nalgebra::{Matrix2, SVector, matrix, vector};
 use stiction::{
-    Contact, Error, Factor, Input, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings,
-    Solver, Status,
+    Contact, Error, Factor, Input, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Solver, Status,
 };
 use testbed::scene_file::{self, SceneFile};
 
@@ -13,13 +12,7 @@ const N: usize = 18;
 fn limit<const K: usize>(dof: usize, sign: f64, offset: f64, key: u32) -> JointRow<f64, K> {
     let mut row = SVector::zeros();
     row[dof] = sign;
-    JointRow {
-        row,
-        offset,
-        law: RowLaw::Limit,
-        compliance: 0.0,
-        key,
-    }
+    JointRow { row, offset, law: RowLaw::Limit, compliance: 0.0, key }
 }
 
 /// The steps of a trotting quadruped, each with a limit for each of its twelve joints, of which its free gait violates two.
@@ -56,10 +49,7 @@ fn fill<const R: usize>(scene: &mut Scene<f64, N, 3, 5, R>, step: &SceneFile) ->
 #[test]
 fn what_is_left_out_is_kept_and_changes_nothing() -> Result<(), Error> {
     let settings = Settings::new(1e-9);
-    let (mut lazy, mut whole) = (
-        Kernel::<_, N, 3, 5, 6>::new(),
-        Kernel::<_, N, 3, 5, 12>::new(),
-    );
+    let (mut lazy, mut whole) = (Kernel::<_, N, 3, 5, 6>::new(), Kernel::<_, N, 3, 5, 12>::new());
     let (mut reached, mut work) = (0, [0; 2]);
     for (step, limits) in trot() {
         fill(lazy.scene_mut(), &step)?;
@@ -68,10 +58,7 @@ fn what_is_left_out_is_kept_and_changes_nothing() -> Result<(), Error> {
             whole.scene_mut().push_row(row)?;
         }
         let push = step.free_impulse();
-        let (few, all) = (
-            lazy.solve_with_limits(&limits, &push, &settings)?,
-            whole.solve(&push, &settings)?,
-        );
+        let (few, all) = (lazy.solve_with_limits(&limits, &push, &settings)?, whole.solve(&push, &settings)?);
         assert!(few.is_solved() && all.is_solved(), "{}", step.name);
         assert!((few.velocity - all.velocity).norm() < 1e-7 * all.velocity.norm());
         for row in &limits {
@@ -112,18 +99,12 @@ fn a_scene_is_afterwards_what_it_was() -> Result<(), Error> {
     let limits = [limit(1, 1.0, 0.25, 0), limit(1, -1.0, 3.0, 1)];
     let solution = kernel.solve_with_limits(&limits, &push, &settings)?;
     assert!((solution.velocity - vector![0.0, -0.25]).norm() < 1e-9);
-    assert_eq!(
-        solution.row_by_key(0).map(|row| row.mode),
-        Some(RowMode::AtLimit)
-    );
+    assert_eq!(solution.row_by_key(0).map(|row| row.mode), Some(RowMode::AtLimit));
     assert_eq!(solution.row_by_key(1), None);
     let scene = kernel.scene();
     assert_eq!((scene.contacts().len(), scene.rows().len()), (1, 0));
     kernel.solver_mut().reset();
-    let (again, alone) = (
-        kernel.solve(&push, &settings)?,
-        fresh.solve(&push, &settings)?,
-    );
+    let (again, alone) = (kernel.solve(&push, &settings)?, fresh.solve(&push, &settings)?);
     assert_eq!((again.velocity, again.work), (alone.velocity, alone.work));
     assert_eq!(again.velocity, vector![0.0, -1.0]);
     Ok(())
@@ -133,27 +114,16 @@ fn a_scene_is_afterwards_what_it_was() -> Result<(), Error> {
 fn a_limit_that_a_contact_pushes_onto_is_found_on_the_way() -> Result<(), Error> {
     // The floor pushes the pair apart; the free motion violates no limit.
     let mut kernel = Kernel::<f64, 2, 1, 2, 2>::new();
-    kernel
-        .scene_mut()
-        .set_mass(&matrix![2.0, -1.0; -1.0, 2.0])?;
+    kernel.scene_mut().set_mass(&matrix![2.0, -1.0; -1.0, 2.0])?;
     let (jacobian, offset) = (matrix![1.0, 0.0], vector![0.0]);
-    kernel.scene_mut().push(&Contact {
-        jacobian,
-        offset,
-        mu: 0.0,
-        key: 0,
-    })?;
+    kernel.scene_mut().push(&Contact { jacobian, offset, mu: 0.0, key: 0 })?;
     let limits = [limit(1, -1.0, 0.25, 7)];
     let push = vector![-3.0, 1.5];
     for tick in 0..2 {
         let solution = kernel.solve_with_limits(&limits, &push, &Settings::new(1e-9))?;
         assert!(solution.is_solved());
         assert!((solution.velocity - vector![0.0, 0.25]).norm() < 1e-8);
-        assert_eq!(
-            solution.work.total() == 0,
-            tick == 1,
-            "the second starts at the first"
-        );
+        assert_eq!(solution.work.total() == 0, tick == 1, "the second starts at the first");
     }
     Ok(())
 }
@@ -165,16 +135,11 @@ fn a_budget_is_that_of_all_and_nothing_is_solved_that_violates_a_limit() -> Resu
         for budget in [0, 1, 2, 3, 5, 8, 13, 21, 34] {
             let mut kernel = Kernel::<_, N, 3, 5, 6>::new();
             fill(kernel.scene_mut(), step)?;
-            let settings = Settings {
-                budget,
-                ..Settings::new(1e-6)
-            };
+            let settings = Settings { budget, ..Settings::new(1e-6) };
             let push = step.free_impulse();
             let solution = kernel.solve_with_limits(limits, &push, &settings)?;
             assert!(solution.work.total() <= budget + 27);
-            let speeds = limits
-                .iter()
-                .map(|row| row.row.dot(&solution.velocity) + row.offset);
+            let speeds = limits.iter().map(|row| row.row.dot(&solution.velocity) + row.offset);
             let least = speeds.fold(f64::INFINITY, f64::min);
             if solution.is_solved() {
                 assert!(least > -1e-5, "{least}");
@@ -183,12 +148,8 @@ fn a_budget_is_that_of_all_and_nothing_is_solved_that_violates_a_limit() -> Resu
                 assert_eq!(solution.status, Status::OutOfBudget);
                 let known = |row: &JointRow<f64, N>| solution.row_by_key(row.key).is_some();
                 let left_out = limits.iter().filter(|row| !known(row));
-                let kept =
-                    |row: &JointRow<f64, N>| row.row.dot(&solution.velocity) + row.offset >= 0.0;
-                assert!(
-                    left_out.clone().all(kept),
-                    "its error knows of all that is violated"
-                );
+                let kept = |row: &JointRow<f64, N>| row.row.dot(&solution.velocity) + row.offset >= 0.0;
+                assert!(left_out.clone().all(kept), "its error knows of all that is violated");
                 ended += 1;
             }
         }
@@ -200,19 +161,11 @@ fn a_budget_is_that_of_all_and_nothing_is_solved_that_violates_a_limit() -> Resu
 #[test]
 fn limits_that_close_on_each_other_are_proved_infeasible() -> Result<(), Error> {
     let mut kernel = pair()?;
-    let limits = [
-        limit(1, 1.0, -0.5, 3),
-        limit(0, 1.0, 9.0, 4),
-        limit(1, -1.0, 0.25, 5),
-    ];
+    let limits = [limit(1, 1.0, -0.5, 3), limit(0, 1.0, 9.0, 4), limit(1, -1.0, 0.25, 5)];
     let solution = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &Settings::new(1e-9))?;
     assert_eq!(solution.status, Status::Infeasible);
     let rows = || solution.rows.iter().zip(&solution.row_certificate);
-    let proof = |key: u32| {
-        rows()
-            .find(|(row, _)| row.key == key)
-            .map_or(0.0, |(_, &d)| d)
-    };
+    let proof = |key: u32| rows().find(|(row, _)| row.key == key).map_or(0.0, |(_, &d)| d);
     let (lower, upper) = (proof(3), proof(5));
     assert!(lower > 0.0 && (lower - upper).abs() < 1e-9 * lower && proof(4) == 0.0);
     Ok(())
@@ -223,40 +176,20 @@ fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> 
     let (mut kernel, settings) = (pair()?, Settings::new(1e-9));
     let sound = limit(1, 1.0, 0.25, 0);
     let mut refused = |limits: &[JointRow<f64, 2>], push: [f64; 2]| {
-        let error = kernel
-            .solve_with_limits(limits, &push.into(), &settings)
-            .err();
+        let error = kernel.solve_with_limits(limits, &push.into(), &settings).err();
         let scene = kernel.scene();
         assert_eq!((scene.contacts().len(), scene.rows().len()), (1, 0));
         error
     };
-    let not_finite = |input, row| {
-        Some(Error::NotFinite {
-            input,
-            row,
-            column: 0,
-        })
-    };
+    let not_finite = |input, row| Some(Error::NotFinite { input, row, column: 0 });
     let broken = limit(1, f64::NAN, 0.25, 0);
     let limits = [sound.clone(), broken];
-    assert_eq!(
-        refused(&limits, [0.0, 0.0]),
-        not_finite(Input::Limit { limit: 1 }, 1)
-    );
+    assert_eq!(refused(&limits, [0.0, 0.0]), not_finite(Input::Limit { limit: 1 }, 1));
     let endless = [limit(1, 1.0, f64::INFINITY, 0)];
-    assert_eq!(
-        refused(&endless, [0.0, 0.0]),
-        not_finite(Input::Limit { limit: 0 }, 2)
-    );
-    assert_eq!(
-        refused(&[], [0.0, f64::NAN]),
-        not_finite(Input::FreeImpulse, 1)
-    );
+    assert_eq!(refused(&endless, [0.0, 0.0]), not_finite(Input::Limit { limit: 0 }, 2));
+    assert_eq!(refused(&[], [0.0, f64::NAN]), not_finite(Input::FreeImpulse, 1));
     let many = vec![sound; 3];
-    let full = Some(Error::ListFull {
-        list: List::Rows,
-        capacity: 2,
-    });
+    let full = Some(Error::ListFull { list: List::Rows, capacity: 2 });
     assert_eq!(refused(&many, [0.0, -1.0]), full); // there is room for two
     assert_eq!(refused(&many, [0.0, 0.0]), None);
     Ok(())
@@ -270,24 +203,14 @@ fn a_stop_that_is_left_makes_room_for_another() -> Result<(), Error> {
     let limits = [limit(0, 1.0, 0.0, 0), limit(1, 1.0, 0.0, 1)];
     let settings = Settings::new(1e-9);
     for tick in 0..6 {
-        let free = if tick % 2 == 0 {
-            vector![-1.0, 0.5]
-        } else {
-            vector![0.5, -1.0]
-        };
+        let free = if tick % 2 == 0 { vector![-1.0, 0.5] } else { vector![0.5, -1.0] };
         let solution = kernel.solve_with_limits(&limits, &free, &settings)?;
         assert!(solution.is_solved());
         assert!((solution.velocity - free.sup(&SVector::zeros())).norm() < 1e-9);
     }
     // Both: there is no room, and what was found with one of them is no solution.
     let full = kernel.solve_with_limits(&limits, &vector![-1.0, -1.0], &settings);
-    assert_eq!(
-        full.err(),
-        Some(Error::ListFull {
-            list: List::Rows,
-            capacity: 1
-        })
-    );
+    assert_eq!(full.err(), Some(Error::ListFull { list: List::Rows, capacity: 1 }));
     let solution = kernel.solve_with_limits(&limits, &vector![-1.0, 0.5], &settings)?;
     assert!(solution.is_solved());
     Ok(())
@@ -303,13 +226,7 @@ fn a_solution_without_some_of_the_limits_is_disowned() -> Result<(), Error> {
     let solution = kernel.solve_with_limits(&limits, &vector![2.0, 2.0], &settings)?;
     assert!(solution.is_solved());
     let full = kernel.solve_with_limits(&limits, &vector![-1.0, -0.25], &settings);
-    assert_eq!(
-        full.err(),
-        Some(Error::ListFull {
-            list: List::Rows,
-            capacity: 1
-        })
-    );
+    assert_eq!(full.err(), Some(Error::ListFull { list: List::Rows, capacity: 1 }));
     let solution = kernel.solution();
     assert!(!solution.is_usable(1.0) && solution.status == Status::Unsolved);
     Ok(())
@@ -325,10 +242,7 @@ fn a_limit_that_is_refused_is_named() -> Result<(), Error> {
     let refused = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &settings);
     assert_eq!(refused.err(), Some(Error::InvalidLimit { limit: 1 }));
     limits[1].compliance = 0.0;
-    limits[1].law = RowLaw::Box {
-        lower: 1.0,
-        upper: -1.0,
-    };
+    limits[1].law = RowLaw::Box { lower: 1.0, upper: -1.0 };
     let refused = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &settings);
     assert_eq!(refused.err(), Some(Error::InvalidLimit { limit: 1 }));
     Ok(())

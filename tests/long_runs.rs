@@ -16,10 +16,7 @@ fn growth(mut energies: impl Iterator<Item = f64>) -> f64 {
 }
 
 fn ball_growth<T: Real>(restitution: f64, tolerance: f64) -> Result<f64, Error> {
-    let ball = Ball {
-        restitution,
-        ..BALL
-    };
+    let ball = Ball { restitution, ..BALL };
     let mut motion = ball.motion::<T>(1e-3, tolerance)?;
     motion.position.y = T::literal(0.5);
     motion.velocity = vector![2.0, 0.0, 60.0].map(T::literal);
@@ -42,14 +39,8 @@ fn the_energy_of_a_bouncing_ball_never_grows() -> Result<(), Error> {
         (1.0, 4e5 * f64::EPSILON, 1e4 * f64::from(f32::EPSILON)),
     ] {
         let growth = [ball_growth::<f64>(e, 1e-10)?, ball_growth::<f32>(e, 1e-5)?];
-        println!(
-            "e = {e}: energy grows by {:.1e} in f64, {:.1e} in f32",
-            growth[0], growth[1]
-        );
-        assert!(
-            growth[0] <= double && growth[1] <= single,
-            "e = {e}: {growth:?}"
-        );
+        println!("e = {e}: energy grows by {:.1e} in f64, {:.1e} in f32", growth[0], growth[1]);
+        assert!(growth[0] <= double && growth[1] <= single, "e = {e}: {growth:?}");
     }
     Ok(())
 }
@@ -59,10 +50,7 @@ fn corner<T: Real>(position: &SVector<T, 3>, [x, y]: [T; 2]) -> (T, SMatrix<T, 2
     let (sin, cos) = position.z.sin_cos();
     let arm = vector![cos * x - sin * y, sin * x + cos * y];
     let (zero, one) = (T::ZERO, T::ONE);
-    (
-        position.y + arm.y,
-        matrix![zero, one, arm.x; one, zero, -arm.y],
-    )
+    (position.y + arm.y, matrix![zero, one, arm.x; one, zero, -arm.y])
 }
 
 /// A box thrown on its edge, 100,000 steps of 1 ms; the growth of its energy and its last speed.
@@ -74,12 +62,7 @@ fn tumbling_box<T: Real>(tolerance: f64) -> Result<[f64; 2], Error> {
     scene.set_mass(&SMatrix::from_diagonal(&mass.map(T::literal)))?;
     for &point in &corners {
         let (_, jacobian) = corner(&SVector::zeros(), point);
-        scene.push(&Contact {
-            jacobian,
-            offset: SVector::zeros(),
-            mu: T::literal(0.4),
-            key: 0,
-        })?;
+        scene.push(&Contact { jacobian, offset: SVector::zeros(), mu: T::literal(0.4), key: 0 })?;
     }
     let weight = vector![0.0, -2.0 * GRAVITY, 0.0];
     let mut motion = Motion::new(scene, weight, 1e-3, tolerance)?;
@@ -92,12 +75,8 @@ fn tumbling_box<T: Real>(tolerance: f64) -> Result<[f64; 2], Error> {
             motion.scene.set_jacobian(contact, &jacobian)?;
             motion.offset(
                 contact,
-                law::Gap {
-                    distance: gap,
-                    recovery: T::ZERO,
-                    reach: T::literal(REACH),
-                }
-                .offset(motion.step)?,
+                law::Gap { distance: gap, recovery: T::ZERO, reach: T::literal(REACH) }
+                    .offset(motion.step)?,
             )?;
         }
         motion.factor.prepare(&motion.scene)?;
@@ -112,10 +91,7 @@ fn tumbling_box<T: Real>(tolerance: f64) -> Result<[f64; 2], Error> {
 /// the speed of a corner.
 #[test]
 fn the_energy_of_a_tumbling_box_never_grows() -> Result<(), Error> {
-    let runs = [
-        (1e-10, tumbling_box::<f64>(1e-10)?),
-        (1e-5, tumbling_box::<f32>(1e-5)?),
-    ];
+    let runs = [(1e-10, tumbling_box::<f64>(1e-10)?), (1e-5, tumbling_box::<f32>(1e-5)?)];
     for (tolerance, [growth, speed]) in runs {
         println!("solved to {tolerance:e}: energy grows by {growth:.1e}, last speed {speed:.1e}");
         assert!(growth <= 10.0 * tolerance, "{growth:e}");
@@ -136,29 +112,19 @@ fn a_resting_stack_does_not_creep() -> Result<(), Error> {
     let mut contacts = Vec::new();
     for (layer, cuboid) in layers.iter().enumerate() {
         let at = 6 * layer;
-        mass.fixed_view_mut::<6, 6>(at, at)
-            .copy_from(&cuboid.mass_matrix());
-        force
-            .fixed_rows_mut::<6>(at)
-            .copy_from(&cuboid.free_impulse::<f64>(slope, 1.0));
+        mass.fixed_view_mut::<6, 6>(at, at).copy_from(&cuboid.mass_matrix());
+        force.fixed_rows_mut::<6>(at).copy_from(&cuboid.free_impulse::<f64>(slope, 1.0));
         let plane = cuboid.on_plane::<f64>(0.5)?;
         for (contact, corner) in plane.contacts().iter().zip(cuboid.corners()) {
             let mut jacobian = SMatrix::<f64, 3, 18>::zeros();
-            jacobian
-                .fixed_columns_mut::<6>(at)
-                .copy_from(&contact.jacobian);
+            jacobian.fixed_columns_mut::<6>(at).copy_from(&contact.jacobian);
             if let Some(below) = at.checked_sub(6) {
                 // The same point as seen from the box below, a whole height further up.
                 let up = vector![corner.x, corner.y, -corner.z];
                 let rows = crate::support::boxes::point_jacobian(&up);
                 jacobian.fixed_columns_mut::<6>(below).copy_from(&-rows);
             }
-            contacts.push(Contact {
-                jacobian,
-                offset: SVector::zeros(),
-                mu: 0.5,
-                key: 0,
-            });
+            contacts.push(Contact { jacobian, offset: SVector::zeros(), mu: 0.5, key: 0 });
         }
     }
     scene.set_mass(&mass)?;
@@ -169,15 +135,7 @@ fn a_resting_stack_does_not_creep() -> Result<(), Error> {
     for _ in 0..steps {
         for (i, contact) in contacts.iter().enumerate() {
             let gap = (contact.jacobian * motion.position)[0];
-            motion.offset(
-                i,
-                law::Gap {
-                    distance: gap,
-                    recovery: 0.1,
-                    reach: REACH,
-                }
-                .offset(step)?,
-            )?;
+            motion.offset(i, law::Gap { distance: gap, recovery: 0.1, reach: REACH }.offset(step)?)?;
         }
         motion.advance()?;
     }

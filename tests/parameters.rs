@@ -10,46 +10,24 @@ use stiction::{Error, JointRow, Real, RowLaw};
 
 /// [`Gap::offset`], by numbers in a row; so the others.
 fn gap<T: Real>(distance: T, step: T, recovery: T, reach: T) -> Result<T, Error> {
-    let gap = Gap {
-        distance,
-        recovery,
-        reach,
-    };
+    let gap = Gap { distance, recovery, reach };
     gap.offset(step)
 }
 
-fn restitution<T: Real>(
-    coefficient: T,
-    approach: T,
-    threshold: T,
-    gap_offset: T,
-) -> Result<T, Error> {
-    let law = Restitution {
-        coefficient,
-        threshold,
-    };
+fn restitution<T: Real>(coefficient: T, approach: T, threshold: T, gap_offset: T) -> Result<T, Error> {
+    let law = Restitution { coefficient, threshold };
     law.offset(approach, gap_offset)
 }
 
 fn compliance<T: Real>(stiffness: T, relaxation: T, step: T) -> Result<T, Error> {
-    let spring = Spring {
-        stiffness,
-        relaxation,
-    };
+    let spring = Spring { stiffness, relaxation };
     spring.compliance(step)
 }
 
 /// Its stiffness does not matter.
 fn compliant_gap<T: Real>(distance: T, relaxation: T, step: T, reach: T) -> Result<T, Error> {
-    let spring = Spring {
-        stiffness: T::literal(f64::NAN),
-        relaxation,
-    };
-    let gap = Gap {
-        distance,
-        reach,
-        ..Gap::default()
-    };
+    let spring = Spring { stiffness: T::literal(f64::NAN), relaxation };
+    let gap = Gap { distance, reach, ..Gap::default() };
     spring.offset(&gap, step)
 }
 
@@ -135,11 +113,7 @@ fn a_stop_names_what_it_refuses() {
     each_refused(
         [0.01, 1e-3, 0.1, 10.0],
         |[distance, step, recovery, reach]| {
-            let stop = JointLimit {
-                distance,
-                recovery,
-                reach,
-            };
+            let stop = JointLimit { distance, recovery, reach };
             stop.row(vector![1.0], step, 0).map(|row| row.offset)
         },
         [
@@ -155,11 +129,7 @@ fn a_stop_names_what_it_refuses() {
             let closed = ClosedLoop { drift, recovery };
             closed.row(vector![1.0], step, 0).map(|row| row.offset)
         },
-        [
-            (Parameter::Drift, NOT_FINITE),
-            (Parameter::Step, NOT_POSITIVE),
-            (Parameter::Recovery, NO_BOUND),
-        ],
+        [(Parameter::Drift, NOT_FINITE), (Parameter::Step, NOT_POSITIVE), (Parameter::Recovery, NO_BOUND)],
     );
 }
 
@@ -171,27 +141,15 @@ fn dry_friction_names_what_it_refuses() {
             let gear = DryFriction { torque }.row(vector![1.0], step, 0);
             gear.map(|row| row.offset)
         },
-        [
-            (Parameter::Torque, NEGATIVE),
-            (Parameter::Step, NOT_POSITIVE),
-        ],
+        [(Parameter::Torque, NEGATIVE), (Parameter::Step, NOT_POSITIVE)],
     );
     let long = DryFriction { torque: 1e300 }.row(vector![1.0], 1e10, 0);
     assert_eq!(refused(long), Parameter::Torque); // its impulse overflows
 }
 
 /// A motor of these gains, feedforward torque and limit.
-fn motor(
-    [stiffness, damping, feedforward, limit, ahead, target, step]: [f64; 7],
-) -> Result<f64, Error> {
-    let motor = Motor {
-        stiffness,
-        damping,
-        feedforward,
-        limit,
-        ahead,
-        target,
-    };
+fn motor([stiffness, damping, feedforward, limit, ahead, target, step]: [f64; 7]) -> Result<f64, Error> {
+    let motor = Motor { stiffness, damping, feedforward, limit, ahead, target };
     motor.row(vector![1.0], step, 0).map(|row| row.offset)
 }
 
@@ -215,35 +173,14 @@ fn a_motor_names_what_it_refuses() {
     assert!(motor([400.0, 0.0, 1.0, 30.0, 0.1, 2.0, 1e-3]).is_ok());
     for (arguments, parameter) in [
         ([0.0, 0.0, 1.0, 30.0, 0.1, 2.0, 1e-3], Parameter::MotorGains),
-        (
-            [TINY, 0.0, 1.0, 30.0, 0.1, 2.0, 1e-3],
-            Parameter::MotorGains,
-        ),
-        (
-            [0.0, 1e-306, 0.0, 30.0, 0.0, 0.0, 1e-3],
-            Parameter::MotorGains,
-        ), // its compliance
-        (
-            [1e300, 1.0, 1.0, 30.0, 0.1, 2.0, 1e10],
-            Parameter::MotorStiffness,
-        ),
-        (
-            [1e308, 1e308, 0.0, 30.0, 0.0, 0.0, 1.0],
-            Parameter::MotorDamping,
-        ),
-        (
-            [400.0, 20.0, 1.0, 1e300, 0.1, 2.0, 1e10],
-            Parameter::TorqueLimit,
-        ),
+        ([TINY, 0.0, 1.0, 30.0, 0.1, 2.0, 1e-3], Parameter::MotorGains),
+        ([0.0, 1e-306, 0.0, 30.0, 0.0, 0.0, 1e-3], Parameter::MotorGains), // its compliance
+        ([1e300, 1.0, 1.0, 30.0, 0.1, 2.0, 1e10], Parameter::MotorStiffness),
+        ([1e308, 1e308, 0.0, 30.0, 0.0, 0.0, 1.0], Parameter::MotorDamping),
+        ([400.0, 20.0, 1.0, 1e300, 0.1, 2.0, 1e10], Parameter::TorqueLimit),
         ([400.0, 20.0, 1.0, 30.0, 1e307, 2.0, 1e-3], Parameter::Ahead),
-        (
-            [400.0, 20.0, 1.0, 30.0, 0.1, 1e307, 1e-3],
-            Parameter::Target,
-        ),
-        (
-            [1e-2, 1e-2, 1e307, 30.0, 0.0, 0.0, 1e-3],
-            Parameter::Feedforward,
-        ),
+        ([400.0, 20.0, 1.0, 30.0, 0.1, 1e307, 1e-3], Parameter::Target),
+        ([1e-2, 1e-2, 1e307, 30.0, 0.0, 0.0, 1e-3], Parameter::Feedforward),
         ([400.0, 20.0, 1.0, 30.0, 0.1, 2.0, TINY], Parameter::Step),
     ] {
         assert_eq!(refused(motor(arguments)), parameter, "{arguments:?}");
@@ -252,11 +189,7 @@ fn a_motor_names_what_it_refuses() {
 
 #[test]
 fn a_motor_has_no_limit_unless_it_is_given_one() -> Result<(), Error> {
-    let motor = Motor {
-        stiffness: 400.0,
-        damping: 20.0,
-        ..Motor::default()
-    };
+    let motor = Motor { stiffness: 400.0, damping: 20.0, ..Motor::default() };
     assert_eq!(motor.row(vector![1.0], 1e-3, 0)?.law, RowLaw::Equality);
     Ok(())
 }
@@ -275,10 +208,7 @@ fn compliance_names_what_it_refuses() {
     assert_eq!(compliance(INFINITY, 0.0, 1e-3), Ok(0.0)); // rigid
     assert_eq!(refused(compliance(INFINITY, 0.0, 1e-200)), Parameter::Step); // its square is 0
     assert_eq!(refused(compliance(1.0, 0.0, 1e200)), Parameter::Step);
-    assert_eq!(
-        refused(compliance(1.0, 1e308, 1e308)),
-        Parameter::Relaxation
-    );
+    assert_eq!(refused(compliance(1.0, 1e308, 1e308)), Parameter::Relaxation);
     each_refused(
         [-0.01, 5e-3, 1e-3, 10.0],
         |[gap, relaxation, step, reach]| compliant_gap(gap, relaxation, step, reach),
@@ -291,21 +221,16 @@ fn compliance_names_what_it_refuses() {
     );
     assert_eq!(compliant_gap(3.0, 0.0, 0.5, INFINITY), Ok(6.0));
     // A gap and a reach that are none are to blame before times that are too long together.
-    for (gap, reach, culprit) in [
-        (NAN, 10.0, Parameter::Gap),
-        (-0.01, NAN, Parameter::Reach),
-        (-0.01, 10.0, Parameter::Relaxation),
-    ] {
+    for (gap, reach, culprit) in
+        [(NAN, 10.0, Parameter::Gap), (-0.01, NAN, Parameter::Reach), (-0.01, 10.0, Parameter::Relaxation)]
+    {
         assert_eq!(refused(compliant_gap(gap, 1e308, 1e308, reach)), culprit);
     }
 }
 
 #[test]
 fn suction_names_what_it_refuses() {
-    let cup = |force| Suction {
-        force,
-        touches: true,
-    };
+    let cup = |force| Suction { force, touches: true };
     let up = vector![1.0].transpose();
     let push_back = |[force, step]: [f64; 2]| {
         let mut push = vector![0.0];
@@ -316,10 +241,7 @@ fn suction_names_what_it_refuses() {
         let impulse = cup(force).impulse(&vector![1.0, 2.0], step)?;
         Ok(impulse[0])
     };
-    let bad = [
-        (Parameter::Suction, NEGATIVE),
-        (Parameter::Step, NOT_POSITIVE),
-    ];
+    let bad = [(Parameter::Suction, NEGATIVE), (Parameter::Step, NOT_POSITIVE)];
     each_refused([16.0, 0.5], push_back, bad);
     each_refused([16.0, 0.5], impulse, bad);
     assert_eq!(push_back([16.0, 0.5]), Ok(-8.0));
@@ -341,23 +263,9 @@ fn the_error_says_what_is_asked_of_the_parameter() {
 /// What is Ok is finite, of the sign it should have, and within its bounds.
 fn finite_or_refused<T: Real>([a, b, c, d, e, f, g]: [T; 7]) {
     let row: SVector<T, 1> = SVector::from([T::ONE]);
-    let motor = Motor {
-        stiffness: a,
-        damping: b,
-        feedforward: c,
-        limit: d,
-        ahead: e,
-        target: f,
-    };
-    let stop = JointLimit {
-        distance: a,
-        recovery: c,
-        reach: d,
-    };
-    let closed = ClosedLoop {
-        drift: a,
-        recovery: c,
-    };
+    let motor = Motor { stiffness: a, damping: b, feedforward: c, limit: d, ahead: e, target: f };
+    let stop = JointLimit { distance: a, recovery: c, reach: d };
+    let closed = ClosedLoop { drift: a, recovery: c };
     if let Ok(offset) = gap(a, b, c, d) {
         assert!(offset.is_finite() && -c <= offset && offset <= d);
     }
@@ -387,9 +295,7 @@ fn finite_or_refused<T: Real>([a, b, c, d, e, f, g]: [T; 7]) {
 
 /// Bits of any kind, numbers of use, and those at the ends of both number types.
 fn number() -> impl Strategy<Value = f64> {
-    let ends = [
-        0.0, 1e-323, 1e-310, 1e-200, 1e-45, 1e-39, 1e38, 1e200, 1.7e308, INFINITY,
-    ];
+    let ends = [0.0, 1e-323, 1e-310, 1e-200, 1e-45, 1e-39, 1e38, 1e200, 1.7e308, INFINITY];
     let ends = select(ends.to_vec());
     prop_oneof![
         2 => proptest::num::f64::ANY,

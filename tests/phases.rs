@@ -23,10 +23,7 @@ fn fits(file: &SceneFile) -> bool {
 /// The error that a stranger finds.
 fn error(file: &SceneFile, solution: &Solution<f64, N, 3, C>, law: Law) -> f64 {
     let v = &solution.velocity.as_slice()[..file.n_dof];
-    let impulses = solution
-        .contacts
-        .iter()
-        .flat_map(|contact| contact.impulse.iter());
+    let impulses = solution.contacts.iter().flat_map(|contact| contact.impulse.iter());
     let r: Vec<f64> = impulses.copied().collect();
     measure::error(file, v, &r, law)
 }
@@ -85,10 +82,7 @@ fn what_is_called_solved_is() -> Result<(), Error> {
 
 #[test]
 fn the_relaxation_is_swept_too() -> Result<(), Error> {
-    let settings = Settings {
-        model: Model::ConvexRelaxation,
-        ..Settings::new(1e-4)
-    };
+    let settings = Settings { model: Model::ConvexRelaxation, ..Settings::new(1e-4) };
     let [scenes, sweeps] = share(SweepsOnly, &settings)?;
     assert!(is_about(sweeps, scenes, 88), "{sweeps} of {scenes}");
     Ok(())
@@ -115,9 +109,7 @@ fn trot<P: Phases>(phases: P, steps: &[SceneFile]) -> Result<usize, Error> {
 
 #[test]
 fn each_walks_with_warm_starts() -> Result<(), Error> {
-    let path = bundled_sequences()
-        .into_iter()
-        .find(|path| path.ends_with("go2_trot.json"));
+    let path = bundled_sequences().into_iter().find(|path| path.ends_with("go2_trot.json"));
     let steps = read(&path.expect("it is bundled")).expect("a sequence");
     let all = trot(AllPhases, &steps)?;
     let newton = trot(SweepsAndNewton, &steps)?;
@@ -151,21 +143,14 @@ fn walls_that_close_end_the_budget_of_sweeps() -> Result<(), Error> {
 /// A body that falls upon a contact without friction, of any number of rows.
 fn falls_without_friction<P: Phases, const D: usize>(phases: P) -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 6, D, 1, 0, 1, P>::with_phases(phases);
-    kernel
-        .scene_mut()
-        .set_mass(&nalgebra::Matrix6::identity())?;
+    kernel.scene_mut().set_mass(&nalgebra::Matrix6::identity())?;
     let contact = stiction::Contact {
         jacobian: nalgebra::SMatrix::identity(),
         offset: nalgebra::SVector::zeros(),
         mu: 0.0,
         key: 0,
     };
-    let ice = stiction::Surface {
-        friction: [0.0; 2],
-        spin: 0.0,
-        roll: [0.0; 2],
-        compliance: [0.0; 2],
-    };
+    let ice = stiction::Surface { friction: [0.0; 2], spin: 0.0, roll: [0.0; 2], compliance: [0.0; 2] };
     kernel.scene_mut().push_on(&contact, &ice)?;
     let push = nalgebra::vector![-1.0, 0.1, 0.2, 0.3, 0.4, 0.5];
     let solution = kernel.solve(&push, &Settings::new(1e-6))?;

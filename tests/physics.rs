@@ -4,19 +4,14 @@ use crate::support::boxes::{BRICK, GRAVITY};
 use crate::support::random::{draws, scenes};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, matrix, vector};
 use proptest::prelude::*;
-use stiction::{
-    Contact, ContactMode, Error, Kernel, Model, Scene, Settings, SlipUpdate, Status, Surface,
-};
+use stiction::{Contact, ContactMode, Error, Kernel, Model, Scene, Settings, SlipUpdate, Status, Surface};
 use testbed::measure::{Law, error_of, impulses};
 use testbed::method::Method;
 
 const STEP: f64 = 0.01;
 
 fn exactly() -> Settings<f64> {
-    Settings {
-        budget: 10_000,
-        ..Settings::new(1e-12)
-    }
+    Settings { budget: 10_000, ..Settings::new(1e-12) }
 }
 
 /// A point mass of 2 kg over a floor; normal `z` first.
@@ -193,11 +188,7 @@ fn an_impact_never_gains_energy() -> Result<(), Error> {
     let mut solved = 0;
     for (scene, push) in draws(scenes::<6, 3, 4>(3, 1.5), 256) {
         let energy = |v: SVector<f64, 6>| v.dot(&(scene.mass() * v)) / 2.0;
-        let free = scene
-            .mass()
-            .cholesky()
-            .expect("positive definite")
-            .solve(&push);
+        let free = scene.mass().cholesky().expect("positive definite").solve(&push);
         let solution = Method::Default.solve(&scene, &push, &exactly())?;
         if solution.status != Status::Solved {
             continue;
@@ -256,9 +247,6 @@ fn active_set<const N: usize, const D: usize, const C: usize>(
         (!pulls && !penetrates).then_some(v)
     });
     let candidates: Vec<_> = candidates.collect();
-    assert!(
-        !candidates.is_empty(),
-        "a quadratic programme has a solution"
-    );
+    assert!(!candidates.is_empty(), "a quadratic programme has a solution");
     candidates[0]
 }

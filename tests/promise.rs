@@ -3,8 +3,7 @@
 
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::{
-    Contact, Error, Factor, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Status,
-    Surface,
+    Contact, Error, Factor, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Status, Surface,
 };
 use testbed::generate;
 use testbed::measure::{Law, error_of};
@@ -17,25 +16,11 @@ fn row<T: stiction::Real, const N: usize>(
     law: RowLaw<T>,
     key: u32,
 ) -> JointRow<T, N> {
-    JointRow {
-        row,
-        offset,
-        law,
-        compliance: T::ZERO,
-        key,
-    }
+    JointRow { row, offset, law, compliance: T::ZERO, key }
 }
 
-fn normal<T: stiction::Real, const N: usize>(
-    jacobian: SVector<T, N>,
-    offset: T,
-) -> Contact<T, N, 1> {
-    Contact {
-        jacobian: jacobian.transpose(),
-        offset: vector![offset],
-        mu: T::ZERO,
-        key: 0,
-    }
+fn normal<T: stiction::Real, const N: usize>(jacobian: SVector<T, N>, offset: T) -> Contact<T, N, 1> {
+    Contact { jacobian: jacobian.transpose(), offset: vector![offset], mu: T::ZERO, key: 0 }
 }
 
 /// The impulse of a motor that moves nothing is no size to compare others with.
@@ -45,10 +30,7 @@ fn a_row_that_nothing_moves_loosens_nothing() -> Result<(), Error> {
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix1::new(1.0))?;
     scene.push_row(&row(vector![1.0], 0.0, RowLaw::Limit, 0))?;
-    let motor = RowLaw::Box {
-        lower: 1e5,
-        upper: 1e5,
-    };
+    let motor = RowLaw::Box { lower: 1e5, upper: 1e5 };
     scene.push_row(&row(vector![0.0], 0.0, motor, 1))?;
     for (push, velocity) in [(1.0, 1.0), (-1.0, 0.0)] {
         let solution = kernel.solve(&vector![push], &Settings::new(1e-4))?;
@@ -92,10 +74,7 @@ fn a_limit_that_is_left_out_has_sound_numbers() -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 1, 1, 0, 2>::new();
     kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
     for compliance in [-1.0, f64::NAN] {
-        let limits = [JointRow {
-            compliance,
-            ..row(vector![1.0], 5.0, RowLaw::Limit, 0)
-        }];
+        let limits = [JointRow { compliance, ..row(vector![1.0], 5.0, RowLaw::Limit, 0) }];
         let refused = kernel.solve_with_limits(&limits, &vector![0.0], &Settings::new(1e-9));
         assert_eq!(refused.err(), Some(Error::InvalidLimit { limit: 0 }));
     }
@@ -110,23 +89,11 @@ fn a_solve_that_was_disowned_is_not_resumed() -> Result<(), Error> {
     scene.push(&normal(vector![1.0, 0.3], 0.0))?;
     scene.push(&normal(vector![0.9, -0.4], 0.0))?;
     let limits = [row(vector![-1.0, 0.0], 0.05, RowLaw::Limit, 0)];
-    let hurried = Settings {
-        budget: 1,
-        ..Settings::new(1e-9)
-    };
+    let hurried = Settings { budget: 1, ..Settings::new(1e-9) };
     let full = kernel.solve_with_limits(&limits, &vector![-1.0, 1.9], &hurried);
-    assert_eq!(
-        full.err(),
-        Some(Error::ListFull {
-            list: List::Rows,
-            capacity: 0
-        })
-    );
+    assert_eq!(full.err(), Some(Error::ListFull { list: List::Rows, capacity: 0 }));
     assert_eq!(kernel.solution().status, Status::Unsolved);
-    let none = Settings {
-        budget: 0,
-        ..hurried
-    };
+    let none = Settings { budget: 0, ..hurried };
     let solution = kernel.resume(&vector![-5.0, 0.0], &none)?;
     assert_eq!(solution.work.total(), 0);
     Ok(())
@@ -137,9 +104,8 @@ fn a_limit_is_open_if_it_does_not_push() -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 2, 1, 0, 4>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
-    for (key, (x, y, offset)) in [(-0.9, 0.9, -0.4), (0.3, -0.4, -0.3), (0.7, -0.9, -0.9)]
-        .into_iter()
-        .enumerate()
+    for (key, (x, y, offset)) in
+        [(-0.9, 0.9, -0.4), (0.3, -0.4, -0.3), (0.7, -0.9, -0.9)].into_iter().enumerate()
     {
         let key = u32::try_from(key).unwrap_or(0);
         scene.push_row(&row(vector![x, y], offset, RowLaw::Limit, key))?;
@@ -198,10 +164,7 @@ fn an_impulse_lies_within_its_bounds_to_the_last_bit() {
             f: vec![-f64::from(0.198_515_74_f32)],
             w: Vec::new(),
             mu: Vec::new(),
-            joints: vec![
-                joint("box", -1.0, 74.886_39 * scale),
-                joint("equality", 0.0, 0.0),
-            ],
+            joints: vec![joint("box", -1.0, 74.886_39 * scale), joint("equality", 0.0, 0.0)],
             compliance: Vec::new(),
             keys: Vec::new(),
             limits_inside: true,
@@ -227,11 +190,8 @@ fn a_row_out_of_range_is_refused_with_its_key() -> Result<(), Error> {
         let mut kernel = Kernel::<f32, 1, 1, 0, 1>::new();
         kernel.scene_mut().set_mass(&Matrix1::new(mass))?;
         let limit = row(vector![entry], -1e-3, RowLaw::Limit, 9);
-        let outside = kernel.solve_with_limits(
-            std::slice::from_ref(&limit),
-            &vector![-1.0],
-            &Settings::new(1e-4),
-        );
+        let outside =
+            kernel.solve_with_limits(std::slice::from_ref(&limit), &vector![-1.0], &Settings::new(1e-4));
         assert_eq!(outside.map(|_| ()), refused);
         kernel.scene_mut().push_row(&limit)?;
         let inside = kernel.solve(&vector![-1.0], &Settings::new(1e-4));
@@ -264,10 +224,7 @@ fn a_row_that_nothing_moves_stays_within_its_bounds() -> Result<(), Error> {
         scene.push_row(&row(vector![1.0], 0.0, RowLaw::Limit, 1))?;
         for push in [0.3, 1e6] {
             for budget in [0, 1_000] {
-                let settings = Settings {
-                    budget,
-                    ..Settings::new(1e-4)
-                };
+                let settings = Settings { budget, ..Settings::new(1e-4) };
                 let solution = kernel.solve(&vector![push], &settings)?;
                 assert_eq!(solution.rows[fixed].impulse, lower);
             }
@@ -296,18 +253,12 @@ fn a_long_sum_is_not_trusted_too_far() -> Result<(), Error> {
             let settings = Settings::new(tolerance);
             let solution = kernel.solve(&push, &settings)?.clone();
             let error = error_of(kernel.scene(), &push, &solution, Law::Coulomb);
-            assert!(
-                !solution.is_solved() || error <= f64::from(tolerance),
-                "{k}: {error:e}"
-            );
+            assert!(!solution.is_solved() || error <= f64::from(tolerance), "{k}: {error:e}");
             solved += usize::from(solution.is_solved());
             let solution = limited.solve_with_limits(&limits, &push, &settings)?;
             let wide = |x: &SVector<f32, 30>| x.map(f64::from);
             let speed = wide(&jacobian).dot(&wide(&solution.velocity)) + 1.0;
-            assert!(
-                solution.row_by_key(0).is_some() || speed >= 0.0,
-                "{k}: {speed:e}"
-            );
+            assert!(solution.row_by_key(0).is_some() || speed >= 0.0, "{k}: {speed:e}");
         }
     }
     assert!(solved >= 40, "{solved} of 80");
@@ -319,10 +270,7 @@ fn a_long_sum_is_not_trusted_too_far() -> Result<(), Error> {
 #[test]
 fn a_rigid_surface_loosens_no_dynamics() {
     let tolerance = f64::from(1e-4_f32);
-    let settings = Settings {
-        budget: 2_000,
-        ..Settings::new(1e-4)
-    };
+    let settings = Settings { budget: 2_000, ..Settings::new(1e-4) };
     for (index, step) in [(46_630, 3), (55_420, 0), (83_973, 2)] {
         let files = generate::time_steps(4, index);
         let answers = kernels_f32::solve_all(&files, &settings);
@@ -342,10 +290,7 @@ fn a_factor_tells_a_jacobian_from_a_compliance() -> Result<(), Error> {
     let scene = |[entry, compliance]: [f64; 2]| -> Result<_, Error> {
         let mut scene = Scene::<f64, 5, 1, 1, 0, 1>::new();
         scene.set_mass(&SMatrix::identity())?;
-        let surface = Surface {
-            compliance: [compliance, 0.0],
-            ..Surface::isotropic(0.0)
-        };
+        let surface = Surface { compliance: [compliance, 0.0], ..Surface::isotropic(0.0) };
         let contact = normal(vector![0.0, 0.0, 0.0, 0.0, entry], 0.0);
         scene.push_on(&contact, &surface)?;
         Ok(scene)
@@ -400,10 +345,7 @@ fn compliance_is_added_once() -> Result<(), Error> {
     let mut kernel = Kernel::<f32, 1, 1, 1, 0, 1>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix1::new(entry))?;
-    let surface = Surface {
-        compliance: [compliance, 0.0],
-        ..Surface::isotropic(0.0)
-    };
+    let surface = Surface { compliance: [compliance, 0.0], ..Surface::isotropic(0.0) };
     scene.push_on(&normal(vector![entry], 0.0), &surface)?;
     let solution = kernel.solve(&vector![-0.5 * entry], &Settings::new(1e-12))?;
     let (v, contact) = (solution.velocity[0], &solution.contacts[0]);
@@ -420,16 +362,8 @@ fn a_scale_whose_square_vanishes_is_one() -> Result<(), Error> {
     let mut kernel = Kernel::<f32, 3, 3, 1, 0, 1>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix3::identity())?;
-    let contact = Contact {
-        jacobian: Matrix3::identity(),
-        offset: vector![0.0, 0.0, 0.0],
-        mu: 0.0,
-        key: 0,
-    };
-    let surface = Surface {
-        friction: [1.0, 1e-23],
-        ..Surface::isotropic(0.0)
-    };
+    let contact = Contact { jacobian: Matrix3::identity(), offset: vector![0.0, 0.0, 0.0], mu: 0.0, key: 0 };
+    let surface = Surface { friction: [1.0, 1e-23], ..Surface::isotropic(0.0) };
     scene.push_on(&contact, &surface)?;
     let solution = kernel.solve(&vector![-1.0, 0.2, 0.1], &Settings::default())?;
     assert!(solution.is_solved(), "{:?}", solution.status);
@@ -448,17 +382,9 @@ fn the_worst_contact_is_the_same_in_other_units() -> Result<(), Error> {
         for body in 0..2 {
             let jacobian = SMatrix::from_fn(|k, j| if j == 3 * body + k { 1.0 } else { 0.0 });
             let (offset, key) = (SVector::zeros(), u32::try_from(body).unwrap_or(0));
-            scene.push(&Contact {
-                jacobian,
-                offset,
-                mu: 0.5,
-                key,
-            })?;
+            scene.push(&Contact { jacobian, offset, mu: 0.5, key })?;
         }
-        let settings = Settings {
-            budget: 0,
-            ..Settings::new(1e-5)
-        };
+        let settings = Settings { budget: 0, ..Settings::new(1e-5) };
         // The first is pressed a little, the second slides fast and is pressed less.
         let push = vector![-1.0, 0.0, 0.0, -0.9, 3.0, 4.0] * unit;
         kernel.solve(&push, &settings)?;
@@ -498,12 +424,7 @@ fn a_belt_without_friction_loosens_nothing() -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 2, 3, 2, 0, 2>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
-    let across = Surface {
-        friction: [0.0, 1.0],
-        spin: 0.0,
-        roll: [0.0; 2],
-        compliance: [0.0; 2],
-    };
+    let across = Surface { friction: [0.0, 1.0], spin: 0.0, roll: [0.0; 2], compliance: [0.0; 2] };
     for (key, side, offset) in [(0, 1.0, -0.01), (1, -1.0, 0.5)] {
         let contact = Contact {
             jacobian: matrix![side, 0.0; 0.0, 0.0; 0.0, 1.0],

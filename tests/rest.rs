@@ -62,14 +62,7 @@ fn on_feet<T: Real, const C: usize>(feet: [[f64; 2]; C], slope: f64) -> Result<[
         })?;
     }
     let weight = 12.0 * GRAVITY;
-    let force = vector![
-        weight * slope.sin(),
-        0.0,
-        -weight * slope.cos(),
-        0.0,
-        0.0,
-        0.0
-    ];
+    let force = vector![weight * slope.sin(), 0.0, -weight * slope.cos(), 0.0, 0.0, 0.0];
     drift(&mut kernel, &SVector::zeros(), &force)
 }
 
@@ -99,10 +92,7 @@ fn rover<T: Real>() -> Result<[f64; 2], Error> {
         scene.push_row(&JointRow {
             row,
             offset: T::literal(-0.5 / RADIUS),
-            law: RowLaw::Box {
-                lower: T::literal(-limit * STEP),
-                upper: T::literal(limit * STEP),
-            },
+            law: RowLaw::Box { lower: T::literal(-limit * STEP), upper: T::literal(limit * STEP) },
             compliance: T::literal(1.0 / (STEP * gain)),
             key: u32::try_from(k).unwrap_or(0),
         })?;
@@ -116,10 +106,7 @@ fn rover<T: Real>() -> Result<[f64; 2], Error> {
 
 fn stays([grip, normal]: [f64; 2]) {
     println!("moved by {grip:.1e} of friction, {normal:.1e} of normals");
-    assert!(
-        grip <= 0.01 && normal <= 0.01,
-        "moved by {grip:.4} of friction, {normal:.4} of normals"
-    );
+    assert!(grip <= 0.01 && normal <= 0.01, "moved by {grip:.4} of friction, {normal:.4} of normals");
 }
 
 const SQUARE: [[f64; 2]; 4] = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];

@@ -65,30 +65,16 @@ impl Body {
             }
             let normal = foot.normal.normalize().map(T::literal);
             let velocity = velocity.map(T::literal);
-            scene.push(&Contact::at_point(
-                &normal,
-                &velocity,
-                T::literal(foot.mu),
-                key,
-            )?)?;
+            scene.push(&Contact::at_point(&normal, &velocity, T::literal(foot.mu), key)?)?;
         }
         for (key, (brake, wheel)) in (0..).zip(self.brakes.iter().zip(6..)) {
             let law = brake.map_or(RowLaw::Equality, |torque| {
                 let upper = T::literal(torque * STEP);
-                RowLaw::Box {
-                    lower: -upper,
-                    upper,
-                }
+                RowLaw::Box { lower: -upper, upper }
             });
             let mut row = SVector::<T, 10>::zeros();
             row[wheel] = T::ONE;
-            scene.push_row(&JointRow {
-                row,
-                offset: T::ZERO,
-                law,
-                compliance: T::ZERO,
-                key,
-            })?;
+            scene.push_row(&JointRow { row, offset: T::ZERO, law, compliance: T::ZERO, key })?;
         }
         Ok(kernel)
     }
@@ -112,10 +98,8 @@ impl Body {
                 let solution = kernel.solve(&push, &settings)?;
                 assert!(solution.is_solved(), "{}: {}", self.kind, solution.status);
                 velocity = solution.velocity;
-                let impulse = solution
-                    .contacts
-                    .iter()
-                    .fold(T::ZERO, |sum, contact| sum + contact.impulse.norm());
+                let impulse =
+                    solution.contacts.iter().fold(T::ZERO, |sum, contact| sum + contact.impulse.norm());
                 let error = settings.tolerance * impulse * T::literal(100.0 / self.masses[0]);
                 for contact in &solution.contacts {
                     let speed = contact.velocity.norm() - error;
@@ -140,8 +124,7 @@ impl Body {
         let settings = ["f64, 1e-9", "f64, 1e-4", "f32, 1e-4"];
         let speeds = settings.into_iter().zip(self.speeds(share, ticks)?);
         let slid = speeds.filter(|(_, speed)| *speed > SLIDES);
-        let line =
-            |(setting, speed)| format!("{} at {share}, {setting}: {speed:.1e} m/s", self.kind);
+        let line = |(setting, speed)| format!("{} at {share}, {setting}: {speed:.1e} m/s", self.kind);
         Ok(slid.map(line).collect())
     }
 }
@@ -170,13 +153,7 @@ fn critical() -> Vec<Body> {
         mu: number(&foot[2]),
     };
     let feet = |feet: &Value| feet.as_array().into_iter().flatten().map(foot).collect();
-    let brakes = |list: &Value| {
-        list.as_array()
-            .into_iter()
-            .flatten()
-            .map(Value::as_f64)
-            .collect()
-    };
+    let brakes = |list: &Value| list.as_array().into_iter().flatten().map(Value::as_f64).collect();
     let body = |body: &Value| Body {
         kind: body["kind"].as_str().unwrap_or_default().to_owned(),
         masses: padded(&list(&body["masses"]), 1.0),
@@ -194,11 +171,7 @@ fn brick(points: usize) -> Body {
     let [x, y, z] = BRICK.half;
     let edges = [(x, 0.0), (-x, 0.0), (0.0, y), (0.0, -y)].map(|(x, y)| Vector3::new(x, y, -z));
     let points = BRICK.corners().into_iter().chain(edges).take(points);
-    let feet = points.map(|point| Foot {
-        point,
-        normal: Vector3::z(),
-        mu: 0.6,
-    });
+    let feet = points.map(|point| Foot { point, normal: Vector3::z(), mu: 0.6 });
     let slope = 20.0_f64.to_radians();
     let weight = BRICK.mass * GRAVITY;
     Body {
@@ -214,10 +187,7 @@ fn brick(points: usize) -> Body {
 
 /// A load that only forces at 0.95 of friction hold, all against one slide, from numbers between -1 and 1.
 fn load(body: &Body, numbers: &[f64]) -> Result<Force, Error> {
-    let slide = padded(
-        &[numbers[0], numbers[1], 0.0, 0.0, 0.0, 20.0 * numbers[2]],
-        0.0,
-    );
+    let slide = padded(&[numbers[0], numbers[1], 0.0, 0.0, 0.0, 20.0 * numbers[2]], 0.0);
     let normals = numbers.iter().skip(3).map(|x| 1.0 + 0.9 * x);
     let kernel = body.kernel::<f64>()?;
     let contacts = kernel.scene().contacts();

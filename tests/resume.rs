@@ -3,8 +3,8 @@
 use crate::support::boxes::{BRICK, point_jacobian};
 use nalgebra::{SVector, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, JointRow, Kernel, Model, RowLaw, Scene,
-    Settings, Solution, Solver, Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, JointRow, Kernel, Model, RowLaw, Scene, Settings,
+    Solution, Solver, Status,
 };
 
 /// A standing body of two contacts, and joints of three laws.
@@ -22,11 +22,7 @@ fn small_scene() -> Result<Scene<f64, 6, 3, 2, 4>, Error> {
         })?;
     }
     let (lower, upper) = (-0.02, 0.03);
-    for (key, law) in (0..).zip([
-        RowLaw::Limit,
-        RowLaw::Equality,
-        RowLaw::Box { lower, upper },
-    ]) {
+    for (key, law) in (0..).zip([RowLaw::Limit, RowLaw::Equality, RowLaw::Box { lower, upper }]) {
         let entry = |k: usize| 0.3 * f64::from(u8::try_from(7 * k % 5).unwrap_or(0)) - 0.4;
         scene.push_row(&JointRow {
             row: SVector::from_fn(|k, _| entry(k + usize::try_from(key).unwrap_or(0))),
@@ -42,8 +38,7 @@ fn small_scene() -> Result<Scene<f64, 6, 3, 2, 4>, Error> {
 const PUSH: [f64; 6] = [0.3, -0.1, -0.6, 0.01, -0.02, 0.005];
 
 /// A change of what a solve depends on.
-type Change =
-    fn(&mut Scene<f64, 6, 3, 2, 4>, &mut SVector<f64, 6>, &mut Settings<f64>) -> Result<(), Error>;
+type Change = fn(&mut Scene<f64, 6, 3, 2, 4>, &mut SVector<f64, 6>, &mut Settings<f64>) -> Result<(), Error>;
 
 const CHANGES: [(&str, Change); 16] = [
     ("keys of contacts", |scene, _, _| {
@@ -64,12 +59,8 @@ const CHANGES: [(&str, Change); 16] = [
         }
         Ok(())
     }),
-    ("offset", |scene, _, _| {
-        scene.set_offset(1, &vector![0.01, 0.02, -0.02])
-    }),
-    ("sign of an offset", |scene, _, _| {
-        scene.set_offset(1, &vector![0.01, 0.02, 0.01])
-    }),
+    ("offset", |scene, _, _| scene.set_offset(1, &vector![0.01, 0.02, -0.02])),
+    ("sign of an offset", |scene, _, _| scene.set_offset(1, &vector![0.01, 0.02, 0.01])),
     ("offsets of two contacts, in the same way", |scene, _, _| {
         scene.set_offset(0, &vector![0.01, 0.02, 0.01])?;
         scene.set_offset(1, &vector![0.01, 0.02, 0.01])
@@ -80,20 +71,14 @@ const CHANGES: [(&str, Change); 16] = [
         scene.set_row_offset(0, 0.05)?;
         scene.set_row_offset(1, 0.05)
     }),
-    ("row law", |scene, _, _| {
-        scene.set_row_law(0, RowLaw::Equality)
-    }),
+    ("row law", |scene, _, _| scene.set_row_law(0, RowLaw::Equality)),
     ("bound", |scene, _, _| {
         let (lower, upper) = (-0.02, 0.04);
         scene.set_row_law(2, RowLaw::Box { lower, upper })
     }),
-    ("row", |scene, _, _| {
-        scene.set_row_jacobian(1, &SVector::repeat(0.2))
-    }),
+    ("row", |scene, _, _| scene.set_row_jacobian(1, &SVector::repeat(0.2))),
     ("compliance", |scene, _, _| scene.set_row_compliance(1, 0.1)),
-    ("mass", |scene, _, _| {
-        scene.set_mass(&(BRICK.mass_matrix() * 1.25))
-    }),
+    ("mass", |scene, _, _| scene.set_mass(&(BRICK.mass_matrix() * 1.25))),
     ("free impulse", |_, push, _| {
         push[5] = -push[5];
         Ok(())
@@ -117,10 +102,7 @@ fn all_of<const N: usize, const D: usize, const C: usize, const R: usize>(
 /// What a solve was paused with must not answer for other data: it is begun anew, with a warm start as always.
 #[test]
 fn a_paused_solve_of_other_data_is_begun_anew() -> Result<(), Error> {
-    let settings = Settings {
-        budget: 10_000,
-        ..Settings::new(1e-10)
-    };
+    let settings = Settings { budget: 10_000, ..Settings::new(1e-10) };
     for budget in [5, 30, 50] {
         let pause = Settings { budget, ..settings };
         let (scene, push) = (small_scene()?, SVector::from(PUSH));
@@ -154,14 +136,8 @@ fn a_paused_solve_of_other_data_is_begun_anew() -> Result<(), Error> {
 /// The budget is no part of the data, and neither is what is changed and changed back.
 #[test]
 fn a_paused_solve_goes_on_with_data_that_is_the_same_again() -> Result<(), Error> {
-    let settings = Settings {
-        budget: 10_000,
-        ..Settings::new(1e-10)
-    };
-    let pause = Settings {
-        budget: 30,
-        ..settings
-    };
+    let settings = Settings { budget: 10_000, ..Settings::new(1e-10) };
+    let pause = Settings { budget: 30, ..settings };
     let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
     *kernel.scene_mut() = small_scene()?;
     let push = SVector::from(PUSH);
@@ -181,10 +157,7 @@ fn a_paused_solve_goes_on_with_data_that_is_the_same_again() -> Result<(), Error
 /// [`Kernel::advance`] claims nothing before the end, changes no bit, and a call without a budget shows what there is.
 #[test]
 fn a_solve_in_pieces_is_the_whole_solve() -> Result<(), Error> {
-    let settings = Settings {
-        budget: 10_000,
-        ..Settings::new(1e-10)
-    };
+    let settings = Settings { budget: 10_000, ..Settings::new(1e-10) };
     let [piece, none] = [1, 0].map(|budget| Settings { budget, ..settings });
     let push = SVector::from(PUSH);
     let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
@@ -221,10 +194,7 @@ fn a_solve_in_pieces_is_the_whole_solve() -> Result<(), Error> {
 #[test]
 fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
     let settings = Settings::new(1e-10);
-    let pause = Settings {
-        budget: 1,
-        ..settings
-    };
+    let pause = Settings { budget: 1, ..settings };
     let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
     let source = small_scene()?;
     let scene = kernel.scene_mut();
@@ -240,14 +210,8 @@ fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
     let paused = kernel.solve_with_limits(std::slice::from_ref(limit), &push, &pause)?;
     assert_eq!(paused.status, Status::OutOfBudget);
     let before = all_of(paused);
-    assert_eq!(
-        kernel.resume(&push, &settings).err(),
-        Some(Error::LimitsLeftOut)
-    );
-    assert_eq!(
-        kernel.advance(&push, &settings).err(),
-        Some(Error::LimitsLeftOut)
-    );
+    assert_eq!(kernel.resume(&push, &settings).err(), Some(Error::LimitsLeftOut));
+    assert_eq!(kernel.advance(&push, &settings).err(), Some(Error::LimitsLeftOut));
     assert_eq!(all_of(kernel.solution()), before);
     // What begins anew, or has ended, is no solve with limits.
     for begin in 0..3 {
@@ -255,11 +219,9 @@ fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
         match begin {
             0 => kernel.solver_mut().reset(),
             1 => assert!(!kernel.solve(&push, &pause)?.is_solved()),
-            _ => assert!(
-                kernel
-                    .solve_with_limits(std::slice::from_ref(limit), &push, &settings)?
-                    .is_solved()
-            ),
+            _ => {
+                assert!(kernel.solve_with_limits(std::slice::from_ref(limit), &push, &settings)?.is_solved())
+            }
         }
         assert!(kernel.resume(&push, &settings)?.is_solved());
     }
@@ -271,26 +233,18 @@ fn admm_begins_anew_with_other_data_too() -> Result<(), Error> {
     let scene = BRICK.on_plane::<f64>(0.3)?;
     let (factor, push) = (AdmmFactor::new(&scene)?, BRICK.free_impulse(0.5, 0.01));
     let settings = Settings::new(1e-8);
-    let few = Settings {
-        budget: 7,
-        ..settings
-    };
+    let few = Settings { budget: 7, ..settings };
     let mut paused = AdmmSolver::new();
     paused.solve(&scene, &factor, &push, &few)?;
     let mut other = scene.clone();
     other.set_friction(2, 0.2)?;
     let looser = Settings::new(1e-7);
-    for (scene, push, settings) in [
-        (&other, push, settings),
-        (&scene, push * 1.001, settings),
-        (&scene, push, looser),
-    ] {
+    for (scene, push, settings) in
+        [(&other, push, settings), (&scene, push * 1.001, settings), (&scene, push, looser)]
+    {
         let [mut resumed, mut begun] = [paused.clone(), paused.clone()];
         let resumed = resumed.resume(scene, &factor, &push, &settings)?;
-        assert_eq!(
-            all_of(resumed),
-            all_of(begun.solve(scene, &factor, &push, &settings)?)
-        );
+        assert_eq!(all_of(resumed), all_of(begun.solve(scene, &factor, &push, &settings)?));
     }
     Ok(())
 }
@@ -300,18 +254,10 @@ fn admm_begins_anew_with_other_data_too() -> Result<(), Error> {
 fn admm_begins_anew_with_another_penalty() -> Result<(), Error> {
     let mut scene = Scene::<f64, 1, 1, 1>::new();
     scene.set_mass(&matrix![2.0])?;
-    scene.push(&Contact {
-        jacobian: matrix![1.0],
-        offset: vector![0.0],
-        mu: 0.0,
-        key: 0,
-    })?;
+    scene.push(&Contact { jacobian: matrix![1.0], offset: vector![0.0], mu: 0.0, key: 0 })?;
     let (mut factor, mut solver) = (AdmmFactor::new(&scene)?, AdmmSolver::new());
     let (push, settings) = (vector![-0.2], Settings::new(1e-9));
-    let few = Settings {
-        budget: 1,
-        ..settings
-    };
+    let few = Settings { budget: 1, ..settings };
     let paused = solver.solve(&scene, &factor, &push, &few)?;
     assert_eq!(paused.status, Status::OutOfBudget);
     factor.set_penalty(10.0 * factor.penalty())?;

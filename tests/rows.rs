@@ -3,8 +3,8 @@
 use nalgebra::{Matrix2, Matrix3, SVector, matrix, vector};
 use stiction::time_stepping::{DryFriction, JointLimit};
 use stiction::{
-    Contact, Error, Factor, Input, JointRow, Kernel, List, Real, RowLaw, RowMode, Scene, Settings,
-    Solver, Status, Surface,
+    Contact, Error, Factor, Input, JointRow, Kernel, List, Real, RowLaw, RowMode, Scene, Settings, Solver,
+    Status, Surface,
 };
 use testbed::kernel::Answer;
 use testbed::mixed::{self, MixedFile, Times};
@@ -29,23 +29,14 @@ fn work<T: Real>(solve: Solve, tolerance: f64) -> usize {
         if file.name.starts_with("infeasible") {
             assert_eq!(answer.status, Status::Infeasible, "{}", file.name);
             let (normals, joints) = (&answer.certificate, &answer.certificate_lambda);
-            assert!(
-                mixed_measure::proves(&file, normals, joints),
-                "{}",
-                file.name
-            );
+            assert!(mixed_measure::proves(&file, normals, joints), "{}", file.name);
             continue;
         }
         let file = file.rounded::<T>();
         let error = mixed_measure::error(&file, &answer.v, &answer.r, &answer.lambda);
         assert_eq!(answer.status, Status::Solved, "{}: {error:.1e}", file.name);
         assert!(error <= tolerance, "{}: {error:.1e}", file.name);
-        assert!(
-            answer.error >= error * 0.99,
-            "{}: {} {error}",
-            file.name,
-            answer.error
-        );
+        assert!(answer.error >= error * 0.99, "{}: {} {error}", file.name, answer.error);
         most = most.max(answer.work.total());
     }
     most
@@ -64,13 +55,7 @@ fn bundled_scenes_are_solved_in_single_precision() {
 
 /// Two bodies in a row, with a row of this law over the first one.
 fn row(law: RowLaw<f64>, offset: f64, key: u32) -> JointRow<f64, 2> {
-    JointRow {
-        row: vector![1.0, 0.0],
-        offset,
-        law,
-        compliance: 0.0,
-        key,
-    }
+    JointRow { row: vector![1.0, 0.0], offset, law, compliance: 0.0, key }
 }
 
 #[test]
@@ -79,44 +64,28 @@ fn what_cannot_be_is_refused_by_name() -> Result<(), Error> {
     scene.set_mass(&Matrix2::identity())?;
     let first = 0;
     let bounds = |lower, upper| RowLaw::Box { lower, upper };
-    for law in [
-        bounds(1.0, -1.0),
-        bounds(f64::NAN, 1.0),
-        bounds(0.0, f64::INFINITY),
-    ] {
+    for law in [bounds(1.0, -1.0), bounds(f64::NAN, 1.0), bounds(0.0, f64::INFINITY)] {
         let refused = scene.push_row(&row(law, 0.0, 0));
         assert_eq!(refused, Err(Error::InvalidBounds { row: first }));
     }
     for compliance in [-1.0, f64::NAN, f64::INFINITY] {
-        let soft = JointRow {
-            compliance,
-            ..row(RowLaw::Limit, 0.0, 0)
-        };
+        let soft = JointRow { compliance, ..row(RowLaw::Limit, 0.0, 0) };
         let refused = scene.push_row(&soft);
         assert_eq!(refused, Err(Error::InvalidRowCompliance { row: first }));
     }
     let input = Input::JointRow { row: first };
     let refused = scene.push_row(&row(RowLaw::Limit, f64::NAN, 0));
-    let behind = Error::NotFinite {
-        input,
-        row: scene.mass().nrows(),
-        column: 0,
-    };
+    let behind = Error::NotFinite { input, row: scene.mass().nrows(), column: 0 };
     assert_eq!(refused, Err(behind));
     assert!(scene.contacts().is_empty() && scene.rows().is_empty());
-    let (one, two) = (
-        scene.push_row(&row(RowLaw::Limit, 0.0, 0))?,
-        scene.push_row(&row(RowLaw::Equality, 0.0, 1))?,
-    );
+    let (one, two) =
+        (scene.push_row(&row(RowLaw::Limit, 0.0, 0))?, scene.push_row(&row(RowLaw::Equality, 0.0, 1))?);
     assert_eq!((one, two), (0, 1));
     let full = scene.push_row(&row(RowLaw::Limit, 0.0, 2));
     let list = List::Rows;
     assert_eq!(full, Err(Error::ListFull { list, capacity: 2 }));
     let none = 2;
-    assert_eq!(
-        scene.set_row_offset(none, 0.0),
-        Err(Error::NoSuchRow { row: none })
-    );
+    assert_eq!(scene.set_row_offset(none, 0.0), Err(Error::NoSuchRow { row: none }));
     let refused = scene.set_row_law(two, bounds(2.0, 1.0));
     assert_eq!(refused, Err(Error::InvalidBounds { row: two }));
     Ok(())
@@ -126,26 +95,12 @@ fn what_cannot_be_is_refused_by_name() -> Result<(), Error> {
 fn a_contact_that_gives_way_backwards_is_refused() -> Result<(), Error> {
     let mut scene = Scene::<f64, 3, 3, 2, 0, 2>::new();
     scene.set_mass(&Matrix3::identity())?;
-    let contact = Contact {
-        jacobian: Matrix3::identity(),
-        offset: SVector::zeros(),
-        mu: 0.0,
-        key: 0,
-    };
+    let contact = Contact { jacobian: Matrix3::identity(), offset: SVector::zeros(), mu: 0.0, key: 0 };
     let round = Surface::isotropic(0.5);
-    let soft = Surface {
-        compliance: [-1.0, 0.0],
-        ..round
-    };
+    let soft = Surface { compliance: [-1.0, 0.0], ..round };
     let refused = scene.push_on(&contact, &soft);
-    assert_eq!(
-        refused,
-        Err(Error::InvalidCompliance { contact: 0, row: 0 })
-    );
-    let rough = Surface {
-        friction: [0.5, -0.5],
-        ..round
-    };
+    assert_eq!(refused, Err(Error::InvalidCompliance { contact: 0, row: 0 }));
+    let rough = Surface { friction: [0.5, -0.5], ..round };
     let refused = scene.push_on(&contact, &rough);
     assert_eq!(refused, Err(Error::InvalidFriction { contact: 0, row: 2 }));
     Ok(())
@@ -166,11 +121,7 @@ fn joints(order: &[u32]) -> Result<(Scene<f64, 4, 3, 0, 8>, Vec<usize>), Error> 
             let torque = 100.0 * f64::from(1 + key);
             DryFriction { torque }.row(row, 1e-3, key)?
         } else {
-            let stop = JointLimit {
-                distance: 1e-4,
-                recovery: 0.1,
-                reach: 10.0,
-            };
+            let stop = JointLimit { distance: 1e-4, recovery: 0.1, reach: 10.0 };
             stop.row(row, 1e-3, key)?
         })?);
     }
@@ -211,8 +162,7 @@ fn a_warm_start_follows_joint_rows_by_key() -> Result<(), Error> {
 }
 
 #[test]
-fn limits_that_close_on_each_other_are_proved_infeasible_and_rubber_ones_give_way()
--> Result<(), Error> {
+fn limits_that_close_on_each_other_are_proved_infeasible_and_rubber_ones_give_way() -> Result<(), Error> {
     for compliance in [0.0, 0.5] {
         let mut scene = Scene::<f32, 2, 3, 0, 2>::new();
         scene.set_mass(&Matrix2::identity())?;
@@ -250,24 +200,14 @@ fn impulses_of_a_glitch_are_no_start() -> Result<(), Error> {
         0.0, -0.971_305_119_639_388_9, 0.243_492_048_874_153_9;
         0.0, 0.0, -0.893_741_945_225_507];
     let root = root + root.transpose() - Matrix3::from_diagonal(&root.diagonal());
-    scene.set_mass(
-        &(root * root.transpose() + Matrix3::identity() * (root.norm_squared() * 0.01)),
-    )?;
-    let contact = |jacobian, mu| Contact {
-        jacobian,
-        offset: vector![0.0, 0.0, 0.0],
-        mu,
-        key: 0,
-    };
+    scene.set_mass(&(root * root.transpose() + Matrix3::identity() * (root.norm_squared() * 0.01)))?;
+    let contact = |jacobian, mu| Contact { jacobian, offset: vector![0.0, 0.0, 0.0], mu, key: 0 };
     let stands = matrix![-0.591, 1.424, 0.0; 0.943, 0.0, 1.074; 0.207, -0.928, 0.054];
     scene.push(&contact(stands, 1.17))?;
     let row = |row, bounds: [f64; 2], compliance| JointRow {
         row,
         offset: 0.0,
-        law: RowLaw::Box {
-            lower: bounds[0],
-            upper: bounds[1],
-        },
+        law: RowLaw::Box { lower: bounds[0], upper: bounds[1] },
         compliance,
         key: 0,
     };
@@ -280,25 +220,15 @@ fn impulses_of_a_glitch_are_no_start() -> Result<(), Error> {
     let glitch = vector![1e45, -1e45, 1.7e43];
     assert_eq!(kernel.solve(&glitch, &short)?.status, Status::OutOfBudget);
     let solution = kernel.solve(&vector![0.0, 1.84, 0.0], &tick)?;
-    assert!(
-        solution.is_solved() && solution.work.total() < 20,
-        "{:?}",
-        solution.work
-    );
+    assert!(solution.is_solved() && solution.work.total() < 20, "{:?}", solution.work);
     Ok(())
 }
 
 /// Rows that nothing moves say what they are all the same.
 #[test]
 fn a_row_that_nothing_moves_has_the_mode_of_its_law() -> Result<(), Error> {
-    let still = |law, offset| JointRow {
-        row: SVector::zeros(),
-        ..row(law, offset, 0)
-    };
-    let motor = RowLaw::Box {
-        lower: -1.0,
-        upper: 2.0,
-    };
+    let still = |law, offset| JointRow { row: SVector::zeros(), ..row(law, offset, 0) };
+    let motor = RowLaw::Box { lower: -1.0, upper: 2.0 };
     for (law, offset, mode) in [
         (RowLaw::Limit, 0.5, RowMode::Open),
         (RowLaw::Equality, 0.0, RowMode::Holding),
@@ -350,18 +280,8 @@ fn a_solve_starts_at_impulses_of_joint_rows_that_are_given() -> Result<(), Error
     // What is refused changes nothing.
     let capacity = 8;
     for (contacts, rows, list, capacity) in [
-        (
-            vec![],
-            vec![(0, 0.0); 9],
-            List::InitialRowImpulses,
-            capacity,
-        ),
-        (
-            vec![(0, SVector::zeros())],
-            vec![],
-            List::InitialImpulses,
-            0,
-        ),
+        (vec![], vec![(0, 0.0); 9], List::InitialRowImpulses, capacity),
+        (vec![(0, SVector::zeros())], vec![], List::InitialImpulses, 0),
     ] {
         let refused = solver.set_impulses(&contacts, &rows);
         assert_eq!(refused, Err(Error::ListFull { list, capacity }));

@@ -3,20 +3,14 @@
 use crate::support::boxes::GRAVITY;
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, vector};
 use stiction::time_stepping::{ClosedLoop, DryFriction, JointLimit, Motor};
-use stiction::{
-    Contact, Error, Factor, JointRow, Kernel, RowLaw, RowMode, Scene, Settings, Solver,
-};
+use stiction::{Contact, Error, Factor, JointRow, Kernel, RowLaw, RowMode, Scene, Settings, Solver};
 
 #[test]
 fn a_pendulum_on_its_stop_loses_its_momentum_there() -> Result<(), Error> {
     let (inertia, speed, step) = (0.3, 1.7, 1e-3);
     let mut scene = Scene::<f64, 1, 3, 4, 1>::new();
     scene.set_mass(&Matrix1::new(inertia))?;
-    let limit = JointLimit {
-        distance: 0.0,
-        recovery: 0.0,
-        reach: 10.0,
-    };
+    let limit = JointLimit { distance: 0.0, recovery: 0.0, reach: 10.0 };
     let stop = scene.push_row(&limit.row(vector![1.0], step, 0)?)?;
     let weight = 0.8; // N·m, onto the stop
     let push = vector![-inertia * speed - step * weight];
@@ -65,37 +59,16 @@ fn a_spring_presses_a_body_at_rest_onto_its_contacts() -> Result<(), Error> {
             for key in 0..4 {
                 let jacobian = vector![-1.0, 0.0, 0.0];
                 let offset = SVector::zeros();
-                scene.push(&Contact {
-                    jacobian,
-                    offset,
-                    mu: 1.0,
-                    key,
-                })?;
+                scene.push(&Contact { jacobian, offset, mu: 1.0, key })?;
             }
             let (law, compliance, key) = (RowLaw::Equality, 0.5, 0);
             let row = vector![1.0];
-            scene.push_row(&JointRow {
-                row,
-                offset: -speed,
-                law,
-                compliance,
-                key,
-            })?;
+            scene.push_row(&JointRow { row, offset: -speed, law, compliance, key })?;
             let rounding = vector![10_f64.powi(-exponent)];
             let solution = kernel.solve(&rounding, &Settings::new(1e-8))?;
-            assert!(
-                solution.is_solved(),
-                "{exponent} {speed} {:?}",
-                solution.status
-            );
-            let pressed: f64 = solution
-                .contacts
-                .iter()
-                .map(|contact| contact.impulse[0])
-                .sum();
-            assert!(
-                (pressed - speed / compliance).abs() < 1e-7 && solution.velocity[0].abs() < 1e-8
-            );
+            assert!(solution.is_solved(), "{exponent} {speed} {:?}", solution.status);
+            let pressed: f64 = solution.contacts.iter().map(|contact| contact.impulse[0]).sum();
+            assert!((pressed - speed / compliance).abs() < 1e-7 && solution.velocity[0].abs() < 1e-8);
         }
     }
     Ok(())
@@ -104,12 +77,7 @@ fn a_spring_presses_a_body_at_rest_onto_its_contacts() -> Result<(), Error> {
 #[test]
 fn a_saturated_motor_lifts_exactly_what_it_can() -> Result<(), Error> {
     let (step, limit) = (1e-3, 30.0);
-    let motor = Motor {
-        stiffness: 4e4,
-        damping: 400.0,
-        limit,
-        ..Motor::default()
-    };
+    let motor = Motor { stiffness: 4e4, damping: 400.0, limit, ..Motor::default() };
     // Asked to hold, and to lift what is too heavy by a metre.
     for (mass, saturated, target) in [(2.0, false, 0.0), (5.0, true, 1.0)] {
         let weight = mass * GRAVITY;
@@ -122,9 +90,7 @@ fn a_saturated_motor_lifts_exactly_what_it_can() -> Result<(), Error> {
         };
         let lift = kernel.scene_mut().push_row(&row(0.0)?)?;
         for _ in 0..300 {
-            kernel
-                .scene_mut()
-                .set_row_offset(lift, row(height)?.offset)?;
+            kernel.scene_mut().set_row_offset(lift, row(height)?.offset)?;
             let push = vector![mass * velocity - step * weight];
             let solution = kernel.solve(&push, &Settings::new(1e-12))?;
             velocity = solution.velocity[0];
@@ -173,12 +139,7 @@ fn a_four_bar_loop_does_not_drift_over_a_hundred_thousand_steps() -> Result<(), 
         angles -= vector![0.0, change[0], change[1]];
     }
     assert!(four_bar(&angles).0.norm() < 1e-15);
-    let drive = Motor {
-        damping: 1.0,
-        limit: 5.0,
-        target: speed,
-        ..Motor::default()
-    };
+    let drive = Motor { damping: 1.0, limit: 5.0, target: speed, ..Motor::default() };
     let mut velocity = SVector::zeros();
     let mut kernel = Kernel::<f64, 3, 3, 0, 3>::new();
     kernel.scene_mut().set_mass(&mass)?;
@@ -189,10 +150,7 @@ fn a_four_bar_loop_does_not_drift_over_a_hundred_thousand_steps() -> Result<(), 
         scene.clear_rows();
         scene.push_row(&drive.row(SVector::ith(0, 1.0), step, 9)?)?;
         for (key, (row, &drift)) in (0..).zip(rows.row_iter().zip(&gap)) {
-            let closed = ClosedLoop {
-                drift,
-                recovery: 1.0,
-            };
+            let closed = ClosedLoop { drift, recovery: 1.0 };
             scene.push_row(&closed.row(row.transpose(), step, key)?)?;
         }
         let solution = kernel.solve(&(mass * velocity), &Settings::new(1e-12))?;
@@ -217,10 +175,7 @@ fn a_loop_of_redundant_rows_holds_like_one_without() -> Result<(), Error> {
     let solve = |copies: usize| -> Result<SVector<f64, 2>, Error> {
         let mut scene = Scene::<f64, 2, 3, 0, 6>::new();
         scene.set_mass(&Matrix2::from_diagonal(&vector![1.0, 3.0]))?;
-        let closed = ClosedLoop {
-            drift: 0.0,
-            recovery: 1.0,
-        };
+        let closed = ClosedLoop { drift: 0.0, recovery: 1.0 };
         let row = closed.row(vector![1.0, -2.0], 1e-3, 0)?;
         for _ in 0..copies {
             scene.push_row(&row)?;

@@ -46,15 +46,8 @@ fn files(feasible_only: bool) -> Vec<SceneFile> {
 }
 
 /// Scenes of [`files`] that are solved, and the work that half of them, nine in ten and all take at most.
-fn solved(
-    kernel: Constructor,
-    method: Method,
-    tolerance: f64,
-) -> Result<(usize, [usize; 3]), Error> {
-    let settings = Settings {
-        budget: 1_000,
-        ..Settings::new(tolerance)
-    };
+fn solved(kernel: Constructor, method: Method, tolerance: f64) -> Result<(usize, [usize; 3]), Error> {
+    let settings = Settings { budget: 1_000, ..Settings::new(tolerance) };
     let runs = files(true)
         .iter()
         .map(|file| solve(kernel, file, method, &settings))
@@ -63,10 +56,7 @@ fn solved(
     let mut work: Vec<_> = runs.iter().map(|run| run.work).collect();
     work.sort_unstable();
     let last = work.len() - 1;
-    Ok((
-        solved.count(),
-        [50, 90, 100].map(|share| work[last * share / 100]),
-    ))
+    Ok((solved.count(), [50, 90, 100].map(|share| work[last * share / 100])))
 }
 
 /// What is measured today, of 42 scenes within 1,000 work: a change that solves fewer, or costs more than one iteration
@@ -88,9 +78,7 @@ fn as_many_scenes_are_solved_with_as_little_work_as_before() -> Result<(), Error
         let now = solved(kernel, method, tolerance)?;
         let work = now.1.into_iter().zip(before.1);
         if now.0 != before.0 || !work.into_iter().all(check::is_unchanged) {
-            changed.push(format!(
-                "{method:?} to {tolerance:e}: {now:?}, not {before:?}"
-            ));
+            changed.push(format!("{method:?} to {tolerance:e}: {now:?}, not {before:?}"));
         }
     }
     assert!(changed.is_empty(), "{}", changed.join("\n"));
@@ -107,15 +95,12 @@ fn an_infeasible_scene_is_proved_infeasible() -> Result<(), Error> {
     let solution = Method::Default.solve(&scene, &push, &Settings::new(1e-6))?;
     assert_eq!(solution.status, Status::Infeasible);
     let proof = scene.contacts().iter().zip(&solution.certificate);
-    let proof = proof.fold(
-        (SVector::<f64, 3>::zeros(), 0.0),
-        |(force, power), (contact, d)| {
-            assert!(d[0] >= 0.0 && d[1] == 0.0 && d[2] == 0.0);
-            let d = d[0];
-            let normal = contact.jacobian.row(0).transpose();
-            (force + normal * d, power + contact.offset[0] * d)
-        },
-    );
+    let proof = proof.fold((SVector::<f64, 3>::zeros(), 0.0), |(force, power), (contact, d)| {
+        assert!(d[0] >= 0.0 && d[1] == 0.0 && d[2] == 0.0);
+        let d = d[0];
+        let normal = contact.jacobian.row(0).transpose();
+        (force + normal * d, power + contact.offset[0] * d)
+    });
     let (force, power) = proof;
     assert!(power < 0.0);
     assert!(force.norm() <= 1e-12 * solution.certificate.iter().sum::<SVector<f64, 3>>()[0]);
@@ -127,14 +112,8 @@ fn an_infeasible_scene_is_proved_infeasible() -> Result<(), Error> {
 fn what_is_called_solved_is_solved() -> Result<(), Error> {
     let files = files(false);
     for exponent in 2..=8 {
-        let settings = Settings {
-            budget: 400,
-            ..Settings::new(10_f64.powi(-exponent))
-        };
-        for (method, file) in Method::ALL
-            .into_iter()
-            .flat_map(|m| files.iter().map(move |f| (m, f)))
-        {
+        let settings = Settings { budget: 400, ..Settings::new(10_f64.powi(-exponent)) };
+        for (method, file) in Method::ALL.into_iter().flat_map(|m| files.iter().map(move |f| (m, f))) {
             let runs = [
                 solve(kernels_f64::kernel, file, method, &settings)?,
                 solve(kernels_f32::kernel, file, method, &settings)?,
@@ -142,10 +121,7 @@ fn what_is_called_solved_is_solved() -> Result<(), Error> {
             for (run, precision) in runs.iter().zip(["f64", "f32"]) {
                 let honest = run.status != Status::Solved || run.error <= settings.tolerance;
                 let (name, error) = (&run.name, run.error);
-                assert!(
-                    honest,
-                    "{name} 1e-{exponent} {method:?} {precision}: {error:e}"
-                );
+                assert!(honest, "{name} 1e-{exponent} {method:?} {precision}: {error:e}");
             }
         }
     }

@@ -11,12 +11,7 @@ use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile, repository};
 
 /// Solves the steps of a sequence, warm or each cold; the work of each.
-fn replay(
-    kernel: Constructor,
-    steps: &[SceneFile],
-    warm: bool,
-    tolerance: f64,
-) -> Result<Vec<usize>, Error> {
+fn replay(kernel: Constructor, steps: &[SceneFile], warm: bool, tolerance: f64) -> Result<Vec<usize>, Error> {
     let shape = Shape::of_all(steps).expect("a step");
     let mut kernel = kernel(shape).expect("a size is compiled");
     let mut work = Vec::new();
@@ -53,10 +48,8 @@ fn every_step_of_every_sequence_is_solved_and_a_warm_start_costs_less() -> Resul
     for (name, double, single) in WORK {
         let file = repository().join(format!("tests/sequences/{name}.json"));
         let steps = scene_file::read(&file).expect("a sequence file");
-        let kernels: [(Constructor, f64, [usize; 2]); 2] = [
-            (kernels_f64::kernel, 1e-6, double),
-            (kernels_f32::kernel, 1e-4, single),
-        ];
+        let kernels: [(Constructor, f64, [usize; 2]); 2] =
+            [(kernels_f64::kernel, 1e-6, double), (kernels_f32::kernel, 1e-4, single)];
         for (kernel, tolerance, before) in kernels {
             let work = [true, false].map(|warm| replay(kernel, &steps, warm, tolerance));
             let [warm, cold] = work;
@@ -69,21 +62,14 @@ fn every_step_of_every_sequence_is_solved_and_a_warm_start_costs_less() -> Resul
             cold.sort_unstable();
             let (half, most) = (warm.len() / 2, warm.len() * 95 / 100);
             // A stack that begins to slide is asked once whether it can stay. From rest it is swept: two sweeps less than a warm start takes.
-            let (question, sweeps) = if name == "stack2_1000" {
-                (100, 4)
-            } else {
-                (0, 0)
-            };
+            let (question, sweeps) = if name == "stack2_1000" { (100, 4) } else { (0, 0) };
             assert!(
                 now[0] < now[1] + question + 16 * sweeps && warm[half] <= cold[half] + sweeps,
                 "{name} to {tolerance:e}: warm {warm:?}, cold {cold:?}"
             );
             // The choice of a start that misleads comes on top of a cold solve.
             let dearest = 9 * (cold[most] + question);
-            assert!(
-                8 * warm[most] <= dearest,
-                "{name} to {tolerance:e}: warm {warm:?}, cold {cold:?}"
-            );
+            assert!(8 * warm[most] <= dearest, "{name} to {tolerance:e}: warm {warm:?}, cold {cold:?}");
         }
     }
     assert!(changed.is_empty(), "{}", changed.join("\n"));

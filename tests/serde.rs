@@ -5,8 +5,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stiction::time_stepping::Parameter;
 use stiction::{
-    Contact, Error, Factor, Input, JointRow, Kernel, List, Model, RowLaw, Scene, Settings,
-    Solution, Solver, Status,
+    Contact, Error, Factor, Input, JointRow, Kernel, List, Model, RowLaw, Scene, Settings, Solution, Solver,
+    Status,
 };
 
 /// What comes back by way of bytes, and if it is all made of numbers of text.
@@ -39,23 +39,15 @@ fn same<const N: usize, const D: usize, const C: usize, const R: usize>(
 fn a_solution_is_read_back_as_it_was_written() -> Result<(), Error> {
     let mut scene = Scene::<f64, 2, 2, 1>::new();
     scene.set_mass(&(Matrix2::identity() * 3.0))?;
-    let contact = Contact {
-        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
-        offset: vector![0.0, 0.0],
-        mu: 0.3,
-        key: 0,
-    };
+    let contact =
+        Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.3, key: 0 };
     assert_eq!(back(&contact, true), [contact.clone(), contact.clone()]);
     scene.push(&contact)?;
     let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();
     same(solver.solution());
     for budget in [0, 1_000] {
-        let settings = Settings {
-            budget,
-            model: Model::ConvexRelaxation,
-            ..Settings::new(1e-9)
-        };
+        let settings = Settings { budget, model: Model::ConvexRelaxation, ..Settings::new(1e-9) };
         same(solver.solve(&scene, &factor, &vector![0.7, -0.1], &settings)?);
         for read in back(&settings, true) {
             assert_eq!(read, settings);
@@ -87,18 +79,9 @@ fn a_proof_is_read_back_with_its_infinite_error() -> Result<(), Error> {
 fn what_joint_rows_do_is_read_back_and_how_they_contradict_each_other() -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 1, 1, 1, 2>::new();
     kernel.scene_mut().set_mass(&Matrix1::new(0.5))?;
-    let mut stop = JointRow {
-        row: vector![1.0],
-        offset: 0.0,
-        law: RowLaw::Limit,
-        compliance: 0.0,
-        key: 7,
-    };
+    let mut stop = JointRow { row: vector![1.0], offset: 0.0, law: RowLaw::Limit, compliance: 0.0, key: 7 };
     let (lower, upper) = (-0.5, 0.25);
-    let motor = JointRow {
-        law: RowLaw::Box { lower, upper },
-        ..stop.clone()
-    };
+    let motor = JointRow { law: RowLaw::Box { lower, upper }, ..stop.clone() };
     for row in [&stop, &motor] {
         assert_eq!(back(row, true), [row.clone(), row.clone()]);
     }
@@ -126,11 +109,7 @@ fn every_kind_of_error_is_read_back() {
     for error in [
         Error::InvalidPenalty,
         Error::StaleFactor,
-        Error::NotFinite {
-            input,
-            row: 1,
-            column: 2,
-        },
+        Error::NotFinite { input, row: 1, column: 2 },
         Error::DelassusOutOfRange { contact: 5 },
         Error::RowOutOfRange { key: u32::MAX },
         Error::InvalidBounds { row },

@@ -62,8 +62,7 @@ fn what_may_do_either_is_guessed_to_be_held() -> Result<(), Error> {
 /// A light box under one of 1,000 kg that begins to slide: in some steps the guess is far off, and left for sweeps.
 #[test]
 fn a_guess_that_misleads_is_left() -> Result<(), Error> {
-    let steps = scene_file::read(&repository().join("tests/sequences/stack2_1000.json"))
-        .expect("a sequence");
+    let steps = scene_file::read(&repository().join("tests/sequences/stack2_1000.json")).expect("a sequence");
     let mut left = 0;
     for step in &steps {
         let [sweeps, newton_steps] = cold(step, 1e-6)?;

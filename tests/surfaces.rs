@@ -3,48 +3,29 @@
 use crate::support::boxes::GRAVITY;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
-use stiction::{
-    Contact, ContactMode, Error, Factor, Kernel, List, Scene, Settings, Solver, Surface,
-};
+use stiction::{Contact, ContactMode, Error, Factor, Kernel, List, Scene, Settings, Solver, Surface};
 use testbed::rolling;
 
 #[test]
 fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error> {
     let (mass, stiffness, relaxation, step) = (3.0, 5e3, 5e-3, 2e-3);
-    let rubber = law::Spring {
-        stiffness,
-        relaxation,
-    };
+    let rubber = law::Spring { stiffness, relaxation };
     let mut kernel = Kernel::<f64, 2, 2, 1, 0, 1>::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * mass))?;
-    let contact = Contact {
-        jacobian: matrix![0.0, 1.0; 1.0, 0.0],
-        offset: vector![0.0, 0.0],
-        mu: 0.5,
-        key: 0,
-    };
-    let surface = Surface {
-        compliance: [rubber.compliance(step)?, 0.0],
-        ..Surface::isotropic(0.5)
-    };
+    let contact =
+        Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 };
+    let surface = Surface { compliance: [rubber.compliance(step)?, 0.0], ..Surface::isotropic(0.5) };
     kernel.scene_mut().push_on(&contact, &surface)?;
     let (mut height, mut velocity) = (0.0, vector![0.0, 0.0]);
     for _ in 0..2000 {
-        let gap = law::Gap {
-            distance: height,
-            reach: 10.0,
-            ..law::Gap::default()
-        };
+        let gap = law::Gap { distance: height, reach: 10.0, ..law::Gap::default() };
         let gap = rubber.offset(&gap, step)?;
         kernel.scene_mut().set_offset(0, &vector![gap, 0.0])?;
         let push = velocity * mass + vector![0.1, -mass * GRAVITY] * step;
         velocity = kernel.solve(&push, &Settings::new(1e-12))?.velocity;
         height += step * velocity.y;
     }
-    assert!(
-        (height + mass * GRAVITY / stiffness).abs() < 1e-9,
-        "{height}"
-    );
+    assert!((height + mass * GRAVITY / stiffness).abs() < 1e-9, "{height}");
     assert!(velocity.x.abs() < 1e-12); // friction is as rigid as ever
     Ok(())
 }
@@ -59,12 +40,7 @@ fn rolling(
     let matrix = SMatrix::from_diagonal(&vector![mass, mass, mass, moment, moment, moment]);
     let mut scene = Scene::new();
     scene.set_mass(&matrix)?;
-    let contact = Contact {
-        jacobian: rolling::jacobian(radius),
-        offset: SVector::zeros(),
-        mu: 0.0,
-        key: 0,
-    };
+    let contact = Contact { jacobian: rolling::jacobian(radius), offset: SVector::zeros(), mu: 0.0, key: 0 };
     scene.push_on(&contact, surface)?;
     Ok((scene, matrix))
 }
@@ -73,11 +49,7 @@ fn rolling(
 fn rolling_resistance_stops_a_coin_at_the_distance_of_its_energy() -> Result<(), Error> {
     let (mass, radius, length, speed, step) = (5e-3, 0.012, 1e-4, 0.3, 1e-4);
     let moment = 0.5 * mass * radius * radius;
-    let surface = Surface {
-        roll: [length; 2],
-        spin: 1e-3,
-        ..Surface::isotropic(0.8)
-    };
+    let surface = Surface { roll: [length; 2], spin: 1e-3, ..Surface::isotropic(0.8) };
     let (scene, matrix) = rolling(mass, moment, radius, &surface)?;
     let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
     let mut velocity = vector![speed, 0.0, 0.0, 0.0, speed / radius, 0.0];
@@ -86,21 +58,13 @@ fn rolling_resistance_stops_a_coin_at_the_distance_of_its_energy() -> Result<(),
         let mut push = matrix * velocity;
         push[2] -= mass * GRAVITY * step;
         let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-10))?;
-        assert!(
-            solution.is_solved(),
-            "{:?} {}",
-            solution.status,
-            solution.error
-        );
+        assert!(solution.is_solved(), "{:?} {}", solution.status, solution.error);
         velocity = solution.velocity;
         distance += step * velocity[0];
     }
     // (1 + 1/2) m v² / 2 is spent at `length m g / radius` a metre.
     let expected = 0.75 * speed * speed * radius / (length * GRAVITY);
-    assert!(
-        (distance / expected - 1.0).abs() < 2e-3,
-        "{distance} {expected}"
-    );
+    assert!((distance / expected - 1.0).abs() < 2e-3, "{distance} {expected}");
     Ok(())
 }
 
@@ -108,10 +72,7 @@ fn rolling_resistance_stops_a_coin_at_the_distance_of_its_energy() -> Result<(),
 fn torsional_friction_stops_a_spinning_ball_at_the_time_of_its_momentum() -> Result<(), Error> {
     let (mass, radius, length, speed, step) = (0.1, 0.02, 2e-3, 20.0, 1e-3);
     let moment = 0.4 * mass * radius * radius;
-    let surface = Surface {
-        spin: length,
-        ..Surface::isotropic(0.5)
-    };
+    let surface = Surface { spin: length, ..Surface::isotropic(0.5) };
     let (scene, matrix) = rolling(mass, moment, radius, &surface)?;
     let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
     let mut velocity = SVector::ith(5, speed);
@@ -143,10 +104,7 @@ fn elliptic_friction_slides_as_maximum_dissipation_says() -> Result<(), Error> {
         key: 0,
     };
     let friction = [0.8, 0.3];
-    let surface = Surface {
-        friction,
-        ..Surface::isotropic(0.0)
-    };
+    let surface = Surface { friction, ..Surface::isotropic(0.0) };
     scene.push_on(&contact, &surface)?;
     let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
     let push = vector![0.05, 0.03, -0.02];
@@ -192,10 +150,7 @@ fn what_slides_on_a_surface_without_friction_slips() -> Result<(), Error> {
     assert_eq!(scene.set_friction(0, 0.0), refused);
     assert_eq!(scene.set_friction(0, 0.1), Ok(()));
     scene.clear_contacts();
-    let spins = Surface {
-        spin: 0.1,
-        ..Surface::isotropic(0.0)
-    };
+    let spins = Surface { spin: 0.1, ..Surface::isotropic(0.0) };
     scene.push_on(&contact, &spins)?;
     assert_eq!(scene.set_friction(0, 0.1), refused);
     Ok(())
@@ -220,16 +175,8 @@ fn the_first_contacts_of_a_scene_may_have_surfaces() -> Result<(), Error> {
         mu: 0.5,
         key: 0,
     };
-    let wall = Contact {
-        jacobian: Matrix3::identity(),
-        key: 1,
-        ..floor
-    };
-    let track = Surface {
-        friction: [0.5, 0.2],
-        compliance: [0.1, 0.0],
-        ..Surface::isotropic(0.0)
-    };
+    let wall = Contact { jacobian: Matrix3::identity(), key: 1, ..floor };
+    let track = Surface { friction: [0.5, 0.2], compliance: [0.1, 0.0], ..Surface::isotropic(0.0) };
     let mut plain = Scene::<f64, 3, 3, 3>::new();
     plain.set_mass(&Matrix3::identity())?;
     plain.push(&wall)?;
@@ -237,10 +184,7 @@ fn the_first_contacts_of_a_scene_may_have_surfaces() -> Result<(), Error> {
     scene.set_mass(&Matrix3::identity())?;
     assert_eq!(scene.push_on(&floor, &track), Ok(0));
     let (before, alone) = (scene.clone(), impulses(&scene)?);
-    let full = Err(Error::ListFull {
-        list: List::Surfaces,
-        capacity: 1,
-    });
+    let full = Err(Error::ListFull { list: List::Surfaces, capacity: 1 });
     let is_as_before = |scene: &Scene<f64, 3, 3, 3, 0, 1>| -> Result<bool, Error> {
         let is_current = Factor::new(&before)?.is_current(scene);
         Ok(is_current && scene.contacts() == before.contacts() && impulses(scene)? == alone)

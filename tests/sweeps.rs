@@ -20,24 +20,14 @@ fn solve<const D: usize>(
 ) -> Solution<f64, D, D, D> {
     let mut scene = Scene::<f64, D, D, D>::new();
     let masses = SVector::<f64, D>::from_column_slice(&masses[..D]);
-    scene
-        .set_mass(&SMatrix::from_diagonal(&masses))
-        .expect("positive masses");
+    scene.set_mass(&SMatrix::from_diagonal(&masses)).expect("positive masses");
     let askew = SMatrix::<f64, D, D>::from_column_slice(&askew[..D * D]);
-    let contact = Contact {
-        jacobian: SMatrix::identity() + askew,
-        offset: SVector::zeros(),
-        mu,
-        key: 0,
-    };
+    let contact = Contact { jacobian: SMatrix::identity() + askew, offset: SVector::zeros(), mu, key: 0 };
     scene.push(&contact).expect("a contact");
     let factor = Factor::new(&scene).expect("a factor");
     let free_impulse = SVector::<f64, D>::from_column_slice(&push[..D]);
     let mut solver = Solver::new();
-    let settings = Settings {
-        model,
-        ..Settings::new(1e-9)
-    };
+    let settings = Settings { model, ..Settings::new(1e-9) };
     let solution = solver.solve(&scene, &factor, &free_impulse, &settings);
     solution.expect("finite data").clone()
 }
@@ -76,16 +66,10 @@ fn one_contact_of_the_convex_relaxation_is_solved_without_newton() {
     );
     for (masses, askew, push, mu) in random::draws(contacts, 5000) {
         let spatial = solve::<3>(&masses, &askew, &push, mu, Model::ConvexRelaxation);
-        assert_eq!(
-            (spatial.status, spatial.work.newton_steps),
-            (Status::Solved, 0)
-        );
+        assert_eq!((spatial.status, spatial.work.newton_steps), (Status::Solved, 0));
         assert!(spatial.work.total() <= 2 * 5, "{}", spatial.work.total());
         let planar = solve::<2>(&masses, &askew, &push, mu, Model::ConvexRelaxation);
-        assert_eq!(
-            (planar.status, planar.work.newton_steps),
-            (Status::Solved, 0)
-        );
+        assert_eq!((planar.status, planar.work.newton_steps), (Status::Solved, 0));
         assert!(planar.work.total() <= 2, "{}", planar.work.total());
     }
 }
@@ -93,20 +77,11 @@ fn one_contact_of_the_convex_relaxation_is_solved_without_newton() {
 /// A stranger measures that they obey the relaxed law.
 #[test]
 fn drawn_scenes_of_the_convex_relaxation() {
-    let settings = Settings {
-        model: Model::ConvexRelaxation,
-        ..patient(1e-9)
-    };
+    let settings = Settings { model: Model::ConvexRelaxation, ..patient(1e-9) };
     let mut work = 0;
-    for file in Class::DRAWN
-        .iter()
-        .flat_map(|&class| generate::solvable(class, 20))
-    {
-        let mut kernel =
-            kernel::prepared(kernels_f64::kernel, &file, Method::Default).expect("a size");
-        kernel
-            .solve(Method::Default, &settings)
-            .expect("finite data");
+    for file in Class::DRAWN.iter().flat_map(|&class| generate::solvable(class, 20)) {
+        let mut kernel = kernel::prepared(kernels_f64::kernel, &file, Method::Default).expect("a size");
+        kernel.solve(Method::Default, &settings).expect("finite data");
         let answer = kernel.answer();
         assert_eq!(answer.status, Status::Solved, "{}", file.name);
         let error = measure::error(&file, &answer.v, &answer.r, Law::Relaxed);

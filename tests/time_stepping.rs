@@ -32,10 +32,7 @@ fn a_sliding_box_stops_after_v_squared_over_two_mu_g() -> Result<(), Error> {
 #[test]
 fn a_box_tips_where_its_weight_leaves_its_base() -> Result<(), Error> {
     // 8 x 16 x 20 cm: on friction that holds it, it tips when tan(slope) is above 0.04 / 0.1.
-    let cuboid = Cuboid {
-        mass: 2.0,
-        half: [0.04, 0.08, 0.1],
-    };
+    let cuboid = Cuboid { mass: 2.0, half: [0.04, 0.08, 0.1] };
     let [a, _, c] = cuboid.half;
     for excess in [-0.1, -1e-3, -1e-6, 1e-6, 1e-3, 0.1] {
         let (step, slope) = (0.001, f64::atan(a / c) + excess);
@@ -46,10 +43,7 @@ fn a_box_tips_where_its_weight_leaves_its_base() -> Result<(), Error> {
         let inertia = cuboid.mass_matrix()[(4, 4)] + cuboid.mass * (a * a + c * c);
         let moment = cuboid.mass * GRAVITY * (slope.sin() * c - slope.cos() * a);
         let expected = f64::max(step * moment / inertia, 0.0);
-        assert!(
-            (spin - expected).abs() <= 1e-9,
-            "{excess}: {spin:e} for {expected:e}"
-        );
+        assert!((spin - expected).abs() <= 1e-9, "{excess}: {spin:e} for {expected:e}");
     }
     Ok(())
 }
@@ -57,17 +51,8 @@ fn a_box_tips_where_its_weight_leaves_its_base() -> Result<(), Error> {
 #[test]
 fn a_bouncing_ball_rises_to_e_squared_of_its_height() -> Result<(), Error> {
     let (drop, speed) = (1.0, f64::sqrt(2.0 * GRAVITY));
-    for (restitution, step) in [
-        (0.5, 1e-3),
-        (0.5, 1e-4),
-        (0.8, 1e-3),
-        (0.8, 1e-4),
-        (1.0, 1e-4),
-    ] {
-        let ball = Ball {
-            restitution,
-            ..BALL
-        };
+    for (restitution, step) in [(0.5, 1e-3), (0.5, 1e-4), (0.8, 1e-3), (0.8, 1e-4), (1.0, 1e-4)] {
+        let ball = Ball { restitution, ..BALL };
         let mut motion = ball.motion::<f64>(step, 1e-10)?;
         motion.position.y = drop;
         let mut heights = Vec::new();
@@ -82,10 +67,7 @@ fn a_bouncing_ball_rises_to_e_squared_of_its_height() -> Result<(), Error> {
             // It bounces within a step of the floor, as far as it falls in one.
             let error = (height - drop * restitution.powi(2 * k)).abs();
             let allowed = f64::from(k) * step * speed;
-            assert!(
-                error <= allowed,
-                "e = {restitution}, rebound {k}: {error:e}"
-            );
+            assert!(error <= allowed, "e = {restitution}, rebound {k}: {error:e}");
         }
     }
     Ok(())

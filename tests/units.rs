@@ -3,9 +3,7 @@
 
 use crate::support::random::{draws, numbers};
 use nalgebra::{SMatrix, SVector};
-use stiction::{
-    Contact, Error, JointRow, Kernel, Real, RowLaw, Settings, Solution, Status, Surface,
-};
+use stiction::{Contact, Error, JointRow, Kernel, Real, RowLaw, Settings, Solution, Status, Surface};
 
 /// Three velocities along lengths, and three about axes.
 const N: usize = 6;
@@ -39,10 +37,7 @@ impl Units {
     }
 
     /// A kernel with a scene drawn from some numbers, and a free impulse.
-    fn kernel<T: Real>(
-        self,
-        x: &[f64],
-    ) -> Result<(Kernel<T, N, D, C, R, C>, SVector<T, N>), Error> {
+    fn kernel<T: Real>(self, x: &[f64]) -> Result<(Kernel<T, N, D, C, R, C>, SVector<T, N>), Error> {
         let mut x = x.iter().copied();
         let mut next = || x.next().unwrap_or(0.5);
         let mut kernel = Kernel::new();
@@ -71,10 +66,7 @@ impl Units {
                 friction: [friction(), friction()],
                 spin: friction() * self.of([0, 1, 0]),
                 roll: [T::ZERO; 2],
-                compliance: [
-                    T::literal((0.1 * next()).max(0.0)) * self.of([-1, 0, 0]),
-                    T::ZERO,
-                ],
+                compliance: [T::literal((0.1 * next()).max(0.0)) * self.of([-1, 0, 0]), T::ZERO],
             };
             scene.push_on(&contact, &surface)?;
         }
@@ -98,27 +90,19 @@ impl Units {
                 key,
             })?;
         }
-        let push =
-            SVector::from_fn(|k, _| T::literal(next()) * self.of([1, 2 - Self::reach(k), -1]));
+        let push = SVector::from_fn(|k, _| T::literal(next()) * self.of([1, 2 - Self::reach(k), -1]));
         Ok((kernel, push))
     }
 
     fn solve<T: Real>(self, x: &[f64], tolerance: f64) -> Outcome<T> {
         let (mut kernel, push) = self.kernel::<T>(x)?;
-        let settings = Settings {
-            budget: 300,
-            ..Settings::new(T::literal(tolerance))
-        };
+        let settings = Settings { budget: 300, ..Settings::new(T::literal(tolerance)) };
         Ok(kernel.solve(&push, &settings)?.clone())
     }
 
     /// Is it what the plain units give, in these?
     fn check<T: Real>(self, plain: &Solution<T, N, D, C, R>, found: &Solution<T, N, D, C, R>) {
-        assert_eq!(
-            (plain.status, plain.work),
-            (found.status, found.work),
-            "{self:?}"
-        );
+        assert_eq!((plain.status, plain.work), (found.status, found.work), "{self:?}");
         // The norm of momenta adds those along lengths to those about axes.
         assert!(self.length != 0 || plain.error == found.error, "{self:?}");
         for (k, (x, y)) in plain.velocity.iter().zip(found.velocity.iter()).enumerate() {
@@ -129,11 +113,7 @@ impl Units {
         for (x, y) in plain.contacts.iter().zip(&found.contacts) {
             assert_eq!(x.mode, y.mode);
             for (row, (x, y)) in x.impulse.iter().zip(y.impulse.iter()).enumerate() {
-                assert_eq!(
-                    *x * self.of([1, 2 - i32::from(row < 3), -1]),
-                    *y,
-                    "{self:?}"
-                );
+                assert_eq!(*x * self.of([1, 2 - i32::from(row < 3), -1]), *y, "{self:?}");
             }
         }
         for (x, y) in plain.rows.iter().zip(&found.rows) {

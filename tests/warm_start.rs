@@ -4,8 +4,7 @@ use crate::support::boxes::{BRICK, BoxScene};
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use std::sync::Mutex;
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, List, Scene, Settings, Solution, Solver,
-    Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, List, Scene, Settings, Solution, Solver, Status,
 };
 use testbed::measure::{Law, error_of};
 
@@ -20,9 +19,7 @@ fn sliding_box() -> Result<(BoxScene<f64>, [SVector<f64, 6>; 2]), Error> {
 }
 
 /// A Newton step counts as ten iterations.
-fn cost<const N: usize, const D: usize, const C: usize>(
-    solution: &Solution<f64, N, D, C>,
-) -> usize {
+fn cost<const N: usize, const D: usize, const C: usize>(solution: &Solution<f64, N, D, C>) -> usize {
     assert_eq!(solution.status, Status::Solved);
     solution.work.total()
 }
@@ -64,11 +61,8 @@ fn a_problem_like_the_last_costs_less_than_cold() -> Result<(), Error> {
 /// Four feet have more rows than a box has dofs, but one that slips pushes along one ray only: sweeps find the rest.
 #[test]
 fn a_box_that_slides_on_is_swept() -> Result<(), Error> {
-    let (scene, factor, mut solver) = (
-        BRICK.on_plane(0.3)?,
-        Factor::new(&BRICK.on_plane(0.3)?)?,
-        Solver::new(),
-    );
+    let (scene, factor, mut solver) =
+        (BRICK.on_plane(0.3)?, Factor::new(&BRICK.on_plane(0.3)?)?, Solver::new());
     let settings = Settings::new(1e-4);
     for (tick, slope) in [0.5, 0.503, 0.508, 0.504, 0.51].into_iter().enumerate() {
         let push = BRICK.free_impulse::<f64>(slope, 0.01);
@@ -113,16 +107,9 @@ fn bodies(listed: &[(usize, u32)]) -> Result<Bodies, Error> {
     for &(body, key) in listed {
         let mut jacobian = SMatrix::<f64, 3, 9>::zeros();
         let rows = matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0];
-        jacobian
-            .fixed_view_mut::<3, 3>(0, 3 * body)
-            .copy_from(&rows);
+        jacobian.fixed_view_mut::<3, 3>(0, 3 * body).copy_from(&rows);
         let offset = SVector::zeros();
-        scene.push(&Contact {
-            jacobian,
-            offset,
-            mu: 0.4,
-            key,
-        })?;
+        scene.push(&Contact { jacobian, offset, mu: 0.4, key })?;
     }
     let down = [(1.0, 0.2, 0.7), (0.3, -0.9, 1.3), (-0.8, 0.5, 0.9)];
     let down = down.into_iter().flat_map(|(x, y, z)| [x, y, z]);
@@ -194,39 +181,24 @@ fn what_is_kept_of_a_newton_step_follows_contacts_that_change_places() -> Result
     let plane = BRICK.on_plane(0.3)?;
     let [mut moved, mut unmoved] = [Solver::new(), Solver::new()];
     let mut costs = Vec::new();
-    for (order, slope) in [
-        ([0, 1, 2, 3], 0.5),
-        ([2, 0, 3, 1], 0.5001),
-        ([1, 3, 0, 2], 0.4998),
-    ] {
+    for (order, slope) in [([0, 1, 2, 3], 0.5), ([2, 0, 3, 1], 0.5001), ([1, 3, 0, 2], 0.4998)] {
         let push = BRICK.free_impulse(slope, 0.01);
         let solve = |solver: &mut Solver<f64, 6, 3, 4>, order: [usize; 4]| {
             let mut scene = Scene::<f64, 6, 3, 4>::new();
             scene.set_mass(plane.mass())?;
             for i in order {
                 let key = u32::try_from(i).unwrap_or(0);
-                scene.push(&Contact {
-                    key,
-                    ..plane.contacts()[i].clone()
-                })?;
+                scene.push(&Contact { key, ..plane.contacts()[i].clone() })?;
             }
             let factor = AdmmFactor::new(&scene)?;
-            Ok::<_, Error>(cost(solver.solve(
-                &scene,
-                factor.factor(),
-                &push,
-                &settings(),
-            )?))
+            Ok::<_, Error>(cost(solver.solve(&scene, factor.factor(), &push, &settings())?))
         };
         let cost = solve(&mut moved, order)?;
         assert_eq!(cost, solve(&mut unmoved, [0, 1, 2, 3])?, "{order:?}");
         costs.push(cost);
     }
     // Steps with what was kept, not new ones, which would be 10 and a number of iterations.
-    assert!(
-        costs[1..].iter().all(|&cost| cost > 0 && cost < 10),
-        "{costs:?}"
-    );
+    assert!(costs[1..].iter().all(|&cost| cost > 0 && cost < 10), "{costs:?}");
     Ok(())
 }
 
@@ -299,9 +271,7 @@ fn a_solve_that_is_refused_leaves_the_state_alone() -> Result<(), Error> {
     solvers.solve(&bodies(&ALL)?)?;
     let (strangers, push) = bodies(&[(0, 1), (1, 2)])?;
     let factor = AdmmFactor::new(&bodies(&ALL)?.0)?;
-    let refused = solvers
-        .newton
-        .solve(&strangers, factor.factor(), &push, &settings());
+    let refused = solvers.newton.solve(&strangers, factor.factor(), &push, &settings());
     assert_eq!(refused.err(), Some(Error::StaleFactor));
     let again = solvers.solve(&bodies(&ALL)?)?;
     assert_eq!(again.map(|(cost, _)| cost), [0, 0]);
@@ -329,10 +299,7 @@ fn scene_factor_and_solvers_live_in_statics() -> Result<(), Error> {
     let mut admm = ADMM.lock().expect("one thread");
     let newton = solver.solve(&scene, factor.factor(), &push, &settings)?;
     let restart = admm.solve(&scene, &factor, &push, &settings)?;
-    assert_eq!(
-        (newton.status, restart.status),
-        (Status::Solved, Status::Solved)
-    );
+    assert_eq!((newton.status, restart.status), (Status::Solved, Status::Solved));
     Ok(())
 }
 
@@ -343,55 +310,33 @@ fn a_solve_starts_at_impulses_that_are_given() -> Result<(), Error> {
     let mut scene = plane.clone();
     scene.clear_contacts();
     for (key, contact) in (5..).zip(plane.contacts()) {
-        scene.push(&Contact {
-            key,
-            ..contact.clone()
-        })?;
+        scene.push(&Contact { key, ..contact.clone() })?;
     }
     let factor = AdmmFactor::new(&scene)?;
-    let solution = Solver::new()
-        .solve(&scene, factor.factor(), &push, &settings())?
-        .clone();
+    let solution = Solver::new().solve(&scene, factor.factor(), &push, &settings())?.clone();
     let contacts = scene.contacts().iter().zip(&solution.contacts);
-    let mut given: Vec<_> = contacts
-        .map(|(contact, found)| (contact.key, found.impulse))
-        .collect();
+    let mut given: Vec<_> = contacts.map(|(contact, found)| (contact.key, found.impulse)).collect();
     given.reverse(); // they go by key
 
     let (mut newton, mut admm) = (Solver::new(), AdmmSolver::new());
     newton.solve(&scene, factor.factor(), &changed, &settings())?;
     newton.set_impulses(&given, &[])?;
     admm.set_impulses(&given)?;
-    assert_eq!(
-        cost(newton.solve(&scene, factor.factor(), &push, &settings())?),
-        0
-    );
+    assert_eq!(cost(newton.solve(&scene, factor.factor(), &push, &settings())?), 0);
     let warm = cost(admm.solve(&scene, &factor, &push, &settings())?);
     admm.reset();
     let cold = cost(admm.solve(&scene, &factor, &push, &settings())?);
     assert!(warm < cold, "warm {warm}, cold {cold}");
 
     // Nonsense does no harm, and what is no number is refused and changes nothing.
-    newton.set_impulses(
-        &[(given[0].0, vector![-7.0, 1e3, 0.0]), (99, given[1].1)],
-        &[],
-    )?;
+    newton.set_impulses(&[(given[0].0, vector![-7.0, 1e3, 0.0]), (99, given[1].1)], &[])?;
     assert!(cost(newton.solve(&scene, factor.factor(), &push, &settings())?) > 0);
     let refused = newton.set_impulses(&[(0, given[0].1), (1, vector![0.0, f64::NAN, 0.0])], &[]);
     let input = Input::InitialImpulse { contact: 1 };
     let (row, column) = (1, 0);
     assert_eq!(refused, Err(Error::NotFinite { input, row, column }));
     let refused = newton.set_impulses(&[given[0]; 5], &[]);
-    assert_eq!(
-        refused,
-        Err(Error::ListFull {
-            list: List::InitialImpulses,
-            capacity: 4
-        })
-    );
-    assert_eq!(
-        cost(newton.solve(&scene, factor.factor(), &push, &settings())?),
-        0
-    );
+    assert_eq!(refused, Err(Error::ListFull { list: List::InitialImpulses, capacity: 4 }));
+    assert_eq!(cost(newton.solve(&scene, factor.factor(), &push, &settings())?), 0);
     Ok(())
 }

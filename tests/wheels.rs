@@ -37,30 +37,16 @@ struct Wheel {
 /// on its axle.
 fn drive<const D: usize>(surface: &Surface<f64>, axle: f64) -> Result<Wheel, Error> {
     let moment = 0.5 * MASS * RADIUS * RADIUS;
-    let mass =
-        SMatrix::<f64, 6, 6>::from_diagonal(&vector![MASS, MASS, MASS, moment, moment, moment]);
+    let mass = SMatrix::<f64, 6, 6>::from_diagonal(&vector![MASS, MASS, MASS, moment, moment, moment]);
     let jacobian = rolling::jacobian::<D>(RADIUS);
     let mut kernel = Kernel::<f64, 6, D, 1, 2, 1>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&mass)?;
     let offset = SVector::zeros();
     let (mu, key) = (MU, 0);
-    scene.push_on(
-        &Contact {
-            jacobian,
-            offset,
-            mu,
-            key,
-        },
-        surface,
-    )?;
+    scene.push_on(&Contact { jacobian, offset, mu, key }, surface)?;
     let spin = vector![0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
-    let motor = Motor {
-        damping: GAIN,
-        target: TARGET,
-        limit: 10.0,
-        ..Motor::default()
-    };
+    let motor = Motor { damping: GAIN, target: TARGET, limit: 10.0, ..Motor::default() };
     scene.push_row(&motor.row(spin, STEP, 0)?)?;
     scene.push_row(&DryFriction { torque: axle }.row(spin, STEP, 1)?)?;
     let [along, onto] = weight();
@@ -99,21 +85,14 @@ fn a_wheel_with_dry_friction_on_its_axle_rolls() -> Result<(), Error> {
 #[test]
 fn a_wheel_with_rolling_resistance_in_its_contact_creeps() -> Result<(), Error> {
     let [along, onto] = weight();
-    let surface = Surface {
-        roll: [ROLL, ROLL],
-        ..Surface::isotropic(MU)
-    };
+    let surface = Surface { roll: [ROLL, ROLL], ..Surface::isotropic(MU) };
     let wheel = drive::<6>(&surface, 0.0)?;
     let resistance = ROLL * (onto * onto - (along / MU).powi(2)).sqrt();
     let creeps = -wheel.turns * (along / (MU * MU)) / (resistance / (ROLL * ROLL));
     let share = -wheel.creeps / (RADIUS * wheel.turns);
     println!("creeps {share}, torque {}", wheel.torque);
     assert_eq!(wheel.mode, ContactMode::Slip);
-    assert!(
-        (wheel.creeps - creeps).abs() < 1e-6,
-        "{} {creeps}",
-        wheel.creeps
-    );
+    assert!((wheel.creeps - creeps).abs() < 1e-6, "{} {creeps}", wheel.creeps);
     assert!((share - 0.028).abs() < 5e-4);
     assert!((wheel.torque - along * RADIUS - resistance).abs() < 1e-4);
     Ok(())

@@ -12,12 +12,7 @@ fn limb<const N: usize>(first: usize) -> SMatrix<f64, 3, N> {
 }
 
 fn contact<const N: usize>(jacobian: SMatrix<f64, 3, N>) -> Contact<f64, N, 3> {
-    Contact {
-        jacobian,
-        offset: SVector::zeros(),
-        mu: 0.5,
-        key: 0,
-    }
+    Contact { jacobian, offset: SVector::zeros(), mu: 0.5, key: 0 }
 }
 
 fn solve<const N: usize>(
@@ -40,8 +35,7 @@ fn a_contact_moves_its_dofs_wherever_they_are() -> Result<(), Error> {
         scene.set_mass(&SMatrix::identity())?;
         scene.push(&contact(limb(first)))?;
         let mut push = SVector::<f64, N>::repeat(-1.0);
-        push.fixed_rows_mut::<3>(first)
-            .copy_from(&vector![-3.0, -0.5, -0.25]);
+        push.fixed_rows_mut::<3>(first).copy_from(&vector![-3.0, -0.5, -0.25]);
         let solution = solve(&scene, &Factor::new(&scene)?, push)?;
         assert_eq!(solution.contacts[0].mode, ContactMode::Stick);
         let moved = solution.velocity.fixed_rows::<3>(first).norm();

@@ -45,10 +45,7 @@ pub(crate) fn write(files: &[PathBuf], steps: usize) -> Result<String, String> {
 
 /// The next larger number of contacts or joint rows, so that fewer sizes have to be compiled.
 fn rounded(count: usize) -> usize {
-    [0, 1, 4, 6, 12, 24]
-        .into_iter()
-        .find(|&size| size >= count)
-        .unwrap_or(count)
+    [0, 1, 4, 6, 12, 24].into_iter().find(|&size| size >= count).unwrap_or(count)
 }
 
 /// A scene of contacts alone.

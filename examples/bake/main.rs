@@ -55,9 +55,7 @@ fn run(command: &Command) -> Result<(), String> {
         Command::Records(selection) => selection,
         Command::BySize { files, steps } => {
             let source = by_size::write(files, *steps)?;
-            return stdout()
-                .write_all(source.as_bytes())
-                .map_err(|error| error.to_string());
+            return stdout().write_all(source.as_bytes()).map_err(|error| error.to_string());
         }
     };
     let scenes = scene_file::read(&selection.file)?;
@@ -66,9 +64,7 @@ fn run(command: &Command) -> Result<(), String> {
     for scene in steps.take(selection.steps) {
         records::write(&selection.reduce(scene), &mut bytes);
     }
-    stdout()
-        .write_all(&bytes)
-        .map_err(|error| error.to_string())
+    stdout().write_all(&bytes).map_err(|error| error.to_string())
 }
 
 fn main() -> ExitCode {

@@ -41,10 +41,7 @@ impl Selection {
         Reduced {
             mass: dofs.iter().map(mass).collect(),
             f: dofs.iter().map(|&dof| scene.f[dof]).collect(),
-            contacts: all(&self.contacts, scene.n_contacts)
-                .iter()
-                .map(contact)
-                .collect(),
+            contacts: all(&self.contacts, scene.n_contacts).iter().map(contact).collect(),
         }
     }
 }

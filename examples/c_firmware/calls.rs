@@ -112,11 +112,8 @@ pub unsafe extern "C" fn stiction_add_contact(
     mu: Real,
     key: u32,
 ) -> Status {
-    let (solver, jacobian, offset) = (
-        solver!(memory),
-        given!(jacobian, [[Real; N]; D]),
-        given!(offset, [Real; D]),
-    );
+    let (solver, jacobian, offset) =
+        (solver!(memory), given!(jacobian, [[Real; N]; D]), given!(offset, [Real; D]));
     solver.push(&contact(jacobian, offset, mu, key))
 }
 
@@ -179,11 +176,7 @@ pub unsafe extern "C" fn stiction_set_offset(
 
 /// `stiction_set_friction`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_set_friction(
-    memory: *mut Solver,
-    contact: u32,
-    mu: Real,
-) -> Status {
+pub unsafe extern "C" fn stiction_set_friction(memory: *mut Solver, contact: u32, mu: Real) -> Status {
     solver!(memory).change(|scene| scene.set_friction(index(contact), mu))
 }
 
@@ -226,11 +219,7 @@ pub unsafe extern "C" fn stiction_set_row_jacobian(
 
 /// `stiction_set_row_offset`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_set_row_offset(
-    memory: *mut Solver,
-    row: u32,
-    offset: Real,
-) -> Status {
+pub unsafe extern "C" fn stiction_set_row_offset(memory: *mut Solver, row: u32, offset: Real) -> Status {
     solver!(memory).change(|scene| scene.set_row_offset(index(row), offset))
 }
 
@@ -384,11 +373,7 @@ pub unsafe extern "C" fn stiction_contact_by_key(
 
 /// `stiction_row_at`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_row_at(
-    memory: *const Solver,
-    row: u32,
-    found: *mut RowOutcome,
-) -> Status {
+pub unsafe extern "C" fn stiction_row_at(memory: *const Solver, row: u32, found: *mut RowOutcome) -> Status {
     let solution = shared!(memory).kernel.solution();
     let read = || RowOutcome::at(solution, index(row)).ok_or(Status::NoSuchRow);
     // SAFETY: the caller's promise.
@@ -423,27 +408,15 @@ pub unsafe extern "C" fn stiction_worst_violation(
 
 /// `stiction_last_culprit`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_last_culprit(
-    memory: *const Solver,
-    culprit: *mut Culprit,
-) -> Status {
+pub unsafe extern "C" fn stiction_last_culprit(memory: *const Solver, culprit: *mut Culprit) -> Status {
     let error = shared!(memory).error;
     // SAFETY: the caller's promise.
-    unsafe {
-        tell(
-            culprit,
-            || Ok(error.map_or(Culprit::NONE, Refusal::culprit)),
-        )
-    }
+    unsafe { tell(culprit, || Ok(error.map_or(Culprit::NONE, Refusal::culprit))) }
 }
 
 /// `stiction_describe`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn stiction_describe(
-    memory: *const Solver,
-    text: *mut c_char,
-    bytes: usize,
-) -> Status {
+pub unsafe extern "C" fn stiction_describe(memory: *const Solver, text: *mut c_char, bytes: usize) -> Status {
     let solver = shared!(memory);
     if text.is_null() {
         return Status::Null;
@@ -460,9 +433,7 @@ pub unsafe extern "C" fn stiction_describe(
 /// `stiction_name`.
 #[unsafe(no_mangle)]
 pub extern "C" fn stiction_name(status: i32) -> *const c_char {
-    let named = Status::NAMES
-        .iter()
-        .find(|(known, _)| *known as i32 == status);
+    let named = Status::NAMES.iter().find(|(known, _)| *known as i32 == status);
     let name: &CStr = named.map_or(c"?", |(_, name)| name);
     name.as_ptr()
 }
@@ -499,18 +470,8 @@ unsafe fn some<'a, T>(first: *const T, count: u32) -> Option<&'a [T]> {
 }
 
 /// A contact from the rows of its Jacobian.
-fn contact(
-    jacobian: &[[Real; N]; D],
-    offset: &[Real; D],
-    mu: Real,
-    key: u32,
-) -> Contact<Real, N, D> {
-    Contact {
-        jacobian: matrix(jacobian),
-        offset: SVector::from(*offset),
-        mu,
-        key,
-    }
+fn contact(jacobian: &[[Real; N]; D], offset: &[Real; D], mu: Real, key: u32) -> Contact<Real, N, D> {
+    Contact { jacobian: matrix(jacobian), offset: SVector::from(*offset), mu, key }
 }
 
 /// A matrix from its rows; `from` takes columns.
@@ -520,9 +481,7 @@ fn matrix(rows: &[[Real; N]; D]) -> SMatrix<Real, D, N> {
 
 /// An index for C, or the status that says that nothing has the key.
 fn place(index: Option<usize>) -> i32 {
-    index.map_or(Status::NoSuchKey as i32, |index| {
-        i32::try_from(index).unwrap_or(i32::MAX)
-    })
+    index.map_or(Status::NoSuchKey as i32, |index| i32::try_from(index).unwrap_or(i32::MAX))
 }
 
 /// An index, a count or a budget of C.

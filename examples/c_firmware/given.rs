@@ -67,11 +67,7 @@ impl JointRow {
     }
 
     /// A law for a scene.
-    pub(super) fn law(
-        number: LawNumber,
-        lower: Real,
-        upper: Real,
-    ) -> Result<RowLaw<Real>, Refusal> {
+    pub(super) fn law(number: LawNumber, lower: Real, upper: Real) -> Result<RowLaw<Real>, Refusal> {
         const LIMIT: u32 = Law::Limit as u32;
         const EQUALITY: u32 = Law::Equality as u32;
         const BOX: u32 = Law::Box as u32;

@@ -103,10 +103,7 @@ pub(super) const fn number(text: &str, name: &str) -> i32 {
     let negative = word[0] == b'-';
     let mut at = if negative { 1 } else { 0 };
     let mut number = 0;
-    assert!(
-        word[at].is_ascii_digit(),
-        "a header has no number behind a name, in digits and after one space"
-    );
+    assert!(word[at].is_ascii_digit(), "a header has no number behind a name, in digits and after one space");
     while at < word.len() && word[at].is_ascii_digit() {
         number = number * 10 + (word[at] - b'0') as i32;
         at += 1;

@@ -21,13 +21,8 @@ pub struct ContactOutcome {
 }
 
 impl ContactOutcome {
-    const NONE: Self = Self {
-        key: 0,
-        mode: Mode::Open,
-        impulse: [0.0; D],
-        velocity: [0.0; D],
-        certificate: [0.0; D],
-    };
+    const NONE: Self =
+        Self { key: 0, mode: Mode::Open, impulse: [0.0; D], velocity: [0.0; D], certificate: [0.0; D] };
 
     /// A contact of a solution.
     pub(super) fn at(solution: &Outcome, place: usize) -> Option<Self> {
@@ -36,10 +31,7 @@ impl ContactOutcome {
             mode: contact.mode.into(),
             impulse: contact.impulse.into(),
             velocity: contact.velocity.into(),
-            certificate: solution
-                .certificate
-                .get(place)
-                .map_or([0.0; D], |&d| d.into()),
+            certificate: solution.certificate.get(place).map_or([0.0; D], |&d| d.into()),
         })
     }
 }
@@ -61,13 +53,7 @@ pub struct RowOutcome {
 }
 
 impl RowOutcome {
-    const NONE: Self = Self {
-        key: 0,
-        mode: RowMode::Open,
-        impulse: 0.0,
-        velocity: 0.0,
-        certificate: 0.0,
-    };
+    const NONE: Self = Self { key: 0, mode: RowMode::Open, impulse: 0.0, velocity: 0.0, certificate: 0.0 };
 
     /// A joint row of a solution.
     pub(super) fn at(solution: &Outcome, place: usize) -> Option<Self> {

@@ -12,8 +12,7 @@ use stiction::{Contact, Error, List, Scene, Settings};
 /// The kernel of the sizes in `stiction_sizes.h`.
 pub type Kernel = stiction::Kernel<Real, N, D, C, R, S, Phases>;
 pub(super) type Outcome = stiction::Solution<Real, N, D, C, R>;
-type Solve =
-    for<'a> fn(&'a mut Kernel, &SVector<Real, N>, &Settings<Real>) -> Result<&'a Outcome, Error>;
+type Solve = for<'a> fn(&'a mut Kernel, &SVector<Real, N>, &Settings<Real>) -> Result<&'a Outcome, Error>;
 
 /// What `stiction` is inside.
 #[repr(C)]
@@ -27,20 +26,14 @@ pub struct Solver {
 
 const _: () = assert!(align_of::<Solver>() <= align_of::<u64>());
 // Not too few, and not many more than are used: the same number has to do for pointers of 32 and of 64 bits.
-const _: () = assert!(
-    size_of::<Solver>() <= Solver::ROOM && BYTES <= Solver::MOST,
-    "{}",
-    {
-        const WRITE: [u8; 60] = ending(
-            *b"write into stiction_sizes.h: #define STICTION_BYTES         ",
-            size_of::<Solver>(),
-        );
-        match core::str::from_utf8(&WRITE) {
-            Ok(text) => text,
-            Err(_) => "STICTION_BYTES is not what a stiction takes",
-        }
+const _: () = assert!(size_of::<Solver>() <= Solver::ROOM && BYTES <= Solver::MOST, "{}", {
+    const WRITE: [u8; 60] =
+        ending(*b"write into stiction_sizes.h: #define STICTION_BYTES         ", size_of::<Solver>());
+    match core::str::from_utf8(&WRITE) {
+        Ok(text) => text,
+        Err(_) => "STICTION_BYTES is not what a stiction takes",
     }
-);
+});
 
 impl Solver {
     const READY: u32 = 0x57_1C_71_04;
@@ -73,11 +66,7 @@ impl Solver {
         }
         // SAFETY: the caller's promise; before `stiction_init` the memory is some number as well.
         let ready = unsafe { (&raw const (*memory).ready).read() };
-        if ready == Self::READY {
-            Ok(())
-        } else {
-            Err(Status::NotInitialised)
-        }
+        if ready == Self::READY { Ok(()) } else { Err(Status::NotInitialised) }
     }
 
     /// Changes the scene, and remembers what was wrong with that.
@@ -95,11 +84,7 @@ impl Solver {
     }
 
     /// Starts the next solve at these impulses, and remembers what was wrong with that.
-    pub(super) fn set_impulses(
-        &mut self,
-        contacts: &[ContactImpulse],
-        rows: &[RowImpulse],
-    ) -> Status {
+    pub(super) fn set_impulses(&mut self, contacts: &[ContactImpulse], rows: &[RowImpulse]) -> Status {
         let full = |list, capacity| Error::ListFull { list, capacity };
         let mut of_contacts = [(0, SVector::zeros()); C];
         let mut of_rows = [(0, 0.0); R];
@@ -145,9 +130,7 @@ impl Solver {
         let settings = settings(tolerance, budget);
         let free_impulse = SVector::from(*free_impulse);
         let solve = |limits: Vec<_, L>| {
-            let solution = self
-                .kernel
-                .solve_with_limits(&limits, &free_impulse, &settings);
+            let solution = self.kernel.solve_with_limits(&limits, &free_impulse, &settings);
             Ok(solution.map_err(Refusal::Error)?.status.into())
         };
         let result = limits_of(limits).and_then(solve);
@@ -155,10 +138,7 @@ impl Solver {
     }
 
     fn end(&mut self, result: Result<(), Error>) -> Status {
-        result.map_or_else(
-            |error| self.refuse(Refusal::Error(error)),
-            |()| Status::Solved,
-        )
+        result.map_or_else(|error| self.refuse(Refusal::Error(error)), |()| Status::Solved)
     }
 
     /// Remembers what is wrong with a call, and says it.
@@ -195,10 +175,7 @@ pub(super) fn advance<'a>(
 
 /// Settings of a call.
 const fn settings(tolerance: Real, budget: usize) -> Settings<Real> {
-    Settings {
-        budget,
-        ..Settings::new(tolerance)
-    }
+    Settings { budget, ..Settings::new(tolerance) }
 }
 
 /// Limits in the form of the library.
@@ -289,10 +266,6 @@ impl Write for Text<'_> {
             *place = *byte; // `copy_from_slice` would link a panic
         }
         self.0 = rest;
-        if fits < words.len() {
-            Err(fmt::Error)
-        } else {
-            Ok(())
-        }
+        if fits < words.len() { Err(fmt::Error) } else { Ok(()) }
     }
 }

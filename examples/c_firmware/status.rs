@@ -206,43 +206,23 @@ impl From<stiction::RowMode> for RowMode {
 
 impl Culprit {
     /// Of no error.
-    pub const NONE: Self = Self {
-        input: Source::None,
-        contact: -1,
-        joint_row: -1,
-        row: -1,
-        column: -1,
-        key: -1,
-    };
+    pub const NONE: Self =
+        Self { input: Source::None, contact: -1, joint_row: -1, row: -1, column: -1, key: -1 };
 
     const fn of(input: Source) -> Self {
-        Self {
-            input,
-            ..Self::NONE
-        }
+        Self { input, ..Self::NONE }
     }
 
     fn entry(input: Source, row: usize, column: usize) -> Self {
-        Self {
-            input,
-            row: index(row),
-            column: index(column),
-            ..Self::NONE
-        }
+        Self { input, row: index(row), column: index(column), ..Self::NONE }
     }
 
     fn contact(self, contact: usize) -> Self {
-        Self {
-            contact: index(contact),
-            ..self
-        }
+        Self { contact: index(contact), ..self }
     }
 
     fn joint_row(self, row: usize) -> Self {
-        Self {
-            joint_row: index(row),
-            ..self
-        }
+        Self { joint_row: index(row), ..self }
     }
 
     /// A limit, or how many there is room for.
@@ -251,10 +231,7 @@ impl Culprit {
     }
 
     fn key(self, key: u32) -> Self {
-        Self {
-            key: i64::from(key),
-            ..self
-        }
+        Self { key: i64::from(key), ..self }
     }
 }
 
@@ -265,21 +242,15 @@ impl From<Error> for Culprit {
             Error::NotFinite { input, row, column } => match input {
                 Input::Mass => Self::entry(Source::Mass, row, column),
                 Input::FreeImpulse => Self::entry(Source::FreeImpulse, row, column),
-                Input::Jacobian { contact } => {
-                    Self::entry(Source::Jacobian, row, column).contact(contact)
-                }
-                Input::Offset { contact } => {
-                    Self::entry(Source::Offset, row, column).contact(contact)
-                }
+                Input::Jacobian { contact } => Self::entry(Source::Jacobian, row, column).contact(contact),
+                Input::Offset { contact } => Self::entry(Source::Offset, row, column).contact(contact),
                 Input::InitialImpulse { contact } => {
                     Self::entry(Source::InitialImpulse, row, column).contact(contact)
                 }
                 Input::InitialRowImpulse { row: joint } => {
                     Self::entry(Source::InitialRowImpulse, row, column).joint_row(joint)
                 }
-                Input::JointRow { row: joint } => {
-                    Self::entry(Source::JointRow, row, column).joint_row(joint)
-                }
+                Input::JointRow { row: joint } => Self::entry(Source::JointRow, row, column).joint_row(joint),
                 Input::Limit { limit } => Self::entry(Source::Limit, row, column).joint_row(limit),
                 _ => Self::entry(Source::Other, row, column),
             },
@@ -316,11 +287,7 @@ impl From<Error> for Culprit {
 #[must_use]
 pub const fn turned(error: Error) -> Error {
     match error {
-        Error::NotFinite { input, row, column } => Error::NotFinite {
-            input,
-            row: column,
-            column: row,
-        },
+        Error::NotFinite { input, row, column } => Error::NotFinite { input, row: column, column: row },
         error => error,
     }
 }

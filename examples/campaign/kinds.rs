@@ -33,12 +33,7 @@ pub(crate) type Findings = Vec<(Verdict, f64, usize)>;
 
 impl Kind {
     /// Draws a scene, solves it, and says what the answers are worth.
-    pub(crate) fn try_out(
-        self,
-        precision: Precision,
-        (seed, index): (u64, u64),
-        tolerance: f64,
-    ) -> Findings {
+    pub(crate) fn try_out(self, precision: Precision, (seed, index): (u64, u64), tolerance: f64) -> Findings {
         let class = Class::ALL[usize::try_from(index).unwrap_or(0) % Class::ALL.len()];
         match self {
             Self::Mixed | Self::Limits => {
@@ -48,11 +43,7 @@ impl Kind {
             Self::WarmMixed => mixed(precision, &generate::time_steps(seed, index), tolerance),
             Self::Contacts | Self::Admm => {
                 let (scene, existence) = generate::draw(class, seed, index);
-                let method = if self == Self::Admm {
-                    Method::Restart
-                } else {
-                    Method::Default
-                };
+                let method = if self == Self::Admm { Method::Restart } else { Method::Default };
                 contacts(precision, method, &[scene], existence, tolerance)
             }
             Self::Warm => {
@@ -95,10 +86,9 @@ fn mixed(precision: Precision, steps: &[MixedFile], tolerance: f64) -> Findings 
     settings.budget = 2_000;
     let (answers, held) = match precision {
         Precision::F64 => (kernels_f64::solve_all(steps, &settings), steps.to_vec()),
-        Precision::F32 => (
-            kernels_f32::solve_all(steps, &settings),
-            steps.iter().map(MixedFile::rounded::<f32>).collect(),
-        ),
+        Precision::F32 => {
+            (kernels_f32::solve_all(steps, &settings), steps.iter().map(MixedFile::rounded::<f32>).collect())
+        }
     };
     let pairs = answers.into_iter().zip(&held);
     let found = pairs.map(|(answer, file)| {
@@ -115,11 +105,7 @@ fn mixed(precision: Precision, steps: &[MixedFile], tolerance: f64) -> Findings 
                 stiction::Status::Solved => Answer::Solved,
                 // In single precision a proof is what rounding leaves of one.
                 stiction::Status::Infeasible => Answer::Infeasible {
-                    proof: if precision == Precision::F32 || is_proved() {
-                        f64::INFINITY
-                    } else {
-                        0.0
-                    },
+                    proof: if precision == Precision::F32 || is_proved() { f64::INFINITY } else { 0.0 },
                 },
                 _ => Answer::Unsolved,
             },

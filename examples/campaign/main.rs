@@ -70,21 +70,10 @@ impl Finding {
         let verdict = Verdict::new(&outcome, existence, options.tolerance);
         let note = format!(
             "{} of seed {}: {} dofs, {} x {} rows, {verdict:?}, error {:.2e}, work {}",
-            scene.name,
-            options.seed,
-            scene.n_dof,
-            scene.n_contacts,
-            scene.dim,
-            outcome.error,
-            outcome.work
+            scene.name, options.seed, scene.n_dof, scene.n_contacts, scene.dim, outcome.error, outcome.work
         );
         let is_noted = verdict.is_noted() || options.only.is_some();
-        Self {
-            turn,
-            verdict,
-            work: outcome.work,
-            note: is_noted.then_some(note),
-        }
+        Self { turn, verdict, work: outcome.work, note: is_noted.then_some(note) }
     }
 }
 
@@ -137,10 +126,7 @@ fn try_out(options: &Options, indices: std::ops::Range<u64>) -> ExitCode {
         .progress_count(count)
         .map(|index| {
             let place = (options.seed, index);
-            (
-                index,
-                kind.try_out(options.precision, place, options.tolerance),
-            )
+            (index, kind.try_out(options.precision, place, options.tolerance))
         })
         .collect();
     let mut tally = Tally::new(format!("{kind:?}"));

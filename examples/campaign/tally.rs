@@ -42,9 +42,7 @@ impl Verdict {
         match outcome.answer {
             Answer::Solved if outcome.error <= tolerance => Self::Solved,
             Answer::Solved => Self::FalselySolved,
-            Answer::Infeasible { proof }
-                if existence != Existence::Guaranteed && proof >= STRONG_PROOF =>
-            {
+            Answer::Infeasible { proof } if existence != Existence::Guaranteed && proof >= STRONG_PROOF => {
                 Self::Infeasible
             }
             Answer::Infeasible { .. } => Self::FalselyInfeasible,
@@ -75,11 +73,7 @@ pub(crate) struct Tally {
 
 impl Tally {
     pub(crate) fn new(name: String) -> Self {
-        Self {
-            name,
-            counts: [0; Verdict::ALL.len()],
-            work: Vec::new(),
-        }
+        Self { name, counts: [0; Verdict::ALL.len()], work: Vec::new() }
     }
 
     /// All scenes of these tallies.
@@ -138,9 +132,6 @@ impl fmt::Display for Tally {
         let percentile = |p: usize| work.get(work.len() * p / 100).or(work.last()).unwrap_or(&0);
         let [median, ninety, ninety_nine, worst] = [50, 90, 99, 100].map(percentile);
         let much = work.iter().filter(|&&work| work > MUCH_WORK).count();
-        write!(
-            f,
-            " {median:>9} {ninety:>6} {ninety_nine:>6} {worst:>6} {much:>6}"
-        )
+        write!(f, " {median:>9} {ninety:>6} {ninety_nine:>6} {worst:>6} {much:>6}")
     }
 }

@@ -21,9 +21,7 @@ pub(crate) fn race(
     let solver = unsafe { &mut *&raw mut SOLVER };
     let scene = &step.scene;
     let mut ok = true;
-    run(counter, "prepare", 0, |_| {
-        ok &= solver.prepare(scene, push).is_some()
-    })?;
+    run(counter, "prepare", 0, |_| ok &= solver.prepare(scene, push).is_some())?;
     for sweeps in (1..=40).chain([60, 100, 200, 400, 1000]) {
         for (label, warm) in [("cold", false), ("warm", true)] {
             if warm {

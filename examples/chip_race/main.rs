@@ -65,12 +65,8 @@ mod race {
     /// Contacts.
     pub(crate) const C: usize = 4;
     /// Compliance that makes forces unique, of the scenes that share them out; those have the convex model.
-    pub(crate) const SHARING: Option<f32> = if cfg!(any(scene = "sharing", scene = "sharing_slip"))
-    {
-        Some(1e-3)
-    } else {
-        None
-    };
+    pub(crate) const SHARING: Option<f32> =
+        if cfg!(any(scene = "sharing", scene = "sharing_slip")) { Some(1e-3) } else { None };
 
     /// A free impulse, N s.
     pub(crate) type Push = SVector<f32, N>;
@@ -118,9 +114,7 @@ mod race {
     #[entry]
     fn main() -> ! {
         static mut STEP: Step<f32, N, 3, C> = Step::new();
-        let Some(peripherals) = cortex_m::Peripherals::take() else {
-            exit(false)
-        };
+        let Some(peripherals) = cortex_m::Peripherals::take() else { exit(false) };
         let mut counter = Counter::start(peripherals);
         let read = STEP.read(&mut Records::new(RECORDS));
         let push = STEP.push;

@@ -29,40 +29,25 @@ pub(crate) fn race(
     static mut SOLVER: Solver<f32, N, 3, C> = Solver::new();
     #[allow(unsafe_code)]
     // SAFETY: called once, and no interrupt is enabled.
-    let (scene, factor, solver) = unsafe {
-        (
-            &mut *&raw mut SCENE,
-            &mut *&raw mut FACTOR,
-            &mut *&raw mut SOLVER,
-        )
-    };
+    let (scene, factor, solver) =
+        unsafe { (&mut *&raw mut SCENE, &mut *&raw mut FACTOR, &mut *&raw mut SOLVER) };
     scene.set_mass(step.scene.mass()).ok()?;
     for contact in step.scene.contacts() {
         if let Some(alpha) = SHARING {
-            let surface = Surface {
-                compliance: [alpha; 2],
-                ..Surface::isotropic(contact.mu)
-            };
+            let surface = Surface { compliance: [alpha; 2], ..Surface::isotropic(contact.mu) };
             scene.push_on(contact, &surface).ok()?;
         } else {
             scene.push(contact).ok()?;
         }
     }
     let mut ok = true;
-    run(counter, "prepare", 0, |_| {
-        ok &= factor.prepare(scene).is_ok()
-    })?;
-    let models = [
-        (["cold", "warm"], Model::Coulomb),
-        (["convex_cold", "convex_warm"], Model::ConvexRelaxation),
-    ];
+    run(counter, "prepare", 0, |_| ok &= factor.prepare(scene).is_ok())?;
+    let models =
+        [(["cold", "warm"], Model::Coulomb), (["convex_cold", "convex_warm"], Model::ConvexRelaxation)];
     let models = models.iter().skip(usize::from(SHARING.is_some()));
     for &(labels, model) in models {
         for (setting, tolerance) in [("1e-3", 1e-3), ("1e-4", 1e-4), ("1e-5", 1e-5)] {
-            let settings = Settings {
-                model,
-                ..Settings::new(tolerance)
-            };
+            let settings = Settings { model, ..Settings::new(tolerance) };
             for (label, warm) in labels.into_iter().zip([false, true]) {
                 solver.reset();
                 if warm {
@@ -81,10 +66,7 @@ pub(crate) fn race(
     let stack = stack_bytes(|| {
         ok &= factor.prepare(scene).is_ok() && solver.solve(scene, factor, push, &settings).is_ok()
     });
-    hprintln!(
-        "bytes ram {}",
-        size_of_val(scene) + size_of_val(factor) + size_of_val(solver)
-    );
+    hprintln!("bytes ram {}", size_of_val(scene) + size_of_val(factor) + size_of_val(solver));
     hprintln!("bytes stack {}", stack);
     ok.then_some(())
 }

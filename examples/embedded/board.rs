@@ -15,10 +15,6 @@ pub(crate) fn exit(ok: bool) -> ! {
 /// Reports where it happened, and ends QEMU with exit code 1.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    hprintln!(
-        "HardFault at {:#010x}, called from {:#010x}",
-        frame.pc(),
-        frame.lr()
-    );
+    hprintln!("HardFault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr());
     exit(false)
 }

@@ -48,12 +48,7 @@ pub(crate) fn in_time(tick: u32, control: impl FnOnce()) {
 pub(crate) fn report() {
     let [ticks, late, delay] =
         [&MILLISECONDS, &LATE, &LONGEST_DELAY].map(|count| count.load(Ordering::Relaxed));
-    defmt::info!(
-        "control: {} ticks, {} late, at most {} ns after its tick",
-        ticks,
-        late,
-        delay
-    );
+    defmt::info!("control: {} ticks, {} late, at most {} ns after its tick", ticks, late, delay);
 }
 
 /// Is the time of this tick over?

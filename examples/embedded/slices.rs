@@ -15,10 +15,7 @@ static STATES: &[u8] = include_bytes!("../firmware/trot.bin");
 const TICKS_A_STATE: u32 = 2;
 
 /// What the solver may do in a tick: less than it has time for, so that some solves take two, and some are not done then.
-const SLICE: Settings<f32> = Settings {
-    budget: 4,
-    ..Settings::new(1e-5)
-};
+const SLICE: Settings<f32> = Settings { budget: 4, ..Settings::new(1e-5) };
 
 /// Error of impulses that are good enough when time is over.
 const ENOUGH: f32 = 1e-3;
@@ -60,16 +57,8 @@ struct Counts {
 impl Format for Counts {
     fn format(&self, fmt: Formatter<'_>) {
         let ([first, second], missed) = (self.solved, self.used + self.held);
-        write!(
-            fmt,
-            "{} states, {} solved at once, {} in a second tick, ",
-            self.states, first, second
-        );
-        write!(
-            fmt,
-            "{} deadlines missed: {} used, {} held; ",
-            missed, self.used, self.held
-        );
+        write!(fmt, "{} states, {} solved at once, {} in a second tick, ", self.states, first, second);
+        write!(fmt, "{} deadlines missed: {} used, {} held; ", missed, self.used, self.held);
         write!(fmt, "{} slices longer than their tick", self.late);
     }
 }
@@ -81,13 +70,7 @@ impl Feet {
             step: Step::new(),
             kernel: Kernel::new(),
             is_paused: false,
-            counts: Counts {
-                states: 0,
-                solved: [0; 2],
-                used: 0,
-                held: 0,
-                late: 0,
-            },
+            counts: Counts { states: 0, solved: [0; 2], used: 0, held: 0, late: 0 },
         }
     }
 
@@ -134,18 +117,8 @@ impl Feet {
         } else {
             let (status, error) = (solution.status, solution.error);
             let is_usable = solution.is_usable(ENOUGH);
-            *if is_usable {
-                &mut counts.used
-            } else {
-                &mut counts.held
-            } += 1;
-            defmt::warn!(
-                "state {}: {}, error {}, used: {}",
-                state,
-                status,
-                error,
-                is_usable
-            );
+            *if is_usable { &mut counts.used } else { &mut counts.held } += 1;
+            defmt::warn!("state {}: {}, error {}, used: {}", state, status, error, is_usable);
             if !is_usable {
                 return Slice::Nothing;
             }

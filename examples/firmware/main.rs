@@ -79,9 +79,7 @@ mod firmware {
     fn main() -> ! {
         static mut SINGLE: Trot<f32> = Trot::new();
         static mut DOUBLE: Trot<f64> = Trot::new();
-        let Some(peripherals) = cortex_m::Peripherals::take() else {
-            exit(false)
-        };
+        let Some(peripherals) = cortex_m::Peripherals::take() else { exit(false) };
         if cfg!(fault) {
             cortex_m::asm::udf();
         }

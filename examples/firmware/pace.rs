@@ -42,9 +42,7 @@ pub(crate) fn counts() -> u32 {
         // Otherwise an interrupt came between the two.
         if MILLISECONDS.load(Ordering::Relaxed) == milliseconds {
             let passed = COUNTS_A_MILLISECOND - 1 - left;
-            return milliseconds
-                .wrapping_mul(COUNTS_A_MILLISECOND)
-                .wrapping_add(passed);
+            return milliseconds.wrapping_mul(COUNTS_A_MILLISECOND).wrapping_add(passed);
         }
     }
 }

@@ -54,10 +54,7 @@ impl<T: Real> Trot<T> {
     /// Prepares and solves. Returns `false` if nothing good came of it: the impulses of an earlier step stay.
     pub(crate) fn solve(&mut self) -> bool {
         let Step { scene, push, .. } = &self.step;
-        let settings = Settings {
-            budget: BUDGET,
-            ..Settings::default()
-        };
+        let settings = Settings { budget: BUDGET, ..Settings::default() };
         let prepared = self.factor.prepare(scene);
         let solver = &mut self.solver;
         match prepared.and_then(|()| solver.solve(scene, &self.factor, push, &settings)) {

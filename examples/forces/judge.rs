@@ -6,11 +6,7 @@ use crate::{Forces, Grasp, Wrench, wanted};
 /// What is left of a wrench, in units of the friction that there is.
 pub(crate) fn missed(grasp: &Grasp, forces: &Forces, b: &Wrench) -> f64 {
     let missed = grasp * forces - b;
-    missed
-        .component_mul(&Wrench::from(WEIGHTS))
-        .dot(&missed)
-        .sqrt()
-        / (MU * WEIGHT)
+    missed.component_mul(&Wrench::from(WEIGHTS)).dot(&missed).sqrt() / (MU * WEIGHT)
 }
 
 /// `½ |A f - b|²_S + ½ α |f|²`

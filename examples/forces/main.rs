@@ -41,12 +41,7 @@ fn share(cones: &mut Cones, b: &Wrench, tolerance: f64) -> Forces {
     let solution = cones.solve(&-b, &scene::settings(tolerance));
     let solution = solution.expect("the data is finite");
     assert!(solution.is_solved(), "{}", solution.status);
-    Forces::from_iterator(
-        solution
-            .contacts
-            .iter()
-            .flat_map(|foot| foot.impulse.data.0[0]),
-    )
+    Forces::from_iterator(solution.contacts.iter().flat_map(|foot| foot.impulse.data.0[0]))
 }
 
 /// Median time of a tick, µs: one for each whole angle.
@@ -67,9 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     scene::fill(filled.scene_mut())?;
     let mut grasp = Grasp::zeros();
     for (i, foot) in filled.scene().contacts().iter().enumerate() {
-        grasp
-            .fixed_columns_mut::<3>(3 * i)
-            .copy_from(&foot.jacobian.transpose());
+        grasp.fixed_columns_mut::<3>(3 * i).copy_from(&foot.jacobian.transpose());
     }
     let programme = |shape| {
         let programme = Programme::new(&grasp, shape);
@@ -86,22 +79,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     for angle in (0..=360).step_by(3) {
         let degrees = f64::from(angle);
         let b = wanted(0.9, degrees);
-        let (ours, theirs, pyramid) = (
-            share(&mut cones, &b, 1e-10),
-            exactly.solve(&b, 1e-13),
-            outer(&b),
-        );
+        let (ours, theirs, pyramid) = (share(&mut cones, &b, 1e-10), exactly.solve(&b, 1e-13), outer(&b));
         let [least, other] = [&ours, &theirs].map(|forces| objective(&grasp, forces, &b));
-        excess = [
-            excess[0].max(other / least - 1.0),
-            excess[1].max(1.0 - other / least),
-        ];
+        excess = [excess[0].max(other / least - 1.0), excess[1].max(1.0 - other / least)];
         held.push((degrees, worst_foot(&ours)));
         asked.push((degrees, worst_foot(&pyramid)));
-        circle.push((
-            degrees,
-            reach(&grasp, degrees, |b| share(&mut cones, b, 1e-6)),
-        ));
+        circle.push((degrees, reach(&grasp, degrees, |b| share(&mut cones, b, 1e-6))));
         around.push((degrees, reach(&grasp, degrees, &outer)));
         within.push((degrees, reach(&grasp, degrees, &inner)));
         if angle % 15 == 0 && angle <= 90 {
@@ -115,9 +98,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let [higher, lower] = excess;
-    println!(
-        "with cones Clarabel's objective is higher by at most {higher:.0e}, lower by {lower:.0e}\n"
-    );
+    println!("with cones Clarabel's objective is higher by at most {higher:.0e}, lower by {lower:.0e}\n");
 
     println!("µs a tick:  cones, cold  warm   Clarabel: cones  pyramids   work, cold and warm");
     for push in [0.3, 0.6, 0.9, 1.2] {
@@ -159,10 +140,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 "What the foot is asked for that is asked for most, at 0.9",
                 "direction (degrees)",
                 "|f_T| / (mu f_N)",
-                [
-                    curve("friction cones", held),
-                    curve("pyramids around them", asked),
-                ],
+                [curve("friction cones", held), curve("pyramids around them", asked)],
             ),
         ],
     )

@@ -33,21 +33,13 @@ impl Programme {
             Shape::Inner => &sides(MU / 2.0_f64.sqrt()),
         };
         let n = foot.len();
-        let rows = DMatrix::from_fn(4 * n, 12, |i, j| {
-            if i / n == j / 3 {
-                -foot[i % n][j % 3]
-            } else {
-                0.0
-            }
-        });
+        let rows = DMatrix::from_fn(4 * n, 12, |i, j| if i / n == j / 3 { -foot[i % n][j % 3] } else { 0.0 });
         let cones = match shape {
             Shape::Cone => vec![SupportedConeT::SecondOrderConeT(3); 4],
             Shape::Outer | Shape::Inner => vec![SupportedConeT::NonnegativeConeT(4 * n)],
         };
         Self {
-            hessian: sparse(&DMatrix::from_fn(12, 12, |i, j| {
-                if i <= j { hessian[(i, j)] } else { 0.0 }
-            })),
+            hessian: sparse(&DMatrix::from_fn(12, 12, |i, j| if i <= j { hessian[(i, j)] } else { 0.0 })),
             rows: sparse(&rows),
             cones,
             grasp: *grasp,
@@ -65,14 +57,8 @@ impl Programme {
             ..DefaultSettings::default()
         };
         let bounds = vec![0.0; self.rows.m];
-        let solver = DefaultSolver::new(
-            &self.hessian,
-            linear.as_slice(),
-            &self.rows,
-            &bounds,
-            &self.cones,
-            settings,
-        );
+        let solver =
+            DefaultSolver::new(&self.hessian, linear.as_slice(), &self.rows, &bounds, &self.cones, settings);
         let mut solver = solver.expect("the sizes agree");
         solver.solve();
         Forces::from_column_slice(&solver.solution.x)
@@ -81,23 +67,14 @@ impl Programme {
 
 /// `mu f_N` less or plus one of the tangential forces.
 fn sides(mu: f64) -> [[f64; 3]; 4] {
-    [
-        [mu, 1.0, 0.0],
-        [mu, -1.0, 0.0],
-        [mu, 0.0, 1.0],
-        [mu, 0.0, -1.0],
-    ]
+    [[mu, 1.0, 0.0], [mu, -1.0, 0.0], [mu, 0.0, 1.0], [mu, 0.0, -1.0]]
 }
 
 /// Column by column, without zeros.
 fn sparse(matrix: &DMatrix<f64>) -> CscMatrix<f64> {
     let (mut starts, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
     for column in matrix.column_iter() {
-        for (row, &value) in column
-            .iter()
-            .enumerate()
-            .filter(|(_, value)| **value != 0.0)
-        {
+        for (row, &value) in column.iter().enumerate().filter(|(_, value)| **value != 0.0) {
             indices.push(row);
             values.push(value);
         }

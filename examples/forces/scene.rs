@@ -12,12 +12,8 @@ pub(crate) const WEIGHTS: [f64; 6] = [1.0, 1.0, 1.0, 25.0, 25.0, 25.0];
 /// `α`: what small foot forces are worth beside an exact wrench.
 pub(crate) const ALPHA: f64 = 1e-3;
 /// The feet, from the centre of mass, m.
-const FEET: [[f64; 3]; 4] = [
-    [0.19, 0.13, -0.28],
-    [0.19, -0.13, -0.28],
-    [-0.19, 0.13, -0.28],
-    [-0.19, -0.13, -0.28],
-];
+const FEET: [[f64; 3]; 4] =
+    [[0.19, 0.13, -0.28], [0.19, -0.13, -0.28], [-0.19, 0.13, -0.28], [-0.19, -0.13, -0.28]];
 
 /// `M = S⁻¹`, `H = Aᵀ` and compliance `α`.
 pub(crate) fn fill<T: Real>(scene: &mut Scene<T, 6, 3, 4, 0, 4>) -> Result<(), Error> {
@@ -30,16 +26,9 @@ pub(crate) fn fill<T: Real>(scene: &mut Scene<T, 6, 3, 4, 0, 4>) -> Result<(), E
             1.0, 0.0, 0.0, 0.0, z, -y, //
             0.0, 1.0, 0.0, -z, 0.0, x,
         ]);
-        let foot = Contact {
-            jacobian: jacobian.map(T::literal),
-            offset: SVector::zeros(),
-            mu: T::literal(MU),
-            key,
-        };
-        let surface = Surface {
-            compliance: [T::literal(ALPHA); 2],
-            ..Surface::isotropic(foot.mu)
-        };
+        let foot =
+            Contact { jacobian: jacobian.map(T::literal), offset: SVector::zeros(), mu: T::literal(MU), key };
+        let surface = Surface { compliance: [T::literal(ALPHA); 2], ..Surface::isotropic(foot.mu) };
         scene.push_on(&foot, &surface)?;
     }
     Ok(())
@@ -47,8 +36,5 @@ pub(crate) fn fill<T: Real>(scene: &mut Scene<T, 6, 3, 4, 0, 4>) -> Result<(), E
 
 /// The convex model, to this tolerance.
 pub(crate) fn settings<T: Real>(tolerance: f64) -> Settings<T> {
-    Settings {
-        model: Model::ConvexRelaxation,
-        ..Settings::new(T::literal(tolerance))
-    }
+    Settings { model: Model::ConvexRelaxation, ..Settings::new(T::literal(tolerance)) }
 }

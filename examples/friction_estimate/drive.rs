@@ -29,16 +29,8 @@ pub(crate) struct Line {
 
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            step,
-            truth,
-            estimate,
-            speed,
-        } = self;
-        write!(
-            f,
-            "step {step:3}: {speed:5.2} m/s, friction {truth:.2}, estimated {estimate:.3}"
-        )
+        let Self { step, truth, estimate, speed } = self;
+        write!(f, "step {step:3}: {speed:5.2} m/s, friction {truth:.2}, estimated {estimate:.3}")
     }
 }
 
@@ -63,10 +55,7 @@ impl Drive {
     fn noise(&mut self) -> f32 {
         let mut sum = -2.0;
         for _ in 0..4 {
-            self.random = self
-                .random
-                .wrapping_mul(1_664_525)
-                .wrapping_add(1_013_904_223);
+            self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             sum += f32::from((self.random >> 16) as u16) / 65_536.0;
         }
         sum * 2e-3 * 1.732
@@ -79,11 +68,7 @@ impl Drive {
             // Tugs of a second: 15 N for six tenths of it, so that the skid comes to rest between them, or nearly.
             let pulls = self.step % 200 < 120;
             let pull = if pulls { [15.0, 2.0] } else { [0.0, 0.0] };
-            truth = if self.step < ICE {
-                FLOORS[0]
-            } else {
-                FLOORS[1]
-            };
+            truth = if self.step < ICE { FLOORS[0] } else { FLOORS[1] };
             self.velocity = self.skid.step(truth, &self.velocity, pull)?;
             let before = self.measured;
             self.measured = self.velocity + Vector3::new(self.noise(), self.noise(), 0.0);
@@ -91,11 +76,6 @@ impl Drive {
             self.step += 1;
         }
         let (estimate, speed) = (self.estimator.mu, self.velocity.norm());
-        Ok(Line {
-            step: self.step,
-            truth,
-            estimate,
-            speed,
-        })
+        Ok(Line { step: self.step, truth, estimate, speed })
     }
 }

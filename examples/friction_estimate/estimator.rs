@@ -33,22 +33,12 @@ impl Skid {
         scene.set_mass(&(Matrix3::identity() * MASS))?;
         let jacobian = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
         let (offset, mu, key) = (Vector::zeros(), 0.5, 0);
-        scene.push(&Contact {
-            jacobian,
-            offset,
-            mu,
-            key,
-        })?;
+        scene.push(&Contact { jacobian, offset, mu, key })?;
         Ok(())
     }
 
     /// The velocity a step later, with this friction and pulled by this force along the floor.
-    pub(crate) fn step(
-        &mut self,
-        mu: f32,
-        velocity: &Vector,
-        pull: [f32; 2],
-    ) -> Result<Vector, Error> {
+    pub(crate) fn step(&mut self, mu: f32, velocity: &Vector, pull: [f32; 2]) -> Result<Vector, Error> {
         let [x, y] = pull;
         self.0.scene_mut().set_friction(0, mu)?;
         let mass = *self.0.scene().mass();
@@ -67,11 +57,7 @@ pub(crate) struct Estimator {
 impl Estimator {
     pub(crate) const fn new(mu: f32) -> Self {
         let skid = Skid::new();
-        Self {
-            skid,
-            mu,
-            variance: 0.1,
-        }
+        Self { skid, mu, variance: 0.1 }
     }
 
     pub(crate) fn place(&mut self) -> Result<(), Error> {
@@ -79,12 +65,7 @@ impl Estimator {
     }
 
     /// Learns from the velocities measured before and after a step in which the skid was pulled.
-    pub(crate) fn learn(
-        &mut self,
-        before: &Vector,
-        after: &Vector,
-        pull: [f32; 2],
-    ) -> Result<(), Error> {
+    pub(crate) fn learn(&mut self, before: &Vector, after: &Vector, pull: [f32; 2]) -> Result<(), Error> {
         let predicted = self.skid.step(self.mu, before, pull)?;
         let mut change = Inputs::zero();
         change.friction = [1.0];

@@ -22,11 +22,7 @@ pub(crate) struct Limits<T: Real> {
 
 impl<T: Real> Limits<T> {
     pub(crate) const fn new() -> Self {
-        Self {
-            contacts: Kernel::new(),
-            lazy: Kernel::new(),
-            step: Step::new(),
-        }
+        Self { contacts: Kernel::new(), lazy: Kernel::new(), step: Step::new() }
     }
 
     /// Contacts alone; the same with room for twelve joint rows; twelve limits far away; two of them reached, cold and from
@@ -91,9 +87,7 @@ impl<T: Real> Limits<T> {
         }
         let settings = Settings::default();
         let solution = self.lazy.solve_with_limits(limits, push, &settings).ok()?;
-        let pushing = limits
-            .iter()
-            .filter_map(|limit| solution.row_by_key(limit.key));
+        let pushing = limits.iter().filter_map(|limit| solution.row_by_key(limit.key));
         let pushing = pushing.filter(|row| row.impulse > T::ZERO).count();
         solution.is_solved().then_some(pushing)
     }
@@ -111,11 +105,7 @@ fn limits<T: Real>(velocity: &SVector<T, N>, reached: bool) -> [JointRow<T, N>; 
         let beyond = reached && joint % 6 == 2;
         JointRow {
             row,
-            offset: if beyond {
-                speed.abs() * T::literal(0.5)
-            } else {
-                speed.abs() + T::ONE
-            },
+            offset: if beyond { speed.abs() * T::literal(0.5) } else { speed.abs() + T::ONE },
             law: RowLaw::Limit,
             compliance: T::ZERO,
             key: u32::try_from(joint).unwrap_or(0),

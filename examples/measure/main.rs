@@ -91,23 +91,17 @@ mod measure {
 
         #[inline(never)]
         fn prepare(&mut self) -> bool {
-            black_box(&mut self.factor)
-                .prepare(&self.step.scene)
-                .is_ok()
+            black_box(&mut self.factor).prepare(&self.step.scene).is_ok()
         }
 
         #[inline(never)]
         fn prepare_admm(&mut self) -> bool {
-            black_box(&mut self.admm_factor)
-                .prepare(&self.step.scene)
-                .is_ok()
+            black_box(&mut self.admm_factor).prepare(&self.step.scene).is_ok()
         }
 
         #[inline(never)]
         fn solve(&mut self, push: &SVector<T, N>, settings: &Settings<T>) -> bool {
-            let solution = self
-                .solver
-                .solve(&self.step.scene, &self.factor, push, settings);
+            let solution = self.solver.solve(&self.step.scene, &self.factor, push, settings);
             solution.is_ok_and(|solution| solution.status == Status::Solved)
         }
 
@@ -115,8 +109,7 @@ mod measure {
         fn iterate(&mut self, push: &SVector<T, N>, settings: &Settings<T>) -> bool {
             let admm = black_box(&mut self.admm);
             admm.reset();
-            admm.solve(&self.step.scene, &self.admm_factor, push, settings)
-                .is_ok()
+            admm.solve(&self.step.scene, &self.admm_factor, push, settings).is_ok()
         }
 
         /// All quantities; `None` if something does not succeed.
@@ -146,13 +139,7 @@ mod measure {
                 exact.budget = iterations;
                 let count = counter.count(|| _ = bench.solve(&push, &exact));
                 let solution = bench.solver.solution();
-                (
-                    count,
-                    (
-                        solution.work.total() - 10 * solution.work.newton_steps,
-                        solution.work.newton_steps,
-                    ),
-                )
+                (count, (solution.work.total() - 10 * solution.work.newton_steps, solution.work.newton_steps))
             };
             let mut last = limited(self, 0);
             for iterations in 1..8 {
@@ -249,10 +236,7 @@ mod measure {
             if let Some(normal) = offset.iter_mut().next() {
                 *normal = T::literal(-1e-3);
             }
-            let settings = Settings {
-                budget: 2000,
-                ..Settings::new(T::literal(1e-30))
-            };
+            let settings = Settings { budget: 2000, ..Settings::new(T::literal(1e-30)) };
             self.solver.reset();
             let set = self.step.scene.set_offset(0, &offset);
             let solved = self.solve(push, &settings);
@@ -277,33 +261,25 @@ mod measure {
     #[entry]
     fn main() -> ! {
         static mut WHOLE_BOX: OfPhases<Number, 6, AllPhases> = OfPhases::new(ON_A_BOX, ALL);
-        static mut WHOLE_QUADRUPED: OfPhases<Number, 18, AllPhases> =
-            OfPhases::new(ON_A_QUADRUPED, ALL);
+        static mut WHOLE_QUADRUPED: OfPhases<Number, 18, AllPhases> = OfPhases::new(ON_A_QUADRUPED, ALL);
         static mut LEAN_BOX: OfPhases<Number, 6, SweepsAndNewton> = OfPhases::new(ON_A_BOX, NEWTON);
         static mut LEANER_BOX: OfPhases<Number, 6, SweepsOnly> = OfPhases::new(ON_A_BOX, SWEEPS);
         static mut LEAN_QUADRUPED: OfPhases<Number, 18, SweepsAndNewton> =
             OfPhases::new(ON_A_QUADRUPED, NEWTON);
-        static mut LEANER_QUADRUPED: OfPhases<Number, 18, SweepsOnly> =
-            OfPhases::new(ON_A_QUADRUPED, SWEEPS);
+        static mut LEANER_QUADRUPED: OfPhases<Number, 18, SweepsOnly> = OfPhases::new(ON_A_QUADRUPED, SWEEPS);
         static mut BOX: Bench<Number, 6, 3, 4> = Bench::new("box", include_bytes!("box.bin"));
         static mut QUADRUPED: Bench<Number, 18, 3, 4> =
             Bench::new("quadruped", include_bytes!("quadruped.bin"));
         static mut PLANAR: Bench<Number, 18, 2, 4> =
             Bench::new("quadruped_planar", include_bytes!("quadruped_planar.bin"));
-        static mut FRICTIONLESS: Bench<Number, 18, 1, 4> = Bench::new(
-            "quadruped_frictionless",
-            include_bytes!("quadruped_frictionless.bin"),
-        );
-        static mut WALKER: Bench<Number, 9, 2, 4> =
-            Bench::new("walker", include_bytes!("walker.bin"));
-        static mut STACK: Bench<Number, 18, 3, 12> =
-            Bench::new("stack", include_bytes!("stack.bin"));
+        static mut FRICTIONLESS: Bench<Number, 18, 1, 4> =
+            Bench::new("quadruped_frictionless", include_bytes!("quadruped_frictionless.bin"));
+        static mut WALKER: Bench<Number, 9, 2, 4> = Bench::new("walker", include_bytes!("walker.bin"));
+        static mut STACK: Bench<Number, 18, 3, 12> = Bench::new("stack", include_bytes!("stack.bin"));
         static mut LIMITS: Limits<Number> = Limits::new();
         static mut RACES: Races<Number> = Races::new();
         static mut SHARING: Sharing<Number> = Sharing::new();
-        let Some(peripherals) = cortex_m::Peripherals::take() else {
-            exit(false)
-        };
+        let Some(peripherals) = cortex_m::Peripherals::take() else { exit(false) };
         let mut counter = Counter::start(peripherals);
         if counter.counts_cycles() {
             hprintln!("a board: cycles, not instructions");

@@ -54,9 +54,7 @@ impl<T: Real, const N: usize, P: Phases> OfPhases<T, N, P> {
     #[inline(never)]
     fn solve(&mut self, push: &SVector<T, N>) -> bool {
         let settings = Settings::new(T::literal(1e-4));
-        let solution = self
-            .solver
-            .solve(&self.step.scene, &self.factor, push, &settings);
+        let solution = self.solver.solve(&self.step.scene, &self.factor, push, &settings);
         solution.is_ok_and(|solution| solution.is_solved())
     }
 }

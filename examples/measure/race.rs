@@ -87,21 +87,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Race<T, N, D, C> {
         let mut ok = true;
         let print = |name: &str, count: u32| hprintln!("{} race_{} {}", self.scene, name, count);
         let scene = &self.step.scene;
-        print(
-            "prepare",
-            counter.count(|| ok &= self.factor.prepare(scene).is_ok())?,
-        );
-        print(
-            "gs_prepare",
-            counter.count(|| ok &= self.peer.prepare(scene, &push).is_some())?,
-        );
+        print("prepare", counter.count(|| ok &= self.factor.prepare(scene).is_ok())?);
+        print("gs_prepare", counter.count(|| ok &= self.peer.prepare(scene, &push).is_some())?);
         print("gs_sweep", counter.count(|| _ = self.peer.sweep(scene))?);
-        for (at, tolerance) in [
-            ("1e-2", 1e-2),
-            ("1e-3", 1e-3),
-            ("1e-4", 1e-4),
-            ("1e-5", 1e-5),
-        ] {
+        for (at, tolerance) in [("1e-2", 1e-2), ("1e-3", 1e-3), ("1e-4", 1e-4), ("1e-5", 1e-5)] {
             let settings = Settings::new(T::literal(tolerance));
             self.solver.reset();
             let solve = || {

@@ -17,26 +17,13 @@ pub(crate) struct Sharing<T: Real> {
 /// `-b` for a push in units of the friction that there is, turned by a hundredth of a radian or not.
 fn free_impulse<T: Real>(push: f64, turned: f64) -> SVector<T, 6> {
     let push = push * scene::MU;
-    let wrench = [
-        push * (0.866 - 0.5 * turned),
-        push * (0.5 + 0.866 * turned),
-        1.0,
-        0.0,
-        0.0,
-        0.0,
-    ];
-    wrench
-        .map(|share: f64| T::literal(-share * scene::WEIGHT))
-        .into()
+    let wrench = [push * (0.866 - 0.5 * turned), push * (0.5 + 0.866 * turned), 1.0, 0.0, 0.0, 0.0];
+    wrench.map(|share: f64| T::literal(-share * scene::WEIGHT)).into()
 }
 
 impl<T: Real> Sharing<T> {
     pub(crate) const fn new() -> Self {
-        Self {
-            scene: Scene::new(),
-            factor: Factor::empty(),
-            solver: Solver::new(),
-        }
+        Self { scene: Scene::new(), factor: Factor::empty(), solver: Solver::new() }
     }
 
     /// Instructions of a factor, and of solves to 1e-4, cold and a tick later; bytes. `None` if something does not succeed.
@@ -63,9 +50,7 @@ impl<T: Real> Sharing<T> {
     #[inline(never)]
     fn solve(&mut self, free_impulse: &SVector<T, 6>) -> bool {
         let settings = scene::settings(1e-4);
-        let solution = self
-            .solver
-            .solve(&self.scene, &self.factor, free_impulse, &settings);
+        let solution = self.solver.solve(&self.scene, &self.factor, free_impulse, &settings);
         solution.is_ok_and(|solution| solution.is_solved())
     }
 }

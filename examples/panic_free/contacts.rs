@@ -6,8 +6,8 @@ use core::fmt::Write;
 use core::hint::black_box;
 use nalgebra::{SMatrix, SVector};
 use stiction::{
-    Acceleration, AdmmFactor, AdmmSolver, Contact, Factor, FrictionCone, Kernel, Real, Scene,
-    Settings, SlipUpdate, Solver, Surface,
+    Acceleration, AdmmFactor, AdmmSolver, Contact, Factor, FrictionCone, Kernel, Real, Scene, Settings,
+    SlipUpdate, Solver, Surface,
 };
 
 pub(crate) struct Bench<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> {
@@ -34,12 +34,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
     /// Every public call, on data the compiler knows nothing of.
     pub(crate) fn call(&mut self) {
         let mass: SMatrix<T, N, N> = black_box(SMatrix::identity());
-        let contact: Contact<T, N, D> = black_box(Contact {
-            jacobian: SMatrix::zeros(),
-            offset: SVector::zeros(),
-            mu: T::ONE,
-            key: 7,
-        });
+        let contact: Contact<T, N, D> =
+            black_box(Contact { jacobian: SMatrix::zeros(), offset: SVector::zeros(), mu: T::ONE, key: 7 });
         let push: SVector<T, N> = black_box(SVector::zeros());
         let settings: Settings<T> = black_box(Settings::default());
         self.call_scene(&mass, &contact);
@@ -70,20 +66,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         black_box((scene.mass(), scene.contacts()));
     }
 
-    fn call_solvers(
-        &mut self,
-        contact: &Contact<T, N, D>,
-        push: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) {
-        let Self {
-            scene,
-            factor,
-            admm_factor,
-            solver,
-            admm,
-            ..
-        } = self;
+    fn call_solvers(&mut self, contact: &Contact<T, N, D>, push: &SVector<T, N>, settings: &Settings<T>) {
+        let Self { scene, factor, admm_factor, solver, admm, .. } = self;
         let (key, number) = black_box((7, T::ONE));
         take(factor.prepare(scene));
         take(admm_factor.prepare(scene));
@@ -136,9 +120,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         kernel.scene_mut().clear_contacts();
         kernel.reset();
         let (microseconds, megahertz) = black_box((2_000, 168));
-        black_box(Kernel::<T, N, D, C, 0, S>::budget_within(
-            microseconds,
-            megahertz,
-        ));
+        black_box(Kernel::<T, N, D, C, 0, S>::budget_within(microseconds, megahertz));
     }
 }

@@ -16,10 +16,7 @@ pub(crate) fn differentiate<
 ) {
     if let Ok(derivative) = &derivative {
         black_box(derivative.margin());
-        black_box((
-            derivative.has_unique_impulses(),
-            derivative.has_unique_velocity(),
-        ));
+        black_box((derivative.has_unique_impulses(), derivative.has_unique_velocity()));
         let (change, weights) = black_box((Inputs::zero(), Outputs::zero()));
         black_box(derivative.forward(&change));
         black_box(derivative.misfit(&change));

@@ -13,23 +13,9 @@ use stiction::{Contact, Error, JointRow, Real, contact_frame};
 pub(crate) fn rows<T: Real, const N: usize>() -> [Result<JointRow<T, N>, Error>; 4] {
     let row: SVector<T, N> = black_box(SVector::zeros());
     let [a, b, c, d] = black_box([T::ONE; 4]);
-    let limit = black_box(JointLimit {
-        distance: a,
-        recovery: b,
-        reach: c,
-    });
-    let motor = black_box(Motor {
-        stiffness: a,
-        damping: b,
-        feedforward: c,
-        limit: d,
-        ahead: a,
-        target: b,
-    });
-    let closed = black_box(ClosedLoop {
-        drift: a,
-        recovery: b,
-    });
+    let limit = black_box(JointLimit { distance: a, recovery: b, reach: c });
+    let motor = black_box(Motor { stiffness: a, damping: b, feedforward: c, limit: d, ahead: a, target: b });
+    let closed = black_box(ClosedLoop { drift: a, recovery: b });
     [
         limit.row(row, d, 0),
         black_box(DryFriction { torque: a }).row(row, b, 1),
@@ -47,35 +33,19 @@ pub(crate) fn call<T: Real, const N: usize, const D: usize>() {
     black_box(free_impulse(&mass, &push, &push, a));
     black_box(moving_surface(&jacobian, &push));
 
-    let gap = black_box(Gap {
-        distance: a,
-        recovery: b,
-        reach: c,
-    });
+    let gap = black_box(Gap { distance: a, recovery: b, reach: c });
     take(gap.offset(d));
     take(black_box(Gap::default()).offset(d));
-    let spring = black_box(Spring {
-        stiffness: a,
-        relaxation: b,
-    });
+    let spring = black_box(Spring { stiffness: a, relaxation: b });
     take(spring.compliance(c));
     take(spring.offset(&gap, c));
-    let restitution = black_box(Restitution {
-        coefficient: a,
-        threshold: b,
-    });
+    let restitution = black_box(Restitution { coefficient: a, threshold: b });
     take(restitution.offset(c, d));
-    let suction = black_box(Suction {
-        force: a,
-        touches: black_box(true),
-    });
+    let suction = black_box(Suction { force: a, touches: black_box(true) });
     take(suction.push_back(&jacobian, b, &mut push));
     let impulse: SVector<T, D> = black_box(SVector::zeros());
     take(suction.impulse(&impulse, b));
-    let friction = black_box(StaticFriction {
-        at_rest: a,
-        sliding: b,
-    });
+    let friction = black_box(StaticFriction { at_rest: a, sliding: b });
     black_box(friction.mu(black_box(None)));
 
     let normal: SVector<T, D> = black_box(SVector::zeros());

@@ -25,11 +25,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Rows<T, N, D, C, R, S>
 {
     pub(crate) const fn new() -> Self {
-        Self {
-            kernel: Kernel::new(),
-            factor: Factor::empty(),
-            solver: Solver::new(),
-        }
+        Self { kernel: Kernel::new(), factor: Factor::empty(), solver: Solver::new() }
     }
 
     /// Every public call, on data the compiler knows nothing of.
@@ -48,19 +44,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Contacts on surfaces of their own.
     fn call_contacts(&mut self) -> Contact<T, N, D> {
         let scene = self.kernel.scene_mut();
-        let contact = black_box(Contact {
-            jacobian: SMatrix::zeros(),
-            offset: SVector::zeros(),
-            mu: T::ONE,
-            key: 7,
-        });
+        let contact =
+            black_box(Contact { jacobian: SMatrix::zeros(), offset: SVector::zeros(), mu: T::ONE, key: 7 });
         let [a, b, c, d] = black_box([T::ONE; 4]);
-        let surface = black_box(Surface {
-            friction: [a, b],
-            spin: c,
-            roll: [a, d],
-            compliance: [c, d],
-        });
+        let surface = black_box(Surface { friction: [a, b], spin: c, roll: [a, d], compliance: [c, d] });
         let (index, key) = black_box((1, 7));
         take(scene.set_mass(&black_box(SMatrix::identity())));
         take(scene.push_on(&contact, &surface));
@@ -119,17 +106,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// The same in parts.
-    fn call_parts(
-        &mut self,
-        contact: &Contact<T, N, D>,
-        push: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) {
-        let Self {
-            kernel,
-            factor,
-            solver,
-        } = self;
+    fn call_parts(&mut self, contact: &Contact<T, N, D>, push: &SVector<T, N>, settings: &Settings<T>) {
+        let Self { kernel, factor, solver } = self;
         let scene = kernel.scene();
         take(factor.prepare(scene));
         take(Factor::new(scene).map(|_| ()));

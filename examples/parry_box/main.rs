@@ -20,11 +20,7 @@ const MASS: f64 = 2.0;
 const HALF: Vector3<f64> = Vector3::new(0.1, 0.08, 0.05);
 const MU: f64 = 0.4;
 /// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
-const GAP: Gap<f64> = Gap {
-    distance: 0.0,
-    recovery: 0.1,
-    reach: 10.0,
-};
+const GAP: Gap<f64> = Gap { distance: 0.0, recovery: 0.1, reach: 10.0 };
 
 /// The body: where it is and how it moves, in world coordinates.
 struct Body {
@@ -38,10 +34,7 @@ impl Body {
     fn pose(&self) -> Pose {
         let [x, y, z] = self.centre.into();
         let q = self.orientation.coords;
-        Pose::from_parts(
-            Vector::new(x, y, z),
-            Rotation::from_xyzw(q.x, q.y, q.z, q.w),
-        )
+        Pose::from_parts(Vector::new(x, y, z), Rotation::from_xyzw(q.x, q.y, q.z, q.w))
     }
 
     /// Mass matrix, and weight with the gyroscopic moment `-w x I w`.
@@ -54,10 +47,7 @@ impl Body {
         mass.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
         let spin = Vector3::from(self.velocity.fixed_rows::<3>(3));
         let moment = -spin.cross(&(inertia * spin));
-        (
-            mass,
-            vector![0.0, 0.0, -9.81 * MASS, moment.x, moment.y, moment.z],
-        )
+        (mass, vector![0.0, 0.0, -9.81 * MASS, moment.x, moment.y, moment.z])
     }
 
     fn advance(&mut self, velocity: SVector<f64, 6>) {

@@ -5,8 +5,8 @@
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use stiction::{
-    AdmmFactor, AdmmSolver, AllPhases, Error, Factor, Phases, Real, Scene, Settings, Solution,
-    Solver, SweepsAndNewton, SweepsOnly,
+    AdmmFactor, AdmmSolver, AllPhases, Error, Factor, Phases, Real, Scene, Settings, Solution, Solver,
+    SweepsAndNewton, SweepsOnly,
 };
 use testbed::generate::{self, Class, Existence};
 use testbed::measure::{self, Law};
@@ -20,8 +20,7 @@ const C: usize = 12;
 const SEED: u64 = 2024;
 const COUNT: u64 = 10_000;
 
-type Solve =
-    fn(&SceneFile, &Scene<f32, N, D, C>, &Settings<f32>) -> Result<Solution<f32, N, D, C>, Error>;
+type Solve = fn(&SceneFile, &Scene<f32, N, D, C>, &Settings<f32>) -> Result<Solution<f32, N, D, C>, Error>;
 
 fn by_phases<P: Phases>(
     file: &SceneFile,
@@ -50,21 +49,12 @@ fn by_admm(
 fn solved(file: &SceneFile, tolerance: f64, solve: Solve) -> Option<usize> {
     let settings = Settings::new(f32::literal(tolerance));
     let scene = file.scene().expect("numbers are finite");
-    let solution = solve(file, &scene, &settings)
-        .ok()
-        .filter(Solution::is_solved)?;
+    let solution = solve(file, &scene, &settings).ok().filter(Solution::is_solved)?;
     let v: Vec<f64> = solution.velocity.iter().map(|&v| v.into()).collect();
-    let impulses = solution
-        .contacts
-        .iter()
-        .flat_map(|contact| &contact.impulse);
+    let impulses = solution.contacts.iter().flat_map(|contact| &contact.impulse);
     let r: Vec<f64> = impulses.map(|&r| r.into()).collect();
     let error = measure::error(&file.rounded::<f32>(), &v[..file.n_dof], &r, Law::Coulomb);
-    assert!(
-        error <= tolerance,
-        "{}: {error} is no {tolerance}",
-        file.name
-    );
+    assert!(error <= tolerance, "{}: {error} is no {tolerance}", file.name);
     Some(solution.work.total())
 }
 
@@ -77,28 +67,17 @@ fn main() {
     let files: Vec<SceneFile> = drawn.collect();
     println!("m4f32 phases scenes {}", files.len());
     let solvers: [(&str, Solve); 4] = [
-        ("all", |file, scene, settings| {
-            by_phases(file, scene, settings, AllPhases)
-        }),
-        ("newton", |file, scene, settings| {
-            by_phases(file, scene, settings, SweepsAndNewton)
-        }),
-        ("sweeps", |file, scene, settings| {
-            by_phases(file, scene, settings, SweepsOnly)
-        }),
+        ("all", |file, scene, settings| by_phases(file, scene, settings, AllPhases)),
+        ("newton", |file, scene, settings| by_phases(file, scene, settings, SweepsAndNewton)),
+        ("sweeps", |file, scene, settings| by_phases(file, scene, settings, SweepsOnly)),
         ("restart", by_admm),
     ];
     for (name, solve) in solvers {
         for (label, tolerance) in [("1e-3", 1e-3), ("1e-4", 1e-4)] {
             let outcomes = files.as_slice().into_par_iter();
-            let mut work: Vec<usize> = outcomes
-                .filter_map(|file| solved(file, tolerance, solve))
-                .collect();
+            let mut work: Vec<usize> = outcomes.filter_map(|file| solved(file, tolerance, solve)).collect();
             work.sort_unstable();
-            println!(
-                "m4f32 phases {name}_solved_{label} {}",
-                work.len() * 10_000 / files.len()
-            );
+            println!("m4f32 phases {name}_solved_{label} {}", work.len() * 10_000 / files.len());
             for percent in [50, 90] {
                 // Of all scenes: one that is not solved takes more than any that is.
                 let rank = (files.len() - 1) * percent / 100;

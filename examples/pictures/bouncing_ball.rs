@@ -16,21 +16,14 @@ const STEP: f64 = 1e-4;
 const MASS: f64 = 0.6;
 const RADIUS: f64 = 0.12;
 /// It bounces where it is faster than it gets by falling for ten steps.
-const BOUNCE: Restitution<f64> = Restitution {
-    coefficient: 0.75,
-    threshold: 10.0 * GRAVITY * STEP,
-};
+const BOUNCE: Restitution<f64> = Restitution { coefficient: 0.75, threshold: 10.0 * GRAVITY * STEP };
 const MU: f64 = 0.15;
 /// At the start: height of the lowest point (m), speed (m/s), backspin (rad/s).
 const HEIGHT: f64 = 1.0;
 const SPEED: f64 = 3.0;
 const BACKSPIN: f64 = 40.0;
 /// Its lowest point above the floor; a penetration is pushed out at 0.1 m/s at most, and nothing closes faster than 10 m/s.
-const ABOVE: Gap<f64> = Gap {
-    distance: HEIGHT,
-    recovery: 0.1,
-    reach: 10.0,
-};
+const ABOVE: Gap<f64> = Gap { distance: HEIGHT, recovery: 0.1, reach: 10.0 };
 
 fn main() -> Result<(), Box<dyn Error>> {
     // Dofs: forward, up, and the spin that turns the top backward; a solid sphere.
@@ -42,12 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut scene = Scene::<f64, 3, 2, 1>::new();
     scene.set_mass(&mass)?;
-    scene.push(&Contact {
-        jacobian,
-        offset: vector![0.0, 0.0],
-        mu: MU,
-        key: 0,
-    })?;
+    scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu: MU, key: 0 })?;
     let factor = Factor::new(&scene)?;
     let mut solver = Solver::new();
     let settings = Settings::new(1e-9);
@@ -88,26 +76,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let title = "A ball with backspin, e = 0.75, mu = 0.15";
     let paths = [curve("path", path), dots("rebound on paper", expected)];
     let paper = dots("rolling, on paper", vec![(last, rolling), (last, 0.0)]);
-    let speeds = [
-        curve("of the ball", forward),
-        curve("at its lowest point", slip),
-        paper,
-    ];
+    let speeds = [curve("of the ball", forward), curve("at its lowest point", slip), paper];
     pictures::draw(
         "bouncing_ball",
         &[
-            panel(
-                title,
-                "distance (m)",
-                "height of the lowest point (m)",
-                paths,
-            ),
-            panel(
-                "It slips until it rolls",
-                "time (s)",
-                "velocity (m/s)",
-                speeds,
-            ),
+            panel(title, "distance (m)", "height of the lowest point (m)", paths),
+            panel("It slips until it rolls", "time (s)", "velocity (m/s)", speeds),
         ],
     )
 }

@@ -16,11 +16,7 @@ const STEP: f64 = 0.01;
 const MU: f64 = 0.4;
 const SPEED: f64 = 1.5;
 /// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
-const GAP: Gap<f64> = Gap {
-    distance: 0.0,
-    recovery: 0.1,
-    reach: 10.0,
-};
+const GAP: Gap<f64> = Gap { distance: 0.0, recovery: 0.1, reach: 10.0 };
 
 /// Velocity of the point `p` of a body along (down the slope, across, out of it); dofs are the velocity
 /// of the centre and the angular velocity along the same axes.
@@ -80,10 +76,7 @@ fn throw(slope: f64) -> Result<Vec<Moment>, Box<dyn Error>> {
             time: STEP * f64::from(step),
             distance,
             speed: velocity.x,
-            sticks: solution
-                .contacts
-                .iter()
-                .all(|c| c.mode == ContactMode::Stick),
+            sticks: solution.contacts.iter().all(|c| c.mode == ContactMode::Stick),
         });
     }
     Ok(moments)
@@ -92,24 +85,14 @@ fn throw(slope: f64) -> Result<Vec<Moment>, Box<dyn Error>> {
 /// Distance and speed on paper.
 fn on_paper(slope: f64, time: f64) -> (f64, f64) {
     let acceleration = GRAVITY * (slope.sin() - MU * slope.cos());
-    let stops = if acceleration < 0.0 {
-        -SPEED / acceleration
-    } else {
-        f64::INFINITY
-    };
+    let stops = if acceleration < 0.0 { -SPEED / acceleration } else { f64::INFINITY };
     let t = time.min(stops);
-    (
-        SPEED * t + acceleration * t * t / 2.0,
-        SPEED + acceleration * t,
-    )
+    (SPEED * t + acceleration * t * t / 2.0, SPEED + acceleration * t)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (mut speeds, mut distances) = (Vec::new(), Vec::new());
-    for (degrees, label, paper) in [
-        (12.0_f64, "12 degrees", "on paper"),
-        (30.0, "30 degrees", ""),
-    ] {
+    for (degrees, label, paper) in [(12.0_f64, "12 degrees", "on paper"), (30.0, "30 degrees", "")] {
         let slope = degrees.to_radians();
         let moments = throw(slope)?;
         let last = moments.last().ok_or("no step was taken")?;
@@ -130,12 +113,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     pictures::draw(
         "box_on_slope",
         &[
-            panel(
-                "A box thrown down a slope, mu = 0.4",
-                "time (s)",
-                "speed (m/s)",
-                speeds,
-            ),
+            panel("A box thrown down a slope, mu = 0.4", "time (s)", "speed (m/s)", speeds),
             panel("How far it gets", "time (s)", "distance (m)", distances),
         ],
     )

@@ -13,12 +13,8 @@ pub struct Series {
     pub dots: bool,
 }
 
-const COLOURS: [RGBColor; 4] = [
-    RGBColor(31, 119, 180),
-    RGBColor(230, 110, 10),
-    RGBColor(44, 140, 44),
-    RGBColor(148, 80, 190),
-];
+const COLOURS: [RGBColor; 4] =
+    [RGBColor(31, 119, 180), RGBColor(230, 110, 10), RGBColor(44, 140, 44), RGBColor(148, 80, 190)];
 
 /// One diagram with its axes, units included.
 pub struct Panel {
@@ -35,31 +31,18 @@ pub fn panel(
     series: impl IntoIterator<Item = Series>,
 ) -> Panel {
     let series = series.into_iter().collect();
-    Panel {
-        title,
-        x,
-        y,
-        series,
-    }
+    Panel { title, x, y, series }
 }
 
 pub fn curve(label: &'static str, points: Vec<(f64, f64)>) -> Series {
-    Series {
-        label,
-        points,
-        dots: false,
-    }
+    Series { label, points, dots: false }
 }
 
 /// At most forty of the points.
 pub fn dots(label: &'static str, points: Vec<(f64, f64)>) -> Series {
     let every = points.len() / 40 + 1;
     let points = points.into_iter().step_by(every).collect();
-    Series {
-        label,
-        points,
-        dots: true,
-    }
+    Series { label, points, dots: true }
 }
 
 /// Draws panels one below the other, into the file named by the first argument or else into

@@ -19,19 +19,10 @@ const OPEN: f64 = 1.7;
 /// Friction of the hinge (N·m).
 const FRICTION: DryFriction<f64> = DryFriction { torque: 1.5 };
 /// A stop: the door comes back from beyond it at 0.2 rad/s at most, and swings at less than 50 rad/s.
-const STOP: JointLimit<f64> = JointLimit {
-    distance: 0.0,
-    recovery: 0.2,
-    reach: 50.0,
-};
+const STOP: JointLimit<f64> = JointLimit { distance: 0.0, recovery: 0.2, reach: 50.0 };
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let closer = Motor {
-        stiffness: 10.0,
-        damping: 9.0,
-        limit: 12.0,
-        ..Motor::default()
-    };
+    let closer = Motor { stiffness: 10.0, damping: 9.0, limit: 12.0, ..Motor::default() };
     // Its spring is wound up when the door is shut.
     let rest = -0.5;
     let mut kernel = Kernel::<f64, 1, 1, 0, 4>::new(); // no contacts, four joint rows
@@ -93,12 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     pictures::draw(
         "door",
         &[
-            panel(
-                "A door that is thrown open",
-                "time (s)",
-                "angle (degrees)",
-                [curve("door", angles)],
-            ),
+            panel("A door that is thrown open", "time (s)", "angle (degrees)", [curve("door", angles)]),
             panel(
                 "What acts on it",
                 "time (s)",

@@ -25,11 +25,7 @@ const LENGTH: f64 = 0.6;
 const SPRING: f64 = 3000.0;
 const DAMPER: f64 = 30.0;
 /// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
-const GAP: Gap<f64> = Gap {
-    distance: 0.0,
-    recovery: 0.1,
-    reach: 10.0,
-};
+const GAP: Gap<f64> = Gap { distance: 0.0, recovery: 0.1, reach: 10.0 };
 
 /// Body x, height, pitch; foot x, height.
 type Coordinates = SVector<f64, 5>;
@@ -41,11 +37,7 @@ fn force(q: &Coordinates, v: &Coordinates, stance: bool, wish: f64) -> Coordinat
     let across = vector![-axis.y, axis.x];
     let rate = vector![v[3] - v[0], v[4] - v[1]];
     // Thrust: on the way up the spring is set 3 cm longer.
-    let thrust = if stance && rate.dot(&axis) > 0.0 {
-        0.03
-    } else {
-        0.0
-    };
+    let thrust = if stance && rate.dot(&axis) > 0.0 { 0.03 } else { 0.0 };
     let push = SPRING * (LENGTH + thrust - length) - DAMPER * rate.dot(&axis);
     let hip = if stance {
         60.0 * q[2] + 6.0 * v[2]
@@ -56,13 +48,7 @@ fn force(q: &Coordinates, v: &Coordinates, stance: bool, wish: f64) -> Coordinat
         30.0 * angle - 2.0 * rate.dot(&across) / length
     };
     let on_foot = axis * push + across * (hip / length);
-    vector![
-        -on_foot.x,
-        -on_foot.y - BODY * GRAVITY,
-        -hip,
-        on_foot.x,
-        on_foot.y - FOOT * GRAVITY
-    ]
+    vector![-on_foot.x, -on_foot.y - BODY * GRAVITY, -hip, on_foot.x, on_foot.y - FOOT * GRAVITY]
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -111,9 +97,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             wished.push((time, wish));
         }
     }
-    println!(
-        "{landings} landings; on the floor in {standing} of 20000 steps, slipping in {slipping}"
-    );
+    println!("{landings} landings; on the floor in {standing} of 20000 steps, slipping in {slipping}");
     let paths = [curve("body", body), curve("foot", foot)];
     let speeds = [curve("body", speed), curve("wished for", wished)];
     pictures::draw(

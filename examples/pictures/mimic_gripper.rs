@@ -20,11 +20,7 @@ const HALF: f64 = 0.03;
 const MU: f64 = 0.6;
 const LIMIT: f64 = 20.0;
 /// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
-const GAP: Gap<f64> = Gap {
-    distance: 0.0,
-    recovery: 0.1,
-    reach: 10.0,
-};
+const GAP: Gap<f64> = Gap { distance: 0.0, recovery: 0.1, reach: 10.0 };
 
 /// What the block weighs in the moving hand (m/s²): at rest, then lifted faster and faster.
 fn weight(time: f64) -> f64 {
@@ -42,19 +38,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         jacobian[(0, finger)] = -1.0;
         jacobian[(0, 2)] = side;
         jacobian[(1, 3)] = 1.0;
-        scene.push(&Contact {
-            jacobian,
-            offset: vector![0.0, 0.0],
-            mu: MU,
-            key,
-        })?;
+        scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu: MU, key })?;
     }
-    let motor = Motor {
-        stiffness: 3e3,
-        damping: 60.0,
-        limit: LIMIT,
-        ..Motor::default()
-    };
+    let motor = Motor { stiffness: 3e3, damping: 60.0, limit: LIMIT, ..Motor::default() };
     let drives = |x: f64| {
         let ahead = x - 0.02; // asked to close beyond the block
         Motor { ahead, ..motor }.row(vector![1.0, 0.0, 0.0, 0.0], STEP, 0)
@@ -85,11 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut push = masses.component_mul(&velocity);
         // A table carries it until the gripper is closed.
         let carried = time < 0.3;
-        push[3] -= if carried {
-            0.0
-        } else {
-            STEP * BLOCK * weight(time)
-        };
+        push[3] -= if carried { 0.0 } else { STEP * BLOCK * weight(time) };
         let solution = kernel.solve(&push, &settings)?;
         if !solution.is_solved() {
             return Err(format!("{time} s: {}", solution.status).into());
@@ -124,12 +106,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                     dots("slips on paper", vec![(expected, MU * LIMIT)]),
                 ],
             ),
-            panel(
-                "The block in the hand",
-                "time (s)",
-                "height (mm)",
-                [curve("block", slides)],
-            ),
+            panel("The block in the hand", "time (s)", "height (mm)", [curve("block", slides)]),
         ],
     )
 }

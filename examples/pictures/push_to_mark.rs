@@ -20,16 +20,7 @@ const HEIGHT: f64 = 0.05;
 const MARK: Vector2<f64> = Vector2::new(0.7, 0.25);
 /// Where it is pushed, from its centre (m).
 const CORNER: Vector2<f64> = Vector2::new(-0.1, 0.04);
-const LABELS: [&str; 8] = [
-    "first push",
-    "second",
-    "third",
-    "fourth",
-    "fifth",
-    "sixth",
-    "seventh",
-    "eighth",
-];
+const LABELS: [&str; 8] = ["first push", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth"];
 
 /// Velocity of a point of the box, normal first.
 fn point_jacobian(p: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
@@ -83,12 +74,7 @@ fn slide(kernel: &mut Kernel<f64, 6, 3, 3>, push: &Vector2<f64>) -> Result<Slide
         kernel.scene_mut().set_mass(&mass)?;
         for (foot, key) in feet.iter().zip(0..) {
             let (jacobian, offset) = (point_jacobian(foot), SVector::zeros());
-            kernel.scene_mut().push(&Contact {
-                jacobian,
-                offset,
-                mu: MU,
-                key,
-            })?;
+            kernel.scene_mut().push(&Contact { jacobian, offset, mu: MU, key })?;
         }
         let solution = kernel.solve(&free_impulse(&mass, &v, &weight, STEP), &settings)?;
         if !solution.is_usable(1e-9) {
@@ -123,12 +109,7 @@ fn slide(kernel: &mut Kernel<f64, 6, 3, 3>, push: &Vector2<f64>) -> Result<Slide
         return Err("it has not come to rest".into());
     }
     let (end, slope) = (at.xy(), slopes.fixed_rows::<2>(0).into_owned());
-    Ok(Slide {
-        path,
-        end,
-        slope,
-        margin,
-    })
+    Ok(Slide { path, end, slope, margin })
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -152,11 +133,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if miss.norm() < 1e-9 {
             break;
         }
-        let step = found
-            .slope
-            .lu()
-            .solve(&miss)
-            .ok_or("no push moves the end")?;
+        let step = found.slope.lu().solve(&miss).ok_or("no push moves the end")?;
         push += step;
     }
     paths.push(dots("mark", vec![(MARK.x, MARK.y)]));

@@ -46,18 +46,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             slip.push((time, f64::from(contact.velocity.yz().norm())));
         }
     }
-    println!(
-        "{} steps cost as much as {work} iterations of ADMM",
-        steps.len()
-    );
+    println!("{} steps cost as much as {work} iterations of ADMM", steps.len());
     let push = [3.0, 13.0].map(|step| (STEP * step, 0.0));
     let feet = FEET.into_iter().zip(slips);
     let feet = feet.map(|(foot, points)| curve(foot, points));
     let title = "A quadruped on ice, mu = 0.2, pushed with 120 N";
-    let body = [
-        curve("body", sideways),
-        dots("push: from, to", push.to_vec()),
-    ];
+    let body = [curve("body", sideways), dots("push: from, to", push.to_vec())];
     pictures::draw(
         "quadruped_on_ice",
         &[

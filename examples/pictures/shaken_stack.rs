@@ -19,11 +19,7 @@ const WIDTHS: [f64; 3] = [0.30, 0.28, 0.26];
 const MU: [f64; 3] = [0.6, 0.5, 0.3];
 const HALF: f64 = 0.1;
 /// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
-const GAP: Gap<f64> = Gap {
-    distance: 0.0,
-    recovery: 0.1,
-    reach: 10.0,
-};
+const GAP: Gap<f64> = Gap { distance: 0.0, recovery: 0.1, reach: 10.0 };
 
 /// Position (x, height, angle) or velocity of each box.
 type Coordinates = SVector<f64, 9>;

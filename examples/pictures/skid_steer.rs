@@ -39,10 +39,7 @@ fn drive(across: f64) -> Result<Drive, Box<dyn Error>> {
     let mut kernel = Kernel::<f64, 6, 3, 4, 0, 4>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&mass)?;
-    let surface = Surface {
-        friction: [0.9, across],
-        ..Surface::isotropic(0.0)
-    };
+    let surface = Surface { friction: [0.9, across], ..Surface::isotropic(0.0) };
     let corners = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
     for (key, (x, y)) in (0..).zip(corners) {
         let belt = if y > 0.0 { BELTS[0] } else { BELTS[1] };
@@ -84,11 +81,7 @@ fn drive(across: f64) -> Result<Drive, Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     let ideal = (BELTS[1] - BELTS[0]) / (2.0 * HALF[1]);
     let (mut paths, mut turns) = (Vec::new(), Vec::new());
-    for (across, label) in [
-        (0.9, "0.9 across"),
-        (0.5, "0.5 across"),
-        (0.1, "0.1 across"),
-    ] {
+    for (across, label) in [(0.9, "0.9 across"), (0.5, "0.5 across"), (0.1, "0.1 across")] {
         let (path, rates) = drive(across)?;
         let (_, rate) = rates.last().ok_or("no step was taken")?;
         println!("{label}: turns at {rate:.3} rad/s, without slip at {ideal:.3}");
@@ -99,18 +92,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     pictures::draw(
         "skid_steer",
         &[
-            panel(
-                "A rover on tracks with 0.9 along, belts at 0.2 and 0.8 m/s",
-                "x (m)",
-                "y (m)",
-                paths,
-            ),
-            panel(
-                "Less grip across turns faster",
-                "time (s)",
-                "yaw rate (rad/s)",
-                turns,
-            ),
+            panel("A rover on tracks with 0.9 along, belts at 0.2 and 0.8 m/s", "x (m)", "y (m)", paths),
+            panel("Less grip across turns faster", "time (s)", "yaw rate (rad/s)", turns),
         ],
     )
 }

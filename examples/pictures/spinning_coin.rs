@@ -36,18 +36,9 @@ fn run(spin: f64) -> Result<Run, Box<dyn Error>> {
     let mut kernel = Kernel::<f64, 6, 6, 1, 2, 1>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix6::from_diagonal(&masses))?;
-    let surface = Surface {
-        spin: SPIN,
-        roll: [ROLL; 2],
-        ..Surface::isotropic(0.4)
-    };
+    let surface = Surface { spin: SPIN, roll: [ROLL; 2], ..Surface::isotropic(0.4) };
     scene.push_on(
-        &Contact {
-            jacobian: rolling::jacobian(RADIUS),
-            offset: SVector::zeros(),
-            mu: 0.0,
-            key: 0,
-        },
+        &Contact { jacobian: rolling::jacobian(RADIUS), offset: SVector::zeros(), mu: 0.0, key: 0 },
         &surface,
     )?;
     // It neither tips nor drifts sideways.
@@ -71,26 +62,15 @@ fn run(spin: f64) -> Result<Run, Box<dyn Error>> {
             spins.push((time, velocity[5]));
         }
     }
-    Ok(Run {
-        speeds,
-        spins,
-        distance,
-    })
+    Ok(Run { speeds, spins, distance })
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let on_paper = 0.75 * SPEED * SPEED * RADIUS / (ROLL * GRAVITY);
     let (mut speeds, mut spins) = (Vec::new(), Vec::new());
-    for (spin, label) in [
-        (0.0, "not spun"),
-        (40.0, "40 rad/s at first"),
-        (120.0, "120 rad/s at first"),
-    ] {
+    for (spin, label) in [(0.0, "not spun"), (40.0, "40 rad/s at first"), (120.0, "120 rad/s at first")] {
         let run = run(spin)?;
-        println!(
-            "{label}: rolls {:.4} m; not spun, on paper {on_paper:.4}",
-            run.distance
-        );
+        println!("{label}: rolls {:.4} m; not spun, on paper {on_paper:.4}", run.distance);
         speeds.push(curve(label, run.speeds));
         spins.push(curve(label, run.spins));
     }

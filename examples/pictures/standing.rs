@@ -21,11 +21,7 @@ const DAMPING: f64 = 10.0;
 /// The velocities of the body; the others are joints.
 const BODY: usize = 6;
 /// A penetration is pushed out at 0.1 m/s at most; nothing closes faster than 10 m/s.
-const GAP: Gap<f64> = Gap {
-    distance: 0.0,
-    recovery: 0.1,
-    reach: 10.0,
-};
+const GAP: Gap<f64> = Gap { distance: 0.0, recovery: 0.1, reach: 10.0 };
 
 fn stand<T: Real, const N: usize>(
     file: &SceneFile,

@@ -28,15 +28,8 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    pub(crate) const ALL: [Self; 7] = [
-        Self::Box4,
-        Self::Box8,
-        Self::Uneven,
-        Self::Corner,
-        Self::Free,
-        Self::Held,
-        Self::Rover,
-    ];
+    pub(crate) const ALL: [Self; 7] =
+        [Self::Box4, Self::Box8, Self::Uneven, Self::Corner, Self::Free, Self::Held, Self::Rover];
 
     /// In the order of [`Self::ALL`].
     pub(crate) const NAMES: [&str; 7] = [
@@ -51,9 +44,7 @@ impl Kind {
 
     pub(crate) fn name(self) -> &'static str {
         let mut named = Self::ALL.iter().zip(Self::NAMES);
-        named
-            .find(|(kind, _)| **kind == self)
-            .map_or("", |(_, name)| name)
+        named.find(|(kind, _)| **kind == self).map_or("", |(_, name)| name)
     }
 }
 
@@ -94,10 +85,7 @@ pub(crate) struct Body {
 impl Body {
     /// With so many times its load.
     pub(crate) fn loaded(&self, share: f64) -> Self {
-        Self {
-            load: &self.load * share,
-            ..self.clone()
-        }
+        Self { load: &self.load * share, ..self.clone() }
     }
 
     /// Mass of the whole body, kg.
@@ -115,10 +103,7 @@ impl Body {
         for (i, &mu) in (0..).zip(&self.mu) {
             let first_row = 3 * i as usize;
             scene.push(&Contact {
-                jacobian: self
-                    .jacobian
-                    .fixed_view::<3, N>(first_row, 0)
-                    .map(T::literal),
+                jacobian: self.jacobian.fixed_view::<3, N>(first_row, 0).map(T::literal),
                 offset: [T::ZERO; 3].into(),
                 mu: T::literal(mu),
                 key: i,
@@ -127,22 +112,13 @@ impl Body {
         for (key, brake) in (0..).zip(&self.brakes) {
             let impulse = T::literal(brake.torque * STEP);
             let law = if brake.torque.is_finite() {
-                RowLaw::Box {
-                    lower: -impulse,
-                    upper: impulse,
-                }
+                RowLaw::Box { lower: -impulse, upper: impulse }
             } else {
                 RowLaw::Equality
             };
             let mut row = nalgebra::SVector::<T, N>::zeros();
             row[brake.column] = T::ONE;
-            scene.push_row(&JointRow {
-                row,
-                offset: T::ZERO,
-                law,
-                compliance: T::ZERO,
-                key,
-            })?;
+            scene.push_row(&JointRow { row, offset: T::ZERO, law, compliance: T::ZERO, key })?;
         }
         Ok(kernel)
     }

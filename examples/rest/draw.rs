@@ -89,11 +89,7 @@ fn held_by_feet(body: &Body, share: f64, random: &mut Random) -> DVector<f64> {
     let mut forces = DVector::zeros(3 * body.mu.len());
     for (i, mu) in body.mu.iter().enumerate() {
         let (normal, angle) = (random.uniform(5.0, 80.0), random.uniform(0.0, TAU));
-        let part = if random.chance(0.5) {
-            1.0
-        } else {
-            random.uniform(0.0, 1.0)
-        };
+        let part = if random.chance(0.5) { 1.0 } else { random.uniform(0.0, 1.0) };
         let tangent = share * part * mu * normal;
         let force = [normal, tangent * angle.cos(), tangent * angle.sin()];
         forces.rows_mut(3 * i, 3).copy_from_slice(&force);
@@ -105,9 +101,7 @@ fn go2(kind: Kind, random: &mut Random) -> Body {
     let scene: serde_json::Value = serde_json::from_str(GO2).expect("it is a scene");
     let matrix = |name: &str| {
         let rows = scene[name].as_array().expect("it is a matrix");
-        let entries = rows
-            .iter()
-            .flat_map(|row| row.as_array().expect("it is a row"));
+        let entries = rows.iter().flat_map(|row| row.as_array().expect("it is a row"));
         let entries = entries.map(|entry| entry.as_f64().expect("it is a number"));
         DMatrix::from_row_iterator(rows.len(), 18, entries)
     };
@@ -122,11 +116,7 @@ fn go2(kind: Kind, random: &mut Random) -> Body {
         kind,
         weight: fall * -GRAVITY,
         load: DVector::zeros(18),
-        brakes: if kind == Kind::Held {
-            brakes.collect()
-        } else {
-            Vec::new()
-        },
+        brakes: if kind == Kind::Held { brakes.collect() } else { Vec::new() },
         mass,
         jacobian,
         mu,
@@ -207,9 +197,7 @@ fn rigid(kind: Kind, random: &mut Random) -> Body {
 /// Velocity of a point of a rigid body.
 fn point(foot: &Foot) -> SMatrix<f64, 3, 6> {
     let mut velocity = SMatrix::<f64, 3, 6>::zeros();
-    velocity
-        .fixed_columns_mut::<3>(0)
-        .copy_from(&Matrix3::identity());
+    velocity.fixed_columns_mut::<3>(0).copy_from(&Matrix3::identity());
     let arm = Vector3::from(foot.point).cross_matrix();
     velocity.fixed_columns_mut::<3>(3).copy_from(&-arm);
     velocity

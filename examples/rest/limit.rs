@@ -7,11 +7,7 @@ use nalgebra::DVector;
 
 /// The largest `s` with `Hᵀ r + brakes + weight + s direction = 0`, `|r_T| <= share mu r_N` and brakes at no more than `share` of
 /// their torque, beside `|r|`. `None` if there is no largest one.
-pub(crate) fn largest_load(
-    body: &Body,
-    share: f64,
-    direction: &DVector<f64>,
-) -> Option<(f64, f64)> {
+pub(crate) fn largest_load(body: &Body, share: f64, direction: &DVector<f64>) -> Option<(f64, f64)> {
     let (n, m, b) = (direction.len(), 3 * body.mu.len(), body.brakes.len());
     let size = body.weight.norm();
     let mut columns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); m + b + 1];

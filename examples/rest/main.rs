@@ -66,27 +66,19 @@ impl Options {
     /// The bodies, whose loads are `share` times what full friction holds, or inside of 0.6 to 0.95 of friction without one.
     fn draw(&self, is_critical: bool) -> Vec<Body> {
         let bodies = (0..self.bodies).into_par_iter();
-        bodies
-            .map(|index| draw::body(self.seed, index, is_critical))
-            .collect()
+        bodies.map(|index| draw::body(self.seed, index, is_critical)).collect()
     }
 
     fn plan(&self) -> Plan {
         let ticks = if self.critical { 1_000 } else { 2_000 };
-        Plan {
-            alone: self.alone,
-            loaded: self.ticks.unwrap_or(ticks),
-            is_cold: self.cold,
-        }
+        Plan { alone: self.alone, loaded: self.ticks.unwrap_or(ticks), is_cold: self.cold }
     }
 
     fn run(&self, bodies: &[Body], title: &str) {
         let plan = self.plan();
         for setting in SETTINGS {
-            let outcomes: Vec<Outcome> = bodies
-                .par_iter()
-                .map(|body| run::run(body, setting, plan))
-                .collect();
+            let outcomes: Vec<Outcome> =
+                bodies.par_iter().map(|body| run::run(body, setting, plan)).collect();
             table::print(title, (setting, plan), bodies, &outcomes);
             if self.list {
                 table::list(bodies, &outcomes);
@@ -118,11 +110,7 @@ fn main() {
         options.seed,
         plan.loaded,
         plan.alone,
-        if plan.is_cold {
-            ", each solved cold"
-        } else {
-            ""
-        },
+        if plan.is_cold { ", each solved cold" } else { "" },
     );
     table::head();
     if options.critical {

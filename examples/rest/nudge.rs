@@ -33,11 +33,8 @@ pub(crate) fn print() {
         let [below, above] = [into + down, into - down].map(|g| MASS * GRAVITY * g / 4.0);
         row(degrees, "", "by symmetry", [below, below, above, above]);
         for setting in SETTINGS {
-            let forces = if setting.is_single {
-                forces::<f32>(slope, setting)
-            } else {
-                forces::<f64>(slope, setting)
-            };
+            let forces =
+                if setting.is_single { forces::<f32>(slope, setting) } else { forces::<f64>(slope, setting) };
             for (when, forces) in forces.expect("the box is valid") {
                 row(degrees, setting.name, &when, forces);
             }
@@ -47,10 +44,7 @@ pub(crate) fn print() {
 
 fn row(degrees: f64, setting: &str, when: &str, forces: [f64; 4]) {
     let forces = forces.map(|force| format!("{force:.2} N"));
-    println!(
-        "| {degrees}° | {setting} | {when} | {} |",
-        forces.join(" | ")
-    );
+    println!("| {degrees}° | {setting} | {when} | {} |", forces.join(" | "));
 }
 
 /// Normal forces at rest and after the nudge.
@@ -72,14 +66,7 @@ fn forces<T: Real>(slope: f64, setting: Setting) -> Result<Vec<(String, [f64; 4]
     }
     let settings = Settings::new(T::literal(setting.tolerance));
     let weight = MASS * GRAVITY;
-    let weight = vector![
-        -weight * slope.sin(),
-        0.0,
-        -weight * slope.cos(),
-        0.0,
-        0.0,
-        0.0
-    ];
+    let weight = vector![-weight * slope.sin(), 0.0, -weight * slope.cos(), 0.0, 0.0, 0.0];
     let mut velocity = SVector::<T, 6>::zeros();
     let mut seen = Vec::new();
     for tick in 0..BEFORE + DURING + AFTER[2] {
@@ -95,10 +82,7 @@ fn forces<T: Real>(slope: f64, setting: Setting) -> Result<Vec<(String, [f64; 4]
             None if tick + 1 == BEFORE + DURING / 2 => "nudged".to_owned(),
             Some(after) if AFTER.contains(&after) => {
                 let seconds = STEP * after as f64;
-                format!(
-                    "{seconds:.1} s after the nudge, {:.0e} m/s",
-                    double(velocity.norm())
-                )
+                format!("{seconds:.1} s after the nudge, {:.0e} m/s", double(velocity.norm()))
             }
             _ => continue,
         };

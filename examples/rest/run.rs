@@ -35,11 +35,7 @@ pub(crate) struct Setting {
 }
 
 const fn setting(name: &'static str, tolerance: f64, is_single: bool) -> Setting {
-    Setting {
-        name,
-        tolerance,
-        is_single,
-    }
+    Setting { name, tolerance, is_single }
 }
 
 pub(crate) const SETTINGS: [Setting; 4] = [
@@ -91,10 +87,7 @@ fn steps<T: Real, const N: usize, const C: usize, const R: usize>(
     let loaded = weight + body.load.fixed_rows::<N>(0);
     let [weight, loaded] = [weight, loaded].map(|force| force.map(T::literal));
     let mut velocity = SVector::<T, N>::zeros();
-    let mut outcome = Outcome {
-        ticks: plan.alone + plan.loaded,
-        ..Outcome::default()
-    };
+    let mut outcome = Outcome { ticks: plan.alone + plan.loaded, ..Outcome::default() };
     let (mut moves_since, mut has_left) = (None, false);
     for tick in 0..outcome.ticks {
         if plan.is_cold {
@@ -109,10 +102,7 @@ fn steps<T: Real, const N: usize, const C: usize, const R: usize>(
         if has_left {
             continue;
         }
-        let fastest = solution
-            .contacts
-            .iter()
-            .map(|contact| double(contact.velocity.norm()));
+        let fastest = solution.contacts.iter().map(|contact| double(contact.velocity.norm()));
         let whole = velocity.dot(&(mass * velocity)) / T::literal(body.kilograms());
         let speed = fastest.fold(double(whole).max(0.0).sqrt(), f64::max);
         if speed <= quiet {

@@ -10,12 +10,7 @@ pub(crate) fn head() {
     println!("|---|---|--:|---|--:|--:|--:|--:|--:|--:|");
 }
 
-pub(crate) fn print(
-    load: &str,
-    (setting, plan): (Setting, Plan),
-    bodies: &[Body],
-    outcomes: &[Outcome],
-) {
+pub(crate) fn print(load: &str, (setting, plan): (Setting, Plan), bodies: &[Body], outcomes: &[Outcome]) {
     let slid = |kind: Option<Kind>, first: usize, end: usize| {
         let pairs = bodies.iter().zip(outcomes);
         let of_kind = pairs.filter(|(body, _)| kind.is_none_or(|kind| body.kind == kind));
@@ -26,11 +21,7 @@ pub(crate) fn print(
     let kinds = Kind::ALL.map(|kind| all(Some(kind)).to_string());
     let sum = |of: fn(&Outcome) -> usize| outcomes.iter().map(of).sum::<usize>();
     let alone = plan.alone.max(1);
-    let at_load = if plan.alone == 0 {
-        0
-    } else {
-        slid(None, alone, alone + 1)
-    };
+    let at_load = if plan.alone == 0 { 0 } else { slid(None, alone, alone + 1) };
     println!(
         "| {load} | {} | {} of {} | {} | {} | {} | {} | {} | {} | {:.2} |",
         setting.name,

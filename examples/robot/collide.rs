@@ -83,18 +83,11 @@ pub(crate) fn collide(
                 let normal = vector(poses[a].rotation * manifold.local_n1);
                 for point in manifold.points.iter().filter(|point| point.dist < NEAR) {
                     let place = vector(poses[b] * point.local_p2);
-                    let same =
-                        |other: &Point| other.key == key && (other.place - place).norm() < MERGED;
+                    let same = |other: &Point| other.key == key && (other.place - place).norm() < MERGED;
                     if points.iter().any(same) {
                         continue; // cylinders have some twice
                     }
-                    points.push(Point {
-                        pair: [a, b],
-                        place,
-                        normal,
-                        gap: point.dist,
-                        key,
-                    });
+                    points.push(Point { pair: [a, b], place, normal, gap: point.dist, key });
                 }
             }
         }

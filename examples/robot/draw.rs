@@ -16,11 +16,7 @@ const PUSH: RGBColor = RGBColor(180, 30, 40);
 const GROUND: RGBColor = RGBColor(215, 210, 200);
 const BAND: RGBColor = RGBColor(238, 238, 232);
 /// Shapes of each tree.
-const SHAPES: [RGBColor; 3] = [
-    RGBColor(200, 205, 215),
-    RGBColor(190, 220, 195),
-    RGBColor(225, 205, 180),
-];
+const SHAPES: [RGBColor; 3] = [RGBColor(200, 205, 215), RGBColor(190, 220, 195), RGBColor(225, 205, 180)];
 const NEAR: RGBColor = RGBColor(40, 40, 45);
 const FAR: RGBColor = RGBColor(165, 165, 175);
 /// Ticks that are drawn as one.
@@ -106,9 +102,8 @@ impl<const N: usize> World<N> {
     ) -> Result<(), Failure> {
         let time = |bin: u32| STEP * f64::from(BIN * bin);
         let bins: Vec<_> = (0..).map(time).zip(ticks.chunks(BIN as usize)).collect();
-        let mean = |bin: &[Tick], what: &dyn Fn(&Tick) -> f64| {
-            bin.iter().map(what).sum::<f64>() * STEP / time(1)
-        };
+        let mean =
+            |bin: &[Tick], what: &dyn Fn(&Tick) -> f64| bin.iter().map(what).sum::<f64>() * STEP / time(1);
         let (file, rows) = (save(name)?, links.len() + 1);
         let size = (1000, 60 + 132 * u32::try_from(rows)?);
         let root = SVGBackend::new(&file, size).into_drawing_area();
@@ -124,10 +119,7 @@ impl<const N: usize> World<N> {
                 .margin_right(16)
                 .x_label_area_size(below)
                 .y_label_area_size(64)
-                .build_cartesian_2d(
-                    0.0..STEP * f64::from(u32::try_from(ticks.len())?),
-                    0.0..high,
-                )?;
+                .build_cartesian_2d(0.0..STEP * f64::from(u32::try_from(ticks.len())?), 0.0..high)?;
             for (band, text) in bands {
                 let corners = [(band.start, 0.0), (band.end, high)];
                 chart.draw_series([Rectangle::new(corners, BAND.filled())])?;
@@ -135,37 +127,21 @@ impl<const N: usize> World<N> {
                 chart.draw_series([Text::new(text, at, ("sans-serif", 14))])?;
             }
             let mesh = &mut chart.configure_mesh();
-            mesh.disable_mesh()
-                .x_desc("time (s)")
-                .y_desc(name)
-                .y_labels(4);
+            mesh.disable_mesh().x_desc("time (s)").y_desc(name).y_labels(4);
             mesh.label_style(("sans-serif", 13)).draw()?;
             let Some(link) = link else {
-                let line = bins
-                    .iter()
-                    .map(|(at, bin)| (*at, mean(bin, value).min(high)));
+                let line = bins.iter().map(|(at, bin)| (*at, mean(bin, value).min(high)));
                 chart.draw_series([Line::new(line.collect::<Vec<_>>(), SLIP)])?;
                 continue;
             };
             let of = |(at, bin): &(f64, &[Tick])| {
                 let slips = |touch: &&Touch| touch.mode == ContactMode::Slip;
-                let force = mean(bin, &|tick| {
-                    self.touches(tick, link).map(|touch| touch.normal).sum()
-                });
-                let slipping = |tick: &Tick| {
-                    self.touches(tick, link)
-                        .filter(slips)
-                        .map(|touch| touch.normal)
-                        .sum()
-                };
+                let force = mean(bin, &|tick| self.touches(tick, link).map(|touch| touch.normal).sum());
+                let slipping =
+                    |tick: &Tick| self.touches(tick, link).filter(slips).map(|touch| touch.normal).sum();
                 (*at, force.min(high), mean(bin, &slipping) > force / 2.0)
             };
-            for run in bins
-                .iter()
-                .map(of)
-                .collect::<Vec<_>>()
-                .chunk_by(|a, b| a.2 == b.2)
-            {
+            for run in bins.iter().map(of).collect::<Vec<_>>().chunk_by(|a, b| a.2 == b.2) {
                 let (from, last) = (run[0], run[run.len() - 1]);
                 let to = last.0 + time(1);
                 let mut outline: Vec<_> = run.iter().map(|&(at, force, _)| (at, force)).collect();
@@ -178,12 +154,7 @@ impl<const N: usize> World<N> {
 
     /// Contacts of a link in a tick.
     pub fn touches<'a>(&'a self, tick: &'a Tick, link: &'a str) -> impl Iterator<Item = &'a Touch> {
-        let has = move |touch: &&Touch| {
-            touch
-                .pair
-                .iter()
-                .any(|&body| self.bodies[body].name == link)
-        };
+        let has = move |touch: &&Touch| touch.pair.iter().any(|&body| self.bodies[body].name == link);
         tick.touches.iter().filter(has)
     }
 }
@@ -217,11 +188,6 @@ fn arrow(from: Vector3<f64>, force: Vector3<f64>, film: &Film, colour: RGBColor)
     let (to, back) = (from + arrow, -arrow.normalize() * head);
     let side = Vector3::y().cross(&back) * 0.6;
     let lines = [vec![from, to], vec![to + back + side, to, to + back - side]];
-    let flat = lines.map(|line| {
-        line.iter()
-            .map(|point| (point.x, point.z))
-            .collect::<Vec<_>>()
-    });
-    flat.map(|line| Line::new(line, colour.stroke_width(3)))
-        .into()
+    let flat = lines.map(|line| line.iter().map(|point| (point.x, point.z)).collect::<Vec<_>>());
+    flat.map(|line| Line::new(line, colour.stroke_width(3))).into()
 }

@@ -58,8 +58,7 @@ impl<const N: usize> World<N> {
             for (i, body) in self.bodies.iter().enumerate().filter(own) {
                 all.poses[i] = frames[body.link] * body.local;
                 all.origins[i] = vector(frames[body.link].translation);
-                let (mut jacobian, link) =
-                    (DMatrix::zeros(6, v.len()), model.link_id_at(body.link)?);
+                let (mut jacobian, link) = (DMatrix::zeros(6, v.len()), model.link_id_at(body.link)?);
                 model.jacobian(&base, &angles, link, jacobian.as_mut_slice())?;
                 let mut columns = all.jacobians[i].columns_mut(first, size);
                 columns.copy_from(&jacobian.columns_range(kept.clone()));

@@ -39,11 +39,7 @@ fn draw(numbers: &mut Numbers) -> State {
     velocity.fixed_rows_mut::<3>(0).copy_from(&angular);
     velocity.fixed_rows_mut::<3>(3).copy_from(&linear);
     let turn = UnitQuaternion::from_scaled_axis(turn);
-    State {
-        turn,
-        angles,
-        velocity,
-    }
+    State { turn, angles, velocity }
 }
 
 /// Dynamics by `dynibo`, with the joints in the firmware's order.
@@ -115,15 +111,9 @@ fn the_dynamics_on_the_chip_are_those_of_dynibo() {
             worst[3] = worst[3].max((ours - SMatrix::from_rows(&rows)).amax());
         }
     }
-    println!(
-        "M {:.1e}, bias {:.1e}, feet {:.1e} m, H {:.1e}",
-        worst[0], worst[1], worst[2], worst[3]
-    );
+    println!("M {:.1e}, bias {:.1e}, feet {:.1e} m, H {:.1e}", worst[0], worst[1], worst[2], worst[3]);
     let [mass, others @ ..] = worst;
-    assert!(
-        mass < 5e-6 && others.iter().all(|&error| error < 5e-7),
-        "{worst:?}"
-    );
+    assert!(mass < 5e-6 && others.iter().all(|&error| error < 5e-7), "{worst:?}");
 }
 
 #[test]
@@ -132,9 +122,7 @@ fn sines_and_cosines_are_right_to_the_last_digits() {
     for i in -30_000_i16..30_000 {
         let angle = f32::from(i) * 3e-4;
         let ((sin, cos), exact) = (sin_cos(angle), f64::from(angle).sin_cos());
-        let error = (f64::from(sin) - exact.0)
-            .abs()
-            .max((f64::from(cos) - exact.1).abs());
+        let error = (f64::from(sin) - exact.0).abs().max((f64::from(cos) - exact.1).abs());
         worst = worst.max(error);
     }
     assert!(worst < 1e-7, "{worst:e}");

@@ -47,18 +47,11 @@ fn angles(leg: usize, foot: &Vector3<f64>) -> [f64; 3] {
 
 impl Gait {
     pub(crate) fn standing() -> Self {
-        Self {
-            feet: [0, 1, 2, 3].map(neutral),
-        }
+        Self { feet: [0, 1, 2, 3].map(neutral) }
     }
 
     /// Moves the targets on by one step: `trot` seconds into a trot at `speed` (m/s), or standing.
-    pub(crate) fn advance<const N: usize>(
-        &mut self,
-        world: &World<N>,
-        trot: Option<f64>,
-        speed: f64,
-    ) {
+    pub(crate) fn advance<const N: usize>(&mut self, world: &World<N>, trot: Option<f64>, speed: f64) {
         if let Some(time) = trot {
             let (torso, velocity) = (&world.trees[0], world.velocity.fixed_rows::<3>(3));
             let yaw = torso.turn.euler_angles().2;
@@ -86,10 +79,7 @@ impl Gait {
     /// What each joint has to be for the feet to be at their targets, by name.
     pub(crate) fn angles(&self) -> Vec<(String, f64)> {
         let leg = |leg: usize| {
-            PARTS
-                .map(|part| format!("{}_{part}", LEGS[leg]))
-                .into_iter()
-                .zip(angles(leg, &self.feet[leg]))
+            PARTS.map(|part| format!("{}_{part}", LEGS[leg])).into_iter().zip(angles(leg, &self.feet[leg]))
         };
         (0..4).flat_map(leg).collect()
     }

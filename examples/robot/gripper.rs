@@ -59,10 +59,7 @@ fn run(grip: f64, seconds: f64) -> Result<(Cell, Vec<Tick>), Failure> {
         let part = |span: &Range<f64>| f64::from(u8::from(span.contains(&time)));
         let shaken = part(&SHAKE) * (1.0 - (TAU * 3.0 * (time - SHAKE.start)).cos());
         let lifted = LIFT * rise(time, 1.2, 2.4) - (LIFT - 0.01) * rise(time, 5.8, 7.2);
-        world.aim(
-            "lift",
-            lifted + 0.015 * shaken + 0.06 * rise(time, 9.1, 9.7),
-        )?;
+        world.aim("lift", lifted + 0.015 * shaken + 0.06 * rise(time, 9.1, 9.7))?;
         world.aim("left", 0.04 * (rise(time, 0.2, 0.8) - rise(time, 8.6, 9.0)))?; // beyond the bottle
         world.joint("left")?.effort = grip * (1.0 - part(&YIELD) * (1.0 - left(time)));
         world.push = (bottle, vector![5.0, 3.0, 0.0] * part(&PUSH));
@@ -78,9 +75,7 @@ fn left(time: f64) -> f64 {
 
 /// How fast the bottle slips on a pad (m/s).
 fn slip(world: &Cell, tick: &Tick) -> f64 {
-    let pads = world
-        .touches(tick, "left_pad")
-        .chain(world.touches(tick, "right_pad"));
+    let pads = world.touches(tick, "left_pad").chain(world.touches(tick, "right_pad"));
     pads.map(|touch| touch.slip).fold(0.0, f64::max)
 }
 
@@ -93,8 +88,7 @@ fn slipped(world: &Cell, ticks: &[Tick]) -> f64 {
 fn weakest(world: &Cell, ticks: &[Tick]) -> f64 {
     let yields = (0..).map(f64::from).zip(&ticks[7400..8400]);
     let held = yields.take_while(|(_, tick)| slip(world, tick) < 1e-5);
-    held.map(|(step, _)| GRIP * left(YIELD.start + step * STEP))
-        .fold(GRIP, f64::min)
+    held.map(|(step, _)| GRIP * left(YIELD.start + step * STEP)).fold(GRIP, f64::min)
 }
 
 /// What cannot be if the gripper has lost the bottle, or physics is wrong.
@@ -124,13 +118,7 @@ fn main() -> Result<(), Failure> {
     let (force, paper) = (weakest(&world, &ticks), world.trees[1].weight()? / MU);
     println!("the bottle slips by {slipped:.1e} mm until the motor yields");
     println!("it is held down to {force:.2} N; on paper {paper:.2} N");
-    let film = Film {
-        moments: &MOMENTS,
-        middle: |_| 0.0,
-        size: [0.3, 0.45],
-        bottom: -0.03,
-        arrow: 5e-3,
-    };
+    let film = Film { moments: &MOMENTS, middle: |_| 0.0, size: [0.3, 0.45], bottom: -0.03, arrow: 5e-3 };
     world.film("gripper.svg", &ticks, &film)?;
     let slip: Curve = ("slip on pads (m/s)", 0.2, &|tick| slip(&world, tick));
     let bands = [(PUSH, "pushed"), (SHAKE, "shaken"), (YIELD, "yields")];

@@ -19,12 +19,7 @@ fn main() -> Result<(), Failure> {
     })?;
     robot::report(&ticks);
     let film = Film {
-        moments: &[
-            (0.2, "lands"),
-            (0.5, "is down"),
-            (0.75, "rises"),
-            (1.0, "is up"),
-        ],
+        moments: &[(0.2, "lands"), (0.5, "is down"), (0.75, "rises"), (1.0, "is up")],
         middle: |_| 0.0,
         size: [0.5, 0.5],
         bottom: -0.05,

@@ -75,16 +75,12 @@ fn check(world: &Robot, ticks: &[Tick]) -> Result<(), Failure> {
     }
     let climbed = end.push[0].z - standing.push[0].z;
     let upright = (world.trees[0].turn * Vector3::z()).z;
-    let deepest = ticks
-        .iter()
-        .flat_map(|tick| &tick.touches)
-        .fold(0.0, |deepest, touch| touch.gap.min(deepest));
+    let deepest =
+        ticks.iter().flat_map(|tick| &tick.touches).fold(0.0, |deepest, touch| touch.gap.min(deepest));
     if upright < 0.99 || (climbed - RISE).abs() > 0.02 || deepest < -2e-3 {
-        return Err(format!(
-            "climbed {climbed:.3} m, upright {upright:.3}, a foot {:.1e} m deep",
-            -deepest
-        )
-        .into());
+        return Err(
+            format!("climbed {climbed:.3} m, upright {upright:.3}, a foot {:.1e} m deep", -deepest).into()
+        );
     }
     Ok(())
 }
@@ -96,13 +92,7 @@ fn main() -> Result<(), Failure> {
     let [x, _, z] = world.trees[0].place.into();
     println!("it stands {x:.2} m ahead of where it fell, {z:.3} m high");
     let (middle, moments) = (|tick: &Tick| tick.push[0].x, &MOMENTS);
-    let film = Film {
-        moments,
-        middle,
-        size: [0.58, 0.5],
-        bottom: -0.05,
-        arrow: 3e-3,
-    };
+    let film = Film { moments, middle, size: [0.58, 0.5], bottom: -0.05, arrow: 3e-3 };
     world.film("robot.svg", &ticks, &film)?;
     let slip: Curve = ("fastest slip (m/s)", 0.8, &Tick::slip);
     let bands = [(PUSH, "push"), (TROT, "trot")];
@@ -113,9 +103,5 @@ fn main() -> Result<(), Failure> {
 fn stands_at_the_end_and_not_with_weak_motors() {
     let (world, ticks) = run(1.0).unwrap();
     check(&world, &ticks).unwrap();
-    assert!(
-        run(0.1)
-            .and_then(|(world, ticks)| check(&world, &ticks))
-            .is_err()
-    );
+    assert!(run(0.1).and_then(|(world, ticks)| check(&world, &ticks)).is_err());
 }

@@ -17,32 +17,14 @@ const RELAXATION: f64 = 5e-3;
 
 impl<const N: usize> World<N> {
     /// The contacts at these points.
-    pub(crate) fn push_contacts(
-        &mut self,
-        points: &[Point],
-        dynamics: &Dynamics<N>,
-    ) -> Result<(), Error> {
-        let rubber = Spring {
-            stiffness: self.stiffness,
-            relaxation: RELAXATION,
-        };
+    pub(crate) fn push_contacts(&mut self, points: &[Point], dynamics: &Dynamics<N>) -> Result<(), Error> {
+        let rubber = Spring { stiffness: self.stiffness, relaxation: RELAXATION };
         let compliance = rubber.compliance(STEP)?; // 0 is rigid
-        let surface = Surface {
-            compliance: [compliance, 0.0],
-            ..Surface::isotropic(self.mu)
-        };
+        let surface = Surface { compliance: [compliance, 0.0], ..Surface::isotropic(self.mu) };
         for point in points {
             let [a, b] = point.pair.map(|body| dynamics.jacobian(body, &point.place));
-            let gap = Gap {
-                distance: point.gap,
-                recovery: RECOVERY,
-                reach: REACH,
-            };
-            let gap = if compliance > 0.0 {
-                rubber.offset(&gap, STEP)?
-            } else {
-                gap.offset(STEP)?
-            };
+            let gap = Gap { distance: point.gap, recovery: RECOVERY, reach: REACH };
+            let gap = if compliance > 0.0 { rubber.offset(&gap, STEP)? } else { gap.offset(STEP)? };
             let contact = Contact {
                 offset: vector![gap, 0.0, 0.0],
                 ..Contact::at_point(&point.normal, &(b - a), self.mu, point.key)?
@@ -94,11 +76,7 @@ impl<const N: usize> World<N> {
                 let [lower, upper] = joint.range;
                 for (row, distance) in [(row, joint.angle - lower), (-row, upper - joint.angle)] {
                     key += 1;
-                    let stop = JointLimit {
-                        distance,
-                        recovery: STOP_RECOVERY,
-                        reach: REACH,
-                    };
+                    let stop = JointLimit { distance, recovery: STOP_RECOVERY, reach: REACH };
                     stops.push(stop.row(row, STEP, key)?);
                 }
                 (key, dof) = (key + 1, dof + 1);
@@ -109,10 +87,7 @@ impl<const N: usize> World<N> {
             let [Some((_, one, at)), Some((_, other, there))] = names.map(find) else {
                 return Err(format!("there are no joints {names:?}").into());
             };
-            let gear = ClosedLoop {
-                drift: at - there,
-                recovery: RECOVERY,
-            };
+            let gear = ClosedLoop { drift: at - there, recovery: RECOVERY };
             scene.push_row(&gear.row(one - other, STEP, key)?)?;
             key += 1;
         }

@@ -12,8 +12,7 @@ fn changed<const N: usize>(
     changes: &[[&str; 2]],
 ) -> Result<World<N>, Failure> {
     static COUNT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
-    let mut text =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap();
+    let mut text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap();
     for [from, to] in changes {
         assert!(text.contains(from), "{from}");
         text = text.replace(from, to);
@@ -44,10 +43,7 @@ fn a_bottle_falls_and_spins_as_on_paper() {
     world.load(&file, Base::Free, [0.0, 0.0, 1.0]).unwrap();
     world.velocity[2] = 3.0; // about the vertical (rad/s)
     let ticks = world.run(0.1, |_, _| Ok(())).unwrap();
-    let (steps, bottle) = (
-        f64::from(u32::try_from(ticks.len()).unwrap()),
-        &world.trees[0],
-    );
+    let (steps, bottle) = (f64::from(u32::try_from(ticks.len()).unwrap()), &world.trees[0]);
     let fallen = crate::GRAVITY * STEP * STEP * steps * (steps + 1.0) / 2.0;
     assert!((bottle.place - Vector3::z() * (1.0 - fallen)).norm() < 1e-12);
     assert!((bottle.turn.scaled_axis() - Vector3::z() * 0.3).norm() < 1e-12);
@@ -103,16 +99,10 @@ fn a_joint_without_limits_or_motor_is_no_silent_one() {
     let load = |change| changed::<4>("leg.urdf", Base::Bolted, 0.36, &[change]);
     let limit = r#"<limit lower="0" upper="2.4" effort="10" velocity="25"/>"#;
     let refused = load([limit, ""]).err().unwrap().to_string();
-    assert!(
-        refused.contains("joint knee cannot move: its <limit> is missing"),
-        "{refused}"
-    );
+    assert!(refused.contains("joint knee cannot move: its <limit> is missing"), "{refused}");
     let negative = limit.replace("10", "-10");
     let refused = load([limit, &negative]).err().unwrap().to_string();
-    assert!(
-        refused.contains("joint knee has an effort of -10"),
-        "{refused}"
-    );
+    assert!(refused.contains("joint knee has an effort of -10"), "{refused}");
 
     let without_effort = limit.replace(r#"effort="10""#, "");
     let mut world = load([limit, &without_effort]).unwrap();
@@ -122,10 +112,7 @@ fn a_joint_without_limits_or_motor_is_no_silent_one() {
     world.aim("hip", 1.0).unwrap();
 
     // A wheel has no limits and needs none.
-    let wheel = [
-        r#"<joint name="knee" type="revolute">"#,
-        r#"<joint name="knee" type="continuous">"#,
-    ];
+    let wheel = [r#"<joint name="knee" type="revolute">"#, r#"<joint name="knee" type="continuous">"#];
     load(wheel).unwrap().run(0.01, |_, _| Ok(())).unwrap();
 }
 
@@ -134,8 +121,5 @@ fn gains_of_zero_are_refused_by_the_name_of_the_joint() {
     let mut world = changed::<4>("leg.urdf", Base::Bolted, 0.36, &[]).unwrap();
     world.gains = [0.0, 0.0];
     let refused = world.step().err().unwrap().to_string();
-    assert!(
-        refused.contains("joint hip: gains of a motor are both 0"),
-        "{refused}"
-    );
+    assert!(refused.contains("joint hip: gains of a motor are both 0"), "{refused}");
 }

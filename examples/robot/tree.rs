@@ -68,8 +68,7 @@ impl Tree {
         let index = |name: &str| links.iter().position(|link| link == name);
         for link in &urdf.links {
             for collision in &link.collision {
-                let ([x, y, z], [roll, pitch, yaw]) =
-                    (*collision.origin.xyz, *collision.origin.rpy);
+                let ([x, y, z], [roll, pitch, yaw]) = (*collision.origin.xyz, *collision.origin.rpy);
                 let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
                 let (shape, turn) = match &collision.geometry {
                     Geometry::Sphere { radius } => (SharedShape::ball(*radius), turn),
@@ -96,10 +95,7 @@ impl Tree {
         for joint in &urdf.joints {
             let bone = index(&joint.parent.link).zip(index(&joint.child.link));
             let shaped = |link| bodies.iter().any(|body: &Body| body.link == link);
-            bones.extend(
-                bone.filter(|&(parent, _)| !shaped(parent))
-                    .map(<[usize; 2]>::from),
-            );
+            bones.extend(bone.filter(|&(parent, _)| !shaped(parent)).map(<[usize; 2]>::from));
         }
         for dof in 0..model.joint_count() {
             let name = model.joint_name(dof)?;
@@ -113,8 +109,7 @@ impl Tree {
                 return Err(named(&wrong).into());
             }
             if !(effort.is_finite() && effort >= 0.0) {
-                let wrong =
-                    format!("joint {name} has an effort of {effort}, not 0 or a positive number");
+                let wrong = format!("joint {name} has an effort of {effort}, not 0 or a positive number");
                 return Err(named(&wrong).into());
             }
             joints.push(Joint {
@@ -126,17 +121,7 @@ impl Tree {
             });
         }
         let (place, turn) = (Vector3::zeros(), UnitQuaternion::identity());
-        Ok((
-            Self {
-                model,
-                base,
-                joints,
-                bones,
-                place,
-                turn,
-            },
-            bodies,
-        ))
+        Ok((Self { model, base, joints, bones, place, turn }, bodies))
     }
 
     /// The joints without a motor.

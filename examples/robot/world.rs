@@ -98,17 +98,11 @@ impl<const N: usize> World<N> {
         let (mut tree, bodies) = Tree::load(file, base)?;
         let passive = tree.passive().join(", ");
         if !passive.is_empty() {
-            println!(
-                "{}: no motor (effort 0 or missing) at {passive}",
-                file.display()
-            );
+            println!("{}: no motor (effort 0 or missing) at {passive}", file.display());
         }
         tree.place = place.into();
         let index = self.trees.len();
-        let owned = bodies.into_iter().map(|body| Body {
-            tree: index,
-            ..body
-        });
+        let owned = bodies.into_iter().map(|body| Body { tree: index, ..body });
         self.bodies.extend(owned);
         self.trees.push(tree);
         Ok(())
@@ -171,9 +165,7 @@ impl<const N: usize> World<N> {
         };
         let dynamics = self.dynamics()?;
         let dynamics_cost = lap();
-        let points = collide(&self.bodies, &dynamics.poses, |body| {
-            dynamics.can_move(body)
-        })?;
+        let points = collide(&self.bodies, &dynamics.poses, |body| dynamics.can_move(body))?;
         let collision_cost = lap();
 
         self.kernel.scene_mut().set_mass(&dynamics.mass)?;
@@ -221,11 +213,7 @@ impl<const N: usize> World<N> {
         let solution = self.kernel.solution();
         let proved = matches!(solution.status, Status::Infeasible | Status::Jammed);
         let speaks_of = |pushes: bool, part: Option<f64>| {
-            if proved {
-                part.is_some_and(|part| part != 0.0)
-            } else {
-                pushes
-            }
+            if proved { part.is_some_and(|part| part != 0.0) } else { pushes }
         };
         let mut named = Vec::new();
         for (i, (point, contact)) in points.iter().zip(&solution.contacts).enumerate() {
@@ -241,11 +229,7 @@ impl<const N: usize> World<N> {
             }
         }
         named.dedup(); // a pair has several points
-        let what = if proved {
-            "these exclude each other"
-        } else {
-            "these push"
-        };
+        let what = if proved { "these exclude each other" } else { "these push" };
         format!("{what}: {}", named.join(", "))
     }
 }
@@ -269,9 +253,6 @@ impl Tick {
     /// The fastest slip of all contacts (m/s).
     #[must_use]
     pub fn slip(&self) -> f64 {
-        self.touches
-            .iter()
-            .map(|touch| touch.slip)
-            .fold(0.0, f64::max)
+        self.touches.iter().map(|touch| touch.slip).fold(0.0, f64::max)
     }
 }

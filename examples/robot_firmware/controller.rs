@@ -14,10 +14,7 @@ const SERVO: f32 = 0.3;
 /// Friction coefficient that the controller counts on.
 const MU: f32 = 0.5;
 /// Budget of a solve, and its tolerance: a thousandth of the impulses.
-const SETTINGS: Settings<f32> = Settings {
-    budget: 100,
-    ..Settings::new(1e-3)
-};
+const SETTINGS: Settings<f32> = Settings { budget: 100, ..Settings::new(1e-3) };
 /// Error of impulses that are good enough, if the budget ends before they are solved.
 const ENOUGH: f32 = 1e-2;
 /// Largest plausible impulse of a foot (N·s): it stops the whole robot, 6.4 kg, at 3 m/s. More comes from a sensor that tells garbage.
@@ -62,11 +59,7 @@ impl Sensors {
             *entry = number;
         }
         let (turn, angles) = (self.turn, self.angles);
-        State {
-            turn,
-            angles,
-            velocity,
-        }
+        State { turn, angles, velocity }
     }
 }
 
@@ -147,13 +140,7 @@ pub(crate) struct Controller {
 impl Controller {
     pub(crate) const fn new() -> Self {
         let dynamics = Dynamics::new();
-        Self {
-            bias: dynamics.bias,
-            dynamics,
-            kernel: Kernel::new(),
-            held: Vec::new(),
-            age: 0,
-        }
+        Self { bias: dynamics.bias, dynamics, kernel: Kernel::new(), held: Vec::new(), age: 0 }
     }
 
     /// Returns whether the impulses are too old. Then the robot has stopped, until somebody starts it again.
@@ -162,21 +149,13 @@ impl Controller {
     }
 
     /// Does the work of a tick. Returns the torques, and a fault if the impulses are those of an earlier tick.
-    pub(crate) fn tick(
-        &mut self,
-        sensors: &Sensors,
-        clock: &mut impl Clock,
-    ) -> (Torques, Option<Fault>) {
+    pub(crate) fn tick(&mut self, sensors: &Sensors, clock: &mut impl Clock) -> (Torques, Option<Fault>) {
         let mut fault = None;
         if !self.has_stopped() {
             fault = self.predict(sensors, clock).err();
             self.age = if fault.is_some() { self.age + 1 } else { 0 };
         }
-        let torques = if self.has_stopped() {
-            brake(sensors)
-        } else {
-            self.torques(sensors)
-        };
+        let torques = if self.has_stopped() { brake(sensors) } else { self.torques(sensors) };
         clock.end(Stage::Torques);
         (torques, fault)
     }

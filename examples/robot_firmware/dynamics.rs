@@ -39,14 +39,8 @@ impl Foot {
     pub(crate) fn contact(&self, offset: f32, mu: f32, key: u32) -> Contact<f32, N, 3> {
         let (mut jacobian, [[x, y, z]]) = (SMatrix::<f32, 3, N>::zeros(), self.point.data.0);
         // Columns of the torso, which turns about x, y and z and moves along them.
-        let torso = [
-            [y, 0.0, -z],
-            [-x, z, 0.0],
-            [0.0, -y, x],
-            [0.0, 1.0, 0.0],
-            [0.0, 0.0, 1.0],
-            [1.0, 0.0, 0.0],
-        ];
+        let torso =
+            [[y, 0.0, -z], [-x, z, 0.0], [0.0, -y, x], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
         for (column, velocity) in jacobian.data.0.iter_mut().zip(torso) {
             *column = velocity;
         }
@@ -55,12 +49,7 @@ impl Foot {
             *column = [z, x, y];
         }
         let offset = Vector3::new(offset, 0.0, 0.0);
-        Contact {
-            jacobian,
-            offset,
-            mu,
-            key,
-        }
+        Contact { jacobian, offset, mu, key }
     }
 }
 
@@ -136,13 +125,7 @@ struct Leg {
 }
 
 impl Leg {
-    fn new(
-        signs: [f32; 2],
-        torso: &Axes,
-        motion: &Motion,
-        angles: &[f32; 3],
-        rates: &[f32; 3],
-    ) -> Self {
+    fn new(signs: [f32; 2], torso: &Axes, motion: &Motion, angles: &[f32; 3], rates: &[f32; 3]) -> Self {
         // From torso to foot: places, velocities, accelerations, and the force that each link takes.
         let (mut axes, mut place, mut motion) = (*torso, Vector3::zeros(), *motion);
         let mut joints = [Spatial::new(Vector3::zeros(), Vector3::zeros()); 3];
@@ -168,10 +151,7 @@ impl Leg {
 
         // From foot to torso: each joint moves all links beyond it as one body, and bears their forces.
         let mut leg = Self {
-            foot: Foot {
-                point,
-                jacobian: Matrix3::from_columns(&jacobian),
-            },
+            foot: Foot { point, jacobian: Matrix3::from_columns(&jacobian) },
             inertia: Inertia::NONE,
             force: Spatial::new(Vector3::zeros(), Vector3::zeros()),
             bias: [0.0; 3],
@@ -180,10 +160,7 @@ impl Leg {
         };
         let outputs = leg.momenta.iter_mut().zip(&mut leg.block);
         let bodies = inertias.iter().zip(&forces);
-        let links = joints
-            .iter()
-            .zip(bodies)
-            .zip(leg.bias.iter_mut().zip(outputs));
+        let links = joints.iter().zip(bodies).zip(leg.bias.iter_mut().zip(outputs));
         for ((joint, (inertia, force)), (bias, (momentum, row))) in links.rev() {
             leg.inertia.add(inertia);
             leg.force = leg.force.plus(force, 1.0);

@@ -68,9 +68,7 @@ mod firmware {
     fn main() -> ! {
         static mut PLANT: Plant = Plant::new();
         static mut CONTROLLER: Controller = Controller::new();
-        let Some(peripherals) = cortex_m::Peripherals::take() else {
-            exit(false)
-        };
+        let Some(peripherals) = cortex_m::Peripherals::take() else { exit(false) };
         pace::start(peripherals.SYST);
         exit(run(PLANT, CONTROLLER).is_ok())
     }

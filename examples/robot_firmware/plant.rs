@@ -44,11 +44,7 @@ impl Plant {
 
     /// Returns what sensors without faults tell.
     pub(crate) fn sense(&self) -> Sensors {
-        let State {
-            turn,
-            angles,
-            velocity,
-        } = self.state;
+        let State { turn, angles, velocity } = self.state;
         let [[a, b, c, x, y, z, joints @ ..]] = velocity.data.0;
         let mut rates = [[0.0; 3]; 4];
         for (rate, &joint) in rates.as_flattened_mut().iter_mut().zip(&joints) {
@@ -77,11 +73,7 @@ impl Plant {
         scene.set_mass(&self.dynamics.mass)?;
         for (key, foot) in (0..).zip(&self.dynamics.feet) {
             let distance = self.place.z + foot.point.z;
-            let gap = Gap {
-                distance,
-                recovery: 0.1,
-                reach: 10.0,
-            };
+            let gap = Gap { distance, recovery: 0.1, reach: 10.0 };
             if distance < NEAR {
                 scene.push(&foot.contact(gap.offset(STEP)?, MU, key))?;
             }
@@ -89,11 +81,7 @@ impl Plant {
         let impulse = free_impulse(&self.dynamics.mass, &self.state.velocity, &force, STEP);
         let solution = self.kernel.solve(&impulse, &Settings::new(1e-4))?;
 
-        let State {
-            turn,
-            angles,
-            velocity,
-        } = &mut self.state;
+        let State { turn, angles, velocity } = &mut self.state;
         *velocity = solution.velocity;
         let [[a, b, c, x, y, z, rates @ ..]] = velocity.data.0;
         self.place += Vector3::new(x, y, z) * STEP;

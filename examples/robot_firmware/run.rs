@@ -28,11 +28,7 @@ fn disturb(tick: u32, sensors: &mut Sensors) {
 
 /// Returns the push on the torso in a tick (N), from the right.
 fn push(tick: u32) -> Vector3<f32> {
-    let force = if (200..260).contains(&tick) {
-        30.0
-    } else {
-        0.0
-    };
+    let force = if (200..260).contains(&tick) { 30.0 } else { 0.0 };
     Vector3::new(0.0, force, 0.0)
 }
 
@@ -76,10 +72,7 @@ pub(crate) fn run(
             _ => &mut counts.held,
         } += 1;
         if has_stopped && !had_stopped {
-            writeln!(
-                out,
-                "{tick:4} stops: the impulses of {age} ticks ago are too old"
-            )?;
+            writeln!(out, "{tick:4} stops: the impulses of {age} ticks ago are too old")?;
         } else if let (Some(fault), 0) = (fault, age) {
             writeln!(out, "{tick:4} holds impulses: {fault}")?;
         } else if age > 0 && controller.age == 0 {
@@ -97,15 +90,8 @@ pub(crate) fn run(
             writeln!(out, "  torques so far {:08x}", print.0)?;
         }
     }
-    let Counts {
-        solved,
-        held,
-        stopped,
-    } = counts;
-    writeln!(
-        out,
-        "{TICKS} ticks: {solved} solved, {held} held, {stopped} stopped"
-    )
+    let Counts { solved, held, stopped } = counts;
+    writeln!(out, "{TICKS} ticks: {solved} solved, {held} held, {stopped} stopped")
 }
 
 /// Writes what the feet do (= sticks, ~ slips, o open, . in the air), and where the torso is.

@@ -50,10 +50,7 @@ impl Spatial {
 
     /// Adds a multiple of another vector.
     pub(crate) fn plus(&self, other: &Self, factor: f32) -> Self {
-        Self {
-            angular: self.angular + other.angular * factor,
-            linear: self.linear + other.linear * factor,
-        }
+        Self { angular: self.angular + other.angular * factor, linear: self.linear + other.linear * factor }
     }
 
     /// Returns the rate at which a velocity changes because this velocity carries it along.
@@ -105,11 +102,7 @@ impl Inertia {
         let square = |v: &Vector3<f32>| v * v.transpose();
         let own = square(&x) * about_x + square(&y) * about_y + square(&z) * about_z;
         let parallel = Matrix3::from_diagonal_element(centre.dot(centre)) - square(centre);
-        Self {
-            mass: body.mass,
-            first: centre * body.mass,
-            second: own + parallel * body.mass,
-        }
+        Self { mass: body.mass, first: centre * body.mass, second: own + parallel * body.mass }
     }
 
     /// Adds another body, which moves as one with this.
@@ -130,10 +123,7 @@ impl Inertia {
 
     /// Returns the force that a motion takes (equations of Newton and Euler).
     pub(crate) fn force(&self, motion: &Motion) -> Spatial {
-        let Motion {
-            velocity,
-            acceleration,
-        } = motion;
+        let Motion { velocity, acceleration } = motion;
         let carried = velocity.cross_force(&self.momentum(velocity));
         self.momentum(acceleration).plus(&carried, 1.0)
     }

@@ -25,11 +25,7 @@ struct Tally {
 }
 
 impl Tally {
-    const NONE: Self = Self {
-        times: 0,
-        sum: 0,
-        most: 0,
-    };
+    const NONE: Self = Self { times: 0, sum: 0, most: 0 };
 
     fn add(&mut self, instructions: u32) {
         self.times += 1;
@@ -75,10 +71,7 @@ impl Timing {
         }
         for (missed, cycles) in self.missed.iter().zip(CYCLES) {
             let (ticks, most) = (self.ticks, self.whole.most * cycles / 10);
-            write!(
-                out,
-                ";{missed} of {ticks} deadlines missed at {cycles} cycles for ten instructions: "
-            )?;
+            write!(out, ";{missed} of {ticks} deadlines missed at {cycles} cycles for ten instructions: ")?;
             writeln!(out, "at most {most} of {DEADLINE} cycles")?;
         }
         Ok(())

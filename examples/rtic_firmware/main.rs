@@ -50,15 +50,8 @@ mod app {
         let watchdog = Watchdog::start(10);
         rtos::start_clock(&mut cx.core.SYST);
         let _ = solve::spawn();
-        let shared = Shared {
-            impulses: Impulses::new(),
-            is_alive: true,
-        };
-        let local = Local {
-            watchdog,
-            begin_slice,
-            slices,
-        };
+        let shared = Shared { impulses: Impulses::new(), is_alive: true };
+        let local = Local { watchdog, begin_slice, slices };
         (shared, local)
     }
 

@@ -46,9 +46,7 @@ fn shares(rougher: &[Vec<SceneFile>; 4]) {
         (Method::Default, "every iteration", EVERY, CAP),
         (Method::Default, "outer loop", OUTER, CAP),
     ] {
-        print(method, name, cap, &|scenes| {
-            by_library(scenes, method, slip, TOLERANCE, cap)
-        });
+        print(method, name, cap, &|scenes| by_library(scenes, method, slip, TOLERANCE, cap));
     }
     for cap in [CAP, LONG] {
         let tighter = Variant {

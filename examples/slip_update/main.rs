@@ -27,10 +27,8 @@ const ACCELERATED: [(Method, Acceleration); 3] = [
 ];
 
 fn main() {
-    let scenes: Vec<SceneFile> = bundled_scenes()
-        .into_iter()
-        .filter(|scene| !scene.name.starts_with("infeasible"))
-        .collect();
+    let scenes: Vec<SceneFile> =
+        bundled_scenes().into_iter().filter(|scene| !scene.name.starts_with("infeasible")).collect();
     let feasible = scenes.len();
     println!("{feasible} feasible scenes; `-`: not solved in {CAP} iterations.");
     check(&scenes);
@@ -83,11 +81,7 @@ fn check(scenes: &[SceneFile]) {
         ] {
             for tolerance in TOLERANCES {
                 let printed = Printed::default();
-                let variant = Variant {
-                    acceleration,
-                    slip,
-                    printed,
-                };
+                let variant = Variant { acceleration, slip, printed };
                 let theirs = by_library(scenes, method, update, tolerance, CAP);
                 let ours = by_note(scenes, variant, tolerance, CAP);
                 let pairs = theirs.iter().zip(&ours);
@@ -97,10 +91,7 @@ fn check(scenes: &[SceneFile]) {
                     library::name(method),
                     solved(&theirs),
                     solved(&ours),
-                    differences
-                        .clone()
-                        .filter(|&difference| difference == 0)
-                        .count(),
+                    differences.clone().filter(|&difference| difference == 0).count(),
                     differences.max().unwrap_or(0),
                 );
             }
@@ -115,19 +106,13 @@ fn updates(scenes: &[SceneFile]) {
     );
     for method in Method::ALL {
         let library = |what: &str, slip| {
-            row(library::name(method), what, |tolerance| {
-                by_library(scenes, method, slip, tolerance, CAP)
-            });
+            row(library::name(method), what, |tolerance| by_library(scenes, method, slip, tolerance, CAP));
         };
         library("every iteration, of `ũ`", Update::EveryIteration);
         let other = ACCELERATED.iter().find(|(other, _)| *other == method);
         if let Some(&(_, acceleration)) = other {
             let (slip, printed) = (Slip::OfVelocity, Printed::default());
-            let variant = Variant {
-                acceleration,
-                slip,
-                printed,
-            };
+            let variant = Variant { acceleration, slip, printed };
             let run = |tolerance| by_note(scenes, variant, tolerance, CAP);
             row(library::name(method), "every iteration, of `v`", run);
         }

@@ -127,11 +127,8 @@ impl<'a> Note<'a> {
         let lift = self.lift(&relative);
         let u = self.project(&(relative + &lift + &zeta));
         let mut iterate = Iterate::at(&u, &zeta, &lift);
-        let variant = Variant {
-            acceleration: Acceleration::Plain,
-            slip: Slip::Projected,
-            printed: Printed::default(),
-        };
+        let variant =
+            Variant { acceleration: Acceleration::Plain, slip: Slip::Projected, printed: Printed::default() };
         for _ in 0..iterations {
             self.iterate(&mut iterate, variant);
         }
@@ -164,9 +161,7 @@ impl<'a> Note<'a> {
         let minus = -z;
         let contacts = minus.as_slice().chunks_exact(self.file.dim);
         let impulses = contacts.zip(&self.file.mu);
-        let r: Vec<f64> = impulses
-            .flat_map(|(x, &mu)| measure::project(x, mu))
-            .collect();
+        let r: Vec<f64> = impulses.flat_map(|(x, &mu)| measure::project(x, mu)).collect();
         z + DVector::from_vec(r)
     }
 
@@ -215,13 +210,7 @@ impl Iterate {
     }
 
     /// Steps 5-14, from the old iterate to the new one.
-    fn extrapolate(
-        &mut self,
-        u: DVector<f64>,
-        zeta: DVector<f64>,
-        residual: f64,
-        variant: Variant,
-    ) {
+    fn extrapolate(&mut self, u: DVector<f64>, zeta: DVector<f64>, residual: f64, variant: Variant) {
         const ETA: f64 = 0.999;
         let previous = std::mem::replace(&mut self.residual, residual);
         let restart = variant.acceleration == Acceleration::Restart && residual >= ETA * previous;

@@ -20,9 +20,7 @@ pub(crate) fn quantile<T: Copy>(sorted: &[T], percent: usize) -> T {
 pub(crate) fn summary(outcomes: &[Outcome]) -> String {
     let solved = solved(outcomes);
     let counts = outcomes.iter();
-    let mut counts: Vec<usize> = counts
-        .map(|o| if o.solved { o.iterations } else { usize::MAX })
-        .collect();
+    let mut counts: Vec<usize> = counts.map(|o| if o.solved { o.iterations } else { usize::MAX }).collect();
     counts.sort_unstable();
     let [median, most] = [50, 90].map(|percent| match quantile(&counts, percent) {
         usize::MAX => String::from("-"),

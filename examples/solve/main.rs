@@ -70,11 +70,7 @@ fn methods() -> impl TypedValueParser<Value = Method> {
 
 fn positive(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if number > 0.0 && number.is_finite() {
-        Ok(number)
-    } else {
-        Err("not a positive number".into())
-    }
+    if number > 0.0 && number.is_finite() { Ok(number) } else { Err("not a positive number".into()) }
 }
 
 /// What a solve starts from.
@@ -109,11 +105,7 @@ fn main() -> ExitCode {
     if !options.json {
         report::header(&options);
     }
-    let start = if options.cold {
-        Start::Cold
-    } else {
-        Start::Warm
-    };
+    let start = if options.cold { Start::Cold } else { Start::Warm };
     let scenes = options.files.iter().map(|path| (path, None));
     let sequences = options.sequence.iter().map(|path| (path, Some(start)));
     for (path, sequence) in scenes.chain(sequences) {

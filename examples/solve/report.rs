@@ -21,16 +21,7 @@ pub(crate) fn header(options: &Options) {
     ));
     print(&format!(
         "{:<28} {:>4} {:>8} {:<15} {:>5} {:>6} {:>8} {:>10} {:>9} {:>8}  contacts",
-        "scene",
-        "dofs",
-        "contacts",
-        "status",
-        "iter",
-        "newton",
-        "error",
-        "prepare/µs",
-        "solve/µs",
-        "ns/iter"
+        "scene", "dofs", "contacts", "status", "iter", "newton", "error", "prepare/µs", "solve/µs", "ns/iter"
     ));
 }
 
@@ -122,14 +113,10 @@ pub(crate) fn summary(runs: &[Run], options: &Options) {
         quantile(90),
         quantile(100),
     ));
-    let false_claims = runs
-        .iter()
-        .filter(|run| run.answer.status == Status::Solved && run.error > options.tolerance());
+    let false_claims =
+        runs.iter().filter(|run| run.answer.status == Status::Solved && run.error > options.tolerance());
     for run in false_claims {
-        print(&format!(
-            "{}: solved, but the error is {:.3e}",
-            run.name, run.error
-        ));
+        print(&format!("{}: solved, but the error is {:.3e}", run.name, run.error));
     }
 }
 

@@ -28,10 +28,7 @@ pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run
     if options.method != Method::Default {
         return Err(format!("{} solves contacts alone", options.method.name()));
     }
-    let settings = Settings {
-        budget: options.max_iterations,
-        ..Settings::new(options.tolerance())
-    };
+    let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance()) };
     let (answer, times) = match options.precision {
         Precision::F64 => kernels_f64::solve_mixed(file, &settings, options.repeat)?,
         Precision::F32 => kernels_f32::solve_mixed(file, &settings, options.repeat)?,
@@ -50,11 +47,7 @@ pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run
 
 /// Solves scenes one after the other, each cold or each from the one before, or says why one cannot
 /// be solved.
-pub(crate) fn solve(
-    scenes: &[SceneFile],
-    start: Start,
-    options: &Options,
-) -> Result<Vec<Run>, String> {
+pub(crate) fn solve(scenes: &[SceneFile], start: Start, options: &Options) -> Result<Vec<Run>, String> {
     let Some(shape) = Shape::of_all(scenes) else {
         return Ok(Vec::new());
     };
@@ -73,17 +66,10 @@ pub(crate) fn solve(
     Ok(runs)
 }
 
-fn solve_one(
-    file: &SceneFile,
-    kernel: &mut dyn Kernel,
-    options: &Options,
-) -> Result<Run, stiction::Error> {
+fn solve_one(file: &SceneFile, kernel: &mut dyn Kernel, options: &Options) -> Result<Run, stiction::Error> {
     kernel.load(file)?;
     let method = options.method;
-    let settings = Settings {
-        budget: options.max_iterations,
-        ..Settings::new(options.tolerance())
-    };
+    let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance()) };
     let (mut prepare_ns, mut solve_ns) = (f64::INFINITY, f64::INFINITY);
     kernel.keep(method);
     for _ in 0..options.repeat {

@@ -17,13 +17,7 @@ const STEPS: usize = 200;
 const SWEEPS: usize = 3;
 
 /// `N` velocities, up to `C` contacts of `D` rows, `R = D·C`.
-pub(crate) struct AlartCurnier<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-> {
+pub(crate) struct AlartCurnier<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> {
     relaxed: GaussSeidel<T, N, D, C, R>,
     /// `rho` of the normal and of the tangents, for each contact.
     penalty: [[T; 2]; C],
@@ -35,9 +29,7 @@ pub(crate) struct AlartCurnier<
     derivative: [SMatrix<T, D, D>; C],
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    AlartCurnier<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> AlartCurnier<T, N, D, C, R> {
     /// `None` where `M` is not positive definite in this number type.
     pub(crate) fn new(file: &SceneFile) -> Option<Self> {
         Some(Self {
@@ -72,11 +64,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             let normal = y[0].max(T::ZERO);
             let square = (1..D).fold(T::ZERO, |sum, k| sum + y[k] * y[k]);
             let radius = mu * normal;
-            let shrink = if square > radius * radius {
-                radius / square.square_root()
-            } else {
-                T::ONE
-            };
+            let shrink = if square > radius * radius { radius / square.square_root() } else { T::ONE };
             for k in 0..D {
                 let p = if k == 0 { normal } else { shrink * y[k] };
                 self.projection[at(k)] = p;
@@ -97,9 +85,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             if y[0] <= T::ZERO {
                 continue;
             }
-            let length = (1..D)
-                .fold(T::ZERO, |sum, k| sum + y[k] * y[k])
-                .square_root();
+            let length = (1..D).fold(T::ZERO, |sum, k| sum + y[k] * y[k]).square_root();
             derivative[(0, 0)] = T::ONE;
             let radius = mu * y[0];
             for a in 1..D {
@@ -210,11 +196,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Co
                 expected += impulse * impulse;
             }
         }
-        let mut effort = Effort {
-            iterations: 0,
-            newton_steps: 0,
-            finished: false,
-        };
+        let mut effort = Effort { iterations: 0, newton_steps: 0, finished: false };
         let mut sweeps = SWEEPS;
         // Grows when a step fails, and shrinks with the residual.
         let mut caution = T::literal(1e-3);

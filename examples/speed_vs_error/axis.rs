@@ -28,22 +28,16 @@ impl Axis {
     /// powers of ten alone.
     pub(crate) fn around(name: &'static str, values: impl Iterator<Item = f64>) -> Self {
         let values = values.filter(|value| *value > 0.0);
-        let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
+        let (low, high) =
+            values.fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
         let (from, to) = (low.log10().floor() as i32, high.log10().ceil() as i32);
         let steps = (from..=to).flat_map(|k| [1.0, 2.0, 5.0].map(|step| step * 10_f64.powi(k)));
         let steps: Vec<f64> = steps.collect();
-        let first = steps
-            .iter()
-            .rposition(|&step| step <= low * 1.0001)
-            .unwrap_or(0);
+        let first = steps.iter().rposition(|&step| step <= low * 1.0001).unwrap_or(0);
         let last = steps.iter().position(|&step| step >= high * 0.9999);
         let steps = &steps[first..=last.unwrap_or(steps.len() - 1)];
         let every = if steps.len() > 8 { "1" } else { "" };
-        let ticks = steps
-            .iter()
-            .filter(|step| format!("{step:e}").starts_with(every));
+        let ticks = steps.iter().filter(|step| format!("{step:e}").starts_with(every));
         Self {
             name,
             range: (steps[0], steps[steps.len() - 1]),
@@ -70,11 +64,7 @@ impl Ranged for Axis {
     }
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() {
-            Vec::new()
-        } else {
-            self.ticks.clone()
-        }
+        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.clone() }
     }
 
     fn range(&self) -> Range<f64> {

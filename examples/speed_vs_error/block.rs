@@ -57,11 +57,7 @@ impl<T: Real, const D: usize> Block<T, D> {
             let (mean, difference) = ((a + c) * half, (a - c) * half);
             let radius = (difference * difference + b * b).square_root();
             // Eigenvector of the larger eigenvalue, from the longer of its two forms.
-            let axis = if difference > T::ZERO {
-                [radius + difference, b]
-            } else {
-                [b, radius - difference]
-            };
+            let axis = if difference > T::ZERO { [radius + difference, b] } else { [b, radius - difference] };
             let length = (axis[0] * axis[0] + axis[1] * axis[1]).square_root();
             if length > T::ZERO {
                 block.axis = axis.map(|x| x / length);
@@ -90,10 +86,7 @@ impl<T: Real, const D: usize> Block<T, D> {
         let length = (tangent[0] * tangent[0] + tangent[1] * tangent[1]).square_root();
         Trial {
             normal: -(normal_velocity + along(tangent)) * self.compliance,
-            slope: [
-                along(bend) * self.compliance,
-                -(tangent[0] * bend[0] + tangent[1] * bend[1]) / length,
-            ],
+            slope: [along(bend) * self.compliance, -(tangent[0] * bend[0] + tangent[1] * bend[1]) / length],
             tangent,
             length,
         }

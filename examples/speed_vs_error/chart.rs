@@ -65,20 +65,11 @@ fn marker(look: Look, at: (i32, i32)) -> Vec<(Vec<(i32, i32)>, bool)> {
     let shift = |points: &[(i32, i32)]| points.iter().map(|(a, b)| (x + a, y + b)).collect();
     match look.marker {
         Marker::Square => vec![(shift(&[(-4, -4), (4, -4), (4, 4), (-4, 4)]), true)],
-        Marker::Frame => vec![(
-            shift(&[(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)]),
-            false,
-        )],
+        Marker::Frame => vec![(shift(&[(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)]), false)],
         Marker::Triangle => vec![(shift(&[(0, -5), (5, 4), (-5, 4)]), true)],
         Marker::Diamond => vec![(shift(&[(0, -5), (5, 0), (0, 5), (-5, 0), (0, -5)]), false)],
-        Marker::Cross => vec![
-            (shift(&[(-4, -4), (4, 4)]), false),
-            (shift(&[(-4, 4), (4, -4)]), false),
-        ],
-        Marker::Plus => vec![
-            (shift(&[(-5, 0), (5, 0)]), false),
-            (shift(&[(0, -5), (0, 5)]), false),
-        ],
+        Marker::Cross => vec![(shift(&[(-4, -4), (4, 4)]), false), (shift(&[(-4, 4), (4, -4)]), false)],
+        Marker::Plus => vec![(shift(&[(-5, 0), (5, 0)]), false), (shift(&[(0, -5), (0, 5)]), false)],
         Marker::Disc | Marker::Ring | Marker::None => Vec::new(),
     }
 }
@@ -103,9 +94,7 @@ fn draw_line(area: &Area<'_>, look: Look, points: Vec<(i32, i32)>) -> Result<(),
     let style = look.color.stroke_width(look.width);
     match look.dash {
         Some((size, gap)) => {
-            area.draw(&plotters::element::DashedPathElement::new(
-                points, size, gap, style,
-            ))?;
+            area.draw(&plotters::element::DashedPathElement::new(points, size, gap, style))?;
         }
         None => area.draw(&PathElement::new(points, style))?,
     }
@@ -142,9 +131,7 @@ fn draw_panel(area: &Area<'_>, panel: &Panel) -> Result<(), Failure> {
         }
         let mut last = None;
         for at in pixels {
-            let near = |last: (i32, i32)| {
-                (last.0 - at.0).abs().max((last.1 - at.1).abs()) < panel.marker_gap
-            };
+            let near = |last: (i32, i32)| (last.0 - at.0).abs().max((last.1 - at.1).abs()) < panel.marker_gap;
             if !(series.joined && last.is_some_and(near)) {
                 draw_marker(&screen, series.look, at)?;
                 last = Some(at);
@@ -170,11 +157,7 @@ fn draw_legend(area: &Area<'_>, panels: &[Panel]) -> Result<(), Failure> {
         }
         draw_marker(area, series.look, (left + 22, middle))?;
         let style = (FONT, 15).into_font().color(&BLACK);
-        area.draw(&Text::new(
-            series.name.clone(),
-            (left + 52, middle - 8),
-            style,
-        ))?;
+        area.draw(&Text::new(series.name.clone(), (left + 52, middle - 8), style))?;
     }
     Ok(())
 }
@@ -189,10 +172,7 @@ pub(crate) fn draw(path: &Path, picture: &Picture<'_>) -> Result<(), Failure> {
     let legend = names.len().div_ceil(LEGEND.0) as u32 * LEGEND.1 + 10;
     let rows = picture.panels.len().div_ceil(picture.columns);
     let (width, height) = picture.panel;
-    let size = (
-        width * picture.columns as u32,
-        34 + height * rows as u32 + legend,
-    );
+    let size = (width * picture.columns as u32, 34 + height * rows as u32 + legend);
     let root = SVGBackend::new(path, size).into_drawing_area();
     root.fill(&WHITE)?;
     let (title, rest) = root.split_vertically(34);

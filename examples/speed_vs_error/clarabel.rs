@@ -52,21 +52,10 @@ fn solver(file: &SceneFile, scale: &[f64]) -> DefaultSolver<f64> {
     let upper = |i, j| if i <= j { file.mass[(i, j)] } else { 0.0 };
     let mass = sparse(n, n, upper);
     let rows = sparse(m, n, |i, j| -scale[i] * file.h[(i, j)]);
-    let offset: Vec<f64> = scale
-        .iter()
-        .zip(file.w.iter())
-        .map(|(d, w)| d * w)
-        .collect();
+    let offset: Vec<f64> = scale.iter().zip(file.w.iter()).map(|(d, w)| d * w).collect();
     let cones = vec![SupportedConeT::SecondOrderConeT(file.dim); file.n_contacts];
-    DefaultSolver::new(
-        &mass,
-        file.f.as_slice(),
-        &rows,
-        &offset,
-        &cones,
-        settings(1e-8),
-    )
-    .expect("the sizes agree")
+    DefaultSolver::new(&mass, file.f.as_slice(), &rows, &offset, &cones, settings(1e-8))
+        .expect("the sizes agree")
 }
 
 impl Clarabel {
@@ -112,9 +101,7 @@ impl Clarabel {
         let v = nalgebra::DVector::from_row_slice(&self.velocity);
         let u = &self.file.h * v + &self.file.w;
         let contacts = u.as_slice().chunks_exact(self.file.dim);
-        contacts
-            .map(|u| u[1..].iter().map(|u| u * u).sum::<f64>().sqrt())
-            .collect()
+        contacts.map(|u| u[1..].iter().map(|u| u * u).sum::<f64>().sqrt()).collect()
     }
 }
 
@@ -124,23 +111,13 @@ impl Contestant for Clarabel {
     }
 
     fn solve(&mut self, tolerance: f64) -> Effort {
-        let inner = if self.outer_loop {
-            0.1 * tolerance
-        } else {
-            tolerance
-        };
-        self.solver
-            .update_settings(settings(inner))
-            .expect("only tolerances change");
+        let inner = if self.outer_loop { 0.1 * tolerance } else { tolerance };
+        self.solver.update_settings(settings(inner)).expect("only tolerances change");
         let mut slip = vec![0.0; self.file.n_contacts];
         let (mut newton_steps, solved) = self.convex(&slip);
         let mut finished = solved && !self.outer_loop;
         if !self.outer_loop {
-            return Effort {
-                iterations: 0,
-                newton_steps,
-                finished,
-            };
+            return Effort { iterations: 0, newton_steps, finished };
         }
         for _ in 1..PROBLEMS {
             let next = self.slip();
@@ -154,11 +131,7 @@ impl Contestant for Clarabel {
             }
             newton_steps += self.convex(&slip).0;
         }
-        Effort {
-            iterations: 0,
-            newton_steps,
-            finished,
-        }
+        Effort { iterations: 0, newton_steps, finished }
     }
 
     fn answer(&self) -> (Vec<f64>, Vec<f64>) {

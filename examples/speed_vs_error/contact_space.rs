@@ -72,12 +72,7 @@ impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
         let factor = self.cholesky.l_dirty();
         factor.solve_lower_triangular_mut(&mut self.free);
         self.q = self.offset;
-        for (q, column) in self
-            .q
-            .iter_mut()
-            .zip(self.whitened.column_iter())
-            .take(self.rows)
-        {
+        for (q, column) in self.q.iter_mut().zip(self.whitened.column_iter()).take(self.rows) {
             *q -= column.dot(&self.free);
         }
     }
@@ -95,12 +90,7 @@ impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
     }
 
     /// `u += W[:, first..first + D] step`
-    pub(crate) fn add<const D: usize>(
-        &self,
-        u: &mut SVector<T, R>,
-        first: usize,
-        step: &SVector<T, D>,
-    ) {
+    pub(crate) fn add<const D: usize>(&self, u: &mut SVector<T, R>, first: usize, step: &SVector<T, D>) {
         let u = &mut u.as_mut_slice()[..self.rows];
         let column = |k: usize| &self.delassus.as_slice()[(first + k) * R..][..self.rows];
         if D == 3 {

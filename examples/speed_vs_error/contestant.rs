@@ -74,17 +74,11 @@ impl Kind {
     }
 
     pub(crate) const fn double(self) -> Id {
-        Id {
-            kind: self,
-            precision: Precision::F64,
-        }
+        Id { kind: self, precision: Precision::F64 }
     }
 
     pub(crate) const fn single(self) -> Id {
-        Id {
-            kind: self,
-            precision: Precision::F32,
-        }
+        Id { kind: self, precision: Precision::F32 }
     }
 }
 

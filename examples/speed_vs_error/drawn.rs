@@ -41,11 +41,7 @@ pub(crate) struct Drawn {
 impl Drawn {
     pub(crate) fn new(seed: u64, count: usize, patience: &Patience) -> Self {
         let mut progress = Progress::new("drawn scene", count);
-        let mut drawn = Self {
-            races: Vec::new(),
-            seed,
-            left_out: 0,
-        };
+        let mut drawn = Self { races: Vec::new(), seed, left_out: 0 };
         for (scene, existence) in scenes(seed, count) {
             progress.step(&scene.name);
             let race = Race::new(scene, patience);
@@ -63,9 +59,7 @@ impl Drawn {
     pub(crate) fn of(&self, class: Class) -> Vec<&Race> {
         let prefix = format!("{class:?}[");
         let races = self.races.iter();
-        races
-            .filter(|race| race.scene.name.starts_with(&prefix))
-            .collect()
+        races.filter(|race| race.scene.name.starts_with(&prefix)).collect()
     }
 
     /// The races on scenes with one contact.
@@ -85,10 +79,7 @@ impl Drawn {
 
     /// "300 scenes of seed 2 in turns of the classes ..."
     pub(crate) fn describe(&self) -> String {
-        let classes: Vec<String> = Class::DRAWN
-            .iter()
-            .map(|class| format!("`{class:?}`"))
-            .collect();
+        let classes: Vec<String> = Class::DRAWN.iter().map(|class| format!("`{class:?}`")).collect();
         format!(
             "{} scenes of seed {} of the campaign's classes {} in turns. {} more are left out, of which nobody knows whether \
              they have a solution, and that no contestant solves to {:e}.",

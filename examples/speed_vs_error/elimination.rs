@@ -10,11 +10,7 @@ pub(crate) struct Elimination<T, const R: usize> {
 
 impl<T: Real, const R: usize> Elimination<T, R> {
     pub(crate) const fn new() -> Self {
-        Self {
-            rows: [[T::ZERO; R]; R],
-            rhs: [T::ZERO; R],
-            count: 0,
-        }
+        Self { rows: [[T::ZERO; R]; R], rhs: [T::ZERO; R], count: 0 }
     }
 
     pub(crate) fn clear(&mut self) {

@@ -11,13 +11,7 @@ use testbed::scene_file::SceneFile;
 const SWEEPS: usize = 5000;
 
 /// `N` velocities, up to `C` contacts of `D` rows, `R = D·C`.
-pub(crate) struct GaussSeidel<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-> {
+pub(crate) struct GaussSeidel<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> {
     pub(crate) space: ContactSpace<T, N, R>,
     pub(crate) mu: Vec<T>,
     blocks: [Block<T, D>; C],
@@ -34,9 +28,7 @@ pub(crate) struct Change<T> {
     pub(crate) size: T,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    GaussSeidel<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> GaussSeidel<T, N, D, C, R> {
     /// `None` where `M` is not positive definite in this number type.
     pub(crate) fn new(file: &SceneFile) -> Option<Self> {
         Some(Self {
@@ -58,10 +50,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     }
 
     pub(crate) fn sweep(&mut self) -> Change<T> {
-        let mut change = Change {
-            step: T::ZERO,
-            size: T::ZERO,
-        };
+        let mut change = Change { step: T::ZERO, size: T::ZERO };
         let contacts = self.blocks.iter().zip(&mut self.lambda);
         for (i, (block, lambda)) in contacts.take(self.mu.len()).enumerate() {
             let first = i * D;
@@ -97,11 +86,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Co
     fn solve(&mut self, tolerance: f64) -> Effort {
         let tolerance = T::literal(tolerance);
         self.begin();
-        let mut effort = Effort {
-            iterations: 0,
-            newton_steps: 0,
-            finished: false,
-        };
+        let mut effort = Effort { iterations: 0, newton_steps: 0, finished: false };
         while !effort.finished && effort.iterations < SWEEPS {
             let Change { step, size } = self.sweep();
             effort.iterations += 1;

@@ -30,10 +30,7 @@ pub(crate) struct Firmware {
 pub(crate) fn read() -> Result<Vec<Firmware>, String> {
     let path = repository().join("examples/measure/baseline.txt");
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
-    Ok(SCENES
-        .iter()
-        .filter_map(|&(name, title)| firmware(&text, name, title))
-        .collect())
+    Ok(SCENES.iter().filter_map(|&(name, title)| firmware(&text, name, title)).collect())
 }
 
 fn firmware(text: &str, name: &str, title: &'static str) -> Option<Firmware> {
@@ -60,10 +57,7 @@ fn firmware(text: &str, name: &str, title: &'static str) -> Option<Firmware> {
     };
     Some(Firmware {
         title,
-        default: Counts {
-            prepare: *quantities.get("prepare")?,
-            points: ladder("cold_", 1.0),
-        },
+        default: Counts { prepare: *quantities.get("prepare")?, points: ladder("cold_", 1.0) },
         gauss_seidel: Counts {
             prepare: *quantities.get("gs_prepare")?,
             points: ladder("gs_sweeps_", *quantities.get("gs_sweep")?),

@@ -15,11 +15,7 @@ pub(crate) struct Library {
 impl Library {
     /// # Errors
     /// What the kernel refuses of the scene.
-    pub(crate) fn new(
-        mut kernel: Box<dyn Kernel>,
-        file: &SceneFile,
-        kind: Kind,
-    ) -> Result<Self, Error> {
+    pub(crate) fn new(mut kernel: Box<dyn Kernel>, file: &SceneFile, kind: Kind) -> Result<Self, Error> {
         let method = match kind {
             Kind::Plain => Method::Plain,
             Kind::Fast => Method::Fast,

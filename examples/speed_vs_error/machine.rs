@@ -13,15 +13,9 @@ pub(crate) fn describe() -> String {
         .map_or("unknown processor", |(_, model)| model);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let compiler = Command::new("rustc").arg("--version").output();
-    let compiler = compiler
-        .ok()
-        .and_then(|output| String::from_utf8(output.stdout).ok())
-        .unwrap_or_default();
+    let compiler = compiler.ok().and_then(|output| String::from_utf8(output.stdout).ok()).unwrap_or_default();
     let mut words = compiler.split_whitespace();
-    let compiler = format!(
-        "{} {}",
-        words.next().unwrap_or("rustc"),
-        words.next().unwrap_or("of unknown version")
-    );
+    let compiler =
+        format!("{} {}", words.next().unwrap_or("rustc"), words.next().unwrap_or("of unknown version"));
     format!("{date}, one core of {cores} of {model}, {compiler}, release profile")
 }

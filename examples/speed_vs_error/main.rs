@@ -108,16 +108,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-const QUICK: Patience = Patience {
-    visits: 7,
-    budget: 0.3e6,
-};
-const FULL: Patience = Patience {
-    visits: 100,
-    budget: 12e6,
-};
+const QUICK: Patience = Patience { visits: 7, budget: 0.3e6 };
+const FULL: Patience = Patience { visits: 100, budget: 12e6 };
 /// For drawn scenes, which are many.
-const BRIEF: Patience = Patience {
-    visits: 10,
-    budget: 1e6,
-};
+const BRIEF: Patience = Patience { visits: 10, budget: 1e6 };

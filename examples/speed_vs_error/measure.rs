@@ -69,8 +69,7 @@ impl Task {
         for _ in 0..self.calls {
             call();
         }
-        self.times
-            .push(start.elapsed().as_secs_f64() * 1e9 / self.calls as f64);
+        self.times.push(start.elapsed().as_secs_f64() * 1e9 / self.calls as f64);
     }
 
     /// How often to call so that a visit lasts 20 µs, and to visit so that all take `budget` ns.
@@ -86,10 +85,7 @@ impl Task {
     fn time(&self) -> Time {
         let mut times = self.times.clone();
         times.sort_unstable_by(f64::total_cmp);
-        Time {
-            least: times[0],
-            median: times[times.len() / 2],
-        }
+        Time { least: times[0], median: times[times.len() / 2] }
     }
 }
 
@@ -110,13 +106,7 @@ pub(crate) fn race(
 ) -> Vec<Run> {
     let mut tasks = Vec::new();
     let mut reached: Vec<Vec<(f64, Effort, usize)>> = Vec::new();
-    let task = |contestant, tolerance| Task {
-        contestant,
-        tolerance,
-        calls: 1,
-        visits: 0,
-        times: Vec::new(),
-    };
+    let task = |contestant, tolerance| Task { contestant, tolerance, calls: 1, visits: 0, times: Vec::new() };
     for (index, (_, contestant)) in contestants.iter_mut().enumerate() {
         contestant.prepare();
         tasks.push(task(index, None));
@@ -149,12 +139,7 @@ pub(crate) fn race(
         prepare: next(),
         rungs: rungs
             .into_iter()
-            .map(|(error, effort, closed)| Rung {
-                closed,
-                error,
-                effort,
-                time: next(),
-            })
+            .map(|(error, effort, closed)| Rung { closed, error, effort, time: next() })
             .collect(),
     });
     runs.collect()

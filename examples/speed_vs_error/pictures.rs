@@ -39,16 +39,9 @@ pub(crate) fn look(id: Id) -> Look {
         (Kind::Plain, _) => ((110, 160, 150), Marker::Cross, Some((6, 3)), 1),
         (Kind::GaussSeidel, _) => ((205, 85, 0), Marker::Square, None, 1),
         (Kind::AlartCurnier, _) => ((130, 30, 130), Marker::Diamond, Some((9, 3)), 1),
-        (Kind::Relaxation | Kind::OuterLoop, _) => {
-            ((140, 140, 140), Marker::Frame, Some((3, 3)), 1)
-        }
+        (Kind::Relaxation | Kind::OuterLoop, _) => ((140, 140, 140), Marker::Frame, Some((3, 3)), 1),
     };
-    Look {
-        color: RGBColor(color.0, color.1, color.2),
-        marker,
-        dash,
-        width,
-    }
+    Look { color: RGBColor(color.0, color.1, color.2), marker, dash, width }
 }
 
 fn error_axis() -> Axis {
@@ -69,40 +62,24 @@ fn by_rung<'a>(
             rungs.map(|rung| (abscissa(rung), rung.error)).collect()
         };
         let series: Vec<Series> = SHOWN
-            .map(|id| Series {
-                name: id.name(),
-                look: look(id),
-                points: points(id),
-                joined: true,
-            })
+            .map(|id| Series { name: id.name(), look: look(id), points: points(id), joined: true })
             .into();
         let values = series.iter().flat_map(|s| &s.points).map(|point| point.0);
         Some(Panel {
-            title: format!(
-                "{name}: {} dofs, {} contacts",
-                race.scene.n_dof, race.scene.n_contacts
-            ),
+            title: format!("{name}: {} dofs, {} contacts", race.scene.n_dof, race.scene.n_contacts),
             x: Axis::around(axis, values),
             y: error_axis(),
             series,
             marker_gap: 7,
         })
     });
-    Picture {
-        title,
-        columns: 3,
-        panel: (440, 330),
-        panels: panels.collect(),
-    }
+    Picture { title, columns: 3, panel: (440, 330), panels: panels.collect() }
 }
 
 pub(crate) fn error_against_time(races: &[Race]) -> Picture<'static> {
-    by_rung(
-        races,
-        "Error really reached against time of the solve",
-        "time, µs",
-        |rung| rung.time.least / 1e3,
-    )
+    by_rung(races, "Error really reached against time of the solve", "time, µs", |rung| {
+        rung.time.least / 1e3
+    })
 }
 
 pub(crate) fn error_against_iterations(races: &[Race]) -> Picture<'static> {
@@ -135,12 +112,7 @@ pub(crate) fn performance_profile<'a>(races: &[Race], title: &'a str) -> Picture
                 points.extend([(ratio, share(count)), (ratio, share(count + 1))]);
             }
             points.push((FACTOR, share(ratios.len())));
-            (!ratios.is_empty()).then(|| Series {
-                name: id.name(),
-                look: look(id),
-                points,
-                joined: true,
-            })
+            (!ratios.is_empty()).then(|| Series { name: id.name(), look: look(id), points, joined: true })
         });
         Panel {
             title: format!("error at most {level:e}"),
@@ -155,12 +127,7 @@ pub(crate) fn performance_profile<'a>(races: &[Race], title: &'a str) -> Picture
             marker_gap: 28,
         }
     });
-    Picture {
-        title,
-        columns: 3,
-        panel: (440, 380),
-        panels: panels.into(),
-    }
+    Picture { title, columns: 3, panel: (440, 380), panels: panels.into() }
 }
 
 /// A point a scene: time in f32 over time in f64, to what f32 reaches.
@@ -180,52 +147,28 @@ pub(crate) fn single_against_double(races: &[Race]) -> Picture<'static> {
                 });
                 Series {
                     name: kind.name().to_owned(),
-                    look: Look {
-                        color: RGBColor(r, g, b),
-                        marker,
-                        dash: None,
-                        width: 1,
-                    },
+                    look: Look { color: RGBColor(r, g, b), marker, dash: None, width: 1 },
                     points: points.collect(),
                     joined: false,
                 }
             })
             .collect();
-        let both = |s: &Series| {
-            s.points
-                .iter()
-                .flat_map(|&(x, y)| [x, y])
-                .collect::<Vec<_>>()
-        };
+        let both = |s: &Series| s.points.iter().flat_map(|&(x, y)| [x, y]).collect::<Vec<_>>();
         let values: Vec<f64> = series.iter().flat_map(both).collect();
         let axis = |name| Axis::around(name, values.iter().copied());
         let (x, y) = (axis("time in f64, µs"), axis("time in f32, µs"));
         let diagonal = |name: &str, factor: f64, dash| Series {
             name: name.to_owned(),
-            look: Look {
-                color: RGBColor(120, 120, 120),
-                marker: Marker::None,
-                dash,
-                width: 1,
-            },
+            look: Look { color: RGBColor(120, 120, 120), marker: Marker::None, dash, width: 1 },
             points: vec![
-                (
-                    x.range.0 * factor.max(1.0),
-                    x.range.0 * factor.max(1.0) / factor,
-                ),
+                (x.range.0 * factor.max(1.0), x.range.0 * factor.max(1.0) / factor),
                 (x.range.1, x.range.1 / factor),
             ],
             joined: true,
         };
         series.push(diagonal("equally fast", 1.0, None));
         series.push(diagonal("f32 twice as fast", 2.0, Some((6, 4))));
-        Panel {
-            title: format!("error at most {level:e}, a marker a scene"),
-            x,
-            y,
-            series,
-            marker_gap: 0,
-        }
+        Panel { title: format!("error at most {level:e}, a marker a scene"), x, y, series, marker_gap: 0 }
     });
     Picture {
         title: "f32 against f64: below the line f32 is faster",

@@ -21,12 +21,7 @@ fn series(scalings: &[Scaling], of: impl Fn(&Scaling) -> &Vec<Size>) -> Vec<Seri
             Precision::F64 => ("f64", 0),
             Precision::F32 => ("f32", 110),
         };
-        let look = |marker, dash| Look {
-            color: RGBColor(gray, gray, gray),
-            marker,
-            dash,
-            width: 2,
-        };
+        let look = |marker, dash| Look { color: RGBColor(gray, gray, gray), marker, dash, width: 2 };
         let sizes = of(scaling);
         let (prepare, solve) = match scaling.id.precision {
             Precision::F64 => (Marker::Square, Marker::Disc),
@@ -50,12 +45,7 @@ fn series(scalings: &[Scaling], of: impl Fn(&Scaling) -> &Vec<Size>) -> Vec<Seri
 
 fn sizes_axis(name: &'static str, ticks: &[usize]) -> Axis {
     let ticks: Vec<f64> = ticks.iter().map(|&tick| tick as f64).collect();
-    Axis {
-        name,
-        range: (ticks[0] * 0.9, ticks[ticks.len() - 1] * 1.1),
-        ticks,
-        logarithmic: true,
-    }
+    Axis { name, range: (ticks[0] * 0.9, ticks[ticks.len() - 1] * 1.1), ticks, logarithmic: true }
 }
 
 /// "f64: prepare n^1.2, solve n^0.9; ..."
@@ -84,13 +74,7 @@ pub(crate) fn time_against_size(scalings: &[Scaling]) -> Picture<'static> {
     };
     let panel = |title: &str, axis: fn(&Scaling) -> &Vec<Size>, x: Axis| {
         let (series, y) = times(axis);
-        Panel {
-            title: fits(title, scalings, axis),
-            x,
-            y,
-            series,
-            marker_gap: 0,
-        }
+        Panel { title: fits(title, scalings, axis), x, y, series, marker_gap: 0 }
     };
     Picture {
         title: "Default method, random scenes, geometric means: time against size",
@@ -115,15 +99,9 @@ pub(crate) fn time_against_size(scalings: &[Scaling]) -> Picture<'static> {
 pub(crate) fn error_against_instructions(firmware: &[Firmware]) -> Picture<'static> {
     let panels = firmware.iter().map(|scene| {
         let mut series = Vec::new();
-        let methods = [
-            (Kind::Default, &scene.default),
-            (Kind::GaussSeidel, &scene.gauss_seidel),
-        ];
+        let methods = [(Kind::Default, &scene.default), (Kind::GaussSeidel, &scene.gauss_seidel)];
         for (kind, Counts { prepare, points }) in methods {
-            let solid = Look {
-                dash: None,
-                ..look(kind.double())
-            };
+            let solid = Look { dash: None, ..look(kind.double()) };
             let open = Look {
                 marker: match solid.marker {
                     Marker::Disc => Marker::Ring,

@@ -23,10 +23,7 @@ impl Race {
     pub(crate) fn new(scene: SceneFile, patience: &Patience) -> Self {
         let entry = |id| Some((id, sizes::contestant(&scene, id)?));
         let entries = Id::ALL.into_iter().filter_map(entry).collect();
-        Self {
-            runs: measure::race(&scene, entries, &ladder(), patience),
-            scene,
-        }
+        Self { runs: measure::race(&scene, entries, &ladder(), patience), scene }
     }
 
     /// `None` where the contestant's number type cannot hold the scene.

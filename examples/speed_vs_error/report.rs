@@ -40,12 +40,7 @@ fn slower(races: &[Race], rival: Id, level: f64) -> String {
         .collect();
     match names.as_slice() {
         [] => "none".to_owned(),
-        names => format!(
-            "{} of {}: {}",
-            names.len(),
-            found.ratios.len(),
-            names.join(", ")
-        ),
+        names => format!("{} of {}: {}", names.len(), found.ratios.len(), names.join(", ")),
     }
 }
 
@@ -98,19 +93,14 @@ pub(crate) fn write(
         newton = lists(Kind::AlartCurnier),
         costliest = tables::costliest(races, LEVELS[1]),
         single = draw("f32_f64.svg", pictures::single_against_double(races))?,
-        iterations = draw(
-            "error_iterations.svg",
-            pictures::error_against_iterations(races)
-        )?,
+        iterations = draw("error_iterations.svg", pictures::error_against_iterations(races))?,
         sizes = draw("sizes.svg", pictures_sizes::time_against_size(scalings))?,
         fixed_dofs = scaling::FIXED_DOFS,
         fixed_contacts = scaling::FIXED_CONTACTS,
         by_contacts = tables::sizes(scalings, "contacts", |scaling| &scaling.contacts),
         by_dofs = tables::sizes(scalings, "dofs", |scaling| &scaling.dofs),
-        instructions = draw(
-            "instructions.svg",
-            pictures_sizes::error_against_instructions(&instructions::read()?),
-        )?,
+        instructions =
+            draw("instructions.svg", pictures_sizes::error_against_instructions(&instructions::read()?),)?,
         operations = tables::operations(races, LEVELS[0], &executed),
         counted = callgrind(folder),
         coarse = coarse,

@@ -39,9 +39,8 @@ pub(crate) fn exponent(points: &[(f64, f64)]) -> f64 {
     let count = points.len() as f64;
     let logarithms = || points.iter().map(|(x, y)| (x.ln(), y.ln()));
     let (x, y) = logarithms().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / count, b + y / count));
-    let (above, below) = logarithms().fold((0.0, 0.0), |(above, below), (u, v)| {
-        (above + (u - x) * (v - y), below + (u - x) * (u - x))
-    });
+    let (above, below) = logarithms()
+        .fold((0.0, 0.0), |(above, below), (u, v)| (above + (u - x) * (v - y), below + (u - x) * (u - x)));
     above / below
 }
 
@@ -85,26 +84,11 @@ fn measure<T: Real, const N: usize, const C: usize>(
     (mean(&prepare), mean(&solve))
 }
 
-fn by_type<T: Real>(
-    id: Id,
-    scenes: usize,
-    patience: &Patience,
-    progress: &mut Progress,
-) -> Scaling {
-    let size = |count: usize, (prepare, solve): (f64, f64)| Size {
-        count,
-        prepare,
-        solve,
-    };
+fn by_type<T: Real>(id: Id, scenes: usize, patience: &Patience, progress: &mut Progress) -> Scaling {
+    let size = |count: usize, (prepare, solve): (f64, f64)| Size { count, prepare, solve };
     let contacts = CONTACTS.map(|contacts| {
-        progress.step(&format!(
-            "{}, {contacts} contacts on {FIXED_DOFS} dofs",
-            id.name()
-        ));
-        size(
-            contacts,
-            measure::<T, FIXED_DOFS, 12>(contacts, scenes, patience, id),
-        )
+        progress.step(&format!("{}, {contacts} contacts on {FIXED_DOFS} dofs", id.name()));
+        size(contacts, measure::<T, FIXED_DOFS, 12>(contacts, scenes, patience, id))
     });
     macro_rules! dofs {
         ($($n:literal)*) => {
@@ -114,11 +98,7 @@ fn by_type<T: Real>(
             }),*]
         };
     }
-    Scaling {
-        id,
-        contacts: contacts.into(),
-        dofs: dofs!(2 3 4 6 9 12 18 24 30),
-    }
+    Scaling { id, contacts: contacts.into(), dofs: dofs!(2 3 4 6 9 12 18 24 30) }
 }
 
 /// Both number types, over so many scenes a size.

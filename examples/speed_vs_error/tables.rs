@@ -48,9 +48,7 @@ pub(crate) fn summary(races: &[Race]) -> String {
     let rows = Id::ALL.into_iter().map(|id| {
         let mut row = vec![id.name()];
         row.extend(LEVELS.map(|level| {
-            let solved = races
-                .iter()
-                .filter(|race| race.time(id, level, false).is_some());
+            let solved = races.iter().filter(|race| race.time(id, level, false).is_some());
             solved.count().to_string()
         }));
         row.extend(LEVELS.map(|level| {
@@ -60,16 +58,11 @@ pub(crate) fn summary(races: &[Race]) -> String {
                 count => format!("{:.2} ({count})", found.mean()),
             }
         }));
-        let prepare: Vec<f64> = races
-            .iter()
-            .filter_map(|race| Some(race.run(id)?.prepare.least))
-            .collect();
+        let prepare: Vec<f64> = races.iter().filter_map(|race| Some(race.run(id)?.prepare.least)).collect();
         row.push(geometric_mean(&prepare).map_or("-".to_owned(), micro));
         let runs = races.iter().filter_map(|race| race.run(id));
         let rungs = runs.flat_map(|run| &run.rungs);
-        let spread: Vec<f64> = rungs
-            .map(|rung| rung.time.median / rung.time.least)
-            .collect();
+        let spread: Vec<f64> = rungs.map(|rung| rung.time.median / rung.time.least).collect();
         row.push(geometric_mean(&spread).map_or("-".to_owned(), |spread| format!("{spread:.2}")));
         row
     });
@@ -83,9 +76,7 @@ pub(crate) fn scenes(races: &[Race], level: f64) -> String {
     let rows = races.iter().map(|race| {
         let mut row = vec![race.scene.name.clone()];
         row.extend(COLUMNS.map(|id| {
-            let cell = |time: crate::measure::Time| {
-                format!("{} ({})", micro(time.least), micro(time.median))
-            };
+            let cell = |time: crate::measure::Time| format!("{} ({})", micro(time.least), micro(time.median));
             let fastest = race.run(id).and_then(|run| run.fastest(level));
             fastest.map_or("-".to_owned(), |rung| cell(rung.time))
         }));
@@ -96,9 +87,7 @@ pub(crate) fn scenes(races: &[Race], level: f64) -> String {
 
 /// Size of each scene, and what preparing it takes.
 pub(crate) fn preparation(races: &[Race]) -> String {
-    let mut columns = ["scene", "dofs", "contacts x rows"]
-        .map(str::to_owned)
-        .to_vec();
+    let mut columns = ["scene", "dofs", "contacts x rows"].map(str::to_owned).to_vec();
     columns.extend(COLUMNS.map(Id::name));
     let rows = races.iter().map(|race| {
         let scene = &race.scene;
@@ -109,11 +98,7 @@ pub(crate) fn preparation(races: &[Race]) -> String {
         ];
         row.extend(COLUMNS.map(|id| {
             race.run(id).map_or("-".to_owned(), |run| {
-                format!(
-                    "{} ({})",
-                    micro(run.prepare.least),
-                    micro(run.prepare.median)
-                )
+                format!("{} ({})", micro(run.prepare.least), micro(run.prepare.median))
             })
         }));
         row
@@ -150,8 +135,7 @@ pub(crate) fn operations(races: &[Race], level: f64, counted: &str) -> String {
         let rung = race.run(DOUBLE)?.fastest(level)?;
         let (n, m) = (scene.n_dof as f64, (scene.dim * scene.n_contacts) as f64);
         let effort = rung.effort;
-        let [iterations, steps] =
-            [effort.iterations, effort.newton_steps].map(|count| count as f64);
+        let [iterations, steps] = [effort.iterations, effort.newton_steps].map(|count| count as f64);
         let k = (scene.dim * rung.closed) as f64;
         let needed = iterations * m * m + steps * (k * k * k / 3.0 + 2.0 * k * k);
         let around = 2.0 * n * n + 4.0 * n * m;
@@ -220,36 +204,17 @@ pub(crate) fn sizes(scalings: &[Scaling], what: &str, of: fn(&Scaling) -> &Vec<S
 
 /// The scenes that cost the default method most, and by whom it is beaten there.
 pub(crate) fn costliest(races: &[Race], level: f64) -> String {
-    let mut order: Vec<(&Race, f64)> = races
-        .iter()
-        .map(|race| {
-            (
-                race,
-                race.time(DOUBLE, level, false).unwrap_or(f64::INFINITY),
-            )
-        })
-        .collect();
+    let mut order: Vec<(&Race, f64)> =
+        races.iter().map(|race| (race, race.time(DOUBLE, level, false).unwrap_or(f64::INFINITY))).collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let columns = [
-        "scene",
-        "default method, f64, µs",
-        "fastest other solver",
-        "its time, µs",
-    ];
+    let columns = ["scene", "default method, f64, µs", "fastest other solver", "its time, µs"];
     let rows = order.into_iter().take(6).map(|(race, time)| {
-        let others = Id::ALL
-            .iter()
-            .filter(|id| !Kind::LIBRARY.contains(&id.kind));
+        let others = Id::ALL.iter().filter(|id| !Kind::LIBRARY.contains(&id.kind));
         let times = others.filter_map(|&id| Some((id, race.time(id, level, false)?)));
         let best = times.min_by(|a, b| a.1.total_cmp(&b.1));
-        let (name, other) = best.map_or(("-".to_owned(), "-".to_owned()), |(id, time)| {
-            (id.name(), micro(time))
-        });
-        let time = if time.is_finite() {
-            micro(time)
-        } else {
-            "unsolved".to_owned()
-        };
+        let (name, other) =
+            best.map_or(("-".to_owned(), "-".to_owned()), |(id, time)| (id.name(), micro(time)));
+        let time = if time.is_finite() { micro(time) } else { "unsolved".to_owned() };
         vec![race.scene.name.clone(), time, name, other]
     });
     table(&columns.map(str::to_owned), rows)

@@ -21,13 +21,9 @@ fn distribution(mut values: Vec<f64>) -> [f64; SHARES.len()] {
 
 /// Time (ns) and work of the fastest solves to an error, of each scene; infinite for those unsolved.
 fn costs(races: &[&Race], id: Id, level: f64) -> [Vec<f64>; 2] {
-    let rungs = races
-        .iter()
-        .map(|race| race.run(id).and_then(|run| run.fastest(level)));
+    let rungs = races.iter().map(|race| race.run(id).and_then(|run| run.fastest(level)));
     let of = rungs.map(|rung| {
-        rung.map_or((f64::INFINITY, f64::INFINITY), |rung| {
-            (rung.time.least, rung.effort.work() as f64)
-        })
+        rung.map_or((f64::INFINITY, f64::INFINITY), |rung| (rung.time.least, rung.effort.work() as f64))
     });
     let (times, work) = of.unzip();
     [times, work]
@@ -38,11 +34,7 @@ fn cells(races: &[&Race], id: Id, level: f64) -> Vec<String> {
     let [times, work] = costs(races, id, level);
     let solved = times.iter().filter(|time| time.is_finite()).count();
     let or_none = |value: f64, text: fn(f64) -> String| {
-        if value.is_finite() {
-            text(value)
-        } else {
-            "-".to_owned()
-        }
+        if value.is_finite() { text(value) } else { "-".to_owned() }
     };
     let mut cells = vec![solved.to_string()];
     cells.extend(distribution(times).map(|time| or_none(time, micro)));
@@ -80,9 +72,8 @@ pub(crate) fn parts(drawn: &Drawn, level: f64) -> String {
     let mut columns = columns(&["scenes", "number", "solved"]);
     columns.extend(rivals.map(|id| format!("{}: time, slower on", id.name())));
     let classes = Class::DRAWN.iter();
-    let mut parts: Vec<(String, Vec<&Race>)> = classes
-        .map(|&class| (format!("`{class:?}`"), drawn.of(class)))
-        .collect();
+    let mut parts: Vec<(String, Vec<&Race>)> =
+        classes.map(|&class| (format!("`{class:?}`"), drawn.of(class))).collect();
     parts.push(("one contact".to_owned(), drawn.of_one_contact()));
     parts.push(("nothing touches".to_owned(), drawn.of_no_touch()));
     parts.push(("all".to_owned(), drawn.races.iter().collect()));

@@ -19,10 +19,7 @@ pub(crate) fn compare<'a>(
     error: f64,
     prepared: bool,
 ) -> Comparison {
-    let mut comparison = Comparison {
-        ratios: Vec::new(),
-        lost: Vec::new(),
-    };
+    let mut comparison = Comparison { ratios: Vec::new(), lost: Vec::new() };
     for race in races {
         let name = race.scene.name.clone();
         let Some(slow) = race.time(theirs, error, prepared) else {
@@ -68,9 +65,7 @@ pub(crate) fn winners(races: &[&Race]) -> String {
     let lines = LEVELS.map(|error| {
         let mut wins: Vec<(usize, &str)> = Vec::new();
         for race in races {
-            let times = Id::ALL
-                .into_iter()
-                .filter(|id| id.precision == Precision::F64);
+            let times = Id::ALL.into_iter().filter(|id| id.precision == Precision::F64);
             let times = times.filter_map(|id| Some((race.time(id, error, false)?, id.kind.name())));
             let Some((_, name)) = times.min_by(|a, b| a.0.total_cmp(&b.0)) else {
                 continue;
@@ -81,10 +76,7 @@ pub(crate) fn winners(races: &[&Race]) -> String {
             }
         }
         wins.sort_by_key(|win| Reverse(win.0));
-        let wins: Vec<String> = wins
-            .iter()
-            .map(|(count, name)| format!("{name} on {count}"))
-            .collect();
+        let wins: Vec<String> = wins.iter().map(|(count, name)| format!("{name} on {count}")).collect();
         format!("- {error:e}: {}", wins.join(", "))
     });
     lines.join("\n")

@@ -67,31 +67,22 @@ type Sums = [usize; 4];
 fn solve(kernel: Constructor, steps: &[SceneFile], tolerance: f64, sums: &mut Sums, place: usize) {
     let shape = Shape::of_all(steps).expect("a step");
     let mut kernel = kernel(shape).expect("a size is compiled");
-    let settings = Settings {
-        budget: BUDGET,
-        ..Settings::new(tolerance)
-    };
+    let settings = Settings { budget: BUDGET, ..Settings::new(tolerance) };
     for step in steps {
-        let prepared = kernel
-            .load(step)
-            .and_then(|()| kernel.prepare(Method::Default));
+        let prepared = kernel.load(step).and_then(|()| kernel.prepare(Method::Default));
         // A mass matrix of condition 1e10 need not be one in f32.
         if prepared.is_err() || kernel.solve(Method::Default, &settings).is_err() {
             continue;
         }
         let (status, work) = kernel.outcome();
         sums[place] += work.total().min(BUDGET);
-        sums[3] += usize::from(!matches!(
-            status,
-            Status::Solved | Status::Infeasible | Status::Jammed
-        ));
+        sums[3] += usize::from(!matches!(status, Status::Solved | Status::Infeasible | Status::Jammed));
     }
 }
 
 fn measure(options: &Options) -> Sums {
     let mut sums = [0; 4];
-    let kernels: [(Constructor, f64); 2] =
-        [(kernels_f64::kernel, 1e-6), (kernels_f32::kernel, 1e-4)];
+    let kernels: [(Constructor, f64); 2] = [(kernels_f64::kernel, 1e-6), (kernels_f32::kernel, 1e-4)];
     for (kernel, tolerance) in kernels {
         for index in 0..options.count {
             let class = usize::try_from(index).unwrap_or(0) % Class::ALL.len();
@@ -122,17 +113,12 @@ fn measure_with(options: &Options, constant: &str, value: f64) -> Result<Sums, S
         .map_err(|error| error.to_string())?;
     let text = String::from_utf8_lossy(&output.stdout);
     let sums: Vec<usize> = text.split_whitespace().flat_map(str::parse).collect();
-    sums.try_into()
-        .map_err(|_| format!("{constant} = {value}: {output:?}"))
+    sums.try_into().map_err(|_| format!("{constant} = {value}: {output:?}"))
 }
 
 /// A number as a reader would write it.
 fn plain(x: f64) -> String {
-    if x == 0.0 || (1e-4..1e4).contains(&x.abs()) {
-        x.to_string()
-    } else {
-        format!("{x:e}")
-    }
+    if x == 0.0 || (1e-4..1e4).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }
 
 /// "+1.2 / 0.0 / -0.3", and how many solves more end unsolved.
@@ -172,19 +158,13 @@ fn table(options: &Options) -> Result<(), String> {
             return Err(format!("{name} is not {value} in src/solver/tuning.rs"));
         }
         // Half of a count is rounded up.
-        let half = if value >= 2.0 {
-            (value * 0.5).ceil()
-        } else {
-            value * 0.5
-        };
+        let half = if value >= 2.0 { (value * 0.5).ceil() } else { value * 0.5 };
         let values = [half, value * 2.0, off];
         let mut cells = Vec::new();
         for value in values {
             cells.push(cell(&measure_with(options, name, value)?, &base));
         }
-        let [half, twice, without] = &cells[..] else {
-            unreachable!("three values")
-        };
+        let [half, twice, without] = &cells[..] else { unreachable!("three values") };
         let (value, off) = (plain(value), plain(off));
         println!("| `{name}` | {value} | {half} | {twice} | {without} ({off}) |");
     }

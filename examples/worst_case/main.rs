@@ -80,10 +80,7 @@ mod worst_case {
                         given.make_dense(&mut random);
                     }
                     let tolerance = *TOLERANCES.get((k + variant) % TOLERANCES.len())?;
-                    let settings = Settings {
-                        budget,
-                        ..Settings::new(tolerance)
-                    };
+                    let settings = Settings { budget, ..Settings::new(tolerance) };
                     kernel.solver_mut().reset();
                     given.fill(kernel.scene_mut(), push)?;
                     for call in 0..4 {
@@ -104,33 +101,14 @@ mod worst_case {
                     }
                 }
             }
-            hprintln!(
-                "{},{},{},{},{} {} {} {}",
-                N,
-                D,
-                C,
-                R,
-                S,
-                budget,
-                promise,
-                dearest
-            );
+            hprintln!("{},{},{},{},{} {} {} {}", N, D, C, R, S, budget, promise, dearest);
         }
         Some(())
     }
 
     /// How a contact is added, which differs by size.
-    pub(crate) type Push<
-        const N: usize,
-        const D: usize,
-        const C: usize,
-        const R: usize,
-        const S: usize,
-    > = fn(
-        &mut Scene<f32, N, D, C, R, S>,
-        &Contact<f32, N, D>,
-        &Surface<f32>,
-    ) -> Result<usize, Error>;
+    pub(crate) type Push<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> =
+        fn(&mut Scene<f32, N, D, C, R, S>, &Contact<f32, N, D>, &Surface<f32>) -> Result<usize, Error>;
 
     /// Measures each size.
     macro_rules! sizes {
@@ -155,9 +133,7 @@ mod worst_case {
 
     #[entry]
     fn main() -> ! {
-        let Some(peripherals) = cortex_m::Peripherals::take() else {
-            exit(false)
-        };
+        let Some(peripherals) = cortex_m::Peripherals::take() else { exit(false) };
         let mut counter = Counter::start(peripherals);
         exit(all(&mut counter).is_some())
     }

@@ -36,12 +36,8 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
             mass: SMatrix::zeros(),
             push: SVector::zeros(),
             contacts: from_fn(|_| {
-                let contact = Contact {
-                    jacobian: SMatrix::zeros(),
-                    offset: SVector::zeros(),
-                    mu: 0.0,
-                    key: 0,
-                };
+                let contact =
+                    Contact { jacobian: SMatrix::zeros(), offset: SVector::zeros(), mu: 0.0, key: 0 };
                 (contact, Surface::isotropic(0.0))
             }),
             rows: from_fn(|_| JointRow {

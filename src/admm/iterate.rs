@@ -30,28 +30,14 @@ pub(crate) struct Iterate<T, const D: usize> {
 impl<T: Real, const D: usize> Iterate<T, D> {
     /// The iterate of an unused contact.
     pub(crate) const fn none() -> Self {
-        Self {
-            u: zeros(),
-            zeta: zeros(),
-            penalty: T::ZERO,
-            u_hat: zeros(),
-            zeta_hat: zeros(),
-            slip: T::ZERO,
-        }
+        Self { u: zeros(), zeta: zeros(), penalty: T::ZERO, u_hat: zeros(), zeta_hat: zeros(), slip: T::ZERO }
     }
 
     /// The iterate with the velocity `ũ` and the impulse `r = -rho ζ`, with extrapolated values equal to them.
     pub(crate) fn at(u: SVector<T, D>, r: SVector<T, D>, penalty: T) -> Self {
         let zeta = r / -penalty;
         let (_, tangent) = split(&u);
-        Self {
-            u,
-            zeta,
-            penalty,
-            u_hat: u,
-            zeta_hat: zeta,
-            slip: norm(tangent),
-        }
+        Self { u, zeta, penalty, u_hat: u, zeta_hat: zeta, slip: norm(tangent) }
     }
 
     /// `r = -rho ζ`
@@ -92,11 +78,7 @@ pub(crate) struct Extrapolation<T> {
 impl<T: Real> Extrapolation<T> {
     /// The sequence of a solver that has solved nothing yet.
     pub(crate) const fn none(acceleration: Acceleration) -> Self {
-        Self {
-            acceleration,
-            tau: T::ZERO,
-            residual: None,
-        }
+        Self { acceleration, tau: T::ZERO, residual: None }
     }
 
     /// Starts the sequence, or starts it again.
@@ -178,12 +160,7 @@ fn project<T: Real, const D: usize>(
     iterates: &mut [Iterate<T, D>],
     product: &[[T; D]],
 ) -> Change<T> {
-    let mut change = Change {
-        primal: T::ZERO,
-        dual: T::ZERO,
-        error: T::ZERO,
-        impulse: T::ZERO,
-    };
+    let mut change = Change { primal: T::ZERO, dual: T::ZERO, error: T::ZERO, impulse: T::ZERO };
     for (product, (set, iterate)) in product.iter().zip(sets.iter().zip(iterates)) {
         // H v + b + ζ̂ = û + B (q + S + ζ̂ - û)
         let z = iterate.u_hat + SVector::from(*product);

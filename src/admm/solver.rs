@@ -146,13 +146,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
             consider(&mut monitor, iterates);
         }
         while monitor.is_running() {
-            step(
-                &mut monitor,
-                resolvent,
-                iterates,
-                extrapolation,
-                self.slip_update,
-            );
+            step(&mut monitor, resolvent, iterates, extrapolation, self.slip_update);
         }
         let r = impulses(iterates);
         monitor.finish(&r);
@@ -161,11 +155,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
             *u = iterate.u.into();
         }
         self.warm_start.keep(scene, &u, &r, call != Call::Begin);
-        self.record.pause(|| {
-            resolvent
-                .penalty
-                .hash(fingerprint(scene, free_impulse, settings))
-        });
+        self.record.pause(|| resolvent.penalty.hash(fingerprint(scene, free_impulse, settings)));
         Ok(&self.solution)
     }
 
@@ -219,9 +209,7 @@ fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: us
 }
 
 /// The impulses `r = -rho ζ` of all contacts.
-fn impulses<T: Real, const D: usize, const C: usize>(
-    iterates: &[Iterate<T, D>; C],
-) -> Stacked<T, D, C, 0> {
+fn impulses<T: Real, const D: usize, const C: usize>(iterates: &[Iterate<T, D>; C]) -> Stacked<T, D, C, 0> {
     let mut r = Stacked::zero();
     for (r, iterate) in r.contacts.iter_mut().zip(iterates) {
         *r = iterate.impulse().into();

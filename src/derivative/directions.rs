@@ -36,9 +36,7 @@ pub struct Inputs<T, const N: usize, const D: usize, const C: usize, const R: us
     pub bounds: [[T; 2]; R],
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Inputs<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Inputs<T, N, D, C, R> {
     /// No change.
     #[must_use]
     pub const fn zero() -> Self {
@@ -63,17 +61,11 @@ pub struct Outputs<T, const N: usize, const D: usize, const C: usize, const R: u
     pub row_impulses: [T; R],
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Outputs<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Outputs<T, N, D, C, R> {
     /// No change.
     #[must_use]
     pub const fn zero() -> Self {
-        Self {
-            velocity: zeros(),
-            impulses: [const { zeros() }; C],
-            row_impulses: [T::ZERO; R],
-        }
+        Self { velocity: zeros(), impulses: [const { zeros() }; C], row_impulses: [T::ZERO; R] }
     }
 }
 

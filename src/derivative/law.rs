@@ -179,18 +179,11 @@ pub(super) struct LinearRow<T> {
 impl<T: Real> LinearRow<T> {
     /// The law of a row with a constant impulse.
     pub(super) const fn open() -> Self {
-        Self {
-            scale: T::ZERO,
-            impulse_per_bound: [T::ZERO; 2],
-        }
+        Self { scale: T::ZERO, impulse_per_bound: [T::ZERO; 2] }
     }
 
     /// The law of a row in this mode.
-    pub(super) fn new<const N: usize>(
-        row: &JointRow<T, N>,
-        alpha: T,
-        found: &RowSolution<T>,
-    ) -> Self {
+    pub(super) fn new<const N: usize>(row: &JointRow<T, N>, alpha: T, found: &RowSolution<T>) -> Self {
         let mut law = Self::open();
         let [lower, upper] = &mut law.impulse_per_bound;
         match found.mode {

@@ -20,11 +20,7 @@ pub(super) struct Margin<T> {
 impl<T: Real> Margin<T> {
     /// The margin without contacts and joint rows.
     pub(super) const fn none() -> Self {
-        Self {
-            least: T::INFINITY,
-            impulse: T::ZERO,
-            motion: T::ZERO,
-        }
+        Self { least: T::INFINITY, impulse: T::ZERO, motion: T::ZERO }
     }
 
     /// Takes in an impulse that would change a mode.
@@ -40,8 +36,7 @@ impl<T: Real> Margin<T> {
         mode: ContactMode,
         (u, r): (&[T; D], &[T; D]),
     ) {
-        let ([u_normal, u_tangent @ ..], [load, r_tangent @ ..]) = (u.as_slice(), r.as_slice())
-        else {
+        let ([u_normal, u_tangent @ ..], [load, r_tangent @ ..]) = (u.as_slice(), r.as_slice()) else {
             return;
         };
         let (alpha, mu) = (set.alpha, set.cone.friction());
@@ -86,15 +81,7 @@ impl<T: Real> Margin<T> {
 
     /// The least impulse over the largest one (dimensionless); infinite if there is no mode that could change.
     pub(super) fn value(&self) -> T {
-        let size = if self.impulse > T::ZERO {
-            self.impulse
-        } else {
-            self.motion
-        };
-        if size > T::ZERO {
-            (self.least / size).square_root()
-        } else {
-            T::INFINITY
-        }
+        let size = if self.impulse > T::ZERO { self.impulse } else { self.motion };
+        if size > T::ZERO { (self.least / size).square_root() } else { T::INFINITY }
     }
 }

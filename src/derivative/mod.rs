@@ -103,10 +103,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
         let counts = scene.counts();
         let fits = solution.contacts.len() == counts.contacts && solution.rows.len() == counts.rows;
-        let unsolved = matches!(
-            solution.status,
-            Status::Unsolved | Status::Infeasible | Status::Jammed
-        );
+        let unsolved = matches!(solution.status, Status::Unsolved | Status::Infeasible | Status::Jammed);
         if unsolved || !fits || !solution.has_numbers() {
             return Err(Error::NoSolution);
         }

@@ -17,10 +17,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
     /// An empty factor for [`Self::prepare`]. It is all zeros, so a `static` takes no flash.
     #[must_use]
     pub const fn empty() -> Self {
-        Self {
-            factor: Factor::empty(),
-            resolvent: Resolvent::empty(),
-        }
+        Self { factor: Factor::empty(), resolvent: Resolvent::empty() }
     }
 
     /// The factor of a scene.
@@ -38,14 +35,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmFactor<T, N, D
     /// # Errors
     /// As [`Factor::prepare`]; [`Error::InvalidPenalty`] if `HᵀH / M` overflows, or if the entries of `W` differ so much in size that
     /// `I + rho W` is singular in this number type. The factor is then empty.
-    pub fn prepare<const S: usize>(
-        &mut self,
-        scene: &Scene<T, N, D, C, 0, S>,
-    ) -> Result<(), Error> {
+    pub fn prepare<const S: usize>(&mut self, scene: &Scene<T, N, D, C, 0, S>) -> Result<(), Error> {
         self.factor.prepare(scene)?;
-        let result = self
-            .resolvent
-            .compute(&self.factor, scene.default_penalty());
+        let result = self.resolvent.compute(&self.factor, scene.default_penalty());
         if result.is_err() {
             self.factor.clear();
         }

@@ -35,12 +35,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
 
     /// `y = W x`, over the contacts and joint rows in use.
     #[inline]
-    pub(crate) fn times(
-        &self,
-        x: &Stacked<T, D, C, R>,
-        y: &mut Stacked<T, D, C, R>,
-        counts: Counts,
-    ) {
+    pub(crate) fn times(&self, x: &Stacked<T, D, C, R>, y: &mut Stacked<T, D, C, R>, counts: Counts) {
         let used = x.contacts.get(..counts.contacts).unwrap_or_default();
         let contacts = y.contacts.get_mut(..counts.contacts).unwrap_or_default();
         multiply_transposed(&self.contacts, used, contacts);
@@ -111,9 +106,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
     }
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Factor<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Factor<T, N, D, C, R> {
     /// Computes the Cholesky factor of `M`, `W` and the effective mass matrices.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn compute_delassus<const S: usize>(
@@ -137,11 +130,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// Computes the whitened contacts, their blocks of `W` and their effective mass matrices. `envelope`: the last row of `U` with an entry
     /// in each column.
     #[inline]
-    fn append_contacts<const S: usize>(
-        &mut self,
-        scene: &Scene<T, N, D, C, R, S>,
-        envelope: &[usize; N],
-    ) {
+    fn append_contacts<const S: usize>(&mut self, scene: &Scene<T, N, D, C, R, S>, envelope: &[usize; N]) {
         for (i, contact) in scene.contacts().iter().enumerate() {
             let Some(whitened) = self.whitened.get_mut(i) else {
                 break;
@@ -241,9 +230,7 @@ pub(super) fn rounding_share<T: Real>() -> T {
 }
 
 /// Has the normal row of a contact a nonzero entry?
-pub(super) fn normal_moves<T: Real, const N: usize, const D: usize>(
-    contact: &Contact<T, N, D>,
-) -> bool {
+pub(super) fn normal_moves<T: Real, const N: usize, const D: usize>(contact: &Contact<T, N, D>) -> bool {
     let columns = contact.jacobian.data.0.iter();
     let mut normal = columns.filter_map(|column| column.first());
     normal.any(|&entry| entry != T::ZERO)

@@ -83,17 +83,12 @@ pub(crate) struct Checkpoint {
     moved: usize,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Factor<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Factor<T, N, D, C, R> {
     /// An empty factor for [`Self::prepare`]. It is all zeros, so a `static` takes no flash.
     #[must_use]
     pub const fn empty() -> Self {
         Self {
-            counts: Counts {
-                contacts: 0,
-                rows: 0,
-            },
+            counts: Counts { contacts: 0, rows: 0 },
             fingerprint: 0,
             moved: 0,
             uncertainty: T::ZERO,
@@ -121,10 +116,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// # Errors
     /// [`Error::SceneIncomplete`]; [`Error::MassNotPositiveDefinite`]; [`Error::DelassusOutOfRange`] and [`Error::RowOutOfRange`]. The factor
     /// is then empty.
-    pub fn prepare<const S: usize>(
-        &mut self,
-        scene: &Scene<T, N, D, C, R, S>,
-    ) -> Result<(), Error> {
+    pub fn prepare<const S: usize>(&mut self, scene: &Scene<T, N, D, C, R, S>) -> Result<(), Error> {
         let result = scene.check_complete();
         let result = result.and_then(|()| self.compute_delassus(scene));
         let result = result.and_then(|()| self.check(scene));
@@ -141,9 +133,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             // An inverse mass that underflows would make the contact immovable.
             let normal = self.delassus.inverse_mass(contact, 0);
             let trace = self.delassus.trace(contact);
-            let vanishes = normal < T::least_normal()
-                && normal >= trace * rounding_share()
-                && normal_moves(source);
+            let vanishes =
+                normal < T::least_normal() && normal >= trace * rounding_share() && normal_moves(source);
             if vanishes || !trace.is_finite() {
                 return Err(Error::DelassusOutOfRange { contact });
             }
@@ -172,11 +163,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 
     /// The present extent, for [`Self::restore`].
     pub(crate) const fn checkpoint(&self) -> Checkpoint {
-        Checkpoint {
-            counts: self.counts,
-            fingerprint: self.fingerprint,
-            moved: self.moved,
-        }
+        Checkpoint { counts: self.counts, fingerprint: self.fingerprint, moved: self.moved }
     }
 
     /// Removes the joint rows that were appended since a checkpoint.
@@ -196,10 +183,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 
     /// Makes the factor empty.
     pub(crate) fn clear(&mut self) {
-        self.counts = Counts {
-            contacts: 0,
-            rows: 0,
-        };
+        self.counts = Counts { contacts: 0, rows: 0 };
         self.fingerprint = 0;
     }
 
@@ -222,11 +206,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// Mean effective mass `alpha_i = D / trace(W_ii)` (kg) of a contact; 0 for a contact that nothing moves.
     pub(crate) fn mean_effective_mass(&self, contact: usize) -> T {
         let trace = self.delassus.trace(contact);
-        if trace > T::ZERO {
-            T::count(D) / trace
-        } else {
-            T::ZERO
-        }
+        if trace > T::ZERO { T::count(D) / trace } else { T::ZERO }
     }
 
     /// Effective mass `alpha_j = 1 / W_jj` of a joint row; 0 for a row that nothing moves.

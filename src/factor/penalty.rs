@@ -43,9 +43,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         for (contact, support) in self.supported() {
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
             for group in support.groups::<N>() {
-                if let (Some(columns), Some(participation)) =
-                    (columns.get(group), groups.get_mut(group))
-                {
+                if let (Some(columns), Some(participation)) = (columns.get(group), groups.get_mut(group)) {
                     add_squares(columns, participation);
                 }
             }

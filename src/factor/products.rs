@@ -7,9 +7,7 @@ use crate::linalg::stacked::Stacked;
 use crate::linalg::substitution::{solve_lower, solve_upper};
 use crate::real::Real;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Factor<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Factor<T, N, D, C, R> {
     /// Whitened contacts `X_i` with the nonzero columns of `X_iᵀ`, for the contacts in use.
     #[inline]
     fn whitened_contacts(&self) -> impl Iterator<Item = (&[[T; D]; N], Support)> {

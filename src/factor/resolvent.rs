@@ -3,9 +3,7 @@
 use crate::error::Error;
 use crate::factor::Factor;
 use crate::factor::penalty::is_usable;
-use crate::linalg::blocks::{
-    ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose,
-};
+use crate::linalg::blocks::{ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose};
 use crate::linalg::pivot::{Pivot, subtract_row};
 use crate::real::Real;
 use heapless::Vec;
@@ -19,10 +17,7 @@ pub(crate) struct Resolvent<T, const D: usize, const C: usize> {
 
 impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     pub(crate) const fn empty() -> Self {
-        Self {
-            penalty: T::ZERO,
-            matrix: [[[[T::ZERO; D]; C]; D]; C],
-        }
+        Self { penalty: T::ZERO, matrix: [[[[T::ZERO; D]; C]; D]; C] }
     }
 
     /// Computes `B = (W + I / rho)⁻¹ / rho` for the contacts of a factor.

@@ -10,15 +10,8 @@ use crate::solver::{Call, Phases};
 use core::mem;
 use nalgebra::SVector;
 
-impl<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
-    P: Phases,
-> Kernel<T, N, D, C, R, S, P>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
+    Kernel<T, N, D, C, R, S, P>
 {
     /// Solves the scene together with a list of joint limits, as [`Self::solve`]. Only reached limits take a joint row.
     ///
@@ -152,10 +145,7 @@ impl<
             if is_open || reached.contains(&limit) {
                 continue;
             }
-            let index = self
-                .scene
-                .place_row(row)
-                .map_err(|error| of_limit(error, limit))?;
+            let index = self.scene.place_row(row).map_err(|error| of_limit(error, limit))?;
             if let Some(entry) = reached.get_mut(index) {
                 *entry = limit;
             }
@@ -167,14 +157,10 @@ impl<
 /// The error of a refused joint row as an error of a limit.
 fn of_limit(error: Error, limit: usize) -> Error {
     match error {
-        Error::NotFinite { row, column, .. } => Error::NotFinite {
-            input: Input::Limit { limit },
-            row,
-            column,
-        },
-        Error::InvalidBounds { .. } | Error::InvalidRowCompliance { .. } => {
-            Error::InvalidLimit { limit }
+        Error::NotFinite { row, column, .. } => {
+            Error::NotFinite { input: Input::Limit { limit }, row, column }
         }
+        Error::InvalidBounds { .. } | Error::InvalidRowCompliance { .. } => Error::InvalidLimit { limit },
         other => other,
     }
 }

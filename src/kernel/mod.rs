@@ -74,24 +74,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 }
 
-impl<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
-    P: Phases,
-> Kernel<T, N, D, C, R, S, P>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
+    Kernel<T, N, D, C, R, S, P>
 {
     /// A new kernel: an empty scene, and a solver with these phases.
     #[must_use]
     pub const fn with_phases(phases: P) -> Self {
-        Self {
-            scene: Scene::new(),
-            factor: Factor::empty(),
-            solver: Solver::with_phases(phases),
-        }
+        Self { scene: Scene::new(), factor: Factor::empty(), solver: Solver::with_phases(phases) }
     }
 
     /// Makes the kernel as new: no mass, no contacts and joint rows, no factor, nothing solved. It works in place, without a copy on the stack.
@@ -176,11 +165,7 @@ impl<
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::resume`].
-    pub fn advance(
-        &mut self,
-        free_impulse: &SVector<T, N>,
-        settings: &Settings<T>,
-    ) -> Result<bool, Error> {
+    pub fn advance(&mut self, free_impulse: &SVector<T, N>, settings: &Settings<T>) -> Result<bool, Error> {
         self.prepare()?;
         let solver = &mut self.solver;
         solver.advance(&self.scene, &self.factor, free_impulse, settings)
@@ -191,10 +176,7 @@ impl<
     ///
     /// # Errors
     /// As [`Derivative::new`].
-    pub fn derivative(
-        &self,
-        settings: &Settings<T>,
-    ) -> Result<Derivative<'_, T, N, D, C, R, S>, Error> {
+    pub fn derivative(&self, settings: &Settings<T>) -> Result<Derivative<'_, T, N, D, C, R, S>, Error> {
         Derivative::new(&self.scene, &self.factor, self.solution(), settings)
     }
 
@@ -211,8 +193,8 @@ impl<
     }
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
-    Default for Kernel<T, N, D, C, R, S>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> Default
+    for Kernel<T, N, D, C, R, S>
 {
     fn default() -> Self {
         Self::new()

@@ -4,15 +4,8 @@ use super::Kernel;
 use crate::real::Real;
 use crate::solver::{JAM_BUDGET, Phases};
 
-impl<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
-    P: Phases,
-> Kernel<T, N, D, C, R, S, P>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
+    Kernel<T, N, D, C, R, S, P>
 {
     /// Largest [`crate::Settings::budget`] with which [`Self::solve`] takes at most `microseconds` at a clock of `megahertz`; 0 if none fits.
     ///
@@ -37,11 +30,7 @@ impl<
             return budget;
         }
         let dearer = spare.saturating_sub(Self::JAM).div_euclid(Self::UNIT);
-        if dearer < JAM_BUDGET {
-            JAM_BUDGET - 1
-        } else {
-            dearer
-        }
+        if dearer < JAM_BUDGET { JAM_BUDGET - 1 } else { dearer }
     }
 
     /// Bound on the cycles of a call of [`Self::solve`] or [`Self::resume`] with this budget, in `f32` on a Cortex-M4F without wait states,
@@ -78,11 +67,7 @@ impl<
 
     /// Cycles that any budget above 0 adds: a call may exceed its budget by one piece of work, and a search for a proof follows once.
     const ONCE: usize = {
-        let proof = if P::CENTRAL_PATH {
-            3_600 * Self::ROWS + 100 * C * C * C
-        } else {
-            0
-        };
+        let proof = if P::CENTRAL_PATH { 3_600 * Self::ROWS + 100 * C * C * C } else { 0 };
         9 * Self::UNIT + 6_000 * Self::MIXED + proof
     };
 
@@ -108,10 +93,6 @@ impl<
     /// Cycles of the search for a proof of a jam.
     const JAM: usize = {
         let (n, m) = (N, Self::ROWS);
-        if P::CENTRAL_PATH {
-            700 * n * m * if n < m { n } else { m }
-        } else {
-            0
-        }
+        if P::CENTRAL_PATH { 700 * n * m * if n < m { n } else { m } } else { 0 }
     };
 }

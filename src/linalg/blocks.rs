@@ -68,11 +68,7 @@ pub(crate) fn inverse<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; 
     let diagonal = entry(0, 0) * entry(1, 1) * entry(2, 2);
     let determinant = (0..3).fold(T::ZERO, |sum, j| sum + entry(0, j) * cofactor(0, j));
     let regular = D <= 3 && determinant > T::literal(4096.0) * T::EPSILON * diagonal;
-    let shrink = if regular {
-        T::ONE / determinant
-    } else {
-        T::ZERO
-    };
+    let shrink = if regular { T::ONE / determinant } else { T::ZERO };
     from_fn(|i| from_fn(|j| shrink * cofactor(i, j)))
 }
 
@@ -138,9 +134,7 @@ pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize, const R: us
 ) {
     let target = row.contacts.as_flattened_mut();
     for k in contacts.start..contacts.end.min(D * C) {
-        subtract(target.get_mut(k), factors, rows, |row| {
-            row.contacts.as_flattened().get(k)
-        });
+        subtract(target.get_mut(k), factors, rows, |row| row.contacts.as_flattened().get(k));
     }
     for k in joints.start..joints.end.min(R) {
         subtract(row.rows.get_mut(k), factors, rows, |row| row.rows.get(k));

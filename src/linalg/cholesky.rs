@@ -122,10 +122,7 @@ fn reduce<T: Real, const N: usize, const K: usize>(
     let mut sums = *source.get(first..)?.first_chunk::<K>()?;
     for (pivot, others) in (k + 1..N).zip(below) {
         let factor = *others.get(k)? * *others.get(pivot)?;
-        for (sum, &entry) in sums
-            .iter_mut()
-            .zip(others.get(first..)?.first_chunk::<K>()?)
-        {
+        for (sum, &entry) in sums.iter_mut().zip(others.get(first..)?.first_chunk::<K>()?) {
             *sum -= factor * entry;
         }
     }

@@ -15,10 +15,7 @@ pub(crate) struct Dot2<T> {
 impl<T: Real> Dot2<T> {
     /// The sum of one number.
     pub(crate) const fn of(number: T) -> Self {
-        Self {
-            sum: number,
-            error: T::ZERO,
-        }
+        Self { sum: number, error: T::ZERO }
     }
 
     /// Adds `x y`, with the errors of Knuth's sum and of Dekker's product.

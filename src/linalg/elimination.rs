@@ -13,8 +13,8 @@ use crate::linalg::cholesky::dot;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::real::Real;
 use contact::{
-    columns_from, columns_from_mut, exchange, multipliers, store_multipliers,
-    symmetric_multipliers, triangularise,
+    columns_from, columns_from_mut, exchange, multipliers, store_multipliers, symmetric_multipliers,
+    triangularise,
 };
 use core::ops::Range;
 
@@ -40,13 +40,7 @@ pub(crate) struct Elimination<T, const D: usize, const C: usize, const R: usize>
 impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, C, R> {
     /// A layout without unknowns.
     pub(crate) const fn none() -> Self {
-        Self {
-            ends: [0; C],
-            rows: 0,
-            reciprocals: Stacked::zero(),
-            order: [[0; D]; C],
-            row_order: [0; R],
-        }
+        Self { ends: [0; C], rows: 0, reciprocals: Stacked::zero(), order: [[0; D]; C], row_order: [0; R] }
     }
 
     /// Sets the numbers of unknowns of the contacts and of all joint rows together.
@@ -89,14 +83,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
             let rows = done.last_mut()?;
             let reciprocals = self.reciprocals.contacts.get_mut(k)?;
             let order = self.order.get_mut(k)?;
-            triangularise(
-                rows,
-                columns,
-                [last, self.rows],
-                reciprocals,
-                order,
-                symmetric,
-            )?;
+            triangularise(rows, columns, [last, self.rows], reciprocals, order, symmetric)?;
             let mut block = [[T::ZERO; D]; D];
             for (block, row) in block.iter_mut().zip(&*rows) {
                 *block = columns_from(row, start)?;
@@ -106,9 +93,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
                 for (column, row) in (before..until).zip(others) {
                     let eliminated = columns_from_mut(row, start)?;
                     let (factors, first) = if symmetric {
-                        let entry = |row: &Stacked<T, D, C, R>| {
-                            row.contacts.as_flattened().get(column).copied()
-                        };
+                        let entry =
+                            |row: &Stacked<T, D, C, R>| row.contacts.as_flattened().get(column).copied();
                         (symmetric_multipliers(rows, entry, reciprocals), before)
                     } else {
                         (multipliers(eliminated, &block, reciprocals), end)
@@ -146,11 +132,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
     }
 
     /// Factorises the equations of joint rows, after elimination of the contacts.
-    fn factorise_rows(
-        &mut self,
-        rows: &mut [Stacked<T, D, C, R>; R],
-        symmetric: bool,
-    ) -> Option<()> {
+    fn factorise_rows(&mut self, rows: &mut [Stacked<T, D, C, R>; R], symmetric: bool) -> Option<()> {
         for k in 0..self.rows {
             let mut pivot = k;
             if !symmetric {
@@ -174,11 +156,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
             }
             *self.reciprocals.rows.get_mut(k)? = reciprocal;
             for (i, row) in (k + 1..self.rows).zip(below) {
-                let eliminated = if symmetric {
-                    source.get(i)?
-                } else {
-                    row.rows.get(k)?
-                };
+                let eliminated = if symmetric { source.get(i)? } else { row.rows.get(k)? };
                 let factor = *eliminated * reciprocal;
                 *row.rows.get_mut(k)? = factor;
                 let first = if symmetric { i } else { k + 1 };

@@ -27,14 +27,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Self {
             matrix: StackedMatrix::zero(),
             reciprocals: Stacked::zero(),
-            rows: Stacked {
-                contacts: [[0; D]; C],
-                rows: [0; R],
-            },
-            columns: Stacked {
-                contacts: [[0; D]; C],
-                rows: [0; R],
-            },
+            rows: Stacked { contacts: [[0; D]; C], rows: [0; R] },
+            columns: Stacked { contacts: [[0; D]; C], rows: [0; R] },
             size: 0,
             rank: 0,
         }
@@ -190,11 +184,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         }
         let mut null = Stacked::zero();
         for (i, &column) in self.columns.iter().enumerate().take(size) {
-            *null.at_mut(column)? = if i < rank {
-                -self.matrix.row(i)?.dot(&free, rank..size)
-            } else {
-                *free.at(i)?
-            };
+            *null.at_mut(column)? =
+                if i < rank { -self.matrix.row(i)?.dot(&free, rank..size) } else { *free.at(i)? };
         }
         (rank < size).then_some(null)
     }

@@ -33,10 +33,7 @@ impl<T: Real, const D: usize> Pivot<T, D> {
                 }
             }
         }
-        Some(Self {
-            lower: block,
-            reciprocals,
-        })
+        Some(Self { lower: block, reciprocals })
     }
 
     /// `L⁻¹ x`

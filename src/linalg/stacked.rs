@@ -52,10 +52,7 @@ impl<T, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
 impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R> {
     /// All zeros.
     pub(crate) const fn zero() -> Self {
-        Self {
-            contacts: [[T::ZERO; D]; C],
-            rows: [T::ZERO; R],
-        }
+        Self { contacts: [[T::ZERO; D]; C], rows: [T::ZERO; R] }
     }
 
     /// `start + step length`
@@ -82,9 +79,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
 impl<T: Real, const D: usize, const C: usize, const R: usize> StackedMatrix<T, D, C, R> {
     /// All zeros.
     pub(crate) const fn zero() -> Self {
-        Self {
-            contacts: [[Stacked::zero(); D]; C],
-            rows: [Stacked::zero(); R],
-        }
+        Self { contacts: [[Stacked::zero(); D]; C], rows: [Stacked::zero(); R] }
     }
 }

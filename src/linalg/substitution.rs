@@ -84,10 +84,7 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
         let mut known = scaled.as_slice();
         if known.first().is_some_and(|row| row.index > last) {
             let near = known.iter().rev().take_while(|row| row.index <= last);
-            known = known
-                .split_at_checked(known.len() - near.count())
-                .unwrap_or_default()
-                .1;
+            known = known.split_at_checked(known.len() - near.count()).unwrap_or_default().1;
         }
         for Scaled { entry, row, .. } in known {
             let u = row.get(index).copied().unwrap_or(T::ZERO);
@@ -133,9 +130,7 @@ fn lower_block<T: Real, const N: usize, const K: usize>(
     let (known, here) = x.split_at_mut_checked(first)?;
     let here = here.first_chunk_mut::<K>()?;
     let rows = u.get(first..)?.first_chunk::<K>()?;
-    let before = rows
-        .each_ref()
-        .map(|row| row.get(..first).unwrap_or_default());
+    let before = rows.each_ref().map(|row| row.get(..first).unwrap_or_default());
     let mut sums = *here;
     for (k, &known) in known.iter().enumerate() {
         for (sum, row) in sums.iter_mut().zip(before) {

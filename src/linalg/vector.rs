@@ -49,11 +49,7 @@ pub(crate) fn root_sum<T: Real>(residual: T, noise: T, size: T) -> T {
 /// A power of two that brings the largest of some numbers near 1. Then no square overflows, and none of a large number vanishes.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn unit<T: Real>(largest: T) -> T {
-    if largest > T::ZERO && largest.is_finite() {
-        T::power_of_two(-largest.exponent())
-    } else {
-        T::ONE
-    }
+    if largest > T::ZERO && largest.is_finite() { T::power_of_two(-largest.exponent()) } else { T::ONE }
 }
 
 /// The largest of the number `largest` and the magnitudes of `values` times `scale`. NaN does not count.

@@ -198,8 +198,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn count_stopping(&mut self) {
         let mut free = [T::ZERO; N];
-        self.factor
-            .velocity(&self.whitened, &Stacked::zero(), &mut free);
+        self.factor.velocity(&self.whitened, &Stacked::zero(), &mut free);
         let stopping = self.scene.stopping_impulse(self.sets.contacts(), &free);
         self.reference_impulse = self.r0_norm.max(stopping);
         self.counts_stopping = true;
@@ -247,11 +246,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
 
     /// Fills `u` by [`Self::velocities`], and returns [`Self::error_estimate`] there.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn velocities_and_estimate(
-        &self,
-        r: &Stacked<T, D, C, R>,
-        u: &mut Stacked<T, D, C, R>,
-    ) -> T {
+    pub(crate) fn velocities_and_estimate(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) -> T {
         self.velocities(r, u);
         self.error_estimate(r, u)
     }
@@ -287,8 +282,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
                 carried
             })
         };
-        self.sets
-            .contact_error(self.reference_impulse, u, r, noise, &carried)
+        self.sets.contact_error(self.reference_impulse, u, r, noise, &carried)
     }
 
     /// Are impulses more than `times` times as large as expected?
@@ -303,11 +297,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
 
     /// Expected impulse (N·s) of a contact or joint row with the effective mass `alpha`.
     pub(crate) fn expected(&self, alpha: T) -> T {
-        if self.scene.is_mixed() {
-            self.energy.expected(alpha)
-        } else {
-            self.reference_impulse
-        }
+        if self.scene.is_mixed() { self.energy.expected(alpha) } else { self.reference_impulse }
     }
 
     /// Can Gauss-Seidel sweeps solve the problem? They solve Coulomb's law, and the relaxation with up to two tangents.

@@ -78,11 +78,7 @@ pub(crate) fn check_finite<T: Real, const R: usize, const K: usize>(
 fn entry_not_finite<T: Real, const R: usize>(entries: &[T], input: Input) -> Error {
     let index = entries.iter().position(|entry| !entry.is_finite());
     let index = index.unwrap_or(0);
-    Error::NotFinite {
-        input,
-        row: index % R.max(1),
-        column: index.checked_div(R).unwrap_or(0),
-    }
+    Error::NotFinite { input, row: index % R.max(1), column: index.checked_div(R).unwrap_or(0) }
 }
 
 /// Are all numbers finite? A sum is not, if one of them is not, and nothing else times 0 is not 0.
@@ -119,9 +115,7 @@ pub(super) fn is_finite_and_symmetric<T: Real, const N: usize>(mass: &SMatrix<T,
 
 /// Names the first of `M_ij` and `M_ji` that differ by more than the root of `eps`.
 #[cold]
-pub(super) fn check_symmetric<T: Real, const N: usize>(
-    mass: &SMatrix<T, N, N>,
-) -> Result<(), Error> {
+pub(super) fn check_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> Result<(), Error> {
     let diagonal = |i: usize| mass.get((i, i)).copied().unwrap_or(T::ZERO);
     for (j, (column, row)) in mass.column_iter().zip(mass.row_iter()).enumerate() {
         for (k, (&below, &right)) in column.iter().zip(row.iter()).enumerate().skip(j + 1) {

@@ -62,23 +62,11 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
     ) -> Result<Self, Error> {
         const { assert!(D == K || D == 1, "a contact has all tangents or none") }
         let frame = contact_frame(normal)?;
-        let mut contact = Self {
-            mu,
-            key,
-            ..Self::none()
-        };
-        let columns = contact
-            .jacobian
-            .data
-            .0
-            .iter_mut()
-            .zip(&point_jacobian.data.0);
+        let mut contact = Self { mu, key, ..Self::none() };
+        let columns = contact.jacobian.data.0.iter_mut().zip(&point_jacobian.data.0);
         for (target, velocity) in columns {
             for (entry, axis) in target.iter_mut().zip(&frame.data.0) {
-                *entry = axis
-                    .iter()
-                    .zip(velocity)
-                    .fold(T::ZERO, |sum, (&a, &v)| sum + a * v);
+                *entry = axis.iter().zip(velocity).fold(T::ZERO, |sum, (&a, &v)| sum + a * v);
             }
         }
         Ok(contact)
@@ -101,9 +89,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 ///
 /// # Errors
 /// [`Error::InvalidParameter`] with [`Parameter::Normal`] if that is not of length 1 up to a thousandth.
-pub fn contact_frame<T: Real, const K: usize>(
-    normal: &SVector<T, K>,
-) -> Result<SMatrix<T, K, K>, Error> {
+pub fn contact_frame<T: Real, const K: usize>(normal: &SVector<T, K>) -> Result<SMatrix<T, K, K>, Error> {
     let square = normal.iter().fold(T::ZERO, |sum, &x| sum + x * x);
     let is_unit = (square - T::ONE).abs() < T::literal(2e-3);
     if !is_unit {

@@ -18,29 +18,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::ListFull`], [`Error::NotFinite`], [`Error::InvalidFriction`].
     pub fn push(&mut self, contact: &Contact<T, N, D>) -> Result<usize, Error> {
         const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
-        self.append(contact, contact.mu, &Scaling::plain())
-            .inspect_err(|_| self.refused.contact = true)
+        self.append(contact, contact.mu, &Scaling::plain()).inspect_err(|_| self.refused.contact = true)
     }
 
     /// Adds a contact with a [`Surface`] in place of its [`Contact::mu`] and returns its index. Only the first `S` contacts may have one.
     ///
     /// # Errors
     /// As [`Self::push`]; [`Error::InvalidCompliance`].
-    pub fn push_on(
-        &mut self,
-        contact: &Contact<T, N, D>,
-        surface: &Surface<T>,
-    ) -> Result<usize, Error> {
-        self.append_on(contact, surface)
-            .inspect_err(|_| self.refused.contact = true)
+    pub fn push_on(&mut self, contact: &Contact<T, N, D>, surface: &Surface<T>) -> Result<usize, Error> {
+        self.append_on(contact, surface).inspect_err(|_| self.refused.contact = true)
     }
 
     /// Adds a contact with a surface of its own.
-    fn append_on(
-        &mut self,
-        contact: &Contact<T, N, D>,
-        surface: &Surface<T>,
-    ) -> Result<usize, Error> {
+    fn append_on(&mut self, contact: &Contact<T, N, D>, surface: &Surface<T>) -> Result<usize, Error> {
         surface.check(self.counts.contacts)?;
         if (S..C).contains(&self.counts.contacts) {
             let (list, capacity) = (List::Surfaces, S);
@@ -53,18 +43,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Adds a contact with this friction coefficient.
-    fn append(
-        &mut self,
-        contact: &Contact<T, N, D>,
-        mu: T,
-        scaling: &Scaling<T, D>,
-    ) -> Result<usize, Error> {
+    fn append(&mut self, contact: &Contact<T, N, D>, mu: T, scaling: &Scaling<T, D>) -> Result<usize, Error> {
         let index = self.counts.contacts;
         let Some(target) = self.contacts.get_mut(index) else {
-            return Err(Error::ListFull {
-                list: List::Contacts,
-                capacity: C,
-            });
+            return Err(Error::ListFull { list: List::Contacts, capacity: C });
         };
         let input = Input::Jacobian { contact: index };
         check_finite(&contact.jacobian, input)?;
@@ -72,10 +54,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let print = copy_and_hash(target.jacobian.as_mut_slice(), entries, index);
         check_finite(&contact.offset, Input::Offset { contact: index })?;
         if !FrictionCone::is_valid(mu) {
-            return Err(Error::InvalidFriction {
-                contact: index,
-                row: 1,
-            });
+            return Err(Error::InvalidFriction { contact: index, row: 1 });
         }
         (target.offset, target.mu, target.key) = (contact.offset, mu, contact.key);
         if let Some(target) = self.scalings.get_mut(index) {
@@ -121,11 +100,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ///
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].
-    pub fn set_jacobian(
-        &mut self,
-        contact: usize,
-        jacobian: &SMatrix<T, D, N>,
-    ) -> Result<(), Error> {
+    pub fn set_jacobian(&mut self, contact: usize, jacobian: &SMatrix<T, D, N>) -> Result<(), Error> {
         check_finite(jacobian, Input::Jacobian { contact })?;
         self.contact_mut(contact)?;
         let before = self.contact_print(contact);
@@ -152,13 +127,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::InvalidFriction`].
     pub fn set_friction(&mut self, contact: usize, mu: T) -> Result<(), Error> {
-        let surface = self
-            .scaling(contact)
-            .copied()
-            .filter(|scaling| scaling.is_surface);
+        let surface = self.scaling(contact).copied().filter(|scaling| scaling.is_surface);
         let current = &mut self.contact_mut(contact)?.mu;
-        let fits = surface
-            .is_none_or(|scaling| scaling.has_tangents() && mu > T::ZERO && *current > T::ZERO);
+        let fits = surface.is_none_or(|scaling| scaling.has_tangents() && mu > T::ZERO && *current > T::ZERO);
         if !FrictionCone::is_valid(mu) || !fits {
             return Err(Error::InvalidFriction { contact, row: 1 });
         }
@@ -169,9 +140,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// The contacts, in the order they were added.
     #[must_use]
     pub fn contacts(&self) -> &[Contact<T, N, D>] {
-        self.contacts
-            .get(..self.counts.contacts)
-            .unwrap_or_default()
+        self.contacts.get(..self.counts.contacts).unwrap_or_default()
     }
 
     /// Index of the first contact with this [`Contact::key`].
@@ -216,8 +185,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Scaling::unscale`] of a contact: an impulse into the scaled rows, or a velocity out of them.
     #[inline]
     pub(crate) fn unscale(&self, contact: usize, x: [T; D]) -> [T; D] {
-        self.scaling(contact)
-            .map_or(x, |scaling| scaling.unscale(x))
+        self.scaling(contact).map_or(x, |scaling| scaling.unscale(x))
     }
 
     /// Sum of the fingerprints of the contacts in use.
@@ -236,24 +204,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// A contact in use.
     fn contact_mut(&mut self, contact: usize) -> Result<&mut Contact<T, N, D>, Error> {
-        let contacts = self
-            .contacts
-            .get_mut(..self.counts.contacts)
-            .unwrap_or_default();
-        contacts
-            .get_mut(contact)
-            .ok_or(Error::NoSuchContact { contact })
+        let contacts = self.contacts.get_mut(..self.counts.contacts).unwrap_or_default();
+        contacts.get_mut(contact).ok_or(Error::NoSuchContact { contact })
     }
 
     /// Finds the columns of a Jacobian that are not zero.
     fn find_support(&mut self, contact: usize) {
         let supports = self.supports.get_mut(contact);
         if let (Some(support), Some(contact)) = (supports, self.contacts.get(contact)) {
-            let groups = contact
-                .jacobian
-                .as_slice()
-                .chunks_exact(GROUP * D)
-                .enumerate();
+            let groups = contact.jacobian.as_slice().chunks_exact(GROUP * D).enumerate();
             let moved = groups.filter(|(_, group)| group.iter().any(|&entry| entry != T::ZERO));
             *support = Support::of::<N>(moved.map(|(group, _)| group * GROUP));
         }

@@ -32,13 +32,7 @@ pub struct JointRow<T, const N: usize> {
 impl<T: Real, const N: usize> JointRow<T, N> {
     /// An unused joint row.
     pub(super) const fn none() -> Self {
-        Self {
-            row: zeros(),
-            offset: T::ZERO,
-            law: RowLaw::Limit,
-            compliance: T::ZERO,
-            key: 0,
-        }
+        Self { row: zeros(), offset: T::ZERO, law: RowLaw::Limit, compliance: T::ZERO, key: 0 }
     }
 }
 

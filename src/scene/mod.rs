@@ -93,10 +93,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[must_use]
     pub const fn new() -> Self {
         const {
-            assert!(
-                N >= 1 && C + R >= 1,
-                "a scene has velocities, and room for a contact or a joint row"
-            );
+            assert!(N >= 1 && C + R >= 1, "a scene has velocities, and room for a contact or a joint row");
             assert!(S <= C, "there is room for more surfaces than contacts");
             assert!(
                 matches!(D, 1..=4 | 6),
@@ -109,10 +106,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             scalings: [Scaling::none(); S],
             supports: [Support::none(); C],
             rows: [const { JointRow::none() }; R],
-            counts: Counts {
-                contacts: 0,
-                rows: 0,
-            },
+            counts: Counts { contacts: 0, rows: 0 },
             has_surfaces: false,
             refused: Refused::none(),
             mass_print: None,
@@ -175,11 +169,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(crate) fn fingerprint(&self) -> u64 {
         let [mass, contacts, rows] = match self.mass_print {
             Some(mass) => [mass, self.contacts_print, self.rows_print],
-            None => [
-                fingerprint(self.mass.as_slice(), C + R),
-                self.prints_of_contacts(),
-                self.prints_of_rows(),
-            ],
+            None => {
+                [fingerprint(self.mass.as_slice(), C + R), self.prints_of_contacts(), self.prints_of_rows()]
+            }
         };
         let sum = mass.wrapping_add(contacts).wrapping_add(rows);
         sum.max(1)
@@ -194,9 +186,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         for row in self.rows() {
             let [lower, upper] = row.law.bounds();
-            hash = row
-                .offset
-                .hash(lower.hash(upper.hash(hash ^ u64::from(row.key))));
+            hash = row.offset.hash(lower.hash(upper.hash(hash ^ u64::from(row.key))));
         }
         hash.wrapping_add(self.fingerprint())
     }
@@ -219,8 +209,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
-    Default for Scene<T, N, D, C, R, S>
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> Default
+    for Scene<T, N, D, C, R, S>
 {
     fn default() -> Self {
         Self::new()

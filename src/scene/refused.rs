@@ -15,11 +15,7 @@ pub(super) struct Refused {
 impl Refused {
     /// None.
     pub(super) const fn none() -> Self {
-        Self {
-            mass: false,
-            contact: false,
-            row: false,
-        }
+        Self { mass: false, contact: false, row: false }
     }
 }
 

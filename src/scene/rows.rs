@@ -30,9 +30,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// [`Error::ListFull`], [`Error::NotFinite`], [`Error::InvalidBounds`], [`Error::InvalidRowCompliance`].
     pub fn push_row(&mut self, row: &JointRow<T, N>) -> Result<usize, Error> {
-        let index = self
-            .place_row(row)
-            .inspect_err(|_| self.refused.row = true)?;
+        let index = self.place_row(row).inspect_err(|_| self.refused.row = true)?;
         self.rows_print = self.rows_print.wrapping_add(self.row_print(index));
         Ok(index)
     }
@@ -46,10 +44,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return Err(Error::InvalidBounds { row: index });
         }
         check_compliance(row.compliance, index)?;
-        let target = self.rows.get_mut(index).ok_or(Error::ListFull {
-            list: List::Rows,
-            capacity: R,
-        })?;
+        let target = self.rows.get_mut(index).ok_or(Error::ListFull { list: List::Rows, capacity: R })?;
         target.clone_from(row);
         self.counts.rows += 1;
         Ok(index)
@@ -162,11 +157,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Changes a part of a joint row that belongs to the fingerprint.
-    fn replace_in_row(
-        &mut self,
-        row: usize,
-        change: impl FnOnce(&mut JointRow<T, N>),
-    ) -> Result<(), Error> {
+    fn replace_in_row(&mut self, row: usize, change: impl FnOnce(&mut JointRow<T, N>)) -> Result<(), Error> {
         change(self.row_mut(row)?);
         self.rows_print = self.prints_of_rows();
         Ok(())
@@ -175,18 +166,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
 /// The offset of a row over `N` velocities is a number.
 fn check_offset<T: Real, const N: usize>(offset: T, row: usize) -> Result<(), Error> {
-    let refused = Error::NotFinite {
-        input: Input::JointRow { row },
-        row: N,
-        column: 0,
-    };
+    let refused = Error::NotFinite { input: Input::JointRow { row }, row: N, column: 0 };
     offset.is_finite().then_some(()).ok_or(refused)
 }
 
 /// The compliance of a row is a number, and not negative.
 fn check_compliance<T: Real>(compliance: T, row: usize) -> Result<(), Error> {
     let usable = compliance >= T::ZERO && compliance.is_finite();
-    usable
-        .then_some(())
-        .ok_or(Error::InvalidRowCompliance { row })
+    usable.then_some(()).ok_or(Error::InvalidRowCompliance { row })
 }

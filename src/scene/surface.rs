@@ -36,12 +36,7 @@ impl<T: Real> Surface<T> {
     /// A rigid surface with one friction coefficient and without resistance to spin and roll.
     #[must_use]
     pub const fn isotropic(mu: T) -> Self {
-        Self {
-            friction: [mu, mu],
-            spin: T::ZERO,
-            roll: [T::ZERO; 2],
-            compliance: [T::ZERO; 2],
-        }
+        Self { friction: [mu, mu], spin: T::ZERO, roll: [T::ZERO; 2], compliance: [T::ZERO; 2] }
     }
 
     /// The coefficients in the order of the rows.
@@ -89,20 +84,12 @@ pub(crate) struct Scaling<T, const D: usize> {
 impl<T: Real, const D: usize> Scaling<T, D> {
     /// The scaling of an unused contact.
     pub(super) const fn none() -> Self {
-        Self {
-            scales: [T::ZERO; D],
-            compliance: [T::ZERO; D],
-            is_surface: false,
-        }
+        Self { scales: [T::ZERO; D], compliance: [T::ZERO; D], is_surface: false }
     }
 
     /// The scaling of a rigid contact with one friction coefficient.
     pub(super) const fn plain() -> Self {
-        Self {
-            scales: [T::ONE; D],
-            compliance: [T::ZERO; D],
-            is_surface: false,
-        }
+        Self { scales: [T::ONE; D], compliance: [T::ZERO; D], is_surface: false }
     }
 
     /// The scaling of a surface. Without friction the scale of tangents is 1, as in [`crate::Scene::push`], and that of spin and roll, which have
@@ -127,11 +114,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
                 _ => T::ZERO,
             };
         }
-        Self {
-            scales,
-            compliance,
-            is_surface: true,
-        }
+        Self { scales, compliance, is_surface: true }
     }
 
     /// Does the contact rub along a tangent?
@@ -169,9 +152,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
 
     /// Is it compliant?
     pub(crate) fn is_compliant(&self) -> bool {
-        self.compliance
-            .iter()
-            .any(|&compliance| compliance > T::ZERO)
+        self.compliance.iter().any(|&compliance| compliance > T::ZERO)
     }
 
     /// The velocity that compliance adds for an impulse in rows that are not scaled, `R r` in such rows.

@@ -40,10 +40,7 @@ pub(crate) struct VelocityNoise<T, const C: usize, const R: usize> {
 impl<T: Real> EnergyScale<T> {
     /// The scale of an empty scene.
     pub(crate) const fn none() -> Self {
-        Self {
-            unit: T::ONE,
-            floor: T::ZERO,
-        }
+        Self { unit: T::ONE, floor: T::ZERO }
     }
 
     /// The scale of these sets. `free` is `v·M v` of the free motion.
@@ -66,14 +63,9 @@ impl<T: Real> EnergyScale<T> {
         let unit = T::power_of_two(-(exponent >> 1));
         let contacts = sets.contacts().iter().map(|set| set.alone_energy(unit));
         let rows = sets.rows().iter().map(|set| set.alone_energy(unit));
-        let alone = contacts
-            .chain(rows)
-            .fold(T::ZERO, |sum, energy| sum + energy);
+        let alone = contacts.chain(rows).fold(T::ZERO, |sum, energy| sum + energy);
         let free = T::literal(SHARE) * (free * unit) * unit;
-        Self {
-            unit,
-            floor: alone.max(free),
-        }
+        Self { unit, floor: alone.max(free) }
     }
 
     /// The expected impulse (N·s) along a row of effective mass `alpha`.
@@ -161,18 +153,10 @@ impl<T: Real> EnergyScale<T> {
             }
             noises += (squares * (noise * self.unit * self.unit)).square_root();
         };
-        let contacts = sets
-            .contacts()
-            .iter()
-            .zip(u.contacts.iter().zip(&r.contacts));
+        let contacts = sets.contacts().iter().zip(u.contacts.iter().zip(&r.contacts));
         for (i, (set, (u, r))) in contacts.enumerate() {
             let noise = noise.and_then(|noise| noise.contacts.get(i));
-            add(
-                u,
-                set.q.as_slice(),
-                r,
-                noise.map_or(T::ZERO, |&[noise, _]| noise),
-            );
+            add(u, set.q.as_slice(), r, noise.map_or(T::ZERO, |&[noise, _]| noise));
         }
         let rows = sets.rows().iter().zip(u.rows.iter().zip(&r.rows));
         for (j, (set, (&u, &r))) in rows.enumerate().filter(|(_, (set, _))| set.alpha > T::ZERO) {

@@ -46,16 +46,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         Self {
             frames: [const { Frame::none() }; C],
             holds: [false; R],
-            order: EarlierIndices {
-                contacts: [0; C],
-                rows: [0; R],
-            },
+            order: EarlierIndices { contacts: [0; C], rows: [0; R] },
             elimination: Elimination::none(),
             damping: T::ZERO,
-            counts: Counts {
-                contacts: 0,
-                rows: 0,
-            },
+            counts: Counts { contacts: 0, rows: 0 },
         }
     }
 
@@ -80,10 +74,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         damping: T,
         matrix: &mut StackedMatrix<T, D, C, R>,
     ) -> Option<()> {
-        self.order = EarlierIndices {
-            contacts: from_fn(|i| i),
-            rows: from_fn(|j| j),
-        };
+        self.order = EarlierIndices { contacts: from_fn(|i| i), rows: from_fn(|j| j) };
         self.damping = damping;
         self.counts = sets.counts();
         let contacts = sets.contacts().iter().zip(&point.z.contacts);
@@ -99,8 +90,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         }
         let frames = self.frames.get(..self.counts.contacts)?;
         let unknown_rows = self.holding_rows().count();
-        self.elimination
-            .lay_out(frames.iter().map(Frame::count), unknown_rows);
+        self.elimination.lay_out(frames.iter().map(Frame::count), unknown_rows);
         let symmetric = frames.iter().all(|frame| frame.kind != Kind::Slip);
         self.assemble_contacts(delassus, symmetric, matrix)?;
         self.assemble_rows(sets, delassus, symmetric, matrix)?;
@@ -144,19 +134,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         point: &NewtonPoint<T, D, C, R>,
     ) -> bool {
         let contacts = point.p.contacts.iter().zip(&point.r.contacts);
-        let mut contacts = sets
-            .contacts()
-            .iter()
-            .zip(contacts)
-            .zip(&self.order.contacts);
+        let mut contacts = sets.contacts().iter().zip(contacts).zip(&self.order.contacts);
         let rows = sets.rows().iter().zip(&point.r.rows);
         let mut rows = rows.zip(&self.order.rows);
         self.counts == sets.counts()
             && contacts.all(|((set, (&velocity, r)), &frame)| {
                 let kind = || Kind::of(set, &velocity.into(), r);
-                self.frames
-                    .get(frame)
-                    .is_some_and(|frame| frame.kind == kind())
+                self.frames.get(frame).is_some_and(|frame| frame.kind == kind())
             })
             && rows.all(|((set, &r), &row)| self.holds.get(row) == Some(&set.holds(r)))
     }
@@ -235,8 +219,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         let mut steps = Stacked::zero();
         let contacts = residual.contacts.iter().zip(&moved.contacts);
         let contacts = contacts.zip(sets.contacts().iter().zip(order));
-        for (step, ((&residual, &moved), (set, &index))) in steps.contacts.iter_mut().zip(contacts)
-        {
+        for (step, ((&residual, &moved), (set, &index))) in steps.contacts.iter_mut().zip(contacts) {
             let unknowns = of_contacts.get(self.elimination.columns(index))?;
             let residual = SVector::from(residual) - SVector::from(moved);
             let frame = self.frames.get(index)?;

@@ -42,11 +42,7 @@ pub(crate) struct Sets<T: Real, const D: usize, const C: usize, const R: usize> 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
     /// Empty sets for as many contacts and joint rows as `counts` says.
     pub(crate) const fn of(counts: Counts) -> Self {
-        Self {
-            contacts: [ContactSet::none(); C],
-            rows: [RowSet::none(); R],
-            counts,
-        }
+        Self { contacts: [ContactSet::none(); C], rows: [RowSet::none(); R], counts }
     }
 
     /// Numbers of contacts and joint rows in use.
@@ -57,9 +53,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
     /// Sets of the contacts in use.
     #[inline]
     pub(crate) fn contacts(&self) -> &[ContactSet<T, D>] {
-        self.contacts
-            .get(..self.counts.contacts)
-            .unwrap_or_default()
+        self.contacts.get(..self.counts.contacts).unwrap_or_default()
     }
 
     /// Sets of the contacts in use, mutable.
@@ -112,13 +106,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
     /// their bounds. (The impulse of a row at its bound is known.)
     pub(crate) fn holding_rows(&self, r: &Stacked<T, D, C, R>) -> usize {
         let contacts = self.contacts().iter().zip(&r.contacts);
-        let contacts = contacts.map(|(set, r)| {
-            if *r == [T::ZERO; D] {
-                0
-            } else {
-                set.pushing_rows()
-            }
-        });
+        let contacts = contacts.map(|(set, r)| if *r == [T::ZERO; D] { 0 } else { set.pushing_rows() });
         let rows = self.rows().iter().zip(&r.rows);
         contacts.sum::<usize>() + rows.filter(|(set, r)| set.holds(**r)).count()
     }
@@ -158,16 +146,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
     }
 
     /// Fills `z_i = P_i - r_i / alpha_i`, the inverse of [`Self::split`].
-    pub(crate) fn join(
-        &self,
-        p: &Stacked<T, D, C, R>,
-        r: &Stacked<T, D, C, R>,
-        z: &mut Stacked<T, D, C, R>,
-    ) {
-        let pairs = z
-            .contacts
-            .iter_mut()
-            .zip(p.contacts.iter().zip(&r.contacts));
+    pub(crate) fn join(&self, p: &Stacked<T, D, C, R>, r: &Stacked<T, D, C, R>, z: &mut Stacked<T, D, C, R>) {
+        let pairs = z.contacts.iter_mut().zip(p.contacts.iter().zip(&r.contacts));
         for ((z, (velocity, impulse)), set) in pairs.zip(self.contacts()) {
             *z = *velocity;
             if set.alpha > T::ZERO {
@@ -243,13 +223,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         noise: &[[T; 2]],
         carried: &dyn Fn() -> T,
     ) -> T {
-        natural_map::error(
-            self.contacts(),
-            size,
-            &u.contacts,
-            &r.contacts,
-            noise,
-            carried,
-        )
+        natural_map::error(self.contacts(), size, &u.contacts, &r.contacts, noise, carried)
     }
 }

@@ -16,10 +16,7 @@ pub(crate) struct Pairs<T: Real, const D: usize, const C: usize, const R: usize>
 impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> {
     /// No pairs.
     pub(crate) const fn none() -> Self {
-        Self {
-            contacts: [Pair::none(); C],
-            rows: [RowPair::none(); R],
-        }
+        Self { contacts: [Pair::none(); C], rows: [RowPair::none(); R] }
     }
 
     /// Fills in pairs with the parameter `tau`, near the impulses `r` and the velocities `u`.
@@ -33,10 +30,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
         beta: T,
     ) {
         *self = Self::none();
-        let sources = sets
-            .contacts()
-            .iter()
-            .zip(r.contacts.iter().zip(&u.contacts));
+        let sources = sets.contacts().iter().zip(r.contacts.iter().zip(&u.contacts));
         for (pair, (set, (&r, &u))) in self.contacts.iter_mut().zip(sources) {
             let velocity = set.augmented(&u.into());
             *pair = Pair::centred(set, &r.into(), &velocity, tau, gain, beta);

@@ -63,13 +63,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
             }
             *velocity = widen(set, &(*velocity).into()).into();
         }
-        Self {
-            scalings,
-            pairs,
-            velocities,
-            matrix,
-            elimination,
-        }
+        Self { scalings, pairs, velocities, matrix, elimination }
     }
 
     /// Factorises `Λ W Λ + V⁻²`. A normal row with an equation of its own has `y_N / x_N` in place of `V⁻²`, a joint row its response.
@@ -82,8 +76,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
     ) -> Option<()> {
         let pairs = self.pairs;
         let rows = pairs.rows.iter().filter(|pair| pair.is_free).count();
-        self.elimination
-            .lay_out(pairs.contacts.iter().map(Pair::count), rows);
+        self.elimination.lay_out(pairs.contacts.iter().map(Pair::count), rows);
         let regular = T::ONE + T::literal(REGULAR) * T::EPSILON;
         self.assemble_contacts(sets, delassus, regular)?;
         self.assemble_rows(sets, delassus, regular)?;
@@ -198,9 +191,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         self.elimination.solve(self.matrix, &mut unknowns)?;
         let contacts = self.pairs.contacts.iter().zip(&goals.contacts);
         let contacts = contacts.zip(&self.scalings);
-        for (i, (step, ((pair, goal), scaling))) in
-            steps.contacts.iter_mut().zip(contacts).enumerate()
-        {
+        for (i, (step, ((pair, goal), scaling))) in steps.contacts.iter_mut().zip(contacts).enumerate() {
             let of_contacts = unknowns.contacts.as_flattened();
             let unknowns = of_contacts.get(self.elimination.columns(i))?;
             for (x, unknown) in step.x.iter_mut().zip(unknowns) {
@@ -229,10 +220,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn predict(&self, step: &mut Pairs<T, D, C, R>) -> Option<()> {
         let goals = Goals {
-            contacts: self.pairs.contacts.map(|pair| Goal {
-                cone: -pair.dual,
-                normal: -pair.normal,
-            }),
+            contacts: self.pairs.contacts.map(|pair| Goal { cone: -pair.dual, normal: -pair.normal }),
             rows: self.pairs.rows.map(|pair| pair.goals(None, T::ZERO)),
         };
         self.solve(&goals, step)
@@ -246,10 +234,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         corrected: &mut Pairs<T, D, C, R>,
     ) -> Option<()> {
         let mut goals = Goals {
-            contacts: [Goal {
-                cone: zeros(),
-                normal: T::ZERO,
-            }; C],
+            contacts: [Goal { cone: zeros(), normal: T::ZERO }; C],
             rows: from_fn(|j| {
                 let pair = self.pairs.rows.get(j);
                 pair.map_or([T::ZERO; 2], |pair| pair.goals(step.rows.get(j), tau))

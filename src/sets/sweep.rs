@@ -23,9 +23,9 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, con
         Model::Coulomb => each(sets, factor, r, u, multipliers, |local, multiplier| {
             coulomb_sweep::solve_local(local, multiplier)
         }),
-        Model::ConvexRelaxation => each(sets, factor, r, u, multipliers, |local, _| {
-            relaxed_sweep::solve_local(local)
-        }),
+        Model::ConvexRelaxation => {
+            each(sets, factor, r, u, multipliers, |local, _| relaxed_sweep::solve_local(local))
+        }
     }
 }
 
@@ -61,17 +61,10 @@ fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     let contacts = sets.contacts().iter().zip(&delassus.contacts).zip(masses);
     let unknowns = impulses.contacts.iter_mut().zip(multipliers);
     for ((i, ((set, rows), mass)), (r, multiplier)) in contacts.enumerate().zip(unknowns) {
-        let (Some(block), Some(&u)) = (block(&delassus.contacts, i, i), velocities.contacts.get(i))
-        else {
+        let (Some(block), Some(&u)) = (block(&delassus.contacts, i, i), velocities.contacts.get(i)) else {
             return;
         };
-        let local = Local {
-            set,
-            block,
-            mass,
-            u,
-            r: *r,
-        };
+        let local = Local { set, block, mass, u, r: *r };
         let new = solve_local(&local, multiplier);
         let mut taken = *r;
         for (taken, &new) in taken.iter_mut().zip(&new) {
@@ -93,11 +86,7 @@ fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             }
         }
     }
-    let rows = sets
-        .rows()
-        .iter()
-        .zip(&delassus.coupling)
-        .zip(&delassus.rows);
+    let rows = sets.rows().iter().zip(&delassus.coupling).zip(&delassus.rows);
     for ((j, ((set, coupling), row)), r) in rows.enumerate().zip(&mut impulses.rows) {
         let Some(&u) = velocities.rows.get(j) else {
             return;

@@ -103,9 +103,7 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     pub error: T,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Solution<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Solution<T, N, D, C, R> {
     /// The first contact with this key, if there is one.
     #[must_use]
     pub fn contact_by_key(&self, key: u32) -> Option<&ContactSolution<T, D>> {

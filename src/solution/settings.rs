@@ -43,11 +43,7 @@ impl<T> Settings<T> {
     /// of those are made to be hard.
     #[must_use]
     pub const fn new(tolerance: T) -> Self {
-        Self {
-            tolerance,
-            budget: 1_000,
-            model: Model::Coulomb,
-        }
+        Self { tolerance, budget: 1_000, model: Model::Coulomb }
     }
 }
 
@@ -85,13 +81,7 @@ pub struct Work {
 impl Work {
     /// No work.
     pub(crate) const fn none() -> Self {
-        Self {
-            iterations: 0,
-            sweeps: 0,
-            chord_steps: 0,
-            newton_steps: 0,
-            proof_searches: 0,
-        }
+        Self { iterations: 0, sweeps: 0, chord_steps: 0, newton_steps: 0, proof_searches: 0 }
     }
 
     /// Sum of the work in iterations of ADMM, at most the largest `usize`. A sweep and a chord step count 2; a Newton step, a step along the

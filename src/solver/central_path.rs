@@ -112,11 +112,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         if self.point.estimate < tuning::near() {
             self.point.rebuild_from_velocity(monitor.problem);
             let (merit, tried) = (self.point.merit, self.path.tried);
-            let fall = if monitor.record.is_rest_question_open() {
-                FALL_AT_REST
-            } else {
-                FALL
-            };
+            let fall = if monitor.record.is_rest_question_open() { FALL_AT_REST } else { FALL };
             if tried.is_none_or(|tried| merit * T::literal(fall) < tried) {
                 self.path.tried = Some(merit);
                 return Progress::Near;

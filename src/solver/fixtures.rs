@@ -58,10 +58,7 @@ pub(super) fn with_monitor<O>(
     push: &SVector<f64, N>,
     work: impl FnOnce(&mut Monitor<'_, '_, f64, N, D, C, 0, 0>) -> O,
 ) -> Result<O, Error> {
-    let settings = Settings {
-        budget: 100,
-        ..Settings::new(1e-9)
-    };
+    let settings = Settings { budget: 100, ..Settings::new(1e-9) };
     let (mut solution, mut record) = (Solution::none(), Record::none());
     record.begin();
     with_problem(scene, push, |problem| {

@@ -52,9 +52,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     fn look_for_jam(&mut self, present: &Stacked<T, D, C, R>) {
         let scene = self.problem.scene;
         let ratio = T::literal(DOUBTFUL_IMPULSE_RATIO);
-        let are_doubtful = [present, &self.record.best]
-            .iter()
-            .any(|r| self.problem.exceeds(r, ratio));
+        let are_doubtful = [present, &self.record.best].iter().any(|r| self.problem.exceeds(r, ratio));
         if !are_doubtful || !scene.is_conceivably_infeasible() {
             return;
         }
@@ -62,9 +60,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut closing = T::ZERO;
         let mut asked = T::ZERO;
         for (found, contact) in self.solution.contacts.iter().zip(scene.contacts()) {
-            if let (Some(&u), Some(&w)) =
-                (found.velocity.iter().next(), contact.offset.iter().next())
-            {
+            if let (Some(&u), Some(&w)) = (found.velocity.iter().next(), contact.offset.iter().next()) {
                 (closing, asked) = (at_least(-u, closing), at_least(-w, asked));
             }
         }

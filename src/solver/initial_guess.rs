@@ -32,9 +32,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         let threshold = self.open_threshold();
         let rows = self.sets.rows().iter();
-        let mut holding = rows
-            .filter(|set| set.holds(set.solve_local(T::ZERO, set.q)))
-            .count();
+        let mut holding = rows.filter(|set| set.holds(set.solve_local(T::ZERO, set.q))).count();
         let (mut demand, mut grip) = (T::ZERO, T::ZERO);
         for set in self.sets.contacts() {
             let (normal, tangent) = split(&set.q);

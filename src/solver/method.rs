@@ -57,11 +57,7 @@ pub(crate) struct Method<T: Real, const D: usize, const C: usize, const R: usize
 impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<T, D, C, R, P> {
     /// The state before any solve.
     pub(crate) const fn none(phases: P) -> Self {
-        Self {
-            phase: Phase::Idle,
-            state: State::none(),
-            phases,
-        }
+        Self { phase: Phase::Idle, state: State::none(), phases }
     }
 
     /// Forgets the kept Jacobian.
@@ -88,11 +84,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         let (problem, point) = (&*monitor.problem, &mut self.state.point);
         let kind = warm_start.start(problem, start, self.phases, point);
         self.state.consider(monitor);
-        self.phase = if monitor.must_return() {
-            Phase::Start(kind)
-        } else {
-            self.start(monitor, warm_start, kind)
-        };
+        self.phase =
+            if monitor.must_return() { Phase::Start(kind) } else { self.start(monitor, warm_start, kind) };
     }
 
     /// The first phase of a solve.
@@ -117,9 +110,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
         if P::CENTRAL_PATH && warm_start.is_disturbed && monitor.is_over() {
             warm_start.is_disturbed = false;
-            if monitor.problem.is_likely_to_stick()
-                && warm_start.is_at_rest(monitor.problem, tolerance)
-            {
+            if monitor.problem.is_likely_to_stick() && warm_start.is_at_rest(monitor.problem, tolerance) {
                 monitor.begin_centring();
                 return self.begin_guess(monitor, Newton::centring());
             }
@@ -201,9 +192,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         match progress {
             Progress::Far => Phase::CentralPath,
             Progress::Near => Phase::Newton(Newton::finish()),
-            Progress::Jammed if monitor.record.is_rest_question_open() => {
-                self.after_rest_question(monitor)
-            }
+            Progress::Jammed if monitor.record.is_rest_question_open() => self.after_rest_question(monitor),
             Progress::Jammed => {
                 if self.state.leave_jam(monitor) {
                     Phase::Newton(Newton::finish())
@@ -329,9 +318,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 self.state.sweep_for_longer();
                 Phase::Sweeps
             }
-            Origin::LastSolution
-                if P::CENTRAL_PATH && monitor.record.rest == RestQuestion::Pending =>
-            {
+            Origin::LastSolution if P::CENTRAL_PATH && monitor.record.rest == RestQuestion::Pending => {
                 monitor.open_rest_question(RestQuestion::Open);
                 self.begin_newton(monitor, Newton::new())
             }

@@ -61,23 +61,15 @@ pub(crate) use record::Call;
 /// # Ok::<(), stiction::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Solver<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize = 0,
-    P = AllPhases,
-> {
+pub struct Solver<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0, P = AllPhases>
+{
     solution: Solution<T, N, D, C, R>,
     warm_start: WarmStart<T, D, C, R>,
     record: Record<T, D, C, R>,
     method: Method<T, D, C, R, P>,
 }
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Solver<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Solver<T, N, D, C, R> {
     /// A new solver with all phases; [`Self::with_phases`] chooses others.
     #[must_use]
     pub const fn new() -> Self {
@@ -306,20 +298,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         let replaces = call != Call::Begin;
         self.warm_start.keep(scene, u, r, replaces);
         if call != Call::Resume {
-            self.record
-                .pause(|| fingerprint(scene, free_impulse, settings));
+            self.record.pause(|| fingerprint(scene, free_impulse, settings));
         }
         Ok(())
     }
 }
 
 /// The data of a call: scene, factor, free impulse and settings.
-type Data<'a, T, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> = (
-    &'a Scene<T, N, D, C, R, S>,
-    &'a Factor<T, N, D, C, R>,
-    &'a SVector<T, N>,
-    &'a Settings<T>,
-);
+type Data<'a, T, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> =
+    (&'a Scene<T, N, D, C, R, S>, &'a Factor<T, N, D, C, R>, &'a SVector<T, N>, &'a Settings<T>);
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Default
     for Solver<T, N, D, C, R>

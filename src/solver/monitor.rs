@@ -43,16 +43,8 @@ pub(crate) struct Monitor<
     call: Call,
 }
 
-impl<
-    's,
-    'a,
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
-> Monitor<'s, 'a, T, N, D, C, R, S>
+impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Monitor<'s, 'a, T, N, D, C, R, S>
 {
     /// The monitor of a call. If the call resumes a solve, the problem takes over the corrections that the record keeps.
     pub(crate) fn new(
@@ -77,14 +69,7 @@ impl<
             solution.work = Work::none();
         }
         let work_limit = solution.work.total().saturating_add(settings.budget);
-        Self {
-            problem,
-            solution,
-            record,
-            settings,
-            work_limit,
-            call,
-        }
+        Self { problem, solution, record, settings, work_limit, call }
     }
 
     /// The tolerance of the call.
@@ -141,12 +126,7 @@ impl<
     }
 
     /// Keeps impulses if their estimate is the least so far. If it is within the tolerance, a [check](Self::judge) of their error is due.
-    pub(crate) fn consider(
-        &mut self,
-        r: &Stacked<T, D, C, R>,
-        u: &Stacked<T, D, C, R>,
-        mut estimate: T,
-    ) {
+    pub(crate) fn consider(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, mut estimate: T) {
         let tolerance = self.settings.tolerance;
         if estimate <= tolerance && self.problem.has_unexpected_impulse(r) {
             self.count_stopping();
@@ -156,11 +136,7 @@ impl<
             self.count_stopping();
             estimate = self.problem.error_estimate(r, u);
         }
-        if self
-            .record
-            .best_estimate
-            .is_some_and(|best| estimate >= best)
-        {
+        if self.record.best_estimate.is_some_and(|best| estimate >= best) {
             return;
         }
         self.record.best = *r;
@@ -265,8 +241,8 @@ impl<
     /// If the solve is not over, the present impulses and those that the last call wrote are candidates, too.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn finish(&mut self, present: &Stacked<T, D, C, R>) {
-        let was_written = self.call == Call::Resume
-            && matches!(self.solution.status, Status::OutOfBudget | Status::Jammed);
+        let was_written =
+            self.call == Call::Resume && matches!(self.solution.status, Status::OutOfBudget | Status::Jammed);
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,
             status => status,
@@ -298,8 +274,7 @@ impl<
         if !self.solution.has_numbers() {
             // Squares overflow: zero impulses are written.
             let none = Stacked::zero();
-            self.problem
-                .evaluate(&none, (T::ZERO, false), self.solution);
+            self.problem.evaluate(&none, (T::ZERO, false), self.solution);
         }
     }
 

@@ -71,46 +71,28 @@ impl Newton {
 
     /// Begins on the central path.
     pub(crate) fn finish() -> Self {
-        Self {
-            origin: Origin::Path,
-            ..Self::new()
-        }
+        Self { origin: Origin::Path, ..Self::new() }
     }
 
     /// Begins at the guess that all contacts stick.
     pub(crate) fn guessed() -> Self {
-        Self {
-            may_raise_merit: true,
-            origin: Origin::Guess,
-            ..Self::new()
-        }
+        Self { may_raise_merit: true, origin: Origin::Guess, ..Self::new() }
     }
 
     /// Begins at the same guess, to move impulses away from the boundaries of their cones with one Jacobian.
     pub(crate) fn centring() -> Self {
-        Self {
-            remaining_steps: 2,
-            ..Self::guessed()
-        }
+        Self { remaining_steps: 2, ..Self::guessed() }
     }
 
     /// Begins at the last solution.
     pub(crate) fn warm(sweeps_first: bool) -> Self {
-        Self {
-            reuse: true,
-            sweeps_first,
-            origin: Origin::LastSolution,
-            ..Self::new()
-        }
+        Self { reuse: true, sweeps_first, origin: Origin::LastSolution, ..Self::new() }
     }
 
     /// Newton's method with one remaining step.
     #[cfg(test)]
     fn with_one_step() -> Self {
-        Self {
-            remaining_steps: 1,
-            ..Self::new()
-        }
+        Self { remaining_steps: 1, ..Self::new() }
     }
 
     /// Damping `λ` after Levenberg and Marquardt. It falls with the estimate of the error to a floor set by the rounding of `W`, so that the
@@ -139,11 +121,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         mut newton: Newton,
     ) -> Outcome {
-        let chord = if newton.reuse {
-            self.chord_steps(monitor, &mut newton.reuse)
-        } else {
-            Chord::Unavailable
-        };
+        let chord =
+            if newton.reuse { self.chord_steps(monitor, &mut newton.reuse) } else { Chord::Unavailable };
         let accepted = match chord {
             Chord::Accepted => true,
             _ if newton.sweeps_first => return Outcome::NoJacobian,
@@ -234,11 +213,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let computed = jacobian.compute(sets, delassus, &self.point, damping, matrix);
         self.holds_jacobian = computed.is_some();
         let step = computed.and_then(|()| {
-            let residual = if centred {
-                self.jacobian.centred(&self.point)
-            } else {
-                self.point.residual
-            };
+            let residual = if centred { self.jacobian.centred(&self.point) } else { self.point.residual };
             self.jacobian.step(sets, delassus, &residual, &self.matrix)
         });
         let before = self.point.merit;

@@ -57,10 +57,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> NewtonPoint<T, D, 
 
     /// Evaluates `z`: computes `P`, `r`, `u`, residual, merit and estimate.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn update<const N: usize, const S: usize>(
-        &mut self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-    ) {
+    pub(crate) fn update<const N: usize, const S: usize>(&mut self, problem: &Problem<'_, T, N, D, C, R, S>) {
         let sets = &problem.sets;
         sets.split(&self.z, &mut self.p, &mut self.r, &mut self.residual);
         self.evaluate_impulses(problem);

@@ -45,10 +45,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
 
     /// Are the best impulses a solution, to fall back on if the rest question is closed without an answer?
     pub(super) fn has_fallback(&self) -> bool {
-        matches!(
-            self.rest,
-            RestQuestion::OpenWithSolution | RestQuestion::Centring
-        )
+        matches!(self.rest, RestQuestion::OpenWithSolution | RestQuestion::Centring)
     }
 }
 
@@ -70,12 +67,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// The motion of all contacts, or only of the loaded ones.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn motion(
-        &self,
-        r: &Stacked<T, D, C, R>,
-        u: &Stacked<T, D, C, R>,
-        only_loaded: bool,
-    ) -> Motion<T> {
+    fn motion(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, only_loaded: bool) -> Motion<T> {
         let mut moved = T::ZERO;
         let values = r.contacts.iter().zip(&u.contacts);
         for (set, (r, u)) in self.sets.contacts().iter().zip(values) {
@@ -84,11 +76,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
         }
         let expected = self.reference_impulse * self.reference_impulse;
-        Motion {
-            moved,
-            expected,
-            size: r.contact_square().max(expected),
-        }
+        Motion { moved, expected, size: r.contact_square().max(expected) }
     }
 
     /// Includes De Saxcé's shift in the contact law (Coulomb's law), or leaves it out (the relaxation).
@@ -178,8 +166,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Does the last solution solve the scene, but move loaded contacts?
     pub(super) fn creeps(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
         let share = self.tolerance() * T::literal(CREEPS);
-        self.record.status == Status::Solved
-            && self.problem.loaded_contacts_move(&point.r, &point.u, share)
+        self.record.status == Status::Solved && self.problem.loaded_contacts_move(&point.r, &point.u, share)
     }
 
     /// Returns true, and opens the rest question, if all bodies were at rest and the solution does not solve the relaxation.
@@ -280,8 +267,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.problem.set_shift(true);
         if has_fallback {
             let (best, tolerance) = (self.record.best, self.tolerance());
-            self.problem
-                .evaluate(&best, (tolerance, true), self.solution);
+            self.problem.evaluate(&best, (tolerance, true), self.solution);
             self.stop(Status::Solved);
         }
         has_fallback.then_some(self.record.best)

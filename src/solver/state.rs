@@ -91,13 +91,7 @@ pub(crate) struct Sweeps<T, const C: usize> {
 impl<T: Real, const C: usize> Sweeps<T, C> {
     /// The state before the first sweep.
     pub(crate) const fn none() -> Self {
-        Self {
-            multipliers: [T::ZERO; C],
-            done: 0,
-            at_least: 0,
-            is_cold: false,
-            lead_to_path: false,
-        }
+        Self { multipliers: [T::ZERO; C], done: 0, at_least: 0, is_cold: false, lead_to_path: false }
     }
 }
 

@@ -38,19 +38,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        self.sweeps = Sweeps {
-            is_cold: monitor.problem.sets.are_at_rest(&self.point.r),
-            ..Sweeps::none()
-        };
+        self.sweeps = Sweeps { is_cold: monitor.problem.sets.are_at_rest(&self.point.r), ..Sweeps::none() };
     }
 
     /// Newton's method as it follows the sweeps.
     pub(super) fn newton_after_sweeps(&self) -> Newton {
-        if self.sweeps.is_cold {
-            Newton::new()
-        } else {
-            Newton::warm(false)
-        }
+        if self.sweeps.is_cold { Newton::new() } else { Newton::warm(false) }
     }
 
     /// Begins sweeps after a rejected Newton step: a few, and twice as many each next time.
@@ -64,10 +57,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     /// Begins sweeps that the central path follows.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn sweep_before_path(&mut self) {
-        self.sweeps = Sweeps {
-            lead_to_path: true,
-            ..Sweeps::none()
-        };
+        self.sweeps = Sweeps { lead_to_path: true, ..Sweeps::none() };
     }
 
     /// Computes the velocities again if a check of the error may have corrected their constant terms.
@@ -88,12 +78,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         monitor.solution.work.sweeps += 1;
         let (r, u) = (&mut self.point.r, &mut self.point.u);
-        let Problem {
-            sets,
-            factor,
-            model,
-            ..
-        } = &*monitor.problem;
+        let Problem { sets, factor, model, .. } = &*monitor.problem;
         sweep::sweep(sets, factor, *model, r, u, &mut self.sweeps.multipliers);
     }
 
@@ -156,11 +141,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
                 || after_five <= tolerance
                 || sweeps.done < sweeps.at_least
         };
-        if estimate > tolerance && pays {
-            Pace::Continue
-        } else {
-            Pace::Enough
-        }
+        if estimate > tolerance && pays { Pace::Continue } else { Pace::Enough }
     }
 }
 

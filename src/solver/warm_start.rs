@@ -71,11 +71,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     }
 
     /// Replaces the last solve by given impulses, each with the key of its contact or joint row.
-    pub(crate) fn set(
-        &mut self,
-        contacts: &[(u32, SVector<T, D>)],
-        rows: &[(u32, T)],
-    ) -> Result<(), Error> {
+    pub(crate) fn set(&mut self, contacts: &[(u32, SVector<T, D>)], rows: &[(u32, T)]) -> Result<(), Error> {
         let fits = |given: usize, list: List, capacity: usize| {
             let full = Error::ListFull { list, capacity };
             (given <= capacity).then_some(()).ok_or(full)
@@ -88,8 +84,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         for (row, &(_, r)) in rows.iter().enumerate() {
             check_finite(&SVector::from([r]), Input::InitialRowImpulse { row })?;
         }
-        self.contacts
-            .set(contacts.iter().map(|&(key, r)| (key, r.into())));
+        self.contacts.set(contacts.iter().map(|&(key, r)| (key, r.into())));
         self.rows.set(rows.iter().map(|&(key, r)| (key, [r])));
         Ok(())
     }
@@ -116,10 +111,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         if self.is_cold() || !moved && !rows_moved {
             return None;
         }
-        let mut earlier_indices = EarlierIndices {
-            contacts: from_fn(|i| i),
-            rows: from_fn(|j| j),
-        };
+        let mut earlier_indices = EarlierIndices { contacts: from_fn(|i| i), rows: from_fn(|j| j) };
         if moved {
             earlier_indices.contacts = self.contacts.reorder(contacts());
         }
@@ -165,9 +157,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     ) {
         let values = u.contacts.iter_mut().zip(&mut r.contacts);
         for (i, ((u, r), entry)) in values.zip(&self.contacts.entries).enumerate() {
-            let known = entry
-                .as_ref()
-                .map(|entry| (scene.scale(i, entry.u), scene.unscale(i, entry.r)));
+            let known = entry.as_ref().map(|entry| (scene.scale(i, entry.u), scene.unscale(i, entry.r)));
             (*u, *r) = known.unwrap_or(([T::ZERO; D], [T::ZERO; D]));
         }
         let values = u.rows.iter_mut().zip(&mut r.rows);
@@ -206,8 +196,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         let rest = point.estimate;
         if !self.is_cold() && rest > tolerance {
             self.impulses(problem, false, &mut point.r);
-            let unique =
-                problem.can_be_swept() && !problem.is_redundant(problem.sets.free_rows(&point.r));
+            let unique = problem.can_be_swept() && !problem.is_redundant(problem.sets.free_rows(&point.r));
             if unique && onwards {
                 self.extrapolate(problem, tolerance, point);
             } else if unique || !P::NEWTON {
@@ -217,11 +206,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
             }
             let ratio = T::literal(MAX_IMPULSE_RATIO);
             if point.estimate < rest && !problem.exceeds(&point.r, ratio) {
-                return if unique {
-                    WarmStartKind::Isostatic
-                } else {
-                    WarmStartKind::Hyperstatic
-                };
+                return if unique { WarmStartKind::Isostatic } else { WarmStartKind::Hyperstatic };
             }
             point.set_zero_impulse(problem);
         }
@@ -256,12 +241,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         onwards: bool,
         r: &mut Stacked<T, D, C, R>,
     ) {
-        for (i, (r, entry)) in r
-            .contacts
-            .iter_mut()
-            .zip(&self.contacts.entries)
-            .enumerate()
-        {
+        for (i, (r, entry)) in r.contacts.iter_mut().zip(&self.contacts.entries).enumerate() {
             if let Some(entry) = entry {
                 *r = problem.scene.unscale(i, entry.impulse(onwards));
             }
@@ -322,8 +302,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
 
     /// Do all `ũ` and `r` come from a solve? (Given impulses have no `ũ`.)
     fn is_a_solution(&self) -> bool {
-        self.contacts.known().all(|entry| entry.solves > 0)
-            && self.rows.known().all(|entry| entry.solves > 0)
+        self.contacts.known().all(|entry| entry.solves > 0) && self.rows.known().all(|entry| entry.solves > 0)
     }
 
     /// Moves the point to the last `z = ũ - r / alpha`.

@@ -59,11 +59,7 @@ impl<T: Real> Suction<T> {
     ///
     /// # Errors
     /// As of [`Self::push_back`].
-    pub fn impulse<const D: usize>(
-        &self,
-        solved: &SVector<T, D>,
-        step: T,
-    ) -> Result<SVector<T, D>, Error> {
+    pub fn impulse<const D: usize>(&self, solved: &SVector<T, D>, step: T) -> Result<SVector<T, D>, Error> {
         let mut impulse = *solved;
         crate::cone::add_to_normal(&mut impulse, -self.pull(step)?);
         Ok(impulse)

@@ -12,11 +12,7 @@ impl Parameter {
 
     /// The number, if it fulfils the requirement.
     fn checked<T>(self, number: T, fulfils: bool) -> Result<T, Error> {
-        if fulfils {
-            Ok(number)
-        } else {
-            Err(self.error())
-        }
+        if fulfils { Ok(number) } else { Err(self.error()) }
     }
 
     /// The number, if it is finite.

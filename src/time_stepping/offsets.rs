@@ -36,11 +36,7 @@ pub struct Gap<T> {
 impl<T: Real> Default for Gap<T> {
     fn default() -> Self {
         let infinity = T::INFINITY;
-        Self {
-            distance: T::ZERO,
-            recovery: infinity,
-            reach: infinity,
-        }
+        Self { distance: T::ZERO, recovery: infinity, reach: infinity }
     }
 }
 
@@ -62,10 +58,7 @@ pub(super) fn closing_speed<T: Real>(
     duration: Result<T, Error>,
 ) -> Result<T, Error> {
     let distance = name.distance(gap.distance)?;
-    let (least, most) = (
-        -Parameter::Recovery.bound(gap.recovery)?,
-        Parameter::Reach.bound(gap.reach)?,
-    );
+    let (least, most) = (-Parameter::Recovery.bound(gap.recovery)?, Parameter::Reach.bound(gap.reach)?);
     let speed = distance / duration?;
     // `min` and `max` may return a zero of either sign.
     name.finite(if speed < least {
@@ -118,11 +111,7 @@ impl<T: Real> Spring<T> {
     /// As of [`Gap::offset`], and [`Parameter::Relaxation`].
     pub fn offset(&self, gap: &Gap<T>, step: T) -> Result<T, Error> {
         let recovery = T::INFINITY;
-        closing_speed(
-            Parameter::Gap,
-            &Gap { recovery, ..*gap },
-            self.duration(step),
-        )
+        closing_speed(Parameter::Gap, &Gap { recovery, ..*gap }, self.duration(step))
     }
 
     /// The time `h + τ` (s) in which a compliant contact closes.
@@ -175,11 +164,7 @@ impl<T: Real> Restitution<T> {
         let threshold = Parameter::Threshold.not_negative(self.threshold)?;
         let gap_offset = Parameter::GapOffset.finite(gap_offset)?;
         let closes = approach < -threshold && gap_offset + approach <= T::ZERO;
-        Ok(if closes && bounce < T::ZERO {
-            bounce.min(gap_offset)
-        } else {
-            gap_offset
-        })
+        Ok(if closes && bounce < T::ZERO { bounce.min(gap_offset) } else { gap_offset })
     }
 }
 

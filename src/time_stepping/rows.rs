@@ -158,13 +158,7 @@ impl<T: Real> Motor<T> {
                 Parameter::Feedforward.error()
             });
         }
-        Ok(JointRow {
-            row,
-            offset,
-            law,
-            compliance: reciprocal(step, gain, Parameter::MotorGains)?,
-            key,
-        })
+        Ok(JointRow { row, offset, law, compliance: reciprocal(step, gain, Parameter::MotorGains)?, key })
     }
 }
 
@@ -191,10 +185,7 @@ pub struct ClosedLoop<T> {
 
 impl<T: Real> Default for ClosedLoop<T> {
     fn default() -> Self {
-        Self {
-            drift: T::ZERO,
-            recovery: T::INFINITY,
-        }
+        Self { drift: T::ZERO, recovery: T::INFINITY }
     }
 }
 
@@ -226,21 +217,12 @@ const fn rigid<T: Real, const N: usize>(
     law: RowLaw<T>,
     key: u32,
 ) -> JointRow<T, N> {
-    JointRow {
-        row,
-        offset,
-        law,
-        compliance: T::ZERO,
-        key,
-    }
+    JointRow { row, offset, law, compliance: T::ZERO, key }
 }
 
 /// The box of the impulses of torques within `±torque` over a step.
 fn within<T: Real>(name: Parameter, torque: T, step: T) -> Result<RowLaw<T>, Error> {
     let torque = name.not_negative(torque)?;
     let upper = name.finite(Parameter::Step.positive(step)? * torque)?;
-    Ok(RowLaw::Box {
-        lower: -upper,
-        upper,
-    })
+    Ok(RowLaw::Box { lower: -upper, upper })
 }

@@ -102,10 +102,8 @@ fn ball(mu: f64) -> Result<Body, Error> {
 fn a_ball_that_slides_and_then_rolls_moves_as_differences_say() -> Result<(), Error> {
     let mu = 0.2;
     // Backspin and sidespin: the slide turns.
-    let (start, weight) = (
-        vector![1.0, 0.3, 0.0, 4.0, -9.0, 2.0],
-        vector![0.0, 0.0, -GRAVITY, 0.0, 0.0, 0.0],
-    );
+    let (start, weight) =
+        (vector![1.0, 0.3, 0.0, 4.0, -9.0, 2.0], vector![0.0, 0.0, -GRAVITY, 0.0, 0.0, 0.0]);
     let body = ball(mu)?;
     let (kernels, _) = roll(&body, &start, &weight)?;
     let mode = |kernel: &Body| kernel.solution().contacts[0].mode;
@@ -115,10 +113,7 @@ fn a_ball_that_slides_and_then_rolls_moves_as_differences_say() -> Result<(), Er
     let end = |h: f64| -> Result<[Vector; 2], Error> {
         let body = ball(mu * (1.0 + h))?;
         let (_, velocities) = roll(&body, &(start + direction * h), &weight)?;
-        Ok([
-            velocities[STEPS - 1],
-            velocities.iter().sum::<Vector>() * STEP,
-        ])
+        Ok([velocities[STEPS - 1], velocities.iter().sum::<Vector>() * STEP])
     };
     let difference = |h: f64| -> Result<[Vector; 2], Error> {
         let ([v, x], [v_back, x_back]) = (end(h)?, end(-h)?);

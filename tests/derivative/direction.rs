@@ -85,23 +85,14 @@ pub(crate) fn moved(file: &MixedFile, seed: u64, what: What, h: f64) -> MixedFil
     }
     for joint in &mut moved.joints {
         joint.offset += h * speed * draws.next();
-        joint
-            .row
-            .iter_mut()
-            .for_each(|entry| *entry *= 1.0 + h * draws.next());
+        joint.row.iter_mut().for_each(|entry| *entry *= 1.0 + h * draws.next());
         joint.compliance *= 1.0 + h * draws.next();
     }
     moved
 }
 
 /// The same direction as the derivative takes it, from the scene, the scene moved to `h = 1`, and the solution.
-pub(crate) fn inputs<
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
+pub(crate) fn inputs<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
     (file, scene): (&MixedFile, &Scene<f64, N, D, C, R, S>),
     (moved_file, moved): (&MixedFile, &Scene<f64, N, D, C, R, S>),
     solution: &Solution<f64, N, D, C, R>,
@@ -135,15 +126,11 @@ pub(crate) fn inputs<
         let change = other.row - row.row;
         let impulse = solution.rows[j].impulse;
         inputs.free_impulse += change * impulse;
-        inputs.row_offsets[j] = other.offset - row.offset
-            + change.dot(v)
-            + (other.compliance - row.compliance) * impulse;
+        inputs.row_offsets[j] =
+            other.offset - row.offset + change.dot(v) + (other.compliance - row.compliance) * impulse;
         if let (
             stiction::RowLaw::Box { lower, upper },
-            stiction::RowLaw::Box {
-                lower: lower_moved,
-                upper: upper_moved,
-            },
+            stiction::RowLaw::Box { lower: lower_moved, upper: upper_moved },
         ) = (row.law, other.law)
         {
             inputs.bounds[j] = [lower_moved - lower, upper_moved - upper];

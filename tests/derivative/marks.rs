@@ -2,9 +2,7 @@
 
 use crate::support::boxes::{BRICK, BoxScene};
 use nalgebra::{Matrix2, Vector3, matrix, vector};
-use stiction::{
-    Contact, ContactMode, Derivative, Error, Factor, Inputs, Kernel, Outputs, Settings, Solver,
-};
+use stiction::{Contact, ContactMode, Derivative, Error, Factor, Inputs, Kernel, Outputs, Settings, Solver};
 
 const SETTINGS: Settings<f64> = Settings::new(1e-12);
 
@@ -55,12 +53,7 @@ fn block(push: [f64; 2]) -> Result<Kernel<f64, 2, 2, 2>, Error> {
     let mut kernel = Kernel::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * 2.0))?;
     let (jacobian, offset) = (matrix![0.0, 1.0; 1.0, 0.0], vector![0.0, 0.0]);
-    let contact = Contact {
-        jacobian,
-        offset,
-        mu: 0.5,
-        key: 0,
-    };
+    let contact = Contact { jacobian, offset, mu: 0.5, key: 0 };
     kernel.scene_mut().push(&contact)?;
     kernel.solve(&push.into(), &SETTINGS)?;
     Ok(kernel)
@@ -134,10 +127,7 @@ fn single_precision_gives_the_same_to_its_digits() -> Result<(), Error> {
     let (one, other) = (one.adjoint(&weights), other.adjoint(&weights_32));
     for (a, b) in one.free_impulse.iter().zip(&other.free_impulse) {
         let scale = one.free_impulse.amax();
-        assert!(
-            (a - f64::from(*b)).abs() < 1e-4 * scale,
-            "{one:?} {other:?}"
-        );
+        assert!((a - f64::from(*b)).abs() < 1e-4 * scale, "{one:?} {other:?}");
     }
     Ok(())
 }

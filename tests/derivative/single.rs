@@ -66,10 +66,7 @@ fn compare(file: &MixedFile, compared: &mut usize, failures: &mut Vec<String>) {
     let error = energy(&difference).sqrt();
     *compared += 1;
     if error > 1e-3 || double.unique != single.unique {
-        failures.push(format!(
-            "{}: {error:.1e}, unique {} {}",
-            file.name, double.unique, single.unique
-        ));
+        failures.push(format!("{}: {error:.1e}, unique {} {}", file.name, double.unique, single.unique));
     }
 }
 

@@ -20,11 +20,7 @@ pub(super) fn cases() -> ProptestConfig {
 
 /// Numbers whose squares of squares neither overflow nor vanish in the number type of a scene, nor in f64.
 pub(super) fn is_tame<'a, T: Real>(numbers: impl IntoIterator<Item = &'a f64>) -> bool {
-    let largest = if T::EPSILON < T::literal(1e-10) {
-        1e12
-    } else {
-        1e8
-    };
+    let largest = if T::EPSILON < T::literal(1e-10) { 1e12 } else { 1e8 };
     let mut numbers = numbers.into_iter();
     numbers.all(|x| *x == 0.0 || (1.0 / largest..largest).contains(&x.abs()))
 }

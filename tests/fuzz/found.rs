@@ -27,10 +27,7 @@ fn a_push_beyond_all_squares_gives_numbers() -> Result<(), Error> {
     let push = vector![0.0, -7.904_247_334_010_491e154, 0.0];
     let solution = kernel.solve(&push, &Settings::new(1e-9))?;
     assert!(!solution.is_solved());
-    let impulses = solution
-        .contacts
-        .iter()
-        .flat_map(|contact| contact.impulse.iter());
+    let impulses = solution.contacts.iter().flat_map(|contact| contact.impulse.iter());
     assert!(impulses.chain(&solution.velocity).all(|x| x.is_finite()));
     Ok(())
 }
@@ -125,12 +122,7 @@ fn contacts_alone_are_solved_where_there_is_room_for_joint_rows() {
 fn an_impulse_that_vanishes_is_no_solution() -> Result<(), Error> {
     let mut scene = Scene::<f32, 1, 1, 1>::new();
     scene.set_mass(&matrix![1.0])?;
-    scene.push(&Contact {
-        jacobian: matrix![1e18],
-        offset: vector![0.0],
-        mu: 0.0,
-        key: 0,
-    })?;
+    scene.push(&Contact { jacobian: matrix![1e18], offset: vector![0.0], mu: 0.0, key: 0 })?;
     let (factor, push) = (AdmmFactor::new(&scene)?, vector![-1e-30]);
     let (mut solver, mut admm) = (Solver::new(), AdmmSolver::new());
     let settings = Settings::new(1e-4);
@@ -146,12 +138,7 @@ fn an_impulse_that_vanishes_is_no_solution() -> Result<(), Error> {
 fn a_mass_that_vanishes_is_named() -> Result<(), Error> {
     let mut scene = Scene::<f32, 2, 1, 1>::new();
     scene.set_mass(&matrix![1.0, 0.0; 0.0, 1e-40])?;
-    scene.push(&Contact {
-        jacobian: matrix![1.0, 0.0],
-        offset: vector![0.0],
-        mu: 0.0,
-        key: 0,
-    })?;
+    scene.push(&Contact { jacobian: matrix![1.0, 0.0], offset: vector![0.0], mu: 0.0, key: 0 })?;
     let refused = Factor::new(&scene).err();
     assert_eq!(refused, Some(Error::MassNotPositiveDefinite { dof: 1 }));
     Ok(())

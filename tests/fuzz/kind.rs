@@ -33,14 +33,7 @@ pub(super) fn contact<T: Real, const N: usize, const D: usize>(
 }
 
 /// What goes into a scene, and what comes with that.
-pub(super) trait Kind<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->
+pub(super) trait Kind<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
 {
     /// What is remembered beside the kernel.
     type Beside: Default;
@@ -49,13 +42,7 @@ pub(super) trait Kind<
     fn call(beside: &mut Self::Beside, scene: &mut Scene<T, N, D, C, R, S>, step: &Step);
 
     /// Checks that come with a solve, if there are any.
-    fn check(
-        _: &mut Self::Beside,
-        _: &Scene<T, N, D, C, R, S>,
-        _: &SVector<T, N>,
-        _: &Settings<T>,
-    ) {
-    }
+    fn check(_: &mut Self::Beside, _: &Scene<T, N, D, C, R, S>, _: &SVector<T, N>, _: &Settings<T>) {}
 
     /// The error of a solution, unless f64 cannot tell; and whether its proof is one.
     fn judge(
@@ -90,13 +77,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kind<T, N, D, C, 0
             return;
         };
         if let Ok(solution) = admm.solve(scene, &factor, push, settings) {
-            super::is_true::<T, N, D, C, 0, 0, Self>(
-                &AdmmSolver::new(),
-                scene,
-                push,
-                solution,
-                settings,
-            );
+            super::is_true::<T, N, D, C, 0, 0, Self>(&AdmmSolver::new(), scene, push, solution, settings);
             assert!(solution.work.total() <= settings.budget + 27);
         }
     }

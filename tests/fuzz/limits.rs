@@ -26,12 +26,9 @@ pub(super) fn run<T: Real, const N: usize, const C: usize, const R: usize>(steps
                 key: FIRST + u32::try_from(limits.len()).expect("few"),
             }),
             Step::Mass(x, false) => {
-                let root =
-                    nalgebra::SMatrix::<T, N, N>::from_fn(|i, j| at(x, i.min(j) * N + i.max(j)));
+                let root = nalgebra::SMatrix::<T, N, N>::from_fn(|i, j| at(x, i.min(j) * N + i.max(j)));
                 let more = nalgebra::SMatrix::identity() * (root.norm_squared() * T::literal(0.01));
-                let _ = kernel
-                    .scene_mut()
-                    .set_mass(&(root * root.transpose() + more));
+                let _ = kernel.scene_mut().set_mass(&(root * root.transpose() + more));
             }
             Step::Clear => {
                 kernel.scene_mut().clear();
@@ -54,11 +51,7 @@ fn solve<T: Real, const N: usize, const C: usize, const R: usize>(
     (push, budget): (&[f64], Budget),
 ) {
     let (push, tolerance) = (vector(push), T::literal(budget.tolerance));
-    let settings = Settings {
-        tolerance,
-        budget: budget.work,
-        model: Model::Coulomb,
-    };
+    let settings = Settings { tolerance, budget: budget.work, model: Model::Coulomb };
     let rows = kernel.scene().rows().to_vec();
     let done = kernel.solve_with_limits(limits, &push, &settings).is_ok();
     assert!(kernel.scene().rows() == rows);
@@ -106,10 +99,7 @@ fn solve<T: Real, const N: usize, const C: usize, const R: usize>(
         let [normals, joints] = proof_of(solution);
         let joints = places.iter().map(|place| place.map_or(0.0, |i| joints[i]));
         let joints: Vec<f64> = joints.collect();
-        assert!(
-            mixed_measure::proves(&file, &normals, &joints),
-            "a proof that is none"
-        );
+        assert!(mixed_measure::proves(&file, &normals, &joints), "a proof that is none");
     }
 }
 

@@ -33,34 +33,19 @@ fn law<T: Real>((law, lower, upper): Law) -> RowLaw<T> {
 }
 
 impl Record {
-    fn push_on<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        const C: usize,
-        const R: usize,
-        const S: usize,
-    >(
+    fn push_on<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         &mut self,
         scene: &mut Scene<T, N, D, C, R, S>,
         (x, surface, key): (&[f64], &[f64], u32),
     ) {
         let s: Vec<T> = surface.iter().map(|x| T::literal(*x)).collect();
-        let surface = Surface {
-            friction: [s[0], s[1]],
-            spin: s[2],
-            roll: [s[3], s[4]],
-            compliance: [s[5], s[6]],
-        };
+        let surface =
+            Surface { friction: [s[0], s[1]], spin: s[2], roll: [s[3], s[4]], compliance: [s[5], s[6]] };
         if let Ok(place) = scene.push_on(&contact(x, 0.0, key), &surface) {
             assert_eq!(place, self.contacts.len());
             let reference = scene.contacts()[place].mu;
             let share = |mu: &T| {
-                if reference > T::ZERO {
-                    double(*mu / reference)
-                } else {
-                    0.0
-                }
+                if reference > T::ZERO { double(*mu / reference) } else { 0.0 }
             };
             let shares = s[..D - 1].iter().map(share);
             let soft = surface.compliance.map(double);
@@ -68,14 +53,7 @@ impl Record {
         }
     }
 
-    fn push_row<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        const C: usize,
-        const R: usize,
-        const S: usize,
-    >(
+    fn push_row<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         &mut self,
         scene: &mut Scene<T, N, D, C, R, S>,
         (x, bounds, compliance, key): (&[f64], Law, f64, u32),
@@ -124,19 +102,15 @@ impl Record {
             limits_inside: true,
         };
         let mass = scene.mass().row_iter();
-        file.mass = mass
-            .map(|row| row.iter().map(|x| double(*x)).collect())
-            .collect();
+        file.mass = mass.map(|row| row.iter().map(|x| double(*x)).collect()).collect();
         for ((shares, soft), contact) in self.contacts.iter().zip(scene.contacts()) {
             let rows = contact.jacobian.row_iter();
-            file.h
-                .extend(rows.map(|row| row.iter().map(|x| double(*x)).collect::<Vec<_>>()));
+            file.h.extend(rows.map(|row| row.iter().map(|x| double(*x)).collect::<Vec<_>>()));
             file.w.extend(contact.offset.iter().map(|x| double(*x)));
             let mu = double(contact.mu);
-            file.mu
-                .push(shares.as_ref().map_or(Friction::Isotropic(mu), |shares| {
-                    Friction::Rows(shares.iter().map(|share| share * mu).collect())
-                }));
+            file.mu.push(shares.as_ref().map_or(Friction::Isotropic(mu), |shares| {
+                Friction::Rows(shares.iter().map(|share| share * mu).collect())
+            }));
             file.compliance.push(*soft);
         }
         for (((law, lower, upper), compliance), row) in self.rows.iter().zip(scene.rows()) {
@@ -153,14 +127,7 @@ impl Record {
     }
 
     /// Calls but for those that push a contact without a surface.
-    fn call<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        const C: usize,
-        const R: usize,
-        const S: usize,
-    >(
+    fn call<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         &mut self,
         scene: &mut Scene<T, N, D, C, R, S>,
         step: &Step,
@@ -200,14 +167,7 @@ impl Record {
     }
 
     /// The error of a solution, unless f64 cannot tell; and whether its proof is one.
-    fn judge<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        const C: usize,
-        const R: usize,
-        const S: usize,
-    >(
+    fn judge<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         &self,
         scene: &Scene<T, N, D, C, R, S>,
         push: &SVector<T, N>,
@@ -238,25 +198,15 @@ impl Record {
 
 pub(super) fn is_measurable<T: Real>(file: &MixedFile) -> bool {
     let joints = file.joints.iter();
-    let own = joints
-        .clone()
-        .flat_map(|joint| [&joint.offset, &joint.compliance]);
-    let bounds = joints
-        .clone()
-        .flat_map(|joint| joint.lower.iter().chain(&joint.upper));
-    let rows = joints
-        .flat_map(|joint| &joint.row)
-        .chain(file.h.iter().flatten());
+    let own = joints.clone().flat_map(|joint| [&joint.offset, &joint.compliance]);
+    let bounds = joints.clone().flat_map(|joint| joint.lower.iter().chain(&joint.upper));
+    let rows = joints.flat_map(|joint| &joint.row).chain(file.h.iter().flatten());
     let matrices = rows.chain(file.mass.iter().flatten());
     let mus = file.mu.iter().flat_map(|mu| match mu {
         Friction::Isotropic(mu) => vec![mu],
         Friction::Rows(mus) => mus.iter().collect(),
     });
-    let vectors = file
-        .f
-        .iter()
-        .chain(&file.w)
-        .chain(file.compliance.iter().flatten());
+    let vectors = file.f.iter().chain(&file.w).chain(file.compliance.iter().flatten());
     let all = matrices.chain(vectors).chain(own).chain(bounds).chain(mus);
     is_tame::<T>(all) && file.mass().cholesky().is_some()
 }
@@ -314,10 +264,6 @@ pub(super) fn proof_of<T: Real, const N: usize, const D: usize, const C: usize, 
 ) -> [Vec<f64>; 2] {
     [
         solution.certificate.iter().map(|d| double(d[0])).collect(),
-        solution
-            .row_certificate
-            .iter()
-            .map(|d| double(*d))
-            .collect(),
+        solution.row_certificate.iter().map(|d| double(*d)).collect(),
     ]
 }

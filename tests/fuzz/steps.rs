@@ -110,11 +110,7 @@ fn budget() -> impl Strategy<Value = Budget> {
         1 => any_number()
     ];
     let relaxed = prop::bool::weighted(0.2);
-    (budgets, tolerances, relaxed).prop_map(|(work, tolerance, relaxed)| Budget {
-        work,
-        tolerance,
-        relaxed,
-    })
+    (budgets, tolerances, relaxed).prop_map(|(work, tolerance, relaxed)| Budget { work, tolerance, relaxed })
 }
 
 fn surface() -> impl Strategy<Value = Vec<f64>> {

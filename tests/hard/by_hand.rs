@@ -21,12 +21,8 @@ pub(super) fn point_on_a_slope() -> impl Iterator<Item = SceneFile> {
 pub(super) fn point_in_a_corner() -> impl Iterator<Item = SceneFile> {
     MIXED.into_iter().flat_map(|floor_mu| {
         MIXED.map(|wall_mu| {
-            let (y, x, z): (&[f64], &[f64], &[f64]) =
-                (&[1.0, 0.0, 0.0], &[0.0, 1.0, 0.0], &[0.0, 0.0, 1.0]);
-            let contacts = [
-                ([z, x, y], [0.0; 3], floor_mu),
-                ([x, y, z], [0.0; 3], wall_mu),
-            ];
+            let (y, x, z): (&[f64], &[f64], &[f64]) = (&[1.0, 0.0, 0.0], &[0.0, 1.0, 0.0], &[0.0, 0.0, 1.0]);
+            let contacts = [([z, x, y], [0.0; 3], floor_mu), ([x, y, z], [0.0; 3], wall_mu)];
             let name = format!("floor {floor_mu}, wall {wall_mu}");
             scene(&name, &[1.0; 3], &[-0.3, 0.2, 0.1], &contacts)
         })
@@ -40,9 +36,7 @@ pub(super) fn same_floor_three_times() -> impl Iterator<Item = SceneFile> {
             let (sin, cos) = libm::sincos(side * angle);
             ([-sin, cos], [cos, sin])
         });
-        let contacts = floor
-            .each_ref()
-            .map(|(normal, tangent)| ([&normal[..], &tangent[..]], [0.0; 2], 0.5));
+        let contacts = floor.each_ref().map(|(normal, tangent)| ([&normal[..], &tangent[..]], [0.0; 2], 0.5));
         scene(&format!("{angle:e}"), &[2.0, 2.0], &[-0.05, 0.2], &contacts)
     })
 }
@@ -57,16 +51,8 @@ pub(super) fn heavy_on_light() -> impl Iterator<Item = SceneFile> {
                 &[1.0, 1.0, ratio, ratio],
                 &[0.0, weight, -push * ratio, weight * ratio],
                 &[
-                    (
-                        [&[0.0, 1.0, 0.0, 0.0], &[1.0, 0.0, 0.0, 0.0]],
-                        [0.0; 2],
-                        0.5,
-                    ),
-                    (
-                        [&[0.0, -1.0, 0.0, 1.0], &[-1.0, 0.0, 1.0, 0.0]],
-                        [0.0; 2],
-                        0.5,
-                    ),
+                    ([&[0.0, 1.0, 0.0, 0.0], &[1.0, 0.0, 0.0, 0.0]], [0.0; 2], 0.5),
+                    ([&[0.0, -1.0, 0.0, 1.0], &[-1.0, 0.0, 1.0, 0.0]], [0.0; 2], 0.5),
                 ],
             )
         })
@@ -81,12 +67,7 @@ pub(super) fn sliding_rod() -> impl Iterator<Item = SceneFile> {
             let end: [&[f64]; 2] = [&[0.0, 1.0, -run], &[1.0, 0.0, -rise]];
             let name = format!("mu {mu}, angle {angle}");
             let inertia = 1.0 / 3.0;
-            scene(
-                &name,
-                &[1.0, 1.0, inertia],
-                &[1.0, 0.0981, 0.0],
-                &[(end, [0.0; 2], mu)],
-            )
+            scene(&name, &[1.0, 1.0, inertia], &[1.0, 0.0981, 0.0], &[(end, [0.0; 2], mu)])
         })
     })
 }
@@ -125,20 +106,13 @@ pub(super) fn point_over_a_floor() -> impl Iterator<Item = SceneFile> {
 /// A point that falls on a slippery slope, in units of mass and velocity far apart.
 pub(super) fn point_in_other_units() -> impl Iterator<Item = SceneFile> {
     let floor: [&[f64]; 2] = [&[0.0, 1.0], &[1.0, 0.0]];
-    [
-        (1e-12, 1.0),
-        (1e12, 1.0),
-        (1.0, 1e-12),
-        (1.0, 1e12),
-        (1e12, 1e-12),
-        (1e-12, 1e12),
-    ]
-    .into_iter()
-    .map(move |(mass, velocity)| {
-        let (load, w) = (mass * velocity, [0.1 * velocity, 0.2 * velocity]);
-        let name = format!("mass {mass:e}, velocity {velocity:e}");
-        scene(&name, &[mass; 2], &[-load, load], &[(floor, w, 0.5)])
-    })
+    [(1e-12, 1.0), (1e12, 1.0), (1.0, 1e-12), (1.0, 1e12), (1e12, 1e-12), (1e-12, 1e12)].into_iter().map(
+        move |(mass, velocity)| {
+            let (load, w) = (mass * velocity, [0.1 * velocity, 0.2 * velocity]);
+            let name = format!("mass {mass:e}, velocity {velocity:e}");
+            scene(&name, &[mass; 2], &[-load, load], &[(floor, w, 0.5)])
+        },
+    )
 }
 
 /// A point between two walls, the right one moving left: dofs x and z, `room` between the speeds.

@@ -19,10 +19,7 @@ pub(crate) struct Cuboid {
 }
 
 /// 2 kg, twice as long as high.
-pub(crate) const BRICK: Cuboid = Cuboid {
-    mass: 2.0,
-    half: [0.1, 0.08, 0.05],
-};
+pub(crate) const BRICK: Cuboid = Cuboid { mass: 2.0, half: [0.1, 0.08, 0.05] };
 
 impl Cuboid {
     pub(crate) fn mass_matrix(&self) -> SMatrix<f64, 6, 6> {

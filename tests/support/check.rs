@@ -58,14 +58,8 @@ pub(crate) fn same_by_admm<const N: usize, const D: usize, const C: usize>(
 }
 
 /// The kernel says that it solved each scene, and a stranger measures that it did.
-pub(crate) fn solved(
-    kernel: Constructor,
-    scenes: impl IntoIterator<Item = SceneFile>,
-    tolerance: f64,
-) {
-    all(kernel, scenes, tolerance, |outcome| {
-        outcome.answer == Answer::Solved && outcome.error <= tolerance
-    });
+pub(crate) fn solved(kernel: Constructor, scenes: impl IntoIterator<Item = SceneFile>, tolerance: f64) {
+    all(kernel, scenes, tolerance, |outcome| outcome.answer == Answer::Solved && outcome.error <= tolerance);
 }
 
 /// The kernel says nothing of scenes that have a solution but what is true, and solves so many of them.

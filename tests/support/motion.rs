@@ -55,10 +55,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
         let solution = solver.solve(&self.scene, &self.factor, &push, &self.settings)?;
         // Of a body that grazes, `H v` cancels to less than its rounding: the error, which is
         // relative to a small impulse, is one of the last bits of the momentum.
-        let impulses = solution
-            .contacts
-            .iter()
-            .map(|contact| contact.impulse.norm());
+        let impulses = solution.contacts.iter().map(|contact| contact.impulse.norm());
         let impulse = impulses.fold(T::ZERO, |sum, impulse| sum + impulse);
         let rounding = T::EPSILON * T::literal(64.0) * (mass * self.velocity).norm();
         let limited = solution.status == Status::PrecisionLimit;
@@ -74,8 +71,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Motion<T, N, D, C>
     /// this scheme is that of the midpoint: a falling body keeps the sum.
     pub(crate) fn energy(&self) -> f64 {
         let double = |x: T| x.to_subset().unwrap_or(f64::NAN);
-        let [velocity, position, force] =
-            [self.velocity, self.position, self.force].map(|x| x.map(double));
+        let [velocity, position, force] = [self.velocity, self.position, self.force].map(|x| x.map(double));
         let mass = self.scene.mass().map(double);
         let midpoint = position - velocity * (double(self.step) / 2.0);
         velocity.dot(&(mass * velocity)) / 2.0 - force.dot(&midpoint)
@@ -91,19 +87,10 @@ pub(crate) struct Ball {
     pub(crate) restitution: f64,
 }
 
-pub(crate) const BALL: Ball = Ball {
-    mass: 0.6,
-    radius: 0.12,
-    mu: 0.3,
-    restitution: 0.9,
-};
+pub(crate) const BALL: Ball = Ball { mass: 0.6, radius: 0.12, mu: 0.3, restitution: 0.9 };
 
 impl Ball {
-    pub(crate) fn motion<T: Real>(
-        &self,
-        step: f64,
-        tolerance: f64,
-    ) -> Result<Motion<T, 3, 2, 4>, Error> {
+    pub(crate) fn motion<T: Real>(&self, step: f64, tolerance: f64) -> Result<Motion<T, 3, 2, 4>, Error> {
         let inertia = 0.4 * self.mass * self.radius * self.radius;
         let mut scene = Scene::new();
         let mass = SMatrix::from_diagonal(&vector![self.mass, self.mass, inertia]);
@@ -121,17 +108,10 @@ impl Ball {
     /// One step of a ball whose lowest point is at `position.y`.
     pub(crate) fn advance<T: Real>(&self, ball: &mut Motion<T, 3, 2, 4>) -> Result<(), Error> {
         let threshold = T::literal(4.0 * GRAVITY) * ball.step;
-        let gap = law::Gap {
-            distance: ball.position.y,
-            recovery: T::ZERO,
-            reach: T::literal(REACH),
-        }
-        .offset(ball.step)?;
+        let gap = law::Gap { distance: ball.position.y, recovery: T::ZERO, reach: T::literal(REACH) }
+            .offset(ball.step)?;
         let coefficient = T::literal(self.restitution);
-        let law = law::Restitution {
-            coefficient,
-            threshold,
-        };
+        let law = law::Restitution { coefficient, threshold };
         ball.offset(0, law.offset(ball.velocity.y, gap)?)?;
         ball.advance()
     }

@@ -8,8 +8,7 @@ use proptest::test_runner::TestRunner;
 use stiction::{Contact, Scene};
 
 /// A scene of the kernel and its `f`.
-pub(crate) type Case<const N: usize, const D: usize, const C: usize> =
-    (Scene<f64, N, D, C>, SVector<f64, N>);
+pub(crate) type Case<const N: usize, const D: usize, const C: usize> = (Scene<f64, N, D, C>, SVector<f64, N>);
 
 /// The same draws each time, for what is said of a share of them.
 pub(crate) fn draws<S: Strategy>(strategy: S, count: usize) -> impl Iterator<Item = S::Value> {
@@ -38,12 +37,8 @@ pub(crate) fn scenes<const N: usize, const D: usize, const C: usize>(
         let mass = root * root.transpose() + SMatrix::identity();
         scene.set_mass(&mass).expect("M is symmetric");
         for (h, mu) in h.chunks(D * N).zip(mu) {
-            let contact = Contact {
-                jacobian: SMatrix::from_column_slice(h),
-                offset: SVector::zeros(),
-                mu,
-                key: 0,
-            };
+            let contact =
+                Contact { jacobian: SMatrix::from_column_slice(h), offset: SVector::zeros(), mu, key: 0 };
             scene.push(&contact).expect("the contact is valid");
         }
         (scene, SVector::from_iterator(f))

@@ -12,10 +12,7 @@ use testbed::mixed_measure;
 
 impl Machine {
     /// What a call of C writes, or how else it ends.
-    fn told<T>(
-        &mut self,
-        call: impl FnOnce(*const c::Solver, *mut T) -> Status,
-    ) -> Result<T, Status> {
+    fn told<T>(&mut self, call: impl FnOnce(*const c::Solver, *mut T) -> Status) -> Result<T, Status> {
         let mut told = MaybeUninit::uninit();
         match call(self.memory.solver(), told.as_mut_ptr()) {
             // SAFETY: what was told is whole.
@@ -37,10 +34,7 @@ impl Machine {
         let contacts = &read.contacts[..read.count as usize];
         let rows = &read.rows[..read.row_count.first().map_or(0, |&count| count as usize)];
         let impulses: Vec<f64> = contacts.iter().flat_map(|c| doubles(&c.impulse)).collect();
-        let of_rows: Vec<f64> = rows
-            .iter()
-            .flat_map(|row| doubles(&[row.impulse]))
-            .collect();
+        let of_rows: Vec<f64> = rows.iter().flat_map(|row| doubles(&[row.impulse])).collect();
         let velocity = doubles(&read.velocity);
         let others = contacts.iter().flat_map(|c| doubles(&c.velocity));
         let others = others.chain(rows.iter().flat_map(|row| doubles(&[row.velocity])));
@@ -53,17 +47,11 @@ impl Machine {
             assert!(is_finite);
             let error = mixed_measure::error(&file, &velocity, &impulses, &of_rows);
             let allowed = double(tolerance);
-            assert!(
-                read.status != Status::Solved || error <= allowed,
-                "{error:e}"
-            );
+            assert!(read.status != Status::Solved || error <= allowed, "{error:e}");
             if read.status == Status::Infeasible && Real::EPSILON < 1e-10 {
                 let normals: Vec<f64> = contacts.iter().map(|c| double(c.certificate[0])).collect();
                 let joints: Vec<f64> = rows.iter().map(|row| double(row.certificate)).collect();
-                assert!(
-                    mixed_measure::proves(&file, &normals, &joints),
-                    "a proof that is none"
-                );
+                assert!(mixed_measure::proves(&file, &normals, &joints), "a proof that is none");
             }
         }
     }
@@ -84,9 +72,8 @@ impl Machine {
         let solution = self.mirror.solution();
         let worst = solution.violation(self.mirror.scene());
         // SAFETY: both pointers are good.
-        let told: Violation = self
-            .told(|s, to| unsafe { c::stiction_worst_violation(s, to) })
-            .expect("it is there");
+        let told: Violation =
+            self.told(|s, to| unsafe { c::stiction_worst_violation(s, to) }).expect("it is there");
         let told = [told.closing_speed, told.outside_cone, told.row_speed];
         let worst = [worst.closing_speed, worst.outside_cone, worst.row_speed];
         assert!(same(&told, &worst));
@@ -134,10 +121,7 @@ impl Machine {
             let row = &solution.rows[i];
             let proof = solution.row_certificate.get(i).copied().unwrap_or(0.0);
             (told.key, told.mode) == (row.key, RowMode::from(row.mode))
-                && same(
-                    &[told.impulse, told.velocity, told.certificate],
-                    &[row.impulse, row.velocity, proof],
-                )
+                && same(&[told.impulse, told.velocity, told.certificate], &[row.impulse, row.velocity, proof])
         };
         for i in 0..R + 2 {
             // SAFETY: both pointers are good.
@@ -176,35 +160,20 @@ impl Machine {
             // SAFETY: pointers are good.
             let status = unsafe { c::stiction_describe(solver, text.as_mut_ptr().cast(), bytes) };
             assert_eq!(status, Status::Solved);
-            assert!(
-                text[bytes..].iter().all(|&byte| byte == 1),
-                "it writes beyond {bytes} bytes"
-            );
+            assert!(text[bytes..].iter().all(|&byte| byte == 1), "it writes beyond {bytes} bytes");
             assert!(bytes == 0 || text[bytes - 1] == 0);
             text = [1; 64];
         }
         // SAFETY: pointers are good.
         let culprit = unsafe {
-            let mut culprit = Culprit {
-                row: 99,
-                ..Culprit::NONE
-            };
-            assert_eq!(
-                c::stiction_last_culprit(solver, &raw mut culprit),
-                Status::Solved
-            );
+            let mut culprit = Culprit { row: 99, ..Culprit::NONE };
+            assert_eq!(c::stiction_last_culprit(solver, &raw mut culprit), Status::Solved);
             let status = c::stiction_describe(solver, text.as_mut_ptr().cast(), text.len());
             assert_eq!(status, Status::Solved);
             culprit
         };
-        let other = if self.no_law {
-            "a number that is no law of a joint row"
-        } else {
-            "no error"
-        };
-        let words = self
-            .error
-            .map_or(other.to_owned(), |error| error.to_string());
+        let other = if self.no_law { "a number that is no law of a joint row" } else { "no error" };
+        let words = self.error.map_or(other.to_owned(), |error| error.to_string());
         let text = CStr::from_bytes_until_nul(&text).expect("it ends");
         let text = text.to_str().expect("whole characters");
         assert!(words.starts_with(text) && text.len() >= words.len().min(60));
@@ -222,9 +191,7 @@ fn doubles(x: &[Real]) -> Vec<f64> {
 
 /// An index as C is told it.
 fn place(index: Option<usize>) -> i32 {
-    index.map_or(Status::NoSuchKey as i32, |index| {
-        i32::try_from(index).expect("a few")
-    })
+    index.map_or(Status::NoSuchKey as i32, |index| i32::try_from(index).expect("a few"))
 }
 
 /// The same bits?

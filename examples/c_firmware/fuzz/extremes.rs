@@ -43,23 +43,20 @@ fn numbers(count: usize) -> impl Strategy<Value = Vec<f64>> {
     let finite = select(vec![1e-30, 1e-12, 1.0, 1.0, 1.0, 1e6, 1e12, 1e30]);
     let mild = prop_oneof![3 => -2.0..2.0, 2 => Just(0.0), 1 => Just(1.0)];
     let ends = vec((0..count, end()), 0..3);
-    (vec(mild, count), finite, ends, prop::bool::weighted(0.5)).prop_map(
-        |(mut numbers, size, ends, wild)| {
-            for x in &mut numbers {
-                *x *= size;
-            }
-            for (place, x) in ends.into_iter().filter(|_| wild) {
-                numbers[place] = x;
-            }
-            numbers
-        },
-    )
+    (vec(mild, count), finite, ends, prop::bool::weighted(0.5)).prop_map(|(mut numbers, size, ends, wild)| {
+        for x in &mut numbers {
+            *x *= size;
+        }
+        for (place, x) in ends.into_iter().filter(|_| wild) {
+            numbers[place] = x;
+        }
+        numbers
+    })
 }
 
 /// A diagonal matrix, entry by entry.
 fn diagonal() -> impl Strategy<Value = Vec<f64>> {
-    let entry =
-        prop_oneof![4 => 0.1..2.0_f64, 2 => select(vec![1e-30, 1e-12, 1e12, 1e30]), 1 => end()];
+    let entry = prop_oneof![4 => 0.1..2.0_f64, 2 => select(vec![1e-30, 1e-12, 1e12, 1e30]), 1 => end()];
     let ordinary = vec(0.1..2.0_f64, N);
     prop_oneof![ordinary, vec(entry, N)].prop_map(|diagonal| {
         let mut mass = vec![0.0; N * N];
@@ -79,8 +76,7 @@ fn place() -> impl Strategy<Value = usize> {
 }
 
 fn law() -> impl Strategy<Value = Law> {
-    let bound =
-        || prop_oneof![3 => select(vec![-1e30, -1.0, -1e-30, 0.0, 1e-30, 1.0, 1e30]), 1 => end()];
+    let bound = || prop_oneof![3 => select(vec![-1e30, -1.0, -1e-30, 0.0, 1e-30, 1.0, 1e30]), 1 => end()];
     (0..3_u8, bound(), bound())
 }
 

@@ -60,20 +60,10 @@ pub(crate) fn law((law, lower, upper): Law) -> RowLaw<Real> {
 }
 
 pub(crate) fn joint_row(x: &[f64], bounds: Law, compliance: f64, key: u32) -> JointRow<Real, N> {
-    JointRow {
-        row: vector(x),
-        offset: at(x, N),
-        law: law(bounds),
-        compliance: number(compliance),
-        key,
-    }
+    JointRow { row: vector(x), offset: at(x, N), law: law(bounds), compliance: number(compliance), key }
 }
 
-pub(crate) fn joint_row_of_c(
-    row: &JointRow<Real, N>,
-    law: u32,
-    (_, lower, upper): Law,
-) -> c::JointRow {
+pub(crate) fn joint_row_of_c(row: &JointRow<Real, N>, law: u32, (_, lower, upper): Law) -> c::JointRow {
     c::JointRow {
         row: row.row.into(),
         offset: row.offset,

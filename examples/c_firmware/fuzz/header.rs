@@ -28,18 +28,12 @@ fn declarations(folder: &Path) -> String {
         ("RowOutcome", "stiction_row"),
         ("Violation", "stiction_violation"),
     ];
-    let mut config = Config {
-        language: Language::C,
-        no_includes: true,
-        usize_is_size_t: true,
-        ..Config::default()
-    };
+    let mut config =
+        Config { language: Language::C, no_includes: true, usize_is_size_t: true, ..Config::default() };
     config.export.item_types = vec![ItemType::Functions];
     let names = names.map(|(rust, c)| (rust.to_owned(), c.to_owned()));
     config.export.rename.extend(names);
-    let rust = Builder::new()
-        .with_config(config)
-        .with_src(folder.join("calls.rs"));
+    let rust = Builder::new().with_config(config).with_src(folder.join("calls.rs"));
     let mut text = Vec::new();
     rust.generate().expect("it is read").write(&mut text);
     String::from_utf8(text).expect("it is text")

@@ -49,8 +49,7 @@ impl Machine {
             (room, solution, Status::Solved),
         ] {
             // SAFETY: the memory is as large as C declares it.
-            let status =
-                unsafe { c::stiction_init_sized(self.memory.solver(), bytes, solution_bytes) };
+            let status = unsafe { c::stiction_init_sized(self.memory.solver(), bytes, solution_bytes) };
             assert_eq!(status, expected);
         }
         *self.mirror = Kernel::new();
@@ -114,17 +113,11 @@ impl Machine {
             Step::Mass(x, raw) => {
                 let root = SMatrix::<Real, N, N>::from_fn(|i, j| at(x, i.min(j) * N + i.max(j)));
                 let more = SMatrix::identity() * (root.norm_squared() * number(0.01));
-                let mass = if *raw {
-                    root
-                } else {
-                    root * root.transpose() + more
-                };
+                let mass = if *raw { root } else { root * root.transpose() + more };
                 let given = rows(&mass);
                 let given = fault.pointer(1, &given);
                 let call = |s| unsafe { c::stiction_set_mass(s, given) };
-                self.both(fault, 1, call, |k| {
-                    done(k.scene_mut().set_mass(&mass).map_err(c::turned))
-                })
+                self.both(fault, 1, call, |k| done(k.scene_mut().set_mass(&mass).map_err(c::turned)))
             }
             Step::Clear => {
                 let call = |s| unsafe { c::stiction_clear(s) };
@@ -160,18 +153,14 @@ impl Machine {
                 let given = rows(&jacobian);
                 let given = fault.pointer(1, &given);
                 let call = |s| unsafe { c::stiction_set_jacobian(s, *i as u32, given) };
-                self.both(fault, 1, call, |k| {
-                    done(k.scene_mut().set_jacobian(*i, &jacobian))
-                })
+                self.both(fault, 1, call, |k| done(k.scene_mut().set_jacobian(*i, &jacobian)))
             }
             Step::Offset(i, x) => {
                 let offset = vector::<D>(x);
                 let given: [Real; D] = offset.into();
                 let given = fault.pointer(1, &given);
                 let call = |s| unsafe { c::stiction_set_offset(s, *i as u32, given) };
-                self.both(fault, 1, call, |k| {
-                    done(k.scene_mut().set_offset(*i, &offset))
-                })
+                self.both(fault, 1, call, |k| done(k.scene_mut().set_offset(*i, &offset)))
             }
             Step::Friction(i, mu) => {
                 let mu = number(*mu);
@@ -212,25 +201,19 @@ impl Machine {
             Step::RowOffset(i, offset) => {
                 let offset = number(*offset);
                 let call = |s| unsafe { c::stiction_set_row_offset(s, *i as u32, offset) };
-                self.both(fault, 0, call, |k| {
-                    done(k.scene_mut().set_row_offset(*i, offset))
-                })
+                self.both(fault, 0, call, |k| done(k.scene_mut().set_row_offset(*i, offset)))
             }
             Step::RowJacobian(i, x) => {
                 let jacobian = vector::<N>(x);
                 let given: [Real; N] = jacobian.into();
                 let given = fault.pointer(1, &given);
                 let call = |s| unsafe { c::stiction_set_row_jacobian(s, *i as u32, given) };
-                self.both(fault, 1, call, |k| {
-                    done(k.scene_mut().set_row_jacobian(*i, &jacobian))
-                })
+                self.both(fault, 1, call, |k| done(k.scene_mut().set_row_jacobian(*i, &jacobian)))
             }
             Step::RowCompliance(i, soft) => {
                 let soft = number(*soft);
                 let call = |s| unsafe { c::stiction_set_row_compliance(s, *i as u32, soft) };
-                self.both(fault, 0, call, |k| {
-                    done(k.scene_mut().set_row_compliance(*i, soft))
-                })
+                self.both(fault, 0, call, |k| done(k.scene_mut().set_row_compliance(*i, soft)))
             }
             Step::RemoveRow(key) => {
                 let i = self.mirror.scene().row_index(*key).unwrap_or(R);
@@ -255,9 +238,7 @@ impl Machine {
         // SAFETY: pointers are null or good.
         let call = |s| unsafe { c::stiction_add_contact(s, jacobian, offset, contact.mu, key) };
         let before = self.mirror.scene().contacts().len();
-        let reached = self.both(fault, 2, call, |k| {
-            k.scene_mut().push(&contact).map(|_| Status::Solved)
-        });
+        let reached = self.both(fault, 2, call, |k| k.scene_mut().push(&contact).map(|_| Status::Solved));
         if self.mirror.scene().contacts().len() > before {
             self.surfaces.push(None);
         }
@@ -273,11 +254,8 @@ impl Machine {
         // SAFETY: pointers are null or good.
         let call = |s| unsafe { c::stiction_add_contact_on(s, jacobian, offset, given, key) };
         let before = self.mirror.scene().contacts().len();
-        let reached = self.both(fault, 3, call, |k| {
-            k.scene_mut()
-                .push_on(&contact, &surface)
-                .map(|_| Status::Solved)
-        });
+        let reached =
+            self.both(fault, 3, call, |k| k.scene_mut().push_on(&contact, &surface).map(|_| Status::Solved));
         if let Some(contact) = self.mirror.scene().contacts().get(before) {
             self.surfaces.push(Some((&surface, contact.mu)));
         }
@@ -308,18 +286,11 @@ impl Machine {
     }
 
     fn impulses(&mut self, contacts: &[(u32, f64)], joints: &[(u32, f64)], fault: Fault) -> bool {
-        let contacts: Vec<(u32, SVector<Real, D>)> = contacts
-            .iter()
-            .map(|(key, x)| (*key, vector(&[*x, x / 2.0, -x / 3.0])))
-            .collect();
+        let contacts: Vec<(u32, SVector<Real, D>)> =
+            contacts.iter().map(|(key, x)| (*key, vector(&[*x, x / 2.0, -x / 3.0]))).collect();
         let joints: Vec<_> = joints.iter().map(|(key, x)| (*key, number(*x))).collect();
-        let of_contacts = contacts.iter().map(|&(key, r)| c::ContactImpulse {
-            key,
-            impulse: r.into(),
-        });
-        let of_joints = joints
-            .iter()
-            .map(|&(key, impulse)| c::RowImpulse { key, impulse });
+        let of_contacts = contacts.iter().map(|&(key, r)| c::ContactImpulse { key, impulse: r.into() });
+        let of_joints = joints.iter().map(|&(key, impulse)| c::RowImpulse { key, impulse });
         let of_contacts = of_contacts.collect::<Vec<_>>();
         let of_joints = of_joints.collect::<Vec<_>>();
         let first = fault.pointer(1, &of_contacts);
@@ -333,18 +304,13 @@ impl Machine {
             Fault::Null(2) if joints.is_empty() => Fault::No,
             fault => fault,
         };
-        self.both(fault, 2, call, |k| {
-            done(k.solver_mut().set_impulses(&contacts, &joints))
-        })
+        self.both(fault, 2, call, |k| done(k.solver_mut().set_impulses(&contacts, &joints)))
     }
 
     /// Solves; with limits made of the same numbers where a scene in Rust would be relaxed.
     fn solve(&mut self, push: &[f64], budget: Budget, fault: Fault) {
         let (numbers, push, tolerance) = (push, vector::<N>(push), number(budget.tolerance));
-        let settings = Settings {
-            budget: budget.work,
-            ..Settings::new(tolerance)
-        };
+        let settings = Settings { budget: budget.work, ..Settings::new(tolerance) };
         let work = budget.work as u32;
         let given: [Real; N] = push.into();
         let given = fault.pointer(1, &given);
@@ -364,12 +330,9 @@ impl Machine {
                 fault => fault,
             };
             // SAFETY: pointers are null or good.
-            let call = |s| unsafe {
-                c::stiction_solve_with_limits(s, first, count as u32, given, tolerance, work)
-            };
-            self.both(fault, 2, call, |k| {
-                Ok(k.solve_with_limits(&rows, &push, &settings)?.status.into())
-            })
+            let call =
+                |s| unsafe { c::stiction_solve_with_limits(s, first, count as u32, given, tolerance, work) };
+            self.both(fault, 2, call, |k| Ok(k.solve_with_limits(&rows, &push, &settings)?.status.into()))
         } else {
             // SAFETY: pointers are null or good.
             let call = |s| unsafe { c::stiction_solve(s, given, tolerance, work) };
@@ -388,10 +351,7 @@ impl Machine {
     fn resume(&mut self, push: &[f64], budget: Budget, fault: Fault) {
         let other = (vector(push), number(budget.tolerance));
         let (push, tolerance) = self.paused.unwrap_or(other);
-        let settings = Settings {
-            budget: budget.work,
-            ..Settings::new(tolerance)
-        };
+        let settings = Settings { budget: budget.work, ..Settings::new(tolerance) };
         let work = budget.work as u32;
         let given: [Real; N] = push.into();
         let given = fault.pointer(1, &given);
@@ -421,10 +381,8 @@ impl Machine {
         unsafe {
             assert!(!c::stiction_is_usable(null(), 1.0));
             assert!(!c::stiction_is_usable(self.raw.solver(), 1.0));
-            for (solver, status) in [
-                (null_mut(), Status::Null),
-                (self.raw.solver(), Status::NotInitialised),
-            ] {
+            for (solver, status) in [(null_mut(), Status::Null), (self.raw.solver(), Status::NotInitialised)]
+            {
                 let status = status as i32;
                 assert_eq!(c::stiction_contact_index(solver, 0), status);
                 assert_eq!(c::stiction_row_index(solver, 0), status);

@@ -42,11 +42,7 @@ impl Fault {
 
     /// A pointer, unless this one is to be null.
     pub(crate) fn pointer<T>(self, which: u8, to: &[T]) -> *const T {
-        if self == Self::Null(which) {
-            null()
-        } else {
-            to.as_ptr()
-        }
+        if self == Self::Null(which) { null() } else { to.as_ptr() }
     }
 }
 
@@ -66,11 +62,7 @@ pub(crate) struct Memory {
 impl Memory {
     /// Garbage.
     pub(crate) fn new() -> Box<Self> {
-        Box::new(Self {
-            before: MARK,
-            stiction: [MARK; WORDS],
-            after: MARK,
-        })
+        Box::new(Self { before: MARK, stiction: [MARK; WORDS], after: MARK })
     }
 
     pub(crate) fn solver(&mut self) -> *mut Solver {

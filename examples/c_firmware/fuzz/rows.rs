@@ -3,13 +3,7 @@
 #![allow(clippy::cast_possible_truncation)] // budgets and places are small
 
 mod answers;
-#[allow(
-    dead_code,
-    unreachable_pub,
-    missing_docs,
-    clippy::pedantic,
-    clippy::unnecessary_cast
-)] // as the folder above is checked by itself
+#[allow(dead_code, unreachable_pub, missing_docs, clippy::pedantic, clippy::unnecessary_cast)] // as the folder above is checked by itself
 #[path = "with_rows.rs"]
 mod c;
 #[path = "../../../tests/fuzz/cases.rs"]

@@ -25,11 +25,7 @@ impl Surfaces {
         let own = surface.map(|(surface, reference)| {
             let ([x, y], [about_x, about_y]) = (surface.friction, surface.roll);
             let share = |mu: &Real| {
-                if reference > 0.0 {
-                    double(*mu / reference)
-                } else {
-                    0.0
-                }
+                if reference > 0.0 { double(*mu / reference) } else { 0.0 }
             };
             let coefficients = [x, y, surface.spin, about_x, about_y];
             let shares = coefficients[..D - 1].iter().map(share).collect();
@@ -76,21 +72,15 @@ impl Surfaces {
             n_contacts: scene.contacts().len(),
             dim: D,
             mass: scene.mass().row_iter().map(|row| all(row.iter())).collect(),
-            h: contacts()
-                .flat_map(|contact| (0..D).map(|k| all(contact.jacobian.row(k).iter())))
-                .collect(),
+            h: contacts().flat_map(|contact| (0..D).map(|k| all(contact.jacobian.row(k).iter()))).collect(),
             f: push.iter().map(|x| -double(*x)).collect(),
-            w: contacts()
-                .flat_map(|contact| all(&contact.offset))
-                .collect(),
+            w: contacts().flat_map(|contact| all(&contact.offset)).collect(),
             mu: own()
                 .map(|(contact, surface)| {
                     let mu = double(contact.mu);
-                    surface
-                        .as_ref()
-                        .map_or(Friction::Isotropic(mu), |(shares, _)| {
-                            Friction::Rows(shares.iter().map(|share| share * mu).collect())
-                        })
+                    surface.as_ref().map_or(Friction::Isotropic(mu), |(shares, _)| {
+                        Friction::Rows(shares.iter().map(|share| share * mu).collect())
+                    })
                 })
                 .collect(),
             joints: joints.collect(),

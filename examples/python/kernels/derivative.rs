@@ -90,20 +90,12 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize, const S: us
         to: &mut [f64],
     ) -> Result<Facts, Error> {
         // Its matrix takes about as much room as the kernel.
-        with_room::<Self, _>(|| {
-            differentiate_by(self, problem, settings, impulses, (way, from, to))
-        })
+        with_room::<Self, _>(|| differentiate_by(self, problem, settings, impulses, (way, from, to)))
     }
 }
 
 /// As [`Differentiable::differentiate`], where there is room.
-fn differentiate_by<
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
->(
+fn differentiate_by<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
     kept: &mut Compiled<f64, N, D, C, R, S>,
     problem: &Problem<'_, f64>,
     settings: &Settings<f64>,
@@ -119,21 +111,13 @@ fn differentiate_by<
     let known: Vec<_> = impulses.chunks_exact(D).enumerate().map(contact).collect();
     let row = |(j, &r)| (key(problem.rows.keys, j), r);
     let known_rows: Vec<_> = row_impulses.iter().enumerate().map(row).collect();
-    kept.kernel_mut()
-        .solver_mut()
-        .set_impulses(&known, &known_rows)?;
-    let settings = Settings {
-        budget: 1,
-        ..*settings
-    }; // to judge them
+    kept.kernel_mut().solver_mut().set_impulses(&known, &known_rows)?;
+    let settings = Settings { budget: 1, ..*settings }; // to judge them
     let mut error = kept.solve(&settings, false)?.error;
     let kernel = kept.kernel_mut();
     let found = kernel.solution();
-    let found = (found
-        .contacts
-        .iter()
-        .flat_map(|contact| contact.impulse.as_slice()))
-    .chain(found.rows.iter().map(|row| &row.impulse));
+    let found = (found.contacts.iter().flat_map(|contact| contact.impulse.as_slice()))
+        .chain(found.rows.iter().map(|row| &row.impulse));
     let (mut off, mut largest) = (0.0_f64, 0.0_f64);
     for (found, given) in found.zip(impulses.iter().chain(row_impulses)) {
         (off, largest) = (off.max((found - given).abs()), largest.max(given.abs()));

@@ -61,14 +61,7 @@ type Push<T, const N: usize, const D: usize, const C: usize, const R: usize, con
     fn(&mut Scene<T, N, D, C, R, S>, &Contact<T, N, D>) -> Result<usize, Error>;
 
 /// The kernel of a size.
-pub struct Compiled<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const C: usize,
-    const R: usize,
-    const S: usize,
-> {
+pub struct Compiled<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> {
     kernel: Kernel<T, N, D, C, R, S>,
     free_impulse: SVector<T, N>,
     push: Push<T, N, D, C, R, S>,
@@ -79,11 +72,7 @@ const LARGE: usize = 1 << 19;
 
 /// Runs what needs room for a kernel on the stack.
 pub(crate) fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
-    if size_of::<K>() <= LARGE {
-        work()
-    } else {
-        room::with_room(work)
-    }
+    if size_of::<K>() <= LARGE { work() } else { room::with_room(work) }
 }
 
 impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
@@ -92,11 +81,7 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
     pub fn boxed(push: Push<T, N, D, C, R, S>) -> Box<Self> {
         with_room::<Self, _>(|| {
             let (kernel, free_impulse) = (Kernel::new(), SVector::zeros());
-            Box::new(Self {
-                kernel,
-                free_impulse,
-                push,
-            })
+            Box::new(Self { kernel, free_impulse, push })
         })
     }
 
@@ -199,8 +184,8 @@ fn surface<T: Real, const D: usize>(
     surface
 }
 
-impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
-    Engine<T> for Compiled<T, N, D, C, R, S>
+impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> Engine<T>
+    for Compiled<T, N, D, C, R, S>
 {
     fn load(&mut self, problem: &Problem<'_, T>) -> Result<(), Error> {
         self.kernel.scene_mut().clear();
@@ -218,11 +203,7 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
             } else {
                 self.kernel.solve(&self.free_impulse, settings)?
             };
-            Ok(Outcome {
-                status: solution.status,
-                error: solution.error.into(),
-                work: solution.work,
-            })
+            Ok(Outcome { status: solution.status, error: solution.error.into(), work: solution.work })
         })
     }
 
@@ -241,8 +222,7 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
 
     fn read(&self, out: &mut Out<'_, T>) {
         let solution = self.kernel.solution();
-        out.v
-            .copy_from_slice(&solution.velocity.as_slice()[..out.v.len()]);
+        out.v.copy_from_slice(&solution.velocity.as_slice()[..out.v.len()]);
         for (i, contact) in solution.contacts.iter().enumerate() {
             out.r[i * D..][..D].copy_from_slice(contact.impulse.as_slice());
             out.u[i * D..][..D].copy_from_slice(contact.velocity.as_slice());

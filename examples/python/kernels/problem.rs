@@ -45,14 +45,8 @@ pub struct Rows<'a, T> {
 }
 
 impl<T> Rows<'_, T> {
-    pub const NONE: Self = Self {
-        jacobian: &[],
-        offset: &[],
-        lower: &[],
-        upper: &[],
-        compliance: &[],
-        keys: &[],
-    };
+    pub const NONE: Self =
+        Self { jacobian: &[], offset: &[], lower: &[], upper: &[], compliance: &[], keys: &[] };
 }
 
 impl<T> Problem<'_, T> {
@@ -117,9 +111,7 @@ impl<T: Real> Answer<T> {
         self.u.resize(contacts * dim, T::ZERO);
         self.modes.resize(contacts, 0);
         self.certificate.resize(contacts * dim, T::ZERO);
-        self.rows
-            .iter_mut()
-            .for_each(|list| list.resize(rows, T::ZERO));
+        self.rows.iter_mut().for_each(|list| list.resize(rows, T::ZERO));
         self.row_modes.resize(rows, 0);
         let [row_impulses, row_velocities, row_certificate] = &mut self.rows;
         Out {
@@ -147,13 +139,7 @@ pub struct Outcome {
 impl Outcome {
     /// Sweeps, chord steps, Newton steps, searches for a proof.
     pub fn work(&self) -> [i32; 4] {
-        let Work {
-            sweeps,
-            chord_steps,
-            newton_steps,
-            proof_searches,
-            ..
-        } = self.work;
+        let Work { sweeps, chord_steps, newton_steps, proof_searches, .. } = self.work;
         [sweeps, chord_steps, newton_steps, proof_searches]
             .map(|count| i32::try_from(count).unwrap_or(i32::MAX))
     }
@@ -175,10 +161,7 @@ pub fn refusal(error: &Error) -> String {
         Error::InvalidTolerance => "tol",
         Error::DelassusOutOfRange { .. } => "H",
         Error::InvalidCompliance { .. } => "compliance",
-        Error::ListFull {
-            list: List::Contacts | List::Surfaces | List::InitialImpulses,
-            ..
-        } => "contacts",
+        Error::ListFull { list: List::Contacts | List::Surfaces | List::InitialImpulses, .. } => "contacts",
         _ => "rows",
     };
     format!("{argument}: {error}")

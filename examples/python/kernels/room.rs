@@ -41,10 +41,7 @@ fn apart<R>(work: impl FnOnce() -> R) -> R {
 
 /// A thread with room.
 fn made() -> ThreadPool {
-    let builder = ThreadPoolBuilder::new()
-        .num_threads(1)
-        .stack_size(STACK)
-        .start_handler(|_| note());
+    let builder = ThreadPoolBuilder::new().num_threads(1).stack_size(STACK).start_handler(|_| note());
     match builder.build() {
         Ok(pool) => pool,
         Err(error) => panic!("no thread for a large kernel: {error}"),

@@ -16,13 +16,7 @@ pub struct Size {
 
 impl Size {
     pub fn tuple(&self) -> (usize, usize, usize, usize, usize) {
-        let Self {
-            n,
-            dim,
-            contacts,
-            rows,
-            surfaces,
-        } = *self;
+        let Self { n, dim, contacts, rows, surfaces } = *self;
         (n, dim, contacts, rows, surfaces)
     }
 
@@ -129,10 +123,5 @@ pub fn most_contacts(dim: usize) -> usize {
 
 /// For how many velocities the smallest kernel of so many rows a contact has room that holds so many.
 pub fn room(velocities: usize, dim: usize) -> Option<usize> {
-    SIZES
-        .iter()
-        .filter(|size| size.dim == dim)
-        .map(|size| size.n)
-        .filter(|&n| n >= velocities)
-        .min()
+    SIZES.iter().filter(|size| size.dim == dim).map(|size| size.n).filter(|&n| n >= velocities).min()
 }

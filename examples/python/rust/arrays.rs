@@ -29,17 +29,10 @@ impl<'py, T: Element> Array<'py, T> {
             (false, _) => 1,
             (true, Some(&lead)) => lead,
             (true, None) => {
-                return Err(PyValueError::new_err(format!(
-                    "{name}: a batch has a leading axis"
-                )));
+                return Err(PyValueError::new_err(format!("{name}: a batch has a leading axis")));
             }
         };
-        Ok(Self {
-            name,
-            values,
-            lead,
-            is_batch,
-        })
+        Ok(Self { name, values, lead, is_batch })
     }
 
     /// What is not an array of this type, or not row by row, made one.
@@ -47,16 +40,11 @@ impl<'py, T: Element> Array<'py, T> {
         let py = array.py();
         let convert = py.import("stiction._arrays")?.getattr("array")?;
         let made = convert.call1((name, array, T::get_dtype(py)))?;
-        made.extract().map_err(|_| {
-            PyValueError::new_err(format!("{name}: an array that is being written to"))
-        })
+        made.extract()
+            .map_err(|_| PyValueError::new_err(format!("{name}: an array that is being written to")))
     }
 
-    fn optional(
-        name: &'static str,
-        array: &Bound<'py, PyAny>,
-        is_batch: bool,
-    ) -> PyResult<Option<Self>> {
+    fn optional(name: &'static str, array: &Bound<'py, PyAny>, is_batch: bool) -> PyResult<Option<Self>> {
         if array.is_none() {
             return Ok(None);
         }
@@ -69,16 +57,8 @@ impl<'py, T: Element> Array<'py, T> {
     }
 
     fn wrong(&self, wanted: &str) -> PyErr {
-        let leading = if self.is_batch {
-            " behind the leading axis"
-        } else {
-            ""
-        };
-        PyValueError::new_err(format!(
-            "{}: shape {:?} is not {wanted}{leading}",
-            self.name,
-            self.shape()
-        ))
+        let leading = if self.is_batch { " behind the leading axis" } else { "" };
+        PyValueError::new_err(format!("{}: shape {:?} is not {wanted}{leading}", self.name, self.shape()))
     }
 
     /// Its shape is one of these.
@@ -132,20 +112,12 @@ impl<'py, T: Number> Arrays<'py, T> {
         let number = |name, place: usize| Array::<T>::new(name, &at(place)?, is_batch);
         let friction = number("mu", 4)?;
         let offsets = number("w", 3)?;
-        let contacts = *friction
-            .shape()
-            .first()
-            .ok_or_else(|| friction.wrong("one coefficient a contact"))?;
+        let contacts =
+            *friction.shape().first().ok_or_else(|| friction.wrong("one coefficient a contact"))?;
         let dynamics = [number("M", 0)?, number("H", 1)?, number("free_impulse", 2)?];
-        let [n, behind, pushed] = dynamics
-            .each_ref()
-            .map(|array| array.shape().last().copied().unwrap_or(0));
+        let [n, behind, pushed] = dynamics.each_ref().map(|array| array.shape().last().copied().unwrap_or(0));
         // Whom two others contradict is wrong.
-        let n = if behind == pushed && n != behind {
-            behind
-        } else {
-            n
-        };
+        let n = if behind == pushed && n != behind { behind } else { n };
         let [mass, shaped, free_impulse] = &dynamics;
         mass.expect(&[&[n, n]])?;
         // The rows of a contact, as `H` has them.
@@ -155,9 +127,7 @@ impl<'py, T: Number> Arrays<'py, T> {
             ([_, ..], 0) => 3,
             ([all, rest @ ..], _) if rest == behind && all % contacts == 0 => all / contacts,
             _ => {
-                return Err(
-                    shaped.wrong(&format!("that of {contacts} contacts over the velocities"))
-                );
+                return Err(shaped.wrong(&format!("that of {contacts} contacts over the velocities")));
             }
         };
         if !matches!(dim, 1..=4 | 6) {
@@ -165,11 +135,7 @@ impl<'py, T: Number> Arrays<'py, T> {
         }
         offsets.expect(&[&[contacts, dim], &[contacts * dim]])?;
         let by_row = [contacts, dim - 1];
-        let round: &[&[usize]] = if dim > 3 {
-            &[&by_row]
-        } else {
-            &[&[contacts], &by_row]
-        };
+        let round: &[&[usize]] = if dim > 3 { &[&by_row] } else { &[&[contacts], &by_row] };
         friction.expect(round)?;
         let compliance = Array::optional("compliance", &at(5)?, is_batch)?;
         let keys = Array::optional("keys", &at(6)?, is_batch)?;
@@ -177,33 +143,15 @@ impl<'py, T: Number> Arrays<'py, T> {
         let rows = joint.as_ref().map_or(0, |rows| rows.numbers[0].shape()[0]);
         shaped.expect(&[&[contacts, dim, n], &[contacts * dim, n]])?;
         free_impulse.expect(&[&[n]])?;
-        compliance
-            .as_ref()
-            .map_or(Ok(()), |array| array.expect(&[&[contacts, 2]]))?;
-        keys.as_ref()
-            .map_or(Ok(()), |array| array.expect(&[&[contacts]]))?;
-        let mut arrays = Self {
-            n,
-            dim,
-            contacts,
-            rows,
-            lead: 1,
-            dynamics,
-            offsets,
-            friction,
-            compliance,
-            keys,
-            joint,
-        };
+        compliance.as_ref().map_or(Ok(()), |array| array.expect(&[&[contacts, 2]]))?;
+        keys.as_ref().map_or(Ok(()), |array| array.expect(&[&[contacts]]))?;
+        let mut arrays =
+            Self { n, dim, contacts, rows, lead: 1, dynamics, offsets, friction, compliance, keys, joint };
         arrays.lead = arrays.common_lead()?;
         Ok(arrays)
     }
 
-    fn rows(
-        rows: &Bound<'py, PyAny>,
-        n: usize,
-        is_batch: bool,
-    ) -> PyResult<Option<RowArrays<'py, T>>> {
+    fn rows(rows: &Bound<'py, PyAny>, n: usize, is_batch: bool) -> PyResult<Option<RowArrays<'py, T>>> {
         if rows.is_none() {
             return Ok(None);
         }
@@ -219,42 +167,22 @@ impl<'py, T: Number> Arrays<'py, T> {
         let keys = Array::new("rows.keys", &rows.get_item(5)?, is_batch)?;
         let count = jacobian.shape().first().copied().unwrap_or(0);
         jacobian.expect(&[&[count, n]])?;
-        numbers
-            .iter()
-            .try_for_each(|array| array.expect(&[&[count]]))?;
+        numbers.iter().try_for_each(|array| array.expect(&[&[count]]))?;
         keys.expect(&[&[count]])?;
-        Ok(Some(RowArrays {
-            jacobian,
-            numbers,
-            keys,
-        }))
+        Ok(Some(RowArrays { jacobian, numbers, keys }))
     }
 
     /// The length of the leading axis that all have which have not 1.
     fn common_lead(&self) -> PyResult<usize> {
-        let own = self
-            .dynamics
-            .iter()
-            .chain([&self.offsets, &self.friction])
-            .chain(&self.compliance);
-        let rows = self
-            .joint
-            .iter()
-            .flat_map(|rows| rows.numbers.iter().chain([&rows.jacobian]));
-        let keys = self
-            .keys
-            .iter()
-            .chain(self.joint.iter().map(|rows| &rows.keys));
+        let own = self.dynamics.iter().chain([&self.offsets, &self.friction]).chain(&self.compliance);
+        let rows = self.joint.iter().flat_map(|rows| rows.numbers.iter().chain([&rows.jacobian]));
+        let keys = self.keys.iter().chain(self.joint.iter().map(|rows| &rows.keys));
         let leads: Vec<_> = own
             .chain(rows)
             .map(|array| (array.name, array.lead))
             .chain(keys.map(|array| (array.name, array.lead)))
             .collect();
-        let lead = leads
-            .iter()
-            .map(|&(_, lead)| lead)
-            .find(|&lead| lead != 1)
-            .unwrap_or(1);
+        let lead = leads.iter().map(|&(_, lead)| lead).find(|&lead| lead != 1).unwrap_or(1);
         match leads.iter().find(|&&(_, own)| own != 1 && own != lead) {
             None => Ok(lead),
             Some((name, own)) => Err(PyValueError::new_err(format!(
@@ -267,14 +195,10 @@ impl<'py, T: Number> Arrays<'py, T> {
     pub(crate) fn problem(&self, scene: usize) -> Problem<'_, T> {
         let [mass, jacobian, free_impulse] = self.dynamics.each_ref().map(|array| array.of(scene));
         let mu = self.friction.of(scene);
-        let friction = if self.friction.shape().len() == 1 {
-            Friction::Round(mu)
-        } else {
-            Friction::Shaped(mu)
-        };
+        let friction =
+            if self.friction.shape().len() == 1 { Friction::Round(mu) } else { Friction::Shaped(mu) };
         let rows = self.joint.as_ref().map_or(Rows::NONE, |rows| {
-            let [offset, lower, upper, compliance] =
-                rows.numbers.each_ref().map(|array| array.of(scene));
+            let [offset, lower, upper, compliance] = rows.numbers.each_ref().map(|array| array.of(scene));
             Rows {
                 jacobian: rows.jacobian.of(scene),
                 offset,
@@ -292,10 +216,7 @@ impl<'py, T: Number> Arrays<'py, T> {
             free_impulse,
             offsets: self.offsets.of(scene),
             friction,
-            compliance: self
-                .compliance
-                .as_ref()
-                .map_or(&[], |array| array.of(scene)),
+            compliance: self.compliance.as_ref().map_or(&[], |array| array.of(scene)),
             keys: self.keys.as_ref().map_or(&[], |array| array.of(scene)),
             rows,
         }

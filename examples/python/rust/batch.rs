@@ -43,19 +43,9 @@ pub(crate) fn solve_batch<'py>(
 pub(crate) fn batch_shape(scenes: &Bound<'_, PyTuple>, single: bool) -> PyResult<[usize; 5]> {
     fn shape<T: Number>(scenes: &Bound<'_, PyTuple>) -> PyResult<[usize; 5]> {
         let arrays = Arrays::<T>::new(scenes, true)?;
-        Ok([
-            arrays.lead,
-            arrays.n,
-            arrays.contacts,
-            arrays.dim,
-            arrays.rows,
-        ])
+        Ok([arrays.lead, arrays.n, arrays.contacts, arrays.dim, arrays.rows])
     }
-    if single {
-        shape::<f32>(scenes)
-    } else {
-        shape::<f64>(scenes)
-    }
+    if single { shape::<f32>(scenes) } else { shape::<f64>(scenes) }
 }
 
 fn solve_all<T: Number>(
@@ -71,37 +61,24 @@ fn solve_all<T: Number>(
         return Ok(());
     }
     let index = sizes::index(&arrays.problem(0).needs()).map_err(PyValueError::new_err)?;
-    let (mut v, mut r, mut u) = (
-        writable::<T>(out, 0)?,
-        writable::<T>(out, 1)?,
-        writable::<T>(out, 2)?,
-    );
+    let (mut v, mut r, mut u) = (writable::<T>(out, 0)?, writable::<T>(out, 1)?, writable::<T>(out, 2)?);
     let (mut modes, mut certificate) = (writable::<i8>(out, 3)?, writable::<T>(out, 4)?);
     let (mut impulses, mut velocities) = (writable::<T>(out, 5)?, writable::<T>(out, 6)?);
     let (mut row_modes, mut row_certificate) = (writable::<i8>(out, 7)?, writable::<T>(out, 8)?);
-    let (mut status, mut error, mut work) = (
-        writable::<i8>(out, 9)?,
-        writable::<T>(out, 10)?,
-        writable::<i32>(out, 11)?,
-    );
+    let (mut status, mut error, mut work) =
+        (writable::<i8>(out, 9)?, writable::<T>(out, 10)?, writable::<i32>(out, 11)?);
 
     let (mut v, mut r, mut u) = (
         Pieces(v.as_slice_mut()?, n),
         Pieces(r.as_slice_mut()?, c * arrays.dim),
         Pieces(u.as_slice_mut()?, c * arrays.dim),
     );
-    let (mut modes, mut certificate) = (
-        Pieces(modes.as_slice_mut()?, c),
-        Pieces(certificate.as_slice_mut()?, c * arrays.dim),
-    );
-    let (mut impulses, mut velocities) = (
-        Pieces(impulses.as_slice_mut()?, k),
-        Pieces(velocities.as_slice_mut()?, k),
-    );
-    let (mut row_modes, mut row_certificate) = (
-        Pieces(row_modes.as_slice_mut()?, k),
-        Pieces(row_certificate.as_slice_mut()?, k),
-    );
+    let (mut modes, mut certificate) =
+        (Pieces(modes.as_slice_mut()?, c), Pieces(certificate.as_slice_mut()?, c * arrays.dim));
+    let (mut impulses, mut velocities) =
+        (Pieces(impulses.as_slice_mut()?, k), Pieces(velocities.as_slice_mut()?, k));
+    let (mut row_modes, mut row_certificate) =
+        (Pieces(row_modes.as_slice_mut()?, k), Pieces(row_certificate.as_slice_mut()?, k));
     let (mut status, mut error, mut work) = (
         Pieces(status.as_slice_mut()?, 1),
         Pieces(error.as_slice_mut()?, 1),
@@ -151,9 +128,7 @@ fn solve_all<T: Number>(
         None => Ok(()),
         Some((scene, error)) => {
             let text = value_error(&error).value(py).to_string();
-            Err(PyValueError::new_err(format!(
-                "{text} (scene {scene} of the batch)"
-            )))
+            Err(PyValueError::new_err(format!("{text} (scene {scene} of the batch)")))
         }
     }
 }
@@ -210,12 +185,9 @@ fn writable<'py, T: Element>(
     place: usize,
 ) -> PyResult<PyReadwriteArrayDyn<'py, T>> {
     let array = out.get_item(place)?;
-    let array = array
-        .cast::<PyArrayDyn<T>>()
-        .map_err(|_| PyValueError::new_err("out: an array of another type"))?;
-    array
-        .try_readwrite()
-        .map_err(|error| PyValueError::new_err(format!("out: {error}")))
+    let array =
+        array.cast::<PyArrayDyn<T>>().map_err(|_| PyValueError::new_err("out: an array of another type"))?;
+    array.try_readwrite().map_err(|error| PyValueError::new_err(format!("out: {error}")))
 }
 
 /// An array, cut into pieces of one length.

@@ -28,12 +28,7 @@ pub(crate) fn derivative<'py>(
     let (numbers, backward) = asked;
     let arrays = Arrays::<f64>::new(scenes, is_batch)?;
     let settings = settings::<f64>(&given)?;
-    let lengths = Lengths {
-        n: arrays.n,
-        contacts: arrays.contacts,
-        dim: arrays.dim,
-        rows: arrays.rows,
-    };
+    let lengths = Lengths { n: arrays.n, contacts: arrays.contacts, dim: arrays.dim, rows: arrays.rows };
     let (way, width, wide) = if backward {
         (Way::Adjoint, lengths.outputs(), lengths.inputs())
     } else {
@@ -46,9 +41,7 @@ pub(crate) fn derivative<'py>(
         && rows.shape() == [count, lengths.rows]
         && (arrays.lead == count || arrays.lead == 1);
     if !fits {
-        return Err(PyValueError::new_err(
-            "solution: its arrays are no longer those that were solved",
-        ));
+        return Err(PyValueError::new_err("solution: its arrays are no longer those that were solved"));
     }
     let (from, contacts, rows) = (numbers.as_slice()?, contacts.as_slice()?, rows.as_slice()?);
     let (mut to, mut facts) = (vec![0.0; count * wide], vec![0.0; count * 4]);
@@ -69,21 +62,14 @@ pub(crate) fn derivative<'py>(
         let (places, of_each) = (to.chunks_exact_mut(wide.max(1)), facts.chunks_exact_mut(4));
         let mut tasks: Vec<_> = places.zip(of_each).enumerate().collect();
         if threads == 1 {
-            return Ok(tasks
-                .iter_mut()
-                .try_for_each(|(scene, (to, facts))| one(*scene, to, facts)));
+            return Ok(tasks.iter_mut().try_for_each(|(scene, (to, facts))| one(*scene, to, facts)));
         }
         let pool = pool(threads)?;
-        Ok(pool.install(|| {
-            tasks
-                .par_iter_mut()
-                .try_for_each(|(scene, (to, facts))| one(*scene, to, facts))
-        }))
+        Ok(pool.install(|| tasks.par_iter_mut().try_for_each(|(scene, (to, facts))| one(*scene, to, facts))))
     });
     done?.map_err(PyValueError::new_err)?;
-    let table = |numbers: &[f64], width: usize| {
-        numpy::PyArray1::from_slice(py, numbers).reshape([count, width])
-    };
+    let table =
+        |numbers: &[f64], width: usize| numpy::PyArray1::from_slice(py, numbers).reshape([count, width]);
     Ok((table(&to, wide)?, table(&facts, 4)?))
 }
 

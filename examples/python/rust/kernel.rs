@@ -37,13 +37,7 @@ impl Kernel {
     fn new(counts: [usize; 4], surfaces: bool, single: bool) -> PyResult<Self> {
         let [n, contacts, dim, rows] = counts;
         let surfaces = surfaces || dim > 3;
-        let needs = Needs {
-            n,
-            dim,
-            contacts,
-            rows,
-            surfaces,
-        };
+        let needs = Needs { n, dim, contacts, rows, surfaces };
         let index = sizes::index(&needs).map_err(PyValueError::new_err)?;
         let kept = if single {
             Either::Single(Mutex::new(Kept {
@@ -175,8 +169,7 @@ fn start<T: Number>(
         )));
     }
     let (keys, impulses) = (keys.as_slice()?, impulses.as_slice()?);
-    py.detach(|| lock(kept).engine.start(keys, impulses))
-        .map_err(|error| value_error(&error))
+    py.detach(|| lock(kept).engine.start(keys, impulses)).map_err(|error| value_error(&error))
 }
 
 /// A kernel is whole after a panic: the next scene is filled in anew.

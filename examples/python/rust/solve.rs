@@ -21,11 +21,7 @@ pub(crate) fn settings<T: Number>(given: &SettingsArguments<'_>) -> PyResult<Set
     Ok(Settings {
         tolerance: T::literal(tolerance),
         budget: budget.extract().map_err(|error| wrong("budget", error))?,
-        model: if *relaxed {
-            Model::ConvexRelaxation
-        } else {
-            Model::Coulomb
-        },
+        model: if *relaxed { Model::ConvexRelaxation } else { Model::Coulomb },
     })
 }
 
@@ -75,10 +71,7 @@ pub(crate) fn run<T: Number>(
 }
 
 /// Lets a function use this thread's kernel of a size, cold.
-pub(crate) fn with_engine<T: Number, V>(
-    index: usize,
-    call: impl FnOnce(&mut dyn Engine<T>) -> V,
-) -> V {
+pub(crate) fn with_engine<T: Number, V>(index: usize, call: impl FnOnce(&mut dyn Engine<T>) -> V) -> V {
     T::engines().with_borrow_mut(|engines| {
         if engines.len() <= index {
             engines.resize_with(sizes::SIZES.len(), || None);
@@ -113,9 +106,5 @@ pub(crate) fn solve<'py>(
             Ok((sizes, outcome.map_err(|error| value_error(&error))?))
         })
     }
-    if single {
-        cold::<f32>(py, scene, &settings)
-    } else {
-        cold::<f64>(py, scene, &settings)
-    }
+    if single { cold::<f32>(py, scene, &settings) } else { cold::<f64>(py, scene, &settings) }
 }

@@ -29,9 +29,7 @@ impl ContactKeys {
         }
         self.steps += 1;
         let dim = h.nrows().checked_div(contacts).unwrap_or(0);
-        let rows: Vec<_> = (0..contacts)
-            .map(|i| h.rows(i * dim, dim).into_owned())
-            .collect();
+        let rows: Vec<_> = (0..contacts).map(|i| h.rows(i * dim, dim).into_owned()).collect();
         let mut pairs = Vec::new();
         for (i, name) in names.iter().enumerate() {
             for (k, known) in self.known.iter().enumerate() {
@@ -50,11 +48,7 @@ impl ContactKeys {
         }
         let mut step = Vec::new();
         for ((key, rows), name) in keys.into_iter().zip(rows).zip(names) {
-            let seen = Known {
-                name: name.clone(),
-                rows,
-                step: self.steps,
-            };
+            let seen = Known { name: name.clone(), rows, step: self.steps };
             let key = key.unwrap_or(self.known.len());
             if let Some(known) = self.known.get_mut(key) {
                 *known = seen;

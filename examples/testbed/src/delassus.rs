@@ -8,12 +8,9 @@ use nalgebra::DMatrix;
 /// Push contacts and joint rows with these rows, with `q` as offsets, and solve with a mass matrix of 1 and a free impulse of 0. The
 /// velocity of the solution has no meaning then, and what "solved" promises is the error for `H Hᵀ`.
 pub fn root(delassus: &DMatrix<f64>, columns: usize) -> DMatrix<f64> {
-    let scale = delassus
-        .diagonal()
-        .map(|own| if own > 0.0 { own.sqrt() } else { 1.0 });
-    let scaled = DMatrix::from_fn(delassus.nrows(), delassus.ncols(), |i, j| {
-        delassus[(i, j)] / (scale[i] * scale[j])
-    });
+    let scale = delassus.diagonal().map(|own| if own > 0.0 { own.sqrt() } else { 1.0 });
+    let scaled =
+        DMatrix::from_fn(delassus.nrows(), delassus.ncols(), |i, j| delassus[(i, j)] / (scale[i] * scale[j]));
     let eigen = scaled.symmetric_eigen();
     let mut order: Vec<usize> = (0..delassus.nrows()).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));

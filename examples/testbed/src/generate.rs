@@ -131,11 +131,7 @@ impl Candidate {
             let allowance = rounding.rows(normal, scene.dim).sum() * (1.0 + mu);
             mu * slip <= u[normal] + allowance
         });
-        let existence = if in_dual_cone {
-            Existence::Guaranteed
-        } else {
-            Existence::Unknown
-        };
+        let existence = if in_dual_cone { Existence::Guaranteed } else { Existence::Unknown };
         (scene, existence)
     }
 }

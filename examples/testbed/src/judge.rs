@@ -145,17 +145,9 @@ fn projected(contact: &Contact, alpha: Wide, r: &[Wide], u: &[Wide]) -> Vector {
 fn apart(contact: &Contact, alpha: Wide, r: &[Wide], u: &[Wide]) -> Wide {
     let tangent = || r[1..].iter().zip(&u[1..]);
     let grip = contact.mu * r[0];
-    let length = root(square(
-        &tangent().map(|(&r, &u)| r - alpha * u).collect::<Vector>(),
-    ));
-    let share = if length > grip {
-        ratio(grip, length)
-    } else {
-        Wide::from(1.0)
-    };
-    let mut left: Vector = tangent()
-        .map(|(&r, &u)| r - (r - alpha * u) * share)
-        .collect();
+    let length = root(square(&tangent().map(|(&r, &u)| r - alpha * u).collect::<Vector>()));
+    let share = if length > grip { ratio(grip, length) } else { Wide::from(1.0) };
+    let mut left: Vector = tangent().map(|(&r, &u)| r - (r - alpha * u) * share).collect();
     let push = alpha * u[0];
     left.push(if push < r[0] { push } else { r[0] });
     square(&left)
@@ -175,13 +167,7 @@ pub(crate) struct NaturalMap {
 impl NaturalMap {
     pub(crate) fn new() -> Self {
         let [off, impulse, alone, stop, energy] = [zero(); 5];
-        Self {
-            off,
-            impulse,
-            alone,
-            stop,
-            energy,
-        }
+        Self { off, impulse, alone, stop, energy }
     }
 
     /// Adds a contact with `trace(W_ii)`, impulse and velocity, the free one, and `abs(H_i) abs(v_free)`, all scaled. `None` if
@@ -277,9 +263,8 @@ impl Scene {
             let whitened: Vec<Vector> = contact.rows.iter().map(|h| cholesky.whiten(h)).collect();
             let rows = whitened.iter().zip(&contact.scales);
             let inverse_masses = rows.zip(&contact.compliance);
-            let trace = inverse_masses.fold(zero(), |sum, ((x, &scale), &soft)| {
-                sum + scale * scale * square(x) + soft
-            });
+            let trace = inverse_masses
+                .fold(zero(), |sum, ((x, &scale), &soft)| sum + scale * scale * square(x) + soft);
             let mut u = times(&contact.rows, &contact.scales, v);
             let mut q = times(&whitened, &contact.scales, &free);
             let pairs = u.iter_mut().zip(&mut q);
@@ -313,8 +298,7 @@ impl Scene {
         let Some(cholesky) = Cholesky::new(&self.mass) else {
             return zero();
         };
-        let (mut levers, mut fastest, mut mobility) =
-            (vec![zero(); self.push.len()], zero(), zero());
+        let (mut levers, mut fastest, mut mobility) = (vec![zero(); self.push.len()], zero(), zero());
         for contact in &self.contacts {
             let mut moved = zero();
             for (k, row) in contact.rows.iter().enumerate() {
@@ -339,11 +323,8 @@ impl Scene {
             let x = cholesky.whiten(&row.entries);
             let inverse_mass = square(&x) + row.compliance;
             let s_free = dot(&x, &free) + row.offset;
-            let alone = if inverse_mass > zero() {
-                row.clamped(-s_free / inverse_mass)
-            } else {
-                row.clamped(zero())
-            };
+            let alone =
+                if inverse_mass > zero() { row.clamped(-s_free / inverse_mass) } else { row.clamped(zero()) };
             for (asked, &entry) in asked.iter_mut().zip(&row.entries) {
                 *asked += size(entry * alone);
             }
@@ -394,8 +375,7 @@ impl Scene {
         let (mut off, mut energy, mut stored) = (zero(), map.energy, zero());
         for (row, &given) in self.rows.iter().zip(lambda) {
             let [lower, upper] = row.bounds;
-            if lower.is_some_and(|lower| given < lower) || upper.is_some_and(|upper| given > upper)
-            {
+            if lower.is_some_and(|lower| given < lower) || upper.is_some_and(|upper| given > upper) {
                 return None;
             }
             let (x, lambda) = (cholesky.whiten(&row.entries), Wide::from(given));
@@ -454,10 +434,7 @@ impl Scene {
         let share = least / Wide::from(1e4);
         if self.is_mixed {
             let one = Wide::from(1.0);
-            vec![
-                error(&|_| one, share * heaviest),
-                error(&|k| one / own(k), share),
-            ]
+            vec![error(&|_| one, share * heaviest), error(&|k| one / own(k), share)]
         } else {
             vec![error(&|_| Wide::from(1.0), zero())]
         }

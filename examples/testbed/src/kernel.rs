@@ -18,11 +18,7 @@ pub struct Shape {
 
 impl Shape {
     pub fn of(file: &SceneFile) -> Self {
-        Self {
-            dofs: file.n_dof,
-            dim: file.dim,
-            contacts: file.n_contacts,
-        }
+        Self { dofs: file.n_dof, dim: file.dim, contacts: file.n_contacts }
     }
 
     /// Of the time steps of a sequence: contacts come and go.
@@ -125,11 +121,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Compiled<T, N, D, 
 }
 
 fn rounded<T: Real>(settings: &Settings<f64>) -> Settings<T> {
-    Settings {
-        tolerance: T::literal(settings.tolerance),
-        budget: settings.budget,
-        model: settings.model,
-    }
+    Settings { tolerance: T::literal(settings.tolerance), budget: settings.budget, model: settings.model }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compiled<T, N, D, C> {
@@ -177,12 +169,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
     fn resume(&mut self, settings: &Settings<f64>) -> Result<(), Error> {
         self.method = Method::Default;
         let solver = &mut self.solvers.default;
-        solver.resume(
-            &self.scene,
-            &self.factors.default,
-            &self.push,
-            &rounded(settings),
-        )?;
+        solver.resume(&self.scene, &self.factors.default, &self.push, &rounded(settings))?;
         Ok(())
     }
 
@@ -205,16 +192,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
             error: measure::double(&solution.error),
             v,
             r: measure::impulses(solution),
-            modes: solution
-                .contacts
-                .iter()
-                .map(|contact| contact.mode)
-                .collect(),
-            certificate: solution
-                .certificate
-                .iter()
-                .map(|d| measure::double(&d[0]))
-                .collect(),
+            modes: solution.contacts.iter().map(|contact| contact.mode).collect(),
+            certificate: solution.certificate.iter().map(|d| measure::double(&d[0])).collect(),
             lambda: Vec::new(),
             certificate_lambda: Vec::new(),
         }
@@ -241,11 +220,7 @@ pub fn smallest<T: Real>(shape: Shape) -> Result<Box<dyn Kernel>, String> {
 }
 
 /// The kernel with a scene and the factor that a method needs; the smallest compiled size has to hold the scene.
-pub fn prepared(
-    kernel: Constructor,
-    file: &SceneFile,
-    method: Method,
-) -> Result<Box<dyn Kernel>, Error> {
+pub fn prepared(kernel: Constructor, file: &SceneFile, method: Method) -> Result<Box<dyn Kernel>, Error> {
     let mut kernel = kernel(Shape::of(file)).expect("a size is compiled");
     kernel.load(file)?;
     kernel.prepare(method)?;

@@ -2,11 +2,7 @@
 //! error measured by a stranger.
 #![allow(missing_docs)] // a tool of this repository
 #![allow(clippy::cast_precision_loss)] // sizes and counts are small
-#![allow(
-    clippy::missing_errors_doc,
-    clippy::missing_panics_doc,
-    clippy::must_use_candidate
-)]
+#![allow(clippy::missing_errors_doc, clippy::missing_panics_doc, clippy::must_use_candidate)]
 
 mod contact_keys;
 pub mod delassus;

@@ -31,11 +31,7 @@ pub fn project(x: &[f64], mu: f64) -> Vec<f64> {
 fn norm<'a>(x: impl Iterator<Item = &'a f64> + Clone) -> f64 {
     let largest = x.clone().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let squares = x.map(|x| (x / largest).powi(2));
-    if largest > 0.0 {
-        largest * squares.sum::<f64>().sqrt()
-    } else {
-        0.0
-    }
+    if largest > 0.0 { largest * squares.sum::<f64>().sqrt() } else { 0.0 }
 }
 
 /// A scene of contacts alone, to be judged.
@@ -71,14 +67,10 @@ pub fn error(scene: &SceneFile, v: &[f64], r: &[f64], law: Law) -> f64 {
 /// The size of the impulses to expect, `max(|r0|, |stop|)`.
 pub fn size(scene: &SceneFile, law: Law) -> f64 {
     let scene = judged(scene, law);
-    let rest = vec![
-        vec![judge::zero(); scene.contacts.first().map_or(1, |c| c.scales.len())];
-        scene.contacts.len()
-    ];
+    let rest =
+        vec![vec![judge::zero(); scene.contacts.first().map_or(1, |c| c.scales.len())]; scene.contacts.len()];
     let still = vec![judge::zero(); scene.push.len()];
-    scene
-        .contacts(&still, &rest)
-        .map_or(0.0, |(map, ..)| judge::narrow(map.size()))
+    scene.contacts(&still, &rest).map_or(0.0, |(map, ..)| judge::narrow(map.size()))
 }
 
 /// What a certificate of infeasibility `d` (one number a contact) proves: any velocity with
@@ -86,11 +78,7 @@ pub fn size(scene: &SceneFile, law: Law) -> f64 {
 /// offset asks for alone. Infinite if `H_Nᵀ d = 0` exactly, 0 if `d` proves nothing.
 pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
     let normal = |i: usize| scene.h.row(i * scene.dim);
-    let cholesky = scene
-        .mass
-        .clone()
-        .cholesky()
-        .expect("M is positive definite");
+    let cholesky = scene.mass.clone().cholesky().expect("M is positive definite");
     let energy = |x: &DVector<f64>| x.dot(&cholesky.solve(x)).sqrt();
     let mut leak = DVector::zeros(scene.n_dof);
     let (mut approach, mut fastest) = (0.0, 0.0_f64);
@@ -106,11 +94,7 @@ pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
         return 0.0;
     }
     let leak = energy(&leak) * fastest;
-    if leak > 0.0 {
-        approach / leak
-    } else {
-        f64::INFINITY
-    }
+    if leak > 0.0 { approach / leak } else { f64::INFINITY }
 }
 
 /// [`error`] of a solution of the kernel.
@@ -136,9 +120,7 @@ pub fn impulses<T: Real, const N: usize, const D: usize, const C: usize>(
     solution: &Solution<T, N, D, C>,
 ) -> Vec<f64> {
     let contacts = solution.contacts.iter();
-    contacts
-        .flat_map(|contact| contact.impulse.iter().map(double))
-        .collect()
+    contacts.flat_map(|contact| contact.impulse.iter().map(double)).collect()
 }
 
 pub(crate) fn double<T: Real>(x: &T) -> f64 {

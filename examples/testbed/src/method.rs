@@ -2,8 +2,7 @@
 
 use nalgebra::SVector;
 use stiction::{
-    Acceleration, AdmmFactor, AdmmSolver, Error, Factor, Real, Scene, Settings, SlipUpdate,
-    Solution, Solver,
+    Acceleration, AdmmFactor, AdmmSolver, Error, Factor, Real, Scene, Settings, SlipUpdate, Solution, Solver,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,11 +23,7 @@ pub struct Solvers<T: Real, const N: usize, const D: usize, const C: usize> {
 impl<T: Real, const N: usize, const D: usize, const C: usize> Solvers<T, N, D, C> {
     /// All cold; those by ADMM update `s` so.
     pub fn new(slip_update: SlipUpdate) -> Self {
-        let accelerations = [
-            Acceleration::Plain,
-            Acceleration::Nesterov,
-            Acceleration::Restart,
-        ];
+        let accelerations = [Acceleration::Plain, Acceleration::Nesterov, Acceleration::Restart];
         Self {
             default: Solver::new(),
             admm: accelerations.map(|acceleration| AdmmSolver::with(acceleration, slip_update)),
@@ -79,10 +74,7 @@ pub struct Factors<T: Real, const N: usize, const D: usize, const C: usize> {
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Factors<T, N, D, C> {
     pub fn empty() -> Self {
-        Self {
-            default: Factor::empty(),
-            admm: AdmmFactor::empty(),
-        }
+        Self { default: Factor::empty(), admm: AdmmFactor::empty() }
     }
 
     /// Prepares the one that a method needs.
@@ -115,10 +107,7 @@ impl Method {
         push: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&'a Solution<T, N, D, C>, Error> {
-        let Solvers {
-            default,
-            admm: [plain, fast, restart],
-        } = solvers;
+        let Solvers { default, admm: [plain, fast, restart] } = solvers;
         match self {
             Self::Plain => plain.solve(scene, &factors.admm, push, settings),
             Self::Fast => fast.solve(scene, &factors.admm, push, settings),
@@ -148,7 +137,6 @@ impl Method {
         let mut factors = Factors::empty();
         factors.prepare(self, scene)?;
         let mut solvers = Solvers::new(slip_update);
-        self.run(&mut solvers, scene, &factors, push, settings)
-            .cloned()
+        self.run(&mut solvers, scene, &factors, push, settings).cloned()
     }
 }

@@ -7,9 +7,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use serde::Deserialize;
 use std::path::Path;
 use std::time::Instant;
-use stiction::{
-    Contact, Error, JointRow, Kernel, Real, RowLaw, Scene, Settings, Solution, Status, Surface,
-};
+use stiction::{Contact, Error, JointRow, Kernel, Real, RowLaw, Scene, Settings, Solution, Status, Surface};
 
 /// A scene of contacts and joint rows as it stands in a file.
 #[derive(Clone, Debug, Deserialize)]
@@ -124,11 +122,7 @@ impl MixedFile {
             w: all(&self.w),
             mu: self.mu.iter().map(friction).collect(),
             joints: self.joints.iter().map(joint).collect(),
-            compliance: self
-                .compliance
-                .iter()
-                .map(|soft| [round(&soft[0]), round(&soft[1])])
-                .collect(),
+            compliance: self.compliance.iter().map(|soft| [round(&soft[0]), round(&soft[1])]).collect(),
             ..self.clone()
         }
     }
@@ -143,18 +137,11 @@ impl MixedFile {
         vector("f", self.f.clone(), self.n_dof)?;
         vector("w", self.w.clone(), rows)?;
         if self.mu.len() != self.n_contacts {
-            return Err(format!(
-                "mu has {} entries, not {}",
-                self.mu.len(),
-                self.n_contacts
-            ));
+            return Err(format!("mu has {} entries, not {}", self.mu.len(), self.n_contacts));
         }
         if !self.compliance.is_empty() && self.compliance.len() != self.n_contacts {
             let given = self.compliance.len();
-            return Err(format!(
-                "compliance has {given} entries, not {}",
-                self.n_contacts
-            ));
+            return Err(format!("compliance has {given} entries, not {}", self.n_contacts));
         }
         for mu in &self.mu {
             if let Friction::Rows(mu) = mu
@@ -179,14 +166,7 @@ impl MixedFile {
 
     /// Fills a scene in the kernel's types, padded with decoupled velocities of the first mass. Limits that are not to be inside are
     /// returned.
-    pub fn fill<
-        T: Real,
-        const N: usize,
-        const D: usize,
-        const C: usize,
-        const R: usize,
-        const S: usize,
-    >(
+    pub fn fill<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         &self,
         scene: &mut Scene<T, N, D, C, R, S>,
     ) -> Result<Vec<JointRow<T, N>>, Error> {
@@ -241,10 +221,9 @@ impl Joint {
         match (self.kind.as_str(), self.lower, self.upper) {
             ("limit", ..) => Ok(RowLaw::Limit),
             ("equality", ..) => Ok(RowLaw::Equality),
-            ("box", Some(lower), Some(upper)) => Ok(RowLaw::Box {
-                lower: T::literal(lower),
-                upper: T::literal(upper),
-            }),
+            ("box", Some(lower), Some(upper)) => {
+                Ok(RowLaw::Box { lower: T::literal(lower), upper: T::literal(upper) })
+            }
             ("box", ..) => Err("a box without bounds".into()),
             (kind, ..) => Err(format!("joint kind {kind:?}")),
         }
@@ -259,12 +238,7 @@ fn surface<T: Real>(mu: &Friction, compliance: [T; 2]) -> Surface<T> {
             Friction::Rows(mu) => mu.get(k).copied().unwrap_or(0.0),
         })
     };
-    Surface {
-        friction: [row(0), row(1)],
-        spin: row(2),
-        roll: [row(3), row(4)],
-        compliance,
-    }
+    Surface { friction: [row(0), row(1)], spin: row(2), roll: [row(3), row(4)], compliance }
 }
 
 /// The kernel's answer to a scene in the smallest compiled size that holds it, solved so many times from nothing.
@@ -275,29 +249,18 @@ pub fn solve<T: Real>(
 ) -> Result<(Answer, Times), String> {
     let said = |error: Error| error.to_string();
     match (file.n_dof, file.dim, file.n_contacts, file.joints.len()) {
-        (..=30, 2, ..=12, ..=36) => {
-            solve_in::<T, 30, 2, 12, 36>(file, settings, repeat).map_err(said)
+        (..=30, 2, ..=12, ..=36) => solve_in::<T, 30, 2, 12, 36>(file, settings, repeat).map_err(said),
+        (..=30, 3, ..=12, ..=36) => solve_in::<T, 30, 3, 12, 36>(file, settings, repeat).map_err(said),
+        (..=30, 4, ..=12, ..=36) => solve_in::<T, 30, 4, 12, 36>(file, settings, repeat).map_err(said),
+        (..=30, 6, ..=12, ..=36) => solve_in::<T, 30, 6, 12, 36>(file, settings, repeat).map_err(said),
+        (dofs, dim, contacts, rows) => {
+            Err(format!("{dofs} dofs, dim {dim}, {contacts} contacts and {rows} joint rows: too many"))
         }
-        (..=30, 3, ..=12, ..=36) => {
-            solve_in::<T, 30, 3, 12, 36>(file, settings, repeat).map_err(said)
-        }
-        (..=30, 4, ..=12, ..=36) => {
-            solve_in::<T, 30, 4, 12, 36>(file, settings, repeat).map_err(said)
-        }
-        (..=30, 6, ..=12, ..=36) => {
-            solve_in::<T, 30, 6, 12, 36>(file, settings, repeat).map_err(said)
-        }
-        (dofs, dim, contacts, rows) => Err(format!(
-            "{dofs} dofs, dim {dim}, {contacts} contacts and {rows} joint rows: too many"
-        )),
     }
 }
 
 /// The kernel's answers to scenes one after the other, each with a warm start from the last.
-pub fn solve_all<T: Real>(
-    files: &[MixedFile],
-    settings: &Settings<f64>,
-) -> Vec<Result<Answer, String>> {
+pub fn solve_all<T: Real>(files: &[MixedFile], settings: &Settings<f64>) -> Vec<Result<Answer, String>> {
     // The sizes of [`solve`]: no other is compiled.
     const N: usize = 30;
     const C: usize = 12;
@@ -344,10 +307,7 @@ fn solve_in<T: Real, const N: usize, const D: usize, const C: usize, const R: us
         budget: settings.budget,
         model: settings.model,
     };
-    let mut times = Times {
-        prepare_ns: f64::INFINITY,
-        solve_ns: f64::INFINITY,
-    };
+    let mut times = Times { prepare_ns: f64::INFINITY, solve_ns: f64::INFINITY };
     for _ in 0..repeat.max(1) {
         // So that there is something to prepare.
         let mass = *kernel.scene().mass();
@@ -375,10 +335,7 @@ fn answer<T: Real, const N: usize, const D: usize, const C: usize, const R: usiz
     let rows = || {
         let places = (file.n_contacts..).take(file.joints.len());
         places.map(|place| {
-            let row = solution
-                .rows
-                .iter()
-                .position(|row| row.key == file.key(place));
+            let row = solution.rows.iter().position(|row| row.key == file.key(place));
             row.map(|row| (solution.rows[row], solution.row_certificate.get(row)))
         })
     };
@@ -391,14 +348,10 @@ fn answer<T: Real, const N: usize, const D: usize, const C: usize, const R: usiz
         work: solution.work,
         error: double(&solution.error),
         v: v.map(double).collect(),
-        r: contacts()
-            .flat_map(|contact| contact.impulse.iter().map(double))
-            .collect(),
+        r: contacts().flat_map(|contact| contact.impulse.iter().map(double)).collect(),
         modes: contacts().map(|contact| contact.mode).collect(),
         certificate: certificate.map(|d| double(&d[0])).collect(),
-        lambda: rows()
-            .map(|row| row.map_or(0.0, |(row, _)| double(&row.impulse)))
-            .collect(),
+        lambda: rows().map(|row| row.map_or(0.0, |(row, _)| double(&row.impulse))).collect(),
         certificate_lambda: rows()
             .filter(|_| proved)
             .map(|row| row.and_then(|(_, d)| d).map_or(0.0, double))

@@ -22,10 +22,7 @@ fn judged(file: &MixedFile) -> judge::Scene {
             }
             // Without friction spin and roll do not count.
             _ => {
-                scales
-                    .iter_mut()
-                    .skip(3)
-                    .for_each(|scale| *scale = judge::zero());
+                scales.iter_mut().skip(3).for_each(|scale| *scale = judge::zero());
                 judge::zero()
             }
         };
@@ -38,15 +35,8 @@ fn judged(file: &MixedFile) -> judge::Scene {
         };
         let offsets = judge::wide(&file.w[i * d..(i + 1) * d]);
         judge::Contact {
-            rows: file.h[i * d..(i + 1) * d]
-                .iter()
-                .map(|row| judge::wide(row))
-                .collect(),
-            offset: offsets
-                .iter()
-                .zip(&scales)
-                .map(|(&w, &scale)| scale * w)
-                .collect(),
+            rows: file.h[i * d..(i + 1) * d].iter().map(|row| judge::wide(row)).collect(),
+            offset: offsets.iter().zip(&scales).map(|(&w, &scale)| scale * w).collect(),
             compliance: (0..d).map(compliance).collect(),
             scales,
             mu: coefficient,
@@ -88,9 +78,7 @@ pub fn proves(file: &MixedFile, normals: &[f64], joints: &[f64]) -> bool {
         return false;
     };
     let whitened = |row: &[f64]| {
-        let solved = cholesky
-            .l()
-            .solve_lower_triangular(&DVector::from_column_slice(row));
+        let solved = cholesky.l().solve_lower_triangular(&DVector::from_column_slice(row));
         solved.unwrap_or_else(|| DVector::zeros(file.n_dof))
     };
     let mut sum = DVector::zeros(file.n_dof);

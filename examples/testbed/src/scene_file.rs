@@ -68,8 +68,7 @@ pub fn read_text(text: &str, stem: &str) -> Result<Vec<SceneFile>, String> {
     let header: Header = parse(text)?;
     let name = header.name.unwrap_or_else(|| stem.to_owned());
     let mut keys = ContactKeys::default();
-    let mut check =
-        |problem: Problem, name| problem.check(name, header.n_dof, header.dim, &mut keys);
+    let mut check = |problem: Problem, name| problem.check(name, header.n_dof, header.dim, &mut keys);
     if header.problems.is_none() {
         return Ok(vec![check(parse(text)?, name)?]);
     }
@@ -124,29 +123,18 @@ pub fn json_files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut files: Vec<PathBuf> = entries
         .map(|entry| entry.path())
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|extension| extension == "json")
-        })
+        .filter(|path| path.extension().is_some_and(|extension| extension == "json"))
         .collect();
     files.sort();
     files
 }
 
-pub(crate) fn matrix(
-    what: &str,
-    rows: &[Vec<f64>],
-    n: usize,
-    m: usize,
-) -> Result<DMatrix<f64>, String> {
+pub(crate) fn matrix(what: &str, rows: &[Vec<f64>], n: usize, m: usize) -> Result<DMatrix<f64>, String> {
     if rows.len() != n || rows.iter().any(|row| row.len() != m) {
         let mut lengths = rows.iter().map(Vec::len);
         let wrong = lengths.clone().find(|&length| length != m);
         let columns = wrong.or(lengths.next_back()).unwrap_or(0);
-        return Err(format!(
-            "{what} is {} x {columns}, not {n} x {m}",
-            rows.len()
-        ));
+        return Err(format!("{what} is {} x {columns}, not {n} x {m}", rows.len()));
     }
     Ok(DMatrix::from_fn(n, m, |i, j| rows[i][j]))
 }

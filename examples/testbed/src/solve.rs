@@ -70,9 +70,7 @@ fn try_solve(
     Ok(Outcome {
         answer: match answer.status {
             Status::Solved => Answer::Solved,
-            Status::Infeasible => Answer::Infeasible {
-                proof: measure::proof(file, &answer.certificate),
-            },
+            Status::Infeasible => Answer::Infeasible { proof: measure::proof(file, &answer.certificate) },
             _ => Answer::Unsolved,
         },
         error: measure::error(&kernel.rounded(file), &answer.v, &answer.r, Law::Coulomb),

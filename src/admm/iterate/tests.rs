@@ -1,9 +1,5 @@
 //! The iterates against the steps of the note, with a dense solve in `N` velocities.
-#![allow(
-    clippy::indexing_slicing,
-    clippy::expect_used,
-    clippy::integer_division
-)]
+#![allow(clippy::indexing_slicing, clippy::expect_used, clippy::integer_division)]
 
 extern crate std;
 
@@ -89,8 +85,7 @@ impl Note {
         // 4
         let zeta = &z - &u;
         // 5-8; 5-14
-        let e = self.rho
-            * ((&zeta - &self.zeta_hat).norm_squared() + (&u - &self.u_hat).norm_squared());
+        let e = self.rho * ((&zeta - &self.zeta_hat).norm_squared() + (&u - &self.u_hat).norm_squared());
         let extrapolate = match acceleration {
             Acceleration::Plain => false,
             Acceleration::Nesterov => true,
@@ -166,32 +161,19 @@ fn follows_for(
     let mut note = Note::new(scene, f, factor.penalty());
     for k in 0..200 {
         note.start_from(&iterates);
-        iterate(
-            &problem,
-            resolvent,
-            &mut iterates,
-            &mut extrapolation,
-            SlipUpdate::EveryIteration,
-        );
+        iterate(&problem, resolvent, &mut iterates, &mut extrapolation, SlipUpdate::EveryIteration);
         note.step(acceleration, model);
         let pairs = [
             ("u", iterates.map(|iterate| iterate.u), &note.u),
             ("zeta", iterates.map(|iterate| iterate.zeta), &note.zeta),
             ("u_hat", iterates.map(|iterate| iterate.u_hat), &note.u_hat),
-            (
-                "zeta_hat",
-                iterates.map(|iterate| iterate.zeta_hat),
-                &note.zeta_hat,
-            ),
+            ("zeta_hat", iterates.map(|iterate| iterate.zeta_hat), &note.zeta_hat),
         ];
         // All come from one vector of this size.
         let size = note.u.norm() + note.zeta.norm();
         for (name, ours, theirs) in pairs {
             let distance = (stack(ours) - theirs).norm();
-            prop_assert!(
-                distance <= 1e-12 * size,
-                "{name} at {k}: {distance:e} of {size:e}"
-            );
+            prop_assert!(distance <= 1e-12 * size, "{name} at {k}: {distance:e} of {size:e}");
         }
         // Where nothing moves any more, rounding decides whether e_k has decreased.
         if note.e <= note.rho * (1e-8 * size).powi(2) {

@@ -30,21 +30,13 @@ fn jacobian(first: [usize; 3]) -> SMatrix<f64, 3, N> {
 fn the_delassus_operator_is_that_of_dense_matrices() -> Result<(), Error> {
     let robot = mass(|i, j| i < 6 || j < 6);
     let pile = mass(|i, j| i.div_euclid(6) == j.div_euclid(6));
-    let cases = [
-        (robot, [[6, 0, 3], [9, 0, 3], [15, 0, 3]]),
-        (pile, [[3, 6, 9], [3, 12, 15], [9, 12, 15]]),
-    ];
+    let cases = [(robot, [[6, 0, 3], [9, 0, 3], [15, 0, 3]]), (pile, [[3, 6, 9], [3, 12, 15], [9, 12, 15]])];
     for (mass, groups) in cases {
         let inverse = mass.try_inverse().expect("positive definite");
         let mut scene = Scene::<f64, N, 3, 3>::new();
         scene.set_mass(&mass)?;
         for first in groups {
-            scene.push(&Contact {
-                jacobian: jacobian(first),
-                offset: SVector::zeros(),
-                mu: 0.5,
-                key: 0,
-            })?;
+            scene.push(&Contact { jacobian: jacobian(first), offset: SVector::zeros(), mu: 0.5, key: 0 })?;
         }
         let factor = Factor::new(&scene)?;
         for (rows, left) in factor.delassus().contacts.iter().zip(groups) {

@@ -28,10 +28,7 @@ proptest! {
 fn a_singular_block_has_none() {
     assert_eq!(inverse(&[[0.0_f64]]), [[0.0]]);
     assert_eq!(inverse(&[[1.0_f64, 1.0], [1.0, 1.0]]), [[0.0; 2]; 2]);
-    assert_eq!(
-        inverse(&[[2.0_f32, 1.0, 3.0], [1.0, 2.0, 3.0], [3.0, 3.0, 6.0]]),
-        [[0.0; 3]; 3]
-    );
+    assert_eq!(inverse(&[[2.0_f32, 1.0, 3.0], [1.0, 2.0, 3.0], [3.0, 3.0, 6.0]]), [[0.0; 3]; 3]);
     // Singular but for rounding.
     let block = [[1.0 + f64::EPSILON, 1.0], [1.0, 1.0]];
     assert_eq!(inverse(&block), [[0.0; 2]; 2]);

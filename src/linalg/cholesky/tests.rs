@@ -27,10 +27,7 @@ fn factor<const N: usize>(a: &[[f64; N]; N], floor: f64) -> Result<[[f64; N]; N]
 }
 
 /// The same and a solve, for a matrix of any size.
-fn factor_and_solve(
-    a: &DMatrix<f64>,
-    b: &DVector<f64>,
-) -> Result<(DMatrix<f64>, DVector<f64>), usize> {
+fn factor_and_solve(a: &DMatrix<f64>, b: &DVector<f64>) -> Result<(DMatrix<f64>, DVector<f64>), usize> {
     macro_rules! sizes {
         ($($n:literal),*) => {
             match a.nrows() {

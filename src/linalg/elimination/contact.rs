@@ -137,9 +137,7 @@ pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: us
         }
     }
     for k in columns.start + D..last.min(D * C) {
-        eliminate_column(rows, &block, |row| {
-            row.contacts.as_flattened_mut().get_mut(k)
-        });
+        eliminate_column(rows, &block, |row| row.contacts.as_flattened_mut().get_mut(k));
     }
     for k in 0..last_row {
         eliminate_column(rows, &block, |row| row.rows.get_mut(k));

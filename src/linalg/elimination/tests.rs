@@ -35,11 +35,7 @@ impl Unknowns {
 }
 
 /// The entry of an unknown.
-fn entry<const R: usize>(
-    x: &mut Stacked<f64, D, C, R>,
-    unknowns: Unknowns,
-    place: usize,
-) -> &mut f64 {
+fn entry<const R: usize>(x: &mut Stacked<f64, D, C, R>, unknowns: Unknowns, place: usize) -> &mut f64 {
     match place.checked_sub(unknowns.of_contacts()) {
         Some(row) => &mut x.rows[row],
         None => &mut x.contacts.as_flattened_mut()[place],
@@ -62,10 +58,7 @@ fn lay_out<const R: usize>(
 ) -> (Elimination<f64, D, C, R>, StackedMatrix<f64, D, C, R>) {
     let mut elimination = Elimination::none();
     elimination.lay_out(unknowns.contacts.into_iter(), unknowns.rows);
-    let mut matrix = StackedMatrix {
-        contacts: [[blank(unknowns); D]; C],
-        rows: [blank(unknowns); R],
-    };
+    let mut matrix = StackedMatrix { contacts: [[blank(unknowns); D]; C], rows: [blank(unknowns); R] };
     for row in matrix.rows.iter_mut().skip(unknowns.rows) {
         row.iter_mut().for_each(|entry| *entry = f64::NAN);
     }
@@ -112,11 +105,7 @@ fn solve<const R: usize>(
 }
 
 /// Half of a symmetric matrix leads to the same as all of it.
-fn halves<const R: usize>(
-    entries: &[f64],
-    right: &[f64],
-    unknowns: Unknowns,
-) -> Result<(), TestCaseError> {
+fn halves<const R: usize>(entries: &[f64], right: &[f64], unknowns: Unknowns) -> Result<(), TestCaseError> {
     let rows = D * C + R;
     let root = DMatrix::from_column_slice(rows, rows, &entries[..rows * rows]);
     let a = &root * root.transpose() + DMatrix::identity(rows, rows) * 0.1;

@@ -34,10 +34,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[inline(never)]
     pub(crate) fn jam(&self) -> Option<Stacked<T, D, C, R>> {
         let demands = self.scene.demands();
-        let Weighted {
-            mut weights,
-            offsets,
-        } = self.weighted(&demands.rows);
+        let Weighted { mut weights, offsets } = self.weighted(&demands.rows);
         let mut x = Stacked::zero();
         add(&mut x, &offsets, -T::ONE);
         self.balance(&weights, &mut x);

@@ -35,9 +35,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut scales = Proof::zero();
         let contacts = (0..C).map(|i| factor.delassus().inverse_mass(i, 0));
         let inertias = contacts.chain((0..R).map(|j| factor.delassus().row_inverse_mass(j)));
-        let rows = demands
-            .iter_mut()
-            .zip(offsets.iter_mut().zip(scales.iter_mut()));
+        let rows = demands.iter_mut().zip(offsets.iter_mut().zip(scales.iter_mut()));
         let mut immovable = None;
         for (index, ((demand, (offset, scale)), inertia)) in rows.zip(inertias).enumerate() {
             if *demand == Demand::Nothing || inertia <= T::ZERO {
@@ -57,11 +55,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             *alone.iter_mut().nth(index)? = sign;
             return Some(normals(&alone));
         }
-        let mut search = Search {
-            demands,
-            gram: StackedMatrix::zero(),
-            offsets,
-        };
+        let mut search = Search { demands, gram: StackedMatrix::zero(), offsets };
         normalised(factor.delassus(), mass, &scales, &mut search.gram);
         let fastest = offsets.iter();
         let fastest = fastest.fold(T::ZERO, |fastest, g| at_least(g.abs(), fastest));
@@ -72,9 +66,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let (residual, _) = row_products(factor, &product(&d, &scales), mass);
             search.correct(&mut d, &product(&residual, &scales))?;
         }
-        let approach = -product(&d, &offsets)
-            .iter()
-            .fold(T::ZERO, |sum, &x| sum + x);
+        let approach = -product(&d, &offsets).iter().fold(T::ZERO, |sum, &x| sum + x);
         let proof = product(&d, &scales);
         let (_, leak) = row_products(factor, &proof, mass);
         let is_strong = is_strong(leak, approach, &offsets, &d);
@@ -88,10 +80,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 {
     /// The demand of the normal of each contact, and of each joint row.
     fn demands(&self) -> Proof<Demand, C, R> {
-        let mut demands = Proof {
-            contacts: [[Demand::Nothing]; C],
-            rows: [Demand::Nothing; R],
-        };
+        let mut demands = Proof { contacts: [[Demand::Nothing]; C], rows: [Demand::Nothing; R] };
         let contacts = demands.contacts.iter_mut().enumerate();
         for (i, [demand]) in contacts.take(self.contacts().len()) {
             let scaling = self.scaling(i);
@@ -157,9 +146,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 add(column, entry, d, weight);
             }
         }
-        let total = weights
-            .iter()
-            .fold(T::ZERO, |sum, weight| sum + weight.abs());
+        let total = weights.iter().fold(T::ZERO, |sum, weight| sum + weight.abs());
         let share = T::literal(1e-9).max(T::literal(8.0) * T::EPSILON) * total;
         let reference = self.reference_mass();
         let masses = self.mass().data.0.iter().enumerate();
@@ -182,30 +169,21 @@ fn normalised<T: Real, const D: usize, const C: usize, const R: usize>(
     // Unused rows, whose scale is 0, may have numbers of an earlier scene in the factor.
     let entry = |source: T, x: T, y: T| {
         let used = x > T::ZERO && y > T::ZERO;
-        if used {
-            x * y * (source * mass)
-        } else {
-            T::ZERO
-        }
+        if used { x * y * (source * mass) } else { T::ZERO }
     };
     let contacts = gram.contacts.iter_mut().zip(&delassus.contacts);
     for (([row], sources), &[x]) in contacts.zip(&scales.contacts) {
         let Some(sources) = sources.first() else {
             continue;
         };
-        for (([target], source), &[y]) in row.contacts.iter_mut().zip(sources).zip(&scales.contacts)
-        {
+        for (([target], source), &[y]) in row.contacts.iter_mut().zip(sources).zip(&scales.contacts) {
             *target = entry(source.first().copied().unwrap_or(T::ZERO), x, y);
         }
     }
-    let rows = gram
-        .rows
-        .iter_mut()
-        .zip(delassus.coupling.iter().zip(&delassus.rows));
+    let rows = gram.rows.iter_mut().zip(delassus.coupling.iter().zip(&delassus.rows));
     for (j, ((row, (coupling, sources)), &x)) in rows.zip(&scales.rows).enumerate() {
         let contacts = row.contacts.iter_mut().zip(&mut gram.contacts);
-        for ((([target], [mirrored]), source), &[y]) in contacts.zip(coupling).zip(&scales.contacts)
-        {
+        for ((([target], [mirrored]), source), &[y]) in contacts.zip(coupling).zip(&scales.contacts) {
             *target = entry(source.first().copied().unwrap_or(T::ZERO), x, y);
             if let Some(mirrored) = mirrored.rows.get_mut(j) {
                 *mirrored = *target;
@@ -259,9 +237,7 @@ fn dot<T: Real, const D: usize, const C: usize, const R: usize>(
     x: &Stacked<T, D, C, R>,
     y: &Stacked<T, D, C, R>,
 ) -> T {
-    x.iter()
-        .zip(y.iter())
-        .fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
+    x.iter().zip(y.iter()).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }
 
 /// `d` along the normals, with 0 along the tangents.

@@ -43,21 +43,14 @@ pub(super) struct Search<T, const C: usize, const R: usize> {
 impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
     /// The rows of `W`.
     fn rows(&self) -> impl Iterator<Item = &Proof<T, C, R>> {
-        self.gram
-            .contacts
-            .as_flattened()
-            .iter()
-            .chain(&self.gram.rows)
+        self.gram.contacts.as_flattened().iter().chain(&self.gram.rows)
     }
 
     /// Minimises `dᵀ W d + (g·d / size + 1)²` over the `d` that the demands allow; `None` if the minimum is near 1.
     #[inline(never)]
     pub(super) fn minimise(&self, size: T) -> Option<Proof<T, C, R>> {
         let mut d: Proof<T, C, R> = Proof::zero();
-        let mut support = Proof {
-            contacts: [[false]; C],
-            rows: [false; R],
-        };
+        let mut support = Proof { contacts: [[false]; C], rows: [false; R] };
         let mut g = self.offsets;
         for g in g.iter_mut() {
             *g /= size;
@@ -209,38 +202,25 @@ fn repack<T: Real, const C: usize, const R: usize>(
     let copy = |source: &[T], target: &mut [T], used: &[bool]| {
         let indices = used.iter().enumerate().filter(|&(_, &used)| used);
         for (front, (index, _)) in indices.enumerate() {
-            let (from, to) = if compact {
-                (index, front)
-            } else {
-                (front, index)
-            };
+            let (from, to) = if compact { (index, front) } else { (front, index) };
             if let (Some(&source), Some(target)) = (source.get(from), target.get_mut(to)) {
                 *target = source;
             }
         }
     };
-    copy(
-        x.contacts.as_flattened(),
-        moved.contacts.as_flattened_mut(),
-        support.contacts.as_flattened(),
-    );
+    copy(x.contacts.as_flattened(), moved.contacts.as_flattened_mut(), support.contacts.as_flattened());
     copy(&x.rows, &mut moved.rows, &support.rows);
     moved
 }
 
 /// The rows in which `d` is not zero.
 fn support<T: Real, const C: usize, const R: usize>(d: &Proof<T, C, R>) -> Proof<bool, C, R> {
-    Proof {
-        contacts: d.contacts.map(|[d]| [d != T::ZERO]),
-        rows: d.rows.map(|d| d != T::ZERO),
-    }
+    Proof { contacts: d.contacts.map(|[d]| [d != T::ZERO]), rows: d.rows.map(|d| d != T::ZERO) }
 }
 
 /// Scales `d` to a largest entry of 1.
 fn normalise<T: Real, const C: usize, const R: usize>(d: &mut Proof<T, C, R>) {
-    let largest = d
-        .iter()
-        .fold(T::ZERO, |largest, d| at_least(d.abs(), largest));
+    let largest = d.iter().fold(T::ZERO, |largest, d| at_least(d.abs(), largest));
     for d in d.iter_mut() {
         *d /= largest;
     }

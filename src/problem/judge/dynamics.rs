@@ -75,18 +75,8 @@ impl<T: Real> Norms<T> {
 
     /// [`Self::of`] in this unit.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn in_unit<const N: usize>(
-        momenta: &Momenta<'_, T, N>,
-        unit: T,
-        weight: impl Fn(usize) -> T,
-    ) -> Self {
-        let [
-            mut residual,
-            mut size_free,
-            mut size_v,
-            mut size_r,
-            mut magnitude,
-        ] = [T::ZERO; 5];
+    fn in_unit<const N: usize>(momenta: &Momenta<'_, T, N>, unit: T, weight: impl Fn(usize) -> T) -> Self {
+        let [mut residual, mut size_free, mut size_v, mut size_r, mut magnitude] = [T::ZERO; 5];
         let sums = momenta.inertia.iter().zip(&momenta.pushed);
         let sums = momenta.free.iter().zip(sums).zip(&momenta.magnitudes);
         for (k, ((&free, (&inertia, &pushed)), &terms)) in sums.enumerate() {
@@ -99,12 +89,7 @@ impl<T: Real> Norms<T> {
             size_r += pushed * pushed * weight;
             magnitude += terms * terms * weight;
         }
-        Self {
-            residual,
-            size: at_least(size_r, at_least(size_v, size_free)),
-            magnitude,
-            unit,
-        }
+        Self { residual, size: at_least(size_r, at_least(size_v, size_free)), magnitude, unit }
     }
 
     /// Second part of the error, `|M v - M v_free - Hᵀ r| / max(|M v_free|, |M v|, |Hᵀ r|)`. `noise` is the square of a bound on the
@@ -119,11 +104,7 @@ impl<T: Real> Norms<T> {
     }
 
     /// Replaces the residual by that of the differences `M v - M v_free - Hᵀ r`.
-    fn replace_residual<const N: usize>(
-        &mut self,
-        differences: &[T; N],
-        weight: impl Fn(usize) -> T,
-    ) {
+    fn replace_residual<const N: usize>(&mut self, differences: &[T; N], weight: impl Fn(usize) -> T) {
         self.residual = T::ZERO;
         for (k, &difference) in differences.iter().enumerate() {
             let difference = self.unit * difference;
@@ -146,11 +127,7 @@ impl<T: Real> Norms<T> {
 
 impl<T: Real> Dynamics<T> {
     /// Replaces the residuals by those of the differences `M v - M v_free - Hᵀ r`.
-    pub(crate) fn replace_residual<const N: usize>(
-        &mut self,
-        mass: &[[T; N]; N],
-        differences: &[T; N],
-    ) {
+    pub(crate) fn replace_residual<const N: usize>(&mut self, mass: &[[T; N]; N], differences: &[T; N]) {
         self.plain.replace_residual(differences, |_| T::ONE);
         if let Some(weighted) = &mut self.weighted {
             weighted.replace_residual(differences, weights(mass));
@@ -187,12 +164,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             pushed: [T::ZERO; N],
             magnitudes: [T::ONE; N],
         };
-        let Momenta {
-            inertia,
-            pushed,
-            magnitudes,
-            ..
-        } = &mut momenta;
+        let Momenta { inertia, pushed, magnitudes, .. } = &mut momenta;
         multiply::<T, N, true>(mass, v, (&mut *inertia, &mut *magnitudes));
         let targets = u.rows.iter_mut().zip(&mut sizes.rows);
         for (row, (&r, (u, size))) in self.rows().iter().zip(r.rows.iter().zip(targets)) {
@@ -266,16 +238,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             add_products(rest, r, &mut *last_target);
             *u = velocity;
         }
-        let momenta = Momenta {
-            free,
-            inertia,
-            pushed,
-            magnitudes: zeros,
-        };
-        Dynamics {
-            plain: Norms::of(&momenta, |_| T::ONE),
-            weighted: None,
-        }
+        let momenta = Momenta { free, inertia, pushed, magnitudes: zeros };
+        Dynamics { plain: Norms::of(&momenta, |_| T::ONE), weighted: None }
     }
 }
 

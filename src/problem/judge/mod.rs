@@ -47,24 +47,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// The impulses of a mixed scene, those of joint rows within their bounds. `r` is in scaled rows.
     fn impulses(&self, r: &Stacked<T, D, C, R>) -> Impulses<T, D, C, R> {
-        let mut impulses = Impulses {
-            written: *r,
-            judged: *r,
-        };
-        let contacts = impulses
-            .written
-            .contacts
-            .iter_mut()
-            .zip(&mut impulses.judged.contacts);
+        let mut impulses = Impulses { written: *r, judged: *r };
+        let contacts = impulses.written.contacts.iter_mut().zip(&mut impulses.judged.contacts);
         for (i, (written, judged)) in contacts.enumerate().take(self.sets.contacts().len()) {
             *written = self.scene.scale(i, *written);
             *judged = self.scene.unscale(i, *written);
         }
-        let rows = impulses
-            .written
-            .rows
-            .iter_mut()
-            .zip(&mut impulses.judged.rows);
+        let rows = impulses.written.rows.iter_mut().zip(&mut impulses.judged.rows);
         for ((written, judged), set) in rows.zip(self.sets.rows()) {
             *written = set.project(*written);
             *judged = *written;
@@ -81,10 +70,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         solution: &mut Solution<T, N, D, C, R>,
     ) {
         // Ones, since zeros would call memset; all entries in use are overwritten.
-        let unset = || Stacked {
-            contacts: [[T::ONE; D]; C],
-            rows: [T::ONE; R],
-        };
+        let unset = || Stacked { contacts: [[T::ONE; D]; C], rows: [T::ONE; R] };
         let ([v], [free]) = (&solution.velocity.data.0, &self.free_impulse.data.0);
         let mut u = unset();
         if let Some(rounding) = self.crude_rounding(v, judged, tolerance) {
@@ -133,9 +119,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if let Some(weighted) = &mut dynamics.weighted {
             let diagonal = scene.mass().data.0.iter().enumerate();
             let heaviest = diagonal.fold(T::ZERO, |largest, (k, column)| {
-                column
-                    .get(k)
-                    .map_or(largest, |&mass| at_least(mass, largest))
+                column.get(k).map_or(largest, |&mass| at_least(mass, largest))
             });
             weighted.set_least_size(self.energy.momentum_floor(weighted.unit));
             let plain = self.energy.momentum_floor(dynamics.plain.unit);
@@ -163,8 +147,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 *u = self.scene.scale(i, *u);
             }
             let contacts = self.contact_error(&scaled, r, &noise.contacts);
-            self.energy
-                .larger_error(contacts, &self.sets, (&scaled, r), Some(noise))
+            self.energy.larger_error(contacts, &self.sets, (&scaled, r), Some(noise))
         } else {
             self.contact_error(u, r, &noise.contacts)
         };
@@ -189,10 +172,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ) {
         solution.contacts.clear();
         let sources = self.sets.contacts().iter().zip(self.scene.contacts());
-        let values = u
-            .contacts
-            .iter()
-            .zip(written.contacts.iter().zip(&judged.contacts));
+        let values = u.contacts.iter().zip(written.contacts.iter().zip(&judged.contacts));
         for (i, ((set, contact), (&velocity, (&impulse, &r)))) in sources.zip(values).enumerate() {
             let u = self.scene.scale(i, velocity);
             // The scene has no more contacts than fit into the solution.

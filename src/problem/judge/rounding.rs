@@ -60,10 +60,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         dynamics: &mut Dynamics<T>,
     ) -> Rounding<T, C, R> {
         let (scene, sets) = (self.scene, &self.sets);
-        let mut velocities = VelocityNoise {
-            contacts: [[T::ZERO; 2]; C],
-            rows: [T::ZERO; R],
-        };
+        let mut velocities = VelocityNoise { contacts: [[T::ZERO; 2]; C], rows: [T::ZERO; R] };
         let sources = sizes.contacts.iter().zip(&written.contacts).enumerate();
         let sources = sources.take(sets.contacts().len());
         for (bound, (i, (sizes, r))) in velocities.contacts.iter_mut().zip(sources) {
@@ -132,10 +129,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let moved = T::count(2 * N) * energy;
         let share = precision::<T>(N + 1 + operations_after::<D>(false, self.model));
         let share = T::literal(2.0) * share * share;
-        let mut velocities = VelocityNoise {
-            contacts: [[T::ONE; 2]; C],
-            rows: [T::ONE; R],
-        };
+        let mut velocities = VelocityNoise { contacts: [[T::ONE; 2]; C], rows: [T::ONE; R] };
         let mut pushed = T::ZERO;
         let contacts = scene.contacts().iter().zip(&r.contacts);
         let contacts = sets.contacts().iter().zip(contacts);

@@ -10,9 +10,7 @@ use crate::sets::contact::natural_map;
 use crate::solution::{RowMode, Settings, Solution, Violation};
 use nalgebra::SVector;
 
-impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
-    Solution<T, N, D, C, R>
-{
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Solution<T, N, D, C, R> {
     /// Index of the contact with the largest error, or `None` if all are exact. Pass the scene, factor and settings of the
     /// solve; a contact in whose place the scene has another key does not count.
     ///
@@ -52,8 +50,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             }
             let alpha_u: SVector<T, D> = velocity * alpha;
             let unit = unit_of(&[alpha_u, impulse]);
-            let residual =
-                natural_map::contact_residual(&set, &(alpha_u * unit), &(impulse * unit));
+            let residual = natural_map::contact_residual(&set, &(alpha_u * unit), &(impulse * unit));
             let size = larger(T::ZERO, residual.value.as_slice(), T::ONE / unit);
             if size > largest {
                 (largest, worst) = (size, Some(i));
@@ -80,11 +77,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
     /// ```
     #[must_use]
     pub fn violation<const S: usize>(&self, scene: &Scene<T, N, D, C, R, S>) -> Violation<T> {
-        let mut worst = Violation {
-            closing_speed: T::ZERO,
-            outside_cone: T::ZERO,
-            row_speed: T::ZERO,
-        };
+        let mut worst = Violation { closing_speed: T::ZERO, outside_cone: T::ZERO, row_speed: T::ZERO };
         for row in &self.rows {
             let against = match row.mode {
                 RowMode::Open | RowMode::AtLimit | RowMode::AtLower => -row.velocity,

@@ -138,8 +138,9 @@ fn push<T: Real, const D: usize>(
     }
     let rubbing = match D {
         2 if mu > T::ZERO => one_tangent(block, u, mu),
-        3 if mu > T::ZERO => SlipEquation::new(block, u, mu, compliance)
-            .and_then(|equation| equation.solve(multiplier)),
+        3 if mu > T::ZERO => {
+            SlipEquation::new(block, u, mu, compliance).and_then(|equation| equation.solve(multiplier))
+        }
         _ => None,
     };
     let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < smooth * T::literal(WEDGED);
@@ -166,11 +167,7 @@ fn pivot<T: Real>(entry: T, through_normal: T, inertia: T) -> T {
 
 /// `r_N` and `r_T` of a planar contact. A slipping contact has `r_T = ±mu r_N`.
 #[inline]
-fn one_tangent<T: Real, const D: usize>(
-    block: &[[T; D]; D],
-    u: &[T; D],
-    mu: T,
-) -> Option<(T, [T; 2])> {
+fn one_tangent<T: Real, const D: usize>(block: &[[T; D]; D], u: &[T; D], mu: T) -> Option<(T, [T; 2])> {
     let w = |i: usize, j: usize| block.get(i)?.get(j).copied();
     let (approach, inertia, coupling) = (*u.first()?, w(0, 0)?, w(1, 0)?);
     let share = coupling / inertia;
@@ -222,10 +219,7 @@ impl<T: Real> SlipEquation<T> {
         let coupling = [w(1, 0)?, w(2, 0)?];
         let share = coupling.map(|w| w * compliance);
         let ([x, y], [share_x, share_y]) = (coupling, share);
-        let b = [
-            share_x * approach - *u.get(1)?,
-            share_y * approach - *u.get(2)?,
-        ];
+        let b = [share_x * approach - *u.get(1)?, share_y * approach - *u.get(2)?];
         let first = pivot(w(1, 1)?, share_x * x, inertia);
         let second = pivot(w(2, 2)?, share_y * y, inertia);
         let mixed = w(1, 2)? - share_x * y;
@@ -276,16 +270,7 @@ impl<T: Real> SlipEquation<T> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // as above
     fn solve(&self, multiplier: &mut T) -> Option<(T, [T; 2])> {
-        let Self {
-            trace,
-            constant,
-            linear,
-            square,
-            cc,
-            bc,
-            bb,
-            ..
-        } = *self;
+        let Self { trace, constant, linear, square, cc, bc, bb, .. } = *self;
         if constant >= T::ZERO && cc <= constant * constant {
             *multiplier = T::ZERO;
             return self.impulse(T::ZERO, constant, T::ONE);
@@ -310,8 +295,7 @@ impl<T: Real> SlipEquation<T> {
                 let stretch = (three * bound + squares) / (bound + three * squares);
                 return self.impulse(lambda, normal, stretch);
             }
-            let turn =
-                (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
+            let turn = (linear + (lambda + lambda) * square) * squares - normal * (bc + lambda * bb);
             // `(normal - √squares) squares / turn`
             let change = if is_within(T::literal(CLOSE)) {
                 let twice = normal + normal;

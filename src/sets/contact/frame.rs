@@ -105,13 +105,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
 
     /// Linearises a contact at `z`, with the damping `λ` of Levenberg and Marquardt.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn set(
-        &mut self,
-        set: &ContactSet<T, D>,
-        kind: Kind,
-        z: &SVector<T, D>,
-        damping: T,
-    ) {
+    pub(crate) fn set(&mut self, set: &ContactSet<T, D>, kind: Kind, z: &SVector<T, D>, damping: T) {
         self.kind = kind;
         let rho = set.alpha;
         let along = rho * (T::ONE + damping);

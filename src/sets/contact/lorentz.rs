@@ -8,10 +8,7 @@ use crate::real::Real;
 use nalgebra::SVector;
 
 /// The vector with this normal component and the tangential part of `tangent`.
-pub(in crate::sets) fn joined<T: Real, const D: usize>(
-    normal: T,
-    tangent: SVector<T, D>,
-) -> SVector<T, D> {
+pub(in crate::sets) fn joined<T: Real, const D: usize>(normal: T, tangent: SVector<T, D>) -> SVector<T, D> {
     let mut joined = tangent;
     if let Some(first) = joined.as_mut_slice().first_mut() {
         *first = normal;

@@ -74,10 +74,7 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
 
     /// Does an impulse lie on the boundary of a cone with friction?
     pub(crate) fn slips(&self, r: &[T; D]) -> bool {
-        let (normal, tangent) = (
-            r.first().copied().unwrap_or(T::ZERO),
-            r.get(1..).unwrap_or_default(),
-        );
+        let (normal, tangent) = (r.first().copied().unwrap_or(T::ZERO), r.get(1..).unwrap_or_default());
         let grip = self.cone.friction() * normal;
         grip > T::ZERO && square(tangent) > grip * grip * T::literal(0.999)
     }
@@ -124,11 +121,7 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
 
     /// `trace(W_ii)`; 0 if nothing moves the contact.
     pub(crate) fn inverse_mass(&self) -> T {
-        if self.alpha > T::ZERO {
-            T::count(D) / self.alpha
-        } else {
-            T::ZERO
-        }
+        if self.alpha > T::ZERO { T::count(D) / self.alpha } else { T::ZERO }
     }
 
     /// Upper bound on `|stop_i|²`, up to a constant factor. `energy` is `v·M v` of the free motion.

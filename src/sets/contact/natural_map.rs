@@ -72,10 +72,7 @@ pub(crate) fn contact_residual<T: Real, const D: usize>(
     let mut augmented = *alpha_u;
     add_to_normal(&mut augmented, set.shift_factor * speed);
     let z = r - augmented;
-    let off_boundary = |value| Residual {
-        value,
-        boundary: None,
-    };
+    let off_boundary = |value| Residual { value, boundary: None };
     if set.cone.holds(&z) {
         return off_boundary(augmented);
     }
@@ -99,14 +96,7 @@ pub(crate) fn contact_residual<T: Real, const D: usize>(
     if let Some(first) = projection.as_mut_slice().first_mut() {
         *first = normal;
     }
-    Residual {
-        value: r - projection,
-        boundary: Some(Boundary {
-            speed,
-            length,
-            normal,
-        }),
-    }
+    Residual { value: r - projection, boundary: Some(Boundary { speed, length, normal }) }
 }
 
 /// Square of the residual of Alart and Curnier (1991): `r_N - max(0, r_N - alpha u_N)` and `r_T - Π(r_T - alpha u_T)`, with the
@@ -130,11 +120,7 @@ fn alart_curnier_square<T: Real, const D: usize>(
     let length = argument.square_root();
     let share = if length > grip { grip / length } else { T::ONE };
     for (&r, &u) in r_tangent.iter().zip(u_tangent) {
-        let residual = if length > grip {
-            r - (r - u) * share
-        } else {
-            u
-        };
+        let residual = if length > grip { r - (r - u) * share } else { u };
         tangential += residual * residual;
     }
     normal * normal + tangential
@@ -215,13 +201,7 @@ pub(crate) fn error<T: Real, const D: usize>(
         }
         sums.add(set, u, r, noise);
     }
-    let Sums {
-        residual,
-        impulse,
-        slipping,
-        noises,
-        ..
-    } = sums;
+    let Sums { residual, impulse, slipping, noises, .. } = sums;
     let expected = size * size;
     let size = impulse.max(expected);
     if residual == T::ZERO && noises == T::ZERO {
@@ -264,13 +244,7 @@ struct Sums<T> {
 impl<T: Real> Sums<T> {
     fn zero(unit: T) -> Self {
         let [residual, impulse, slipping, noises] = [T::ZERO; 4];
-        Self {
-            unit,
-            residual,
-            impulse,
-            slipping,
-            noises,
-        }
+        Self { unit, residual, impulse, slipping, noises }
     }
 
     /// Adds a contact with the velocity `u` and the impulse `r`.
@@ -285,10 +259,7 @@ impl<T: Real> Sums<T> {
         let unit = self.unit;
         let scaled = SVector::from(*r) * unit;
         let alpha_u = SVector::from(*u) * (set.alpha * unit);
-        let Residual {
-            value,
-            mut boundary,
-        } = contact_residual(set, &alpha_u, &scaled);
+        let Residual { value, mut boundary } = contact_residual(set, &alpha_u, &scaled);
         let mut residual = square(value.as_slice());
         let impulse = square(scaled.as_slice());
         self.impulse += impulse;
@@ -319,12 +290,7 @@ impl<T: Real> Sums<T> {
 /// The larger of `error` and the excess of the residual over [`LARGEST_SHARE`] of the expected impulses, the latter at most 1. Without
 /// it, impulses that diverge would make any violation small. `residual`, `noises` and `expected` are squares.
 #[cfg_attr(target_os = "none", inline(never))]
-fn at_least_excess<T: Real>(
-    error: T,
-    [residual, noises]: [T; 2],
-    expected: T,
-    carried: &dyn Fn() -> T,
-) -> T {
+fn at_least_excess<T: Real>(error: T, [residual, noises]: [T; 2], expected: T, carried: &dyn Fn() -> T) -> T {
     let mut bound = residual;
     if noises > T::ZERO {
         bound = (residual + noises) * T::literal(2.0); // at least `(√residual + √noises)²`
@@ -341,11 +307,7 @@ fn at_least_excess<T: Real>(
 
 /// Does a contact without impulse obey the law for every velocity within the rounding bounds, whose squares are `noise` (m²/s²)?
 #[inline]
-fn separates<T: Real, const D: usize>(
-    set: &ContactSet<T, D>,
-    u: &[T; D],
-    noise: Option<&[T; 2]>,
-) -> bool {
+fn separates<T: Real, const D: usize>(set: &ContactSet<T, D>, u: &[T; D], noise: Option<&[T; 2]>) -> bool {
     let mu = set.cone.friction();
     let [normal, tangent @ ..] = u.as_slice() else {
         return false;
@@ -356,8 +318,7 @@ fn separates<T: Real, const D: usize>(
     }
     let reach = T::ONE + mu;
     margin >= T::ZERO
-        && noise
-            .is_none_or(|&[noise, _]| margin > T::ZERO && margin * margin > reach * reach * noise)
+        && noise.is_none_or(|&[noise, _]| margin > T::ZERO && margin * margin > reach * reach * noise)
 }
 
 #[cfg(test)]

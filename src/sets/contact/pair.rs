@@ -7,9 +7,7 @@ use crate::cone::{add_to_normal, split};
 use crate::linalg::vector::{norm, zeros};
 use crate::real::Real;
 use crate::sets::ContactSet;
-use crate::sets::contact::lorentz::{
-    across, divide, first, joined, jordan, keep_inside, max_step, size,
-};
+use crate::sets::contact::lorentz::{across, divide, first, joined, jordan, keep_inside, max_step, size};
 use nalgebra::SVector;
 
 /// The rows of a contact that have an equation on the central path.
@@ -67,10 +65,7 @@ pub(crate) struct Pair<T: Real, const D: usize> {
 }
 
 /// `Λ v`
-pub(crate) fn widen<T: Real, const D: usize>(
-    set: &ContactSet<T, D>,
-    v: &SVector<T, D>,
-) -> SVector<T, D> {
+pub(crate) fn widen<T: Real, const D: usize>(set: &ContactSet<T, D>, v: &SVector<T, D>) -> SVector<T, D> {
     let mut wide = *v;
     for wide in wide.iter_mut().skip(1) {
         *wide *= set.cone.friction();
@@ -91,12 +86,7 @@ fn narrow<T: Real, const D: usize>(set: &ContactSet<T, D>, v: &SVector<T, D>) ->
 impl<T: Real, const D: usize> Pair<T, D> {
     /// The pair of an unused contact.
     pub(crate) const fn none() -> Self {
-        Self {
-            part: Part::Nothing,
-            x: zeros(),
-            dual: zeros(),
-            normal: T::ZERO,
-        }
+        Self { part: Part::Nothing, x: zeros(), dual: zeros(), normal: T::ZERO }
     }
 
     /// Number of unknowns.
@@ -129,12 +119,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
         let vector = |low: T, high: T| joined((low + high) / two, direction * ((high - low) / two));
         let dual = vector(smooth(normal - length), smooth(normal + length));
         let x = vector(smooth(length - normal), smooth(-normal - length)) * mass;
-        Self {
-            part,
-            x,
-            dual: dual * (beta / gain),
-            normal: tau / first(&x),
-        }
+        Self { part, x, dual: dual * (beta / gain), normal: tau / first(&x) }
     }
 
     /// The products `y_N x_N` and `x · (s, y_T) / beta`, which are `tau` on the central path; `None` for an equation that is missing.
@@ -179,11 +164,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
 pub(in crate::sets) fn smoothed<T: Real>(l: T, square: T) -> T {
     let [two, four] = [2.0, 4.0].map(T::literal);
     let root = (l * l + four * square).square_root();
-    if l > T::ZERO {
-        (l + root) / two
-    } else {
-        two * square / (root - l)
-    }
+    if l > T::ZERO { (l + root) / two } else { two * square / (root - l) }
 }
 
 /// The scaling of a pair after Nesterov and Todd: `V = sqrt(stretch)⁻¹ V(ω)` with `V w = V⁻¹ x`, where `w` is the pair's `dual`.
@@ -198,10 +179,7 @@ pub(crate) struct Scaling<T, const D: usize> {
 impl<T: Real, const D: usize> Scaling<T, D> {
     /// The scaling of a contact that has none.
     pub(crate) const fn none() -> Self {
-        Self {
-            omega: zeros(),
-            stretch: T::ZERO,
-        }
+        Self { omega: zeros(), stretch: T::ZERO }
     }
 
     /// The scaling of a pair.
@@ -210,10 +188,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         let (x, w) = (pair.x * (T::ONE / of_x), pair.dual * (T::ONE / of_w));
         let mirrored = joined(first(&w), -w);
         let half = (T::ONE + x.dot(&w)) * T::literal(0.5);
-        Self {
-            omega: (x + mirrored) * (T::literal(0.5) / half.square_root()),
-            stretch: of_w / of_x,
-        }
+        Self { omega: (x + mirrored) * (T::literal(0.5) / half.square_root()), stretch: of_w / of_x }
     }
 
     /// `V(ω) a`, or with the sign -1 `V(ω)⁻¹ a`.

@@ -13,13 +13,7 @@ use crate::sets::contact::local::Local;
 /// The impulse of one contact while the others are held.
 #[inline(never)]
 pub(in crate::sets) fn solve_local<T: Real, const D: usize>(local: &Local<'_, T, D>) -> [T; D] {
-    let Local {
-        block,
-        mass,
-        u,
-        r,
-        set,
-    } = local;
+    let Local { block, mass, u, r, set } = local;
     let sticking = minus(r, &times(mass, u));
     let regular = mass.first().and_then(|row| row.first()) != Some(&T::ZERO);
     if regular && set.cone.is_interior(&sticking.into()) {
@@ -29,17 +23,11 @@ pub(in crate::sets) fn solve_local<T: Real, const D: usize>(local: &Local<'_, T,
     if set.cone.dual().holds(&free.into()) {
         return [T::ZERO; D];
     }
-    let boundary = Boundary {
-        block,
-        free: &free,
-        mu: set.cone.friction(),
-    };
+    let boundary = Boundary { block, free: &free, mu: set.cone.friction() };
     let next = boundary.step(r, u).or_else(|| {
         let start = boundary.towards(&free.map(|u| -u))?;
         let change = times(block, &start.map(|r| -r));
-        boundary
-            .step(&start, &minus(&free, &change))
-            .or(Some(start))
+        boundary.step(&start, &minus(&free, &change)).or(Some(start))
     });
     next.unwrap_or([T::ZERO; D])
 }
@@ -116,10 +104,7 @@ impl<T: Real, const D: usize> Boundary<'_, T, D> {
         let det = a * c - b * b;
         let (x, y) = if det > T::ZERO {
             let divided = T::ONE / det;
-            (
-                (b * turning - c * along) * divided,
-                (b * along - a * turning) * divided,
-            )
+            ((b * turning - c * along) * divided, (b * along - a * turning) * divided)
         } else {
             (-along / a, T::ZERO)
         };

@@ -59,15 +59,7 @@ impl<T: Real, const D: usize> Tangents<T, D> {
         *b.first_mut()? = T::ZERO;
         schur.first_mut()?.fill(T::ZERO);
         *schur.first_mut()?.first_mut()? = T::ONE;
-        Some(Self {
-            schur,
-            trace,
-            b,
-            coupling,
-            approach,
-            inertia,
-            mu,
-        })
+        Some(Self { schur, trace, b, coupling, approach, inertia, mu })
     }
 
     /// `(S + λI)⁻¹ column`
@@ -106,10 +98,7 @@ impl<T: Real, const D: usize> Tangents<T, D> {
         let squares = square(tangents);
         let length = squares.square_root();
         let slope = growth - *normal * product(tangents, &turned) / squares;
-        Some((
-            self.mu * *normal / length - T::ONE,
-            self.mu * slope / length,
-        ))
+        Some((self.mu * *normal / length - T::ONE, self.mu * slope / length))
     }
 }
 

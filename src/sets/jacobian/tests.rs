@@ -26,18 +26,10 @@ fn scene<const D: usize>(numbers: &[f64], mus: &[f64]) -> Result<Scene<f64, N, D
     let mut scene = Scene::new();
     scene.set_mass(&(root * root.transpose() + SMatrix::identity()))?;
     for (rows, &mu) in rows.chunks_exact(D * N).zip(mus) {
-        let contact = Contact {
-            jacobian: SMatrix::from_column_slice(rows),
-            offset: SVector::zeros(),
-            mu: 0.0,
-            key: 0,
-        };
+        let contact =
+            Contact { jacobian: SMatrix::from_column_slice(rows), offset: SVector::zeros(), mu: 0.0, key: 0 };
         // The same for all tangents, of which some turn.
-        let surface = Surface {
-            spin: mu,
-            roll: [mu; 2],
-            ..Surface::isotropic(mu)
-        };
+        let surface = Surface { spin: mu, roll: [mu; 2], ..Surface::isotropic(mu) };
         scene.push_on(&contact, &surface)?;
     }
     Ok(scene)
@@ -66,13 +58,7 @@ fn differences<const N: usize, const D: usize, const C: usize, const R: usize>(
     for row in &mut matrix.rows {
         row.iter_mut().for_each(|entry| *entry = f64::NAN);
     }
-    jacobian.compute(
-        &problem.sets,
-        problem.factor.delassus(),
-        point,
-        0.0,
-        &mut matrix,
-    )?;
+    jacobian.compute(&problem.sets, problem.factor.delassus(), point, 0.0, &mut matrix)?;
     let holding = jacobian.holding_rows().count();
     for (place, row) in matrix.rows.iter().enumerate() {
         let untouched = row.iter().all(|entry| entry.is_nan());
@@ -102,16 +88,10 @@ fn differences<const N: usize, const D: usize, const C: usize, const R: usize>(
 /// Draws scenes and points of `D` rows a contact; how often each of stick, slip, open and frictionless was met.
 fn check<const D: usize>(model: Model) -> Result<[usize; 4], String> {
     let mut runner = TestRunner::deterministic();
-    let draws = (
-        vec(-1.0..1.0, N * N + C * D * N),
-        vec(0.1..1.5, C),
-        vec(-1.0..1.0, 2 * C * D + N),
-    );
+    let draws = (vec(-1.0..1.0, N * N + C * D * N), vec(0.1..1.5, C), vec(-1.0..1.0, 2 * C * D + N));
     let mut met = [0; 4];
     for round in 0..300 {
-        let tree = draws
-            .new_tree(&mut runner)
-            .map_err(|reason: Reason| reason.to_string())?;
+        let tree = draws.new_tree(&mut runner).map_err(|reason: Reason| reason.to_string())?;
         let (numbers, mut mus, rest) = tree.current();
         mus[round % C] *= f64::from(u8::from(round % 2 == 0));
         let scene = scene::<D>(&numbers, &mus).map_err(|error| error.to_string())?;
@@ -143,10 +123,7 @@ fn check<const D: usize>(model: Model) -> Result<[usize; 4], String> {
 fn the_jacobian_is_the_derivative_of_the_residual() -> Result<(), String> {
     for model in [Model::Coulomb, Model::ConvexRelaxation] {
         for met in [check::<2>(model)?, check::<3>(model)?, check::<4>(model)?] {
-            assert!(
-                met.into_iter().all(|count| count > 40),
-                "{model:?}: {met:?}"
-            );
+            assert!(met.into_iter().all(|count| count > 40), "{model:?}: {met:?}");
         }
         // One row has no tangent: it is open or pushes.
         let met = check::<1>(model)?;

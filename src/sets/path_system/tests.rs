@@ -59,10 +59,7 @@ fn a_pair_is_entered_on_the_path() {
             }
         }
     }
-    let held = ContactSet {
-        alpha: 0.0,
-        ..set::<f64>(0.5, true)
-    };
+    let held = ContactSet { alpha: 0.0, ..set::<f64>(0.5, true) };
     assert_eq!(Part::of(&held), Part::Nothing);
 }
 
@@ -136,28 +133,14 @@ fn scene<const D: usize, const C: usize, const R: usize>(
     let mut scene = Scene::new();
     scene.set_mass(&SMatrix::identity())?;
     for mu in mus {
-        let contact = Contact {
-            jacobian: SMatrix::from_fn(|_, _| next()),
-            offset: SVector::zeros(),
-            mu: 0.0,
-            key: 0,
-        };
+        let contact =
+            Contact { jacobian: SMatrix::from_fn(|_, _| next()), offset: SVector::zeros(), mu: 0.0, key: 0 };
         // The same for all tangents, of which some turn.
-        let surface = Surface {
-            spin: mu,
-            roll: [mu; 2],
-            ..Surface::isotropic(mu)
-        };
+        let surface = Surface { spin: mu, roll: [mu; 2], ..Surface::isotropic(mu) };
         scene.push_on(&contact, &surface)?;
     }
     let boxed = |lower, upper| RowLaw::Box { lower, upper };
-    let laws = [
-        RowLaw::Limit,
-        RowLaw::Equality,
-        boxed(0.3, 0.3),
-        boxed(-0.4, 1.0),
-        RowLaw::Limit,
-    ];
+    let laws = [RowLaw::Limit, RowLaw::Equality, boxed(0.3, 0.3), boxed(-0.4, 1.0), RowLaw::Limit];
     for (law, key) in laws.into_iter().zip(0..).take(R) {
         scene.push_row(&JointRow {
             row: SVector::from_fn(|_, _| next()),
@@ -171,10 +154,7 @@ fn scene<const D: usize, const C: usize, const R: usize>(
 }
 
 /// The derivative of each product along a step is what was asked for, and velocities go on to follow from impulses.
-fn check<const D: usize, const C: usize, const R: usize>(
-    mus: [f64; C],
-    model: Model,
-) -> Result<(), Error> {
+fn check<const D: usize, const C: usize, const R: usize>(mus: [f64; C], model: Model) -> Result<(), Error> {
     let scene = scene::<D, C, R>(mus)?;
     let factor = Factor::new(&scene)?;
     let f = SVector::from_iterator(numbers().take(N));
@@ -211,16 +191,12 @@ fn check<const D: usize, const C: usize, const R: usize>(
     let factorised = system.factorise(&problem.sets, problem.factor.delassus());
     factorised.expect("a regular matrix");
     let mut step = Pairs::none();
-    system
-        .correct(&still, (0.01, beta), &mut step)
-        .expect("a step");
+    system.correct(&still, (0.01, beta), &mut step).expect("a step");
     let there = velocities(&step, 1.0);
     let follows_goal = |products: [[Option<f64>; 2]; 3]| {
         let [here, ahead, behind] = products;
         let slopes = ahead.iter().zip(&behind).zip(&here);
-        for ((ahead, behind), here) in
-            slopes.filter_map(|((a, b), h)| Some((((*a)?, (*b)?), (*h)?)))
-        {
+        for ((ahead, behind), here) in slopes.filter_map(|((a, b), h)| Some((((*a)?, (*b)?), (*h)?))) {
             let slope = (ahead - behind) / 2e-4;
             assert!((slope - (0.01 - here)).abs() < 1e-7, "{D} rows: {slope}");
         }

@@ -39,13 +39,7 @@ impl<T: Real> RowSet<T> {
     /// The set of a joint row with the effective mass `alpha_j` and the velocity `q_j` without impulses.
     pub(crate) fn new<const N: usize>(row: &JointRow<T, N>, alpha: T, q: T) -> Self {
         let [lower, upper] = row.law.bounds();
-        let mut set = Self {
-            bounds: [lower, upper],
-            alpha,
-            q,
-            base: q,
-            is_immovable_and_violated: false,
-        };
+        let mut set = Self { bounds: [lower, upper], alpha, q, base: q, is_immovable_and_violated: false };
         if alpha <= T::ZERO {
             set.is_immovable_and_violated =
                 q > T::ZERO && !lower.is_finite() || q < T::ZERO && !upper.is_finite();
@@ -57,11 +51,7 @@ impl<T: Real> RowSet<T> {
     /// The set of a movable row with these bounds.
     #[cfg(test)]
     pub(crate) fn of(bounds: [T; 2], alpha: T) -> Self {
-        Self {
-            bounds,
-            alpha,
-            ..Self::none()
-        }
+        Self { bounds, alpha, ..Self::none() }
     }
 
     /// The nearest impulse within the bounds. NaN stays NaN.
@@ -106,11 +96,7 @@ impl<T: Real> RowSet<T> {
     /// Part of the row in the duality gap: `r u` minus the least `λ u` of all impulses `λ` within the bounds.
     pub(crate) fn duality_gap(&self, r: T, u: T) -> T {
         let [lower, upper] = self.bounds;
-        if u == T::ZERO {
-            T::ZERO
-        } else {
-            u * (r - if u > T::ZERO { lower } else { upper })
-        }
+        if u == T::ZERO { T::ZERO } else { u * (r - if u > T::ZERO { lower } else { upper }) }
     }
 
     /// Residual of the natural map of the row. Where the projection returns its argument, it is `alpha u`, without the rounding of `r`.
@@ -119,15 +105,9 @@ impl<T: Real> RowSet<T> {
         let argument = r - change;
         let nearest = self.project(argument);
         if nearest == argument {
-            return RowResidual {
-                value: change,
-                excess: T::ZERO,
-            };
+            return RowResidual { value: change, excess: T::ZERO };
         }
-        RowResidual {
-            value: r - nearest,
-            excess: (argument - nearest) / self.alpha,
-        }
+        RowResidual { value: r - nearest, excess: (argument - nearest) / self.alpha }
     }
 
     /// The mode of the row, from the argument of the natural map as for contacts.

@@ -45,11 +45,7 @@ impl<T: Real> RowPair<T> {
     /// Harker, Kanzow and Smale. Between two bounds the impulse is moved away from both.
     pub(crate) fn centred(set: &RowSet<T>, r: T, u: T, tau: T, gain: T) -> Self {
         let ([lower, upper], alpha) = (set.bounds, set.alpha);
-        let mut pair = Self {
-            impulse: r,
-            is_free: set.is_free(),
-            ..Self::none()
-        };
+        let mut pair = Self { impulse: r, is_free: set.is_free(), ..Self::none() };
         if !pair.is_free {
             return pair;
         }
@@ -72,13 +68,7 @@ impl<T: Real> RowPair<T> {
     /// The lower and the upper bound.
     fn sides(&self) -> impl Iterator<Item = Side<T>> {
         let pairs = self.gaps.into_iter().zip(self.duals);
-        pairs
-            .zip(self.is_bounded)
-            .map(|((gap, dual), is_bounded)| Side {
-                gap,
-                dual,
-                is_bounded,
-            })
+        pairs.zip(self.is_bounded).map(|((gap, dual), is_bounded)| Side { gap, dual, is_bounded })
     }
 
     /// The products `(λ - l) p` and `(u - λ) n`, which are `tau` on the central path; `None` for an infinite bound.
@@ -120,18 +110,10 @@ impl<T: Real> RowPair<T> {
 
     /// The step in which the impulse changes by `change`, and `p` and `n` by `goals` and by the effect of that change.
     pub(crate) fn step(&self, change: T, goals: &[T; 2]) -> Self {
-        let mut step = Self {
-            impulse: change,
-            gaps: [change, -change],
-            ..*self
-        };
+        let mut step = Self { impulse: change, gaps: [change, -change], ..*self };
         let changes = step.duals.iter_mut().zip(goals).zip(step.gaps);
         for (((dual, &goal), change), side) in changes.zip(self.sides()) {
-            *dual = if side.is_bounded {
-                goal - side.dual / side.gap * change
-            } else {
-                T::ZERO
-            };
+            *dual = if side.is_bounded { goal - side.dual / side.gap * change } else { T::ZERO };
         }
         step
     }

@@ -12,9 +12,7 @@ use nalgebra::SVector;
 fn likely(corners: usize, mu: f64, sideways: f64, up: f64) -> Result<bool, Error> {
     let mut push = pressed(sideways);
     push.z += up;
-    with_problem(&cube(corners, mu)?, &push, |problem| {
-        problem.is_likely_to_stick()
-    })
+    with_problem(&cube(corners, mu)?, &push, |problem| problem.is_likely_to_stick())
 }
 
 #[test]
@@ -77,10 +75,7 @@ fn rows_at_their_bounds_make_no_impulse_ambiguous() -> Result<(), Error> {
     let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
     problem.fill(true);
     let corner = [1.0, 0.0, 0.0];
-    let pushed = |rows| Stacked {
-        contacts: [corner, corner, [0.0; 3]],
-        rows,
-    };
+    let pushed = |rows| Stacked { contacts: [corner, corner, [0.0; 3]], rows };
     let (slipping, holding) = ([1e3; 6], [0.0; 6]);
     assert!(!problem.is_hyperstatic(&pushed(slipping)));
     assert!(problem.is_hyperstatic(&pushed(holding)));

@@ -10,10 +10,7 @@ use nalgebra::vector;
 
 /// Impulses with which each of four corners carries this share of the weight.
 fn carried(share: f64) -> Stacked<f64, D, C, 0> {
-    Stacked {
-        contacts: [[share, 0.0, 0.0]; C],
-        rows: [],
-    }
+    Stacked { contacts: [[share, 0.0, 0.0]; C], rows: [] }
 }
 
 /// Shows impulses to the monitor, and makes the check that is due.
@@ -70,11 +67,9 @@ fn a_budget_ends_a_call() -> Result<(), Error> {
 fn work_without_a_halved_error_near_rounding_ends_a_solve() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.0), |monitor| {
         let patience = tuning::patience();
-        for (estimate, work) in [
-            (1e-9, 100 * patience),
-            (1000.0 * f64::EPSILON, patience),
-            (400.0 * f64::EPSILON, patience),
-        ] {
+        for (estimate, work) in
+            [(1e-9, 100 * patience), (1000.0 * f64::EPSILON, patience), (400.0 * f64::EPSILON, patience)]
+        {
             monitor.record.best_estimate = Some(estimate);
             monitor.note_failure();
             monitor.solution.work.iterations += work;

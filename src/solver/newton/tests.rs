@@ -39,9 +39,7 @@ fn one_step_all_but_solves_what_sticks() -> Result<(), Error> {
     with_monitor(&cube(4, 0.5)?, &pressed(0.2), |monitor| {
         let mut state = guess(monitor);
         let outcome = step(&mut state, monitor, Newton::guessed());
-        let Outcome::Accepted(newton) = outcome else {
-            unreachable!("a linear problem")
-        };
+        let Outcome::Accepted(newton) = outcome else { unreachable!("a linear problem") };
         assert!(state.point.estimate < 1e-3); // the rest of the error comes from damping
         step(&mut state, monitor, newton);
         assert!(monitor.is_over());
@@ -138,9 +136,6 @@ fn a_jacobian_is_kept_until_the_central_path_uses_its_matrix() -> Result<(), Err
         state.step_anew(monitor, &mut newton);
         assert!(state.holds_jacobian);
         state.forget();
-        assert!(
-            !state.holds_jacobian
-                && matches!(state.chord_steps(monitor, &mut true), Chord::Unavailable)
-        );
+        assert!(!state.holds_jacobian && matches!(state.chord_steps(monitor, &mut true), Chord::Unavailable));
     })
 }

@@ -101,10 +101,7 @@ fn sweeps_keep_the_velocities_of_their_impulses() -> Result<(), Error> {
         for contact in cube(C, mu)?.contacts() {
             scene.push(contact)?;
         }
-        let bounded = |bound: f64| RowLaw::Box {
-            lower: -bound,
-            upper: bound,
-        };
+        let bounded = |bound: f64| RowLaw::Box { lower: -bound, upper: bound };
         let laws = [RowLaw::Limit, RowLaw::Equality, bounded(0.01)];
         for (key, law) in (0..).zip(laws) {
             let entry = |i: usize, j: usize| f64::from(i == 3 + j) + f64::from(i < 3) * 0.3;
@@ -141,10 +138,7 @@ fn sweeps_keep_the_velocities_of_their_impulses() -> Result<(), Error> {
             last = energy;
         }
         let rows = point.r.rows;
-        assert!(
-            rows[0] > 0.0 && rows[1] != 0.0 && (rows[2] - 0.01).abs() < 1e-15,
-            "{rows:?}"
-        );
+        assert!(rows[0] > 0.0 && rows[1] != 0.0 && (rows[2] - 0.01).abs() < 1e-15, "{rows:?}");
     }
     Ok(())
 }

@@ -54,9 +54,7 @@ impl<T: Real, const L: usize, const K: usize> Table<T, L, K> {
     pub(super) fn reorder(&mut self, keys: impl Iterator<Item = u32>) -> [usize; K] {
         let mut last = mem::replace(&mut self.entries, [None; K]);
         let mut earlier_indices = [K; K];
-        for ((entry, earlier_index), key) in
-            self.entries.iter_mut().zip(&mut earlier_indices).zip(keys)
-        {
+        for ((entry, earlier_index), key) in self.entries.iter_mut().zip(&mut earlier_indices).zip(keys) {
             let same = |old: &Option<Entry<T, L>>| old.is_some_and(|old| old.key == key);
             if let Some(found) = last.iter().position(same) {
                 *earlier_index = found;
@@ -72,13 +70,7 @@ impl<T: Real, const L: usize, const K: usize> Table<T, L, K> {
             return;
         };
         let counts = !replaces || entry.is_none();
-        let entry = entry.get_or_insert(Entry {
-            key,
-            u,
-            r,
-            before: r,
-            solves: 0,
-        });
+        let entry = entry.get_or_insert(Entry { key, u, r, before: r, solves: 0 });
         if counts {
             (entry.before, entry.solves) = (entry.r, entry.solves.saturating_add(1));
         }
@@ -89,13 +81,7 @@ impl<T: Real, const L: usize, const K: usize> Table<T, L, K> {
     pub(super) fn set(&mut self, impulses: impl Iterator<Item = (u32, [T; L])>) {
         *self = Self::empty();
         for (entry, (key, r)) in self.entries.iter_mut().zip(impulses) {
-            *entry = Some(Entry {
-                key,
-                u: [T::ZERO; L],
-                r,
-                before: [T::ZERO; L],
-                solves: 0,
-            });
+            *entry = Some(Entry { key, u: [T::ZERO; L], r, before: [T::ZERO; L], solves: 0 });
         }
     }
 }

@@ -22,12 +22,7 @@ const R: usize = 3;
 fn scene<const R: usize>(keys: &[u32], rows: &[u32]) -> Result<Scene<f64, 1, 1, C, R>, Error> {
     let mut scene = Scene::new();
     scene.set_mass(&Matrix1::new(1.0))?;
-    let contact = |&key| Contact {
-        jacobian: Matrix1::new(1.0),
-        offset: Vector1::zeros(),
-        mu: 0.0,
-        key,
-    };
+    let contact = |&key| Contact { jacobian: Matrix1::new(1.0), offset: Vector1::zeros(), mu: 0.0, key };
     for contact in keys.iter().map(contact) {
         scene.push(&contact)?;
     }
@@ -56,9 +51,7 @@ type Impulses = Vec<((u32, usize), f64)>;
 fn impulses(keys: &[u32], step: u32, first: f64) -> Impulses {
     let names = (0..keys.len()).map(|i| name(keys, i));
     let numbered = (0_u32..).zip(names);
-    numbered
-        .map(|(i, name)| (name, first + f64::from(i) + 10.0 * f64::from(step)))
-        .collect()
+    numbered.map(|(i, name)| (name, first + f64::from(i) + 10.0 * f64::from(step))).collect()
 }
 
 /// The old index and the impulse that index `i` of a list takes over.
@@ -95,9 +88,7 @@ fn check<const R: usize>(lists: &[(Vec<u32>, Vec<u32>)]) -> Result<(), TestCaseE
         } else {
             // There is no last solve, or no index has changed.
             let stays = |keys: &[u32], last: &Impulses| {
-                last.iter()
-                    .map(|&(name, _)| name)
-                    .eq((0..keys.len()).map(|i| name(keys, i)))
+                last.iter().map(|&(name, _)| name).eq((0..keys.len()).map(|i| name(keys, i)))
             };
             let known = last.len() + last_rows.len() > 0;
             prop_assert!(!known || stays(keys, &last) && stays(rows, &last_rows));

@@ -71,11 +71,7 @@ impl Asked {
         let (mut asked, mut done) = (0.0, 0.0);
         let mut add = |row: &[f64], offset: f64, is_equality: bool| {
             let wrong = |speed: f64| {
-                if is_equality {
-                    speed.abs()
-                } else {
-                    (-speed).max(0.0)
-                }
+                if is_equality { speed.abs() } else { (-speed).max(0.0) }
             };
             asked += wrong(offset);
             done += wrong(offset) - wrong(offset + dot(row, correction));
@@ -96,14 +92,9 @@ impl Asked {
         let (h, Moving { motion, scale, .. }) = (scene.h, moving);
         self.touches.clear();
         self.rows.clear();
-        let soft =
-            |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
+        let soft = |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
         let lever = |response: f64, mobility: f64| {
-            if mobility > 0.0 {
-                (response / mobility).min(1.0)
-            } else {
-                1.0
-            }
+            if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 }
         };
         for (&place, touch) in island.touches.iter().zip(scene.touches(island)) {
             if touch.response < NO_LEVER * touch.mobility {
@@ -111,11 +102,7 @@ impl Asked {
             }
             let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
             if open < 0.0 {
-                let fastest = if touch.is_driven {
-                    scale.speed
-                } else {
-                    RECOVERY * scale.speed
-                };
+                let fastest = if touch.is_driven { scale.speed } else { RECOVERY * scale.speed };
                 // What is from the step itself is taken back in it.
                 let old = (-open - touch.curve).max(0.0);
                 let most = h * fastest * lever(touch.response, touch.mobility);
@@ -140,14 +127,9 @@ impl Asked {
                     open = open.clamp(-most, most);
                 }
             } else if open < 0.0 {
-                open =
-                    (SHARE * open).max(-h * RECOVERY * scale.speed * lever(response, row.mobility));
+                open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever(response, row.mobility));
             }
-            self.rows.push(Demand {
-                place,
-                offset: open / h,
-                compliance: soft(ROW, response, row.mobility),
-            });
+            self.rows.push(Demand { place, offset: open / h, compliance: soft(ROW, response, row.mobility) });
         }
         self.slow_down(scene, moving);
     }
@@ -160,53 +142,27 @@ impl Asked {
         if !self.rows.iter().any(is_far) {
             return;
         }
-        let rows: Vec<_> = self
-            .rows
-            .iter()
-            .filter(|&demand| is_equality(demand))
-            .collect();
+        let rows: Vec<_> = self.rows.iter().filter(|&demand| is_equality(demand)).collect();
         let jacobian = |demand: &Demand| &scene.rows[demand.place].jacobian;
-        let motions: Vec<_> = rows
-            .iter()
-            .map(|demand| scene.inertia.solve(jacobian(demand)))
-            .collect();
-        let mut system = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
-            dot(jacobian(rows[i]), &motions[j])
-        });
-        rows.iter()
-            .enumerate()
-            .for_each(|(i, demand)| system[(i, i)] += demand.compliance);
+        let motions: Vec<_> = rows.iter().map(|demand| scene.inertia.solve(jacobian(demand))).collect();
+        let mut system = DMatrix::from_fn(rows.len(), rows.len(), |i, j| dot(jacobian(rows[i]), &motions[j]));
+        rows.iter().enumerate().for_each(|(i, demand)| system[(i, i)] += demand.compliance);
         let asked = DVector::from_iterator(rows.len(), rows.iter().map(|demand| demand.offset));
         let Some(factor) = system.cholesky() else {
             return;
         };
         let impulses = factor.solve(&asked);
         let fastest = moving.turns.iter().enumerate().map(|(dof, &turns)| {
-            let z: f64 = motions
-                .iter()
-                .zip(&impulses)
-                .map(|(motion, impulse)| motion[dof] * impulse)
-                .sum();
+            let z: f64 = motions.iter().zip(&impulses).map(|(motion, impulse)| motion[dof] * impulse).sum();
             z.abs() * if turns { length / TURN } else { 1.0 }
         });
         // Less where joints hardly move it, as of an arm that is stretched.
-        let all: f64 = rows
-            .iter()
-            .map(|demand| demand.offset.powi(2) / demand.compliance)
-            .sum();
+        let all: f64 = rows.iter().map(|demand| demand.offset.powi(2) / demand.compliance).sum();
         let gain = 1.0 - impulses.dot(&asked) / all;
         let share = (speed / fastest.fold(0.0, f64::max)).min(1.0) * gain;
         let equality = |demand: &Demand| scene.rows[demand.place].equality();
-        let far: Vec<_> = self
-            .rows
-            .iter()
-            .filter(|demand| is_far(demand))
-            .map(equality)
-            .collect();
-        let rows = self
-            .rows
-            .iter_mut()
-            .filter(|demand| far.contains(&equality(demand)));
+        let far: Vec<_> = self.rows.iter().filter(|demand| is_far(demand)).map(equality).collect();
+        let rows = self.rows.iter_mut().filter(|demand| far.contains(&equality(demand)));
         rows.for_each(|demand| demand.offset *= share);
     }
 }

@@ -24,11 +24,7 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> b
     if island.len() > FEW {
         thin_faces(island, touches, (FLAT, f64::INFINITY), DIRECTIONS);
     }
-    let dim = if island.iter().all(|&place| touches[place].dim <= 3) {
-        3
-    } else {
-        6
-    };
+    let dim = if island.iter().all(|&place| touches[place].dim <= 3) { 3 } else { 6 };
     let most = sizes::most_contacts(dim);
     for (directions, enough, highest) in [
         (DIRECTIONS, MANY, f64::INFINITY),
@@ -45,12 +41,7 @@ pub(super) fn thin(island: &mut Vec<usize>, touches: &[Touch], length: f64) -> b
 }
 
 /// Leaves out what is inside of faces whose contacts all have at most a gap.
-fn thin_faces(
-    island: &mut Vec<usize>,
-    all: &[Touch],
-    (apart, highest): (f64, f64),
-    directions: u32,
-) {
+fn thin_faces(island: &mut Vec<usize>, all: &[Touch], (apart, highest): (f64, f64), directions: u32) {
     let touches: Vec<&Touch> = island.iter().map(|&place| &all[place]).collect();
     let mut stays = vec![true; touches.len()];
     let mut is_done = vec![false; touches.len()];
@@ -60,12 +51,9 @@ fn thin_faces(
         }
         let normal = touches[first].face.normal;
         let same = |touch: &&Touch| {
-            touch.face.geoms == touches[first].face.geoms
-                && (touch.face.normal - normal).norm() < apart
+            touch.face.geoms == touches[first].face.geoms && (touch.face.normal - normal).norm() < apart
         };
-        let face: Vec<_> = (first..touches.len())
-            .filter(|&i| !is_done[i] && same(&touches[i]))
-            .collect();
+        let face: Vec<_> = (first..touches.len()).filter(|&i| !is_done[i] && same(&touches[i])).collect();
         for &i in &face {
             is_done[i] = true;
         }
@@ -76,13 +64,8 @@ fn thin_faces(
         for &i in &face {
             stays[i] = false;
         }
-        let by =
-            |f: &dyn Fn(usize) -> f64| face.iter().copied().max_by(|&a, &b| f(a).total_cmp(&f(b)));
-        let across = if normal.x.abs() < 0.8 {
-            Vector3::x()
-        } else {
-            Vector3::y()
-        };
+        let by = |f: &dyn Fn(usize) -> f64| face.iter().copied().max_by(|&a, &b| f(a).total_cmp(&f(b)));
+        let across = if normal.x.abs() < 0.8 { Vector3::x() } else { Vector3::y() };
         let one = normal.cross(&across).normalize();
         let other = normal.cross(&one);
         let outermost = (0..directions).filter_map(|i| {

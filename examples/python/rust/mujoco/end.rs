@@ -129,24 +129,23 @@ impl Lookout<'_> {
 
     fn pose(&self, step: &Step<'_>, scratch: &mut Data, time: f64) {
         scratch.copy_pose(step.data);
-        self.model
-            .integrate(scratch.qpos_mut(), step.velocity, time);
+        self.model.integrate(scratch.qpos_mut(), step.velocity, time);
         scratch.kinematics(self.model);
     }
 
     fn overlaps(&self, scratch: &Data) -> Vec<Overlap> {
         let overlap = |(index, contact): (usize, ContactRef<'_>)| {
             let depth = -contact.gap(self.grown);
-            (depth > self.slop && !contact.is_excluded() && !self.is_ghost(scratch, contact)).then(
-                || Overlap {
+            (depth > self.slop && !contact.is_excluded() && !self.is_ghost(scratch, contact)).then(|| {
+                Overlap {
                     index,
                     depth,
                     deepest: 0.0,
                     face: Face::of(contact),
                     place: contact.place().into(),
                     known: None,
-                },
-            )
+                }
+            })
         };
         scratch.contacts().enumerate().filter_map(overlap).collect()
     }
@@ -164,17 +163,9 @@ impl Lookout<'_> {
         for (i, overlap) in overlaps.iter_mut().enumerate() {
             let [one, other] = overlap.face.geoms.map(|geom| &moved[geom]);
             // Corners and edges come along with their bodies, contacts of what is round do not.
-            let has_corners = overlap
-                .face
-                .geoms
-                .iter()
-                .all(|&geom| self.facts.has_corners(geom));
+            let has_corners = overlap.face.geoms.iter().all(|&geom| self.facts.has_corners(geom));
             let turned = one.curve + other.curve;
-            let far = if has_corners {
-                turned
-            } else {
-                2.0 * (one.most + other.most)
-            };
+            let far = if has_corners { turned } else { 2.0 * (one.most + other.most) };
             let reach = NEAR_KNOWN * self.length + far;
             overlap.deepest = NEAR_FOUND * self.length + turned;
             for (j, touch) in touches.iter().enumerate() {
@@ -221,18 +212,14 @@ impl Lookout<'_> {
         let near = |place: Vector3<f64>| (place - overlap.place).norm() < NEAR_FOUND * self.length;
         if known.is_none() {
             if seen.len() == MOST_NEW
-                || found
-                    .iter()
-                    .any(|&(geoms, place)| geoms == overlap.face.geoms && near(place))
+                || found.iter().any(|&(geoms, place)| geoms == overlap.face.geoms && near(place))
             {
                 return true;
             }
             let is_it = |&(index, contact): &(usize, ContactRef<'_>)| {
                 let distance = (Vector3::from(contact.place()) - overlap.place).norm();
                 !step.taken.contains(&index)
-                    && !seen
-                        .iter()
-                        .any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
+                    && !seen.iter().any(|seen| matches!(seen, Seen::Listed(other) if *other == index))
                     && Face::of(contact).is(&overlap.face)
                     && distance < NEAR_KNOWN * self.length
             };
@@ -244,11 +231,8 @@ impl Lookout<'_> {
         }
         let contact = scratch.contact(overlap.index);
         let velocity = step.velocity.iter().map(|v| v * share).collect();
-        let there = There {
-            gap: contact.gap(self.grown),
-            rows: jacobian(self.model, scratch, contact),
-            velocity,
-        };
+        let there =
+            There { gap: contact.gap(self.grown), rows: jacobian(self.model, scratch, contact), velocity };
         // What would have overlapped all along is the wrong side of what was entered.
         if there.gap_before(self.model.step()) < -overlap.deepest {
             return false;
@@ -272,11 +256,7 @@ fn came_along<'a>(
     before: &'a Data,
     after: &'a Data,
 ) -> impl Iterator<Item = Vector3<f64>> + 'a {
-    let geoms = if touch.is_new {
-        &[][..]
-    } else {
-        &touch.face.geoms[..]
-    };
+    let geoms = if touch.is_new { &[][..] } else { &touch.face.geoms[..] };
     let along = |&geom: &usize| {
         let frame = |data: &Data| Matrix3::from_row_slice(&data.geom_xmat()[geom]);
         let place = |data: &Data| Vector3::from(data.geom_xpos()[geom]);
@@ -299,10 +279,7 @@ fn moved(model: &Model, before: &Data, after: &Data) -> Vec<Moved> {
         let along = (Vector3::from(*q) - Vector3::from(*p)).norm();
         let turned = (Matrix3::from_row_slice(b) - Matrix3::from_row_slice(a)).norm();
         let most = along + turned * radius;
-        Moved {
-            most,
-            curve: turned * most,
-        }
+        Moved { most, curve: turned * most }
     })
     .collect()
 }
@@ -310,9 +287,8 @@ fn moved(model: &Model, before: &Data, after: &Data) -> Vec<Moved> {
 /// The Jacobian of a contact where the data is.
 fn jacobian(model: &Model, data: &Data, contact: ContactRef<'_>) -> Vec<f64> {
     let nv = model.sizes.velocities;
-    let [first, second] = contact
-        .geoms()
-        .map(|geom| data.jacobian(model, contact.place(), body_of(model, geom)));
+    let [first, second] =
+        contact.geoms().map(|geom| data.jacobian(model, contact.place(), body_of(model, geom)));
     let mut rows = Vec::with_capacity(contact.dim() * nv);
     for i in 0..contact.dim() {
         let (axis, kind) = (contact.frame()[i % 3], i / 3);

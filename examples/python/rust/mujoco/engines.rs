@@ -51,11 +51,7 @@ impl Engines {
             Entry::Occupied(slot) if slot.get().index == index => slot.into_mut(),
             place => {
                 let engine = <f64 as Number>::engine(index);
-                let slot = Slot {
-                    needs,
-                    index,
-                    engine,
-                };
+                let slot = Slot { needs, index, engine };
                 place.insert_entry(slot).into_mut()
             }
         };

@@ -30,20 +30,14 @@ impl Facts {
             while body > 0 && model.body_mocapid()[body] < 0 {
                 body = model.body_parentid()[body].unsigned_abs() as usize;
             }
-            usize::try_from(model.body_mocapid()[body])
-                .ok()
-                .filter(|_| body > 0)
+            usize::try_from(model.body_mocapid()[body]).ok().filter(|_| body > 0)
         });
         let is = |geom: usize, kind: i32| model.geom_type()[geom] == kind;
         let thickness = |geom: usize| {
             let half = &model.geom_aabb()[6 * geom + 3..][..3];
             let touches = model.geom_contype()[geom] != 0 || model.geom_conaffinity()[geom] != 0;
             let is_solid = touches && !is(geom, PLANE) && !is(geom, HFIELD);
-            if is_solid {
-                half.iter().copied().fold(f64::INFINITY, f64::min)
-            } else {
-                f64::INFINITY
-            }
+            if is_solid { half.iter().copied().fold(f64::INFINITY, f64::min) } else { f64::INFINITY }
         };
         let geoms = 0..model.sizes.geoms;
         let thickness: Vec<_> = geoms.clone().map(thickness).collect();
@@ -56,11 +50,7 @@ impl Facts {
                 .map(|geom| model.body_weldid()[body(geom)] > 0 && thickness[geom].is_finite())
                 .collect(),
             thickness,
-            has_corners: model
-                .geom_type()
-                .iter()
-                .map(|kind| CORNERED.contains(kind))
-                .collect(),
+            has_corners: model.geom_type().iter().map(|kind| CORNERED.contains(kind)).collect(),
             turns: turns(model),
             height_fields: geoms.clone().any(|geom| is(geom, HFIELD)),
         }
@@ -82,9 +72,7 @@ impl Facts {
             .filter(|&(_, &moves)| moves)
             .map(|((moved, thickness), _)| moved.most / (thickness + self.thinnest))
             .fold(1.0, f64::max);
-        (1..MOST_POSES)
-            .find(|&poses| f64::from(poses) >= most)
-            .unwrap_or(MOST_POSES)
+        (1..MOST_POSES).find(|&poses| f64::from(poses) >= most).unwrap_or(MOST_POSES)
     }
 }
 
@@ -122,11 +110,7 @@ pub(super) fn body_of(model: &Model, geom: usize) -> usize {
 }
 
 /// Is a contact the side of a prism below a height field? Its normal is flatter than the surface around it.
-#[allow(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss
-)] // numbers of cells
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // numbers of cells
 pub(super) fn is_side_of_prism(
     model: &Model,
     geom: usize,
@@ -161,9 +145,6 @@ pub(super) fn is_side_of_prism(
             }
         }
     }
-    let slope = [
-        along * (columns - 1) as f64 / (2.0 * x),
-        across * (rows - 1) as f64 / (2.0 * y),
-    ];
+    let slope = [along * (columns - 1) as f64 / (2.0 * x), across * (rows - 1) as f64 / (2.0 * y)];
     (frame * outward).z < 0.98 / (1.0 + slope[0] * slope[0] + slope[1] * slope[1]).sqrt()
 }

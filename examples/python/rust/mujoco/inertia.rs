@@ -25,10 +25,7 @@ impl Block {
             let column = self.column(j);
             x[j] /= column[j];
             let own = x[j];
-            x[j + 1..]
-                .iter_mut()
-                .zip(&column[j + 1..])
-                .for_each(|(x, l)| *x -= l * own);
+            x[j + 1..].iter_mut().zip(&column[j + 1..]).for_each(|(x, l)| *x -= l * own);
         }
     }
 
@@ -53,9 +50,7 @@ fn factor(dofs: &[usize], entry: impl Fn(usize, usize) -> f64) -> Option<Vec<f64
         }
         for column in before.chunks_exact(n).filter(|column| column[j] != 0.0) {
             let share = column[j];
-            own.iter_mut()
-                .zip(&column[j..])
-                .for_each(|(own, l)| *own -= share * l);
+            own.iter_mut().zip(&column[j..]).for_each(|(own, l)| *own -= share * l);
         }
         let root = own[0].sqrt();
         if root.is_nan() || root <= 0.0 {
@@ -142,15 +137,8 @@ impl Inertia {
     fn factor(&mut self, model: &Model) -> bool {
         let (n, trees) = (self.n, model.dof_treeid());
         // Trees that the matrix couples are one block, named by its first velocity.
-        let mut first: Vec<usize> = (0..n)
-            .map(|i| {
-                if i > 0 && trees[i] == trees[i - 1] {
-                    usize::MAX
-                } else {
-                    i
-                }
-            })
-            .collect();
+        let mut first: Vec<usize> =
+            (0..n).map(|i| if i > 0 && trees[i] == trees[i - 1] { usize::MAX } else { i }).collect();
         for i in 0..n {
             if first[i] == usize::MAX {
                 first[i] = first[i - 1];
@@ -161,10 +149,7 @@ impl Inertia {
                 for j in 0..i {
                     if first[i] != first[j] && self.matrix[i * n + j] != 0.0 {
                         let (from, to) = (first[i].max(first[j]), first[i].min(first[j]));
-                        first
-                            .iter_mut()
-                            .filter(|own| **own == from)
-                            .for_each(|own| *own = to);
+                        first.iter_mut().filter(|own| **own == from).for_each(|own| *own = to);
                     }
                 }
             }
@@ -210,20 +195,14 @@ impl Inertia {
             let mut part: Vec<_> = block.dofs.iter().map(|&dof| right[dof]).collect();
             block.forward(&mut part);
             block.backward(&mut part);
-            block
-                .dofs
-                .iter()
-                .zip(part)
-                .for_each(|(&dof, x)| solution[dof] = x);
+            block.dofs.iter().zip(part).for_each(|(&dof, x)| solution[dof] = x);
         }
         solution
     }
 
     /// Blocks of an island.
     fn blocks_of(&self, dofs: &[usize]) -> impl Iterator<Item = &Block> {
-        self.blocks
-            .iter()
-            .filter(move |block| dofs.binary_search(&block.dofs[0]).is_ok())
+        self.blocks.iter().filter(move |block| dofs.binary_search(&block.dofs[0]).is_ok())
     }
 
     /// Adds a row in coordinates in which the masses of an island are one: `L⁻¹ row`.
@@ -246,11 +225,7 @@ impl Inertia {
         for block in self.blocks_of(dofs) {
             let own = rest.split_off_mut(..block.dofs.len()).unwrap_or_default();
             block.backward(own);
-            block
-                .dofs
-                .iter()
-                .zip(own)
-                .for_each(|(&dof, z)| tell(dof, *z));
+            block.dofs.iter().zip(own).for_each(|(&dof, z)| tell(dof, *z));
         }
     }
 

@@ -15,23 +15,14 @@ pub(super) struct Island {
 }
 
 /// Puts contacts and rows into islands.
-pub(super) fn islands(
-    inertia: &Inertia,
-    touches: &[Touch],
-    rows: &[Row],
-    nv: usize,
-) -> Vec<Island> {
+pub(super) fn islands(inertia: &Inertia, touches: &[Touch], rows: &[Row], nv: usize) -> Vec<Island> {
     if inertia.blocks() == 1 {
         let all = Island {
             dofs: (0..nv).collect(),
             touches: (0..touches.len()).collect(),
             rows: (0..rows.len()).collect(),
         };
-        return if touches.is_empty() && rows.is_empty() {
-            Vec::new()
-        } else {
-            vec![all]
-        };
+        return if touches.is_empty() && rows.is_empty() { Vec::new() } else { vec![all] };
     }
     let mut leader: Vec<usize> = (0..inertia.blocks()).collect();
     let mut join = |entries: &[f64]| {
@@ -52,18 +43,12 @@ pub(super) fn islands(
         let to = lead(&mut leader, block);
         islands[to].dofs.extend_from_slice(inertia.dofs(block));
     }
-    for (place, block) in of_touches
-        .into_iter()
-        .enumerate()
-        .filter_map(|(place, block)| Some((place, block?)))
+    for (place, block) in
+        of_touches.into_iter().enumerate().filter_map(|(place, block)| Some((place, block?)))
     {
         islands[lead(&mut leader, block)].touches.push(place);
     }
-    for (place, block) in of_rows
-        .into_iter()
-        .enumerate()
-        .filter_map(|(place, block)| Some((place, block?)))
-    {
+    for (place, block) in of_rows.into_iter().enumerate().filter_map(|(place, block)| Some((place, block?))) {
         islands[lead(&mut leader, block)].rows.push(place);
     }
     islands.retain(|island| !island.touches.is_empty() || !island.rows.is_empty());

@@ -42,9 +42,7 @@ impl Stepper {
     /// Takes the path of MuJoCo's library and the address of an `mjModel` of it.
     #[new]
     fn new(library: PathBuf, model: usize) -> PyResult<Self> {
-        Ok(Self {
-            own: opened(&library, model)?,
-        })
+        Ok(Self { own: opened(&library, model)? })
     }
 
     /// Takes so many steps.
@@ -72,12 +70,7 @@ impl Stepper {
         })
     }
 
-    fn step2(
-        &mut self,
-        py: Python<'_>,
-        data: usize,
-        settings: (f64, usize),
-    ) -> PyResult<tally::Numbers> {
+    fn step2(&mut self, py: Python<'_>, data: usize, settings: (f64, usize)) -> PyResult<tally::Numbers> {
         self.run(py, data, |own, data| {
             let mut tally = Tally::default();
             tally.add(&own.step2(data, &settings_of(settings))?);
@@ -107,10 +100,7 @@ impl Stepper {
         // SAFETY: Python says so, and holds the data during the call.
         #[allow(unsafe_code)]
         let data = unsafe { Data::new(&self.own.model, address) };
-        let (mut data, library) = (
-            data.map_err(PyValueError::new_err)?,
-            self.own.model.library(),
-        );
+        let (mut data, library) = (data.map_err(PyValueError::new_err)?, self.own.model.library());
         let own = &mut self.own;
         let done = py.detach(|| library.watched(|| call(own, &mut data)));
         heard(done)
@@ -119,15 +109,11 @@ impl Stepper {
 
 /// What a call has brought: MuJoCo may have given up, and the Stepper may have refused.
 fn heard<R>(done: Result<Result<R, &'static str>, String>) -> PyResult<R> {
-    done.map_err(|said| PyRuntimeError::new_err(format!("MuJoCo: {said}")))?
-        .map_err(PyValueError::new_err)
+    done.map_err(|said| PyRuntimeError::new_err(format!("MuJoCo: {said}")))?.map_err(PyValueError::new_err)
 }
 
 fn settings_of((tolerance, budget): (f64, usize)) -> Settings<f64> {
-    Settings {
-        budget,
-        ..Settings::new(tolerance)
-    }
+    Settings { budget, ..Settings::new(tolerance) }
 }
 
 /// Raises an `ImportError` if MuJoCo's library is of a version that is not known.

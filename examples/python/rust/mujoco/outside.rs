@@ -36,21 +36,15 @@ impl Follower {
 
     /// Was the last step one of this data, which has not been reset since?
     pub(super) fn follows(&self, data: &Data) -> bool {
-        self.end
-            .as_ref()
-            .is_some_and(|(end, ..)| *end == (data.place(), data.time()))
+        self.end.as_ref().is_some_and(|(end, ..)| *end == (data.place(), data.time()))
     }
 
     /// Looks at the poses before a step.
     pub(super) fn look(&mut self, model: &Model, data: &Data, smallest: f64) {
         let (nv, mocaps, h) = (model.sizes.velocities, model.sizes.mocaps, model.step());
-        let mut moved = Outside {
-            mocap: vec![[Vector3::zeros(); 2]; mocaps],
-            joints: vec![0.0; nv],
-        };
+        let mut moved = Outside { mocap: vec![[Vector3::zeros(); 2]; mocaps], joints: vec![0.0; nv] };
         if let Some((_, positions, poses)) = &self.end {
-            for ((moved, &before), now) in moved.mocap.iter_mut().zip(poses).zip(self::poses(data))
-            {
+            for ((moved, &before), now) in moved.mocap.iter_mut().zip(poses).zip(self::poses(data)) {
                 *moved = difference(before, now);
             }
             if data.qpos() != positions {
@@ -58,26 +52,14 @@ impl Follower {
             }
         }
         self.is_written.clear();
-        self.is_written
-            .extend(moved.joints.iter().map(|moved| moved.abs() > smallest));
-        let still = || Outside {
-            mocap: vec![[Vector3::zeros(); 2]; mocaps],
-            joints: vec![0.0; nv],
-        };
+        self.is_written.extend(moved.joints.iter().map(|moved| moved.abs() > smallest));
+        let still = || Outside { mocap: vec![[Vector3::zeros(); 2]; mocaps], joints: vec![0.0; nv] };
         let last = self.last.get_or_insert_with(still);
         let pairs = moved.mocap.iter().zip(&last.mocap);
-        self.now.mocap = pairs
-            .map(|(a, b)| [0, 1].map(|i| shorter(a[i], b[i]) / h))
-            .collect();
+        self.now.mocap = pairs.map(|(a, b)| [0, 1].map(|i| shorter(a[i], b[i]) / h)).collect();
         let pairs = moved.joints.iter().zip(&last.joints);
         self.now.joints = pairs
-            .map(|(&a, &b)| {
-                if a * b > 0.0 {
-                    a.signum() * a.abs().min(b.abs()) / h
-                } else {
-                    0.0
-                }
-            })
+            .map(|(&a, &b)| if a * b > 0.0 { a.signum() * a.abs().min(b.abs()) / h } else { 0.0 })
             .collect();
         *last = moved;
     }
@@ -96,19 +78,11 @@ impl Follower {
 impl Outside {
     /// Does a body of motion capture move?
     pub(super) fn moves_mocap(&self) -> bool {
-        self.mocap
-            .iter()
-            .flatten()
-            .any(|velocity| *velocity != Vector3::zeros())
+        self.mocap.iter().flatten().any(|velocity| *velocity != Vector3::zeros())
     }
 
     /// Velocity of a point that is fixed to a body of motion capture.
-    pub(super) fn velocity(
-        &self,
-        mocap: Option<usize>,
-        data: &Data,
-        place: [f64; 3],
-    ) -> Vector3<f64> {
+    pub(super) fn velocity(&self, mocap: Option<usize>, data: &Data, place: [f64; 3]) -> Vector3<f64> {
         mocap.map_or_else(Vector3::zeros, |mocap| {
             let [along, about] = self.mocap[mocap];
             along + about.cross(&(Vector3::from(place) - Vector3::from(data.mocap_pos()[mocap])))
@@ -128,10 +102,7 @@ impl Outside {
 }
 
 fn poses(data: &Data) -> impl Iterator<Item = Pose> {
-    data.mocap_pos()
-        .iter()
-        .copied()
-        .zip(data.mocap_quat().iter().copied())
+    data.mocap_pos().iter().copied().zip(data.mocap_quat().iter().copied())
 }
 
 fn quaternion([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
@@ -155,9 +126,5 @@ fn difference(before: Pose, now: Pose) -> [Vector3<f64>; 2] {
 /// The first, no longer than the second; 0 if they do not go the same way.
 fn shorter(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
     let (along, [one, other]) = (a.dot(&b), [a.norm(), b.norm()]);
-    if along > 0.5 * one * other {
-        a * (other / one).min(1.0)
-    } else {
-        Vector3::zeros()
-    }
+    if along > 0.5 * one * other { a * (other / one).min(1.0) } else { Vector3::zeros() }
 }

@@ -44,13 +44,7 @@ struct Reduced {
 
 impl Pack {
     /// Begins a problem: its velocities, rows of a contact, and free impulse (of all velocities).
-    pub(super) fn begin(
-        &mut self,
-        inertia: &Inertia,
-        dofs: &[usize],
-        dim: usize,
-        impulse: Option<&[f64]>,
-    ) {
+    pub(super) fn begin(&mut self, inertia: &Inertia, dofs: &[usize], dim: usize, impulse: Option<&[f64]>) {
         for list in [
             &mut self.mass,
             &mut self.impulse,
@@ -89,26 +83,20 @@ impl Pack {
             self.jacobian.extend(self.dofs.iter().map(|&dof| row[dof]));
         }
         let contact = self.keys.len() + 1;
-        self.jacobian
-            .resize(contact * self.dim * self.dofs.len(), 0.0);
+        self.jacobian.resize(contact * self.dim * self.dofs.len(), 0.0);
         self.offsets.extend_from_slice(&offset[..dim]);
         self.offsets.resize(contact * self.dim, 0.0);
         self.round.push(touch.mu());
         self.shaped.extend_from_slice(&touch.friction[..dim - 1]);
         self.shaped.resize(contact * (self.dim - 1), 0.0);
-        self.is_shaped |=
-            touch.dim > 1 && touch.friction[0].to_bits() != touch.friction[1].to_bits();
-        let [first, second] = touch
-            .face
-            .geoms
-            .map(|geom| u32::try_from(geom).unwrap_or(u32::MAX));
+        self.is_shaped |= touch.dim > 1 && touch.friction[0].to_bits() != touch.friction[1].to_bits();
+        let [first, second] = touch.face.geoms.map(|geom| u32::try_from(geom).unwrap_or(u32::MAX));
         self.keys.push(first << 16 ^ second);
     }
 
     /// Adds a row.
     pub(super) fn row(&mut self, row: &Row) {
-        self.row_jacobian
-            .extend(self.dofs.iter().map(|&dof| row.jacobian[dof]));
+        self.row_jacobian.extend(self.dofs.iter().map(|&dof| row.jacobian[dof]));
         let [lower, upper] = match row.kind {
             Kind::Equality => [-f64::INFINITY, f64::INFINITY],
             Kind::Friction => [-row.most, row.most],
@@ -151,10 +139,7 @@ impl Pack {
             inertia.to_unit(&self.dofs, &wide, out);
         };
         let mut rows = Vec::with_capacity(count * n);
-        let all = self
-            .jacobian
-            .chunks_exact(n)
-            .chain(self.row_jacobian.chunks_exact(n));
+        let all = self.jacobian.chunks_exact(n).chain(self.row_jacobian.chunks_exact(n));
         all.for_each(|row| unit(row, &mut rows));
         let is_moved = |&j: &usize| rows[j..].iter().step_by(n).any(|&entry| entry != 0.0);
         let moved: Vec<_> = (0..n).filter(is_moved).collect();
@@ -168,23 +153,15 @@ impl Pack {
         let of_moved = |row: &[f64]| moved.iter().map(|&j| row[j]).collect::<Vec<_>>();
         let contact_rows = self.jacobian.len() / n;
         let (impulse, own): (Vec<f64>, Vec<f64>) = if is_few {
-            (
-                of_moved(&free),
-                rows.chunks_exact(n).flat_map(of_moved).collect(),
-            )
+            (of_moved(&free), rows.chunks_exact(n).flat_map(of_moved).collect())
         } else {
             let columns = rows.chunks_exact(n).flat_map(of_moved);
             let parts = DMatrix::from_iterator(moved.len(), count, columns).qr();
             let mut along = DVector::from_vec(of_moved(&free));
             parts.q_tr_mul(&mut along);
             let triangle = parts.r();
-            let own = triangle
-                .column_iter()
-                .flat_map(|row| row.iter().copied().collect::<Vec<_>>());
-            (
-                along.as_slice()[..count.min(moved.len())].to_vec(),
-                own.collect(),
-            )
+            let own = triangle.column_iter().flat_map(|row| row.iter().copied().collect::<Vec<_>>());
+            (along.as_slice()[..count.min(moved.len())].to_vec(), own.collect())
         };
         let size = impulse.len();
         (self.jacobian, self.row_jacobian) = {
@@ -205,10 +182,7 @@ impl Pack {
         let impulses = answer.r.iter().chain(&answer.rows[0]);
         for (row, &impulse) in rows.chunks_exact(motion.len()).zip(impulses) {
             if impulse != 0.0 {
-                motion
-                    .iter_mut()
-                    .zip(row)
-                    .for_each(|(v, a)| *v += impulse * a);
+                motion.iter_mut().zip(row).for_each(|(v, a)| *v += impulse * a);
             }
         }
         answer.v.resize(motion.len(), 0.0);
@@ -232,11 +206,7 @@ impl Pack {
             } else {
                 Friction::Round(&self.round)
             },
-            compliance: if self.is_compliant {
-                &self.compliance
-            } else {
-                &[]
-            },
+            compliance: if self.is_compliant { &self.compliance } else { &[] },
             keys: &self.keys,
             rows: Rows {
                 jacobian: &self.row_jacobian,

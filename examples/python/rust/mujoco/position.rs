@@ -118,11 +118,7 @@ impl PositionPass {
         );
         self.pack.reduce(scene.inertia);
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
-            let settings = Settings {
-                tolerance: TOLERANCE,
-                budget: BUDGET,
-                model,
-            };
+            let settings = Settings { tolerance: TOLERANCE, budget: BUDGET, model };
             let name = (island.dofs[0], Pass::Position);
             let problem = self.pack.problem();
             let outcome = engines.solve(name, &problem, &settings, is_first, &mut self.answer);
@@ -130,11 +126,7 @@ impl PositionPass {
                 && self.answer.v.iter().all(|z| z.is_finite())
             {
                 self.pack.expand(scene.inertia, &mut self.answer);
-                island
-                    .dofs
-                    .iter()
-                    .zip(&self.answer.v)
-                    .for_each(|(&dof, &z)| correction[dof] = z);
+                island.dofs.iter().zip(&self.answer.v).for_each(|(&dof, &z)| correction[dof] = z);
                 return true;
             }
         }

@@ -32,11 +32,7 @@ pub(crate) fn rollout(
     model: usize,
     kind: i32,
     from_: (PyReadonlyArrayDyn<'_, f64>, PyReadonlyArrayDyn<'_, f64>),
-    to: (
-        PyReadwriteArrayDyn<'_, f64>,
-        PyReadwriteArrayDyn<'_, f64>,
-        PyReadwriteArrayDyn<'_, i64>,
-    ),
+    to: (PyReadwriteArrayDyn<'_, f64>, PyReadwriteArrayDyn<'_, f64>, PyReadwriteArrayDyn<'_, i64>),
     settings: (f64, usize),
     threads: usize,
 ) -> PyResult<()> {
@@ -82,14 +78,10 @@ pub(crate) fn rollout(
                     thread.spawn_scoped(scope, || work(stepper))
                 })
                 .collect::<Result<_, _>>()?;
-            let ends = threads.into_iter().map(|thread| {
-                thread
-                    .join()
-                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-            });
-            ends.collect::<Vec<_>>()
+            let ends = threads
                 .into_iter()
-                .collect::<PyResult<()>>()
+                .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+            ends.collect::<Vec<_>>().into_iter().collect::<PyResult<()>>()
         })
     })
 }
@@ -106,8 +98,7 @@ fn run(
     data.set_state(&stepper.model, copy.first, kind);
     let (nu, sensors) = (stepper.model.sizes.controls, stepper.model.sizes.readings);
     for (step, state) in copy.states.chunks_exact_mut(copy.first.len()).enumerate() {
-        data.ctrl_mut()
-            .copy_from_slice(&copy.controls[step * nu..][..nu]);
+        data.ctrl_mut().copy_from_slice(&copy.controls[step * nu..][..nu]);
         stepper.step1(data);
         tally.add(&stepper.step2(data, &settings)?);
         data.state(&stepper.model, state, kind);

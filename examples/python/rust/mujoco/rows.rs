@@ -55,10 +55,7 @@ impl Row {
 
 /// A limit among MuJoCo's constraints: its key, and what is left up to it (m, rad).
 fn limit(model: &Model, data: &Data, constraint: usize, row: &[f64]) -> (u32, f64) {
-    let (kind, id) = (
-        data.efc_type()[constraint],
-        data.efc_id()[constraint].unsigned_abs(),
-    );
+    let (kind, id) = (data.efc_type()[constraint], data.efc_id()[constraint].unsigned_abs());
     let margin = if kind == LIMIT_JOINT {
         model.jnt_margin()[id as usize]
     } else {
@@ -66,10 +63,7 @@ fn limit(model: &Model, data: &Data, constraint: usize, row: &[f64]) -> (u32, f6
     };
     // The two limits of a joint have rows of different signs.
     let is_upper = row.iter().sum::<f64>() > 0.0;
-    (
-        key(kind, usize::from(is_upper), id),
-        data.efc_pos()[constraint] - margin,
-    )
+    (key(kind, usize::from(is_upper), id), data.efc_pos()[constraint] - margin)
 }
 
 fn key(kind: i32, number: usize, id: u32) -> u32 {
@@ -91,12 +85,7 @@ pub(super) fn list(
     velocities: [&[f64]; 2],
     reached: &mut HashSet<u32>,
 ) -> Vec<Row> {
-    let Around {
-        model,
-        data,
-        follower,
-        ..
-    } = around;
+    let Around { model, data, follower, .. } = around;
     let h = model.step();
     let mut rows = Vec::new();
     let mut first = (u32::MAX, 0);
@@ -108,18 +97,9 @@ pub(super) fn list(
                 if first.0 != id {
                     first = (id, constraint);
                 }
-                let (number, rate) = (
-                    constraint - first.1,
-                    rates.get(constraint).copied().unwrap_or(0.0),
-                );
+                let (number, rate) = (constraint - first.1, rates.get(constraint).copied().unwrap_or(0.0));
                 let mobility = equality_mobility(model, id as usize, number);
-                (
-                    key(sort, number, id),
-                    Kind::Equality,
-                    data.efc_pos()[constraint],
-                    rate,
-                    mobility,
-                )
+                (key(sort, number, id), Kind::Equality, data.efc_pos()[constraint], rate, mobility)
             }
             LIMIT_JOINT | LIMIT_TENDON => {
                 let (key, gap) = limit(model, data, constraint, row);
@@ -147,10 +127,7 @@ pub(super) fn list(
             constraint,
             key,
             kind,
-            jacobian: row
-                .iter()
-                .map(|&entry| if entry.abs() > NO_LEVER { entry } else { 0.0 })
-                .collect(),
+            jacobian: row.iter().map(|&entry| if entry.abs() > NO_LEVER { entry } else { 0.0 }).collect(),
             gap,
             outside,
             most,
@@ -182,12 +159,7 @@ pub(super) fn passed(
 }
 
 /// How fast the bodies of motion capture open the equalities.
-pub(super) fn equality_rates(
-    model: &Model,
-    data: &Data,
-    scratch: &mut Data,
-    outside: &Outside,
-) -> Vec<f64> {
+pub(super) fn equality_rates(model: &Model, data: &Data, scratch: &mut Data, outside: &Outside) -> Vec<f64> {
     let h = model.step();
     if model.sizes.equalities == 0 || !outside.moves_mocap() {
         return Vec::new();
@@ -215,9 +187,7 @@ fn is_led(Around { model, facts, .. }: &Around<'_>, equality: usize) -> bool {
 /// What an equality is between.
 fn objects(model: &Model, equality: usize) -> impl Iterator<Item = usize> {
     let objects = [model.eq_obj1id()[equality], model.eq_obj2id()[equality]];
-    objects
-        .into_iter()
-        .filter_map(|id| usize::try_from(id).ok())
+    objects.into_iter().filter_map(|id| usize::try_from(id).ok())
 }
 
 /// Bodies of an equality that has them.

@@ -65,12 +65,7 @@ impl Settler {
             *own *= stretch;
         }
         let compliance = compliance * stretch * stretch;
-        self.lines.push(Line {
-            stiffness: dot(own, own) + compliance,
-            compliance,
-            offset,
-            impulse: 0.0,
-        });
+        self.lines.push(Line { stiffness: dot(own, own) + compliance, compliance, offset, impulse: 0.0 });
     }
 
     /// Adds the lines of a contact.
@@ -92,9 +87,7 @@ impl Settler {
             }
         }
         let tangents = self.lines.len() - first;
-        let own: Vec<_> = (first..self.lines.len())
-            .map(|i| &self.matrix[i * self.n..][..self.n])
-            .collect();
+        let own: Vec<_> = (first..self.lines.len()).map(|i| &self.matrix[i * self.n..][..self.n]).collect();
         let stiffness = match (&self.lines[first..], &own[..]) {
             ([one, other], [a, b]) => {
                 let half = 0.5 * (one.stiffness - other.stiffness);
@@ -102,25 +95,13 @@ impl Settler {
             }
             _ => 0.0,
         };
-        self.laws.push(Law::Contact {
-            tangents,
-            stiffness,
-        });
+        self.laws.push(Law::Contact { tangents, stiffness });
     }
 
     /// Adds the line of a row.
-    pub(super) fn row(
-        &mut self,
-        place: (&Inertia, &[usize]),
-        row: &Row,
-        (offset, compliance): (f64, f64),
-    ) {
+    pub(super) fn row(&mut self, place: (&Inertia, &[usize]), row: &Row, (offset, compliance): (f64, f64)) {
         self.line(place, &row.jacobian, (1.0, offset, compliance));
-        let least = if row.kind == Kind::Equality {
-            -f64::INFINITY
-        } else {
-            0.0
-        };
+        let least = if row.kind == Kind::Equality { -f64::INFINITY } else { 0.0 };
         self.laws.push(Law::Row { least });
     }
 
@@ -156,9 +137,8 @@ impl Settler {
         let mut last = f64::INFINITY;
         for done in 0..SWEEPS {
             let change = self.sweep_once();
-            let size: f64 = (self.lines.iter())
-                .map(|line| line.stiffness * line.impulse * line.impulse)
-                .sum();
+            let size: f64 =
+                (self.lines.iter()).map(|line| line.stiffness * line.impulse * line.impulse).sum();
             // What further sweeps would change at this rate.
             let (rate, most) = (change / last, tolerance * size.sqrt());
             let left = |change: f64| change * rate / (1.0 - rate);
@@ -180,10 +160,7 @@ impl Settler {
         let (mut i, mut change) = (0, 0.0);
         for law in 0..self.laws.len() {
             match self.laws[law] {
-                Law::Contact {
-                    tangents,
-                    stiffness,
-                } => {
+                Law::Contact { tangents, stiffness } => {
                     let normal = self.wanted(i, self.lines[i].stiffness).max(0.0);
                     // What is open stays so.
                     if normal > 0.0 || self.lines[i].impulse > 0.0 {
@@ -191,11 +168,7 @@ impl Settler {
                         if tangents == 2 {
                             let wanted = [i + 1, i + 2].map(|line| self.wanted(line, stiffness));
                             let length = wanted[0].hypot(wanted[1]);
-                            let share = if length > normal {
-                                normal / length
-                            } else {
-                                1.0
-                            };
+                            let share = if length > normal { normal / length } else { 1.0 };
                             change += self.set(i + 1, share * wanted[0]);
                             change += self.set(i + 2, share * wanted[1]);
                         }

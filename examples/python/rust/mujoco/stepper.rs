@@ -108,10 +108,7 @@ impl Stepper {
     }
 
     fn scale(&self) -> Scale {
-        Scale {
-            length: self.model.size(),
-            speed: speed_scale(&self.model),
-        }
+        Scale { length: self.model.size(), speed: speed_scale(&self.model) }
     }
 
     /// What comes before controls are set.
@@ -133,8 +130,7 @@ impl Stepper {
         let (joint, tendon) = (largest(data.qvel()), largest(data.ten_velocity()));
         // What stands still may start to move.
         let (turn, h) = (joint + (speed / length).max(speed), self.model.step());
-        self.model
-            .grow_margins(contacts, [2.0 * h * turn, 2.0 * h * (tendon + speed)]);
+        self.model.grow_margins(contacts, [2.0 * h * turn, 2.0 * h * (tendon + speed)]);
     }
 
     /// Takes what overlaps, and contacts of the last step, also those that have opened a little since.
@@ -225,14 +221,7 @@ impl Stepper {
                 break trial;
             }
         };
-        let Trial {
-            touches,
-            rows,
-            motion,
-            correction,
-            ends,
-            is_crowded,
-        } = trial;
+        let Trial { touches, rows, motion, correction, ends, is_crowded } = trial;
         self.write(data, &touches, &rows, &motion);
         data.sensor_acc(&self.model);
         data.check_acceleration(&self.model);
@@ -263,20 +252,10 @@ impl Stepper {
             inertia: &self.inertia,
         };
         let touches = listed(&around, &self.taken, found);
-        let rows = rows::list(
-            &around,
-            rates,
-            [data.qvel(), &self.inertia.velocity],
-            &mut found.limits,
-        );
+        let rows = rows::list(&around, rates, [data.qvel(), &self.inertia.velocity], &mut found.limits);
         let (h, nv, scale) = (self.model.step(), self.model.sizes.velocities, self.scale());
-        let scene = Scene {
-            inertia: &self.inertia,
-            touches: &touches,
-            rows: &rows,
-            h,
-            reach: h * scale.speed,
-        };
+        let scene =
+            Scene { inertia: &self.inertia, touches: &touches, rows: &rows, h, reach: h * scale.speed };
         let mut motion = Motion {
             velocity: self.inertia.velocity.clone(),
             impulses: vec![[0.0; 6]; touches.len()],
@@ -287,8 +266,7 @@ impl Stepper {
         for mut island in islands(&self.inertia, &touches, &rows, nv) {
             is_crowded |= thin(&mut island.touches, &touches, scale.length);
             let engines = &mut self.engines;
-            self.velocity_pass
-                .solve(&scene, &island, engines, settings, &mut motion, &mut ends);
+            self.velocity_pass.solve(&scene, &island, engines, settings, &mut motion, &mut ends);
             let motion = Moving {
                 motion: &motion,
                 scale,
@@ -296,55 +274,25 @@ impl Stepper {
                 is_blocked: self.velocity_pass.is_blocked(&island),
             };
             let correct = &mut correction;
-            self.position_pass
-                .solve(&scene, &island, engines, &motion, is_first, correct);
+            self.position_pass.solve(&scene, &island, engines, &motion, is_first, correct);
         }
-        Trial {
-            touches,
-            rows,
-            motion,
-            correction,
-            ends,
-            is_crowded,
-        }
+        Trial { touches, rows, motion, correction, ends, is_crowded }
     }
 
     /// Looks at where a trial leads, and adds what it has not seen; `false` if there is nothing.
-    fn finds_more(
-        &mut self,
-        data: &mut Data,
-        trial: &Trial,
-        found: &mut Found,
-        takes_anew: bool,
-    ) -> bool {
-        let Trial {
-            motion,
-            correction,
-            touches,
-            ..
-        } = trial;
+    fn finds_more(&mut self, data: &mut Data, trial: &Trial, found: &mut Found, takes_anew: bool) -> bool {
+        let Trial { motion, correction, touches, .. } = trial;
         let least = PASSED * self.model.size().max(1.0);
         let limits = &mut found.limits;
         if rows::passed(&self.model, data, &motion.velocity, least, limits) {
             return true;
         }
-        let total: Vec<_> = motion
-            .velocity
-            .iter()
-            .zip(correction)
-            .map(|(v, z)| v + z)
-            .collect();
+        let total: Vec<_> = motion.velocity.iter().zip(correction).map(|(v, z)| v + z).collect();
         if is_same(&total, &found.last) {
             return false;
         }
         let lookout = lookout(&self.model, &self.facts);
-        let step = end::Step {
-            data,
-            velocity: &total,
-            touches,
-            taken: &self.taken,
-            takes_anew,
-        };
+        let step = end::Step { data, velocity: &total, touches, taken: &self.taken, takes_anew };
         let seen = lookout.look(&step, &mut self.scratch);
         let finds_more = !seen.is_empty();
         found.last = total;
@@ -378,20 +326,13 @@ impl Stepper {
     /// Writes acceleration and forces.
     fn write(&mut self, data: &mut Data, touches: &[Touch], rows: &[Row], motion: &Motion) {
         let (h, nv) = (self.model.step(), self.model.sizes.velocities);
-        let acceleration: Vec<_> = motion
-            .velocity
-            .iter()
-            .zip(data.qvel())
-            .map(|(after, before)| (after - before) / h)
-            .collect();
+        let acceleration: Vec<_> =
+            motion.velocity.iter().zip(data.qvel()).map(|(after, before)| (after - before) / h).collect();
         data.qacc_mut().copy_from_slice(&acceleration);
         let mut constraint = vec![0.0; nv];
         let mut add = |row: &[f64], force: f64| {
             if force != 0.0 {
-                constraint
-                    .iter_mut()
-                    .zip(row)
-                    .for_each(|(sum, entry)| *sum += force * entry);
+                constraint.iter_mut().zip(row).for_each(|(sum, entry)| *sum += force * entry);
             }
         };
         data.efc_force_mut().fill(0.0);
@@ -419,23 +360,13 @@ impl Stepper {
 
 fn lookout<'a>(model: &'a Model, facts: &'a Facts) -> Lookout<'a> {
     let length = model.size();
-    Lookout {
-        model,
-        facts,
-        grown: BAND * length,
-        slop: SLOP * length,
-        length,
-    }
+    Lookout { model, facts, grown: BAND * length, slop: SLOP * length, length }
 }
 
 /// Are these velocities those of the round before? Then nothing else will be seen.
 fn is_same(now: &[f64], before: &[f64]) -> bool {
     let most = SAME * largest(now);
-    !before.is_empty()
-        && now
-            .iter()
-            .zip(before)
-            .all(|(now, before)| (now - before).abs() <= most)
+    !before.is_empty() && now.iter().zip(before).all(|(now, before)| (now - before).abs() <= most)
 }
 
 /// Contacts that take part, as they are now.
@@ -446,13 +377,8 @@ fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &Found) -> Vec<Tou
     let mut scratch = Vec::new();
     let touch = |index: usize| {
         if let Some(there) = found.contacts.get(&index) {
-            let mut touch = Touch::new(
-                around,
-                index,
-                there.gap_before(h) + depth,
-                Some(&there.rows),
-                &mut scratch,
-            )?;
+            let mut touch =
+                Touch::new(around, index, there.gap_before(h) + depth, Some(&there.rows), &mut scratch)?;
             (touch.is_new, touch.curve) = (true, (-touch.gap).max(0.0));
             Some(touch)
         } else {
@@ -463,8 +389,5 @@ fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &Found) -> Vec<Tou
             Some(touch)
         }
     };
-    contacts
-        .filter(|index| taken.contains(index))
-        .filter_map(touch)
-        .collect()
+    contacts.filter(|index| taken.contains(index)).filter_map(touch).collect()
 }

@@ -20,11 +20,7 @@ impl Line {
     /// The impulse that would stop it.
     fn wanted(&self, velocity: &DVector<f64>) -> f64 {
         let speed = self.row.dot(velocity) + self.offset + self.compliance * self.impulse;
-        if self.stiffness > 0.0 {
-            self.impulse - speed / self.stiffness
-        } else {
-            0.0
-        }
+        if self.stiffness > 0.0 { self.impulse - speed / self.stiffness } else { 0.0 }
     }
 
     fn set(&mut self, impulse: f64, velocity: &mut DVector<f64>) {
@@ -46,41 +42,17 @@ pub(super) fn sweep(problem: &Problem<'_, f64>) -> Answer<f64> {
     let line = |row: &[f64], offset: f64, compliance: f64| {
         let row = DVector::from_row_slice(row);
         let moved = factor.solve(&row);
-        Line {
-            stiffness: row.dot(&moved) + compliance,
-            row,
-            moved,
-            compliance,
-            offset,
-            impulse: 0.0,
-        }
+        Line { stiffness: row.dot(&moved) + compliance, row, moved, compliance, offset, impulse: 0.0 }
     };
-    let mut lines: Vec<Line> = (problem
-        .jacobian
-        .chunks_exact(n)
-        .zip(problem.offsets)
-        .enumerate())
-    .map(|(i, (row, &offset))| {
-        let soft = problem
-            .compliance
-            .get(2 * (i / dim) + usize::from(i % dim > 0));
-        line(row, offset, soft.copied().unwrap_or(0.0))
-    })
-    .collect();
-    let mut rows: Vec<Line> = (problem
-        .rows
-        .jacobian
-        .chunks_exact(n)
-        .zip(problem.rows.offset)
-        .enumerate())
-    .map(|(j, (row, &offset))| {
-        line(
-            row,
-            offset,
-            problem.rows.compliance.get(j).copied().unwrap_or(0.0),
-        )
-    })
-    .collect();
+    let mut lines: Vec<Line> = (problem.jacobian.chunks_exact(n).zip(problem.offsets).enumerate())
+        .map(|(i, (row, &offset))| {
+            let soft = problem.compliance.get(2 * (i / dim) + usize::from(i % dim > 0));
+            line(row, offset, soft.copied().unwrap_or(0.0))
+        })
+        .collect();
+    let mut rows: Vec<Line> = (problem.rows.jacobian.chunks_exact(n).zip(problem.rows.offset).enumerate())
+        .map(|(j, (row, &offset))| line(row, offset, problem.rows.compliance.get(j).copied().unwrap_or(0.0)))
+        .collect();
     for _ in 0..SWEEPS {
         for (i, lines) in lines.chunks_exact_mut(dim).enumerate() {
             let mu = |k: usize| match problem.friction {
@@ -89,44 +61,24 @@ pub(super) fn sweep(problem: &Problem<'_, f64>) -> Answer<f64> {
             };
             let normal = lines[0].wanted(&velocity).max(0.0);
             lines[0].set(normal, &mut velocity);
-            let wanted: Vec<f64> = lines[1..]
-                .iter()
-                .map(|line| line.wanted(&velocity))
-                .collect();
+            let wanted: Vec<f64> = lines[1..].iter().map(|line| line.wanted(&velocity)).collect();
             let scaled = |(k, wanted): (usize, &f64)| {
-                if mu(k + 1) > 0.0 {
-                    (wanted / mu(k + 1)).powi(2)
-                } else {
-                    0.0
-                }
+                if mu(k + 1) > 0.0 { (wanted / mu(k + 1)).powi(2) } else { 0.0 }
             };
             let length = wanted.iter().enumerate().map(scaled).sum::<f64>().sqrt();
-            let share = if length > normal {
-                normal / length
-            } else {
-                1.0
-            };
+            let share = if length > normal { normal / length } else { 1.0 };
             for (k, wanted) in wanted.into_iter().enumerate() {
                 let impulse = if mu(k + 1) > 0.0 { wanted * share } else { 0.0 };
                 lines[k + 1].set(impulse, &mut velocity);
             }
         }
         for (j, line) in rows.iter_mut().enumerate() {
-            let wanted = line
-                .wanted(&velocity)
-                .clamp(problem.rows.lower[j], problem.rows.upper[j]);
+            let wanted = line.wanted(&velocity).clamp(problem.rows.lower[j], problem.rows.upper[j]);
             line.set(wanted, &mut velocity);
         }
     }
     answer.v.copy_from_slice(velocity.as_slice());
-    answer
-        .r
-        .iter_mut()
-        .zip(&lines)
-        .for_each(|(r, line)| *r = line.impulse);
-    answer.rows[0]
-        .iter_mut()
-        .zip(&rows)
-        .for_each(|(r, line)| *r = line.impulse);
+    answer.r.iter_mut().zip(&lines).for_each(|(r, line)| *r = line.impulse);
+    answer.rows[0].iter_mut().zip(&rows).for_each(|(r, line)| *r = line.impulse);
     answer
 }

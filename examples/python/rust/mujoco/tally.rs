@@ -35,14 +35,6 @@ impl Tally {
     pub(super) fn numbers(&self) -> Numbers {
         let (status, error, work) = self.last.unwrap_or((Status::Unsolved, 0.0, 0));
         let last = (status as i64, error, work);
-        (
-            self.steps,
-            self.unsolved,
-            self.worst_error,
-            self.contradictions,
-            self.fallbacks,
-            self.crowded,
-            last,
-        )
+        (self.steps, self.unsolved, self.worst_error, self.contradictions, self.fallbacks, self.crowded, last)
     }
 }

@@ -54,10 +54,7 @@ impl Face {
     pub(super) fn of(contact: ContactRef<'_>) -> Self {
         let mut geoms = contact.geoms();
         geoms.sort_unstable();
-        Self {
-            geoms,
-            normal: contact.frame()[0].into(),
-        }
+        Self { geoms, normal: contact.frame()[0].into() }
     }
 
     /// Is it a face of the same geoms, that looks the same way?
@@ -75,18 +72,10 @@ impl Touch {
         rows: Option<&[f64]>,
         scratch: &mut Vec<f64>,
     ) -> Option<Self> {
-        let Around {
-            model,
-            data,
-            facts,
-            follower,
-            inertia,
-        } = around;
+        let Around { model, data, facts, follower, inertia } = around;
         let contact = data.contact(index);
         let (address, dim, nv) = (contact.address()?, contact.dim(), model.sizes.velocities);
-        let rows = rows
-            .unwrap_or_else(|| &data.efc_j()[address * nv..][..dim * nv])
-            .to_vec();
+        let rows = rows.unwrap_or_else(|| &data.efc_j()[address * nv..][..dim * nv]).to_vec();
         let (frame, place) = (contact.frame(), contact.place());
         let bodies = contact.geoms().map(|geom| body_of(model, geom));
         let mocaps = bodies.map(|body| facts.mocap(body));
@@ -99,9 +88,7 @@ impl Touch {
             *own += dot(row, &follower.now.joints);
         }
         let writes = |row: &[f64]| {
-            row.iter()
-                .zip(&follower.is_written)
-                .any(|(&entry, &written)| written && entry != 0.0)
+            row.iter().zip(&follower.is_written).any(|(&entry, &written)| written && entry != 0.0)
         };
         Some(Self {
             index,

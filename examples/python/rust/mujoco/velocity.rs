@@ -60,22 +60,13 @@ pub(super) struct Ends {
 }
 
 impl Ends {
-    pub(super) const NONE: Self = Self {
-        status: Status::Solved,
-        error: 0.0,
-        work: 0,
-        contradicts: false,
-        gave_way: false,
-    };
+    pub(super) const NONE: Self =
+        Self { status: Status::Solved, error: 0.0, work: 0, contradicts: false, gave_way: false };
 
     fn add(&mut self, outcome: &Outcome) {
         self.work += outcome.work.total();
         if outcome.status != Status::Solved || outcome.error > self.error {
-            let error = if outcome.error.is_nan() {
-                f64::INFINITY
-            } else {
-                outcome.error
-            };
+            let error = if outcome.error.is_nan() { f64::INFINITY } else { outcome.error };
             self.error = self.error.max(error);
         }
         if self.status == Status::Solved {
@@ -160,20 +151,13 @@ impl VelocityPass {
         self.fill(scene, island);
         self.pack.reduce(scene.inertia);
         let mut found = None;
-        let blocked_for = self
-            .blocked
-            .remove(&name)
-            .filter(|_| is_moved || scene.is_open(island))
-            .map(|steps| steps + 1);
+        let blocked_for =
+            self.blocked.remove(&name).filter(|_| is_moved || scene.is_open(island)).map(|steps| steps + 1);
         if blocked_for.is_some_and(|steps| steps % ASK_AGAIN != 0) {
             found = self.attempt(scene, island, engines, settings, Softness::Driven);
             self.blocked.extend(blocked_for.map(|steps| (name, steps)));
         }
-        let rigid = if blocked_for.is_some() {
-            Softness::Following
-        } else {
-            Softness::Rigid
-        };
+        let rigid = if blocked_for.is_some() { Softness::Following } else { Softness::Rigid };
         if found.is_none() {
             found = self.attempt(scene, island, engines, settings, rigid);
             if blocked_for.is_some() && scene.is_open(island) {
@@ -196,11 +180,8 @@ impl VelocityPass {
             }
         }
         let is_driven = is_moved || blocked_for.is_some();
-        let is_thrown =
-            |found: &(Outcome, Answer<f64>)| is_driven && is_thrown(scene, island, found);
-        if !self.is_usable(scene, island, settings, found.as_ref())
-            || found.as_ref().is_some_and(is_thrown)
-        {
+        let is_thrown = |found: &(Outcome, Answer<f64>)| is_driven && is_thrown(scene, island, found);
+        if !self.is_usable(scene, island, settings, found.as_ref()) || found.as_ref().is_some_and(is_thrown) {
             if let Some((outcome, _)) = &found {
                 ends.contradicts |= has_no_answer(outcome) && blocked_for.is_none();
             }
@@ -228,17 +209,8 @@ impl VelocityPass {
     }
 
     fn fill(&mut self, scene: &Scene<'_>, island: &Island) {
-        let dim = if scene.touches(island).all(|touch| touch.dim <= 3) {
-            3
-        } else {
-            6
-        };
-        self.pack.begin(
-            scene.inertia,
-            &island.dofs,
-            dim,
-            Some(&scene.inertia.impulse),
-        );
+        let dim = if scene.touches(island).all(|touch| touch.dim <= 3) { 3 } else { 6 };
+        self.pack.begin(scene.inertia, &island.dofs, dim, Some(&scene.inertia.impulse));
         for touch in scene.touches(island) {
             self.pack.contact(touch, offset(touch, scene.h));
         }
@@ -290,18 +262,8 @@ impl VelocityPass {
         self.ask(scene, island, Softness::All);
         let mut answer = sweeps::sweep(&self.pack.problem());
         self.pack.expand(scene.inertia, &mut answer);
-        let work = Work {
-            sweeps: sweeps::SWEEPS,
-            ..Work::default()
-        };
-        (
-            Outcome {
-                status: Status::OutOfBudget,
-                error: f64::INFINITY,
-                work,
-            },
-            answer,
-        )
+        let work = Work { sweeps: sweeps::SWEEPS, ..Work::default() };
+        (Outcome { status: Status::OutOfBudget, error: f64::INFINITY, work }, answer)
     }
 
     /// May this be applied?
@@ -315,12 +277,7 @@ impl VelocityPass {
         let Some((outcome, answer)) = found else {
             return false;
         };
-        let is_finite = answer
-            .v
-            .iter()
-            .chain(&answer.r)
-            .chain(&answer.rows[0])
-            .all(|x| x.is_finite());
+        let is_finite = answer.v.iter().chain(&answer.r).chain(&answer.rows[0]).all(|x| x.is_finite());
         if is_finite && outcome.status == Status::Solved {
             return true;
         }
@@ -329,12 +286,8 @@ impl VelocityPass {
             return false;
         }
         let speed = speed(scene, island, |row| row.outside.abs());
-        let impulses = scene
-            .touches(island)
-            .zip(answer.r.chunks_exact(self.pack.dim));
-        let change = impulses
-            .map(|(touch, r)| largest(r) * touch.mobility.sqrt())
-            .fold(0.0, f64::max);
+        let impulses = scene.touches(island).zip(answer.r.chunks_exact(self.pack.dim));
+        let change = impulses.map(|(touch, r)| largest(r) * touch.mobility.sqrt()).fold(0.0, f64::max);
         change <= LARGEST_CHANGE * speed || change == 0.0
     }
 }
@@ -347,30 +300,17 @@ fn has_no_answer(outcome: &Outcome) -> bool {
 /// Speed in the metric, `√(vᵀ M v)`: what there is without contacts and rows, and that of what moves them from outside.
 fn speed(scene: &Scene<'_>, island: &Island, lead: impl Fn(&Row) -> f64) -> f64 {
     let inertia = scene.inertia;
-    let energy: f64 = island
-        .dofs
-        .iter()
-        .map(|&dof| inertia.impulse[dof] * inertia.velocity[dof])
-        .sum();
-    let touches = scene
-        .touches(island)
-        .map(|touch| (largest(&touch.outside), touch.mobility));
+    let energy: f64 = island.dofs.iter().map(|&dof| inertia.impulse[dof] * inertia.velocity[dof]).sum();
+    let touches = scene.touches(island).map(|touch| (largest(&touch.outside), touch.mobility));
     let rows = scene.rows(island).map(|row| (lead(row), row.mobility));
     let drive = touches.chain(rows).filter(|&(_, mobility)| mobility > 0.0);
-    energy.max(0.0).sqrt()
-        + drive
-            .map(|(speed, mobility)| speed / mobility.sqrt())
-            .fold(0.0, f64::max)
+    energy.max(0.0).sqrt() + drive.map(|(speed, mobility)| speed / mobility.sqrt()).fold(0.0, f64::max)
 }
 
 /// Is an answer much faster than what moves it from outside, as where an arm cannot follow?
 fn is_thrown(scene: &Scene<'_>, island: &Island, (_, answer): &(Outcome, Answer<f64>)) -> bool {
     let moved = |(&i, v): (&usize, &f64)| {
-        let row = island
-            .dofs
-            .iter()
-            .zip(&answer.v)
-            .map(|(&j, w)| scene.inertia.entry(i, j) * w);
+        let row = island.dofs.iter().zip(&answer.v).map(|(&j, w)| scene.inertia.entry(i, j) * w);
         v * row.sum::<f64>()
     };
     let energy: f64 = island.dofs.iter().zip(&answer.v).map(moved).sum();
@@ -379,10 +319,7 @@ fn is_thrown(scene: &Scene<'_>, island: &Island, (_, answer): &(Outcome, Answer<
 
 /// Does what is blocked pull by its own law?
 fn pulls(softness: Softness) -> bool {
-    matches!(
-        softness,
-        Softness::Following | Softness::Driven | Softness::All
-    )
+    matches!(softness, Softness::Following | Softness::Driven | Softness::All)
 }
 
 fn softness_of(softness: Softness, mobility: f64, is_moved: bool) -> f64 {
@@ -405,11 +342,7 @@ fn offset(touch: &Touch, h: f64) -> [f64; 6] {
 }
 
 fn closing(gap: f64, outside: f64, h: f64) -> f64 {
-    if gap >= 0.0 {
-        gap / h
-    } else {
-        (gap / h).max(outside.min(0.0))
-    }
+    if gap >= 0.0 { gap / h } else { (gap / h).max(outside.min(0.0)) }
 }
 
 fn row_offset(row: &Row, h: f64) -> f64 {
@@ -424,12 +357,7 @@ fn write(island: &Island, answer: &Answer<f64>, dim: usize, motion: &mut Motion)
     for (&dof, &v) in island.dofs.iter().zip(&answer.v) {
         motion.velocity[dof] = v;
     }
-    for (i, (&place, r)) in island
-        .touches
-        .iter()
-        .zip(answer.r.chunks_exact(dim))
-        .enumerate()
-    {
+    for (i, (&place, r)) in island.touches.iter().zip(answer.r.chunks_exact(dim)).enumerate() {
         motion.impulses[place][..dim].copy_from_slice(r);
         motion.modes[place] = answer.modes[i];
     }

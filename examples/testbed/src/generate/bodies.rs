@@ -68,11 +68,7 @@ impl Assembly {
         g: Vector3<f64>,
     ) -> usize {
         let body = self.bodies.len();
-        self.bodies.push(Body {
-            mass,
-            inertia,
-            center,
-        });
+        self.bodies.push(Body { mass, inertia, center });
         self.before.resize_vertically_mut(6 * self.len(), 0.0);
         self.impulse.resize_vertically_mut(6 * self.len(), 0.0);
         self.push_with(body, g * mass * STEP);
@@ -122,22 +118,14 @@ impl Assembly {
             body,
             other,
             point,
-            frame: if self.dim == 2 {
-                [normal, along, side]
-            } else {
-                frame
-            },
+            frame: if self.dim == 2 { [normal, along, side] } else { frame },
             mu,
         });
     }
 
     /// The dofs that are there of a motion or impulse.
     pub(super) fn dofs(&self, motion: &DVector<f64>) -> DVector<f64> {
-        let kept = if self.dim == 2 {
-            &PLANAR[..]
-        } else {
-            &SPATIAL[..]
-        };
+        let kept = if self.dim == 2 { &PLANAR[..] } else { &SPATIAL[..] };
         let bodies = 0..self.len();
         let entries = bodies.flat_map(|body| kept.iter().map(move |k| motion[6 * body + k]));
         let n = kept.len() * self.len();
@@ -150,10 +138,8 @@ impl Assembly {
         for (body, sign) in sides {
             if let Some(body) = body {
                 let arm = touch.point - self.bodies[body].center;
-                row.fixed_rows_mut::<3>(6 * body)
-                    .copy_from(&(direction * sign));
-                row.fixed_rows_mut::<3>(6 * body + 3)
-                    .copy_from(&(arm.cross(direction) * sign));
+                row.fixed_rows_mut::<3>(6 * body).copy_from(&(direction * sign));
+                row.fixed_rows_mut::<3>(6 * body + 3).copy_from(&(arm.cross(direction) * sign));
             }
         }
         self.dofs(&row)
@@ -203,19 +189,13 @@ pub(super) fn corners(dim: usize, x: f64, y: f64) -> Vec<Vector3<f64>> {
     if dim == 2 {
         return [-x, x].map(|x| Vector3::new(x, 0.0, 0.0)).to_vec();
     }
-    [(-x, -y), (-x, y), (x, -y), (x, y)]
-        .map(|(x, y)| Vector3::new(x, y, 0.0))
-        .to_vec()
+    [(-x, -y), (-x, y), (x, -y), (x, y)].map(|(x, y)| Vector3::new(x, y, 0.0)).to_vec()
 }
 
 /// A unit vector at an angle around the vertical, or in the vertical plane.
 pub(super) fn around(dim: usize, angle: f64, lift: f64) -> Vector3<f64> {
     let (sin, cos) = libm::sincos(angle);
-    if dim == 2 {
-        Vector3::new(cos, 0.0, sin)
-    } else {
-        Vector3::new(cos, sin, lift).normalize()
-    }
+    if dim == 2 { Vector3::new(cos, 0.0, sin) } else { Vector3::new(cos, sin, lift).normalize() }
 }
 
 /// Rest, any motion, sliding or spinning.

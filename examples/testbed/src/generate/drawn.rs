@@ -17,11 +17,7 @@ pub(super) fn free_box(random: &mut Random) -> Candidate {
     for _ in 0..random.count(1, 8) {
         let vertex = turn * half.component_mul(&random.vector_of(Random::sign));
         let normal = direction + random.vector() * random.pick(&[0.0, 0.01, 1.0]);
-        let inward = if normal.dot(&vertex) < 0.0 {
-            normal
-        } else {
-            -normal
-        };
+        let inward = if normal.dot(&vertex) < 0.0 { normal } else { -normal };
         let mu = random.pick(&[0.0, 0.1, 0.5, 0.8, 1.5, 3.0]);
         bodies.touch((body, None), vertex, inward, mu, 0.0);
     }
@@ -82,10 +78,8 @@ pub(super) fn grasp(random: &mut Random) -> Candidate {
         let (frame, jacobian) = (frame(normal), random.matrix());
         let point = size.component_mul(&normal) * 0.5;
         let mut rows = Matrix3xX::zeros(n_dof);
-        rows.fixed_columns_mut::<6>(0)
-            .copy_from(&(-frame * point_rows(point)));
-        rows.fixed_columns_mut::<3>(first)
-            .copy_from(&(frame * jacobian));
+        rows.fixed_columns_mut::<6>(0).copy_from(&(-frame * point_rows(point)));
+        rows.fixed_columns_mut::<3>(first).copy_from(&(frame * jacobian));
         parts.touch(rows, mu);
         let squeeze = jacobian.transpose() * normal * random.uniform(0.0, 20.0);
         parts.force.fixed_rows_mut::<3>(first).copy_from(&-squeeze);

@@ -24,12 +24,7 @@ impl Shape {
         let usual = random.friction();
         let each = random.one_in(4);
         let mu = (0..contacts).map(|_| if each { random.friction() } else { usual });
-        Self {
-            mu: mu.collect(),
-            n_dof,
-            dim: random.dimension(),
-            condition: random.log_uniform(1.0, 1e4),
-        }
+        Self { mu: mu.collect(), n_dof, dim: random.dimension(), condition: random.log_uniform(1.0, 1e4) }
     }
 
     /// A matrix with eigenvalues from 1 down to 1 / condition, evenly in the logarithm.
@@ -52,9 +47,7 @@ impl Shape {
         for (i, mu) in self.mu.iter().enumerate() {
             let sliding = random.pick(&[0.0, 1.0]);
             let mut tangent = point.rows_mut(i * self.dim + 1, self.dim - 1);
-            tangent
-                .iter_mut()
-                .for_each(|u| *u = sliding * random.normal());
+            tangent.iter_mut().for_each(|u| *u = sliding * random.normal());
             let boundary = mu * tangent.norm();
             let inside = random.uniform(0.0, 1.0);
             point[i * self.dim] = boundary + random.pick(&[0.0, inside, inside, inside]);
@@ -184,10 +177,7 @@ fn between_walls(random: &mut Random, room: f64) -> Candidate {
     let normals = || (0..walls).map(|wall| wall * dim);
     let size = normals().map(|row| velocity[row].abs()).fold(0.0, f64::max);
     for row in normals() {
-        scene
-            .w
-            .rows_mut(row, dim)
-            .copy_from(&-velocity.rows(row, dim));
+        scene.w.rows_mut(row, dim).copy_from(&-velocity.rows(row, dim));
         scene.w[row] += room * if size > 0.0 { size } else { 1.0 };
     }
     Candidate { scene, witness }

@@ -26,9 +26,7 @@ pub fn time_steps(seed: u64, index: u64) -> Vec<MixedFile> {
         let mut shake = |x: &mut f64| *x += share * x.abs() * random.normal();
         file.f.iter_mut().chain(&mut file.w).for_each(&mut shake);
         file.h.iter_mut().flatten().for_each(&mut shake);
-        file.joints
-            .iter_mut()
-            .for_each(|joint| shake(&mut joint.offset));
+        file.joints.iter_mut().for_each(|joint| shake(&mut joint.offset));
     }
     steps
 }
@@ -63,10 +61,7 @@ fn shuffled(random: &mut Random, total: usize) -> (Vec<usize>, Vec<u32>) {
     if reversed {
         kept.reverse();
     }
-    let names = kept
-        .iter()
-        .map(|&i| u32::try_from(i).unwrap_or(0))
-        .collect();
+    let names = kept.iter().map(|&i| u32::try_from(i).unwrap_or(0)).collect();
     (kept, names)
 }
 
@@ -75,18 +70,10 @@ fn reorder(random: &mut Random, file: &mut MixedFile) {
     let (d, total) = (file.dim, file.n_contacts + file.joints.len());
     let (kept, _) = shuffled(random, total);
     let old = file.clone();
-    let contacts: Vec<usize> = kept
-        .iter()
-        .copied()
-        .filter(|&i| i < old.n_contacts)
-        .collect();
+    let contacts: Vec<usize> = kept.iter().copied().filter(|&i| i < old.n_contacts).collect();
     let joints: Vec<usize> = kept.into_iter().filter(|&i| i >= old.n_contacts).collect();
     file.n_contacts = contacts.len();
-    file.keys = contacts
-        .iter()
-        .chain(&joints)
-        .map(|&i| old.keys[i])
-        .collect();
+    file.keys = contacts.iter().chain(&joints).map(|&i| old.keys[i]).collect();
     let rows = contacts.iter().flat_map(|&i| i * d..(i + 1) * d);
     file.h = rows.clone().map(|k| old.h[k].clone()).collect();
     file.w = rows.map(|k| old.w[k]).collect();
@@ -102,27 +89,18 @@ fn draw(random: &mut Random, limits_inside: bool) -> MixedFile {
     let n_contacts = random.count(0, 4);
     let count = random.count(1, 6);
     let spread = if random.one_in(4) { 3.0 } else { 0.3 };
-    let units: Vec<f64> = (0..n)
-        .map(|_| random.power_of_ten(-spread, spread))
-        .collect();
+    let units: Vec<f64> = (0..n).map(|_| random.power_of_ten(-spread, spread)).collect();
     let root: Vec<_> = (0..n).map(|_| random.normals(n)).collect();
     let entry = |i: usize, j: usize| {
         let (i, j) = (i.min(j), i.max(j));
         let own = if i == j { 0.1 * real(n) } else { 0.0 };
         (root[i].dot(&root[j]) + own) * units[i] * units[j]
     };
-    let mass = (0..n)
-        .map(|i| (0..n).map(|j| entry(i, j)).collect())
-        .collect();
+    let mass = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
     let mut vector = |scale: f64| -> Vec<f64> {
         let sparse = random.one_in(2);
-        let numbers = (0..n).map(|j| {
-            if sparse && random.one_in(2) {
-                0.0
-            } else {
-                scale * random.normal() * units[j]
-            }
-        });
+        let numbers =
+            (0..n).map(|j| if sparse && random.one_in(2) { 0.0 } else { scale * random.normal() * units[j] });
         numbers.collect()
     };
     let h = (0..dim * n_contacts).map(|_| vector(1.0)).collect();
@@ -144,11 +122,7 @@ fn draw(random: &mut Random, limits_inside: bool) -> MixedFile {
     });
     let mu = mu.collect();
     let mut soft = || {
-        if random.one_in(4) {
-            random.uniform(0.0, 1.0)
-        } else {
-            0.0
-        }
+        if random.one_in(4) { random.uniform(0.0, 1.0) } else { 0.0 }
     };
     let compliance = (0..n_contacts).map(|_| [soft(), soft()]).collect();
     let joints = rows.into_iter().map(|row| joint(random, row)).collect();
@@ -170,11 +144,7 @@ fn draw(random: &mut Random, limits_inside: bool) -> MixedFile {
 }
 
 fn joint(random: &mut Random, mut row: Vec<f64>) -> Joint {
-    let scale = if random.one_in(4) {
-        random.power_of_ten(-3.0, 3.0)
-    } else {
-        1.0
-    };
+    let scale = if random.one_in(4) { random.power_of_ten(-3.0, 3.0) } else { 1.0 };
     for entry in &mut row {
         *entry *= scale;
     }
@@ -189,17 +159,9 @@ fn joint(random: &mut Random, mut row: Vec<f64>) -> Joint {
     Joint {
         kind: kind.to_owned(),
         row,
-        offset: if random.one_in(3) {
-            0.0
-        } else {
-            0.5 * scale * random.normal()
-        },
+        offset: if random.one_in(3) { 0.0 } else { 0.5 * scale * random.normal() },
         lower: Some(lower),
         upper: Some(upper),
-        compliance: if random.one_in(4) {
-            scale * scale * random.uniform(0.0, 1.0)
-        } else {
-            0.0
-        },
+        compliance: if random.one_in(4) { scale * scale * random.uniform(0.0, 1.0) } else { 0.0 },
     }
 }

@@ -7,11 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix3xX, Matrix6, Vector3
 /// The normal of a contact and two tangents, as rows.
 pub(super) fn frame(normal: Vector3<f64>) -> Matrix3<f64> {
     let normal = normal.normalize();
-    let other = if normal.x.abs() < 0.9 {
-        Vector3::x()
-    } else {
-        Vector3::y()
-    };
+    let other = if normal.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
     let tangent = normal.cross(&other).normalize();
     let rows = [normal, tangent, normal.cross(&tangent)];
     Matrix3::from_rows(&rows.map(|row| row.transpose()))
@@ -20,10 +16,8 @@ pub(super) fn frame(normal: Vector3<f64>) -> Matrix3<f64> {
 /// The velocity of a point of a body by that of its origin and its rotation.
 pub(super) fn point_rows(point: Vector3<f64>) -> Matrix3x6<f64> {
     let mut rows = Matrix3x6::zeros();
-    rows.fixed_columns_mut::<3>(0)
-        .copy_from(&Matrix3::identity());
-    rows.fixed_columns_mut::<3>(3)
-        .copy_from(&-point.cross_matrix());
+    rows.fixed_columns_mut::<3>(0).copy_from(&Matrix3::identity());
+    rows.fixed_columns_mut::<3>(3).copy_from(&-point.cross_matrix());
     rows
 }
 
@@ -32,9 +26,7 @@ pub(super) fn spatial_inertia(mass: f64, size: Vector3<f64>) -> Matrix6<f64> {
     let square = size.component_mul(&size);
     let rotation = (Vector3::repeat(square.sum()) - square) * (mass / 12.0);
     let mut inertia = Matrix6::identity() * mass;
-    inertia
-        .fixed_view_mut::<3, 3>(3, 3)
-        .copy_from(&Matrix3::from_diagonal(&rotation));
+    inertia.fixed_view_mut::<3, 3>(3, 3).copy_from(&Matrix3::from_diagonal(&rotation));
     inertia
 }
 

@@ -18,10 +18,7 @@ static REAL: LazyLock<Vec<SceneFile>> = LazyLock::new(|| {
 
 /// The scene with these contacts only.
 fn only(scene: &SceneFile, kept: &[usize]) -> SceneFile {
-    let rows: Vec<usize> = kept
-        .iter()
-        .flat_map(|i| i * scene.dim..(i + 1) * scene.dim)
-        .collect();
+    let rows: Vec<usize> = kept.iter().flat_map(|i| i * scene.dim..(i + 1) * scene.dim).collect();
     SceneFile {
         n_contacts: kept.len(),
         h: scene.h.select_rows(&rows),

@@ -91,9 +91,7 @@ impl Random {
     /// A friction coefficient: now and then an extreme one.
     pub(super) fn friction(&mut self) -> f64 {
         let usual = self.uniform(0.1, 1.2);
-        self.pick(&[
-            0.0, 1e-6, 0.05, 0.3, 0.5, 0.8, 1.0, 5.0, 10.0, usual, usual, usual, usual, usual,
-        ])
+        self.pick(&[0.0, 1e-6, 0.05, 0.3, 0.5, 0.8, 1.0, 5.0, 10.0, usual, usual, usual, usual, usual])
     }
 
     /// Two or three rows a contact: spatial three times in four.

@@ -28,11 +28,7 @@ impl Limb {
 
     /// A hip turns about x, the other joints about y.
     fn axis(joint: usize) -> Vector3<f64> {
-        if joint == 0 {
-            Vector3::x()
-        } else {
-            Vector3::y()
-        }
+        if joint == 0 { Vector3::x() } else { Vector3::y() }
     }
 
     /// Three rows for the velocity of a point that the first `joints` joints move.
@@ -50,12 +46,10 @@ impl Limb {
     fn link(&self, n_dof: usize, joint: usize) -> Matrix6xX<f64> {
         let center = (self.points[joint] + self.points[joint + 1]) * 0.5;
         let mut rows = Matrix6xX::zeros(n_dof);
-        rows.rows_mut(0, 3)
-            .copy_from(&self.point(n_dof, center, joint + 1));
+        rows.rows_mut(0, 3).copy_from(&self.point(n_dof, center, joint + 1));
         rows.view_mut((3, 3), (3, 3)).fill_with_identity();
         for moved_by in 0..=joint {
-            rows.fixed_view_mut::<3, 1>(3, self.first + moved_by)
-                .copy_from(&Self::axis(moved_by));
+            rows.fixed_view_mut::<3, 1>(3, self.first + moved_by).copy_from(&Self::axis(moved_by));
         }
         rows
     }

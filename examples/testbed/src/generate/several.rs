@@ -17,16 +17,9 @@ fn pile(random: &mut Random) -> (Assembly, DVector<f64>) {
     let mut below: Option<(usize, Vector3<f64>)> = None;
     let mut height = 0.0;
     for level in 0..count {
-        let half = Vector3::new(
-            random.uniform(0.2, 0.5),
-            random.uniform(0.2, 0.5),
-            random.uniform(0.05, 0.8),
-        );
-        let heavy = if level + 1 == count {
-            ratio
-        } else {
-            random.pick(&[1.0, ratio.sqrt()])
-        };
+        let half =
+            Vector3::new(random.uniform(0.2, 0.5), random.uniform(0.2, 0.5), random.uniform(0.05, 0.8));
+        let heavy = if level + 1 == count { ratio } else { random.pick(&[1.0, ratio.sqrt()]) };
         let mass = if random.one_in(6) { 1.0 / heavy } else { heavy };
         let center = Vector3::new(0.0, 0.0, height + half.z);
         let body = bodies.push_box(mass, half, center, DOWN);
@@ -75,11 +68,7 @@ fn grasp(random: &mut Random) -> (Assembly, DVector<f64>) {
     let mut angle = start;
     for _ in 0..fingers {
         let lift = random.pick(&[0.0, 0.3]) * random.normal();
-        let outward = around(
-            dim,
-            angle + random.pick(&[0.0, 0.2]) * random.normal(),
-            lift,
-        );
+        let outward = around(dim, angle + random.pick(&[0.0, 0.2]) * random.normal(), lift);
         let side = around(dim, angle + PI / 2.0, 0.0);
         angle += TAU / real(fingers);
         let (half, center) = (Vector3::repeat(finger), outward * (radius + finger));
@@ -108,10 +97,7 @@ pub(super) fn hand(random: &mut Random) -> Candidate {
 /// The opening motion, fast enough, is in `K*` whatever the surfaces do.
 pub(super) fn moving(random: &mut Random) -> Candidate {
     let (bodies, opening) = match random.count(0, 2) {
-        0 => (
-            box_on_slope(random).0,
-            DVector::from_row_slice(&[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
-        ),
+        0 => (box_on_slope(random).0, DVector::from_row_slice(&[0.0, 0.0, 1.0, 0.0, 0.0, 0.0])),
         1 => pile(random),
         _ => grasp(random),
     };
@@ -125,8 +111,7 @@ pub(super) fn moving(random: &mut Random) -> Candidate {
         let gap = random.pick(&[0.0, 0.3]) * random.normal().abs();
         scene.w[normal] = gap + restitution * approach[normal].min(0.0);
         let mut belt = scene.w.rows_mut(normal + 1, scene.dim - 1);
-        belt.iter_mut()
-            .for_each(|w| *w = random.pick(&[0.0, 0.5]) * random.normal());
+        belt.iter_mut().for_each(|w| *w = random.pick(&[0.0, 0.5]) * random.normal());
         let needed = mu * belt.norm() - scene.w[normal];
         speed = speed.max(1.01 * needed / scene.h.row(normal).dot(&opening.transpose()));
     }

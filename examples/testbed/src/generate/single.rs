@@ -13,20 +13,12 @@ const NEARLY: [f64; 5] = [0.0, 1e-12, 1e-9, 1e-6, 1e-3];
 
 pub(super) fn box_on_slope(random: &mut Random) -> (Assembly, Vector3<f64>) {
     let mut bodies = Assembly::new(random.dimension());
-    let half = Vector3::new(
-        random.uniform(0.1, 1.0),
-        random.uniform(0.1, 1.0),
-        random.uniform(0.05, 1.5),
-    );
+    let half = Vector3::new(random.uniform(0.1, 1.0), random.uniform(0.1, 1.0), random.uniform(0.05, 1.5));
     let mu = random.uniform(0.1, 1.2);
     let tangent = mu * (1.0 + random.pick(&OFF_LIMIT));
     let cos = 1.0 / (1.0 + tangent * tangent).sqrt();
     let turned = bodies.dim == 3 && random.one_in(2);
-    let azimuth = if turned {
-        random.uniform(0.0, TAU)
-    } else {
-        0.0
-    };
+    let azimuth = if turned { random.uniform(0.0, TAU) } else { 0.0 };
     let (y, x) = libm::sincos(azimuth);
     let gravity = Vector3::new(x * tangent, y * tangent, -1.0) * (GRAVITY * cos);
     let mass = random.log_uniform(0.01, 100.0);
@@ -69,11 +61,7 @@ pub(super) fn painleve(random: &mut Random) -> Candidate {
     let (length, mass) = (random.uniform(0.3, 1.0), random.log_uniform(0.1, 10.0));
     let (rise, run) = libm::sincos(random.uniform(0.2, 1.5));
     let azimuth = random.uniform(0.0, TAU);
-    let heading = if bodies.dim == 2 {
-        Vector3::x()
-    } else {
-        around(3, azimuth, 0.0)
-    };
+    let heading = if bodies.dim == 2 { Vector3::x() } else { around(3, azimuth, 0.0) };
     let inertia = Vector3::repeat(mass * length * length / 3.0);
     let center = Vector3::z() * (length * rise);
     let arm = heading * (length * run) + center;
@@ -112,19 +100,11 @@ pub(super) fn wedge(random: &mut Random) -> Candidate {
     let tilt = random.pick(&[any, any, 1e-3]);
     let regular = if spatial { walls } else { 2 };
     let turn = TAU / real(regular);
-    let mut angle = if spatial {
-        random.uniform(0.0, TAU)
-    } else {
-        0.0
-    };
+    let mut angle = if spatial { random.uniform(0.0, TAU) } else { 0.0 };
     for wall in 0..walls {
         let (rise, run) = libm::sincos(tilt);
         let normal = around(3, angle, 0.0) * run + Vector3::z() * rise;
-        let shift = if wall > 2 {
-            0.05 * random.normal()
-        } else {
-            0.0
-        };
+        let shift = if wall > 2 { 0.05 * random.normal() } else { 0.0 };
         let point = normal * -radius + Vector3::x() * shift;
         bodies.touch((body, None), point, normal, mu, 0.0);
         angle += turn;

@@ -51,9 +51,7 @@ fn complementarity(own: &[[f64; 3]; 3], free: &[f64; 3], mu: f64, r: &[f64; 3]) 
     }
     let shifted = u[0] + mu * u[1].hypot(u[2]);
     let size = free.iter().fold(0.0_f64, |size, u| size.max(u.abs()));
-    let force = r
-        .iter()
-        .fold(f64::MIN_POSITIVE, |size, r| size.max(r.abs()));
+    let force = r.iter().fold(f64::MIN_POSITIVE, |size, r| size.max(r.abs()));
     let outside = (r[1].hypot(r[2]) - mu * r[0]).max(-r[0]) / force;
     let penetration = -u[0] / size;
     let work = (shifted * r[0] + u[1] * r[1] + u[2] * r[2]) / (size * force);
@@ -64,11 +62,7 @@ fn complementarity(own: &[[f64; 3]; 3], free: &[f64; 3], mu: f64, r: &[f64; 3]) 
 #[test]
 fn a_contact_obeys_the_law_whether_it_opens_sticks_or_slides() -> Result<(), Reason> {
     let mut runner = TestRunner::deterministic();
-    let contacts = (
-        uniform9(-1.0_f64..1.0),
-        uniform3(-1.0_f64..1.0),
-        0.01_f64..3.0,
-    );
+    let contacts = (uniform9(-1.0_f64..1.0), uniform3(-1.0_f64..1.0), 0.01_f64..3.0);
     let [mut open, mut sticks, mut slides] = [0; 3];
     for _ in 0..10_000 {
         let tree = contacts.new_tree(&mut runner)?;
@@ -85,20 +79,10 @@ fn a_contact_obeys_the_law_whether_it_opens_sticks_or_slides() -> Result<(), Rea
             continue;
         };
         assert!(free[0] < 0.0 && r[0] > 0.0, "{free:?}, {r:?}");
-        *(if lambda == 0.0 {
-            &mut sticks
-        } else {
-            &mut slides
-        }) += 1;
+        *(if lambda == 0.0 { &mut sticks } else { &mut slides }) += 1;
         let error = complementarity(&own, &free, mu, &r);
-        assert!(
-            error <= 1e-9,
-            "{error:e}: mu {mu}, {own:?}, {free:?}, {r:?}"
-        );
+        assert!(error <= 1e-9, "{error:e}: mu {mu}, {own:?}, {free:?}, {r:?}");
     }
-    assert!(
-        open.min(sticks).min(slides) > 1_900,
-        "{open}, {sticks}, {slides}"
-    );
+    assert!(open.min(sticks).min(slides) > 1_900, "{open}, {sticks}, {slides}");
     Ok(())
 }

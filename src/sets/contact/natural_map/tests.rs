@@ -41,14 +41,7 @@ fn rounding_of_a_far_gap_counts_for_nothing() {
         base: SVector::zeros(),
     };
     let of = |gap: f64, noise: f64| {
-        error(
-            &[set],
-            1.0,
-            &[[gap, 1.0, 0.0]],
-            &[[0.0; 3]],
-            &[[noise * noise; 2]],
-            &|| 0.0,
-        )
+        error(&[set], 1.0, &[[gap, 1.0, 0.0]], &[[0.0; 3]], &[[noise * noise; 2]], &|| 0.0)
     };
     assert!(of(100.0, 1e-3) == 0.0);
     assert!(of(1e-4, 1e-3) >= 1e-3);

@@ -18,9 +18,7 @@ fn complementarity<const D: usize>(
     u[0] += mu * slip;
     let outside = (r.rows(1, D - 1).norm() - mu * r[0]).max(0.0) / r[0];
     let parting = (mu * u.rows(1, D - 1).norm() - u[0]).max(0.0) / free.norm();
-    outside
-        .max(parting)
-        .max(u.dot(r).abs() / (free.norm() * r.norm()))
+    outside.max(parting).max(u.dot(r).abs() / (free.norm() * r.norm()))
 }
 
 /// Blocks whose rows are spread over orders of magnitude, as lengths make them.

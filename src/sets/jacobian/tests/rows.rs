@@ -34,12 +34,8 @@ fn scene_with_rows<const D: usize, const C: usize>(
     let mut scene = Scene::new();
     scene.set_mass(&(root * root.transpose() + SMatrix::identity()))?;
     for key in 0..u32::try_from(C).unwrap_or(0) {
-        let contact = Contact {
-            jacobian: SMatrix::from_fn(|_, _| next()),
-            offset: SVector::zeros(),
-            mu: 0.0,
-            key,
-        };
+        let contact =
+            Contact { jacobian: SMatrix::from_fn(|_, _| next()), offset: SVector::zeros(), mu: 0.0, key };
         let friction = [0.4 + 0.3 * next(), 0.7];
         let surface = Surface {
             friction: if key == 1 { [0.0; 2] } else { friction },
@@ -57,10 +53,7 @@ fn scene_with_rows<const D: usize, const C: usize>(
             law: match key % 3 {
                 0 => RowLaw::Limit,
                 1 => RowLaw::Equality,
-                _ => RowLaw::Box {
-                    lower: -bound,
-                    upper: bound,
-                },
+                _ => RowLaw::Box { lower: -bound, upper: bound },
             },
             compliance: if key > 3 { 0.2 } else { 0.0 },
             key,
@@ -94,10 +87,7 @@ fn check_rows<const D: usize, const C: usize>(model: Model) -> Result<[usize; 4]
         };
         compared += 1;
         for (index, difference) in differences.in_use(scene.counts()).enumerate() {
-            assert!(
-                *difference < 1e-6,
-                "{D} rows a contact, index {index}: {difference:e}"
-            );
+            assert!(*difference < 1e-6, "{D} rows a contact, index {index}: {difference:e}");
         }
         for frame in &jacobian.frames {
             met[frame.kind as usize] += 1;
@@ -111,13 +101,7 @@ fn check_rows<const D: usize, const C: usize>(model: Model) -> Result<[usize; 4]
         }
     }
     assert!(compared > 100, "{compared}");
-    for mode in [
-        RowMode::Open,
-        RowMode::AtLimit,
-        RowMode::AtLower,
-        RowMode::AtUpper,
-        RowMode::Holding,
-    ] {
+    for mode in [RowMode::Open, RowMode::AtLimit, RowMode::AtLower, RowMode::AtUpper, RowMode::Holding] {
         let times = modes.iter().filter(|&&found| found == mode).count();
         assert!(times > 20, "{mode:?}: {times}");
     }
@@ -145,10 +129,7 @@ fn reordered(
     let mut other = Scene::new();
     other.set_mass(scene.mass())?;
     for &i in &order.contacts {
-        other.push(&Contact {
-            mu: 0.4,
-            ..scene.contacts()[i].clone()
-        })?;
+        other.push(&Contact { mu: 0.4, ..scene.contacts()[i].clone() })?;
     }
     for &j in &order.rows {
         other.push_row(&scene.rows()[j])?;
@@ -161,22 +142,13 @@ fn reordered(
 fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
     let mut random = numbers();
     let orders = [
-        EarlierIndices {
-            contacts: [0, 1, 2],
-            rows: [0, 1, 2, 3, 4, 5, 6],
-        },
-        EarlierIndices {
-            contacts: [2, 0, 1],
-            rows: [3, 1, 6, 0, 5, 4, 2],
-        },
+        EarlierIndices { contacts: [0, 1, 2], rows: [0, 1, 2, 3, 4, 5, 6] },
+        EarlierIndices { contacts: [2, 0, 1], rows: [3, 1, 6, 0, 5, 4, 2] },
     ];
     let mut compared = 0;
     for _ in 0..50 {
         let scene = scene_with_rows::<3, 3>(&mut random)?;
-        let scenes = [
-            reordered(&scene, &orders[0])?,
-            reordered(&scene, &orders[1])?,
-        ];
+        let scenes = [reordered(&scene, &orders[0])?, reordered(&scene, &orders[1])?];
         let mut next = || random.next().unwrap_or(0.0);
         let push = SVector::from_fn(|_, _| next());
         let drawn = [(); 2].map(|()| {
@@ -202,29 +174,19 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
             });
             let point = point_at(&problem, &z);
             if steps.is_empty() {
-                let computed = jacobian.compute(
-                    &problem.sets,
-                    problem.factor.delassus(),
-                    &point,
-                    1e-3,
-                    &mut matrix,
-                );
+                let computed =
+                    jacobian.compute(&problem.sets, problem.factor.delassus(), &point, 1e-3, &mut matrix);
                 assert_eq!(computed, Some(()));
             } else {
                 // Indices of unused rows do not count.
-                let mut indices = EarlierIndices {
-                    contacts: order.contacts,
-                    rows: [R; R],
-                };
+                let mut indices = EarlierIndices { contacts: order.contacts, rows: [R; R] };
                 indices.rows[..7].copy_from_slice(&order.rows);
                 jacobian.follow(&indices);
             }
             assert!(jacobian.has_same_active_set(&problem.sets, &point));
             steps.extend(jacobian.step(&problem.sets, problem.factor.delassus(), &b, &matrix));
         }
-        let [there, here] = steps.as_slice() else {
-            unreachable!("steps are finite")
-        };
+        let [there, here] = steps.as_slice() else { unreachable!("steps are finite") };
         let size = there.iter().fold(0.0_f64, |size, d| size.max(d.abs()));
         let mut wanted = *there;
         for (wanted, &i) in wanted.contacts.iter_mut().zip(&orders[1].contacts) {
@@ -238,10 +200,7 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
             compared += usize::from(*here != 0.0);
         }
         // A new joint row has no mode in the Jacobian.
-        let mut indices = EarlierIndices {
-            contacts: [0, 1, 2],
-            rows: [0, 1, 2, 3, 4, 5, R, R],
-        };
+        let mut indices = EarlierIndices { contacts: [0, 1, 2], rows: [0, 1, 2, 3, 4, 5, R, R] };
         jacobian.follow(&indices);
         let factor = Factor::new(&scenes[1])?;
         let mut problem = Problem::new(&scenes[1], &factor, &push, Model::Coulomb);

@@ -8,12 +8,7 @@ const INFINITY: f64 = f64::INFINITY;
 
 /// A limit, an equality, a box, and a box that is none.
 fn sets() -> [RowSet<f64>; 4] {
-    let bounds = [
-        [0.0, INFINITY],
-        [-INFINITY, INFINITY],
-        [-0.5, 2.0],
-        [0.3, 0.3],
-    ];
+    let bounds = [[0.0, INFINITY], [-INFINITY, INFINITY], [-0.5, 2.0], [0.3, 0.3]];
     bounds.map(|bounds| RowSet::of(bounds, 1.0))
 }
 
@@ -49,14 +44,11 @@ fn a_step_does_what_it_is_told() {
     let pairs = centred([0.7, 3.0, 0.1, 0.3], 1e-1);
     let goal = 3e-2;
     let moved = [0.01, 0.4, -0.02, 0.0];
-    let steps: [_; 4] =
-        core::array::from_fn(|j| pairs[j].step(moved[j], &pairs[j].goals(None, goal)));
+    let steps: [_; 4] = core::array::from_fn(|j| pairs[j].step(moved[j], &pairs[j].goals(None, goal)));
     // To first order, products become the goal.
     for (h, bound) in [(1e-4, 1e-7), (1e-5, 1e-9)] {
         let mut there = pairs;
-        for ((there, step), (pair, moved)) in
-            there.iter_mut().zip(&steps).zip(pairs.iter().zip(moved))
-        {
+        for ((there, step), (pair, moved)) in there.iter_mut().zip(&steps).zip(pairs.iter().zip(moved)) {
             there.advance(step, h);
             assert_eq!(there.impulse, pair.impulse + moved * h);
         }

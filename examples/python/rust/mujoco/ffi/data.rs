@@ -101,8 +101,7 @@ impl ContactRef<'_> {
     }
 
     pub(in super::super) fn dim(self) -> usize {
-        self.of::<i32>(self.data.library.layout.contact.dim)
-            .unsigned_abs() as usize
+        self.of::<i32>(self.data.library.layout.contact.dim).unsigned_abs() as usize
     }
 
     /// Its two geoms. (There are no flexes.)
@@ -127,10 +126,7 @@ impl Data {
     ///
     /// # Errors
     /// It belongs to another model.
-    pub(in super::super) unsafe fn new(
-        model: &Model,
-        address: usize,
-    ) -> Result<Self, &'static str> {
+    pub(in super::super) unsafe fn new(model: &Model, address: usize) -> Result<Self, &'static str> {
         let own = Self {
             library: Arc::clone(&model.library),
             at: address as Address,
@@ -139,9 +135,7 @@ impl Data {
         };
         // SAFETY: as MuJoCo's header says.
         let signature: u64 = unsafe { read(own.at, own.library.layout.data.signature) };
-        (signature == model.signature())
-            .then_some(own)
-            .ok_or("data: of another model")
+        (signature == model.signature()).then_some(own).ok_or("data: of another model")
     }
 
     /// New data of a model.
@@ -149,12 +143,7 @@ impl Data {
         // SAFETY: `mj_makeData` reads the model.
         let at = unsafe { (model.library.functions.make_data)(model.address()) };
         assert!(!at.is_null(), "MuJoCo has no memory for another mjData");
-        Self {
-            library: Arc::clone(&model.library),
-            at,
-            sizes: model.sizes,
-            is_own: true,
-        }
+        Self { library: Arc::clone(&model.library), at, sizes: model.sizes, is_own: true }
     }
 
     /// Takes over another's state and results.
@@ -215,9 +204,7 @@ impl Data {
     pub(in super::super) fn contact(&self, index: usize) -> ContactRef<'_> {
         let layout = self.library.layout;
         // SAFETY: MuJoCo has that many contacts; those who ask have counted them.
-        let at = unsafe {
-            read::<*const u8>(self.at, layout.data.contact).add(index * layout.contact.size)
-        };
+        let at = unsafe { read::<*const u8>(self.at, layout.data.contact).add(index * layout.contact.size) };
         ContactRef { data: self, at }
     }
 
@@ -226,9 +213,7 @@ impl Data {
         let at = self.contact(index).at.cast_mut();
         // SAFETY: as in `contact`.
         unsafe {
-            at.add(self.library.layout.contact.dist)
-                .cast::<f64>()
-                .write_unaligned(distance);
+            at.add(self.library.layout.contact.dist).cast::<f64>().write_unaligned(distance);
         }
     }
 
@@ -240,23 +225,16 @@ impl Data {
         unsafe {
             let address: i32 = read(at, layout.efc_address);
             at.copy_from_nonoverlapping(other.0.as_ptr().cast(), layout.size);
-            at.add(layout.efc_address)
-                .cast::<i32>()
-                .write_unaligned(address);
+            at.add(layout.efc_address).cast::<i32>().write_unaligned(address);
         }
     }
 
     /// Adds a contact of other data to the list. Returns its place; `None` if there is no room.
-    pub(in super::super) fn add_contact(
-        &mut self,
-        model: &Model,
-        other: &OwnedContact,
-    ) -> Option<usize> {
+    pub(in super::super) fn add_contact(&mut self, model: &Model, other: &OwnedContact) -> Option<usize> {
         let place = self.contacts().len();
         let at = other.0.as_ptr().cast_mut().cast();
         // SAFETY: MuJoCo copies the contact.
-        let is_full =
-            unsafe { (self.library.functions.add_contact)(model.address(), self.at, at) } != 0;
+        let is_full = unsafe { (self.library.functions.add_contact)(model.address(), self.at, at) } != 0;
         (!is_full).then_some(place)
     }
 
@@ -265,11 +243,7 @@ impl Data {
         // SAFETY: it writes `qDeriv`, which has that many entries.
         unsafe {
             (self.library.functions.smooth_velocity)(model.address(), self.at, 0);
-            array(
-                self.at,
-                self.library.layout.data.qderiv,
-                model.derivative_entries(),
-            )
+            array(self.at, self.library.layout.data.qderiv, model.derivative_entries())
         }
     }
 
@@ -281,25 +255,13 @@ impl Data {
     }
 
     /// Jacobians (three rows each) of a point of a body, and of its rotation.
-    pub(in super::super) fn jacobian(
-        &self,
-        model: &Model,
-        place: [f64; 3],
-        body: usize,
-    ) -> [Vec<f64>; 2] {
+    pub(in super::super) fn jacobian(&self, model: &Model, place: [f64; 3], body: usize) -> [Vec<f64>; 2] {
         let mut rows = [(); 2].map(|()| vec![0.0; 3 * self.sizes.velocities]);
         let [point, turn] = rows.each_mut().map(Vec::as_mut_ptr);
         let body = i32::try_from(body).unwrap_or(0);
         // SAFETY: there is room for both.
         unsafe {
-            (self.library.functions.jacobian)(
-                model.address(),
-                self.at,
-                point,
-                turn,
-                place.as_ptr(),
-                body,
-            );
+            (self.library.functions.jacobian)(model.address(), self.at, point, turn, place.as_ptr(), body);
         }
         rows
     }
@@ -348,9 +310,7 @@ impl OwnedContact {
             let at = copy.as_mut_ptr().cast::<u8>();
             at.copy_from_nonoverlapping(contact.at, layout.size);
             at.add(layout.dist).cast::<f64>().write_unaligned(distance);
-            at.add(layout.includemargin)
-                .cast::<f64>()
-                .write_unaligned(margin);
+            at.add(layout.includemargin).cast::<f64>().write_unaligned(margin);
         }
         Self(copy)
     }

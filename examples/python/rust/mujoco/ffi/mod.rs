@@ -110,9 +110,7 @@ unsafe extern "C-unwind" fn raise(message: *const LogMessage) {
     let LogMessage { level, subject, .. } = unsafe { &*message };
     if *level >= ERROR {
         // SAFETY: MuJoCo ends it by 0.
-        let text = unsafe { CStr::from_ptr(subject.as_ptr()) }
-            .to_string_lossy()
-            .into_owned();
+        let text = unsafe { CStr::from_ptr(subject.as_ptr()) }.to_string_lossy().into_owned();
         std::panic::resume_unwind(Box::new(Failure(text)));
     }
     if let Some(handler) = WARNINGS.get() {
@@ -136,8 +134,7 @@ impl Library {
     /// It is not there, or of a version that has no layout here.
     pub(super) fn open(path: &Path) -> Result<Arc<Self>, String> {
         // SAFETY: its initialisers have run, since Python has loaded it.
-        let library =
-            unsafe { libloading::Library::new(path) }.map_err(|error| error.to_string())?;
+        let library = unsafe { libloading::Library::new(path) }.map_err(|error| error.to_string())?;
         // SAFETY: MuJoCo's header gives the types; the name ends by 0.
         let (version, name) = unsafe {
             let said = |error: libloading::Error| error.to_string();
@@ -157,11 +154,7 @@ impl Library {
         })?;
         // SAFETY: as its path says, and of a version that has all of them.
         let functions = unsafe { Functions::load(&library) }.map_err(|error| error.to_string())?;
-        Ok(Arc::new(Self {
-            functions,
-            layout,
-            _open: library,
-        }))
+        Ok(Arc::new(Self { functions, layout, _open: library }))
     }
 
     /// Runs what calls the library, so that an error there ends the call and not the process.

@@ -1,8 +1,6 @@
 //! A model as the Stepper needs it: the arrays are those of the user, options and margins its own.
 
-use super::{
-    Address, DAMPER, DENSE, ELLIPTIC, EULER, EULERDAMP, IMPLICITFAST, ISLAND, Library, array, read,
-};
+use super::{Address, DAMPER, DENSE, ELLIPTIC, EULER, EULERDAMP, IMPLICITFAST, ISLAND, Library, array, read};
 use std::sync::Arc;
 
 /// Sizes of a model.
@@ -86,8 +84,7 @@ impl Model {
         let original = address as *const u8;
         let layout = &library.layout.model;
         // SAFETY: the caller's; sizes are `int64_t`.
-        let size =
-            |offset: usize| usize::try_from(unsafe { read::<i64>(original, offset) }).unwrap_or(0);
+        let size = |offset: usize| usize::try_from(unsafe { read::<i64>(original, offset) }).unwrap_or(0);
         let sizes = Sizes {
             positions: size(layout.nq),
             velocities: size(layout.nv),
@@ -101,21 +98,9 @@ impl Model {
             readings: size(layout.nsensordata),
             pairs: size(layout.npair),
         };
-        let counts = [
-            sizes.geoms,
-            sizes.bodies,
-            sizes.pairs,
-            sizes.joints,
-            sizes.tendons,
-        ];
+        let counts = [sizes.geoms, sizes.bodies, sizes.pairs, sizes.joints, sizes.tendons];
         let copy = vec![0; layout.size.div_ceil(8)].into_boxed_slice();
-        let mut own = Self {
-            original,
-            copy,
-            sizes,
-            margins: counts.map(|count| vec![0.0; count]),
-            library,
-        };
+        let mut own = Self { original, copy, sizes, margins: counts.map(|count| vec![0.0; count]), library };
         own.refresh();
         own
     }
@@ -129,25 +114,13 @@ impl Model {
         unsafe {
             let copy = self.copy.as_mut_ptr().cast::<u8>();
             copy.copy_from_nonoverlapping(self.original, layout.size);
-            copy.add(layout.opt_disableflags)
-                .cast::<i32>()
-                .write_unaligned(disabled);
-            copy.add(layout.opt_cone)
-                .cast::<i32>()
-                .write_unaligned(ELLIPTIC);
-            copy.add(layout.opt_jacobian)
-                .cast::<i32>()
-                .write_unaligned(DENSE);
-            copy.add(layout.opt_ccd_tolerance)
-                .cast::<f64>()
-                .write_unaligned(tolerance);
-            copy.add(layout.opt_ccd_iterations)
-                .cast::<i32>()
-                .write_unaligned(iterations);
+            copy.add(layout.opt_disableflags).cast::<i32>().write_unaligned(disabled);
+            copy.add(layout.opt_cone).cast::<i32>().write_unaligned(ELLIPTIC);
+            copy.add(layout.opt_jacobian).cast::<i32>().write_unaligned(DENSE);
+            copy.add(layout.opt_ccd_tolerance).cast::<f64>().write_unaligned(tolerance);
+            copy.add(layout.opt_ccd_iterations).cast::<i32>().write_unaligned(iterations);
             if self.integrator() != EULER {
-                copy.add(layout.opt_integrator)
-                    .cast::<i32>()
-                    .write_unaligned(IMPLICITFAST);
+                copy.add(layout.opt_integrator).cast::<i32>().write_unaligned(IMPLICITFAST);
             }
             let places = [
                 layout.geom_margin,
@@ -157,9 +130,7 @@ impl Model {
                 layout.tendon_margin,
             ];
             for (margins, place) in self.margins.iter_mut().zip(places) {
-                copy.add(place)
-                    .cast::<*mut f64>()
-                    .write_unaligned(margins.as_mut_ptr());
+                copy.add(place).cast::<*mut f64>().write_unaligned(margins.as_mut_ptr());
             }
         }
     }
@@ -175,10 +146,7 @@ impl Model {
             (joints, self.jnt_margin(), limits[0]),
             (tendons, self.tendon_margin(), limits[1]),
         ] {
-            margins
-                .iter_mut()
-                .zip(own)
-                .for_each(|(margin, own)| *margin = own + more);
+            margins.iter_mut().zip(own).for_each(|(margin, own)| *margin = own + more);
         }
         self.margins = margins; // moved, so their places are as before
     }
@@ -238,21 +206,13 @@ impl Model {
 
     pub(super) fn derivative_entries(&self) -> usize {
         let last = self.sizes.velocities.checked_sub(1);
-        last.map_or(0, |last| {
-            (self.d_rowadr()[last] + self.d_rownnz()[last]).unsigned_abs() as usize
-        })
+        last.map_or(0, |last| (self.d_rowadr()[last] + self.d_rownnz()[last]).unsigned_abs() as usize)
     }
 
     /// Body of a site.
     pub(in super::super) fn site_body(&self, site: usize) -> usize {
         // SAFETY: MuJoCo has checked the site.
-        let bodies: &[i32] = unsafe {
-            array(
-                self.original,
-                self.library.layout.model.site_bodyid,
-                site + 1,
-            )
-        };
+        let bodies: &[i32] = unsafe { array(self.original, self.library.layout.model.site_bodyid, site + 1) };
         bodies[site].unsigned_abs() as usize
     }
 
@@ -260,13 +220,8 @@ impl Model {
     pub(in super::super) fn weld_scale(&self, equality: usize) -> f64 {
         let width = self.library.layout.equality_data;
         // SAFETY: MuJoCo's header gives type and size.
-        let data: &[f64] = unsafe {
-            array(
-                self.original,
-                self.library.layout.model.eq_data,
-                width * self.sizes.equalities,
-            )
-        };
+        let data: &[f64] =
+            unsafe { array(self.original, self.library.layout.model.eq_data, width * self.sizes.equalities) };
         data[width * equality + 10]
     }
 
@@ -276,11 +231,8 @@ impl Model {
         // SAFETY: MuJoCo's header gives types and sizes, and MuJoCo has checked the field.
         unsafe {
             let sizes: &[[f64; 4]] = array(self.original, layout.hfield_size, field + 1);
-            let of = |offset| {
-                array::<i32>(self.original, offset, field + 1)[field].unsigned_abs() as usize
-            };
-            let [rows, columns, first] =
-                [layout.hfield_nrow, layout.hfield_ncol, layout.hfield_adr].map(of);
+            let of = |offset| array::<i32>(self.original, offset, field + 1)[field].unsigned_abs() as usize;
+            let [rows, columns, first] = [layout.hfield_nrow, layout.hfield_ncol, layout.hfield_adr].map(of);
             let heights: &[f32] = array(self.original, layout.hfield_data, first + rows * columns);
             (sizes[field], &heights[first..], [rows, columns])
         }
