@@ -53,7 +53,7 @@ pub enum Input {
 pub enum List {
     /// The contacts of a scene.
     Contacts,
-    /// The first `S` contacts of a scene, which may have a surface of their own.
+    /// The surfaces of contacts, of which a scene has room for `S`.
     Surfaces,
     /// The joint rows of a scene, and behind them the reached limits of [`crate::Kernel::solve_with_limits`].
     Rows,

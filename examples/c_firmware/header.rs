@@ -11,7 +11,7 @@ pub const D: usize = size("STICTION_D");
 pub const C: usize = size("STICTION_C");
 /// Most joint rows.
 pub const R: usize = size("STICTION_R");
-/// Contacts that may have a surface: the first so many.
+/// Most contacts with a surface.
 pub const S: usize = size("STICTION_S");
 /// Most limits that stay out of the scene until they are reached.
 pub const L: usize = size("STICTION_L");

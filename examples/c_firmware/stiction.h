@@ -73,7 +73,7 @@ enum stiction_status {
     STICTION_INVALID_ROW_COMPLIANCE = -23,    /* the compliance of a joint row is negative or not finite */
     STICTION_INVALID_LAW = -24,               /* a number that is none of enum stiction_law */
     STICTION_WRONG_SIZES = -25,               /* the library was built with another stiction_sizes.h: build all anew */
-    STICTION_SURFACE_LIST_FULL = -27,         /* a surface for a contact that is none of the first STICTION_S */
+    STICTION_SURFACE_LIST_FULL = -27,         /* STICTION_S contacts have a surface already */
     STICTION_INVALID_LIMIT = -28,             /* bounds or compliance of a limit are refused as those of a joint row would be */
     STICTION_LIMITS_LEFT_OUT = -29,           /* the solve that was paused had limits: call stiction_solve_with_limits again */
     STICTION_LIMIT_LIST_FULL = -30,           /* more than STICTION_L limits */
@@ -232,7 +232,7 @@ enum stiction_status stiction_clear_rows(stiction *s);
 
 /* Contacts, anew at each tick if they come and go: Jacobian H_i, offset w_i (m/s: moving surface, gap over time step,
    restitution), friction coefficient or surface, and a number of your own that says which contact it is: a warm start follows it.
-   The first STICTION_S contacts of a scene may have a surface. With rows for spin or roll all of them have one, whose coefficients
+   Up to STICTION_S contacts of a scene may have a surface. With rows for spin or roll all of them have one, whose coefficients
    are lengths, and STICTION_S is as large as STICTION_C. */
 #if STICTION_D <= 3
 enum stiction_status stiction_add_contact(stiction *s, const stiction_real jacobian[STICTION_D][STICTION_N],

@@ -8,7 +8,7 @@
 #define STICTION_D 3        /* rows of a contact: 1 frictionless, 2 planar, 3 spatial, 4 and spin, 6 and roll */
 #define STICTION_C 5        /* most contacts */
 #define STICTION_R 0        /* most joint rows: stops, motors, dry friction; 0 takes neither memory nor time */
-#define STICTION_S 0        /* contacts that may have a surface: the first so many; 0 takes neither memory nor time */
+#define STICTION_S 0        /* most contacts with a surface; 0 takes neither memory nor time */
 #define STICTION_L 0        /* limits that stiction_solve_with_limits leaves out until they are reached; they take stack in that call */
 
 /* What the solver goes through: AllPhases, SweepsAndNewton or SweepsOnly, in names of Rust. Each takes less flash than the one before

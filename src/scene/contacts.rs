@@ -7,6 +7,7 @@ use crate::cone::FrictionCone;
 use crate::error::{Error, Input, List};
 use crate::linalg::sparsity::{GROUP, Support};
 use crate::real::Real;
+use core::mem;
 use nalgebra::{SMatrix, SVector};
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
@@ -18,10 +19,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Error::ListFull`], [`Error::NotFinite`], [`Error::InvalidFriction`].
     pub fn push(&mut self, contact: &Contact<T, N, D>) -> Result<usize, Error> {
         const { assert!(D <= 3, "spin and roll have lengths: Scene::push_on") }
-        self.append(contact, contact.mu, &Scaling::plain()).inspect_err(|_| self.refused.contact = true)
+        self.append(contact, contact.mu, None).inspect_err(|_| self.refused.contact = true)
     }
 
-    /// Adds a contact with a [`Surface`] in place of its [`Contact::mu`] and returns its index. Only the first `S` contacts may have one.
+    /// Adds a contact with a [`Surface`] in place of its [`Contact::mu`] and returns its index. Up to `S` contacts may have one, in any place.
     ///
     /// # Errors
     /// As [`Self::push`]; [`Error::InvalidCompliance`].
@@ -32,18 +33,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Adds a contact with a surface of its own.
     fn append_on(&mut self, contact: &Contact<T, N, D>, surface: &Surface<T>) -> Result<usize, Error> {
         surface.check(self.counts.contacts)?;
-        if (S..C).contains(&self.counts.contacts) {
+        if usize::from(self.surfaces) >= S && self.counts.contacts < C {
             let (list, capacity) = (List::Surfaces, S);
             return Err(Error::ListFull { list, capacity });
         }
         let scaling = Scaling::of(surface);
-        let index = self.append(contact, surface.reference::<D>(), &scaling)?;
-        self.has_surfaces = true;
-        Ok(index)
+        self.append(contact, surface.reference::<D>(), Some(&scaling))
     }
 
     /// Adds a contact with this friction coefficient.
-    fn append(&mut self, contact: &Contact<T, N, D>, mu: T, scaling: &Scaling<T, D>) -> Result<usize, Error> {
+    fn append(
+        &mut self,
+        contact: &Contact<T, N, D>,
+        mu: T,
+        scaling: Option<&Scaling<T, D>>,
+    ) -> Result<usize, Error> {
         let index = self.counts.contacts;
         let Some(target) = self.contacts.get_mut(index) else {
             return Err(Error::ListFull { list: List::Contacts, capacity: C });
@@ -51,27 +55,53 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let input = Input::Jacobian { contact: index };
         check_finite(&contact.jacobian, input)?;
         let entries = contact.jacobian.as_slice();
-        let print = copy_and_hash(target.jacobian.as_mut_slice(), entries, index);
+        let mut print = copy_and_hash(target.jacobian.as_mut_slice(), entries, index);
         check_finite(&contact.offset, Input::Offset { contact: index })?;
         if !FrictionCone::is_valid(mu) {
             return Err(Error::InvalidFriction { contact: index, row: 1 });
         }
         (target.offset, target.mu, target.key) = (contact.offset, mu, contact.key);
-        if let Some(target) = self.scalings.get_mut(index) {
-            *target = *scaling;
+        if let Some(scaling) = scaling {
+            self.place_scaling(index, scaling);
+            print = scaling.fingerprint(print);
         }
-        let print = scaling.fingerprint(print);
         self.contacts_print = self.contacts_print.wrapping_add(print);
         self.counts.contacts += 1;
         self.find_support(index);
         Ok(index)
     }
 
+    /// Stores the scaling of a contact.
+    fn place_scaling(&mut self, contact: usize, scaling: &Scaling<T, D>) {
+        let place = self.scalings.get_mut(usize::from(self.surfaces));
+        if let (Some(place), Some(number)) = (place, self.surface_numbers.get_mut(contact)) {
+            *place = *scaling;
+            self.surfaces += 1;
+            *number = self.surfaces;
+        }
+    }
+
+    /// Removes the scaling of a contact, if it has one.
+    fn remove_scaling(&mut self, contact: usize) {
+        let number = self.surface_numbers.get_mut(contact);
+        let number = number.map(mem::take).unwrap_or_default();
+        if let Some(first) = usize::from(number).checked_sub(1) {
+            move_up(self.scalings.get_mut(first..usize::from(self.surfaces)));
+            self.surfaces -= 1;
+            for other in &mut self.surface_numbers {
+                *other -= u8::from(*other > number);
+            }
+        }
+    }
+
     /// Removes all contacts; joint rows stay.
     pub fn clear_contacts(&mut self) {
         self.counts.contacts = 0;
         self.contacts_print = 0;
-        self.has_surfaces = false;
+        if S > 0 && self.surfaces > 0 {
+            self.surfaces = 0;
+            self.surface_numbers = [0; C];
+        }
         self.refused.contact = false;
     }
 
@@ -83,14 +113,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.contact_mut(contact)?;
         let last = self.counts.contacts;
         move_up(self.contacts.get_mut(contact..last));
-        move_up(self.scalings.get_mut(contact..last.min(S)));
-        if let Some(scaling) = self.scalings.last_mut().filter(|_| contact < S && last > S) {
-            *scaling = Scaling::plain(); // the contact that moves up to index `S - 1` has no surface
-        }
         move_up(self.supports.get_mut(contact..last));
+        self.remove_scaling(contact);
+        move_up(self.surface_numbers.get_mut(contact..last));
         self.counts.contacts = last - 1;
-        let mut scalings = self.scalings.iter().take(last - 1);
-        self.has_surfaces = scalings.any(|scaling| scaling.is_surface);
         self.contacts_print = self.prints_of_contacts();
         Ok(())
     }
@@ -127,7 +153,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::InvalidFriction`].
     pub fn set_friction(&mut self, contact: usize, mu: T) -> Result<(), Error> {
-        let surface = self.scaling(contact).copied().filter(|scaling| scaling.is_surface);
+        let surface = self.scaling(contact).copied();
         let current = &mut self.contact_mut(contact)?.mu;
         let fits = surface.is_none_or(|scaling| scaling.has_tangents() && mu > T::ZERO && *current > T::ZERO);
         if !FrictionCone::is_valid(mu) || !fits {
@@ -164,10 +190,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         contacts.position(|contact| contact.key == key)
     }
 
-    /// Scales and compliance of the contacts, if there is a surface among them.
+    /// Scales and compliance of a contact that has a surface.
     #[inline]
     pub(crate) fn scaling(&self, contact: usize) -> Option<&Scaling<T, D>> {
-        self.scalings.get(contact).filter(|_| self.has_surfaces)
+        let number = self.surface_numbers.get(contact).filter(|_| S > 0)?;
+        self.scalings.get(usize::from(*number).wrapping_sub(1))
     }
 
     /// The contacts, each with the support of its Jacobian.
@@ -198,7 +225,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     fn contact_print(&self, contact: usize) -> u64 {
         let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
         let print = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));
-        let scaling = self.scalings.get(contact);
+        let scaling = self.scaling(contact);
         scaling.map_or(print, |scaling| scaling.fingerprint(print))
     }
 

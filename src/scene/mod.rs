@@ -22,7 +22,7 @@ pub use contact::{Contact, contact_frame};
 pub use joint_row::{JointRow, RowLaw};
 pub use surface::Surface;
 
-/// A generalised mass matrix, up to `C` contacts of `D` rows each and up to `R` joint rows, over `N` velocities. The first `S`
+/// A generalised mass matrix, up to `C` contacts of `D` rows each and up to `R` joint rows, over `N` velocities. Up to `S`
 /// contacts may have a [`Surface`] of their own.
 ///
 /// The sizes are chosen at compile time, the number of contacts and rows in use at run time. A scene can stand in a `static`. It checks all
@@ -69,15 +69,17 @@ pub struct Scene<
 > {
     mass: SMatrix<T, N, N>,
     contacts: [Contact<T, N, D>; C],
-    /// Scales and compliance of the contacts' rows.
+    /// Scales and compliance of the rows of contacts with surfaces, in the order of the contacts.
     scalings: [Scaling<T, D>; S],
-    /// Nonzero columns of their Jacobians.
+    /// Nonzero columns of the contacts' Jacobians.
     supports: [Support; C],
     rows: [JointRow<T, N>; R],
+    /// Of each contact the number of its surface, from 1, or 0 without one.
+    surface_numbers: [u8; C],
     /// Contacts and rows in use.
     counts: Counts,
-    /// Is there a contact with a surface of its own?
-    has_surfaces: bool,
+    /// Surfaces in use.
+    surfaces: u8,
     refused: Refused,
     /// Fingerprint of `M`; `None` as long as no mass was set, and then no other is known either.
     mass_print: Option<u64>,
@@ -95,6 +97,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         const {
             assert!(N >= 1 && C + R >= 1, "a scene has velocities, and room for a contact or a joint row");
             assert!(S <= C, "there is room for more surfaces than contacts");
+            assert!(S < 256, "there is room for more than 255 surfaces");
             assert!(
                 matches!(D, 1..=4 | 6),
                 "a contact has 1, 2, 3, 4 or 6 rows: normal, tangents, spin, two rolls"
@@ -106,8 +109,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             scalings: [Scaling::none(); S],
             supports: [Support::none(); C],
             rows: [const { JointRow::none() }; R],
+            surface_numbers: [0; C],
             counts: Counts { contacts: 0, rows: 0 },
-            has_surfaces: false,
+            surfaces: 0,
             refused: Refused::none(),
             mass_print: None,
             contacts_print: 0,
@@ -205,7 +209,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Is there anything but rigid contacts of one friction coefficient?
     #[inline]
     pub(crate) const fn is_mixed(&self) -> bool {
-        S > 0 && self.has_surfaces || R > 0 && self.counts.rows > 0
+        S > 0 && self.surfaces > 0 || R > 0 && self.counts.rows > 0
     }
 }
 

@@ -77,19 +77,12 @@ impl<T: Real> Surface<T> {
 pub(crate) struct Scaling<T, const D: usize> {
     scales: [T; D],
     pub(crate) compliance: [T; D],
-    /// True if the scales come from the coefficients of a surface.
-    pub(super) is_surface: bool,
 }
 
 impl<T: Real, const D: usize> Scaling<T, D> {
     /// The scaling of an unused contact.
     pub(super) const fn none() -> Self {
-        Self { scales: [T::ZERO; D], compliance: [T::ZERO; D], is_surface: false }
-    }
-
-    /// The scaling of a rigid contact with one friction coefficient.
-    pub(super) const fn plain() -> Self {
-        Self { scales: [T::ONE; D], compliance: [T::ZERO; D], is_surface: false }
+        Self { scales: [T::ZERO; D], compliance: [T::ZERO; D] }
     }
 
     /// The scaling of a surface. Without friction the scale of tangents is 1, as in [`crate::Scene::push`], and that of spin and roll, which have
@@ -114,7 +107,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
                 _ => T::ZERO,
             };
         }
-        Self { scales, compliance, is_surface: true }
+        Self { scales, compliance }
     }
 
     /// Does the contact rub along a tangent?
@@ -125,9 +118,6 @@ impl<T: Real, const D: usize> Scaling<T, D> {
 
     /// Fingerprint of the contact's Jacobian, scales and compliance, from that of the Jacobian.
     pub(super) fn fingerprint(&self, jacobian: u64) -> u64 {
-        if !self.is_surface {
-            return jacobian;
-        }
         let numbers = self.scales.iter().chain(&self.compliance);
         numbers.fold(jacobian, |hash, number| number.hash(hash))
     }
