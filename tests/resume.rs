@@ -220,7 +220,7 @@ fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
             0 => kernel.solver_mut().reset(),
             1 => assert!(!kernel.solve(&push, &pause)?.is_solved()),
             _ => {
-                assert!(kernel.solve_with_limits(std::slice::from_ref(limit), &push, &settings)?.is_solved())
+                assert!(kernel.solve_with_limits(std::slice::from_ref(limit), &push, &settings)?.is_solved());
             }
         }
         assert!(kernel.resume(&push, &settings)?.is_solved());

@@ -24,7 +24,7 @@ pub(crate) fn sweep<T: Real, const N: usize, const D: usize, const C: usize, con
             coulomb_sweep::solve_local(local, multiplier)
         }),
         Model::ConvexRelaxation => {
-            each(sets, factor, r, u, multipliers, |local, _| relaxed_sweep::solve_local(local))
+            each(sets, factor, r, u, multipliers, |local, _| relaxed_sweep::solve_local(local));
         }
     }
 }
