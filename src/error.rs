@@ -69,7 +69,7 @@ pub enum List {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Part {
-    /// The generalised mass matrix `M`, or the `W` in its place.
+    /// The generalised mass matrix `M`.
     Mass,
     /// A contact.
     Contact,
@@ -79,10 +79,9 @@ pub enum Part {
 
 /// A fault in the data of a call, with its culprit. [`crate::guide::tick`] says how a control loop responds.
 ///
-/// The call that returns it changes nothing, and the last solution stays. A contact, joint row or mass matrix that a scene refuses is missing
-/// there ([`Self::SceneIncomplete`]). After [`crate::Factor::prepare`] (and so
-/// [`crate::Kernel::solve`]) the factor is empty, and [`crate::Kernel::solve_with_limits`] may leave no solution
-/// ([`crate::Status::Unsolved`]).
+/// The last solution stays, with one exception: [`crate::Kernel::solve_with_limits`] may leave none ([`crate::Status::Unsolved`]). A scene
+/// lacks the contact, joint row or mass matrix that it refused ([`Self::SceneIncomplete`]); any other setter that refuses leaves the old value.
+/// After a failed [`crate::Factor::prepare`] (and so [`crate::Kernel::solve`]) the factor is empty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -148,7 +147,7 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
-    /// `W_jj = row M⁻¹ rowᵀ + R` of a joint row overflows, or vanishes though the row is not zero.
+    /// `W_jj = row M⁻¹ rowᵀ + compliance` of a joint row overflows, or vanishes though the row is not zero.
     RowOutOfRange {
         /// [`crate::JointRow::key`] of the row.
         key: u32,

@@ -14,7 +14,7 @@ mod worst_case;
 
 /// A scene, its factor and its solver in one value, for a `static`.
 ///
-/// A kernel computes its factor again when `M` or a Jacobian has changed. The type parameter `P` names the [`Phases`] of its solver; the
+/// A kernel computes its factor again when `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed. The type parameter `P` names the [`Phases`] of its solver; the
 /// default is all phases.
 ///
 /// ```
@@ -132,8 +132,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.solver.solution()
     }
 
-    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]. If `M` or `H` has changed, it computes the factor first
-    /// (`N³/6 + m N²/2 + m² N/2` multiplications for `m` contact rows).
+    /// Solves the scene for a free impulse `M v_free` (N·s), as [`Solver::solve`]. If it has to, it computes the factor first
+    /// (`N³/6 + m N²/2 + m² N/2` multiplications for `m` contact and joint rows).
     ///
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::solve`].

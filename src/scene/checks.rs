@@ -81,7 +81,7 @@ fn entry_not_finite<T: Real, const R: usize>(entries: &[T], input: Input) -> Err
     Error::NotFinite { input, row: index % R.max(1), column: index.checked_div(R).unwrap_or(0) }
 }
 
-/// Are all numbers finite? A sum is not, if one of them is not, and nothing else times 0 is not 0.
+/// Are all numbers finite? NaN or infinity in a sum makes the sum NaN or infinite, and times 0 these are NaN; any other number times 0 is 0.
 #[cfg_attr(target_os = "none", inline(never))]
 fn are_finite<T: Real>(numbers: &[T]) -> bool {
     let (chunks, rest) = numbers.as_chunks::<4>();

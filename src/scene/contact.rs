@@ -85,10 +85,11 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 
 /// Frame of a contact with a unit normal (`K × K`): its columns are the normal and the tangents, in the coordinates of the normal.
 ///
-/// It turns an impulse `r` of a contact into the vector `frame r`. It is the reflection that takes the first axis to the normal.
+/// It turns an impulse `r` of a contact into the vector `frame r`. It is a rotation, or for a normal with a negative first entry a reflection:
+/// where that entry changes its sign, a tangent does so, too.
 ///
 /// # Errors
-/// [`Error::InvalidParameter`] with [`Parameter::Normal`] if that is not of length 1 up to a thousandth.
+/// [`Error::InvalidParameter`] with [`Parameter::Normal`] if the length of the normal is off 1 by more than a thousandth.
 pub fn contact_frame<T: Real, const K: usize>(normal: &SVector<T, K>) -> Result<SMatrix<T, K, K>, Error> {
     let square = normal.iter().fold(T::ZERO, |sum, &x| sum + x * x);
     let is_unit = (square - T::ONE).abs() < T::literal(2e-3);
@@ -98,7 +99,7 @@ pub fn contact_frame<T: Real, const K: usize>(normal: &SVector<T, K>) -> Result<
     }
     let unit = *normal / square.square_root();
     let first = unit.as_slice().first().copied().unwrap_or(T::ZERO);
-    // There are two such reflections; the sign chooses the one without cancellation.
+    // The sign chooses the frame without cancellation.
     let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
     let mut frame: SMatrix<T, K, K> = SMatrix::from_array_storage(ArrayStorage([[T::ZERO; K]; K]));
     for (j, column) in frame.data.0.iter_mut().enumerate() {

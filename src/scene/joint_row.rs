@@ -4,7 +4,7 @@ use crate::linalg::vector::zeros;
 use crate::real::Real;
 use nalgebra::SVector;
 
-/// A joint row: one speed `s = row · v + offset + R λ`, and a law that binds `s` to its impulse `λ`.
+/// A joint row: one speed `s = row · v + offset + compliance · λ`, and a law that binds `s` to its impulse `λ`.
 ///
 /// [`crate::time_stepping`] makes joint rows for limits, dry friction, motors and loops.
 #[derive(Clone, Debug, PartialEq)]

@@ -31,10 +31,10 @@ pub use surface::Surface;
 ///
 /// All data can be replaced in place. Costs before the next solve, with `m` contact and joint rows:
 ///
-/// | change | call | multiplications |
+/// | change | then call | multiplications |
 /// |---|---|---|
-/// | the free impulse; an offset, [`Self::set_offset`]; a friction coefficient, [`Self::set_friction`]; a joint row's law, [`Self::set_row_law`] | nothing | 0 |
-/// | `M`, [`Self::set_mass`]; a Jacobian, [`Self::set_jacobian`]; the contacts and rows in use, each step | [`crate::Factor::prepare`], in place | `N³/6 + m N²/2 + m² N/2` |
+/// | the free impulse; an offset, [`Self::set_offset`]; a friction coefficient, [`Self::set_friction`]; a joint row's offset and law, [`Self::set_row_offset`], [`Self::set_row_law`] | nothing | 0 |
+/// | `M`, [`Self::set_mass`]; a Jacobian or a compliance, [`Self::set_jacobian`], [`Self::set_row_jacobian`], [`Self::set_row_compliance`]; the contacts and rows in use | [`crate::Factor::prepare`], in place | `N³/6 + m N²/2 + m² N/2` |
 /// | the same, for [`crate::AdmmSolver`] | [`crate::AdmmFactor::prepare`], in place | `m³/2` more |
 /// | the penalty of ADMM | [`crate::AdmmFactor::set_penalty`] | `m³/2` |
 ///

@@ -59,8 +59,8 @@ impl<T: Real> Surface<T> {
         }
     }
 
-    /// The larger coefficient of the tangents, which is the coefficient of the round cone once rows are scaled. If both are 0, it is any number
-    /// with spin or roll, and 0 without friction.
+    /// The larger coefficient of the tangents, which is the coefficient of the round cone once rows are scaled. Without friction along the
+    /// tangents it is 1 if there is spin or roll, otherwise 0.
     pub(crate) fn reference<const D: usize>(&self) -> T {
         let tangents = self.friction.into_iter().take(D - 1);
         let largest = tangents.fold(T::ZERO, T::max);

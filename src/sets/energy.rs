@@ -2,8 +2,8 @@
 //!
 //! It is `sqrt(Σ W_jj (λ_j - Π_j(λ_j - s_j / W_jj))²) / S`. `S²` is the largest of three energies:
 //!
-//! - the work of all impulses, `|Hᵀ r + Jᵀ λ|²` in the norm of `M⁻¹` plus the energy stored in compliance;
-//! - the sum of the work of each contact and each row if it were alone;
+//! - twice the energy of all impulses, `|Hᵀ r + Jᵀ λ|²` in the norm of `M⁻¹` plus what compliance stores;
+//! - the sum of the same of each contact and each row if it were alone;
 //! - a ten-thousandth of `v·M v` of the free motion.
 //!
 //! A stop that is far away or a redundant loop does not enlarge `S`.
@@ -163,7 +163,7 @@ impl<T: Real> EnergyScale<T> {
             let noise = noise.and_then(|noise| noise.rows.get(j));
             add(&[u], &[set.q], &[r], noise.copied().unwrap_or(T::ZERO));
         }
-        // `u` and `q` have the same rounding, hence twice the noise. A term takes part in `m + 4` operations.
+        // An estimate: `q` is taken to be as inexact as `u`, hence twice the noise. A term takes part in `m + 4` operations.
         let counts = sets.counts();
         let rounding: T = precision(D * counts.contacts + counts.rows + 4);
         work - (noises + noises) - rounding * size

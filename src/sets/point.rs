@@ -1,12 +1,12 @@
 //! The point of Newton's method: its unknown `z` and the impulses, velocities and residuals that follow from `z`.
 //!
 //! Newton's method works on the fixed-point equation of ADMM in contact space ([`crate::guide::method`]). Each contact has a vector
-//! `z_i`, with `P_i = Π_{K*}(z_i)` and `r_i = rho_i (P_i - z_i)`. For any `z_i` the impulse `r_i` lies in `K` and is complementary to
+//! `z_i`, with `P_i = Π_{K*}(z_i)` and `r_i = alpha_i (P_i - z_i)`. For any `z_i` the impulse `r_i` lies in `K` and is complementary to
 //! `P_i`. A solution is a root of
 //!
 //! `E(z) = W r + q + S(P) - P`, `S_i = mu_i |P_Ti| e_N`.
 //!
-//! The penalty `rho_i` is a scale. It is the effective mass `alpha_i` of the contact. A joint row has an interval in place of the
+//! The scale `alpha_i` is the effective mass of the contact. A joint row has an interval in place of the
 //! cone. A step `d` solves the linearised equation, see [`crate::sets::jacobian`].
 
 use crate::linalg::stacked::Stacked;

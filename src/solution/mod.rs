@@ -98,8 +98,8 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     /// Work of the solve, over all its calls.
     pub work: Work,
     /// Error of the solution (dimensionless): its violation of Coulomb's law and of the dynamics, relative to the impulses, with a bound on
-    /// rounding ([`crate::guide::error`]). It is infinite while the status is [`Status::Unsolved`], except for 0 before the first call, so
-    /// that the `static` of a new solver is all zeros. [`Self::is_usable`] is false in both cases.
+    /// rounding ([`crate::guide::error`]). Before the first call it is 0, because a new solver is all zeros; later it is infinite while the
+    /// status is [`Status::Unsolved`]. Ask [`Self::is_usable`], which is false in both cases.
     pub error: T,
 }
 

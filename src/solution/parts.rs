@@ -85,7 +85,7 @@ pub struct RowSolution<T> {
     pub key: u32,
     /// Impulse `λ`: N·s along a length, N·m·s about an axis.
     pub impulse: T,
-    /// Speed `s = row · v + offset + R λ` (rad/s, m/s).
+    /// Speed `s = row · v + offset + compliance · λ` (rad/s, m/s).
     pub velocity: T,
     /// The mode of the row.
     pub mode: RowMode,

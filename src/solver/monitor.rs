@@ -1,6 +1,6 @@
 //! The monitor of a solve: it keeps the best impulses so far, counts the work, and decides when the solve is over.
 //!
-//! Two numbers measure impulses. The *estimate* is the first part of the error ([`crate::guide::error`]): the natural map, relative to the
+//! Two numbers measure impulses. The *estimate* is the part of contacts and joint rows in the error ([`crate::guide::error`]): the natural map, relative to the
 //! expected size of the impulses, computed in contact space from `u = W r + q` and without bounds on rounding. The *error* is that of the
 //! solution as it is written, with its velocity. It costs more, so it is computed only where the estimate is within the tolerance.
 

@@ -3,8 +3,9 @@
 //! Coulomb's law may have two solutions where a body rests: one in which it stays, and one in which it slides. The solver returns the
 //! first if there is one ("At rest" in [`crate::guide::error`]).
 //!
-//! If all loaded contacts stick, the De Saxcé shift `mu |u_T|` is 0, so the solution also solves the convex relaxation. The velocities of
-//! the relaxation are unique. So the question is convex: does the solution of the relaxation obey Coulomb's law? A solve that begins at
+//! If all loaded contacts stick, their De Saxcé shift `mu |u_T|` is 0. Then the solution also solves the convex relaxation, provided that each
+//! contact without load separates with `u_N >= mu |u_T|`. (One that grazes slower makes the answer a false no.) The velocities of the
+//! relaxation are unique. So the question is convex: does the solution of the relaxation obey Coulomb's law? A solve that begins at
 //! rest opens the question if its solution does not solve the relaxation. The central path then solves the relaxation.
 //!
 //! The answer may be known early. If every `r_i` lies in its cone and every `u_i` in the dual, with `u = W r + q`, the duality gap `r · u`
@@ -110,7 +111,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         least
     }
 
-    /// Does the duality gap prove that a contact slides in the solution of the relaxation?
+    /// Does the duality gap prove that a contact moves in the solution of the relaxation, without a proof that it separates?
     #[inline(never)]
     fn must_slide(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
         let mut gap = T::ZERO;
@@ -254,7 +255,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Is it known that not all bodies can stay? Either the relaxation is solved exactly without a solution of Coulomb's law, or the duality
-    /// gap proves that a contact slides.
+    /// gap proves that a contact moves, which probably slides.
     pub(super) fn cannot_rest(&self, point: &NewtonPoint<T, D, C, R>) -> bool {
         self.is_exact(point) || self.problem.must_slide(&point.r, &point.u)
     }

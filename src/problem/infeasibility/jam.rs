@@ -2,7 +2,7 @@
 //!
 //! No velocity has `H v + w` in the dual cones `K*` if there are impulses `d` in the cones `K_mu` with `Hᵀ d = 0` (in balance) and
 //! `w · d < 0` ([`crate::guide::error`], "Jammed scenes"). The search starts at the projection of `-w` onto the impulses in balance.
-//! While that is outside the cones, it is projected onto the cones and onto balance in turn (von Neumann, 1950). The cones are a
+//! While that is outside the cones, it is projected onto the cones and onto balance in turn (Cheney and Goldstein, 1959). The cones are a
 //! little narrower there, so that the last projection stays inside. No matrix is needed: conjugate gradients find balance in as many
 //! steps as bodies have velocities, and two more for rounding.
 

@@ -1,12 +1,13 @@
 //! Bounds on the rounding of the error of a solution; [`crate::guide::error`] lists them.
 //!
-//! Each product and each sum is off by at most `eps / 2` of its result (IEEE 754). A term of a sum of `n` products takes part in
-//! `n + 1` operations, so the sum is off by at most `(n + 1) eps / 2` of the sum of the magnitudes of its terms (N. J. Higham,
-//! *Accuracy and Stability of Numerical Algorithms*, section 3.1). [`Scene::dynamics`](crate::Scene::dynamics) computes these sums of
+//! Each product and each sum is off by at most `eps / 2` of its result (IEEE 754). A term of a sum of `n` products and an offset takes part
+//! in `n + 1` operations, so the sum is off by at most `(n + 1) eps / 2` of the sum of the magnitudes of its terms (C.-P. Jeannerod and S. M.
+//! Rump, 2013). [`Scene::dynamics`](crate::Scene::dynamics) computes these sums of
 //! magnitudes beside the sums, and [`Problem::rounding`] the bounds.
 //!
-//! If a bound exceeds the tolerance, [`Problem::refine`] computes the sums again as dot products that carry their error along
-//! ([`crate::linalg::dot2`]). These are off by `eps / 2` of their result, and `((n + 1) eps / 2)²` of the magnitudes of their terms.
+//! If the error with a bound exceeds the tolerance, [`Problem::refine`] computes the sums again as dot products that carry their error along
+//! ([`crate::linalg::dot2`]). These are off by `eps / 2` of their result, and `((n + 1) eps / 2)²` of the magnitudes of their terms; operations
+//! that follow add to both.
 
 use crate::linalg::dot2::Dot2;
 use crate::linalg::stacked::Stacked;

@@ -69,9 +69,9 @@ pub(crate) struct Frame<T: Real, const D: usize> {
     pub(crate) tilt: T,
     /// `λ` of the tangential rows of a sticking contact.
     pub(crate) tangential_damping: T,
-    /// `1 / (rho (1 + λ))` of a contact that sticks or is smooth. Its unknowns are impulses, and `d = compliance × unknown`.
+    /// `1 / (alpha (1 + λ))` of a contact that sticks or is smooth. Its unknowns are impulses, and `d = compliance × unknown`.
     pub(crate) compliance: T,
-    /// Map from the unknowns of a slipping contact to impulses: unknown `j` adds its multiple of entry `j` to `rho (I - DP + λI) d`.
+    /// Map from the unknowns of a slipping contact to impulses: unknown `j` adds its multiple of entry `j` to `alpha (I - DP + λI) d`.
     pushes: [[T; D]; D],
     /// Coefficients of the rows in each equation of a slipping contact.
     tests: [[T; D]; D],
@@ -107,8 +107,8 @@ impl<T: Real, const D: usize> Frame<T, D> {
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set(&mut self, set: &ContactSet<T, D>, kind: Kind, z: &SVector<T, D>, damping: T) {
         self.kind = kind;
-        let rho = set.alpha;
-        let along = rho * (T::ONE + damping);
+        let alpha = set.alpha;
+        let along = alpha * (T::ONE + damping);
         if matches!(kind, Kind::Stick | Kind::Smooth) {
             self.compliance = T::ONE / along;
             return;
@@ -127,7 +127,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
             let mu = set.cone.friction();
             self.skew = (mu - set.shift_factor + damping * mu) / (T::ONE + damping);
             self.tilt = damping * mu;
-            let across = rho * (T::ONE - self.turn + damping);
+            let across = alpha * (T::ONE - self.turn + damping);
             self.set_slip(set, along, across);
         }
     }

@@ -95,7 +95,7 @@ impl<T: Real, const D: usize> Pair<T, D> {
     }
 
     /// The pair with the parameter `tau` near the impulse `r` and the velocity `u`: smoothed after Chen, Harker, Kanzow and Smale, with
-    /// the same `gain w - x / (gain alpha)`.
+    /// the same `gain w / beta - x / (gain alpha)`.
     pub(crate) fn centred(
         set: &ContactSet<T, D>,
         r: &SVector<T, D>,
