@@ -209,7 +209,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         }
     }
 
-    /// Sets the bound on the rounding of `W`, which grows with the largest `M_kk` over its pivot. A factor of 64 was enough for 500,000
+    /// Sets the estimate of the rounding of `W`, which grows with the largest `M_kk` over its pivot. A factor of 64 was enough for 500,000
     /// random scenes in single precision.
     fn measure_uncertainty(&mut self, mass: &[[T; N]; N]) {
         let mut growth = T::ONE;

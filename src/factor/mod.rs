@@ -60,7 +60,7 @@ pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, const
     fingerprint: u64,
     /// Number of dofs that contacts and joint rows move.
     moved: usize,
-    /// Relative bound on the rounding of `W`.
+    /// Estimate of the relative rounding of `W`.
     uncertainty: T,
     /// Cholesky factor `U` of `M = Uᵀ D⁻¹ U`, with the reciprocals of the pivots `D` on its diagonal.
     mass: [[T; N]; N],
@@ -225,7 +225,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         &self.effective_mass
     }
 
-    /// Relative bound on the rounding of `W`.
+    /// Estimate of the relative rounding of `W`.
     pub(crate) const fn uncertainty(&self) -> T {
         self.uncertainty
     }

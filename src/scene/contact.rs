@@ -52,7 +52,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] with [`Parameter::Normal`] if that is not of length 1 up to a thousandth. (The scene checks
+    /// [`Error::InvalidParameter`] with [`Parameter::Normal`] if the length of the normal is off 1 by more than a thousandth. (The scene checks
     /// the rest.)
     pub fn at_point<const K: usize>(
         normal: &SVector<T, K>,

@@ -8,8 +8,8 @@
 //!
 //! A stop that is far away or a redundant loop does not enlarge `S`.
 //!
-//! Energies are computed in a unit, a power of two, so that they neither overflow nor vanish. An odd power of two as a unit of the
-//! scene changes no mantissa, because no root is taken of an energy that it changes.
+//! Energies are computed in a unit, a power of two, so that they neither overflow nor vanish. A unit of mass, length or time
+//! that changes by any power of two changes no mantissa: roots are taken of ratios of energies alone.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{larger, precision, quotient, root_sum, square};

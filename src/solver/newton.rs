@@ -96,7 +96,7 @@ impl Newton {
     }
 
     /// Damping `λ` after Levenberg and Marquardt. It falls with the estimate of the error to a floor set by the rounding of `W`, so that the
-    /// last steps are undamped.
+    /// last steps are hardly damped.
     fn damping<T: Real>(self, estimate: T, centred: bool) -> T {
         let share: T = match self.origin {
             Origin::Path => tuning::finish_damping(),

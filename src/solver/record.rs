@@ -25,7 +25,7 @@ pub(super) enum RestQuestion {
     Closed,
     /// The last solution was at rest. The question opens if the solve finds a solution in which a body moves.
     Pending,
-    /// The question is open. The best impulses so far are a solution in which a body slides.
+    /// The question is open. The best impulses so far are a solution, in which a body slides or is about to.
     OpenWithSolution,
     /// The question is open, and no solution is known yet.
     Open,

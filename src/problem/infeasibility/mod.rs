@@ -1,7 +1,7 @@
 //! Proof that a scene has no solution: Farkas' lemma over rigid contacts, limits and equalities.
 //!
 //! Coulomb's law asks for `H_N v + w_N >= 0`, a limit for `row · v + offset >= 0`, an equality for `row · v + offset = 0`. No velocity
-//! satisfies all of them if and only if there is a `d`, not negative except on equalities, with `H_Nᵀ d + Jᵀ d = 0` and
+//! satisfies all of them if and only if there is a `d`, not negative except on equalities, with `H_Nᵀ d_N + Jᵀ d_J = 0` and
 //! `w_N · d + offset · d < 0`, for instance for two walls that close on a body. `J` has the joint rows. Boxes, tangents and compliant
 //! rows ask for nothing. [`crate::guide::error`] says more under "Infeasible scenes".
 //!
@@ -120,7 +120,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         rows.any(|(demand, &offset)| demand.is_violated(offset))
     }
 
-    /// Is each entry of `Hᵀ d + Jᵀ d` at most a billionth of its largest term, or rounding? Terms are compared in rows of unit effective
+    /// Is each entry of `Hᵀ d_N + Jᵀ d_J` at most a billionth of its largest term, or rounding? Terms are compared in rows of unit effective
     /// mass, in which `d` is `weights`.
     #[inline(never)]
     fn cancels(&self, d: &Stacked<T, D, C, R>, weights: &Stacked<T, D, C, R>) -> bool {
