@@ -209,7 +209,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// Are the impulses unique? In a hyperstatic scene they are not, so they have no derivative: [`Self::forward`] returns the least change of
-    /// impulses (in the sum of `|dr|²` over the mass that each contact and row feels), and [`Self::adjoint`] its gradient.
+    /// impulses (in the sum of `|dr|²` over the mass that each contact and row feels, to a factor of 4), and [`Self::adjoint`] its gradient.
     #[must_use]
     pub fn has_unique_impulses(&self) -> bool {
         self.lu.rank() == self.lu.size()

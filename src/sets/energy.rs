@@ -9,7 +9,7 @@
 //! A stop that is far away or a redundant loop does not enlarge `S`.
 //!
 //! Energies are computed in a unit, a power of two, so that they neither overflow nor vanish. A unit of mass, length or time
-//! that changes by any power of two changes no mantissa: roots are taken of ratios of energies alone.
+//! that changes by a power of two changes no mantissa: every root is of a number that it changes by an even power.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{larger, precision, quotient, root_sum, square};

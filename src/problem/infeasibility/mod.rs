@@ -2,7 +2,7 @@
 //!
 //! Coulomb's law asks for `H_N v + w_N >= 0`, a limit for `row · v + offset >= 0`, an equality for `row · v + offset = 0`. No velocity
 //! satisfies all of them if and only if there is a `d`, not negative except on equalities, with `H_Nᵀ d_N + Jᵀ d_J = 0` and
-//! `w_N · d + offset · d < 0`, for instance for two walls that close on a body. `J` has the joint rows. Boxes, tangents and compliant
+//! `w_N · d_N + offset · d_J < 0`, for instance for two walls that close on a body. `J` has the joint rows. Boxes, tangents and compliant
 //! rows ask for nothing. [`crate::guide::error`] says more under "Infeasible scenes".
 //!
 //! Two checks follow the search. By `|w · d| <= |v|_M |Hᵀ d|_{M⁻¹}` a velocity that satisfies the scene would have to be 1e9 times
