@@ -22,7 +22,7 @@ fn main() {
 mod proof {
     use crate::contacts::Bench;
     use crate::helpers;
-    use crate::rows::{self, Rows};
+    use crate::rows::Rows;
     use core::fmt::{self, Write};
     use core::hint::black_box;
     use cortex_m_rt::entry;

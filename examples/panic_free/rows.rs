@@ -82,7 +82,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Solves as they stand, and with limits.
     fn call_kernel(&mut self, push: &SVector<T, N>, settings: &Settings<T>) {
-        let key = black_box(4);
+        let (key, number) = black_box((4, T::ONE));
         let kernel = &mut self.kernel;
         take(kernel.solve(push, settings));
         take(kernel.resume(push, settings));
@@ -103,6 +103,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let budget = Kernel::<T, N, D, C, R, S>::budget_within(microseconds, megahertz);
         black_box(budget);
         kernel.solver_mut().reset();
+        kernel.reset();
     }
 
     /// The same in parts.
