@@ -82,6 +82,15 @@ pub enum Part {
 /// The last solution stays, with one exception: [`crate::Kernel::solve_with_limits`] may leave none ([`crate::Status::Unsolved`]). A scene
 /// lacks the contact, joint row or mass matrix that it refused ([`Self::SceneIncomplete`]); any other setter that refuses leaves the old value.
 /// After a failed [`crate::Factor::prepare`] (and so [`crate::Kernel::solve`]) the factor is empty.
+///
+/// | stage | errors |
+/// |---|---|
+/// | filling a [`crate::Scene`] | [`Self::NotFinite`], [`Self::MassNotSymmetric`], [`Self::InvalidFriction`], [`Self::InvalidBounds`], [`Self::InvalidCompliance`], [`Self::InvalidRowCompliance`], [`Self::ListFull`], [`Self::NoSuchContact`], [`Self::NoSuchRow`] |
+/// | [`crate::Kernel::solve`] | [`Self::SceneIncomplete`], [`Self::NotFinite`] of the free impulse, [`Self::InvalidTolerance`], [`Self::MassNotPositiveDefinite`], [`Self::DelassusOutOfRange`], [`Self::RowOutOfRange`] |
+/// | [`crate::Kernel::solve_with_limits`]; `resume` and `advance` after it | [`Self::InvalidLimit`]; [`Self::LimitsLeftOut`] |
+/// | [`crate::Kernel::derivative`] | [`Self::NoSolution`] |
+/// | a [`crate::Solver`] or [`crate::AdmmSolver`] with a factor of its own | [`Self::StaleFactor`], [`Self::InvalidPenalty`] |
+/// | helpers of [`crate::time_stepping`] | [`Self::InvalidParameter`] |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -139,9 +148,9 @@ pub enum Error {
         /// The missing part.
         part: Part,
     },
-    /// The factor is stale: `M`, `H` or the number of contacts has changed. Call [`crate::Factor::prepare`].
+    /// The factor is stale: `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed. Call [`crate::Factor::prepare`].
     StaleFactor,
-    /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact overflows, or that of its normal vanishes though the row is not zero. The cause may be an `M` that
+    /// `W_ii = H_i M⁻¹ H_iᵀ` of a contact overflows, or its normal entry vanishes though the normal row of `H_i` is not zero. The cause may be an `M` that
     /// is nearly singular or near the end of the range.
     DelassusOutOfRange {
         /// Index of the contact.
