@@ -145,11 +145,8 @@ pub unsafe extern "C" fn stiction_remove_contact(memory: *mut Solver, contact: u
 /// `stiction_contact_index`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_contact_index(memory: *const Solver, key: u32) -> i32 {
-    // SAFETY: the caller's promise, and `stiction_init` was called.
-    match unsafe { Solver::check(memory) } {
-        Ok(()) => place(unsafe { &*memory }.kernel.scene().contact_index(key)),
-        Err(status) => status as i32,
-    }
+    // SAFETY: the caller's promise.
+    unsafe { find(memory, |kernel| kernel.scene().contact_index(key)) }
 }
 
 /// `stiction_set_jacobian`.
@@ -199,11 +196,8 @@ pub unsafe extern "C" fn stiction_remove_row(memory: *mut Solver, row: u32) -> S
 /// `stiction_row_index`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_row_index(memory: *const Solver, key: u32) -> i32 {
-    // SAFETY: the caller's promise, and `stiction_init` was called.
-    match unsafe { Solver::check(memory) } {
-        Ok(()) => place(unsafe { &*memory }.kernel.scene().row_index(key)),
-        Err(status) => status as i32,
-    }
+    // SAFETY: the caller's promise.
+    unsafe { find(memory, |kernel| kernel.scene().row_index(key)) }
 }
 
 /// `stiction_set_row_jacobian`.
@@ -479,9 +473,14 @@ fn matrix(rows: &[[Real; N]; D]) -> SMatrix<Real, D, N> {
     SMatrix::<Real, N, D>::from(*rows).transpose()
 }
 
-/// An index for C, or the status that says that nothing has the key.
-fn place(index: Option<usize>) -> i32 {
-    index.map_or(Status::NoSuchKey as i32, |index| i32::try_from(index).unwrap_or(i32::MAX))
+/// An index in the scene of a solver, or the status that says why there is none.
+unsafe fn find(memory: *const Solver, index: impl FnOnce(&Kernel) -> Option<usize>) -> i32 {
+    // SAFETY: the caller's promise, and `stiction_init` was called.
+    let kernel = match unsafe { Solver::check(memory) } {
+        Ok(()) => unsafe { &(*memory).kernel },
+        Err(status) => return status as i32,
+    };
+    index(kernel).map_or(Status::NoSuchKey as i32, |index| i32::try_from(index).unwrap_or(i32::MAX))
 }
 
 /// An index, a count or a budget of C.

@@ -62,7 +62,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         (target.offset, target.mu, target.key) = (contact.offset, mu, contact.key);
         if let Some(scaling) = scaling {
-            self.place_scaling(index, scaling);
+            self.store_scaling(index, scaling);
             print = scaling.fingerprint(print);
         }
         self.contacts_print = self.contacts_print.wrapping_add(print);
@@ -72,10 +72,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Stores the scaling of a contact.
-    fn place_scaling(&mut self, contact: usize, scaling: &Scaling<T, D>) {
-        let place = self.scalings.get_mut(usize::from(self.surfaces));
-        if let (Some(place), Some(number)) = (place, self.surface_numbers.get_mut(contact)) {
-            *place = *scaling;
+    fn store_scaling(&mut self, contact: usize, scaling: &Scaling<T, D>) {
+        let unused = self.scalings.get_mut(usize::from(self.surfaces));
+        if let (Some(target), Some(number)) = (unused, self.surface_numbers.get_mut(contact)) {
+            *target = *scaling;
             self.surfaces += 1;
             *number = self.surfaces;
         }
