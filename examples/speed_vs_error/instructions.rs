@@ -26,11 +26,17 @@ pub(crate) struct Firmware {
     pub(crate) gauss_seidel: Counts,
 }
 
-/// The recorded table; scenes that it does not hold are left out.
+/// The counts of [`SCENES`] in the recorded table.
+///
+/// # Errors
+/// The table cannot be read, or does not hold one of them.
 pub(crate) fn read() -> Result<Vec<Firmware>, String> {
     let path = repository().join("examples/measure/baseline.txt");
-    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
-    Ok(SCENES.iter().filter_map(|&(name, title)| firmware(&text, name, title)).collect())
+    let text = std::fs::read_to_string(&path).map_err(|error| error.to_string())?;
+    let counts = SCENES.iter().map(|&(name, title)| {
+        firmware(&text, name, title).ok_or_else(|| format!("{} does not count {name}", path.display()))
+    });
+    counts.collect()
 }
 
 fn firmware(text: &str, name: &str, title: &'static str) -> Option<Firmware> {
@@ -44,12 +50,12 @@ fn firmware(text: &str, name: &str, title: &'static str) -> Option<Firmware> {
         }
     }
     // "prefix1e-3" gives the tolerance that was asked for.
-    let ladder = |prefix: &str, unit: f64| -> Vec<(f64, f64)> {
+    let ladder = |prefix: &str| -> Vec<(f64, f64)> {
         let mut points: Vec<(f64, f64)> = quantities
             .iter()
             .filter_map(|(quantity, count)| {
                 let tolerance = quantity.strip_prefix(prefix)?.parse().ok()?;
-                Some((count * unit, tolerance))
+                Some((*count, tolerance))
             })
             .collect();
         points.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -57,10 +63,7 @@ fn firmware(text: &str, name: &str, title: &'static str) -> Option<Firmware> {
     };
     Some(Firmware {
         title,
-        default: Counts { prepare: *quantities.get("prepare")?, points: ladder("cold_", 1.0) },
-        gauss_seidel: Counts {
-            prepare: *quantities.get("gs_prepare")?,
-            points: ladder("gs_sweeps_", *quantities.get("gs_sweep")?),
-        },
+        default: Counts { prepare: *quantities.get("prepare")?, points: ladder("cold_") },
+        gauss_seidel: Counts { prepare: *quantities.get("race_gs_prepare")?, points: ladder("race_gs_") },
     })
 }
