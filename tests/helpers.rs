@@ -34,10 +34,25 @@ fn a_frame_is_orthonormal_and_begins_with_its_normal() -> Result<(), Error> {
             assert!((frame.transpose() * frame - Matrix2::identity()).amax() <= 1e-15);
         }
     }
-    // By hand: tangents of the three axes.
-    let up = contact_frame(&vector![0.0, 0.0, 1.0])?;
-    assert_eq!(up, matrix![0.0, 0.0, -1.0; 0.0, 1.0, 0.0; 1.0, 0.0, 0.0]);
+    // By hand: on the ground and at a ceiling, in space and in the plane.
+    let ground = contact_frame(&vector![0.0, 0.0, 1.0])?;
+    assert_eq!(ground, matrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 1.0, 0.0, 0.0]);
+    let ceiling = contact_frame(&vector![0.0, 0.0, -1.0])?;
+    assert_eq!(ceiling, matrix![0.0, -1.0, 0.0; 0.0, 0.0, 1.0; -1.0, 0.0, 0.0]);
+    assert_eq!(contact_frame(&vector![0.0, 1.0])?, matrix![0.0, 1.0; 1.0, 0.0]);
     assert_eq!(contact_frame(&vector![1.0])?, Matrix1::new(1.0));
+    Ok(())
+}
+
+/// Between normals that are near each other, no entry of the frame moves farther than three times as far, but for normals that point down.
+#[test]
+fn a_frame_turns_with_its_normal_without_a_jump() -> Result<(), Error> {
+    for (normal, x) in normals().iter().zip(draws(numbers(3), 1_000)) {
+        let near = (normal + Vector3::from_column_slice(&x[..3]) * 1e-4).normalize();
+        let (turn, height) = ((near - normal).amax(), 1.0 + normal.z.min(near.z));
+        let moved = (contact_frame(&near)? - contact_frame(normal)?).amax();
+        assert!(moved <= 4.0 * turn / height + 1e-15, "{normal:?}, {near:?}: {moved:e}");
+    }
     Ok(())
 }
 

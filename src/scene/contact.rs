@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::real::Real;
+use core::mem;
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// A contact with friction: `u_i = H_i v + w_i`, and Coulomb's law `K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu`.
@@ -85,8 +86,9 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 
 /// Frame of a contact with a unit normal (`K × K`): its columns are the normal and the tangents, in the coordinates of the normal.
 ///
-/// It turns an impulse `r` of a contact into the vector `frame r`. It is a rotation, or for a normal with a negative first entry a reflection:
-/// where that entry changes its sign, a tangent does so, too.
+/// It turns an impulse `r` of a contact into the vector `frame r`. For a normal along the last axis the tangents are the other axes. They turn
+/// with the normal without a jump, unless it passes the direction against the last axis. So let the last axis point up: on uneven ground
+/// a warm start then finds its friction along the same tangents. Of two normals that differ little, only those of a ceiling have frames that differ much.
 ///
 /// # Errors
 /// [`Error::InvalidParameter`] with [`Parameter::Normal`] if the length of the normal is off 1 by more than a thousandth.
@@ -98,21 +100,29 @@ pub fn contact_frame<T: Real, const K: usize>(normal: &SVector<T, K>) -> Result<
         return Err(Error::InvalidParameter { parameter });
     }
     let unit = *normal / square.square_root();
-    let first = unit.as_slice().first().copied().unwrap_or(T::ZERO);
-    // The sign chooses the frame without cancellation.
-    let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
-    let mut frame: SMatrix<T, K, K> = SMatrix::from_array_storage(ArrayStorage([[T::ZERO; K]; K]));
-    for (j, column) in frame.data.0.iter_mut().enumerate() {
-        let other = unit.as_slice().get(j).copied().unwrap_or(T::ZERO);
-        for (i, (entry, &n)) in column.iter_mut().zip(unit.iter()).enumerate() {
+    let mut level = unit;
+    let up = level.as_mut_slice().last_mut().map_or(T::ONE, |last| mem::replace(last, T::ZERO));
+    // 1 + up, without cancellation.
+    let mut rise = T::ONE + up;
+    if up < T::ZERO {
+        rise = level.iter().fold(T::ZERO, |sum, &x| sum + x * x) / (T::ONE - up);
+    }
+    // Against the last axis: the limit of normals between the first axis and that direction.
+    if rise < T::least_normal() / T::EPSILON
+        && let Some(first) = level.as_mut_slice().first_mut()
+    {
+        (*first, rise) = (T::ONE, T::literal(0.5));
+    }
+    // The half turn that exchanges normal and last axis takes the other axes to the negative tangents.
+    let mut frame = SMatrix::from_array_storage(ArrayStorage([unit.into(); K]));
+    let tangents = frame.data.0.iter_mut().skip(1).zip(unit.iter().zip(&level));
+    for (j, (tangent, (&component, &y))) in tangents.enumerate() {
+        for (i, (entry, &x)) in tangent.iter_mut().zip(&level).enumerate() {
             let delta = if i == j { T::ONE } else { T::ZERO };
-            *entry = if j == 0 {
-                n
-            } else if i == 0 {
-                -sign * other
-            } else {
-                delta - n * other / (T::ONE + first.abs())
-            };
+            *entry = delta - x * y / rise;
+        }
+        if let Some(last) = tangent.last_mut() {
+            *last = -component;
         }
     }
     Ok(frame)
