@@ -183,7 +183,7 @@ pub enum Error {
         /// Index of the limit.
         limit: usize,
     },
-    /// The paused solve had limits. Call [`crate::Kernel::solve_with_limits`] to continue it.
+    /// The paused solve has limits: [`crate::Kernel::resume_with_limits`] or [`crate::Kernel::advance_with_limits`] continues it.
     LimitsLeftOut,
     /// There is no solution to differentiate: nothing was solved, the scene has no solution, or its contacts and joint rows have changed.
     NoSolution,
@@ -280,7 +280,7 @@ impl fmt::Display for Error {
             Self::InvalidLimit { limit } => {
                 write!(f, "bounds or compliance of limit {limit} are invalid")
             }
-            Self::LimitsLeftOut => write!(f, "the solve that was paused had limits"),
+            Self::LimitsLeftOut => write!(f, "the paused solve has limits, and this call leaves them out"),
             Self::NoSolution => write!(f, "there is no solution of the scene to be differentiated"),
             Self::NoSuchRow { row } => write!(f, "there is no joint row {row}"),
             Self::InvalidParameter { parameter } => write!(f, "{parameter}"),

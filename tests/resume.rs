@@ -1,7 +1,8 @@
 //! A paused solve goes on with its own data, and with no other.
 
 use crate::support::boxes::{BRICK, point_jacobian};
-use nalgebra::{SVector, matrix, vector};
+use crate::support::random::{draws, numbers};
+use nalgebra::{Matrix2, SVector, matrix, vector};
 use stiction::{
     AdmmFactor, AdmmSolver, Contact, Error, Factor, JointRow, Kernel, Model, RowLaw, Scene, Settings,
     Solution, Solver, Status,
@@ -224,6 +225,84 @@ fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
             }
         }
         assert!(kernel.resume(&push, &settings)?.is_solved());
+    }
+    Ok(())
+}
+
+/// Pieces change no bit of a solve with limits, also where a pass appends limits that the last pass violates.
+#[test]
+fn a_solve_with_limits_in_pieces_is_the_same() -> Result<(), Error> {
+    let settings = Settings::new(1e-10);
+    let source = small_scene()?;
+    let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
+    let scene = kernel.scene_mut();
+    scene.set_mass(source.mass())?;
+    for contact in source.contacts() {
+        scene.push(contact)?;
+    }
+    let push = SVector::from(PUSH);
+    let free = source.mass().try_inverse().expect("it is a mass matrix") * push;
+    let (mut pauses, mut appended) = (0, 0);
+    for x in draws(numbers(24), 40) {
+        // The free motion reaches one in two or three.
+        let limits = [0, 1, 2, 3].map(|key: u8| {
+            let row = SVector::<_, 6>::from_column_slice(&x[6 * usize::from(key)..][..6]);
+            let offset = 0.1 * row[0] + 0.05 - row.dot(&free);
+            JointRow { row, offset, law: RowLaw::Limit, compliance: 1e-3, key: key.into() }
+        });
+        let mut whole = kernel.clone();
+        let once = whole.solve_with_limits(&limits, &push, &settings)?;
+        let violated = limits.iter().filter(|limit| limit.row.dot(&free) + limit.offset < 0.0);
+        appended += usize::from(once.rows.len() > violated.count());
+        for budget in [1, 2, 3] {
+            let piece = Settings { budget, ..settings };
+            let (mut in_pieces, mut resumed) = (kernel.clone(), kernel.clone());
+            while !in_pieces.advance_with_limits(&limits, &push, &piece)? {
+                assert_eq!(in_pieces.solution().status, Status::Unsolved);
+                assert!(in_pieces.scene().rows().is_empty());
+                pauses += 1;
+            }
+            while resumed.resume_with_limits(&limits, &push, &piece)?.status == Status::OutOfBudget {
+                assert_eq!(resumed.resume(&push, &piece).err(), Some(Error::LimitsLeftOut));
+                pauses += 1;
+            }
+            assert_eq!(all_of(in_pieces.solution()), all_of(once));
+            // A solution at a pause obeys all limits, so it may take in one before the end of a pass.
+            assert!(resumed.solution().is_solved());
+            assert!((resumed.solution().velocity - once.velocity).norm() < 1e-8);
+        }
+    }
+    assert!(pauses > 400 && appended > 10, "{pauses}, {appended}");
+    Ok(())
+}
+
+/// Another offset of a limit that was reached: the paused solve would answer for the old one.
+#[test]
+fn a_solve_with_other_limits_begins_anew() -> Result<(), Error> {
+    let settings = Settings::new(1e-10);
+    let piece = Settings { budget: 1, ..settings };
+    let limit = |factor, offset| {
+        let row = vector![factor, 0.0];
+        [JointRow { row, offset, law: RowLaw::Limit, compliance: 0.0, key: 3 }]
+    };
+    let push = vector![-1.0, 0.0];
+    let mut kernel = Kernel::<f64, 2, 2, 1, 1>::new();
+    kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    let floor = matrix![0.0, 1.0; 1.0, 0.0];
+    kernel.scene_mut().push(&Contact { jacobian: floor, offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
+    let none = Settings { budget: 0, ..settings };
+    // The same; another offset, another row, and none.
+    for (limits, velocity) in
+        [(&limit(1.0, 0.25)[..], -0.25), (&limit(1.0, 0.5), -0.5), (&limit(2.0, 0.25), -0.125), (&[], -1.0)]
+    {
+        kernel.solver_mut().reset();
+        assert!(!kernel.advance_with_limits(&limit(1.0, 0.25), &push, &piece)?);
+        let work = kernel.solution().work;
+        assert!(work.total() > 0);
+        let resumed = kernel.resume_with_limits(limits, &push, &none)?.work;
+        assert_eq!(resumed == work, velocity == -0.25, "{resumed:?}");
+        while !kernel.advance_with_limits(limits, &push, &piece)? {}
+        assert!((kernel.solution().velocity.x - velocity).abs() < 1e-9);
     }
     Ok(())
 }

@@ -90,6 +90,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if let [Ok(a), Ok(b), Ok(c), Ok(d)] = helpers::rows() {
             let limits = [a, b, c, d];
             take(kernel.solve_with_limits(black_box(&limits), push, settings));
+            take(kernel.resume_with_limits(black_box(&limits), push, settings));
+            take(kernel.advance_with_limits(black_box(&limits), push, settings));
         }
         take(kernel.prepare());
         let (solution, scene) = (kernel.solution(), kernel.scene());

@@ -7,7 +7,6 @@ use crate::real::Real;
 use crate::scene::{JointRow, RowLaw, check_finite};
 use crate::solution::{Settings, Solution, Status};
 use crate::solver::{Call, Phases};
-use core::mem;
 use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
@@ -23,8 +22,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Solution::row_by_key`] finds the reached limits: give each limit a key that no other limit and no row of the scene has. A row of
     /// another law than [`RowLaw::Limit`] is always appended.
     ///
-    /// The call does not change the scene. [`Self::resume`] refuses to continue such a solve. Call this method again: it starts where the
-    /// last call ended.
+    /// The call does not change the scene. If the budget was used up, [`Self::resume_with_limits`] continues the solve, and [`Self::resume`]
+    /// refuses to.
     ///
     /// ```
     /// use nalgebra::{Matrix2, vector};
@@ -58,61 +57,147 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        check_finite(free_impulse, Input::FreeImpulse)?;
+        self.run_with_limits((limits, free_impulse, settings), Start::Pushed, true)?;
+        Ok(self.solver.solution())
+    }
+
+    /// Continues a [`Self::solve_with_limits`] or [`Self::advance_with_limits`] whose budget was used up, as [`Self::resume`].
+    ///
+    /// The limits that the paused solve has reached have to be in the list as they were; the others may change. A solution that a pause writes
+    /// obeys all limits. So several calls may append a limit sooner than one call, and give other bits.
+    ///
+    /// # Errors
+    /// As [`Self::solve_with_limits`].
+    pub fn resume_with_limits(
+        &mut self,
+        limits: &[JointRow<T, N>],
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<&Solution<T, N, D, C, R>, Error> {
+        self.run_with_limits((limits, free_impulse, settings), Start::Paused, true)?;
+        Ok(self.solver.solution())
+    }
+
+    /// Works on a solve with limits for one [`Settings::budget`] and returns true if it has ended, as [`Self::advance`].
+    ///
+    /// The size of the pieces changes no bit. Each piece computes the rows of `W` of the reached limits again.
+    ///
+    /// ```
+    /// use nalgebra::{Matrix2, vector};
+    /// use stiction::time_stepping::JointLimit;
+    /// use stiction::{Kernel, Settings};
+    ///
+    /// let mut kernel = Kernel::<f64, 2, 1, 0, 2>::new();
+    /// kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    /// let limits = [JointLimit { distance: 2e-6, recovery: 0.1, reach: 100.0 }.row(vector![1.0, 0.0], 1e-3, 0)?];
+    /// let push = vector![-0.01, 0.0];
+    /// let piece = Settings { budget: 2, ..Settings::new(1e-9) };
+    /// while !kernel.advance_with_limits(&limits, &push, &piece)? {
+    ///     // other tasks
+    /// }
+    /// assert!(kernel.solution().is_solved());
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::solve_with_limits`].
+    pub fn advance_with_limits(
+        &mut self,
+        limits: &[JointRow<T, N>],
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<bool, Error> {
+        self.run_with_limits((limits, free_impulse, settings), Start::Paused, false)
+    }
+
+    /// Works on a solve with limits, and returns true if it has ended. `writes`: writes a solution also at the end of the budget.
+    fn run_with_limits(
+        &mut self,
+        data: Data<'_, T, N>,
+        mut start: Start,
+        writes: bool,
+    ) -> Result<bool, Error> {
+        check_finite(data.1, Input::FreeImpulse)?;
         self.prepare()?;
         let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
-        let (mut call, mut with_pushed) = (Call::Begin, true);
+        let mut call = Call::Begin;
         let result = loop {
-            let data = (limits, free_impulse, settings);
-            let result = self.solve_reached(data, &mut call, with_pushed);
+            let result = self.solve_reached(data, &mut call, start, writes);
             self.scene.truncate_rows(scene_rows);
             self.factor.restore(&checkpoint);
-            // The limits that pushed in the last solve may take too many rows: try without them.
-            let list = List::Rows;
-            let is_full = matches!(result, Err(Error::ListFull { list: full, .. }) if full == list);
-            if !(is_full && mem::take(&mut with_pushed)) {
-                break result;
-            }
+            start = match (start, &result) {
+                (Start::Paused, Ok(None)) => Start::Pushed,
+                // The limits that pushed in the last solve may take too many rows: try without them.
+                (Start::Pushed, Err(Error::ListFull { list: List::Rows, .. })) => Start::Violated,
+                _ => break result,
+            };
         };
         if result.is_err() && call == Call::Append {
             self.solver.invalidate();
         }
-        result?;
-        self.solver.note_limits();
-        Ok(self.solver.solution())
+        Ok(result? == Some(true))
     }
 
-    /// Solves and appends violated limits until none is violated. `with_pushed`: also appends the limits that pushed in the last solve.
+    /// Solves and appends violated limits until none is violated. Returns whether the solve has ended, and `None` if it is to continue a
+    /// paused solve but there is none of this data.
     fn solve_reached(
         &mut self,
-        (limits, free_impulse, settings): (&[JointRow<T, N>], &SVector<T, N>, &Settings<T>),
+        (limits, free_impulse, settings): Data<'_, T, N>,
         call: &mut Call,
-        with_pushed: bool,
-    ) -> Result<(), Error> {
+        start: Start,
+        writes: bool,
+    ) -> Result<Option<bool>, Error> {
         let mut first = self.scene.rows().len();
-        let mut reached = [usize::MAX; R];
-        let velocity = self.factor.free_velocity(free_impulse);
-        self.append(&mut reached, limits, &velocity, with_pushed)?;
+        let (mut reached, mut earlier_work) = ([usize::MAX; R], 0);
+        if start == Start::Paused {
+            self.append_paused(&mut reached, limits);
+            let solver = &self.solver;
+            if !solver.is_paused_with_limits(&self.scene, free_impulse, settings) {
+                return Ok(None);
+            }
+            (*call, earlier_work) = (Call::Resume, solver.solution().work.total());
+        } else {
+            let velocity = self.factor.free_velocity(free_impulse);
+            self.append(&mut reached, limits, &velocity, start == Start::Pushed)?;
+        }
         loop {
             if self.scene.rows().len() > first {
                 self.factor.extend(&self.scene, first)?;
             }
             let mut remaining = *settings;
             if *call == Call::Append {
-                let spent = self.solver.solution().work.total();
+                let spent = self.solver.solution().work.total().saturating_sub(earlier_work);
                 remaining.budget = settings.budget.saturating_sub(spent);
             }
             let data = (&self.scene, &self.factor, free_impulse, &remaining);
-            let solution = self.solver.run(data, *call)?;
+            let is_over = self.solver.work(data, *call, writes)?;
             *call = Call::Append;
+            let solution = self.solver.solution();
             if solution.status == Status::Infeasible {
-                return Ok(());
+                return Ok(Some(true));
             }
-            let velocity = solution.velocity;
             first = self.scene.rows().len();
-            self.append(&mut reached, limits, &velocity, false)?;
+            if is_over || writes {
+                let velocity = solution.velocity;
+                self.append(&mut reached, limits, &velocity, false)?;
+            }
             if self.scene.rows().len() == first {
-                return Ok(());
+                self.solver.note_limits(&self.scene);
+                return Ok(Some(is_over));
+            }
+        }
+    }
+
+    /// Appends the limits of the paused solve to the joint rows, in the same order.
+    fn append_paused(&mut self, reached: &mut [usize; R], limits: &[JointRow<T, N>]) {
+        let keys = self.solver.row_keys().skip(self.scene.rows().len());
+        for key in keys {
+            let mut found = limits.iter().enumerate().filter(|(_, limit)| limit.key == key);
+            if let Some((limit, row)) = found.next()
+                && let Ok(index) = self.scene.place_row(row)
+                && let Some(entry) = reached.get_mut(index)
+            {
+                *entry = limit;
             }
         }
     }
@@ -152,6 +237,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         Ok(())
     }
+}
+
+/// The data of a call: limits, free impulse and settings.
+type Data<'a, T, const N: usize> = (&'a [JointRow<T, N>], &'a SVector<T, N>, &'a Settings<T>);
+
+/// The limits with which a call starts.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Start {
+    /// Those of the paused solve, which the call continues.
+    Paused,
+    /// Those that the free motion violates, and those that pushed in the last solve.
+    Pushed,
+    /// Those that the free motion violates.
+    Violated,
 }
 
 /// The error of a refused joint row as an error of a limit.

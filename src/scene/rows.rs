@@ -137,7 +137,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Sum of the fingerprints of the joint rows in use.
-    pub(super) fn prints_of_rows(&self) -> u64 {
+    pub(crate) fn prints_of_rows(&self) -> u64 {
         let prints = (0..self.counts.rows).map(|row| self.row_print(row));
         prints.fold(0, u64::wrapping_add)
     }

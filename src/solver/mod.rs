@@ -187,7 +187,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// at the end of a call, the solver no longer asks whether a body can stay at rest.
     ///
     /// # Errors
-    /// As [`Self::solve`]; [`Error::LimitsLeftOut`] after a [`crate::Kernel::solve_with_limits`] whose budget was used up.
+    /// As [`Self::solve`]; [`Error::LimitsLeftOut`] if the paused solve has limits: [`crate::Kernel::resume_with_limits`] continues it.
     pub fn resume<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -215,8 +215,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         settings: &Settings<T>,
     ) -> Result<bool, Error> {
         let call = self.resumed(|| fingerprint(scene, free_impulse, settings))?;
-        self.work((scene, factor, free_impulse, settings), call, false)?;
-        Ok(self.record.is_over())
+        self.work((scene, factor, free_impulse, settings), call, false)
     }
 
     /// The call that continues a paused solve of data with this fingerprint, or begins one. A paused solve with joint limits is refused.
@@ -227,9 +226,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         Ok(self.record.resume(fingerprint))
     }
 
-    /// Notes that the solve has joint limits, unless it has ended.
-    pub(crate) fn note_limits(&mut self) {
-        self.record.note_limits();
+    /// Notes that the solve has joint limits, the last rows of the scene, unless it has ended.
+    pub(crate) fn note_limits<const S: usize>(&mut self, scene: &Scene<T, N, D, C, R, S>) {
+        self.record.note_limits(|| scene.prints_of_rows());
+    }
+
+    /// Is a solve of this data paused that has joint limits, the last rows of the scene?
+    pub(crate) fn is_paused_with_limits<const S: usize>(
+        &self,
+        scene: &Scene<T, N, D, C, R, S>,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> bool {
+        let fingerprint = || fingerprint(scene, free_impulse, settings) ^ scene.prints_of_rows();
+        self.record.has_limits() && self.record.is_paused(fingerprint)
+    }
+
+    /// The keys of the joint rows of the last solve, in their order.
+    pub(crate) fn row_keys(&self) -> impl Iterator<Item = u32> {
+        self.warm_start.row_keys()
     }
 
     /// Marks the last solution as unsolved, and forgets its solve.
@@ -249,7 +264,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     }
 
     /// Runs a call and returns the solution that it writes.
-    pub(crate) fn run<const S: usize>(
+    fn run<const S: usize>(
         &mut self,
         data: Data<'_, T, N, D, C, R, S>,
         call: Call,
@@ -259,13 +274,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     }
 
     /// Works on a solve until its end or the end of the budget. Writes the solution at the end of the solve, with `writes` also at the end of
-    /// the budget.
-    fn work<const S: usize>(
+    /// the budget. Returns true if the solve has ended.
+    pub(crate) fn work<const S: usize>(
         &mut self,
         (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, R, S>,
         call: Call,
         writes: bool,
-    ) -> Result<(), Error> {
+    ) -> Result<bool, Error> {
         self.invalidate_if_unsolved();
         Problem::check(scene, factor, free_impulse, settings)?;
         if call != Call::Resume {
@@ -300,7 +315,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         if call != Call::Resume {
             self.record.pause(|| fingerprint(scene, free_impulse, settings));
         }
-        Ok(())
+        Ok(self.record.is_over())
     }
 }
 

@@ -124,10 +124,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         self.begun = Begun::Yes;
     }
 
-    /// Notes that the solve has joint limits, unless it has ended.
-    pub(crate) fn note_limits(&mut self) {
-        if !self.is_over() {
+    /// Notes that the solve has joint limits, unless it has ended, and includes the fingerprint of their rows in that of the data.
+    pub(crate) fn note_limits(&mut self, fingerprint: impl FnOnce() -> u64) {
+        if self.begun == Begun::Yes && !self.is_over() {
             self.begun = Begun::WithLimits;
+            self.fingerprint ^= fingerprint();
         }
     }
 
@@ -143,13 +144,14 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         }
     }
 
+    /// Is a solve of data with this fingerprint paused?
+    pub(crate) fn is_paused(&self, fingerprint: impl FnOnce() -> u64) -> bool {
+        self.begun != Begun::No && !self.is_over() && self.fingerprint == fingerprint()
+    }
+
     /// [`Call::Resume`] if a solve of data with this fingerprint is paused, otherwise [`Call::Begin`].
     pub(crate) fn resume(&self, fingerprint: impl FnOnce() -> u64) -> Call {
-        if self.begun == Begun::Yes && !self.is_over() && self.fingerprint == fingerprint() {
-            Call::Resume
-        } else {
-            Call::Begin
-        }
+        if self.is_paused(fingerprint) { Call::Resume } else { Call::Begin }
     }
 
     /// Has the solve ended, not only the budget of its call?

@@ -141,6 +141,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         }
     }
 
+    /// The keys of the joint rows of the last solve, in their order.
+    pub(crate) fn row_keys(&self) -> impl Iterator<Item = u32> {
+        self.rows.known().map(|entry| entry.key)
+    }
+
     /// Did a joint row with this key push in the last solve?
     pub(crate) fn has_pushed(&self, key: u32) -> bool {
         let mut rows = self.rows.known();
