@@ -179,6 +179,10 @@ impl<
         K::check(&mut self.beside, scene, &push, &settings);
         self.paused = Some((push, budget.tolerance, budget.relaxed));
         Self::is_as_new(&before, &push, &settings);
+        // The end of a budget ends the rest question. (An error in twice the digits takes 20 from it, five times at most.)
+        if solution.work.total() + 100 >= settings.budget {
+            return;
+        }
         for few in [1, 17] {
             Self::is_split((*before).clone(), solution, &push, &Settings { budget: few, ..settings });
         }

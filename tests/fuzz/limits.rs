@@ -53,12 +53,22 @@ fn solve<T: Real, const N: usize, const C: usize, const R: usize>(
     let (push, tolerance) = (vector(push), T::literal(budget.tolerance));
     let settings = Settings { tolerance, budget: budget.work, model: Model::Coulomb };
     let rows = kernel.scene().rows().to_vec();
+    let was_paused = kernel.solution().status == Status::OutOfBudget;
+    let mut in_pieces = kernel.clone();
     let done = kernel.solve_with_limits(limits, &push, &settings).is_ok();
     assert!(kernel.scene().rows() == rows);
     if !done {
         return;
     }
     let solution = kernel.solution();
+    if solution.is_solved() && !was_paused && solution.work.total() + 100 < settings.budget {
+        let piece = Settings { budget: 7, ..settings };
+        while !in_pieces.advance_with_limits(limits, &push, &piece).expect("it was solved") {
+            assert!(in_pieces.scene().rows() == rows);
+        }
+        assert_eq!(in_pieces.solution().velocity, solution.velocity);
+        assert_eq!(in_pieces.solution().work, solution.work);
+    }
     assert!(solution.work.total() <= settings.budget + 27);
     assert_ne!(solution.status, Status::Unsolved);
     let of = |key| solution.row_by_key(key);
