@@ -12,7 +12,7 @@ use nalgebra::SVector;
 
 /// A friction cone in any dimension `D >= 1`, normal component first.
 ///
-/// `D` = 1 is a frictionless contact (the half-line), 2 planar, 3 spatial, 4 with a torsional row, 6 with rolling ones, too.
+/// `D` = 1 is a frictionless contact (the half-line), 2 planar, 3 spatial, 4 with spin, 6 with spin and roll.
 ///
 /// ```
 /// use nalgebra::vector;

@@ -87,8 +87,8 @@ pub enum Part {
 /// |---|---|
 /// | filling a [`crate::Scene`] | [`Self::NotFinite`], [`Self::MassNotSymmetric`], [`Self::InvalidFriction`], [`Self::InvalidBounds`], [`Self::InvalidCompliance`], [`Self::InvalidRowCompliance`], [`Self::ListFull`], [`Self::NoSuchContact`], [`Self::NoSuchRow`] |
 /// | [`crate::Kernel::solve`] | [`Self::SceneIncomplete`], [`Self::NotFinite`] of the free impulse, [`Self::InvalidTolerance`], [`Self::MassNotPositiveDefinite`], [`Self::DelassusOutOfRange`], [`Self::RowOutOfRange`] |
-/// | [`crate::Kernel::solve_with_limits`]; `resume` and `advance` after it | [`Self::InvalidLimit`]; [`Self::LimitsLeftOut`] |
-/// | [`crate::Kernel::derivative`] | [`Self::NoSolution`] |
+/// | [`crate::Kernel::solve_with_limits`]; `resume` and `advance` after it | [`Self::InvalidLimit`], [`Self::NotFinite`], [`Self::ListFull`]; [`Self::LimitsLeftOut`] |
+/// | [`crate::Kernel::derivative`] | [`Self::NoSolution`], [`Self::StaleFactor`] |
 /// | a [`crate::Solver`] or [`crate::AdmmSolver`] with a factor of its own | [`Self::StaleFactor`], [`Self::InvalidPenalty`] |
 /// | helpers of [`crate::time_stepping`] | [`Self::InvalidParameter`] |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

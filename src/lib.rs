@@ -51,7 +51,7 @@
 //! | `admm` | one iteration: plain, Algorithm 1, Algorithm 2; a solver of its own | steps 2-15 |
 //! | `scene` | contacts, joint rows and surfaces | |
 //! | `factor` | Cholesky factor of `M`, Delassus operator `W = H M⁻¹ Hᵀ` (contact impulses to contact velocities), for ADMM the resolvent `(I + rho W)⁻¹` | step 2 |
-//! | `sets` | cones of contacts and intervals of joint rows. **Coulomb's law**: `contact/natural_map` checks it, `contact/coulomb_sweep` solves it, `ContactSet::augmented` adds its shift. **A row's bounds**: `RowLaw::bounds`, `RowSet::project`. **A third kind of set**: the table in `sets/mod.rs` | |
+//! | `sets` | cones of contacts and intervals of joint rows. **Coulomb's law**: `contact/natural_map` checks it, `contact/coulomb_sweep` solves it, `ContactSet::augmented` adds the De Saxcé shift. **A row's bounds**: `RowLaw::bounds`, `RowSet::project`. **A third kind of set**: the table in `sets/mod.rs` | |
 //! | `problem` | one time step in contact space. `judge`: the error and its bound on rounding. `infeasibility`: proofs that there is no solution | |
 //! | `solver` | [`Solver`]: **`method` decides what comes next**, also after a rejected step; sweeps, Newton, central path, warm start; `phases` can be left out | |
 //! | `solution`, `error` | solution, status, settings and budget; errors | |

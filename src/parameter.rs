@@ -4,8 +4,9 @@ use core::fmt;
 
 /// Argument of a helper of [`crate::time_stepping`] that an [`crate::Error::InvalidParameter`] speaks of.
 ///
-/// Its `Display` text says what is required. All arguments have to be finite, with three exceptions: a distance to nothing, the bounds
-/// `recovery` and `reach`, and the stiffness of a [`crate::time_stepping::Spring`].
+/// Its `Display` text says what is required. All arguments have to be finite, with four exceptions: a distance to nothing, the
+/// bounds `recovery` and `reach`, the stiffness of a [`crate::time_stepping::Spring`], and
+/// [`crate::time_stepping::Motor::limit`].
 ///
 /// ```
 /// use stiction::Error;

@@ -192,7 +192,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         self.moved
     }
 
-    /// True if the factor belongs to the scene's current `M`, `H` and number of contacts. A 64-bit hash tells.
+    /// True if `M`, Jacobians, compliance, contacts and joint rows of the scene are those of the factor. A 64-bit hash tells.
     #[must_use]
     pub fn is_current<const S: usize>(&self, scene: &Scene<T, N, D, C, R, S>) -> bool {
         self.counts == scene.counts() && self.fingerprint == scene.fingerprint()

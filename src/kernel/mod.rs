@@ -126,7 +126,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         &mut self.solver
     }
 
-    /// The last solution. After an `Err` it is the solution of an earlier solve.
+    /// The last solution. After an `Err` it is that of an earlier solve, or [`crate::Status::Unsolved`] after
+    /// [`Self::solve_with_limits`].
     #[must_use]
     pub const fn solution(&self) -> &Solution<T, N, D, C, R> {
         self.solver.solution()
@@ -180,7 +181,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Derivative::new(&self.scene, &self.factor, self.solution(), settings)
     }
 
-    /// Computes the factor now if `M` or a Jacobian has changed. Without this call the next solve does so.
+    /// Computes the factor now if `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed. Without this
+    /// call the next solve does so.
     ///
     /// # Errors
     /// As [`Factor::prepare`].

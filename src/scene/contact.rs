@@ -21,7 +21,7 @@ use nalgebra::{ArrayStorage, SMatrix, SVector};
 pub struct Contact<T, const N: usize, const D: usize> {
     /// Contact Jacobian `H_i` (`D × N`): `H_i v` is the velocity of the contact point.
     pub jacobian: SMatrix<T, D, N>,
-    /// Offset `w_i` (m/s): velocity of a moving surface, gap over time step, restitution.
+    /// Offset `w_i` (`D` entries, m/s; spin and roll rad/s): velocity of a moving surface, gap over time step, restitution.
     pub offset: SVector<T, D>,
     /// Coulomb friction coefficient `mu_i >= 0`.
     pub mu: T,
@@ -86,9 +86,10 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
 
 /// Frame of a contact with a unit normal (`K × K`): its columns are the normal and the tangents, in the coordinates of the normal.
 ///
-/// It turns an impulse `r` of a contact into the vector `frame r`. For a normal along the last axis the tangents are the other axes. They turn
-/// with the normal without a jump, unless it passes the direction against the last axis. So let the last axis point up: on uneven ground
-/// a warm start then finds its friction along the same tangents. Of two normals that differ little, only those of a ceiling have frames that differ much.
+/// It turns an impulse `r` of a contact into the vector `frame r`. For a normal along the last axis the tangents are the other
+/// axes. They turn with the normal without a jump, unless it passes the direction against the last axis. So let the last axis
+/// point up: on uneven ground a warm start then finds its friction along the same tangents. Only under a ceiling do normals that
+/// differ little have frames that differ much.
 ///
 /// # Errors
 /// [`Error::InvalidParameter`] with [`Parameter::Normal`] if the length of the normal is off 1 by more than a thousandth.

@@ -22,9 +22,9 @@ use crate::real::Real;
 pub struct Surface<T> {
     /// Friction coefficients along the two tangents.
     pub friction: [T; 2],
-    /// Torsional coefficient, a length (m).
+    /// Coefficient of spin about the normal, a length (m).
     pub spin: T,
-    /// Rolling coefficients about the two tangents, lengths (m).
+    /// Coefficients of roll about the two tangents, lengths (m).
     pub roll: [T; 2],
     /// Compliance along the normal and along the tangents (1/kg), see [`crate::time_stepping::Spring::compliance`]; 0 is rigid.
     ///

@@ -26,7 +26,7 @@ pub use settings::{Model, Settings, Work};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Status {
-    /// Nothing was solved yet.
+    /// Nothing was solved yet, or a solve by [`crate::Solver::advance`] has not ended.
     Unsolved = 0, // so that a new solver is all zeros, and takes no flash
     /// The error is at most the tolerance.
     Solved = 1,

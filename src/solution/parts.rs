@@ -35,7 +35,7 @@ pub struct ContactSolution<T, const D: usize> {
     pub key: u32,
     /// Contact impulse `r_i` (N·s; spin and roll N·m·s), normal first.
     pub impulse: SVector<T, D>,
-    /// Relative velocity `u_i = H_i v + w_i` (m/s), normal first.
+    /// Relative velocity `u_i = H_i v + w_i` (m/s; spin and roll rad/s), plus that of compliance, normal first.
     pub velocity: SVector<T, D>,
     /// The mode of the contact.
     pub mode: ContactMode,

@@ -163,8 +163,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// end of a budget [`Self::resume`] continues; another `solve` begins again, with a warm start if that is better than zero impulses.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for the free impulse; [`Error::StaleFactor`] unless the factor belongs to the scene's current `M`,
-    /// `H` and number of contacts; [`Error::InvalidTolerance`].
+    /// [`Error::NotFinite`] for the free impulse; [`Error::StaleFactor`]; [`Error::SceneIncomplete`];
+    /// [`Error::InvalidTolerance`].
     pub fn solve<const S: usize>(
         &mut self,
         scene: &Scene<T, N, D, C, R, S>,
@@ -181,10 +181,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// Scene, free impulse, tolerance and model have to be those of that solve: the solver compares their fingerprint. If they differ, if the
     /// last solve has ended, and after [`Self::reset`], this is [`Self::solve`].
     ///
-    /// Several calls give the same bits as one call, and the work of the solution is that of all calls. There are two exceptions. Each call
-    /// that writes a solution may look for a proof that the scene is infeasible, once in a solve: so several calls may find a proof sooner,
-    /// or for a scene that one call solves with large impulses because it is infeasible by no more than rounding. And if a solution is known
-    /// at the end of a call, the solver no longer asks whether a body can stay at rest.
+    /// Several calls give the same bits as one call, and the work of the solution is that of all calls. There are two exceptions.
+    /// At the end of its budget a call may look for a proof that the scene is infeasible (once in a solve). So several calls may
+    /// find a proof sooner. They may also find one for a scene that is infeasible by rounding alone, which one call solves with
+    /// large impulses. And if a solution is known at the end of a call, the solver no longer asks whether a body can stay at
+    /// rest.
     ///
     /// # Errors
     /// As [`Self::solve`]; [`Error::LimitsLeftOut`] if the paused solve has limits: [`crate::Kernel::resume_with_limits`] continues it.

@@ -49,10 +49,11 @@ pub use friction::StaticFriction;
 pub use offsets::{Gap, Restitution, Spring, moving_surface};
 pub use rows::{ClosedLoop, DryFriction, JointLimit, Motor};
 
-/// Free impulse of a step, `M v_free = M v + h F` (`N` entries, N·s): the momentum without contacts. It is `-f` in the note.
+/// Free impulse of a step, `M v_free = M v⁻ + h F` (`N` entries; N·s, N·m·s): the momentum without contacts.
+/// It is `-f` in the note.
 ///
-/// `v` is the velocity before the step, `F` (N) the sum of all forces except those of the contacts: weight, motors, and
-/// `-C(q, v) v` if `M` depends on the position.
+/// `v⁻` is the velocity before the step, `F` (N, N·m) the sum of all forces except those of the contacts: weight, motors, and
+/// `-C(q, v⁻) v⁻` if `M` depends on the position.
 ///
 /// ```
 /// # use nalgebra::{Matrix2, vector};

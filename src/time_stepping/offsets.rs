@@ -150,8 +150,9 @@ pub struct Restitution<T> {
 }
 
 impl<T: Real> Restitution<T> {
-    /// Normal offset (m/s): `w_N = e u_N⁻` if the contact closes within this step (`gap_offset + approach <= 0`) and approaches faster than
-    /// the threshold, else `gap_offset`. If both separate, the faster one.
+    /// Normal offset (m/s): `w_N = e u_N⁻` if the contact closes within this step (`gap_offset + approach <= 0`) and approaches
+    /// faster than the threshold, else `gap_offset`. An overlap that `gap_offset` pushes out faster than the bounce keeps
+    /// `gap_offset`.
     ///
     /// - `approach` (m/s): normal velocity `u_N⁻` before the step, negative in approach.
     /// - `gap_offset` (m/s): the result of [`Gap::offset`].

@@ -39,7 +39,7 @@ impl<T: Real> Gap<T> {
     }
 }
 
-/// Dry friction of a joint: its torque holds the joint if it is large enough, and slows it down otherwise.
+/// Dry friction of a joint: a torque up to a limit holds the joint, or slows it down.
 ///
 /// ```
 /// use nalgebra::vector;
@@ -75,8 +75,8 @@ impl<T: Real> DryFriction<T> {
 
 /// A motor with a position and velocity controller and a torque limit, as one row.
 ///
-/// Its torque is `τ = -k_p (q + h s - q_d) - k_d (s - v_d) + τ_ff` within `± limit`, with `s = row · v` at the end of the step. So stiff gains are
-/// stable at any step, and the limit is exact.
+/// Its torque is `τ = -k_p (q + h q̇ - q_d) - k_d (q̇ - v_d) + τ_ff` within `± limit`, with `q̇ = row · v` at the end of the
+/// step. So stiff gains are stable at any step, and the limit is exact.
 ///
 /// ```
 /// use nalgebra::vector;
