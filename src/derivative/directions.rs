@@ -98,8 +98,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let [v] = &mut response.velocity.data.0;
         self.factor.velocity(&momentum, &impulses, v);
         let pairs = response.impulses.iter_mut().zip(&impulses.contacts);
-        for (i, (scaled, &impulse)) in pairs.enumerate() {
-            *scaled = self.scene.scale(i, impulse).into();
+        for (i, (physical, &impulse)) in pairs.enumerate() {
+            *physical = self.scene.physical_impulse(i, impulse).into();
         }
         response.row_impulses = impulses.rows;
         response
@@ -126,12 +126,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn adjoint(&self, weights: &Outputs<T, N, D, C, R>) -> Inputs<T, N, D, C, R> {
         let [mut momentum] = weights.velocity.data.0;
         self.factor.whiten(&mut momentum);
-        // The weights of impulses, including their part in the velocity.
+        // The weights of impulses, including their part in the velocity. They change rows as velocities do, and the gradient by offsets as
+        // impulses do: each is the factor of the other in a product.
         let mut weight = Stacked::zero();
         self.factor.contact_velocity(&momentum, &mut weight);
         let sums = weight.contacts.iter_mut().zip(&weights.impulses);
         for (i, (sum, term)) in sums.enumerate() {
-            add(sum, &self.scene.scale(i, (*term).into()));
+            add(sum, &self.scene.scaled_velocity(i, (*term).into()));
         }
         for (sum, &term) in weight.rows.iter_mut().zip(&weights.row_impulses) {
             *sum += term;
@@ -151,8 +152,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let [p] = &mut gradient.free_impulse.data.0;
         self.factor.velocity(&momentum, &offsets, p);
         let pairs = gradient.offsets.iter_mut().zip(&offsets.contacts);
-        for (i, (scaled, &offset)) in pairs.enumerate() {
-            *scaled = self.scene.scale(i, offset).into();
+        for (i, (physical, &offset)) in pairs.enumerate() {
+            *physical = self.scene.physical_impulse(i, offset).into();
         }
         let mut unknown = 0;
         let sources = weight.contacts.iter().zip(&product_of_w.contacts);
@@ -206,7 +207,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.factor.contact_velocity(momentum, &mut velocity);
         let sums = velocity.contacts.iter_mut().zip(&change.offsets);
         for (i, (sum, &offset)) in sums.enumerate() {
-            add(sum, &self.scene.scale(i, offset.into()));
+            add(sum, &self.scene.scaled_velocity(i, offset.into()));
         }
         for (sum, &offset) in velocity.rows.iter_mut().zip(&change.row_offsets) {
             *sum += offset;

@@ -134,8 +134,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         for (i, (law, (contact, found))) in self.contacts.iter_mut().zip(sources).enumerate() {
             let alpha = factor.mean_effective_mass(i);
             let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
-            let u = scene.scale(i, found.velocity.into());
-            let r = scene.unscale(i, found.impulse.into());
+            let u = scene.scaled_velocity(i, found.velocity.into());
+            let r = scene.scaled_impulse(i, found.impulse.into());
             let moves = |k| factor.delassus().inverse_mass(i, k) > T::ZERO;
             *law = LinearContact::new(&set, settings.model, found.mode, (&u, &r), moves);
             self.margin.add_contact(&set, found.mode, (&u, &r));

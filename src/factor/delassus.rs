@@ -140,11 +140,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
             solve_upper_block(&self.mass, envelope, transpose, whitened, &mut scaled);
             let scaling = scene.scaling(i);
             if let Some(scaling) = scaling {
+                // The rows of `H` scale as velocities do.
                 for row in &mut scaled {
-                    row.entry = scaling.scale(row.entry);
+                    row.entry = scaling.multiply(row.entry);
                 }
                 for row in whitened {
-                    *row = scaling.scale(*row);
+                    *row = scaling.multiply(*row);
                 }
             }
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {

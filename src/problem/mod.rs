@@ -113,12 +113,10 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let sources = scene.contacts().iter().zip(&moved.contacts);
         let sets = self.sets.contacts_mut().iter_mut().zip(sources);
         for (i, (set, (contact, &moved))) in sets.enumerate() {
-            let offset: SVector<T, D> = scene.scale(i, contact.offset.into()).into();
-            let q = offset + SVector::from(moved);
+            let q = scene.scaled_velocity(i, contact.offset) + SVector::from(moved);
             *set = ContactSet::new(contact, self.model, factor.mean_effective_mass(i), q);
-            let offset = expected::without_gap(&contact.offset);
-            let offset = scene.scale(i, offset.into());
-            self.stopping_bound += set.stopping_bound(&offset, energy);
+            let offset = scene.scaled_velocity(i, expected::without_gap(&contact.offset));
+            self.stopping_bound += set.stopping_bound(&offset.into(), energy);
             self.is_immovable_and_violated |= set.is_immovable_and_violated(&q);
         }
         let sources = scene.rows().iter().zip(&moved.rows);
@@ -133,7 +131,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             self.by_momentum = true;
             let sources = scene.contacts().iter().enumerate();
             for (set, (i, contact)) in self.sets.contacts_mut().iter_mut().zip(sources) {
-                set.base = scene.scale(i, contact.offset.into()).into();
+                set.base = scene.scaled_velocity(i, contact.offset);
             }
             for (set, row) in self.sets.rows_mut().iter_mut().zip(scene.rows()) {
                 set.base = row.offset;

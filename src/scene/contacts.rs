@@ -203,18 +203,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.contacts().iter().zip(self.supports.iter().copied())
     }
 
-    /// [`Scaling::scale`] of a contact: a velocity into the scaled rows, or an impulse out of them.
-    #[inline]
-    pub(crate) fn scale(&self, contact: usize, x: [T; D]) -> [T; D] {
-        self.scaling(contact).map_or(x, |scaling| scaling.scale(x))
-    }
-
-    /// [`Scaling::unscale`] of a contact: an impulse into the scaled rows, or a velocity out of them.
-    #[inline]
-    pub(crate) fn unscale(&self, contact: usize, x: [T; D]) -> [T; D] {
-        self.scaling(contact).map_or(x, |scaling| scaling.unscale(x))
-    }
-
     /// Sum of the fingerprints of the contacts in use.
     pub(super) fn prints_of_contacts(&self) -> u64 {
         let prints = (0..self.counts.contacts).map(|contact| self.contact_print(contact));

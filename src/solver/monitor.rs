@@ -201,7 +201,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         let scene = self.problem.scene;
         let sets = self.problem.sets.contacts_mut().iter_mut().enumerate();
         for ((i, set), (contact, &u)) in sets.zip(self.solution.contacts.iter().zip(&u.contacts)) {
-            let velocity = SVector::from(scene.scale(i, contact.velocity.into()));
+            let velocity = scene.scaled_velocity(i, contact.velocity);
             set.base += velocity - SVector::from(u);
         }
         let sets = self.problem.sets.rows_mut().iter_mut();
@@ -289,7 +289,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         let mut r = Stacked::zero();
         let contacts = r.contacts.iter_mut().zip(&self.solution.contacts);
         for (i, (r, contact)) in contacts.enumerate() {
-            *r = self.problem.scene.unscale(i, contact.impulse.into());
+            *r = self.problem.scene.scaled_impulse(i, contact.impulse).into();
         }
         for (r, row) in r.rows.iter_mut().zip(&self.solution.rows) {
             *r = row.impulse;

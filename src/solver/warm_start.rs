@@ -132,7 +132,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         self.presumes_rest = false;
         let values = u.contacts.iter().zip(&r.contacts);
         for (i, (contact, (&u, &r))) in scene.contacts().iter().zip(values).enumerate() {
-            let (u, r) = (scene.unscale(i, u), scene.scale(i, r));
+            let (u, r) = (scene.physical_velocity(i, u), scene.physical_impulse(i, r));
             self.contacts.keep(i, contact.key, u, r, replaces);
         }
         let values = u.rows.iter().zip(&r.rows);
@@ -162,7 +162,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     ) {
         let values = u.contacts.iter_mut().zip(&mut r.contacts);
         for (i, ((u, r), entry)) in values.zip(&self.contacts.entries).enumerate() {
-            let known = entry.as_ref().map(|entry| (scene.scale(i, entry.u), scene.unscale(i, entry.r)));
+            let known = entry
+                .as_ref()
+                .map(|entry| (scene.scaled_velocity(i, entry.u), scene.scaled_impulse(i, entry.r)));
             (*u, *r) = known.unwrap_or(([T::ZERO; D], [T::ZERO; D]));
         }
         let values = u.rows.iter_mut().zip(&mut r.rows);
@@ -248,7 +250,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     ) {
         for (i, (r, entry)) in r.contacts.iter_mut().zip(&self.contacts.entries).enumerate() {
             if let Some(entry) = entry {
-                *r = problem.scene.unscale(i, entry.impulse(onwards));
+                *r = problem.scene.scaled_impulse(i, entry.impulse(onwards));
             }
         }
         for (r, entry) in r.rows.iter_mut().zip(&self.rows.entries) {

@@ -30,7 +30,7 @@ struct Weighted<T, const D: usize, const C: usize, const R: usize> {
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Searches for a `d` that proves a jam, in the rows of the scene; `None` if it finds none.
+    /// Searches for a `d` that proves a jam, in physical rows; `None` if it finds none.
     #[inline(never)]
     pub(crate) fn jam(&self) -> Option<Stacked<T, D, C, R>> {
         let demands = self.scene.demands();
@@ -60,7 +60,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut proof = x;
         weigh(&mut proof, &weights);
         for (i, d) in proof.contacts.iter_mut().enumerate() {
-            *d = self.scene.scale(i, *d);
+            *d = self.scene.physical_impulse(i, *d);
         }
         self.scene.cancels(&proof, &x).then_some(proof)
     }
@@ -79,7 +79,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 let rows = if contact.mu > T::ZERO { D } else { 1 };
                 let weight = (set.alpha / mass).square_root();
                 weights.iter_mut().take(rows).for_each(|x| *x = weight);
-                *offsets = self.scene.scale(i, contact.offset.into());
+                *offsets = self.scene.scaled_velocity(i, contact.offset).into();
             }
         }
         let targets = weights.rows.iter_mut().zip(&mut offsets.rows);
@@ -184,8 +184,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut allowed = self.factor.energy(&self.whitened);
         let contacts = self.scene.contacts().iter().enumerate();
         for ((i, contact), set) in contacts.zip(self.sets.contacts()) {
-            let offset = self.scene.scale(i, contact.offset.into());
-            allowed += set.alpha * square(&offset);
+            let offset = self.scene.scaled_velocity(i, contact.offset);
+            allowed += set.alpha * square(offset.as_slice());
         }
         for (row, set) in self.scene.rows().iter().zip(self.sets.rows()) {
             allowed += set.alpha * row.offset * row.offset;

@@ -25,7 +25,7 @@ pub(crate) type Proof<T, const C: usize, const R: usize> = Stacked<T, 1, C, R>;
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Searches for a `d` that proves the scene infeasible, in the rows of the scene; `None` if it finds none.
+    /// Searches for a `d` that proves the scene infeasible, in physical rows; `None` if it finds none.
     #[inline(never)]
     pub(crate) fn certificate(&self) -> Option<Stacked<T, D, C, R>> {
         let (scene, factor) = (self.scene, self.factor);

@@ -146,7 +146,7 @@ fn weights<T: Real, const N: usize>(mass: &[[T; N]; N]) -> impl Fn(usize) -> T +
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Scene<T, N, D, C, R, S>
 {
-    /// Evaluates the dynamics of the velocity `v` and the impulses `r`, which are in the rows of the scene. It fills `u` with
+    /// Evaluates the dynamics of the velocity `v` and the impulses `r`, which are in physical rows. It fills `u` with
     /// `H v + w`, without compliance, and `sizes` with the sums of the magnitudes of the terms of `u`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn dynamics(

@@ -16,9 +16,9 @@ mod worst;
 
 /// The impulses of a solution.
 struct Impulses<T, const D: usize, const C: usize, const R: usize> {
-    /// In the rows of the scene, as they are written into the solution.
+    /// In physical rows, as they are written into the solution.
     written: Stacked<T, D, C, R>,
-    /// Of contacts in scaled rows, in which their cones are round.
+    /// In scaled rows.
     judged: Stacked<T, D, C, R>,
 }
 
@@ -50,8 +50,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut impulses = Impulses { written: *r, judged: *r };
         let contacts = impulses.written.contacts.iter_mut().zip(&mut impulses.judged.contacts);
         for (i, (written, judged)) in contacts.enumerate().take(self.sets.contacts().len()) {
-            *written = self.scene.scale(i, *written);
-            *judged = self.scene.unscale(i, *written);
+            *written = self.scene.physical_impulse(i, *written);
+            *judged = self.scene.scaled_impulse(i, *written);
         }
         let rows = impulses.written.rows.iter_mut().zip(&mut impulses.judged.rows);
         for ((written, judged), set) in rows.zip(self.sets.rows()) {
@@ -128,7 +128,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Error of the solution, with bounds on the rounding of its sums, of `W` (in `alpha_i` and the denominators) and of this function.
-    /// `u` are velocities in the rows of the scene, `r` impulses in scaled rows.
+    /// `u` are velocities in physical rows, `r` impulses in scaled rows.
     #[cfg_attr(target_os = "none", inline(never))]
     fn error(
         &self,
@@ -144,7 +144,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut error = if self.scene.is_mixed() {
             let mut scaled = *u;
             for (i, u) in scaled.contacts.iter_mut().enumerate() {
-                *u = self.scene.scale(i, *u);
+                *u = self.scene.scaled_velocity(i, *u);
             }
             let contacts = self.contact_error(&scaled, r, &noise.contacts);
             self.energy.larger_error(contacts, &self.sets, (&scaled, r), Some(noise))
@@ -174,7 +174,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let sources = self.sets.contacts().iter().zip(self.scene.contacts());
         let values = u.contacts.iter().zip(written.contacts.iter().zip(&judged.contacts));
         for (i, ((set, contact), (&velocity, (&impulse, &r)))) in sources.zip(values).enumerate() {
-            let u = self.scene.scale(i, velocity);
+            let u = self.scene.scaled_velocity(i, velocity);
             // The scene has no more contacts than fit into the solution.
             let _ = solution.contacts.push(ContactSolution {
                 key: contact.key,

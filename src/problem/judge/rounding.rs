@@ -52,7 +52,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Problem<'_, T, N, D, C, R, S>
 {
     /// Bounds from the sums of magnitudes of the terms: `sizes` of the velocities without compliance, and those of `dynamics`. The
-    /// impulses `written` are in the rows of the scene.
+    /// impulses `written` are in physical rows.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rounding(
         &self,
@@ -74,7 +74,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                     *bound += precision::<T>(COMPLIANCE) * added.abs();
                 }
             }
-            *bound = squares(&scene.scale(i, bounds));
+            *bound = squares(&scene.scaled_velocity(i, bounds));
         }
         let sources = sizes.rows.iter().zip(&written.rows);
         let sources = scene.rows().iter().zip(sources);
@@ -236,7 +236,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 }
             }
             let second_order = T::count(N + 4) * bound[0].square_root();
-            let sizes = scene.scale(i, rounded);
+            let sizes = scene.scaled_velocity(i, rounded);
             *bound = squares(&sizes.map(|size| half * (size + second_order)));
         }
     }

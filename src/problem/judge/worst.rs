@@ -43,8 +43,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
             }
             let alpha = factor.mean_effective_mass(i);
             let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
-            let velocity = scene.scale(i, found.velocity.into()).into();
-            let impulse = scene.unscale(i, found.impulse.into()).into();
+            let velocity = scene.scaled_velocity(i, found.velocity);
+            let impulse = scene.scaled_impulse(i, found.impulse);
             if set.is_immovable_and_violated(&velocity) {
                 return Some(i);
             }
@@ -93,7 +93,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
             let Some(contact) = contact.filter(|contact| contact.key == found.key) else {
                 continue;
             };
-            let impulse: SVector<T, D> = scene.unscale(i, found.impulse.into()).into();
+            let impulse = scene.scaled_impulse(i, found.impulse);
             let unit = unit_of(&[impulse]);
             let (normal, _) = split(&impulse);
             let excess = norm(split(&(impulse * unit)).1) / unit - contact.mu * normal.max(T::ZERO);

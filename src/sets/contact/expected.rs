@@ -29,7 +29,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 }
             }
             add_sizes(rest, last, speeds);
-            *speeds = self.scale(i, *speeds).map(|speed| speed * set.alpha);
+            *speeds = self.scaled_velocity(i, *speeds).map(|speed| speed * set.alpha);
             largest = larger(largest, speeds, T::ONE);
         }
         let unit = unit(largest);
@@ -55,7 +55,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let (mut levers, mut fastest, mut mobility) = ([T::ZERO; N], T::ZERO, T::ZERO);
         for (i, (contact, set)) in self.contacts().iter().zip(contacts).enumerate() {
             let mut offset = without_gap(&contact.offset);
-            for (offset, &share) in offset.iter_mut().zip(&self.scale(i, [T::ONE; D])) {
+            for (offset, &share) in offset.iter_mut().zip(&self.scaled_velocity(i, [T::ONE; D])) {
                 if share == T::ZERO {
                     *offset = T::ZERO; // no impulse acts along this row
                 }

@@ -3,7 +3,7 @@
 use crate::real::Real;
 use core::mem;
 
-/// `ũ` and `r` of one contact (`L` rows) or one joint row (`L` = 1) in the last solve, in rows that are not scaled.
+/// `ũ` and `r` of one contact (`L` rows) or one joint row (`L` = 1) in the last solve, in physical rows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry<T, const L: usize> {
     pub(super) key: u32,
