@@ -6,6 +6,7 @@
 
 use crate::cone::FrictionCone;
 use crate::error::Error;
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use crate::scene::Scene;
 
@@ -95,17 +96,16 @@ impl<T: Real, const D: usize> Scaling<T, D> {
     pub(super) fn of(surface: &Surface<T>) -> Self {
         let reference = surface.reference::<D>();
         let mut scales = [T::ONE; D];
-        let rows = scales.iter_mut().skip(1).zip(surface.coefficients());
-        for (k, (scale, mu)) in rows.enumerate() {
+        for (k, scale, mu) in zip3(1..D, scales.iter_mut().skip(1), surface.coefficients()) {
             if reference > T::ZERO {
                 *scale = mu / reference;
-            } else if k >= 2 {
+            } else if k >= 3 {
                 *scale = T::ZERO;
             }
         }
         let [normal, tangential] = surface.compliance;
         let mut compliance = [normal; D];
-        for (k, (compliance, &scale)) in compliance.iter_mut().zip(&scales).enumerate().skip(1) {
+        for (k, compliance, &scale) in zip3(0..D, &mut compliance, &scales).skip(1) {
             *compliance = match k {
                 1 | 2 => tangential * scale * scale,
                 _ if scale > T::ZERO => tangential,
@@ -153,7 +153,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
     /// The physical velocity that compliance adds for a physical impulse, `R r`.
     pub(crate) fn compliance_velocity(&self, r: &[T; D]) -> [T; D] {
         let mut added = self.compliance;
-        for ((added, &r), &scale) in added.iter_mut().zip(r).zip(&self.scales) {
+        for (added, &r, &scale) in zip3(&mut added, r, &self.scales) {
             if *added > T::ZERO {
                 *added *= r / scale / scale; // a row that is scaled by 0 has no compliance
             }

@@ -3,6 +3,7 @@
 use crate::cone::split;
 use crate::factor::Factor;
 use crate::linalg::vector::{larger, norm, unit, zeros};
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::ContactSet;
@@ -37,7 +38,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         settings: &Settings<T>,
     ) -> Option<usize> {
         let (mut largest, mut worst) = (T::ZERO, None);
-        for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
+        for (i, contact, found) in zip3(0..C, scene.contacts(), &self.contacts) {
             if contact.key != found.key {
                 continue;
             }
