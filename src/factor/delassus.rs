@@ -151,8 +151,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
                 *support = Support::of::<N>(scaled.iter().map(|row| row.index));
             }
             self.delassus.drop_rounding(i, &mut self.whitened);
-            if let Some(scaling) = scaling {
-                let rows = self.delassus.contacts.get_mut(i).into_iter().flatten();
+            if let (Some(scaling), Some(rows)) = (scaling, self.delassus.contacts.get_mut(i)) {
                 for (k, row, &compliance) in zip3(0..D, rows, &scaling.compliance) {
                     if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(k)) {
                         *entry += compliance;

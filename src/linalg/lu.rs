@@ -5,7 +5,6 @@
 //! solve chooses them so that the solution is the shortest. The matrices for that choice are stored in the columns of the free unknowns.
 
 use crate::linalg::stacked::{Stacked, StackedMatrix};
-use crate::linalg::zip::zip3;
 use crate::real::Real;
 
 /// A factorised matrix of some rows and columns, as many as there are contact rows and joint rows at most.
@@ -38,9 +37,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
     /// Sets the number of rows and columns of [`Self::zero`].
     pub(crate) fn begin(&mut self, size: usize) {
         self.size = size;
-        for (index, row, column) in zip3(0..D * C + R, self.rows.iter_mut(), self.columns.iter_mut()) {
-            (*row, *column) = (index, index);
+        for (index, row) in self.rows.iter_mut().enumerate() {
+            *row = index;
         }
+        self.columns = self.rows;
     }
 
     /// A row of `A`, to be filled in before [`Self::factorise`].

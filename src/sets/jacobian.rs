@@ -10,7 +10,6 @@ use crate::cone::split;
 use crate::factor::Delassus;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Counts, Stacked, StackedMatrix};
-use crate::linalg::vector::copy;
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use crate::sets::Sets;
@@ -180,7 +179,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         let of_contacts = unknowns.contacts.as_flattened_mut();
         for (&index, residual) in order.iter().zip(&residual.contacts) {
             let unknowns = of_contacts.get_mut(self.elimination.columns(index))?;
-            copy(unknowns, &self.frames.get(index)?.test(residual));
+            let right = self.frames.get(index)?.test(residual);
+            for (unknown, right) in unknowns.iter_mut().zip(right) {
+                *unknown = right;
+            }
         }
         // Index of the unknown of each joint row; `R` for a row at its bound.
         let mut unknown_rows = [R; R];

@@ -2,7 +2,7 @@
 
 use crate::cone::{add_to_normal, split};
 use crate::linalg::blocks::product;
-use crate::linalg::vector::{copy, norm};
+use crate::linalg::vector::norm;
 use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::sets::ContactSet;
@@ -193,7 +193,9 @@ impl<T: Real, const D: usize> Frame<T, D> {
                 }
             }
         } else {
-            copy(&mut push, unknowns);
+            for (push, &unknown) in push.iter_mut().zip(unknowns) {
+                *push = unknown;
+            }
         }
         push
     }
