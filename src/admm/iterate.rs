@@ -9,6 +9,7 @@ use crate::cone::{add_to_normal, split};
 use crate::factor::resolvent::Resolvent;
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::vector::{norm, square, zeros};
+use crate::linalg::zip::zip3;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::sets::ContactSet;
@@ -144,7 +145,7 @@ fn right_hand_side<T: Real, const D: usize>(
     iterates: &[Iterate<T, D>],
     rhs: &mut [[T; D]],
 ) {
-    for (rhs, (set, iterate)) in rhs.iter_mut().zip(sets.iter().zip(iterates)) {
+    for (rhs, set, iterate) in zip3(rhs, sets, iterates) {
         let mut velocity = set.base + iterate.zeta_hat - iterate.u_hat;
         add_to_normal(&mut velocity, set.shift_factor * iterate.slip);
         *rhs = velocity.into();
@@ -161,7 +162,7 @@ fn project<T: Real, const D: usize>(
     product: &[[T; D]],
 ) -> Change<T> {
     let mut change = Change { primal: T::ZERO, dual: T::ZERO, error: T::ZERO, impulse: T::ZERO };
-    for (product, (set, iterate)) in product.iter().zip(sets.iter().zip(iterates)) {
+    for (product, set, iterate) in zip3(product, sets, iterates) {
         // H v + b + ζ̂ = û + B (q + S + ζ̂ - û)
         let z = iterate.u_hat + SVector::from(*product);
         let (u, speed) = set.cone.dual().project_with_length(&z);

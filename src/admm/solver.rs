@@ -7,6 +7,7 @@ use crate::factor::AdmmFactor;
 use crate::factor::resolvent::Resolvent;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
+use crate::linalg::zip::zip3;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::Scene;
@@ -162,8 +163,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     /// Sets the first iterates: those of the last solution, or zero without one.
     fn begin<const S: usize>(&mut self, problem: &Problem<'_, T, N, D, C, 0, S>, penalty: T) {
         let [u, r] = self.warm_start.last(problem);
-        let pairs = u.contacts.iter().zip(&r.contacts);
-        for (iterate, (&u, &r)) in self.iterates.iter_mut().zip(pairs) {
+        for (iterate, &u, &r) in zip3(&mut self.iterates, &u.contacts, &r.contacts) {
             *iterate = Iterate::at(u.into(), r.into(), penalty);
         }
         self.extrapolation.start();

@@ -5,7 +5,8 @@ use super::Derivative;
 use super::law::{LinearContact, LinearRow};
 use crate::linalg::blocks::product;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::{quotient, zeros};
+use crate::linalg::vector::{add, quotient, zeros};
+use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use nalgebra::SVector;
 
@@ -97,9 +98,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut response = Outputs::zero();
         let [v] = &mut response.velocity.data.0;
         self.factor.velocity(&momentum, &impulses, v);
-        let pairs = response.impulses.iter_mut().zip(&impulses.contacts);
-        for (i, (scaled, &impulse)) in pairs.enumerate() {
-            *scaled = self.scene.scale(i, impulse).into();
+        for (i, physical, &impulse) in zip3(0..C, &mut response.impulses, &impulses.contacts) {
+            *physical = self.scene.physical_impulse(i, impulse).into();
         }
         response.row_impulses = impulses.rows;
         response
@@ -126,16 +126,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn adjoint(&self, weights: &Outputs<T, N, D, C, R>) -> Inputs<T, N, D, C, R> {
         let [mut momentum] = weights.velocity.data.0;
         self.factor.whiten(&mut momentum);
-        // The weights of impulses, including their part in the velocity.
+        // The weights of impulses, including their part in the velocity. They change rows as velocities do, and the gradient by offsets as
+        // impulses do: each is the factor of the other in a product.
         let mut weight = Stacked::zero();
         self.factor.contact_velocity(&momentum, &mut weight);
-        let sums = weight.contacts.iter_mut().zip(&weights.impulses);
-        for (i, (sum, term)) in sums.enumerate() {
-            add(sum, &self.scene.scale(i, (*term).into()));
+        for (i, sum, &term) in zip3(0..C, &mut weight.contacts, &weights.impulses) {
+            add(sum, self.scene.scaled_velocity(i, term).as_slice());
         }
-        for (sum, &term) in weight.rows.iter_mut().zip(&weights.row_impulses) {
-            *sum += term;
-        }
+        add(&mut weight.rows, &weights.row_impulses);
         let c = self.times_transposed(&weight, Basis::Z);
         let y = self.lu.solve_transposed(&c).unwrap_or(Stacked::zero());
         // The gradient with respect to `q`.
@@ -150,14 +148,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut gradient = Inputs::zero();
         let [p] = &mut gradient.free_impulse.data.0;
         self.factor.velocity(&momentum, &offsets, p);
-        let pairs = gradient.offsets.iter_mut().zip(&offsets.contacts);
-        for (i, (scaled, &offset)) in pairs.enumerate() {
-            *scaled = self.scene.scale(i, offset).into();
+        for (i, physical, &offset) in zip3(0..C, &mut gradient.offsets, &offsets.contacts) {
+            *physical = self.scene.physical_impulse(i, offset).into();
         }
         let mut unknown = 0;
-        let sources = weight.contacts.iter().zip(&product_of_w.contacts);
-        let sources = self.contacts.iter().zip(sources);
-        for (mu, (law, (weight, w))) in gradient.friction.iter_mut().zip(sources) {
+        let (weights, products) = (&weight.contacts, &product_of_w.contacts);
+        for (mu, law, weight, w) in zip4(&mut gradient.friction, &self.contacts, weights, products) {
             *mu = product(&law.impulse_per_mu, weight) + product(&law.impulse_per_mu, w);
             if law.equation_per_mu > T::ZERO {
                 *mu += law.equation_per_mu * y.at(unknown).copied().unwrap_or(T::ZERO);
@@ -165,9 +161,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             unknown += law.count;
         }
         gradient.row_offsets = offsets.rows;
-        let sources = weight.rows.iter().zip(&product_of_w.rows);
-        let sources = self.rows.iter().zip(sources);
-        for (bounds, (law, (&weight, &w))) in gradient.bounds.iter_mut().zip(sources) {
+        for (bounds, law, &weight, &w) in
+            zip4(&mut gradient.bounds, &self.rows, &weight.rows, &product_of_w.rows)
+        {
             *bounds = law.impulse_per_bound.map(|share| share * (weight + w));
         }
         gradient
@@ -184,12 +180,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// The direct change `d0` of impulses by `mu` and bounds.
     fn direct_change(&self, change: &Inputs<T, N, D, C, R>) -> Stacked<T, D, C, R> {
         let mut direct = Stacked::zero();
-        let sources = self.contacts.iter().zip(&change.friction);
-        for (direct, (law, &mu)) in direct.contacts.iter_mut().zip(sources) {
+        for (direct, law, &mu) in zip3(&mut direct.contacts, &self.contacts, &change.friction) {
             *direct = law.impulse_per_mu.map(|share| share * mu);
         }
-        let sources = self.rows.iter().zip(&change.bounds);
-        for (direct, (law, bounds)) in direct.rows.iter_mut().zip(sources) {
+        for (direct, law, bounds) in zip3(&mut direct.rows, &self.rows, &change.bounds) {
             *direct = product(&law.impulse_per_bound, bounds);
         }
         direct
@@ -204,13 +198,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ) -> Stacked<T, D, C, R> {
         let (mut velocity, counts) = (Stacked::zero(), self.scene.counts());
         self.factor.contact_velocity(momentum, &mut velocity);
-        let sums = velocity.contacts.iter_mut().zip(&change.offsets);
-        for (i, (sum, &offset)) in sums.enumerate() {
-            add(sum, &self.scene.scale(i, offset.into()));
+        for (i, sum, &offset) in zip3(0..C, &mut velocity.contacts, &change.offsets) {
+            add(sum, self.scene.scaled_velocity(i, offset).as_slice());
         }
-        for (sum, &offset) in velocity.rows.iter_mut().zip(&change.row_offsets) {
-            *sum += offset;
-        }
+        add(&mut velocity.rows, &change.row_offsets);
         if direct.iter().any(|&direct| direct != T::ZERO) {
             let mut terms = Stacked::zero();
             self.factor.delassus().times(direct, &mut terms, counts);
@@ -280,12 +271,5 @@ pub(super) fn times_transposed<T: Real, const D: usize, const C: usize, const R:
         {
             *unknown = law.scale * u;
         }
-    }
-}
-
-/// Adds a vector.
-fn add<T: Real, const D: usize>(sum: &mut [T; D], x: &[T; D]) {
-    for (sum, &x) in sum.iter_mut().zip(x) {
-        *sum += x;
     }
 }

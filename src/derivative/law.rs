@@ -14,6 +14,7 @@
 
 use super::directions::Basis;
 use crate::linalg::vector::square;
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use crate::scene::{JointRow, RowLaw};
 use crate::sets::ContactSet;
@@ -93,8 +94,8 @@ impl<T: Real, const D: usize> LinearContact<T, D> {
 
     /// Adds an unknown and its equation.
     fn add(&mut self, z: [T; D], y: [T; D], c: T) {
-        let columns = self.z.iter_mut().zip(&mut self.y);
-        if let Some(((new_z, new_y), new_c)) = columns.zip(&mut self.c).nth(self.count) {
+        let mut columns = zip3(&mut self.z, &mut self.y, &mut self.c);
+        if let Some((new_z, new_y, new_c)) = columns.nth(self.count) {
             (*new_z, *new_y, *new_c) = (z, y, c);
             self.count += 1;
         }
@@ -105,7 +106,7 @@ impl<T: Real, const D: usize> LinearContact<T, D> {
         let (mu, load) = (set.cone.friction(), r.first().copied().unwrap_or(T::ZERO));
         // The direction of `alpha u_T - r_T` is that of the slip, also where the slip begins.
         let mut t = [T::ZERO; D];
-        for ((t, &u), &r) in t.iter_mut().zip(u).zip(r).skip(1) {
+        for (t, &u, &r) in zip3(&mut t, u, r).skip(1) {
             *t = set.alpha * u - r;
         }
         let length = square(&t).square_root();

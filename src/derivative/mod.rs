@@ -15,6 +15,7 @@ use crate::linalg::cholesky::axpy;
 use crate::linalg::lu::Lu;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::zeros;
+use crate::linalg::zip::zip4;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::{ContactSet, RowSet};
@@ -130,19 +131,18 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     fn linearise(&mut self, solution: &Solution<T, N, D, C, R>, settings: &Settings<T>) -> usize {
         let (scene, factor) = (self.scene, self.factor);
         let mut unknowns = 0;
-        let sources = scene.contacts().iter().zip(&solution.contacts);
-        for (i, (law, (contact, found))) in self.contacts.iter_mut().zip(sources).enumerate() {
+        let laws = &mut self.contacts;
+        for (i, law, contact, found) in zip4(0..C, laws, scene.contacts(), &solution.contacts) {
             let alpha = factor.mean_effective_mass(i);
             let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
-            let u = scene.scale(i, found.velocity.into());
-            let r = scene.unscale(i, found.impulse.into());
+            let u = scene.scaled_velocity(i, found.velocity.into());
+            let r = scene.scaled_impulse(i, found.impulse.into());
             let moves = |k| factor.delassus().inverse_mass(i, k) > T::ZERO;
             *law = LinearContact::new(&set, settings.model, found.mode, (&u, &r), moves);
             self.margin.add_contact(&set, found.mode, (&u, &r));
             unknowns += law.count;
         }
-        let sources = scene.rows().iter().zip(&solution.rows);
-        for (j, (law, (row, found))) in self.rows.iter_mut().zip(sources).enumerate() {
+        for (j, law, row, found) in zip4(0..R, &mut self.rows, scene.rows(), &solution.rows) {
             let set = RowSet::new(row, factor.row_effective_mass(j), T::ZERO);
             *law = LinearRow::new(row, set.alpha, found);
             let (u, r) = (found.velocity, found.impulse);
@@ -164,8 +164,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
                         axpy(y, row.as_flattened(), w_y.contacts.as_flattened_mut());
                     }
                 }
-                for (w_y, coupling) in w_y.rows.iter_mut().zip(&delassus.coupling) {
-                    *w_y = product(y, coupling.get(i)?);
+                for (w_y, row) in w_y.rows.iter_mut().zip(&delassus.rows) {
+                    *w_y = product(y, row.contacts.get(i)?);
                 }
                 let row = self.lu.row_mut(unknown)?;
                 times_transposed(&self.contacts, &self.rows, &w_y, Basis::Z, row);
@@ -173,13 +173,10 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
                 unknown += 1;
             }
         }
-        let sources = delassus.coupling.iter().zip(&delassus.rows);
-        for (law, (coupling, row)) in self.rows.iter().zip(sources) {
+        for (law, row) in self.rows.iter().zip(&delassus.rows) {
             if law.count() > 0 {
-                let w_y = Stacked {
-                    contacts: coupling.map(|block| block.map(|entry| entry * law.scale)),
-                    rows: row.map(|entry| entry * law.scale),
-                };
+                let mut w_y = *row;
+                w_y.iter_mut().for_each(|entry| *entry *= law.scale);
                 let row = self.lu.row_mut(unknown)?;
                 times_transposed(&self.contacts, &self.rows, &w_y, Basis::Z, row);
                 unknown += 1;

@@ -2,12 +2,13 @@
 
 use super::Factor;
 use crate::error::Error;
-use crate::linalg::blocks::{ContactMatrix, block, inverse, multiply_transposed};
+use crate::linalg::blocks::{ContactMatrix, block, diagonal_of, inverse, multiply_transposed};
 use crate::linalg::cholesky::{axpy, dot, factorise};
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::{Counts, Stacked};
 use crate::linalg::substitution::{Scaled, solve_upper_block};
 use crate::linalg::vector::at_least;
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use crate::scene::{Contact, Scene};
 use core::array::from_fn;
@@ -18,19 +19,13 @@ use heapless::Vec;
 pub(crate) struct Delassus<T, const D: usize, const C: usize, const R: usize> {
     /// Blocks `W_ij` of two contacts.
     pub(crate) contacts: ContactMatrix<T, D, C>,
-    /// Blocks of a joint row and a contact.
-    pub(crate) coupling: [[[T; D]; C]; R],
-    /// Entries of two joint rows.
-    pub(crate) rows: [[T; R]; R],
+    /// The rows of joint rows: blocks with contacts, and entries with joint rows.
+    pub(crate) rows: [Stacked<T, D, C, R>; R],
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, R> {
     pub(crate) const fn zero() -> Self {
-        Self {
-            contacts: [[[[T::ZERO; D]; C]; D]; C],
-            coupling: [[[T::ZERO; D]; C]; R],
-            rows: [[T::ZERO; R]; R],
-        }
+        Self { contacts: [[[[T::ZERO; D]; C]; D]; C], rows: [Stacked::zero(); R] }
     }
 
     /// `y = W x`, over the contacts and joint rows in use.
@@ -39,13 +34,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
         let used = x.contacts.get(..counts.contacts).unwrap_or_default();
         let contacts = y.contacts.get_mut(..counts.contacts).unwrap_or_default();
         multiply_transposed(&self.contacts, used, contacts);
-        let rows = self.coupling.iter().zip(&self.rows);
-        let rows = rows.zip(x.rows.iter().zip(&mut y.rows)).take(counts.rows);
-        for ((coupling, row), (&x_j, y_j)) in rows {
-            *y_j = dot(coupling.as_flattened(), used.as_flattened())
-                + dot(row.get(..counts.rows).unwrap_or_default(), &x.rows);
+        for (row, &x_j, y_j) in zip3(&self.rows, &x.rows, &mut y.rows).take(counts.rows) {
+            *y_j = dot(row.contacts.as_flattened(), used.as_flattened())
+                + dot(row.rows.get(..counts.rows).unwrap_or_default(), &x.rows);
             if x_j != T::ZERO {
-                axpy(x_j, coupling.as_flattened(), contacts.as_flattened_mut());
+                axpy(x_j, row.contacts.as_flattened(), contacts.as_flattened_mut());
             }
         }
     }
@@ -101,7 +94,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
 
     /// Inverse mass `W_jj` that a joint row feels.
     pub(crate) fn row_inverse_mass(&self, row: usize) -> T {
-        let entry = self.rows.get(row).and_then(|entries| entries.get(row));
+        let entry = self.rows.get(row).and_then(|entries| entries.rows.get(row));
         entry.copied().unwrap_or(T::ZERO)
     }
 }
@@ -140,11 +133,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
             solve_upper_block(&self.mass, envelope, transpose, whitened, &mut scaled);
             let scaling = scene.scaling(i);
             if let Some(scaling) = scaling {
+                // The rows of `H` scale as velocities do.
                 for row in &mut scaled {
-                    row.entry = scaling.scale(row.entry);
+                    row.entry = scaling.multiply(row.entry);
                 }
                 for row in whitened {
-                    *row = scaling.scale(*row);
+                    *row = scaling.multiply(*row);
                 }
             }
             for (j, y) in self.whitened.iter().enumerate().take(i + 1) {
@@ -157,9 +151,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
                 *support = Support::of::<N>(scaled.iter().map(|row| row.index));
             }
             self.delassus.drop_rounding(i, &mut self.whitened);
-            if let Some(scaling) = scaling {
-                let rows = self.delassus.contacts.get_mut(i).into_iter().flatten();
-                for (k, (row, &compliance)) in rows.zip(&scaling.compliance).enumerate() {
+            if let (Some(scaling), Some(rows)) = (scaling, self.delassus.contacts.get_mut(i)) {
+                for (k, row, &compliance) in zip3(0..D, rows, &scaling.compliance) {
                     if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(k)) {
                         *entry += compliance;
                     }
@@ -189,8 +182,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
             scaled.clear();
             let column = entries.map(|entry| [entry]);
             solve_upper_block(&self.mass, envelope, &column, whitened, &mut scaled);
-            if let Some(coupling) = self.delassus.coupling.get_mut(j) {
-                for (block, y) in coupling.iter_mut().zip(&self.whitened).take(contacts) {
+            if let Some(target) = self.delassus.rows.get_mut(j) {
+                for (block, y) in target.contacts.iter_mut().zip(&self.whitened).take(contacts) {
                     [*block] = products(&scaled, y);
                 }
             }
@@ -201,7 +194,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
                 }
                 for (a, b) in [(j, k), (k, j)] {
                     let row = self.delassus.rows.get_mut(a);
-                    if let Some(w) = row.and_then(|row| row.get_mut(b)) {
+                    if let Some(w) = row.and_then(|row| row.rows.get_mut(b)) {
                         *w = entry;
                     }
                 }
@@ -213,10 +206,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     /// random scenes in single precision.
     fn measure_uncertainty(&mut self, mass: &[[T; N]; N]) {
         let mut growth = T::ONE;
-        for (k, (mass, factor)) in mass.iter().zip(&self.mass).enumerate() {
-            if let (Some(&diagonal), Some(&reciprocal)) = (mass.get(k), factor.get(k)) {
-                growth = at_least((diagonal * reciprocal).abs(), growth);
-            }
+        for (mass, reciprocal) in diagonal_of(mass).zip(diagonal_of(&self.mass)) {
+            growth = at_least((mass * reciprocal).abs(), growth);
         }
         self.uncertainty = T::literal(64.0) * T::EPSILON * growth;
     }

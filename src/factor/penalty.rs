@@ -1,5 +1,6 @@
 //! The default penalty `rho` of the augmented Lagrangian, and the number of dofs that contacts and joint rows move.
 
+use crate::linalg::blocks::diagonal_of;
 use crate::linalg::sparsity::GROUP;
 use crate::real::Real;
 use crate::scene::Scene;
@@ -40,7 +41,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[cfg_attr(target_os = "none", inline(never))]
     fn participation(&self, participation: &mut [T; N]) -> T {
         let (groups, last) = participation.as_chunks_mut::<GROUP>();
-        for (contact, support) in self.supported() {
+        for (contact, support) in self.contacts().iter().zip(self.supports()) {
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
             for group in support.groups::<N>() {
                 if let (Some(columns), Some(participation)) = (columns.get(group), groups.get_mut(group)) {
@@ -55,9 +56,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
         }
         let mut largest = T::ZERO;
-        let masses = self.mass().data.0.iter();
-        for (j, (participation, masses)) in participation.iter_mut().zip(masses).enumerate() {
-            *participation /= masses.get(j).copied().unwrap_or(T::ONE);
+        for (participation, mass) in participation.iter_mut().zip(diagonal_of(&self.mass().data.0)) {
+            *participation /= mass;
             if *participation > largest {
                 largest = *participation;
             }

@@ -1,19 +1,19 @@
 //! Products with `H M⁻¹` and `M⁻¹ Hᵀ`, computed with the whitened `X_i` of contacts and joint rows.
 
 use super::Factor;
+use crate::linalg::blocks::diagonal_of;
 use crate::linalg::cholesky::{axpy, dot};
-use crate::linalg::sparsity::{GROUP, Support, add_columns, add_products};
+use crate::linalg::sparsity::{GROUP, add_columns, add_products};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::substitution::{solve_lower, solve_upper};
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Factor<T, N, D, C, R> {
-    /// Whitened contacts `X_i` with the nonzero columns of `X_iᵀ`, for the contacts in use.
+    /// Whitened contacts `X_i`, for the contacts in use.
     #[inline]
-    fn whitened_contacts(&self) -> impl Iterator<Item = (&[[T; D]; N], Support)> {
-        let whitened = self.whitened.get(..self.counts.contacts);
-        let whitened = whitened.unwrap_or_default().iter();
-        whitened.zip(self.supports.iter().copied())
+    fn whitened_contacts(&self) -> &[[[T; D]; N]] {
+        self.whitened.get(..self.counts.contacts).unwrap_or_default()
     }
 
     /// Whitened joint rows, for the rows in use.
@@ -34,16 +34,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     pub(crate) fn contact_velocity(&self, g: &[T; N], u: &mut Stacked<T, D, C, R>) -> T {
         let mut scaled = *g;
         let mut energy = T::ZERO;
-        for (i, (scaled, row)) in scaled.iter_mut().zip(&self.mass).enumerate() {
+        for (scaled, reciprocal) in scaled.iter_mut().zip(diagonal_of(&self.mass)) {
             let g = *scaled;
-            *scaled *= row.get(i).copied().unwrap_or(T::ZERO);
+            *scaled *= reciprocal;
             energy += g * *scaled;
         }
         for (u, whitened) in u.rows.iter_mut().zip(self.whitened_rows()) {
             *u = dot(whitened, &scaled);
         }
         let (scaled, last) = scaled.as_chunks::<GROUP>();
-        for (u, (whitened, support)) in u.contacts.iter_mut().zip(self.whitened_contacts()) {
+        for (u, whitened, support) in zip3(&mut u.contacts, self.whitened_contacts(), &self.supports) {
             let (columns, rest) = whitened.as_chunks::<GROUP>();
             let mut sums = [T::ZERO; D];
             for group in support.groups::<N>() {
@@ -61,8 +61,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn energy(&self, g: &[T; N]) -> T {
         let mut energy = T::ZERO;
-        for (i, (&g, row)) in g.iter().zip(&self.mass).enumerate() {
-            energy += g * (g * row.get(i).copied().unwrap_or(T::ZERO));
+        for (&g, reciprocal) in g.iter().zip(diagonal_of(&self.mass)) {
+            energy += g * (g * reciprocal);
         }
         energy
     }
@@ -89,7 +89,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
             }
         }
         let (g, last) = g.as_chunks_mut::<GROUP>();
-        for (&r, (whitened, support)) in r.contacts.iter().zip(self.whitened_contacts()) {
+        for (&r, whitened, support) in zip3(&r.contacts, self.whitened_contacts(), &self.supports) {
             if r == [T::ZERO; D] {
                 continue;
             }

@@ -5,6 +5,7 @@ use crate::factor::Factor;
 use crate::factor::penalty::is_usable;
 use crate::linalg::blocks::{ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose};
 use crate::linalg::pivot::{Pivot, subtract_row};
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use heapless::Vec;
 
@@ -32,9 +33,9 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
         }
         self.penalty = penalty;
         let (contacts, compliance) = (factor.contacts(), T::ONE / penalty);
-        let blocks = self.matrix.iter_mut().zip(&factor.delassus().contacts);
-        for (i, (rows, sources)) in blocks.take(contacts).enumerate() {
-            for (a, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
+        let blocks = zip3(0..contacts, &mut self.matrix, &factor.delassus().contacts);
+        for (i, rows, sources) in blocks {
+            for (a, row, source) in zip3(0..D, rows, sources) {
                 for (block, source) in row.iter_mut().zip(source).take(i + 1) {
                     *block = *source;
                 }

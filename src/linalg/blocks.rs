@@ -37,6 +37,13 @@ pub(crate) fn set_block<T: Real, const D: usize, const C: usize>(
     Some(())
 }
 
+/// The entries on the diagonal of a matrix.
+#[inline]
+pub(crate) fn diagonal_of<T: Real, const N: usize>(matrix: &[[T; N]; N]) -> impl Iterator<Item = T> {
+    let rows = matrix.iter().enumerate();
+    rows.map(|(k, row)| row.get(k).copied().unwrap_or(T::ZERO))
+}
+
 /// `Bᵀ` for a block.
 #[inline]
 pub(crate) fn transpose<T: Real, const D: usize>(block: &[[T; D]; D]) -> [[T; D]; D] {

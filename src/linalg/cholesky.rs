@@ -8,6 +8,7 @@
 //! stay zero (R. Featherstone, *Efficient factorization of the joint-space inertia matrix for branched kinematic trees*, 2005). Rows
 //! that would be multiplied by zero are skipped.
 
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 
 /// Scalar product over the common length, in four running sums.
@@ -18,7 +19,7 @@ pub(crate) fn dot<T: Real>(x: &[T], y: &[T]) -> T {
     let (ys, y_rest) = y.get(..length).unwrap_or(y).as_chunks::<4>();
     let mut sums = [T::ZERO; 4];
     for (x, y) in xs.iter().zip(ys) {
-        for ((sum, &x), &y) in sums.iter_mut().zip(x).zip(y) {
+        for (sum, &x, &y) in zip3(&mut sums, x, y) {
             *sum += x * y;
         }
     }

@@ -25,7 +25,7 @@ impl<T: Real> Dot2<T> {
         let sum = self.sum + product;
         let added = sum - self.sum;
         let sum_error = (self.sum - (sum - added)) + (product - added);
-        let ((x, x_low), (y, y_low)) = (halves(x), halves(y));
+        let [(x, x_low), (y, y_low)] = [x, y].map(halves);
         let product_error = ((x * y - product) + x * y_low + x_low * y) + x_low * y_low;
         self.error += sum_error + product_error;
         self.sum = sum;

@@ -11,6 +11,7 @@
 use crate::linalg::blocks::subtract_rows;
 use crate::linalg::cholesky::dot;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use contact::{
     columns_from, columns_from_mut, exchange, multipliers, store_multipliers, symmetric_multipliers,
@@ -180,7 +181,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
         let joints = b.rows.get_mut(..self.rows)?;
         let b = b.contacts.as_flattened_mut();
         let b = b.get_mut(..self.contact_unknowns())?;
-        for (k, (rows, order)) in matrix.contacts.iter().zip(&self.order).enumerate() {
+        for (k, rows, order) in zip3(0..C, &matrix.contacts, &self.order) {
             let columns = self.columns(k);
             let of_contact = b.get_mut(columns.clone())?;
             for (p, &taken) in order.iter().enumerate() {

@@ -37,10 +37,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
     /// Sets the number of rows and columns of [`Self::zero`].
     pub(crate) fn begin(&mut self, size: usize) {
         self.size = size;
-        let indices = self.rows.iter_mut().zip(self.columns.iter_mut());
-        for (index, (row, column)) in indices.enumerate() {
-            (*row, *column) = (index, index);
+        for (index, row) in self.rows.iter_mut().enumerate() {
+            *row = index;
         }
+        self.columns = self.rows;
     }
 
     /// A row of `A`, to be filled in before [`Self::factorise`].

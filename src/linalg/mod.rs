@@ -11,3 +11,4 @@ pub(crate) mod sparsity;
 pub(crate) mod stacked;
 pub(crate) mod substitution;
 pub(crate) mod vector;
+pub(crate) mod zip;

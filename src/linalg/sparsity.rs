@@ -4,6 +4,7 @@
 //! quadruped. Products with the Jacobian take groups of three columns, because joints and bodies come in threes, and skip groups of
 //! zeros.
 
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use core::iter::from_fn;
 
@@ -100,10 +101,11 @@ pub(crate) fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D
 pub(crate) fn add_columns_and_sizes<T: Real, const D: usize>(
     columns: &[[T; D]],
     g: &[T],
-    (sums, sizes): (&mut [T; D], &mut [T; D]),
+    sums: &mut [T; D],
+    sizes: &mut [T; D],
 ) {
     for (column, &g) in columns.iter().zip(g) {
-        for ((sum, size), &entry) in sums.iter_mut().zip(&mut *sizes).zip(column) {
+        for (sum, size, &entry) in zip3(&mut *sums, &mut *sizes, column) {
             let product = entry * g;
             *sum += product;
             *size += product.abs();
@@ -116,9 +118,10 @@ pub(crate) fn add_columns_and_sizes<T: Real, const D: usize>(
 pub(crate) fn add_products_and_sizes<T: Real, const D: usize>(
     columns: &[[T; D]],
     r: [T; D],
-    (g, sizes): (&mut [T], &mut [T]),
+    g: &mut [T],
+    sizes: &mut [T],
 ) {
-    for ((g, size), column) in g.iter_mut().zip(sizes).zip(columns) {
+    for (g, size, column) in zip3(g, sizes, columns) {
         let (mut sum, mut terms) = (*g, *size);
         for (r, &entry) in r.into_iter().zip(column) {
             let product = r * entry;

@@ -37,8 +37,9 @@ fn upper_block<T: Real, const N: usize, const K: usize>(
     let (here, known) = x.get_mut(first..)?.split_first_chunk_mut::<K>()?;
     let (rows, below) = u.get(first..)?.split_first_chunk::<K>()?;
     let mut sums = *here;
-    for (k, (row, &known)) in below.iter().zip(&*known).enumerate().rev() {
-        let entry = known * *row.get(first + K + k)?;
+    for (k, found) in below.iter().zip(&*known).enumerate().rev() {
+        let (row, known) = found;
+        let entry = *known * *row.get(first + K + k)?;
         for (sum, &u) in sums.iter_mut().zip(row.get(first..)?.first_chunk::<K>()?) {
             *sum -= entry * u;
         }
@@ -77,8 +78,9 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     y: &mut [[T; K]; N],
     scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
 ) {
-    let rows = y.iter_mut().zip(b).zip(u.iter().zip(envelope));
-    for (index, ((y, b), (row, &last))) in rows.enumerate().rev() {
+    for index in (0..N).rev() {
+        let (Some(row), Some(&last)) = (u.get(index), envelope.get(index)) else { break };
+        let (Some(b), Some(y)) = (b.get(index), y.get_mut(index)) else { break };
         let mut sums = *b;
         // Rows behind `last` have no entry in this column.
         let mut known = scaled.as_slice();

@@ -8,6 +8,22 @@ pub(crate) const fn zeros<T: Real, const K: usize>() -> SVector<T, K> {
     SVector::from_array_storage(ArrayStorage([[T::ZERO; K]; 1]))
 }
 
+/// Adds numbers, up to the end of the shorter list.
+#[inline]
+pub(crate) fn add<T: Real>(sums: &mut [T], terms: &[T]) {
+    for (sum, &term) in sums.iter_mut().zip(terms) {
+        *sum += term;
+    }
+}
+
+/// Copies numbers, up to the end of the shorter list.
+#[inline]
+pub(crate) fn copy<T: Real>(targets: &mut [T], sources: &[T]) {
+    for (target, &source) in targets.iter_mut().zip(sources) {
+        *target = source;
+    }
+}
+
 /// Euclidean norm. A single entry needs no square root.
 #[inline]
 pub(crate) fn norm<T: Real>(tangent: &[T]) -> T {

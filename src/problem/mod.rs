@@ -3,6 +3,8 @@
 use crate::error::{Error, Input};
 use crate::factor::Factor;
 use crate::linalg::stacked::Stacked;
+use crate::linalg::vector::add;
+use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::scene::{Scene, check_finite};
 use crate::sets::contact::{expected, natural_map};
@@ -110,20 +112,15 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         factor.whiten(&mut self.whitened);
         let mut moved = Stacked::zero();
         let energy = factor.contact_velocity(&self.whitened, &mut moved);
-        let sources = scene.contacts().iter().zip(&moved.contacts);
-        let sets = self.sets.contacts_mut().iter_mut().zip(sources);
-        for (i, (set, (contact, &moved))) in sets.enumerate() {
-            let offset: SVector<T, D> = scene.scale(i, contact.offset.into()).into();
-            let q = offset + SVector::from(moved);
+        let sets = self.sets.contacts_mut();
+        for (i, set, contact, &moved) in zip4(0..C, sets, scene.contacts(), &moved.contacts) {
+            let q = scene.scaled_velocity(i, contact.offset) + SVector::from(moved);
             *set = ContactSet::new(contact, self.model, factor.mean_effective_mass(i), q);
-            let offset = expected::without_gap(&contact.offset);
-            let offset = scene.scale(i, offset.into());
-            self.stopping_bound += set.stopping_bound(&offset, energy);
+            let offset = scene.scaled_velocity(i, expected::without_gap(&contact.offset));
+            self.stopping_bound += set.stopping_bound(&offset.into(), energy);
             self.is_immovable_and_violated |= set.is_immovable_and_violated(&q);
         }
-        let sources = scene.rows().iter().zip(&moved.rows);
-        let sets = self.sets.rows_mut().iter_mut().zip(sources);
-        for (j, (set, (row, &moved))) in sets.enumerate() {
+        for (j, set, row, &moved) in zip4(0..R, self.sets.rows_mut(), scene.rows(), &moved.rows) {
             *set = RowSet::new(row, factor.row_effective_mass(j), row.offset + moved);
             self.is_immovable_and_violated |= set.is_immovable_and_violated;
         }
@@ -131,9 +128,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.reference_impulse = self.r0_norm;
         if may_use_momentum && self.may_be_hyperstatic() {
             self.by_momentum = true;
-            let sources = scene.contacts().iter().enumerate();
-            for (set, (i, contact)) in self.sets.contacts_mut().iter_mut().zip(sources) {
-                set.base = scene.scale(i, contact.offset.into()).into();
+            for (i, set, contact) in zip3(0..C, self.sets.contacts_mut(), scene.contacts()) {
+                set.base = scene.scaled_velocity(i, contact.offset);
             }
             for (set, row) in self.sets.rows_mut().iter_mut().zip(scene.rows()) {
                 set.base = row.offset;
@@ -214,9 +210,9 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     pub(crate) fn velocities(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
         if self.by_momentum {
             self.factor.impulse_velocity(&self.whitened, r, u);
-            for (i, (u, r)) in u.contacts.iter_mut().zip(&r.contacts).enumerate() {
+            for (i, u, r) in zip3(0..C, &mut u.contacts, &r.contacts) {
                 if let Some(scaling) = self.scene.scaling(i) {
-                    for ((u, &r), &compliance) in u.iter_mut().zip(r).zip(&scaling.compliance) {
+                    for (u, &r, &compliance) in zip3(u, r, &scaling.compliance) {
                         *u += compliance * r;
                     }
                 }
@@ -226,9 +222,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             self.factor.delassus().times(r, u, self.sets.counts());
         }
         for (u, set) in u.contacts.iter_mut().zip(self.sets.contacts()) {
-            for (u, &base) in u.iter_mut().zip(set.base.iter()) {
-                *u += base;
-            }
+            add(u, set.base.as_slice());
         }
         for (u, set) in u.rows.iter_mut().zip(self.sets.rows()) {
             *u += set.base;
@@ -276,8 +270,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let carried = || {
             self.carried.get().unwrap_or_else(|| {
                 let [free] = &self.free_impulse.data.0;
-                let sets = (self.sets.contacts(), self.sets.rows());
-                let carried = self.scene.carried_impulse(sets, free);
+                let carried = self.scene.carried_impulse(&self.sets, free);
                 self.carried.set(Some(carried));
                 carried
             })

@@ -1,6 +1,8 @@
 //! Checks and fingerprints of the numbers that a scene is given.
 
 use crate::error::{Error, Input};
+use crate::linalg::vector::copy;
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 use nalgebra::{ComplexField, SMatrix};
@@ -29,7 +31,7 @@ pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], index: usi
         compiler_fence(SeqCst); // keeps the loop from becoming a `memcpy`, which takes longer
     }
     let mut last_four = [T::ZERO; 4];
-    for ((target, hashed), &number) in last.iter_mut().zip(&mut last_four).zip(rest) {
+    for (target, hashed, &number) in zip3(last, &mut last_four, rest) {
         (*target, *hashed) = (number, number);
         compiler_fence(SeqCst);
     }
@@ -54,9 +56,7 @@ fn end(hashes: [u64; 4]) -> u64 {
 /// Up to three numbers, and zeros.
 fn padded<T: Real>(rest: &[T]) -> [T; 4] {
     let mut numbers = [T::ZERO; 4];
-    for (target, &number) in numbers.iter_mut().zip(rest) {
-        *target = number;
-    }
+    copy(&mut numbers, rest);
     numbers
 }
 
@@ -117,8 +117,8 @@ pub(super) fn is_finite_and_symmetric<T: Real, const N: usize>(mass: &SMatrix<T,
 #[cold]
 pub(super) fn check_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> Result<(), Error> {
     let diagonal = |i: usize| mass.get((i, i)).copied().unwrap_or(T::ZERO);
-    for (j, (column, row)) in mass.column_iter().zip(mass.row_iter()).enumerate() {
-        for (k, (&below, &right)) in column.iter().zip(row.iter()).enumerate().skip(j + 1) {
+    for (j, column, row) in zip3(0..N, mass.column_iter(), mass.row_iter()) {
+        for (k, &below, &right) in zip3(0..N, &column, &row).skip(j + 1) {
             if below == right {
                 continue; // saves the roots
             }

@@ -1,6 +1,7 @@
 //! One contact, as it is given.
 
 use crate::error::Error;
+use crate::linalg::zip::{zip3, zip4};
 use crate::parameter::Parameter;
 use crate::real::Real;
 use core::mem;
@@ -116,9 +117,9 @@ pub fn contact_frame<T: Real, const K: usize>(normal: &SVector<T, K>) -> Result<
     }
     // The half turn that exchanges normal and last axis takes the other axes to the negative tangents.
     let mut frame = SMatrix::from_array_storage(ArrayStorage([unit.into(); K]));
-    let tangents = frame.data.0.iter_mut().skip(1).zip(unit.iter().zip(&level));
-    for (j, (tangent, (&component, &y))) in tangents.enumerate() {
-        for (i, (entry, &x)) in tangent.iter_mut().zip(&level).enumerate() {
+    let tangents = frame.data.0.iter_mut().skip(1);
+    for (j, tangent, &component, &y) in zip4(0..K, tangents, &unit, &level) {
+        for (i, entry, &x) in zip3(0..K, &mut *tangent, &level) {
             let delta = if i == j { T::ONE } else { T::ZERO };
             *entry = delta - x * y / rise;
         }

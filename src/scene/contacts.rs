@@ -197,22 +197,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.scalings.get(usize::from(*number).wrapping_sub(1))
     }
 
-    /// The contacts, each with the support of its Jacobian.
+    /// The supports of the contacts' Jacobians.
     #[inline]
-    pub(crate) fn supported(&self) -> impl Iterator<Item = (&Contact<T, N, D>, Support)> {
-        self.contacts().iter().zip(self.supports.iter().copied())
-    }
-
-    /// [`Scaling::scale`] of a contact: a velocity into the scaled rows, or an impulse out of them.
-    #[inline]
-    pub(crate) fn scale(&self, contact: usize, x: [T; D]) -> [T; D] {
-        self.scaling(contact).map_or(x, |scaling| scaling.scale(x))
-    }
-
-    /// [`Scaling::unscale`] of a contact: an impulse into the scaled rows, or a velocity out of them.
-    #[inline]
-    pub(crate) fn unscale(&self, contact: usize, x: [T; D]) -> [T; D] {
-        self.scaling(contact).map_or(x, |scaling| scaling.unscale(x))
+    pub(crate) const fn supports(&self) -> &[Support; C] {
+        &self.supports
     }
 
     /// Sum of the fingerprints of the contacts in use.

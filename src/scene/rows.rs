@@ -3,6 +3,7 @@
 use super::checks::{check_finite, fingerprint};
 use super::{JointRow, RowLaw, Scene, move_up};
 use crate::error::{Error, Input, List};
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use nalgebra::SVector;
 
@@ -131,7 +132,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Adds the velocities of compliance to the velocities of joint rows.
     #[inline]
     pub(crate) fn add_row_compliance(&self, r: &[T; R], u: &mut [T; R]) {
-        for ((u, &r), row) in u.iter_mut().zip(r).zip(self.rows()) {
+        for (u, &r, row) in zip3(u, r, self.rows()) {
             *u += row.compliance * r;
         }
     }

@@ -1,8 +1,14 @@
 //! Surfaces: shapes of friction other than a round cone, and compliance.
+//!
+//! The rows of a contact are *physical*, as the caller gives and reads them, or *scaled*, so that the cone is round: sets and solvers
+//! use scaled rows. Velocities are multiplied by the scales on their way into scaled rows, impulses are divided by them, so the product
+//! of both stays the same. [`Scene::scaled_velocity`] and the three functions beside it are the only ways between the two.
 
 use crate::cone::FrictionCone;
 use crate::error::Error;
+use crate::linalg::zip::zip3;
 use crate::real::Real;
+use crate::scene::Scene;
 
 /// Friction by direction, and compliance, of a contact.
 ///
@@ -72,7 +78,7 @@ impl<T: Real> Surface<T> {
     }
 }
 
-/// Scales of the rows of a contact, which make its cone round, and compliance of the scaled rows.
+/// Scales of the rows of a contact, and compliance of the scaled rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scaling<T, const D: usize> {
     scales: [T; D],
@@ -90,17 +96,16 @@ impl<T: Real, const D: usize> Scaling<T, D> {
     pub(super) fn of(surface: &Surface<T>) -> Self {
         let reference = surface.reference::<D>();
         let mut scales = [T::ONE; D];
-        let rows = scales.iter_mut().skip(1).zip(surface.coefficients());
-        for (k, (scale, mu)) in rows.enumerate() {
+        for (k, scale, mu) in zip3(1..D, scales.iter_mut().skip(1), surface.coefficients()) {
             if reference > T::ZERO {
                 *scale = mu / reference;
-            } else if k >= 2 {
+            } else if k >= 3 {
                 *scale = T::ZERO;
             }
         }
         let [normal, tangential] = surface.compliance;
         let mut compliance = [normal; D];
-        for (k, (compliance, &scale)) in compliance.iter_mut().zip(&scales).enumerate().skip(1) {
+        for (k, compliance, &scale) in zip3(0..D, &mut compliance, &scales).skip(1) {
             *compliance = match k {
                 1 | 2 => tangential * scale * scale,
                 _ if scale > T::ZERO => tangential,
@@ -122,18 +127,18 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         numbers.fold(jacobian, |hash, number| number.hash(hash))
     }
 
-    /// Multiplies by the scales: a velocity into the scaled rows, or an impulse out of them.
+    /// Multiplies by the scales, as [`Scene::scaled_velocity`] and [`Scene::physical_impulse`] do.
     #[inline]
-    pub(crate) fn scale(&self, mut x: [T; D]) -> [T; D] {
+    pub(crate) fn multiply(&self, mut x: [T; D]) -> [T; D] {
         for (x, &scale) in x.iter_mut().zip(&self.scales) {
             *x *= scale;
         }
         x
     }
 
-    /// Divides by the scales: an impulse into the scaled rows, or a velocity out of them. A row with the scale 0 becomes 0.
+    /// Divides by the scales, as [`Scene::scaled_impulse`] and [`Scene::physical_velocity`] do. A row with the scale 0 becomes 0.
     #[inline]
-    pub(crate) fn unscale(&self, mut x: [T; D]) -> [T; D] {
+    fn divide(&self, mut x: [T; D]) -> [T; D] {
         for (x, &scale) in x.iter_mut().zip(&self.scales) {
             *x = if scale > T::ZERO { *x / scale } else { T::ZERO };
         }
@@ -145,14 +150,54 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         self.compliance.iter().any(|&compliance| compliance > T::ZERO)
     }
 
-    /// The velocity that compliance adds for an impulse in rows that are not scaled, `R r` in such rows.
+    /// The physical velocity that compliance adds for a physical impulse, `R r`.
     pub(crate) fn compliance_velocity(&self, r: &[T; D]) -> [T; D] {
         let mut added = self.compliance;
-        for ((added, &r), &scale) in added.iter_mut().zip(r).zip(&self.scales) {
+        for (added, &r, &scale) in zip3(&mut added, r, &self.scales) {
             if *added > T::ZERO {
                 *added *= r / scale / scale; // a row that is scaled by 0 has no compliance
             }
         }
         added
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+    Scene<T, N, D, C, R, S>
+{
+    /// A velocity of a contact in scaled rows, from physical ones.
+    #[inline]
+    pub(crate) fn scaled_velocity<V: From<[T; D]> + Into<[T; D]>>(&self, contact: usize, u: V) -> V {
+        match self.scaling(contact) {
+            Some(scaling) => scaling.multiply(u.into()).into(),
+            None => u,
+        }
+    }
+
+    /// A velocity of a contact in physical rows, from scaled ones.
+    #[inline]
+    pub(crate) fn physical_velocity<V: From<[T; D]> + Into<[T; D]>>(&self, contact: usize, u: V) -> V {
+        match self.scaling(contact) {
+            Some(scaling) => scaling.divide(u.into()).into(),
+            None => u,
+        }
+    }
+
+    /// An impulse of a contact in scaled rows, from physical ones.
+    #[inline]
+    pub(crate) fn scaled_impulse<V: From<[T; D]> + Into<[T; D]>>(&self, contact: usize, r: V) -> V {
+        match self.scaling(contact) {
+            Some(scaling) => scaling.divide(r.into()).into(),
+            None => r,
+        }
+    }
+
+    /// An impulse of a contact in physical rows, from scaled ones.
+    #[inline]
+    pub(crate) fn physical_impulse<V: From<[T; D]> + Into<[T; D]>>(&self, contact: usize, r: V) -> V {
+        match self.scaling(contact) {
+            Some(scaling) => scaling.multiply(r.into()).into(),
+            None => r,
+        }
     }
 }

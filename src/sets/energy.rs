@@ -13,6 +13,7 @@
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{larger, precision, quotient, root_sum, square};
+use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::sets::Sets;
 
@@ -110,8 +111,7 @@ impl<T: Real> EnergyScale<T> {
         noise: Option<&VelocityNoise<T, C, R>>,
     ) -> T {
         let (mut residual, mut noises) = (T::ZERO, T::ZERO);
-        let rows = sets.rows().iter().zip(u.rows.iter().zip(&r.rows));
-        for (j, (set, (&u, &r))) in rows.enumerate() {
+        for (j, set, &u, &r) in zip4(0..R, sets.rows(), &u.rows, &r.rows) {
             let row = set.residual(r, u);
             if row.value != T::ZERO {
                 residual += square(&[row.value * self.unit]) / set.alpha;
@@ -145,7 +145,7 @@ impl<T: Real> EnergyScale<T> {
         let (mut work, mut noises, mut size) = (T::ZERO, T::ZERO, T::ZERO);
         let mut add = |u: &[T], q: &[T], r: &[T], noise: T| {
             let mut squares = T::ZERO;
-            for ((&u, &q), &r) in u.iter().zip(q).zip(r) {
+            for (&u, &q, &r) in zip3(u, q, r) {
                 let product = (r * self.unit) * ((u - q) * self.unit);
                 work += product;
                 size += product.abs();
@@ -153,15 +153,15 @@ impl<T: Real> EnergyScale<T> {
             }
             noises += (squares * (noise * self.unit * self.unit)).square_root();
         };
-        let contacts = sets.contacts().iter().zip(u.contacts.iter().zip(&r.contacts));
-        for (i, (set, (u, r))) in contacts.enumerate() {
+        for (i, set, u, r) in zip4(0..C, sets.contacts(), &u.contacts, &r.contacts) {
             let noise = noise.and_then(|noise| noise.contacts.get(i));
             add(u, set.q.as_slice(), r, noise.map_or(T::ZERO, |&[noise, _]| noise));
         }
-        let rows = sets.rows().iter().zip(u.rows.iter().zip(&r.rows));
-        for (j, (set, (&u, &r))) in rows.enumerate().filter(|(_, (set, _))| set.alpha > T::ZERO) {
-            let noise = noise.and_then(|noise| noise.rows.get(j));
-            add(&[u], &[set.q], &[r], noise.copied().unwrap_or(T::ZERO));
+        for (j, set, &u, &r) in zip4(0..R, sets.rows(), &u.rows, &r.rows) {
+            if set.alpha > T::ZERO {
+                let noise = noise.and_then(|noise| noise.rows.get(j));
+                add(&[u], &[set.q], &[r], noise.copied().unwrap_or(T::ZERO));
+            }
         }
         // An estimate: `q` is taken to be as inexact as `u`, hence twice the noise. A term takes part in `m + 4` operations.
         let counts = sets.counts();

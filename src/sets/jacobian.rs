@@ -10,6 +10,7 @@ use crate::cone::split;
 use crate::factor::Delassus;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Counts, Stacked, StackedMatrix};
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::frame::{Frame, Kind};
@@ -77,15 +78,14 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         self.order = EarlierIndices { contacts: from_fn(|i| i), rows: from_fn(|j| j) };
         self.damping = damping;
         self.counts = sets.counts();
-        let contacts = sets.contacts().iter().zip(&point.z.contacts);
-        let contacts = contacts.zip(point.p.contacts.iter().zip(&point.r.contacts));
-        for (frame, ((set, &z), (&velocity, impulse))) in self.frames.iter_mut().zip(contacts) {
+        for (frame, set, &z, &velocity, impulse) in
+            zip5(&mut self.frames, sets.contacts(), &point.z.contacts, &point.p.contacts, &point.r.contacts)
+        {
             let kind = Kind::of(set, &velocity.into(), impulse);
             frame.set(set, kind, &z.into(), damping);
         }
         self.balance_damping(sets, point);
-        let rows = sets.rows().iter().zip(&point.r.rows);
-        for (holds, (set, &r)) in self.holds.iter_mut().zip(rows) {
+        for (holds, set, &r) in zip3(&mut self.holds, sets.rows(), &point.r.rows) {
             *holds = set.holds(r);
         }
         let frames = self.frames.get(..self.counts.contacts)?;
@@ -133,16 +133,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         sets: &Sets<T, D, C, R>,
         point: &NewtonPoint<T, D, C, R>,
     ) -> bool {
-        let contacts = point.p.contacts.iter().zip(&point.r.contacts);
-        let mut contacts = sets.contacts().iter().zip(contacts).zip(&self.order.contacts);
-        let rows = sets.rows().iter().zip(&point.r.rows);
-        let mut rows = rows.zip(&self.order.rows);
+        let order = &self.order;
+        let mut contacts = zip4(&order.contacts, sets.contacts(), &point.p.contacts, &point.r.contacts);
+        let mut rows = zip3(&order.rows, sets.rows(), &point.r.rows);
         self.counts == sets.counts()
-            && contacts.all(|((set, (&velocity, r)), &frame)| {
+            && contacts.all(|(&frame, set, &velocity, r)| {
                 let kind = || Kind::of(set, &velocity.into(), r);
                 self.frames.get(frame).is_some_and(|frame| frame.kind == kind())
             })
-            && rows.all(|((set, &r), &row)| self.holds.get(row) == Some(&set.holds(r)))
+            && rows.all(|(&row, set, &r)| self.holds.get(row) == Some(&set.holds(r)))
     }
 
     /// Residual plus a term that reduces internal tangential impulses, by the weights of [`Self::balance_damping`].
@@ -151,8 +150,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
     /// the same effect. At the boundary the mode of a contact is hard to predict.
     pub(crate) fn centred(&self, point: &NewtonPoint<T, D, C, R>) -> Stacked<T, D, C, R> {
         let mut residual = point.residual;
-        let contacts = self.order.contacts.iter().zip(&point.z.contacts);
-        for (residual, (&index, z)) in residual.contacts.iter_mut().zip(contacts) {
+        let residuals = &mut residual.contacts;
+        for (residual, &index, z) in zip3(residuals, &self.order.contacts, &point.z.contacts) {
             if let Some(frame) = self.frames.get(index)
                 && frame.kind == Kind::Stick
             {
@@ -217,17 +216,17 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         }
         let undamped = T::ONE / (T::ONE + self.damping);
         let mut steps = Stacked::zero();
-        let contacts = residual.contacts.iter().zip(&moved.contacts);
-        let contacts = contacts.zip(sets.contacts().iter().zip(order));
-        for (step, ((&residual, &moved), (set, &index))) in steps.contacts.iter_mut().zip(contacts) {
+        for (step, &index, set, &residual, &moved) in
+            zip5(&mut steps.contacts, order, sets.contacts(), &residual.contacts, &moved.contacts)
+        {
             let unknowns = of_contacts.get(self.elimination.columns(index))?;
             let residual = SVector::from(residual) - SVector::from(moved);
             let frame = self.frames.get(index)?;
             *step = frame.step(set, unknowns, residual, undamped).into();
         }
-        let rows = residual.rows.iter().zip(&moved.rows);
-        let rows = rows.zip(sets.rows().iter().zip(row_order));
-        for (step, ((&residual, &moved), (set, &index))) in steps.rows.iter_mut().zip(rows) {
+        for (step, &index, set, &residual, &moved) in
+            zip5(&mut steps.rows, row_order, sets.rows(), &residual.rows, &moved.rows)
+        {
             *step = match unknowns.rows.get(*unknown_rows.get(index)?) {
                 Some(&unknown) => unknown * undamped / set.alpha,
                 None => (residual - moved) * undamped,

@@ -16,6 +16,7 @@
 use crate::cone::add_to_normal;
 use crate::linalg::stacked::{Counts, Stacked};
 use crate::linalg::vector::square;
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use contact::natural_map;
 
@@ -138,8 +139,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
 
     /// Fills the augmented velocities `û`.
     pub(crate) fn augment(&self, u: &Stacked<T, D, C, R>, augmented: &mut Stacked<T, D, C, R>) {
-        let pairs = augmented.contacts.iter_mut().zip(&u.contacts);
-        for ((augmented, &u), set) in pairs.zip(self.contacts()) {
+        for (augmented, &u, set) in zip3(&mut augmented.contacts, &u.contacts, self.contacts()) {
             *augmented = set.augmented(&u.into()).into();
         }
         augmented.rows = u.rows;
@@ -147,8 +147,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
 
     /// Fills `z_i = P_i - r_i / alpha_i`, the inverse of [`Self::split`].
     pub(crate) fn join(&self, p: &Stacked<T, D, C, R>, r: &Stacked<T, D, C, R>, z: &mut Stacked<T, D, C, R>) {
-        let pairs = z.contacts.iter_mut().zip(p.contacts.iter().zip(&r.contacts));
-        for ((z, (velocity, impulse)), set) in pairs.zip(self.contacts()) {
+        for (z, velocity, impulse, set) in zip4(&mut z.contacts, &p.contacts, &r.contacts, self.contacts()) {
             *z = *velocity;
             if set.alpha > T::ZERO {
                 let scale = T::ONE / set.alpha;
@@ -157,8 +156,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
                 }
             }
         }
-        let pairs = z.rows.iter_mut().zip(p.rows.iter().zip(&r.rows));
-        for ((z, (&velocity, &impulse)), set) in pairs.zip(self.rows()) {
+        for (z, &velocity, &impulse, set) in zip4(&mut z.rows, &p.rows, &r.rows, self.rows()) {
             *z = velocity;
             if set.alpha > T::ZERO {
                 *z -= impulse / set.alpha;
@@ -176,10 +174,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         r: &mut Stacked<T, D, C, R>,
         residual: &mut Stacked<T, D, C, R>,
     ) {
-        let targets = p.contacts.iter_mut().zip(&mut r.contacts);
-        let targets = targets.zip(&mut residual.contacts);
-        let sources = self.contacts().iter().zip(&z.contacts);
-        for ((set, &z), ((velocity, impulse), residual)) in sources.zip(targets) {
+        for (set, &z, velocity, impulse, residual) in
+            zip5(self.contacts(), &z.contacts, &mut p.contacts, &mut r.contacts, &mut residual.contacts)
+        {
             let z = z.into();
             let (projection, slip) = set.cone.dual().project_with_length(&z);
             *velocity = projection.into();
@@ -188,10 +185,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
             add_to_normal(&mut shifted, set.shift_factor * slip);
             *residual = shifted.into();
         }
-        let targets = p.rows.iter_mut().zip(&mut r.rows);
-        let targets = targets.zip(&mut residual.rows);
-        let sources = self.rows().iter().zip(&z.rows);
-        for ((set, &z), ((velocity, impulse), residual)) in sources.zip(targets) {
+        for (set, &z, velocity, impulse, residual) in
+            zip5(self.rows(), &z.rows, &mut p.rows, &mut r.rows, &mut residual.rows)
+        {
             *impulse = set.project(-z * set.alpha);
             // The velocity of a row between its bounds is exactly 0.
             *velocity = if set.holds(*impulse) {

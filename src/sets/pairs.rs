@@ -1,6 +1,7 @@
 //! Impulses and velocities of contacts and joint rows on the central path ([`crate::guide::method`]).
 
 use crate::linalg::stacked::Stacked;
+use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::pair::{Pair, Part, widen};
@@ -30,25 +31,21 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
         beta: T,
     ) {
         *self = Self::none();
-        let sources = sets.contacts().iter().zip(r.contacts.iter().zip(&u.contacts));
-        for (pair, (set, (&r, &u))) in self.contacts.iter_mut().zip(sources) {
+        for (pair, set, &r, &u) in zip4(&mut self.contacts, sets.contacts(), &r.contacts, &u.contacts) {
             let velocity = set.augmented(&u.into());
             *pair = Pair::centred(set, &r.into(), &velocity, tau, gain, beta);
         }
-        let sources = sets.rows().iter().zip(r.rows.iter().zip(&u.rows));
-        for (pair, (set, (&r, &u))) in self.rows.iter_mut().zip(sources) {
+        for (pair, set, &r, &u) in zip4(&mut self.rows, sets.rows(), &r.rows, &u.rows) {
             *pair = RowPair::centred(set, r, u, tau, gain);
         }
     }
 
     /// Fills `r` with the impulses of the pairs.
     pub(crate) fn impulses(&self, sets: &Sets<T, D, C, R>, r: &mut Stacked<T, D, C, R>) {
-        let pairs = self.contacts.iter().zip(sets.contacts());
-        for (r, (pair, set)) in r.contacts.iter_mut().zip(pairs) {
+        for (r, pair, set) in zip3(&mut r.contacts, &self.contacts, sets.contacts()) {
             *r = widen(set, &pair.x).into();
         }
-        let pairs = self.rows.iter().zip(sets.rows());
-        for (r, (pair, set)) in r.rows.iter_mut().zip(pairs) {
+        for (r, pair, set) in zip3(&mut r.rows, &self.rows, sets.rows()) {
             *r = set.project(pair.impulse);
         }
     }

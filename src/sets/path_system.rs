@@ -4,7 +4,8 @@
 use crate::factor::Delassus;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
-use crate::linalg::vector::zeros;
+use crate::linalg::vector::{copy, zeros};
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::lorentz::{first, joined};
@@ -55,9 +56,9 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
     ) -> Self {
         let mut scalings = [Scaling::none(); C];
         let mut velocities = *u;
-        let contacts = sets.contacts().iter().zip(&pairs.contacts);
-        let targets = scalings.iter_mut().zip(&mut velocities.contacts);
-        for ((scaling, velocity), (set, pair)) in targets.zip(contacts) {
+        for (scaling, velocity, set, pair) in
+            zip4(&mut scalings, &mut velocities.contacts, sets.contacts(), &pairs.contacts)
+        {
             if pair.part.is_cone::<D>() {
                 *scaling = Scaling::of(pair);
             }
@@ -91,15 +92,16 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         delassus: &Delassus<T, D, C, R>,
         regular: T,
     ) -> Option<()> {
-        let contacts = || sets.contacts().iter().zip(&self.pairs.contacts);
-        for (j, (set, pair)) in contacts().enumerate() {
+        let pairs = &self.pairs.contacts;
+        for (j, set, pair) in zip3(0..C, sets.contacts(), pairs) {
             let (start, count) = (self.elimination.columns(j).start, pair.count());
-            let blocks = self.matrix.contacts.iter_mut().zip(&delassus.contacts);
-            for (i, ((rows, sources), (row_set, row_pair))) in blocks.zip(contacts()).enumerate() {
+            for (i, rows, sources, row_set, row_pair) in
+                zip5(0..C, &mut self.matrix.contacts, &delassus.contacts, sets.contacts(), pairs)
+            {
                 if count == 0 || row_pair.count() == 0 {
                     continue;
                 }
-                for (k, (row, source)) in rows.iter_mut().zip(sources).enumerate() {
+                for (k, row, source) in zip3(0..D, rows, sources) {
                     let mut entries = [T::ZERO; D];
                     if k < row_pair.count() {
                         let mut wide = widen(set, &(*source.get(j)?).into());
@@ -112,9 +114,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                             }
                             wide += self.scalings.get(i)?.row(pair, k);
                         }
-                        for (entry, &wide) in entries.iter_mut().zip(wide.iter()).take(count) {
-                            *entry = wide;
-                        }
+                        copy(entries.get_mut(..count)?, wide.as_slice());
                     }
                     // Zeros behind the columns of the contact: the next contact overwrites them.
                     let target = row.contacts.as_flattened_mut().get_mut(start..)?;
@@ -136,27 +136,23 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         let pairs = self.pairs;
         let free = || {
             let rows = pairs.rows.iter().enumerate();
-            rows.filter(|(_, pair)| pair.is_free)
+            rows.filter(|(_, pair)| pair.is_free).map(|(j, _)| j)
         };
-        for (index, (j, pair)) in free().enumerate() {
-            let (coupling, sources) = (delassus.coupling.get(j)?, delassus.rows.get(j)?);
+        for (index, j) in free().enumerate() {
+            let (pair, sources) = (pairs.rows.get(j)?, delassus.rows.get(j)?);
             let target = self.matrix.rows.get_mut(index)?;
-            for (entry, (k, _)) in target.rows.iter_mut().zip(free()) {
-                *entry = *sources.get(k)?;
+            for (entry, k) in target.rows.iter_mut().zip(free()) {
+                *entry = *sources.rows.get(k)?;
             }
             let alpha = sets.rows().get(j)?.alpha;
             let diagonal = target.rows.get_mut(index)?;
             *diagonal = *diagonal * regular + pair.response(alpha);
-            let contacts = sets.contacts().iter().zip(&pairs.contacts).zip(coupling);
-            for (i, ((set, pair), &source)) in contacts.enumerate() {
+            for (i, set, pair, &source) in zip4(0..C, sets.contacts(), &pairs.contacts, &sources.contacts) {
                 let wide = widen(set, &source.into());
                 let columns = self.elimination.columns(i);
                 let entries = target.contacts.as_flattened_mut().get_mut(columns)?;
-                for (entry, &wide) in entries.iter_mut().zip(wide.iter()) {
-                    *entry = wide;
-                }
-                let rows = self.matrix.contacts.get_mut(i)?.iter_mut();
-                for (k, (row, &wide)) in rows.zip(wide.iter()).enumerate() {
+                copy(entries, wide.as_slice());
+                for (k, row, &wide) in zip3(0..D, self.matrix.contacts.get_mut(i)?, &wide) {
                     let used = k < pair.count();
                     *row.rows.get_mut(index)? = if used { wide } else { T::ZERO };
                 }
@@ -171,32 +167,30 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
     fn solve(&self, goals: &Goals<T, D, C, R>, steps: &mut Pairs<T, D, C, R>) -> Option<()> {
         let mut unknowns = Stacked::zero();
         let of_contacts = unknowns.contacts.as_flattened_mut();
-        for (i, (pair, goal)) in self.pairs.contacts.iter().zip(&goals.contacts).enumerate() {
-            let velocity = SVector::from(*self.velocities.contacts.get(i)?);
+        for (i, pair, goal, &velocity) in
+            zip4(0..C, &self.pairs.contacts, &goals.contacts, &self.velocities.contacts)
+        {
+            let velocity = SVector::from(velocity);
             let mut right = pair.dual + goal.cone - velocity;
             if pair.part != Part::Cone {
                 right = joined(pair.normal + goal.normal - first(&velocity), right);
             }
             let unknowns = of_contacts.get_mut(self.elimination.columns(i))?;
-            for (unknown, right) in unknowns.iter_mut().zip(right.iter()) {
-                *unknown = *right;
-            }
+            copy(unknowns, right.as_slice());
         }
-        let rows = self.pairs.rows.iter().zip(&goals.rows);
-        let rows = rows.zip(&self.velocities.rows);
-        let free = rows.filter(|((pair, _), _)| pair.is_free);
-        for (unknown, ((pair, [p, n]), &velocity)) in unknowns.rows.iter_mut().zip(free) {
-            *unknown = pair.velocity() - velocity + (*p - *n);
+        let mut of_rows = unknowns.rows.iter_mut();
+        for (pair, [p, n], &velocity) in zip3(&self.pairs.rows, &goals.rows, &self.velocities.rows) {
+            if pair.is_free {
+                *of_rows.next()? = pair.velocity() - velocity + (*p - *n);
+            }
         }
         self.elimination.solve(self.matrix, &mut unknowns)?;
-        let contacts = self.pairs.contacts.iter().zip(&goals.contacts);
-        let contacts = contacts.zip(&self.scalings);
-        for (i, (step, ((pair, goal), scaling))) in steps.contacts.iter_mut().zip(contacts).enumerate() {
+        for (i, step, pair, goal, scaling) in
+            zip5(0..C, &mut steps.contacts, &self.pairs.contacts, &goals.contacts, &self.scalings)
+        {
             let of_contacts = unknowns.contacts.as_flattened();
             let unknowns = of_contacts.get(self.elimination.columns(i))?;
-            for (x, unknown) in step.x.iter_mut().zip(unknowns) {
-                *x = *unknown;
-            }
+            copy(step.x.as_mut_slice(), unknowns);
             if matches!(pair.part, Part::Normal | Part::Coulomb) {
                 step.normal = goal.normal - pair.normal / first(&pair.x) * first(&step.x);
             }
@@ -204,11 +198,11 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                 step.dual = goal.cone - scaling.compliance(&step.x);
             }
         }
-        let rows = self.pairs.rows.iter().zip(&goals.rows);
-        let rows = steps.rows.iter_mut().zip(rows);
-        let free = rows.filter(|(_, (pair, _))| pair.is_free);
-        for ((step, (pair, goals)), &change) in free.zip(&unknowns.rows) {
-            *step = pair.step(change, goals);
+        let mut changes = unknowns.rows.iter();
+        for (step, pair, goals) in zip3(&mut steps.rows, &self.pairs.rows, &goals.rows) {
+            if pair.is_free {
+                *step = pair.step(*changes.next()?, goals);
+            }
         }
         let mut contacts = steps.contacts.iter();
         let finite = contacts.all(|step| step.x.iter().chain(step.dual.iter()).all(T::is_finite))
@@ -240,9 +234,9 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                 pair.map_or([T::ZERO; 2], |pair| pair.goals(step.rows.get(j), tau))
             }),
         };
-        let contacts = self.pairs.contacts.iter().zip(&step.contacts);
-        let contacts = contacts.zip(&self.scalings);
-        for (goal, ((pair, step), scaling)) in goals.contacts.iter_mut().zip(contacts) {
+        for (goal, pair, step, scaling) in
+            zip4(&mut goals.contacts, &self.pairs.contacts, &step.contacts, &self.scalings)
+        {
             if pair.part != Part::Nothing {
                 let normal = first(&pair.x);
                 goal.normal = (tau - normal * pair.normal - first(&step.x) * step.normal) / normal;

@@ -4,6 +4,7 @@ use crate::factor::Factor;
 use crate::linalg::blocks::{block, subtract};
 use crate::linalg::cholesky::axpy;
 use crate::linalg::stacked::Stacked;
+use crate::linalg::zip::{zip4, zip5};
 use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::local::Local;
@@ -37,9 +38,8 @@ pub(crate) fn residual_square<T: Real, const D: usize, const C: usize, const R: 
     u: &Stacked<T, D, C, R>,
     multipliers: &[T; C],
 ) -> T {
-    let values = u.contacts.iter().zip(&r.contacts).zip(multipliers);
-    let contacts = sets.contacts().iter().zip(values);
-    contacts.fold(T::ZERO, |sum, (set, ((u, r), &multiplier))| {
+    let contacts = zip4(sets.contacts(), &u.contacts, &r.contacts, multipliers);
+    contacts.fold(T::ZERO, |sum, (set, u, r, &multiplier)| {
         sum + coulomb_sweep::residual_square(set, u, r, multiplier)
     })
 }
@@ -57,11 +57,10 @@ fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
 ) {
     let delassus = factor.delassus();
     let counts = sets.counts();
-    let masses = factor.effective_mass();
-    let contacts = sets.contacts().iter().zip(&delassus.contacts).zip(masses);
-    let unknowns = impulses.contacts.iter_mut().zip(multipliers);
-    for ((i, ((set, rows), mass)), (r, multiplier)) in contacts.enumerate().zip(unknowns) {
-        let (Some(block), Some(&u)) = (block(&delassus.contacts, i, i), velocities.contacts.get(i)) else {
+    let (masses, targets) = (factor.effective_mass(), &mut impulses.contacts);
+    for (i, set, rows, mass, r) in zip5(0..C, sets.contacts(), &delassus.contacts, masses, targets) {
+        let (block, u) = (block(&delassus.contacts, i, i), velocities.contacts.get(i));
+        let (Some(block), Some(&u), Some(multiplier)) = (block, u, multipliers.get_mut(i)) else {
             return;
         };
         let local = Local { set, block, mass, u, r: *r };
@@ -78,16 +77,15 @@ fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
                     subtract(Some(u), &taken, rows, |row| row.get(j)?.get(k));
                 }
             }
-            let coupling = delassus.coupling.iter().zip(&mut velocities.rows);
-            for (blocks, u) in coupling.take(counts.rows) {
-                for (&taken, &entry) in taken.iter().zip(blocks.get(i).into_iter().flatten()) {
+            let rows = delassus.rows.iter().zip(&mut velocities.rows);
+            for (row, u) in rows.take(counts.rows) {
+                for (&taken, &entry) in taken.iter().zip(row.contacts.get(i).into_iter().flatten()) {
                     *u -= taken * entry;
                 }
             }
         }
     }
-    let rows = sets.rows().iter().zip(&delassus.coupling).zip(&delassus.rows);
-    for ((j, ((set, coupling), row)), r) in rows.enumerate().zip(&mut impulses.rows) {
+    for (j, set, row, r) in zip4(0..R, sets.rows(), &delassus.rows, &mut impulses.rows) {
         let Some(&u) = velocities.rows.get(j) else {
             return;
         };
@@ -98,9 +96,9 @@ fn each<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>
             *r = new;
             let contacts = velocities.contacts.as_flattened_mut();
             let used = contacts.get_mut(..D * counts.contacts).unwrap_or_default();
-            axpy(change, coupling.as_flattened(), used);
+            axpy(change, row.contacts.as_flattened(), used);
             let used = velocities.rows.get_mut(..counts.rows).unwrap_or_default();
-            axpy(change, row, used);
+            axpy(change, &row.rows, used);
         }
     }
 }

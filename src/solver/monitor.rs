@@ -5,6 +5,7 @@
 //! solution as it is written, with its velocity. It costs more, so it is computed only where the estimate is within the tolerance.
 
 use crate::linalg::stacked::Stacked;
+use crate::linalg::zip::{zip3, zip4};
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Settings, Solution, Status, Work};
@@ -199,13 +200,12 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     /// Adds the difference of `H v + w` and `W r + q` to the constant terms `q` of the velocities.
     fn correct_velocities(&mut self, u: &Stacked<T, D, C, R>) {
         let scene = self.problem.scene;
-        let sets = self.problem.sets.contacts_mut().iter_mut().enumerate();
-        for ((i, set), (contact, &u)) in sets.zip(self.solution.contacts.iter().zip(&u.contacts)) {
-            let velocity = SVector::from(scene.scale(i, contact.velocity.into()));
+        let sets = self.problem.sets.contacts_mut();
+        for (i, set, contact, &u) in zip4(0..C, sets, &self.solution.contacts, &u.contacts) {
+            let velocity = scene.scaled_velocity(i, contact.velocity);
             set.base += velocity - SVector::from(u);
         }
-        let sets = self.problem.sets.rows_mut().iter_mut();
-        for (set, (row, &u)) in sets.zip(self.solution.rows.iter().zip(&u.rows)) {
+        for (set, row, &u) in zip3(self.problem.sets.rows_mut(), &self.solution.rows, &u.rows) {
             set.base += row.velocity - u;
         }
     }
@@ -287,9 +287,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     /// The impulses of the solution as it is written, in scaled rows.
     fn written_impulses(&self) -> Stacked<T, D, C, R> {
         let mut r = Stacked::zero();
-        let contacts = r.contacts.iter_mut().zip(&self.solution.contacts);
-        for (i, (r, contact)) in contacts.enumerate() {
-            *r = self.problem.scene.unscale(i, contact.impulse.into());
+        for (i, r, contact) in zip3(0..C, &mut r.contacts, &self.solution.contacts) {
+            *r = self.problem.scene.scaled_impulse(i, contact.impulse).into();
         }
         for (r, row) in r.rows.iter_mut().zip(&self.solution.rows) {
             *r = row.impulse;

@@ -14,6 +14,7 @@
 use crate::cone::split;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{norm, square};
+use crate::linalg::zip::zip3;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::sets::point::NewtonPoint;
@@ -70,8 +71,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[cfg_attr(target_os = "none", inline(never))]
     fn motion(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, only_loaded: bool) -> Motion<T> {
         let mut moved = T::ZERO;
-        let values = r.contacts.iter().zip(&u.contacts);
-        for (set, (r, u)) in self.sets.contacts().iter().zip(values) {
+        for (set, r, u) in zip3(self.sets.contacts(), &r.contacts, &u.contacts) {
             if !only_loaded || *r != [T::ZERO; D] {
                 moved += set.alpha * set.alpha * square(u);
             }
@@ -115,17 +115,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[inline(never)]
     fn must_slide(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
         let mut gap = T::ZERO;
-        let contacts = || {
-            let values = r.contacts.iter().zip(&u.contacts);
-            self.sets.contacts().iter().zip(values)
-        };
         // How far `u` is inside the dual cone.
         let dual_margin = |mu: T, u: &[T; D]| {
             let u = SVector::from(*u);
             let (normal, tangent) = split(&u);
             normal - mu * norm(tangent)
         };
-        for (set, (r, u)) in contacts() {
+        for (set, r, u) in zip3(self.sets.contacts(), &r.contacts, &u.contacts) {
             if dual_margin(set.cone.friction(), u) < T::ZERO {
                 return false;
             }
@@ -133,11 +129,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 gap += r * u;
             }
         }
-        for (set, (&r, &u)) in self.sets.rows().iter().zip(r.rows.iter().zip(&u.rows)) {
+        for (set, &r, &u) in zip3(self.sets.rows(), &r.rows, &u.rows) {
             gap += set.duality_gap(r, u);
         }
         let bound = gap * T::count(2 * D);
-        contacts().any(|(set, (_, u))| {
+        self.sets.contacts().iter().zip(&u.contacts).any(|(set, u)| {
             let margin = dual_margin(set.cone.friction(), u);
             // The contact surely moves, and `u*` may lie on the boundary of the dual cone: it need not separate.
             set.alpha * square(u) > T::literal(16.0) * bound && set.alpha * margin * margin < bound

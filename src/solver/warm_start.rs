@@ -5,6 +5,7 @@
 
 use crate::error::{Error, Input, List};
 use crate::linalg::stacked::Stacked;
+use crate::linalg::zip::{zip3, zip4};
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{Scene, check_finite};
@@ -78,10 +79,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         };
         fits(contacts.len(), List::InitialImpulses, C)?;
         fits(rows.len(), List::InitialRowImpulses, R)?;
-        for (contact, (_, r)) in contacts.iter().enumerate() {
+        for (contact, r) in contacts.iter().map(|(_, r)| r).enumerate() {
             check_finite(r, Input::InitialImpulse { contact })?;
         }
-        for (row, &(_, r)) in rows.iter().enumerate() {
+        for (row, &r) in rows.iter().map(|(_, r)| r).enumerate() {
             check_finite(&SVector::from([r]), Input::InitialRowImpulse { row })?;
         }
         self.contacts.set(contacts.iter().map(|&(key, r)| (key, r.into())));
@@ -130,13 +131,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         replaces: bool,
     ) {
         self.presumes_rest = false;
-        let values = u.contacts.iter().zip(&r.contacts);
-        for (i, (contact, (&u, &r))) in scene.contacts().iter().zip(values).enumerate() {
-            let (u, r) = (scene.unscale(i, u), scene.scale(i, r));
+        for (i, contact, &u, &r) in zip4(0..C, scene.contacts(), &u.contacts, &r.contacts) {
+            let (u, r) = (scene.physical_velocity(i, u), scene.physical_impulse(i, r));
             self.contacts.keep(i, contact.key, u, r, replaces);
         }
-        let values = u.rows.iter().zip(&r.rows);
-        for (j, (row, (&u, &r))) in scene.rows().iter().zip(values).enumerate() {
+        for (j, row, &u, &r) in zip4(0..R, scene.rows(), &u.rows, &r.rows) {
             self.rows.keep(j, row.key, [u], [r], replaces);
         }
     }
@@ -160,13 +159,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         u: &mut Stacked<T, D, C, R>,
         r: &mut Stacked<T, D, C, R>,
     ) {
-        let values = u.contacts.iter_mut().zip(&mut r.contacts);
-        for (i, ((u, r), entry)) in values.zip(&self.contacts.entries).enumerate() {
-            let known = entry.as_ref().map(|entry| (scene.scale(i, entry.u), scene.unscale(i, entry.r)));
+        for (i, u, r, entry) in zip4(0..C, &mut u.contacts, &mut r.contacts, &self.contacts.entries) {
+            let known = entry
+                .as_ref()
+                .map(|entry| (scene.scaled_velocity(i, entry.u), scene.scaled_impulse(i, entry.r)));
             (*u, *r) = known.unwrap_or(([T::ZERO; D], [T::ZERO; D]));
         }
-        let values = u.rows.iter_mut().zip(&mut r.rows);
-        for ((u, r), entry) in values.zip(&self.rows.entries) {
+        for (u, r, entry) in zip3(&mut u.rows, &mut r.rows, &self.rows.entries) {
             let known = entry.as_ref().map(|&Entry { u: [u], r: [r], .. }| (u, r));
             (*u, *r) = known.unwrap_or((T::ZERO, T::ZERO));
         }
@@ -246,9 +245,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         onwards: bool,
         r: &mut Stacked<T, D, C, R>,
     ) {
-        for (i, (r, entry)) in r.contacts.iter_mut().zip(&self.contacts.entries).enumerate() {
+        for (i, r, entry) in zip3(0..C, &mut r.contacts, &self.contacts.entries) {
             if let Some(entry) = entry {
-                *r = problem.scene.unscale(i, entry.impulse(onwards));
+                *r = problem.scene.scaled_impulse(i, entry.impulse(onwards));
             }
         }
         for (r, entry) in r.rows.iter_mut().zip(&self.rows.entries) {

@@ -1,6 +1,7 @@
 //! Elimination among the equations of one contact, and its multipliers in other equations.
 
 use crate::linalg::stacked::Stacked;
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use core::mem::swap;
 use core::ops::Range;
@@ -32,7 +33,7 @@ pub(super) fn store_multipliers<T: Real, const D: usize>(
     factors: &[T; D],
     count: usize,
 ) {
-    for (p, (entry, &factor)) in eliminated.iter_mut().zip(factors).enumerate() {
+    for (p, entry, &factor) in zip3(0..D, eliminated, factors) {
         if p < count {
             *entry = factor;
         }
@@ -61,13 +62,13 @@ pub(super) fn multipliers<T: Real, const D: usize>(
     reciprocals: &[T; D],
 ) -> [T; D] {
     let mut quotient = *x;
-    for (p, (row, &reciprocal)) in block.iter().zip(reciprocals).enumerate() {
+    for (p, row, &reciprocal) in zip3(0..D, block, reciprocals) {
         let mut factor = T::ZERO;
         if let Some(entry) = quotient.get_mut(p) {
             *entry *= reciprocal;
             factor = *entry;
         }
-        for (q, (x, &u)) in quotient.iter_mut().zip(row).enumerate() {
+        for (q, x, &u) in zip3(0..D, &mut quotient, row) {
             if q > p {
                 *x -= factor * u;
             }
@@ -93,7 +94,7 @@ pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: us
         *block = columns_from(row, columns.start)?;
     }
     *reciprocals = [T::ZERO; D];
-    for (p, (reciprocal, taken)) in reciprocals.iter_mut().zip(order).enumerate().take(count) {
+    for (p, reciprocal, taken) in zip3(0..count, reciprocals, order) {
         // Unused rows are zero, and never chosen.
         let (mut largest, mut index) = (T::ZERO, p);
         let end = if symmetric { p + 1 } else { D };
@@ -117,7 +118,7 @@ pub(super) fn triangularise<T: Real, const D: usize, const C: usize, const R: us
         for i in p + 1..D {
             let row = block.get_mut(i)?;
             let factor = *row.get(p)? * *reciprocal;
-            for (q, (entry, &source)) in row.iter_mut().zip(&source).enumerate() {
+            for (q, entry, &source) in zip3(0..D, &mut *row, &source) {
                 if q > p {
                     *entry -= factor * source;
                 }
@@ -172,7 +173,7 @@ fn eliminate_column<T: Real, const D: usize, V>(
     entry: impl Fn(&mut V) -> Option<&mut T>,
 ) {
     let mut x = [T::ZERO; D];
-    for (i, (row, factors)) in rows.iter_mut().zip(factors).enumerate() {
+    for (i, row, factors) in zip3(0..D, rows, factors) {
         if let Some(entry) = entry(row) {
             for (&x, &factor) in x.iter().zip(factors).take(i) {
                 *entry -= factor * x;

@@ -9,6 +9,7 @@
 use crate::cone::FrictionCone;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::square;
+use crate::linalg::zip::{zip3, zip5};
 use crate::problem::Problem;
 use crate::problem::infeasibility::search::Demand;
 use crate::problem::infeasibility::{dot, is_strong};
@@ -30,7 +31,7 @@ struct Weighted<T, const D: usize, const C: usize, const R: usize> {
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Searches for a `d` that proves a jam, in the rows of the scene; `None` if it finds none.
+    /// Searches for a `d` that proves a jam, in physical rows; `None` if it finds none.
     #[inline(never)]
     pub(crate) fn jam(&self) -> Option<Stacked<T, D, C, R>> {
         let demands = self.scene.demands();
@@ -60,7 +61,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut proof = x;
         weigh(&mut proof, &weights);
         for (i, d) in proof.contacts.iter_mut().enumerate() {
-            *d = self.scene.scale(i, *d);
+            *d = self.scene.physical_impulse(i, *d);
         }
         self.scene.cancels(&proof, &x).then_some(proof)
     }
@@ -71,20 +72,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mass = self.scene.reference_mass();
         let mut weights = Stacked::zero();
         let mut offsets = Stacked::zero();
-        let contacts = self.scene.contacts().iter().enumerate();
-        for ((i, contact), set) in contacts.zip(self.sets.contacts()) {
-            let targets = weights.contacts.get_mut(i).zip(offsets.contacts.get_mut(i));
-            let is_rigid = !self.scene.scaling(i).is_some_and(Scaling::is_compliant);
-            if let Some((weights, offsets)) = targets.filter(|_| is_rigid) {
+        let (contacts, sets) = (self.scene.contacts(), self.sets.contacts());
+        for (i, contact, set, weights, offsets) in
+            zip5(0..C, contacts, sets, &mut weights.contacts, &mut offsets.contacts)
+        {
+            if !self.scene.scaling(i).is_some_and(Scaling::is_compliant) {
                 let rows = if contact.mu > T::ZERO { D } else { 1 };
                 let weight = (set.alpha / mass).square_root();
                 weights.iter_mut().take(rows).for_each(|x| *x = weight);
-                *offsets = self.scene.scale(i, contact.offset.into());
+                *offsets = self.scene.scaled_velocity(i, contact.offset).into();
             }
         }
-        let targets = weights.rows.iter_mut().zip(&mut offsets.rows);
-        let sources = self.scene.rows().iter().zip(self.sets.rows());
-        for ((weight, offset), ((row, set), demand)) in targets.zip(sources.zip(demands)) {
+        for (row, set, demand, weight, offset) in
+            zip5(self.scene.rows(), self.sets.rows(), demands, &mut weights.rows, &mut offsets.rows)
+        {
             if *demand != Demand::Nothing {
                 *weight = (set.alpha / mass).square_root();
                 *offset = row.offset;
@@ -104,18 +105,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         weights: &mut Stacked<T, D, C, R>,
         x: &mut Stacked<T, D, C, R>,
     ) {
-        for (i, contact) in self.scene.contacts().iter().enumerate() {
-            let targets = x.contacts.get_mut(i).zip(weights.contacts.get_mut(i));
-            let cone = FrictionCone::new(contact.mu * T::literal(63.0 / 64.0));
-            if let Some(((x, weights), cone)) = targets.zip(cone) {
+        for (contact, x, weights) in zip3(self.scene.contacts(), &mut x.contacts, &mut weights.contacts) {
+            if let Some(cone) = FrictionCone::new(contact.mu * T::literal(63.0 / 64.0)) {
                 *x = cone.nearest(&SVector::from(*x)).into();
                 if drops && *x == [T::ZERO; D] {
                     *weights = [T::ZERO; D];
                 }
             }
         }
-        let rows = x.rows.iter_mut().zip(&mut weights.rows);
-        for ((x, weight), demand) in rows.zip(demands) {
+        for (x, weight, demand) in zip3(&mut x.rows, &mut weights.rows, demands) {
             if *demand == Demand::NotNegative && *x <= T::ZERO {
                 *x = T::ZERO;
                 if drops {
@@ -182,10 +180,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return false;
         }
         let mut allowed = self.factor.energy(&self.whitened);
-        let contacts = self.scene.contacts().iter().enumerate();
-        for ((i, contact), set) in contacts.zip(self.sets.contacts()) {
-            let offset = self.scene.scale(i, contact.offset.into());
-            allowed += set.alpha * square(&offset);
+        for (i, contact, set) in zip3(0..C, self.scene.contacts(), self.sets.contacts()) {
+            let offset = self.scene.scaled_velocity(i, contact.offset);
+            allowed += set.alpha * square(offset.as_slice());
         }
         for (row, set) in self.scene.rows().iter().zip(self.sets.rows()) {
             allowed += set.alpha * row.offset * row.offset;
@@ -211,7 +208,7 @@ fn add<T: Real, const D: usize, const C: usize, const R: usize>(
 
 /// Multiplies `x` by the weights, entry by entry.
 #[inline(never)]
-fn weigh<T: Real, const D: usize, const C: usize, const R: usize>(
+pub(super) fn weigh<T: Real, const D: usize, const C: usize, const R: usize>(
     x: &mut Stacked<T, D, C, R>,
     weights: &Stacked<T, D, C, R>,
 ) {

@@ -9,8 +9,10 @@
 //! (f32: 4,200 times) as fast as the offsets. And each entry of `Hᵀ d` is zero up to rounding, so a heavy body does not hide one.
 
 use crate::factor::{Delassus, Factor};
+use crate::linalg::blocks::diagonal_of;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::linalg::vector::at_least;
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{RowLaw, Scene};
@@ -25,7 +27,7 @@ pub(crate) type Proof<T, const C: usize, const R: usize> = Stacked<T, 1, C, R>;
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Searches for a `d` that proves the scene infeasible, in the rows of the scene; `None` if it finds none.
+    /// Searches for a `d` that proves the scene infeasible, in physical rows; `None` if it finds none.
     #[inline(never)]
     pub(crate) fn certificate(&self) -> Option<Stacked<T, D, C, R>> {
         let (scene, factor) = (self.scene, self.factor);
@@ -35,9 +37,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut scales = Proof::zero();
         let contacts = (0..C).map(|i| factor.delassus().inverse_mass(i, 0));
         let inertias = contacts.chain((0..R).map(|j| factor.delassus().row_inverse_mass(j)));
-        let rows = demands.iter_mut().zip(offsets.iter_mut().zip(scales.iter_mut()));
         let mut immovable = None;
-        for (index, ((demand, (offset, scale)), inertia)) in rows.zip(inertias).enumerate() {
+        for (index, demand, offset, scale, inertia) in
+            zip5(0..C + R, demands.iter_mut(), offsets.iter_mut(), scales.iter_mut(), inertias)
+        {
             if *demand == Demand::Nothing || inertia <= T::ZERO {
                 if demand.is_violated(*offset) {
                     immovable = Some((index, *offset));
@@ -132,16 +135,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 *size = at_least((entry * d / weight).abs(), *size);
             }
         };
-        let pairs = d.contacts.iter().zip(&weights.contacts);
-        for (contact, (d, weights)) in self.contacts().iter().zip(pairs) {
+        for (contact, d, weights) in zip3(self.contacts(), &d.contacts, &weights.contacts) {
             for (column, entries) in contact.jacobian.data.0.iter().enumerate() {
-                for (&entry, (&d, &weight)) in entries.iter().zip(d.iter().zip(weights)) {
+                for (&entry, &d, &weight) in zip3(entries, d, weights) {
                     add(column, entry, d, weight);
                 }
             }
         }
-        let pairs = d.rows.iter().zip(&weights.rows);
-        for (row, (&d, &weight)) in self.rows().iter().zip(pairs) {
+        for (row, &d, &weight) in zip3(self.rows(), &d.rows, &weights.rows) {
             for (column, &entry) in row.row.iter().enumerate() {
                 add(column, entry, d, weight);
             }
@@ -149,12 +150,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let total = weights.iter().fold(T::ZERO, |sum, weight| sum + weight.abs());
         let share = T::literal(1e-9).max(T::literal(8.0) * T::EPSILON) * total;
         let reference = self.reference_mass();
-        let masses = self.mass().data.0.iter().enumerate();
-        let mut entries = sums.iter().zip(&sizes).zip(masses);
-        entries.all(|((sum, &size), (j, column))| {
+        let mut entries = zip3(&sums, &sizes, diagonal_of(&self.mass().data.0));
+        entries.all(|(sum, &size, mass)| {
             // An entry that is tiny beside the root of the mass counts as rounding.
-            let mass = column.get(j).copied().unwrap_or(T::ZERO) / reference;
-            sum.abs() <= share * (size + mass.square_root() * T::literal(1e-6))
+            let root = (mass / reference).square_root();
+            sum.abs() <= share * (size + root * T::literal(1e-6))
         })
     }
 }
@@ -171,25 +171,24 @@ fn normalised<T: Real, const D: usize, const C: usize, const R: usize>(
         let used = x > T::ZERO && y > T::ZERO;
         if used { x * y * (source * mass) } else { T::ZERO }
     };
-    let contacts = gram.contacts.iter_mut().zip(&delassus.contacts);
-    for (([row], sources), &[x]) in contacts.zip(&scales.contacts) {
+    for ([row], sources, &[x]) in zip3(&mut gram.contacts, &delassus.contacts, &scales.contacts) {
         let Some(sources) = sources.first() else {
             continue;
         };
-        for (([target], source), &[y]) in row.contacts.iter_mut().zip(sources).zip(&scales.contacts) {
+        for ([target], source, &[y]) in zip3(&mut row.contacts, sources, &scales.contacts) {
             *target = entry(source.first().copied().unwrap_or(T::ZERO), x, y);
         }
     }
-    let rows = gram.rows.iter_mut().zip(delassus.coupling.iter().zip(&delassus.rows));
-    for (j, ((row, (coupling, sources)), &x)) in rows.zip(&scales.rows).enumerate() {
-        let contacts = row.contacts.iter_mut().zip(&mut gram.contacts);
-        for ((([target], [mirrored]), source), &[y]) in contacts.zip(coupling).zip(&scales.contacts) {
+    for (j, row, sources, &x) in zip4(0..R, &mut gram.rows, &delassus.rows, &scales.rows) {
+        for ([target], [mirrored], source, &[y]) in
+            zip4(&mut row.contacts, &mut gram.contacts, &sources.contacts, &scales.contacts)
+        {
             *target = entry(source.first().copied().unwrap_or(T::ZERO), x, y);
             if let Some(mirrored) = mirrored.rows.get_mut(j) {
                 *mirrored = *target;
             }
         }
-        for ((target, &source), &y) in row.rows.iter_mut().zip(sources).zip(&scales.rows) {
+        for (target, &source, &y) in zip3(&mut row.rows, &sources.rows, &scales.rows) {
             *target = entry(source, x, y);
         }
     }
@@ -261,8 +260,6 @@ fn product<T: Real, const C: usize, const R: usize>(
     y: &Proof<T, C, R>,
 ) -> Proof<T, C, R> {
     let mut product = *x;
-    for (entry, &y) in product.iter_mut().zip(y.iter()) {
-        *entry *= y;
-    }
+    jam::weigh(&mut product, y);
     product
 }

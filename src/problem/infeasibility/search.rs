@@ -7,6 +7,7 @@ use super::{Proof, dot};
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::linalg::vector::at_least;
+use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 
 /// The condition of a row on its velocity.
@@ -60,8 +61,8 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
             let approach = T::ONE + dot(&g, &d);
             let mut steepest = rounding * T::literal(64.0);
             let mut entering = None;
-            let rows = self.rows().zip(self.demands.iter()).zip(g.iter());
-            for (((row, demand), &g), used) in rows.zip(support.iter_mut()) {
+            let (demands, used) = (self.demands.iter(), support.iter_mut());
+            for (row, demand, &g, used) in zip4(self.rows(), demands, g.iter(), used) {
                 let slope = -(dot(row, &d) + g * approach);
                 let descent = match demand {
                     Demand::Nothing => T::ZERO,
@@ -89,8 +90,7 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
     ) {
         while let Some(negative) = self.solve(support, T::ONE, g, g) {
             let mut length = T::ONE;
-            let rows = self.demands.iter().zip(d.iter().zip(negative.iter()));
-            for (demand, (&d, &target)) in rows {
+            for (demand, &d, &target) in zip3(self.demands.iter(), d.iter(), negative.iter()) {
                 // The minimiser is `-target`, since the right-hand side is `g` and not `-g`.
                 let leaves = *demand == Demand::NotNegative && -target <= T::ZERO && d > T::ZERO;
                 if leaves {
@@ -98,8 +98,8 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
                 }
             }
             let mut has_shrunk = false;
-            let rows = self.demands.iter().zip(support.iter_mut());
-            for ((demand, used), (d, &target)) in rows.zip(d.iter_mut().zip(negative.iter())) {
+            let (demands, used) = (self.demands.iter(), support.iter_mut());
+            for (demand, used, d, &target) in zip4(demands, used, d.iter_mut(), negative.iter()) {
                 *d += (-target - *d) * length;
                 if *used && *demand == Demand::NotNegative && *d <= rounding {
                     (*used, has_shrunk) = (false, true);
@@ -136,8 +136,7 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
     /// Subtracts from `d` a correction with the product `residual` with `W`: one step of iterative refinement.
     pub(super) fn correct(&self, d: &mut Proof<T, C, R>, residual: &Proof<T, C, R>) -> Option<()> {
         let correction = self.solve(&support(d), T::ZERO, &self.offsets, residual)?;
-        let entries = d.iter_mut().zip(self.demands.iter());
-        for ((d, demand), &correction) in entries.zip(correction.iter()) {
+        for (d, demand, &correction) in zip3(d.iter_mut(), self.demands.iter(), correction.iter()) {
             *d -= correction;
             if *demand != Demand::Zero {
                 *d = (*d).max(T::ZERO);
@@ -163,9 +162,8 @@ impl<T: Real, const C: usize, const R: usize> Search<T, C, R> {
         // The rows and columns of the support, without gaps.
         let mut matrix = StackedMatrix::zero();
         let mut unknowns = repack(b, support, true);
-        let sources = self.rows().zip(support.iter()).zip(g.iter());
         let mut next_row = 0;
-        for (i, ((row, &used), &factor)) in sources.enumerate() {
+        for (i, row, &used, &factor) in zip4(0..C + R, self.rows(), support.iter(), g.iter()) {
             if !used {
                 continue;
             }
@@ -201,7 +199,8 @@ fn repack<T: Real, const C: usize, const R: usize>(
     let mut moved = Stacked::zero();
     let copy = |source: &[T], target: &mut [T], used: &[bool]| {
         let indices = used.iter().enumerate().filter(|&(_, &used)| used);
-        for (front, (index, _)) in indices.enumerate() {
+        let indices = indices.map(|(index, _)| index);
+        for (front, index) in indices.enumerate() {
             let (from, to) = if compact { (index, front) } else { (front, index) };
             if let (Some(&source), Some(target)) = (source.get(from), target.get_mut(to)) {
                 *target = source;

@@ -6,6 +6,7 @@ use crate::linalg::sparsity::{
 };
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{at_least, larger, quotient, root_sum};
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use crate::scene::{JointRow, Scene};
 use nalgebra::ComplexField;
@@ -56,8 +57,7 @@ impl<T: Real> Norms<T> {
         }
         // Twice the exponent of the unit: a bound on the exponent of each square.
         let mut exponent = None;
-        let sums = momenta.inertia.iter().zip(&momenta.pushed);
-        for (k, (&free, (&inertia, &pushed))) in momenta.free.iter().zip(sums).enumerate() {
+        for (k, &free, &inertia, &pushed) in zip4(0..N, momenta.free, &momenta.inertia, &momenta.pushed) {
             let largest = larger(T::ZERO, &[free, inertia, pushed], T::ONE);
             if largest > T::ZERO && largest.is_finite() {
                 exponent = exponent.max(Some(2 * largest.exponent() + weight(k).exponent()));
@@ -77,9 +77,9 @@ impl<T: Real> Norms<T> {
     #[cfg_attr(target_os = "none", inline(never))]
     fn in_unit<const N: usize>(momenta: &Momenta<'_, T, N>, unit: T, weight: impl Fn(usize) -> T) -> Self {
         let [mut residual, mut size_free, mut size_v, mut size_r, mut magnitude] = [T::ZERO; 5];
-        let sums = momenta.inertia.iter().zip(&momenta.pushed);
-        let sums = momenta.free.iter().zip(sums).zip(&momenta.magnitudes);
-        for (k, ((&free, (&inertia, &pushed)), &terms)) in sums.enumerate() {
+        for (k, &free, &inertia, &pushed, &terms) in
+            zip5(0..N, momenta.free, &momenta.inertia, &momenta.pushed, &momenta.magnitudes)
+        {
             let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed);
             let (difference, weight) = (inertia - free - pushed, weight(k));
             let terms = unit * terms + free.abs();
@@ -146,7 +146,7 @@ fn weights<T: Real, const N: usize>(mass: &[[T; N]; N]) -> impl Fn(usize) -> T +
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Scene<T, N, D, C, R, S>
 {
-    /// Evaluates the dynamics of the velocity `v` and the impulses `r`, which are in the rows of the scene. It fills `u` with
+    /// Evaluates the dynamics of the velocity `v` and the impulses `r`, which are in physical rows. It fills `u` with
     /// `H v + w`, without compliance, and `sizes` with the sums of the magnitudes of the terms of `u`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn dynamics(
@@ -165,9 +165,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             magnitudes: [T::ONE; N],
         };
         let Momenta { inertia, pushed, magnitudes, .. } = &mut momenta;
-        multiply::<T, N, true>(mass, v, (&mut *inertia, &mut *magnitudes));
-        let targets = u.rows.iter_mut().zip(&mut sizes.rows);
-        for (row, (&r, (u, size))) in self.rows().iter().zip(r.rows.iter().zip(targets)) {
+        multiply::<T, N, true>(mass, v, inertia, magnitudes);
+        for (row, &r, u, size) in zip4(self.rows(), &r.rows, &mut u.rows, &mut sizes.rows) {
             let [entries] = &row.row.data.0;
             (*u, *size) = row_velocity(row, v);
             if r != T::ZERO {
@@ -180,22 +179,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let (groups, last) = v.as_chunks::<GROUP>();
         let (pushed, last_pushed) = pushed.as_chunks_mut::<GROUP>();
         let (magnitudes, last_magnitudes) = magnitudes.as_chunks_mut::<GROUP>();
-        let targets = u.contacts.iter_mut().zip(&mut sizes.contacts);
-        let contacts = self.supported().zip(&r.contacts).zip(targets);
-        for (((contact, support), r), (u, size)) in contacts {
+        for (contact, support, r, u, size) in
+            zip5(self.contacts(), self.supports(), &r.contacts, &mut u.contacts, &mut sizes.contacts)
+        {
             let mut velocity: [T; D] = contact.offset.into();
             let mut terms = velocity.map(ComplexField::abs);
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
             for group in support.groups::<N>() {
-                let columns = columns.get(group).zip(groups.get(group));
-                let targets = pushed.get_mut(group).zip(magnitudes.get_mut(group));
-                if let (Some((columns, v)), Some((pushed, magnitudes))) = (columns, targets) {
-                    add_columns_and_sizes(columns, v, (&mut velocity, &mut terms));
-                    add_products_and_sizes(columns, *r, (pushed, magnitudes));
+                let (pushed, magnitudes) = (pushed.get_mut(group), magnitudes.get_mut(group));
+                if let (Some(columns), Some(v)) = (columns.get(group), groups.get(group))
+                    && let (Some(pushed), Some(magnitudes)) = (pushed, magnitudes)
+                {
+                    add_columns_and_sizes(columns, v, &mut velocity, &mut terms);
+                    add_products_and_sizes(columns, *r, pushed, magnitudes);
                 }
             }
-            add_columns_and_sizes(rest, last, (&mut velocity, &mut terms));
-            add_products_and_sizes(rest, *r, (&mut *last_pushed, &mut *last_magnitudes));
+            add_columns_and_sizes(rest, last, &mut velocity, &mut terms);
+            add_products_and_sizes(rest, *r, last_pushed, last_magnitudes);
             (*u, *size) = (velocity, terms);
         }
         let is_mixed = self.is_mixed();
@@ -217,17 +217,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let zeros = [T::ZERO; N];
         let [mut inertia, mut pushed] = [zeros; 2];
         let mass = &self.mass().data.0;
-        multiply::<T, N, false>(mass, v, (&mut inertia, &mut pushed)); // `pushed` stays zero
+        multiply::<T, N, false>(mass, v, &mut inertia, &mut pushed); // `pushed` stays zero
         let (groups, last) = v.as_chunks::<GROUP>();
         let (targets, last_target) = pushed.as_chunks_mut::<GROUP>();
-        let contacts = self.supported().zip(&r.contacts).zip(&mut u.contacts);
-        for (((contact, support), &r), u) in contacts {
+        for (contact, support, &r, u) in zip4(self.contacts(), self.supports(), &r.contacts, &mut u.contacts)
+        {
             let mut velocity: [T; D] = contact.offset.into();
             let pushes = r != [T::ZERO; D];
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
             for group in support.groups::<N>() {
-                let columns = columns.get(group).zip(groups.get(group));
-                if let (Some((columns, v)), Some(target)) = (columns, targets.get_mut(group)) {
+                let (columns, v) = (columns.get(group), groups.get(group));
+                if let (Some(columns), Some(v), Some(target)) = (columns, v, targets.get_mut(group)) {
                     add_columns(columns, v, &mut velocity);
                     if pushes {
                         add_products(columns, r, target);
@@ -259,16 +259,16 @@ fn row_velocity<T: Real, const N: usize>(row: &JointRow<T, N>, v: &[T; N]) -> (T
 fn multiply<T: Real, const N: usize, const SIZES: bool>(
     mass: &[[T; N]; N],
     v: &[T; N],
-    (products, magnitudes): (&mut [T; N], &mut [T; N]),
+    products: &mut [T; N],
+    magnitudes: &mut [T; N],
 ) {
     if N * size_of::<T>() <= SUMS * if SIZES { 1 } else { 2 } {
-        return multiply_rows::<T, N, N, SIZES>(mass, 0, v, (products, magnitudes));
+        return multiply_rows::<T, N, N, SIZES>(mass, 0, v, products, magnitudes);
     }
     // The last block repeats some rows, so that all blocks have the same size.
     let (mut first, last) = (0, N - BLOCK);
     while first < last + BLOCK {
-        let targets = (&mut *products, &mut *magnitudes);
-        multiply_rows::<T, N, BLOCK, SIZES>(mass, first.min(last), v, targets);
+        multiply_rows::<T, N, BLOCK, SIZES>(mass, first.min(last), v, products, magnitudes);
         first += BLOCK;
     }
 }
@@ -279,7 +279,8 @@ fn multiply_rows<T: Real, const N: usize, const K: usize, const SIZES: bool>(
     mass: &[[T; N]; N],
     first: usize,
     v: &[T; N],
-    (products, magnitudes): (&mut [T; N], &mut [T; N]),
+    products: &mut [T; N],
+    magnitudes: &mut [T; N],
 ) {
     let mut sums = [[T::ZERO; 2]; K];
     // A slice, since a loop over the array would be unrolled, with more sums than registers.
@@ -297,7 +298,7 @@ fn multiply_rows<T: Real, const N: usize, const K: usize, const SIZES: bool>(
     }
     let products = products.get_mut(first..).unwrap_or_default();
     let magnitudes = magnitudes.get_mut(first..).unwrap_or_default();
-    for ((product, magnitude), [sum, size]) in products.iter_mut().zip(magnitudes).zip(sums) {
+    for (product, magnitude, [sum, size]) in zip3(products, magnitudes, sums) {
         (*product, *magnitude) = (sum, size);
     }
 }

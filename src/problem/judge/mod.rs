@@ -1,7 +1,9 @@
 //! The judge: computes the velocity, contacts, joint rows and error of a solution from its impulses.
 
+use crate::linalg::blocks::diagonal_of;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::at_least;
+use crate::linalg::vector::{add, at_least};
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::Scaling;
@@ -16,9 +18,9 @@ mod worst;
 
 /// The impulses of a solution.
 struct Impulses<T, const D: usize, const C: usize, const R: usize> {
-    /// In the rows of the scene, as they are written into the solution.
+    /// In physical rows, as they are written into the solution.
     written: Stacked<T, D, C, R>,
-    /// Of contacts in scaled rows, in which their cones are round.
+    /// In scaled rows.
     judged: Stacked<T, D, C, R>,
 }
 
@@ -48,13 +50,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// The impulses of a mixed scene, those of joint rows within their bounds. `r` is in scaled rows.
     fn impulses(&self, r: &Stacked<T, D, C, R>) -> Impulses<T, D, C, R> {
         let mut impulses = Impulses { written: *r, judged: *r };
-        let contacts = impulses.written.contacts.iter_mut().zip(&mut impulses.judged.contacts);
-        for (i, (written, judged)) in contacts.enumerate().take(self.sets.contacts().len()) {
-            *written = self.scene.scale(i, *written);
-            *judged = self.scene.unscale(i, *written);
+        let Impulses { written, judged } = &mut impulses;
+        let used = 0..self.sets.contacts().len();
+        for (i, written, judged) in zip3(used, &mut written.contacts, &mut judged.contacts) {
+            *written = self.scene.physical_impulse(i, *written);
+            *judged = self.scene.scaled_impulse(i, *written);
         }
-        let rows = impulses.written.rows.iter_mut().zip(&mut impulses.judged.rows);
-        for ((written, judged), set) in rows.zip(self.sets.rows()) {
+        for (written, judged, set) in zip3(&mut written.rows, &mut judged.rows, self.sets.rows()) {
             *written = set.project(*written);
             *judged = *written;
         }
@@ -98,11 +100,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Adds to `u = H v + w` the velocities of compliance.
     #[inline]
     fn add_compliance(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
-        for (i, (u, r)) in u.contacts.iter_mut().zip(&r.contacts).enumerate() {
+        for (i, u, r) in zip3(0..C, &mut u.contacts, &r.contacts) {
             if let Some(scaling) = self.scene.scaling(i) {
-                for (u, added) in u.iter_mut().zip(scaling.compliance_velocity(r)) {
-                    *u += added;
-                }
+                add(u, &scaling.compliance_velocity(r));
             }
         }
         self.scene.add_row_compliance(&r.rows, &mut u.rows);
@@ -117,10 +117,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return;
         }
         if let Some(weighted) = &mut dynamics.weighted {
-            let diagonal = scene.mass().data.0.iter().enumerate();
-            let heaviest = diagonal.fold(T::ZERO, |largest, (k, column)| {
-                column.get(k).map_or(largest, |&mass| at_least(mass, largest))
-            });
+            let masses = diagonal_of(&scene.mass().data.0);
+            let heaviest = masses.fold(T::ZERO, |largest, mass| at_least(mass, largest));
             weighted.set_least_size(self.energy.momentum_floor(weighted.unit));
             let plain = self.energy.momentum_floor(dynamics.plain.unit);
             dynamics.plain.set_least_size(plain * heaviest);
@@ -128,7 +126,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Error of the solution, with bounds on the rounding of its sums, of `W` (in `alpha_i` and the denominators) and of this function.
-    /// `u` are velocities in the rows of the scene, `r` impulses in scaled rows.
+    /// `u` are velocities in physical rows, `r` impulses in scaled rows.
     #[cfg_attr(target_os = "none", inline(never))]
     fn error(
         &self,
@@ -144,7 +142,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut error = if self.scene.is_mixed() {
             let mut scaled = *u;
             for (i, u) in scaled.contacts.iter_mut().enumerate() {
-                *u = self.scene.scale(i, *u);
+                *u = self.scene.scaled_velocity(i, *u);
             }
             let contacts = self.contact_error(&scaled, r, &noise.contacts);
             self.energy.larger_error(contacts, &self.sets, (&scaled, r), Some(noise))
@@ -171,10 +169,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         solution: &mut Solution<T, N, D, C, R>,
     ) {
         solution.contacts.clear();
-        let sources = self.sets.contacts().iter().zip(self.scene.contacts());
-        let values = u.contacts.iter().zip(written.contacts.iter().zip(&judged.contacts));
-        for (i, ((set, contact), (&velocity, (&impulse, &r)))) in sources.zip(values).enumerate() {
-            let u = self.scene.scale(i, velocity);
+        let (sets, contacts) = (self.sets.contacts(), self.scene.contacts());
+        for (set, contact, &velocity, &impulse, &r) in
+            zip5(sets, contacts, &u.contacts, &written.contacts, &judged.contacts)
+        {
+            let u = self.scene.scaled_velocity(solution.contacts.len(), velocity);
             // The scene has no more contacts than fit into the solution.
             let _ = solution.contacts.push(ContactSolution {
                 key: contact.key,
@@ -184,8 +183,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             });
         }
         solution.rows.clear();
-        let sources = self.sets.rows().iter().zip(self.scene.rows());
-        for ((set, row), (&velocity, &impulse)) in sources.zip(u.rows.iter().zip(&written.rows)) {
+        let (sets, rows) = (self.sets.rows(), self.scene.rows());
+        for (set, row, &velocity, &impulse) in zip4(sets, rows, &u.rows, &written.rows) {
             let _ = solution.rows.push(RowSolution {
                 key: row.key,
                 impulse,

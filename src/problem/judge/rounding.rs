@@ -9,9 +9,11 @@
 //! ([`crate::linalg::dot2`]). These are off by `eps / 2` of their result, and `((n + 1) eps / 2)²` of the magnitudes of their terms; operations
 //! that follow add to both.
 
+use crate::linalg::blocks::diagonal_of;
 use crate::linalg::dot2::Dot2;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{precision, square};
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
 use crate::problem::judge::dynamics::{Dynamics, Norms};
 use crate::real::Real;
@@ -52,7 +54,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     Problem<'_, T, N, D, C, R, S>
 {
     /// Bounds from the sums of magnitudes of the terms: `sizes` of the velocities without compliance, and those of `dynamics`. The
-    /// impulses `written` are in the rows of the scene.
+    /// impulses `written` are in physical rows.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn rounding(
         &self,
@@ -62,9 +64,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ) -> Rounding<T, C, R> {
         let (scene, sets) = (self.scene, &self.sets);
         let mut velocities = VelocityNoise { contacts: [[T::ZERO; 2]; C], rows: [T::ZERO; R] };
-        let sources = sizes.contacts.iter().zip(&written.contacts).enumerate();
-        let sources = sources.take(sets.contacts().len());
-        for (bound, (i, (sizes, r))) in velocities.contacts.iter_mut().zip(sources) {
+        let used = 0..sets.contacts().len();
+        for (i, bound, sizes, r) in zip4(used, &mut velocities.contacts, &sizes.contacts, &written.contacts) {
             let scaling = scene.scaling(i);
             let after = operations_after::<D>(scaling.is_some(), self.model);
             let share = precision::<T>(N + 1 + after);
@@ -74,12 +75,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                     *bound += precision::<T>(COMPLIANCE) * added.abs();
                 }
             }
-            *bound = squares(&scene.scale(i, bounds));
+            *bound = squares(&scene.scaled_velocity(i, bounds));
         }
-        let sources = sizes.rows.iter().zip(&written.rows);
-        let sources = scene.rows().iter().zip(sources);
         let share = precision::<T>(N + 3);
-        for (bound, (row, (&size, &r))) in velocities.rows.iter_mut().zip(sources) {
+        for (bound, row, &size, &r) in zip4(&mut velocities.rows, scene.rows(), &sizes.rows, &written.rows) {
             let added = precision::<T>(COMPLIANCE) * (row.compliance * r).abs();
             *bound = square(&[share * size + added]);
         }
@@ -119,9 +118,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return None;
         }
         let (mut trace, mut energy) = (T::ZERO, T::ZERO);
-        let columns = scene.mass().data.0.iter().zip(v).enumerate();
-        for (k, (column, &v)) in columns {
-            let mass = column.get(k).copied().unwrap_or(T::ZERO);
+        for (mass, &v) in diagonal_of(&scene.mass().data.0).zip(v) {
             trace += mass;
             energy += mass * (v * v);
         }
@@ -132,9 +129,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let share = T::literal(2.0) * share * share;
         let mut velocities = VelocityNoise { contacts: [[T::ONE; 2]; C], rows: [T::ONE; R] };
         let mut pushed = T::ZERO;
-        let contacts = scene.contacts().iter().zip(&r.contacts);
-        let contacts = sets.contacts().iter().zip(contacts);
-        for (bound, (set, (contact, r))) in velocities.contacts.iter_mut().zip(contacts) {
+        for (bound, set, contact, r) in
+            zip4(&mut velocities.contacts, sets.contacts(), scene.contacts(), &r.contacts)
+        {
             let inverse = set.inverse_mass();
             pushed += inverse * square(r);
             let offset = square(&<[T; D]>::from(contact.offset));
@@ -206,16 +203,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         differences: &mut [Dot2<T>; N],
     ) {
         let (scene, half) = (self.scene, T::EPSILON * T::literal(0.5));
-        let targets = bounds.contacts.iter_mut().zip(&mut u.contacts);
-        let sources = scene.contacts().iter().enumerate().zip(&written.contacts);
-        for ((bound, u), ((i, contact), r)) in targets.zip(sources) {
+        for (i, bound, u, contact, r) in
+            zip5(0..C, &mut bounds.contacts, &mut u.contacts, scene.contacts(), &written.contacts)
+        {
             let mut sums = <[T; D]>::from(contact.offset).map(Dot2::of);
-            let columns = contact.jacobian.data.0.iter();
-            for ((&v, column), difference) in v.iter().zip(columns).zip(&mut *differences) {
+            for (&v, column, difference) in zip3(v, &contact.jacobian.data.0, &mut *differences) {
                 if *column == [T::ZERO; D] {
                     continue;
                 }
-                for ((sum, &h), &r) in sums.iter_mut().zip(column).zip(r) {
+                for (sum, &h, &r) in zip3(&mut sums, column, r) {
                     sum.add(h, v);
                     difference.add(-h, r);
                 }
@@ -229,14 +225,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let times = 1 + operations_after::<D>(scaling.is_some(), self.model);
             let mut rounded = values.map(|value| value.abs() * T::count(times));
             if let Some(scaling) = scaling {
-                let added = u.iter_mut().zip(scaling.compliance_velocity(r));
-                for (rounded, (u, added)) in rounded.iter_mut().zip(added) {
+                for (rounded, u, added) in zip3(&mut rounded, u, scaling.compliance_velocity(r)) {
                     *u += added;
                     *rounded += added.abs() * T::count(COMPLIANCE);
                 }
             }
             let second_order = T::count(N + 4) * bound[0].square_root();
-            let sizes = scene.scale(i, rounded);
+            let sizes = scene.scaled_velocity(i, rounded);
             *bound = squares(&sizes.map(|size| half * (size + second_order)));
         }
     }
@@ -251,11 +246,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         bounds: &mut VelocityNoise<T, C, R>,
         differences: &mut [Dot2<T>; N],
     ) {
-        let targets = bounds.rows.iter_mut().zip(&mut u.rows);
-        let sources = self.scene.rows().iter().zip(&written.rows);
-        for ((bound, u), (row, &r)) in targets.zip(sources) {
+        for (bound, u, row, &r) in zip4(&mut bounds.rows, &mut u.rows, self.scene.rows(), &written.rows) {
             let mut sum = Dot2::of(row.offset);
-            for ((&v, &h), difference) in v.iter().zip(row.row.iter()).zip(&mut *differences) {
+            for (&v, &h, difference) in zip3(v, &row.row, &mut *differences) {
                 if h != T::ZERO {
                     sum.add(h, v);
                     difference.add(-h, r);

@@ -3,6 +3,7 @@
 use crate::cone::split;
 use crate::factor::Factor;
 use crate::linalg::vector::{larger, norm, unit, zeros};
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::ContactSet;
@@ -37,14 +38,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         settings: &Settings<T>,
     ) -> Option<usize> {
         let (mut largest, mut worst) = (T::ZERO, None);
-        for (i, (contact, found)) in scene.contacts().iter().zip(&self.contacts).enumerate() {
+        for (i, contact, found) in zip3(0..C, scene.contacts(), &self.contacts) {
             if contact.key != found.key {
                 continue;
             }
             let alpha = factor.mean_effective_mass(i);
             let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
-            let velocity = scene.scale(i, found.velocity.into()).into();
-            let impulse = scene.unscale(i, found.impulse.into()).into();
+            let velocity = scene.scaled_velocity(i, found.velocity);
+            let impulse = scene.scaled_impulse(i, found.impulse);
             if set.is_immovable_and_violated(&velocity) {
                 return Some(i);
             }
@@ -93,7 +94,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
             let Some(contact) = contact.filter(|contact| contact.key == found.key) else {
                 continue;
             };
-            let impulse: SVector<T, D> = scene.unscale(i, found.impulse.into()).into();
+            let impulse = scene.scaled_impulse(i, found.impulse);
             let unit = unit_of(&[impulse]);
             let (normal, _) = split(&impulse);
             let excess = norm(split(&(impulse * unit)).1) / unit - contact.mu * normal.max(T::ZERO);

@@ -56,9 +56,10 @@ pub(in crate::sets) fn residual_square<T: Real, const D: usize>(
     r: &[T; D],
     multiplier: T,
 ) -> T {
-    let (Some((&u_n, u_t)), Some((&r_n, r_t))) = (u.split_first(), r.split_first()) else {
+    let ([u_n, u_t @ ..], [r_n, r_t @ ..]) = (u.as_slice(), r.as_slice()) else {
         return T::ZERO;
     };
+    let (u_n, r_n) = (*u_n, *r_n);
     let alpha = set.alpha;
     if r_n == T::ZERO {
         let closing = alpha * u_n.min(T::ZERO);

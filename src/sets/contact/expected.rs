@@ -1,10 +1,12 @@
 //! Expected impulses beside `|r0|`, see [`crate::guide::error`]: `|stop|`, which stops the motion, and `carried`, which momenta ask for.
 
+use crate::linalg::blocks::diagonal_of;
 use crate::linalg::sparsity::{GROUP, add_sizes};
 use crate::linalg::vector::{at_least, larger, square, unit};
+use crate::linalg::zip::{zip3, zip5};
 use crate::real::Real;
 use crate::scene::Scene;
-use crate::sets::{ContactSet, RowSet};
+use crate::sets::{ContactSet, Sets};
 use nalgebra::{ComplexField, SVector};
 
 /// Least denominator of the error, as a share of the impulse that would stop the motion.
@@ -19,8 +21,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let (groups, last) = free.as_chunks::<GROUP>();
         let mut speeds = [[T::ZERO; D]; C];
         let mut largest = T::ZERO;
-        let contacts = self.supported().zip(sets).zip(&mut speeds);
-        for (i, (((contact, support), set), speeds)) in contacts.enumerate() {
+        for (i, contact, support, set, speeds) in
+            zip5(0..C, self.contacts(), self.supports(), sets, &mut speeds)
+        {
             *speeds = without_gap(&contact.offset).abs().into();
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
             for group in support.groups::<N>() {
@@ -29,7 +32,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 }
             }
             add_sizes(rest, last, speeds);
-            *speeds = self.scale(i, *speeds).map(|speed| speed * set.alpha);
+            *speeds = self.scaled_velocity(i, *speeds).map(|speed| speed * set.alpha);
             largest = larger(largest, speeds, T::ONE);
         }
         let unit = unit(largest);
@@ -47,15 +50,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// alone. `|r0|` is too small where a light body carries a heavy one in a stack, or where a spring presses a body at rest onto its
     /// contacts. A dof counts only if its lever exceeds 1e-7 of the lever of the most mobile contact, if that moved this dof alone.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn carried_impulse(
-        &self,
-        (contacts, rows): (&[ContactSet<T, D>], &[RowSet<T>]),
-        free: &[T; N],
-    ) -> T {
+    pub(crate) fn carried_impulse(&self, sets: &Sets<T, D, C, R>, free: &[T; N]) -> T {
         let (mut levers, mut fastest, mut mobility) = ([T::ZERO; N], T::ZERO, T::ZERO);
-        for (i, (contact, set)) in self.contacts().iter().zip(contacts).enumerate() {
+        for (i, contact, set) in zip3(0..C, self.contacts(), sets.contacts()) {
             let mut offset = without_gap(&contact.offset);
-            for (offset, &share) in offset.iter_mut().zip(&self.scale(i, [T::ONE; D])) {
+            for (offset, &share) in offset.iter_mut().zip(&self.scaled_velocity(i, [T::ONE; D])) {
                 if share == T::ZERO {
                     *offset = T::ZERO; // no impulse acts along this row
                 }
@@ -67,16 +66,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
         }
         let mut momenta = free.map(ComplexField::abs);
-        for (set, row) in rows.iter().zip(self.rows()) {
+        for (set, row) in sets.rows().iter().zip(self.rows()) {
             let alone = set.alone();
             for (momentum, &entry) in momenta.iter_mut().zip(&row.row) {
                 *momentum += (entry * alone).abs();
             }
         }
         let mut largest = T::ZERO;
-        let masses = self.mass().data.0.iter().enumerate();
-        for ((&lever, &momentum), (j, column)) in levers.iter().zip(&momenta).zip(masses) {
-            let mass = column.get(j).copied().unwrap_or(T::ZERO);
+        for (&lever, &momentum, mass) in zip3(&levers, &momenta, diagonal_of(&self.mass().data.0)) {
             if lever > T::literal(1e-7) * (mass * mobility).square_root() {
                 largest = at_least((momentum + mass * fastest / lever) / lever, largest);
             }

@@ -3,6 +3,7 @@
 use crate::cone::{add_to_normal, split};
 use crate::linalg::blocks::product;
 use crate::linalg::vector::norm;
+use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::sets::ContactSet;
 use nalgebra::SVector;
@@ -140,9 +141,9 @@ impl<T: Real, const D: usize> Frame<T, D> {
         let first = e.get(1).copied().unwrap_or(T::ZERO);
         let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
         let factor = T::ONE / (T::ONE + first.abs());
-        for (j, (push, test)) in self.pushes.iter_mut().zip(&mut self.tests).enumerate() {
+        for (j, push, test) in zip3(0..D, &mut self.pushes, &mut self.tests) {
             let Some(&other) = e.get(j + 1) else { break };
-            for (k, ((push, test), &e)) in push.iter_mut().zip(test).zip(&e).enumerate() {
+            for (k, push, test, &e) in zip4(0..D, push, test, &e) {
                 (*push, *test) = match (j, k) {
                     (0, 0) => (-along, T::ONE),
                     (0, _) => (along * mu * e, -self.skew * e),

@@ -40,8 +40,8 @@ pub(in crate::sets) fn divide<T: Real, const D: usize>(
     a: &SVector<T, D>,
     c: &SVector<T, D>,
 ) -> SVector<T, D> {
-    let ((normal, tangent), c_normal) = (split(a), first(c));
-    let length = norm(tangent);
+    let (normal, tangent) = split(a);
+    let (c_normal, length) = (first(c), norm(tangent));
     let det = (normal - length) * (normal + length);
     let product = across(a, c);
     let share = (product / normal - c_normal) / det;

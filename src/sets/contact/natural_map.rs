@@ -6,6 +6,7 @@
 
 use crate::cone::{add_to_normal, split};
 use crate::linalg::vector::{larger, norm, quotient, root_sum, square, unit, zeros};
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use crate::sets::ContactSet;
 use crate::solution::ContactMode;
@@ -67,7 +68,8 @@ pub(crate) fn contact_residual<T: Real, const D: usize>(
     alpha_u: &SVector<T, D>,
     r: &SVector<T, D>,
 ) -> Residual<T, D> {
-    let ((u_normal, u_tangent), (r_normal, r_tangent)) = (split(alpha_u), split(r));
+    let (u_normal, u_tangent) = split(alpha_u);
+    let (r_normal, r_tangent) = split(r);
     let (mu, speed) = (set.cone.friction(), norm(u_tangent));
     let mut augmented = *alpha_u;
     add_to_normal(&mut augmented, set.shift_factor * speed);
@@ -78,8 +80,8 @@ pub(crate) fn contact_residual<T: Real, const D: usize>(
     }
     let tangent = split(&z).1;
     let length = norm(tangent);
-    let pairs = r_tangent.iter().zip(tangent.iter().zip(u_tangent));
-    let product = pairs.fold(T::ZERO, |sum, (&r, (&z, &u))| sum + r * (z - u));
+    let entries = zip3(r_tangent, tangent, u_tangent);
+    let product = entries.fold(T::ZERO, |sum, (&r, &z, &u)| sum + r * (z - u));
     let mut difference = T::ZERO;
     if product != T::ZERO {
         difference = product / (length + speed);
@@ -110,7 +112,8 @@ fn alart_curnier_square<T: Real, const D: usize>(
 ) -> T {
     let r = SVector::from(*r) * unit;
     let alpha_u = SVector::from(*u) * (set.alpha * unit);
-    let ((u_normal, u_tangent), (r_normal, r_tangent)) = (split(&alpha_u), split(&r));
+    let (u_normal, u_tangent) = split(&alpha_u);
+    let (r_normal, r_tangent) = split(&r);
     let normal = u_normal.min(r_normal);
     let grip = set.cone.friction() * r_normal;
     let (mut argument, mut tangential) = (T::ZERO, T::ZERO);
@@ -194,7 +197,7 @@ pub(crate) fn error<T: Real, const D: usize>(
     let mut sums = Sums::zero(unit);
     let is_final = !noise.is_empty();
     let mut noise = noise.iter();
-    for ((set, u), r) in sets.iter().zip(u).zip(r) {
+    for (set, u, r) in zip3(sets, u, r) {
         let noise = noise.next();
         if *r == [T::ZERO; D] && separates(set, u, noise) {
             continue; // saves a root

@@ -7,6 +7,7 @@
 
 use crate::linalg::blocks::product;
 use crate::linalg::vector::{norm, square};
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use crate::sets::contact::local::Local;
 
@@ -109,7 +110,7 @@ impl<T: Real, const D: usize> Boundary<'_, T, D> {
             (-along / a, T::ZERO)
         };
         let mut next = *impulse;
-        for ((next, &ray), &across) in next.iter_mut().zip(&ray).zip(&across) {
+        for (next, &ray, &across) in zip3(&mut next, &ray, &across) {
             *next += x * ray + y * across;
         }
         self.towards(&next)

@@ -6,6 +6,7 @@
 use crate::linalg::blocks::product;
 use crate::linalg::pivot::Pivot;
 use crate::linalg::vector::{norm, square};
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 
 /// Most steps of Newton's method; the next sweep continues from the `λ` of the last one.
@@ -47,7 +48,7 @@ impl<T: Real, const D: usize> Tangents<T, D> {
         *coupling.first_mut()? = T::ZERO;
         let (mut schur, mut b) = (*block, [T::ZERO; D]);
         let mut trace = T::ZERO;
-        for (k, (row, b)) in schur.iter_mut().zip(&mut b).enumerate() {
+        for (k, row, b) in zip3(0..D, &mut schur, &mut b) {
             let share = *coupling.get(k)? / inertia;
             *b = share * approach - *u.get(k)?;
             for (entry, &coupled) in row.iter_mut().zip(&coupling) {

@@ -4,6 +4,7 @@ use super::Jacobian;
 use crate::factor::Delassus;
 use crate::linalg::blocks::{product, row_times};
 use crate::linalg::stacked::StackedMatrix;
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::contact::frame::Kind;
@@ -24,7 +25,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
             if frame.kind == Kind::Open {
                 continue;
             }
-            for (i, (rows, row_frame)) in matrix.contacts.iter_mut().zip(frames).enumerate() {
+            for (i, rows, row_frame) in zip3(0..C, &mut matrix.contacts, frames) {
                 if symmetric && i > j {
                     break;
                 }
@@ -65,16 +66,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
     ) -> Option<()> {
         let frames = self.frames.get(..self.counts.contacts)?;
         for (index, j) in self.holding_rows().enumerate() {
-            let (coupling, sources) = (delassus.coupling.get(j)?, delassus.rows.get(j)?);
+            let sources = delassus.rows.get(j)?;
             let target = matrix.rows.get_mut(index)?;
             for (entry, k) in target.rows.iter_mut().zip(self.holding_rows()) {
-                *entry = *sources.get(k)?;
+                *entry = *sources.rows.get(k)?;
             }
             // `λ A⁻¹ / (1 + λ)`, as for contacts that stick.
             let set = sets.rows().get(j)?;
             let damped = self.damping / (set.alpha * (T::ONE + self.damping));
             *target.rows.get_mut(index)? += damped;
-            for (i, (frame, source)) in frames.iter().zip(coupling).enumerate() {
+            for (i, frame, source) in zip3(0..C, frames, &sources.contacts) {
                 if frame.kind == Kind::Open {
                     continue;
                 }

@@ -3,6 +3,7 @@
 //! A row with the bounds `l` and `u` has the velocity `s = p - n`, with `(λ - l) p = tau` and `(u - λ) n = tau`. An infinite bound has
 //! no such equation: a limit has one, an equality none. Where the bounds coincide, the impulse is no unknown.
 
+use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::sets::RowSet;
 use crate::sets::contact::pair::smoothed;
@@ -67,8 +68,8 @@ impl<T: Real> RowPair<T> {
 
     /// The lower and the upper bound.
     fn sides(&self) -> impl Iterator<Item = Side<T>> {
-        let pairs = self.gaps.into_iter().zip(self.duals);
-        pairs.zip(self.is_bounded).map(|((gap, dual), is_bounded)| Side { gap, dual, is_bounded })
+        let sides = zip3(self.gaps, self.duals, self.is_bounded);
+        sides.map(|(gap, dual, is_bounded)| Side { gap, dual, is_bounded })
     }
 
     /// The products `(λ - l) p` and `(u - λ) n`, which are `tau` on the central path; `None` for an infinite bound.
@@ -100,7 +101,7 @@ impl<T: Real> RowPair<T> {
             let other = step.and_then(|step| step.gaps.get(side).zip(step.duals.get(side)));
             other.map_or(T::ZERO, |(&gap, &dual)| gap * dual)
         };
-        for ((k, goal), side) in goals.iter_mut().enumerate().zip(self.sides()) {
+        for (k, goal, side) in zip3(0..2, &mut goals, self.sides()) {
             if side.is_bounded {
                 *goal = (tau - second(k)) / side.gap - side.dual;
             }
@@ -111,8 +112,7 @@ impl<T: Real> RowPair<T> {
     /// The step in which the impulse changes by `change`, and `p` and `n` by `goals` and by the effect of that change.
     pub(crate) fn step(&self, change: T, goals: &[T; 2]) -> Self {
         let mut step = Self { impulse: change, gaps: [change, -change], ..*self };
-        let changes = step.duals.iter_mut().zip(goals).zip(step.gaps);
-        for (((dual, &goal), change), side) in changes.zip(self.sides()) {
+        for (dual, &goal, change, side) in zip4(&mut step.duals, goals, step.gaps, self.sides()) {
             *dual = if side.is_bounded { goal - side.dual / side.gap * change } else { T::ZERO };
         }
         step

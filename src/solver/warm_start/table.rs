@@ -1,9 +1,10 @@
 //! A table of the last velocities and impulses of contacts or of joint rows, by key.
 
+use crate::linalg::zip::zip3;
 use crate::real::Real;
 use core::mem;
 
-/// `ũ` and `r` of one contact (`L` rows) or one joint row (`L` = 1) in the last solve, in rows that are not scaled.
+/// `ũ` and `r` of one contact (`L` rows) or one joint row (`L` = 1) in the last solve, in physical rows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry<T, const L: usize> {
     pub(super) key: u32,
@@ -20,7 +21,7 @@ impl<T: Real, const L: usize> Entry<T, L> {
     pub(super) fn impulse(&self, onwards: bool) -> [T; L] {
         let mut r = self.r;
         if onwards && self.solves > 1 && r != [T::ZERO; L] {
-            for ((r, &last), &before) in r.iter_mut().zip(&self.r).zip(&self.before) {
+            for (r, &last, &before) in zip3(&mut r, &self.r, &self.before) {
                 *r += last - before;
             }
         }
@@ -54,7 +55,7 @@ impl<T: Real, const L: usize, const K: usize> Table<T, L, K> {
     pub(super) fn reorder(&mut self, keys: impl Iterator<Item = u32>) -> [usize; K] {
         let mut last = mem::replace(&mut self.entries, [None; K]);
         let mut earlier_indices = [K; K];
-        for ((entry, earlier_index), key) in self.entries.iter_mut().zip(&mut earlier_indices).zip(keys) {
+        for (entry, earlier_index, key) in zip3(&mut self.entries, &mut earlier_indices, keys) {
             let same = |old: &Option<Entry<T, L>>| old.is_some_and(|old| old.key == key);
             if let Some(found) = last.iter().position(same) {
                 *earlier_index = found;
@@ -80,8 +81,9 @@ impl<T: Real, const L: usize, const K: usize> Table<T, L, K> {
     /// Replaces all entries by given impulses.
     pub(super) fn set(&mut self, impulses: impl Iterator<Item = (u32, [T; L])>) {
         *self = Self::empty();
-        for (entry, (key, r)) in self.entries.iter_mut().zip(impulses) {
-            *entry = Some(Entry { key, u: [T::ZERO; L], r, before: [T::ZERO; L], solves: 0 });
+        let given = |(key, r)| Entry { key, u: [T::ZERO; L], r, before: [T::ZERO; L], solves: 0 };
+        for (entry, new) in self.entries.iter_mut().zip(impulses.map(given)) {
+            *entry = Some(new);
         }
     }
 }
