@@ -14,7 +14,8 @@ use crate::scene::{Contact, Scene};
 use core::array::from_fn;
 use heapless::Vec;
 
-/// The Delassus operator `W`, a symmetric matrix.
+/// The Delassus operator with compliance, `W = H M⁻¹ Hᵀ + R`, a symmetric matrix. `H` includes the joint rows, and the diagonal
+/// matrix `R` has the compliances.
 #[derive(Clone, Debug)]
 pub(crate) struct Delassus<T, const D: usize, const C: usize, const R: usize> {
     /// Blocks `W_ij` of two contacts.
@@ -120,8 +121,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         Ok(())
     }
 
-    /// Computes the whitened contacts, their blocks of `W` and their effective mass matrices. `envelope`: the last row of `U` with an entry
-    /// in each column.
+    /// Computes the whitened contacts, their blocks of `W` and their effective mass matrices. `envelope` has the row of the last
+    /// nonzero entry of each column of `U`.
     #[inline]
     fn append_contacts<const S: usize>(&mut self, scene: &Scene<T, N, D, C, R, S>, envelope: &[usize; N]) {
         for (i, contact) in scene.contacts().iter().enumerate() {
@@ -202,8 +203,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         }
     }
 
-    /// Sets the estimate of the rounding of `W`, which grows with the largest `M_kk` over its pivot. A factor of 64 was enough for 500,000
-    /// random scenes in single precision.
+    /// Sets the estimate of the relative rounding of `W`: `64 eps` times the largest quotient of an `M_kk` and its pivot. The
+    /// factor of 64 was enough for 500,000 random scenes in single precision.
     fn measure_uncertainty(&mut self, mass: &[[T; N]; N]) {
         let mut growth = T::ONE;
         for (mass, reciprocal) in diagonal_of(mass).zip(diagonal_of(&self.mass)) {

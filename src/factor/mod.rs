@@ -3,10 +3,12 @@
 //! The *Delassus operator* `W = H M⁻¹ Hᵀ` maps contact impulses to the contact velocities that they cause ([`crate::guide::error`]). A
 //! vector that was multiplied by the inverse Cholesky factor of `M` is called *whitened* ([`crate::guide::method`]).
 //!
-//! The note factorises `A = M + rho HᵀH` and solves with it in each iteration (step 2). With `W` the same step is one symmetric product in
-//! contact space: `H A⁻¹ = B H M⁻¹` with the *resolvent* `B = (I + rho W)⁻¹ = I - rho H A⁻¹ Hᵀ`, so that
+//! The note factorises `A = M + rho HᵀH` and solves with it in each iteration (step 2). With `W` the same step is one symmetric
+//! product in contact space: `H A⁻¹ = B H M⁻¹` with the *resolvent* `B = (I + rho W)⁻¹ = I - rho H A⁻¹ Hᵀ`, so that
 //!
-//! `H vᵏ⁺¹ + b = y + B (q + S - y)`, `y = û - ζ̂`, `q = H v_free + w`, `S_i = mu_i s_i e_N`.
+//! `H vᵏ⁺¹ + w + S = y + B (q + S - y)`, `y = û - ζ̂`, `q = H v_free + w`, `S_i = mu_i s_i e_N`,
+//!
+//! with the extrapolated iterates `û` and `ζ̂` of the note. (Elsewhere `û` is the augmented velocity.)
 //!
 //! That takes `(D·C)²` multiplications, against `N² + 2·N·D·C` through the factor of `A`. A new `rho` does not change the factor of `M`.
 

@@ -1,4 +1,6 @@
 //! Products with `H M⁻¹` and `M⁻¹ Hᵀ`, computed with the whitened `X_i` of contacts and joint rows.
+//!
+//! In these comments `g` is a momentum. A function takes it *whitened*, as the `x` of `Uᵀ D⁻¹ x = g`; so `gᵀ M⁻¹ g = xᵀ D⁻¹ x`.
 
 use super::Factor;
 use crate::linalg::blocks::diagonal_of;

@@ -14,8 +14,8 @@ mod worst_case;
 
 /// A scene, its factor and its solver in one value, for a `static`.
 ///
-/// A kernel computes its factor again when `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed. The type parameter `P` names the [`Phases`] of its solver; the
-/// default is all phases.
+/// A kernel computes its factor again when `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed. The
+/// type parameter `P` names the [`Phases`] of its solver; the default is all phases.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};

@@ -1,8 +1,9 @@
 //! Root-free dense Cholesky factorisation `A = Uᵀ D⁻¹ U` on row-major storage.
 //!
-//! `U` is lower triangular with the pivots `D` on its diagonal. The code stores their reciprocals there, so no solve divides. No
-//! square root is taken: with roots, a change of units by an odd power of two would change mantissas; without, it changes exponents
-//! alone. No result depends on an upper triangle, and sums run in one fixed order on every machine.
+//! `U` is a lower triangle (so `Uᵀ` is the upper one) with the pivots `D` on its diagonal. The code stores the reciprocals of the
+//! pivots there, so no solve divides. It takes no square root: if a unit changes by an odd power of two, a root changes
+//! mantissas; without roots exponents alone change. The upper triangles of `A` and `U` affect no result. Sums run in one fixed
+//! order on every machine.
 //!
 //! Elimination runs from the last row to the first. If the rows are the joints of a robot, base first, the zeros of the mass matrix
 //! stay zero (R. Featherstone, *Efficient factorization of the joint-space inertia matrix for branched kinematic trees*, 2005). Rows
@@ -50,10 +51,11 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
 /// Number of entries of a row, of a solution or of a product that are computed at a time: their sums stay in registers.
 pub(crate) const BLOCK: usize = 6;
 
-/// Factorises `a` into `u`, and fills `envelope` with the last row that has an entry in each column. The strict upper triangle of `u`
-/// is undefined afterwards.
+/// Factorises `a` into `u`, and fills `envelope` with the row of the last nonzero entry of each column of `u`. The strict upper
+/// triangle of `u` is undefined afterwards.
 ///
-/// Fails with the row of the first pivot, from the last row on, that is not above `floor` times the diagonal of `a`.
+/// Rows are eliminated from the last to the first. The error is the first row whose pivot is not above `floor` times the diagonal
+/// entry of `a`, or has a reciprocal that overflows.
 #[inline(never)]
 pub(crate) fn factorise<T: Real, const N: usize>(
     a: &[[T; N]; N],
@@ -90,7 +92,7 @@ pub(crate) fn factorise<T: Real, const N: usize>(
     Ok(())
 }
 
-/// The last row that has an entry in each column of a factor.
+/// For each column of a factor the row of its last nonzero entry.
 pub(crate) fn envelope<T: Real, const N: usize>(u: &[[T; N]; N]) -> [usize; N] {
     let mut envelope = [usize::MAX; N];
     for (k, last) in envelope.iter_mut().enumerate() {

@@ -3,8 +3,9 @@
 
 use crate::real::Real;
 
-/// A sum of `n` products. Its error is at most `eps / 2` of its value plus `(n eps / 2)²` of the sum of the magnitudes of its terms, as
-/// long as nothing overflows and no product is within `1 / eps²` of the least number.
+/// A sum of `n` products. Its error is at most `eps / 2` of its value plus `γ²` of the sum of the magnitudes of its terms, with
+/// `γ = (n eps / 2) / (1 - n eps / 2)` (proposition 5.5 of that paper), if nothing overflows and no product is below `1 / eps²`
+/// times the least normal number.
 #[derive(Clone, Copy)]
 pub(crate) struct Dot2<T> {
     sum: T,

@@ -5,8 +5,8 @@
 //! block `k` of the matrix, those of joint rows the first rows of `StackedMatrix::rows`. A pivot is chosen among the equations of one
 //! contact, or among those of all joint rows. Multipliers overwrite the entries that they eliminate.
 //!
-//! A symmetric matrix is factorised as `L D Lᵀ`. Its pivots stay on the diagonal, its multipliers are the eliminating rows divided by
-//! their pivots, and its entries below the diagonal are not read.
+//! A symmetric matrix is factorised as `L D Lᵀ`. Its pivots stay on the diagonal. Its multipliers are the eliminating rows
+//! divided by their pivots. Its blocks below the diagonal blocks are not read.
 
 use crate::linalg::blocks::subtract_rows;
 use crate::linalg::cholesky::dot;
@@ -65,8 +65,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
         self.ends.last().copied().unwrap_or(0)
     }
 
-    /// Factorises a matrix; `None` if a pivot vanishes or is NaN. The entries below the diagonal of a `symmetric` matrix (positive
-    /// definite up to rounding) are not read.
+    /// Factorises a matrix; `None` if a pivot vanishes or is NaN. If the matrix is `symmetric` (positive definite up to
+    /// rounding), its blocks below the diagonal blocks are not read.
     #[inline(never)]
     pub(crate) fn factorise(
         &mut self,

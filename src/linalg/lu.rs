@@ -1,8 +1,9 @@
-//! LU factorisation with complete pivoting of a matrix that may be singular. It gives the rank, and solves with the matrix and with its
-//! transpose.
+//! LU factorisation of a matrix that may be singular. It gives the rank, and solves with the matrix and with its transpose.
 //!
-//! `P A Q = L U` with as many pivots as `A` has rank. A solve ignores equations without a pivot. Unknowns without a pivot are free; a
-//! solve chooses them so that the solution is the shortest. The matrices for that choice are stored in the columns of the free unknowns.
+//! `P A Q = L U` has as many pivots as `A` has rank. Pivots are diagonal entries where these are large enough, otherwise the
+//! largest entries (complete pivoting). A solve ignores equations without a pivot. Unknowns without a pivot are free; a solve
+//! chooses them so that the solution is the shortest. The columns of the free unknowns store the matrices for that choice
+//! ([`Lu::find_null_space`]).
 
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::real::Real;
@@ -82,8 +83,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Some(())
     }
 
-    /// Row and column of the next pivot. A diagonal entry is taken if it is not much smaller than the entries in its row and column,
-    /// preferably the next one. In a semidefinite matrix no other entry is larger. Otherwise all entries are searched.
+    /// Row and column of the next pivot. The first choice is the next diagonal entry or, if that is below a quarter of the
+    /// largest one, the largest. It is taken if it is above `floor` and above a quarter of the largest entry of its row and
+    /// column. Otherwise the largest entry of all is taken. (In a semidefinite matrix no entry exceeds the largest diagonal
+    /// entry.)
     fn find_pivot(&self, floor: T) -> Option<(usize, usize)> {
         let (k, size) = (self.rank, self.size);
         let diagonal = |i: usize| {
@@ -136,8 +139,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Some(())
     }
 
-    /// Computes a basis `N = (-T, 1)` of the null space. It puts `T = U₁⁻¹ U₂` into the columns without a pivot, and below it the
-    /// factor `L D Lᵀ` of `Nᵀ N = 1 + Tᵀ T`, as `D Lᵀ` with the reciprocals of `D` in `reciprocals`.
+    /// Computes a basis of the null space, the columns of `N = (-T, I)` with `T = U₁⁻¹ U₂`. `U₁` has the columns of `U` with a
+    /// pivot, `U₂` the free ones. `T` replaces `U₂`. Below it stands the factor `L D Lᵀ` of `Nᵀ N = I + Tᵀ T`, stored as `D Lᵀ`,
+    /// with the reciprocals of `D` in `reciprocals`.
     #[cold]
     #[inline(never)]
     fn find_null_space(&mut self) -> Option<()> {

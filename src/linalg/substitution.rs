@@ -26,7 +26,7 @@ pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; 
     }
 }
 
-/// Computes the unknowns from `first` up to `end`. Of the `K` unknowns from `first` on those behind `end` are known.
+/// Computes the unknowns `first..end` of a block of `K` unknowns from `first` on. Those from `end` on are known.
 #[inline]
 fn upper_block<T: Real, const N: usize, const K: usize>(
     u: &[[T; N]; N],
@@ -68,8 +68,8 @@ pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
     row: &'a [T; N],
 }
 
-/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides. `envelope` has the last row of `U` with an entry in each column. Appends the nonzero
-/// rows of `D⁻¹ y` to `scaled`, from the last to the first.
+/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides. `envelope` has the row of the last nonzero entry of each column of `U`.
+/// Appends the nonzero rows of `D⁻¹ y` to `scaled`, from the last to the first.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     u: &'a [[T; N]; N],
@@ -121,7 +121,7 @@ pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; 
     }
 }
 
-/// Computes the unknowns from `next` on. Of the `K` unknowns from `first` on those before `next` are known.
+/// Computes the unknowns from `next` on of a block of `K` unknowns from `first` on. Those before `next` are known.
 #[inline]
 fn lower_block<T: Real, const N: usize, const K: usize>(
     u: &[[T; N]; N],

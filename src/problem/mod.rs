@@ -37,7 +37,7 @@ pub(crate) struct Problem<
     pub(crate) sets: Sets<T, D, C, R>,
     /// `|r0|` (N·s), see [`crate::guide::error`].
     pub(crate) r0_norm: T,
-    /// Upper bound on `|stop|²`, up to a constant factor.
+    /// Estimate of `|stop|²` from above, up to a constant factor, see [`Problem::may_be_within`].
     stopping_bound: T,
     /// Is `|stop|` included in `reference_impulse`?
     pub(crate) counts_stopping: bool,
@@ -176,8 +176,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     /// May this error come within the tolerance once `|stop|` counts in its denominator? `|stop|` costs as much as a sweep, so it is
     /// computed late. Without it an error is too large, unless there is [an unexpected impulse](Self::has_unexpected_impulse).
     ///
-    /// The bound on `|stop|` follows from `|H_i v|² <= trace(W_ii) v·M v` of the free motion. It has a factor of 4, because `abs` acts on
-    /// each entry.
+    /// The estimate of `|stop|` uses `|H_i v|² <= trace(W_ii) v·M v` of the free motion. `stop` has `abs(H_i) abs(v)` instead,
+    /// which may be larger; a factor of 4 allows for it. If that is too little, `|stop|` counts only at the end of the call.
     pub(crate) fn may_be_within(&self, error: T, tolerance: T) -> bool {
         let four = T::literal(4.0 * expected::SHARE);
         let residual = error * self.reference_impulse;
@@ -229,7 +229,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
     }
 
-    /// [`Self::velocities`] for impulses `r` that are the ones nearest to 0.
+    /// [`Self::velocities`] for zero impulses, or the least ones of joint rows.
     pub(crate) fn velocities_at_rest(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
         if self.by_momentum || r.rows.iter().any(|&r| r != T::ZERO) {
             self.velocities(r, u);

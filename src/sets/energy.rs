@@ -2,14 +2,14 @@
 //!
 //! It is `sqrt(Σ W_jj (λ_j - Π_j(λ_j - s_j / W_jj))²) / S`. `S²` is the largest of three energies:
 //!
-//! - twice the energy of all impulses, `|Hᵀ r + Jᵀ λ|²` in the norm of `M⁻¹` plus what compliance stores;
-//! - the sum of the same of each contact and each row if it were alone;
+//! - twice the energy of all impulses: `|Hᵀ r + Jᵀ λ|²` in the norm of `M⁻¹`, plus twice the energy stored in compliance;
+//! - the sum of the same energies of the contacts and rows, each as if it were alone;
 //! - a ten-thousandth of `v·M v` of the free motion.
 //!
 //! A stop that is far away or a redundant loop does not enlarge `S`.
 //!
-//! Energies are computed in a unit, a power of two, so that they neither overflow nor vanish. A unit of mass, length or time
-//! that changes by a power of two changes no mantissa: every root is of a number that it changes by an even power.
+//! Energies are computed in a unit, a power of two, so that they neither overflow nor vanish. If a unit of mass, length or time
+//! changes by a power of two, each number under a root changes by an even power of two, so no mantissa changes.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{larger, precision, quotient, root_sum, square};
@@ -17,7 +17,8 @@ use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::sets::Sets;
 
-/// Least `S²` as a share of the energy of the free motion.
+/// Least `S²` as a share of `v·M v` of the free motion, and least square of the momentum's denominator as a share of the least
+/// `S²`.
 const SHARE: f64 = 1e-4;
 
 /// The part of `S²` that does not depend on impulses.
@@ -74,8 +75,8 @@ impl<T: Real> EnergyScale<T> {
         (self.floor * alpha).square_root() / self.unit
     }
 
-    /// Least denominator of squared momenta over a mass, in a unit with the root `unit`. Where stiction holds a body against a
-    /// spring, impulses cancel each other, and their sum is rounding alone.
+    /// Least square of the denominator of the momentum's error, where momenta are multiplied by `unit` and their squares divided
+    /// by a mass. Where stiction holds a body against a spring, impulses cancel each other, and their sum is rounding alone.
     pub(crate) fn momentum_floor(&self, unit: T) -> T {
         let ratio = unit / self.unit;
         self.floor * T::literal(SHARE) * (ratio * ratio)

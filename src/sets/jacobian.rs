@@ -1,10 +1,11 @@
 //! The linearised equation of a Newton step, factorised and kept for chord steps, which use it again ([`crate::guide::method`]).
 //!
-//! A step `d` solves `[W A (I - DP + λI) + DP - DS + λI] d = E`, with the effective masses `A = diag(alpha)` and the derivatives `DP`
-//! and `DS` of the projection `P` and the De Saxcé shift `S` of [`super::point`]. The damping `λ` regularises hyperstatic scenes, in
-//! which `W` is singular. In the frame of a contact ([`super::contact::frame`]) most of its equations decouple. The unknowns of the
-//! system change impulses: three of a spatial contact that sticks, two of one that slips, one of a frictionless one, none of an open
-//! one; one of a joint row that holds, none of one at its bound. The matrix is symmetric if no contact slips.
+//! A step `d` solves `[W A (I - DP + δI) + DP - DS + δI] d = E`, with `A = diag(alpha)` of the mean effective masses, and with
+//! the derivatives `DP` and `DS` by `z` of the projection `P` and the De Saxcé shift `S` of [`super::point`]. The damping `δ`
+//! regularises hyperstatic scenes, in which `W` is singular. In the frame of a contact ([`super::contact::frame`]) most of its
+//! equations decouple. The unknowns of the system change impulses: three of a spatial contact that sticks, two of one that slips,
+//! one of a frictionless one, none of an open one; one of a joint row that holds, none of one at its bound. The matrix is
+//! symmetric if no contact slips.
 
 use crate::cone::split;
 use crate::factor::Delassus;
@@ -36,7 +37,7 @@ pub(crate) struct Jacobian<T: Real, const D: usize, const C: usize, const R: usi
     /// Index in `frames` of each contact, and in `holds` of each joint row. [`Self::follow`] changes them with the scene.
     order: EarlierIndices<C, R>,
     pub(crate) elimination: Elimination<T, D, C, R>,
-    /// The damping `λ` of Levenberg and Marquardt.
+    /// The damping `δ` of Levenberg and Marquardt.
     damping: T,
     counts: Counts,
 }
@@ -103,8 +104,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         holds.filter(|&(_, &holds)| holds).map(|(j, _)| j)
     }
 
-    /// Damps the tangents of sticking contacts in inverse proportion to their grip `mu r_N`. Of all tangential impulses with the same
-    /// effect the step then prefers those with the same share `|r_T| / (mu r_N)` at each contact.
+    /// Damps the tangents of sticking contacts with the weight `mean(grip) / grip`, at most 100. The grip is
+    /// `mu |z_N| = mu r_N / alpha` (m/s). Of all tangential impulses with the same effect the step then prefers those with the
+    /// same share `|r_T| / (mu r_N)` at each contact.
     fn balance_damping(&mut self, sets: &Sets<T, D, C, R>, point: &NewtonPoint<T, D, C, R>) {
         let sets = sets.contacts();
         let grips = || {

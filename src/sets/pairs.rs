@@ -20,7 +20,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
         Self { contacts: [Pair::none(); C], rows: [RowPair::none(); R] }
     }
 
-    /// Fills in pairs with the parameter `tau`, near the impulses `r` and the velocities `u`.
+    /// Fills in pairs with the parameter `tau`, near the impulses `r` and the velocities `u`. `gain` is the weight of velocities
+    /// against impulses, `beta` the weight of friction.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn enter(
         &mut self,
@@ -81,7 +82,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Pairs<T, D, C, R> 
     }
 }
 
-/// Mean of `alpha |q|²`, the scale of `tau` at the start of the first path.
+/// Mean over all sets of an energy: `alpha |q|²` of a contact, `λ0² / alpha` of a joint row. It is the scale of the first `tau`.
 pub(crate) fn mean_energy<T: Real, const D: usize, const C: usize, const R: usize>(
     sets: &Sets<T, D, C, R>,
 ) -> T {

@@ -14,14 +14,14 @@ use crate::sets::pairs::Pairs;
 use core::array::from_fn;
 use nalgebra::SVector;
 
-/// Enlargement of the diagonal of `W`, in units of `eps`. Along internal forces `W` is rounding alone, which at the end of a path
-/// exceeds `V⁻²`: without it a step would leave the cones at once.
+/// Enlargement of the diagonal of `W`, in units of `eps`. Along internal forces `W` is rounding alone. At the end of a path that
+/// rounding exceeds the scaling `V⁻²` ([`Scaling`]), and without the enlargement a step would leave the cones at once.
 const REGULAR: f64 = 4.0;
 
 /// Right-hand sides of the linearised equations of one contact.
 #[derive(Clone, Copy)]
 struct Goal<T, const D: usize> {
-    /// `dw + V⁻² dx`, with the `w` of the pair's `dual`.
+    /// `dw + V⁻² dx`, where `w` is [`Pair::dual`] and `V` the [`Scaling`].
     cone: SVector<T, D>,
     /// `dy_N + y_N dx_N / x_N`
     normal: T,

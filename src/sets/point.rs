@@ -6,8 +6,8 @@
 //!
 //! `E(z) = W r + q + S(P) - P`, `S_i = mu_i |P_Ti| e_N`.
 //!
-//! The scale `alpha_i` is the effective mass of the contact. A joint row has an interval in place of the
-//! cone. A step `d` solves the linearised equation, see [`crate::sets::jacobian`].
+//! The scale `alpha_i` is the mean effective mass of the contact. A joint row has an interval in place of the cone. A step `d`
+//! solves the linearised equation and leads to `z + d`, see [`crate::sets::jacobian`].
 
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;

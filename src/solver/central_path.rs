@@ -220,7 +220,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         };
         let gain = value(&tuning::GAINS.map(T::literal));
         let beta = value(&tuning::WEIGHTS.map(T::literal));
-        // Higher with each round of weights, so that none repeats another.
+        // `tau` rises with each round of weights, so that no path repeats an earlier one.
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         self.enter_path(monitor, tau * tuning::tau_raise() * round, gain, beta);
         self.point.evaluate_impulses(monitor.problem);

@@ -13,8 +13,8 @@ use crate::solver::tuning;
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Does a cold solve without a guess begin with sweeps? In the convex relaxation only if impulses are unique: otherwise Newton's method
-    /// from rest is faster.
+    /// Does a cold solve without a guess begin with sweeps? In the convex relaxation only if impulses are unique: otherwise
+    /// Newton's method from zero impulses is faster.
     pub(crate) fn begins_with_sweeps(&self) -> bool {
         let unique = || self.can_be_swept() && !self.may_be_hyperstatic();
         self.model == Model::Coulomb || unique()
@@ -25,7 +25,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.reference_impulse * tuning::open_threshold::<T>()
     }
 
-    /// Is the scene hyperstatic, and do all contacts together have the friction to stick, if each one is stopped alone?
+    /// Is the scene hyperstatic, and is there enough friction to stick: `Σ alpha_i |q_Ti| <= Σ alpha_i mu_i |q_Ni|` over the
+    /// contacts with friction that approach?
     pub(crate) fn is_likely_to_stick(&self) -> bool {
         if !self.may_be_hyperstatic() {
             return false;
@@ -50,8 +51,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.is_redundant(holding) && demand <= tuning::sticking::<T>() * grip
     }
 
-    /// Fills `z` with the guess: every contact that does not clearly separate sticks, with the impulse that would stop it alone. Every joint
-    /// row has the impulse that it would have alone.
+    /// Fills `z` with the guess: every contact that does not clearly separate sticks, with the normal impulse that would stop it
+    /// alone, but at least the threshold. Every joint row has the impulse that it would have alone.
     pub(crate) fn all_sticking(&self, z: &mut Stacked<T, D, C, R>) {
         let threshold = self.open_threshold();
         for (z, set) in z.contacts.iter_mut().zip(self.sets.contacts()) {

@@ -332,7 +332,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// Begins a cold start: at a guess, with sweeps, or with Newton's method from rest.
+    /// Begins a cold start: at a guess, with sweeps, or with Newton's method from zero impulses.
     fn begin_cold<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,

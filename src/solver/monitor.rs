@@ -1,8 +1,9 @@
 //! The monitor of a solve: it keeps the best impulses so far, counts the work, and decides when the solve is over.
 //!
-//! Two numbers measure impulses. The *estimate* is the part of contacts and joint rows in the error ([`crate::guide::error`]): the natural map, relative to the
-//! expected size of the impulses, computed in contact space from `u = W r + q` and without bounds on rounding. The *error* is that of the
-//! solution as it is written, with its velocity. It costs more, so it is computed only where the estimate is within the tolerance.
+//! Two numbers measure impulses. The *estimate* is the larger of the parts of contacts and joint rows in the error
+//! ([`crate::guide::error`]), computed in contact space from `u = W r + q`, without bounds on rounding. The *error* is that of
+//! the solution as it is written, with its velocity. It costs more, so it is computed only where the estimate is within the
+//! tolerance.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::zip::{zip3, zip4};
@@ -14,7 +15,7 @@ use crate::solver::tuning;
 use core::mem;
 use nalgebra::SVector;
 
-/// Largest number of corrections of `q` (iterative refinement). If they are not enough, rounding is to blame.
+/// Largest number of corrections of the velocities (iterative refinement). If they are not enough, rounding is to blame.
 const CORRECTIONS: u8 = 4;
 
 /// Work that an error with twice the digits takes from the budget.
@@ -149,8 +150,9 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
 
     /// Checks the error of the best impulses, which were the last that [`Self::consider`] saw. Ends the solve if they solve the scene.
     ///
-    /// If the error exceeds the tolerance, a check with twice the digits is due. If that error exceeds the tolerance, too, `H v + w` and
-    /// `W r + q` differ by rounding: the difference is added to `q`, and the search continues (iterative refinement).
+    /// If the error exceeds the tolerance, a check with twice the digits is due. If that error exceeds the tolerance, too,
+    /// `H v + w` and `W r + q` differ by rounding. The difference is then added to the constant terms of the velocities, and the
+    /// search continues (iterative refinement).
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn judge(&mut self) {
         let (r, mut u) = (self.record.best, Stacked::zero());
@@ -169,7 +171,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
                 Status::PrecisionLimit // squares overflow
             });
         } else if check == Check::Error {
-            // The estimate of a sweep may be another one.
+            // The best estimate may be that of a sweep, without the natural map.
             let estimate = self.problem.velocities_and_estimate(&r, &mut u);
             self.record.best_estimate = Some(estimate);
             if estimate <= self.settings.tolerance {
@@ -197,7 +199,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.solution.error <= tolerance
     }
 
-    /// Adds the difference of `H v + w` and `W r + q` to the constant terms `q` of the velocities.
+    /// Adds the difference of `H v + w` and `W r + q` to the constant terms of the velocities,
+    /// [`ContactSet::base`](crate::sets::ContactSet).
     fn correct_velocities(&mut self, u: &Stacked<T, D, C, R>) {
         let scene = self.problem.scene;
         let sets = self.problem.sets.contacts_mut();

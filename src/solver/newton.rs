@@ -27,7 +27,7 @@ pub(crate) struct Newton {
 /// The kind of point at which Newton's method began.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Origin {
-    /// At rest, or after sweeps of a cold start: there is no colder start.
+    /// At zero impulses, or after sweeps of a cold start: there is no colder start.
     Cold,
     /// On the central path.
     Path,
@@ -58,7 +58,7 @@ enum Chord {
 }
 
 impl Newton {
-    /// Begins at rest, or after sweeps of a cold start.
+    /// Begins at zero impulses, or after sweeps of a cold start.
     pub(crate) fn new() -> Self {
         Self {
             remaining_steps: u8::try_from(tuning::newton_steps()).unwrap_or(u8::MAX),
@@ -95,8 +95,8 @@ impl Newton {
         Self { remaining_steps: 1, ..Self::new() }
     }
 
-    /// Damping `λ` after Levenberg and Marquardt. It falls with the estimate of the error to a floor set by the rounding of `W`, so that the
-    /// last steps are hardly damped.
+    /// Damping `δ` after Levenberg and Marquardt. It falls with the estimate of the error to a floor of 1e-12 (f32: 64 eps),
+    /// about the rounding of a well-conditioned `W`, so that the last steps are hardly damped.
     fn damping<T: Real>(self, estimate: T, centred: bool) -> T {
         let share: T = match self.origin {
             Origin::Path => tuning::finish_damping(),

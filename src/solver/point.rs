@@ -1,4 +1,5 @@
-//! Evaluation of a [`NewtonPoint`] (`src/sets/point.rs`): the `z` of Newton's method with the impulses, velocities, residual and merit that belong to it.
+//! Evaluation of a [`NewtonPoint`] (`src/sets/point.rs`): the `z` of Newton's method, and the impulses, velocities, residual and
+//! merit that follow from it.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;

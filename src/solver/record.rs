@@ -74,7 +74,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     /// Estimate of their error (see [`super::monitor`]).
     pub(super) best_estimate: Option<T>,
     pub(super) check: Check,
-    /// Number of corrections of `q`, see [`super::monitor::Monitor::judge`].
+    /// Number of corrections of the velocities, see [`super::monitor::Monitor::judge`].
     pub(super) corrections: u8,
     /// Constant terms of the velocities, corrections included, at the last pause.
     pub(super) bases: Stacked<T, D, C, R>,

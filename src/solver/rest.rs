@@ -8,8 +8,9 @@
 //! relaxation are unique. So the question is convex: does the solution of the relaxation obey Coulomb's law? A solve that begins at
 //! rest opens the question if its solution does not solve the relaxation. The central path then solves the relaxation.
 //!
-//! The answer may be known early. If every `r_i` lies in its cone and every `u_i` in the dual, with `u = W r + q`, the duality gap `r · u`
-//! bounds the distance to the velocities `u*` of the relaxation: `alpha_i |u_i - u*_i|² <= 2 D (r · u)`.
+//! The answer may be known early. If every `r_i` lies in its cone and every `u_i` in the dual, with `u = W r + q`, the duality
+//! gap `r · u` bounds the distance to the solution `r*`, `u*` of the relaxation: `½ |r - r*|_W² <= r · u`, so
+//! `alpha_i |u_i - u*_i|² <= 2 D (r · u)`.
 
 use crate::cone::split;
 use crate::linalg::stacked::Stacked;
@@ -213,8 +214,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Checks the error of a point that was [considered](Self::consider_rest), and keeps its impulses if they solve Coulomb's law.
     ///
-    /// Ends the solve if they are much more exact than the tolerance, or if the relaxation is solved exactly. (At the limit of its friction a
-    /// body must not be carried beyond the limit by the error of a tick.)
+    /// Ends the solve if they are much more exact than the tolerance, or if the relaxation is solved exactly. Otherwise the
+    /// search goes on: the error of a tick must not carry a body that is at the limit of its friction beyond that limit.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn judge_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
         let estimate = self.coulomb_estimate(point);

@@ -63,11 +63,11 @@ numbers! {
     /// Newton: chord steps follow as long as the merit falls to at most this share in each step.
     chord_fall: 0.1;
 
-    /// Damping: `λ` over the estimate of the error.
+    /// Damping: `δ` over the estimate of the error.
     damping: 1e-6;
-    /// Damping: `λ` over the estimate in a hyperstatic scene.
+    /// Damping: `δ` over the estimate in a hyperstatic scene.
     hyperstatic_damping: 1e-3;
-    /// Damping: `λ` over the estimate in steps that finish the central path.
+    /// Damping: `δ` over the estimate in steps that finish the central path.
     finish_damping: 0.1;
 
     /// Central path: the first `tau` over the mean of `alpha |q|²`.

@@ -61,7 +61,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         }
     }
 
-    /// Counts a tick that its start solves. Returns true in the last of [`CREEPING_TICKS`] creeping ticks in a row.
+    /// Counts creeping ticks in a row, among the ticks that are solved at their start. Returns true in the last of
+    /// [`CREEPING_TICKS`].
     pub(super) fn has_crept(&mut self, creeps: bool) -> bool {
         self.creeping_ticks = if creeps { self.creeping_ticks + 1 } else { 0 };
         if self.creeping_ticks < CREEPING_TICKS {

@@ -5,8 +5,9 @@
 //! `w_N · d_N + offset · d_J < 0`, for instance for two walls that close on a body. `J` has the joint rows. Boxes, tangents and compliant
 //! rows ask for nothing. [`crate::guide::error`] says more under "Infeasible scenes".
 //!
-//! Two checks follow the search. By `|w · d| <= |v|_M |Hᵀ d|_{M⁻¹}` a velocity that satisfies the scene would have to be 1e9 times
-//! (f32: 4,200 times) as fast as the offsets. And each entry of `Hᵀ d` is zero up to rounding, so a heavy body does not hide one.
+//! Two checks follow the search. A velocity `v` that satisfies the scene has `|w · d| <= |v|_M |Hᵀ d|_{M⁻¹}`. The first check
+//! asks that it would be 1e9 times (f32: 4,200 times) as fast as the offsets. The second asks that each entry of `Hᵀ d` is zero
+//! up to rounding, so that the entries of a heavy body do not hide one of a light body.
 
 use crate::factor::{Delassus, Factor};
 use crate::linalg::blocks::diagonal_of;
@@ -123,8 +124,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         rows.any(|(demand, &offset)| demand.is_violated(offset))
     }
 
-    /// Is each entry of `Hᵀ d_N + Jᵀ d_J` at most a billionth of its largest term, or rounding? Terms are compared in rows of unit effective
-    /// mass, in which `d` is `weights`.
+    /// Is each entry of `Hᵀ d_N + Jᵀ d_J` zero up to rounding: at most 1e-9 (f32: 8 eps) of `Σ |weights|` times the largest entry
+    /// of its column in rows of unit effective mass? In such rows `d` is `weights`.
     #[inline(never)]
     fn cancels(&self, d: &Stacked<T, D, C, R>, weights: &Stacked<T, D, C, R>) -> bool {
         let [mut sums, mut sizes] = [[T::ZERO; N]; 2];
@@ -194,8 +195,8 @@ fn normalised<T: Real, const D: usize, const C: usize, const R: usize>(
     }
 }
 
-/// Is `approach = -w · d` so large, compared with `leak = |Hᵀ d|`, that velocities which meet the offsets would be 1e9 times (f32:
-/// 4,200 times) as fast?
+/// Is `approach = -w · d` so large, compared with `leak = |Hᵀ d|`, that a velocity which meets the offsets would be 1e9 times
+/// (f32: 4,200 times) as fast as the fastest of them? `offsets` and `x` are `w` and `d` in rows of unit effective mass.
 #[inline(never)]
 fn is_strong<T: Real, const D: usize, const C: usize, const R: usize>(
     mut leak: T,
@@ -212,8 +213,8 @@ fn is_strong<T: Real, const D: usize, const C: usize, const R: usize>(
     approach > T::ZERO && leak * proportion * fastest <= approach
 }
 
-/// `m W d` without compliance, and `|Hᵀ d|` in the norm of `m M⁻¹`, with the reference mass `m`. Both are computed from `Hᵀ d`, and so
-/// have no rounding of larger terms.
+/// `m W d` without compliance, and `|Hᵀ d|` in the norm of `m M⁻¹`, with the reference mass `m`. Both are computed from `Hᵀ d`,
+/// so the rounding of `W` does not enter.
 fn row_products<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     factor: &Factor<T, N, D, C, R>,
     d: &Proof<T, C, R>,

@@ -11,8 +11,8 @@ use crate::real::Real;
 use crate::scene::{JointRow, Scene};
 use nalgebra::ComplexField;
 
-/// Bytes of registers for sums; as many magnitudes take the same again. A quarter of the registers is for the terms: of 32 words on a
-/// Cortex-M4F, or of 32 doubles in 16 vectors on a desktop.
+/// Bytes of registers for the sums of a block. The sums of magnitudes take as many, and the terms a quarter of all registers: 128
+/// bytes on a Cortex-M4F, 256 on a desktop (16 vectors of 16 bytes). So the sums take three eighths.
 const SUMS: usize = if cfg!(target_os = "none") { 48 } else { 96 };
 
 /// Norms of the momenta of a solution.

@@ -5,9 +5,10 @@
 //! Rump, 2013). [`Scene::dynamics`](crate::Scene::dynamics) computes these sums of
 //! magnitudes beside the sums, and [`Problem::rounding`] the bounds.
 //!
-//! If the error with a bound exceeds the tolerance, [`Problem::refine`] computes the sums again as dot products that carry their error along
-//! ([`crate::linalg::dot2`]). These are off by `eps / 2` of their result, and `((n + 1) eps / 2)²` of the magnitudes of their terms; operations
-//! that follow add to both.
+//! If the error with a bound exceeds the tolerance, [`Problem::refine`] computes the sums again as dot products that carry their
+//! error along ([`crate::linalg::dot2`]). These are off by `eps / 2` of their result, and at most
+//! `(n + 4) (n + 1 + k) (eps / 2)²` of the magnitudes of their terms, if `k` operations follow. Each of these adds `eps / 2` of
+//! the result.
 
 use crate::linalg::blocks::diagonal_of;
 use crate::linalg::dot2::Dot2;
@@ -101,7 +102,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ///
     /// `M` and `W = H M⁻¹ Hᵀ` are positive semidefinite: `|M_ik| <= sqrt(M_ii M_kk)` and `|H_ak| <= sqrt(W_aa M_kk)`. With
     /// `S = Σ_k sqrt(M_kk) |v_k|` and `P = Σ_a sqrt(W_aa) |r_a|` the magnitudes of the terms of a momentum are then at most
-    /// `sqrt(M_kk) (S + P) + |f_k|`, and those of a velocity `sqrt(W_aa) S + |w_a|`.
+    /// `sqrt(M_kk) (S + P) + |p_k|` with the free impulse `p`, and those of a velocity `sqrt(W_aa) S + |w_a|`.
     #[inline]
     pub(crate) fn crude_rounding(
         &self,

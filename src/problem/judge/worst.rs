@@ -60,8 +60,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         worst
     }
 
-    /// How far the solution is from what contacts and joint rows allow, in the units of the scene: an error that a mechanic would
-    /// measure. Pass the scene of the solve, whose cones it needs; where it has another key there is none.
+    /// The largest violations of the laws of contacts and joint rows, in the units of the scene: an error that a mechanic would
+    /// measure. Pass the scene of the solve, which has the cones. A contact in whose place the scene has another key counts with
+    /// its closing speed alone.
     ///
     /// ```
     /// # use nalgebra::{Matrix2, matrix, vector};

@@ -29,7 +29,8 @@ pub(in crate::sets) fn solve_local<T: Real, const D: usize>(
     local: &Local<'_, T, D>,
     multiplier: &mut T,
 ) -> [T; D] {
-    // `push` is as simple with one row. A contact that slipped in the last sweep mostly slips again.
+    // Not tried with one row, where `push` is as simple, nor after a slip: a contact that slipped in the last sweep mostly slips
+    // again.
     let mu = local.set.cone.friction();
     if D > 1
         && *multiplier == T::ZERO
@@ -44,7 +45,8 @@ pub(in crate::sets) fn solve_local<T: Real, const D: usize>(
     push(&local.block, &free, mu, multiplier).unwrap_or([T::ZERO; D])
 }
 
-/// Square of the residual of Coulomb's law at one contact after a sweep (N²s²), to first order that of the natural map.
+/// Square of the residual of Coulomb's law at one contact after a sweep (N²s²), an estimate of that of the natural map. (At a
+/// contact that sticks it leaves out the term `2 mu u_N |u_T|`.)
 ///
 /// `u`, `r` and `multiplier` are the velocity, impulse and `λ` after the sweep. A slipping contact had `u_N = 0` and `u_T = -λ r_T`
 /// when it was solved; later contacts have changed its velocity since. A change of the slip velocity along `r_T` changes no impulse.
@@ -193,8 +195,8 @@ const CLOSE: f64 = 0.5;
 
 /// The equation `mu r_N = |r_T|` for the slip multiplier `λ` of a spatial contact.
 ///
-/// With `δ = det(S + λI)` and `c = adj(S) b` the impulse is `δ r_T = c + λ b` and `δ mu r_N = constant + λ (linear + λ square)`. The
-/// ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`, so few steps of Newton's method find the `λ` at which it is 1.
+/// With `Δ = det(S + λI)` and `c = adj(S) b` the impulse is `Δ r_T = c + λ b` and `Δ mu r_N = constant + λ (linear + λ square)`.
+/// The ratio of `mu r_N` to `|r_T|` is nearly linear in `λ`, so few steps of Newton's method find the `λ` at which it is 1.
 struct SlipEquation<T> {
     mu: T,
     /// `trace(S)` and `det(S)`
@@ -243,7 +245,7 @@ impl<T: Real> SlipEquation<T> {
         })
     }
 
-    /// `r_N` and `r_T` at a `λ`, from `normal = δ mu r_N` and with `r_T` stretched; `None` if they are not finite.
+    /// `r_N` and `r_T` at a `λ`, from `normal = Δ mu r_N` and with `r_T` stretched; `None` if they are not finite.
     #[inline(always)]
     #[allow(clippy::inline_always)] // as above
     fn impulse(&self, lambda: T, normal: T, stretch: T) -> Option<(T, [T; 2])> {

@@ -45,10 +45,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// `carried` (N·s), the largest impulse that one dof asks of a contact.
     ///
-    /// It is the largest of `(p_j + M_jj s / h_j) / h_j` over the dofs `j`, with the fastest offset `s = max |w|` and the longest lever
-    /// `h_j = max_k |H_kj|`. The momentum `p_j` sums the magnitudes of the free impulse and of the joint rows, each row as if it were
-    /// alone. `|r0|` is too small where a light body carries a heavy one in a stack, or where a spring presses a body at rest onto its
-    /// contacts. A dof counts only if its lever exceeds 1e-7 of the lever of the most mobile contact, if that moved this dof alone.
+    /// It is the largest of `(p_j + M_jj s / h_j) / h_j` over the dofs `j`, with the fastest offset `s = max |w|` and the longest
+    /// lever `h_j = max_k |H_kj|`; `k` runs over normals and tangents, not over spin and roll. The momentum `p_j` is the
+    /// magnitude of the free impulse plus those of the joint rows, each row as if it were alone. `|r0|` is too small where a
+    /// light body carries a heavy one in a stack, or where a spring presses a body at rest onto its contacts. A dof counts only
+    /// if `h_j > 1e-7 sqrt(M_jj max_i trace(W_ii))`: a contact that moves this dof alone, with the lever `h_j`, has the inverse
+    /// mass `h_j² / M_jj`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn carried_impulse(&self, sets: &Sets<T, D, C, R>, free: &[T; N]) -> T {
         let (mut levers, mut fastest, mut mobility) = ([T::ZERO; N], T::ZERO, T::ZERO);

@@ -46,17 +46,17 @@ impl Kind {
 ///
 /// `d = a p + b k + Σ_j c_j τ_j`
 ///
-/// with the boundary ray `p = (mu, e)` of `K*`, the ray `k = (-1, mu e)` of `-K`, and the tangents `τ_j` across the sliding
-/// direction `e`. The derivative of the projection acts on them as
+/// with the friction coefficient `mu`, the boundary ray `p = (mu, e)` of `K*`, the ray `k = (-1, mu e)` of `-K`, and the tangents
+/// `τ_j` across the sliding direction `e`. The derivative of the projection acts on them as
 ///
-/// - `DP p = p`: `a` changes no impulse, except by the damping `λ`, which is neglected;
+/// - `DP p = p`: `a` changes no impulse, except by the damping `δ`, which is neglected;
 /// - `DP k = 0`: `b` is an unknown;
 /// - `DP τ_j = turn τ_j` with `turn = |P_T| / |z_T|`: each `c_j` is an unknown.
 ///
-/// The unknowns of all contacts add the impulses `x`. Then two scalar equations remain, one along `e` and one along the normal:
+/// The unknowns of all contacts cause the impulses `x`. Then two scalar equations remain, one along `e` and one along the normal:
 ///
-/// - `(1 + λ) a + λ mu b + e·W x = e·E`, which gives `a`;
-/// - `(mu - mu_i) a + λ (mu a - b) + (W x)_N = E_N`, with the `mu_i` of `DS`, which is 0 in the convex relaxation.
+/// - `(1 + δ) a + δ mu b + e·W x = e·E`, which gives `a`;
+/// - `(mu - mu_i) a + δ (mu a - b) + (W x)_N = E_N`, with the factor `mu_i` of the De Saxcé shift, 0 in the convex relaxation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame<T: Real, const D: usize> {
     pub(crate) kind: Kind,
@@ -66,15 +66,15 @@ pub(crate) struct Frame<T: Real, const D: usize> {
     pub(crate) turn: T,
     /// Multiple of the tangential equation (along `e`) of a slipping contact, subtracted from the normal one to eliminate `a`.
     pub(crate) skew: T,
-    /// `λ mu` of a slipping contact.
+    /// `δ mu` of a slipping contact.
     pub(crate) tilt: T,
-    /// `λ` of the tangential rows of a sticking contact.
+    /// `δ` of the tangential rows of a sticking contact.
     pub(crate) tangential_damping: T,
-    /// `1 / (alpha (1 + λ))` of a contact that sticks or is smooth. Its unknowns are impulses, and `d = compliance × unknown`.
+    /// `1 / (alpha (1 + δ))` of a contact that sticks or is smooth. Its unknowns are impulses, and `d = compliance × unknown`.
     pub(crate) compliance: T,
-    /// Map from the unknowns of a slipping contact to impulses: unknown `j` adds its multiple of entry `j` to `alpha (I - DP + λI) d`.
+    /// Impulses of a slipping contact by unknown: entry 0 is `alpha (I - DP + δI) k`, entry `j` is `alpha (I - DP + δI) τ_j`.
     pushes: [[T; D]; D],
-    /// Coefficients of the rows in each equation of a slipping contact.
+    /// Equations of a slipping contact: entry `k` has the factors with which equation `k` sums the rows of the contact.
     tests: [[T; D]; D],
 }
 
@@ -104,7 +104,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// Linearises a contact at `z`, with the damping `λ` of Levenberg and Marquardt.
+    /// Linearises a contact at `z`, with the damping `δ` of Levenberg and Marquardt.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set(&mut self, set: &ContactSet<T, D>, kind: Kind, z: &SVector<T, D>, damping: T) {
         self.kind = kind;
@@ -133,8 +133,8 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// Sets the columns of the unknowns along `k` and the `τ_j`. The reflection that takes the first tangent to `±e` has the `τ_j` as
-    /// its columns, behind the first one.
+    /// Sets the columns of the unknowns along `k` and the `τ_j`. The `τ_j` are the columns, but for the first, of the Householder
+    /// reflection that takes the first tangent to `±e`.
     fn set_slip(&mut self, set: &ContactSet<T, D>, along: T, across: T) {
         let mu = set.cone.friction();
         let e = self.direction;
@@ -215,7 +215,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
         entries
     }
 
-    /// The step `d` of this contact, from its unknowns and the residual `E - W x` of its equations.
+    /// The step `d` of this contact, from its unknowns and the residual `E - W x` of its equations. `undamped` is `1 / (1 + δ)`.
     pub(crate) fn step(
         &self,
         set: &ContactSet<T, D>,

@@ -86,8 +86,8 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
         self.alpha * rows.fold(T::ZERO, |sum, &q| sum + q * q)
     }
 
-    /// `|r0_i|² / alpha_i`, the energy of the impulse `r0_i = Π_K(-alpha_i q̂_i)` of the contact if it were alone. Velocities are
-    /// multiplied by `unit`.
+    /// `|r0_i|² / alpha_i`, twice the energy of the impulse `r0_i = Π_K(-alpha_i q̂_i)` of the contact if it were alone.
+    /// Velocities are multiplied by `unit`.
     pub(crate) fn alone_energy(&self, unit: T) -> T {
         let argument = -self.augmented(&(self.q * unit));
         self.cone.projected_square(&argument) * self.alpha
@@ -124,7 +124,8 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
         if self.alpha > T::ZERO { T::count(D) / self.alpha } else { T::ZERO }
     }
 
-    /// Upper bound on `|stop_i|²`, up to a constant factor. `energy` is `v·M v` of the free motion.
+    /// Estimate of `|stop_i|²` from above, up to a constant factor. `energy` is `v·M v` of the free motion. (It is a bound with
+    /// `|H_i v|` in place of `abs(H_i) abs(v)`, which may be larger.)
     pub(crate) fn stopping_bound(&self, offset: &[T; D], energy: T) -> T {
         let moves = T::count(D) * energy + self.alpha * square(offset);
         self.alpha * moves

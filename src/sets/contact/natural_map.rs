@@ -62,7 +62,8 @@ impl<T: Real> Boundary<T> {
 ///
 /// On the boundary the normal impulse is `(z_N + mu |z_T|) / (1 + mu²)`. During a fast slide that is a small difference of two
 /// large numbers. With `d = |z_T| - alpha |u_T| = r_T · (z_T - alpha u_T) / (|z_T| + alpha |u_T|)` it is
-/// `(r_N - alpha u_N + mu d) / (1 + mu²)`, which is rounded as impulses are.
+/// `(r_N - alpha u_N + mu d) / (1 + mu²)` by Coulomb's law, a sum of numbers of the size of impulses. (In the relaxation
+/// `mu alpha |u_T|` is added to the numerator.)
 pub(crate) fn contact_residual<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
     alpha_u: &SVector<T, D>,
@@ -290,8 +291,8 @@ impl<T: Real> Sums<T> {
     }
 }
 
-/// The larger of `error` and the excess of the residual over [`LARGEST_SHARE`] of the expected impulses, the latter at most 1. Without
-/// it, impulses that diverge would make any violation small. `residual`, `noises` and `expected` are squares.
+/// The larger of `error` and the share by which the residual exceeds [`LARGEST_SHARE`] of the expected impulses, at most 1.
+/// Without this rule impulses that diverge would make any violation small. `residual`, `noises` and `expected` are squares.
 #[cfg_attr(target_os = "none", inline(never))]
 fn at_least_excess<T: Real>(error: T, [residual, noises]: [T; 2], expected: T, carried: &dyn Fn() -> T) -> T {
     let mut bound = residual;

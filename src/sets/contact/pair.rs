@@ -94,8 +94,8 @@ impl<T: Real, const D: usize> Pair<T, D> {
         self.part.count::<D>()
     }
 
-    /// The pair with the parameter `tau` near the impulse `r` and the velocity `u`: smoothed after Chen, Harker, Kanzow and Smale, with
-    /// the same `gain w / beta - x / (gain alpha)`.
+    /// The pair with the parameter `tau` near the impulse `r` and the augmented velocity `u`, smoothed after Chen, Harker, Kanzow
+    /// and Smale. With `w = (s, y_T)`, `gain w / beta - x / (gain alpha) = gain Λ u - Λ⁻¹ r / (gain alpha)`.
     pub(crate) fn centred(
         set: &ContactSet<T, D>,
         r: &SVector<T, D>,
@@ -167,7 +167,8 @@ pub(in crate::sets) fn smoothed<T: Real>(l: T, square: T) -> T {
     if l > T::ZERO { (l + root) / two } else { two * square / (root - l) }
 }
 
-/// The scaling of a pair after Nesterov and Todd: `V = sqrt(stretch)⁻¹ V(ω)` with `V w = V⁻¹ x`, where `w` is the pair's `dual`.
+/// The scaling `V` of a pair after Nesterov and Todd: `V w = V⁻¹ x`, where `w` is the pair's `dual`. `V = V(ω) / sqrt(stretch)`,
+/// and `V(ω)` is the symmetric matrix with `V(ω)² = Q(ω)`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scaling<T, const D: usize> {
     /// `ω`, of determinant 1.
@@ -218,8 +219,9 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         self.compliance(&unit) // symmetric
     }
 
-    /// `dw + V⁻² dx` of the corrector, `V⁻¹ (λ \ (goal e - λ ∘ λ - V⁻¹ dx ∘ V dw))` with `λ = V w = V⁻¹ x`. It solves the linearised
-    /// equation `λ ∘ (V dw + V⁻¹ dx) = goal e - λ ∘ λ - V⁻¹ dx ∘ V dw`, with `dx` and `dw` of the predictor `step` on the right.
+    /// `dw + V⁻² dx` of the corrector: `V⁻¹ (σ \ (goal e - σ ∘ σ - V⁻¹ dx ∘ V dw))` with `σ = V w = V⁻¹ x`. It solves the
+    /// linearised equation `σ ∘ (V dw + V⁻¹ dx) = goal e - σ ∘ σ - V⁻¹ dx ∘ V dw`, with `dx` and `dw` of the predictor `step` on
+    /// the right; `σ \ a` is the `b` of `σ ∘ b = a`. The code uses `V(ω)` for `V`: the factors `sqrt(stretch)` cancel.
     pub(crate) fn corrected(&self, pair: &Pair<T, D>, step: &Pair<T, D>, goal: T) -> SVector<T, D> {
         let inverse = |a: &SVector<T, D>| self.turn(a, -T::ONE);
         let (of_x, of_w) = (inverse(&pair.x), self.turn(&pair.dual, T::ONE));

@@ -74,8 +74,8 @@ impl<T: Real, const D: usize> Boundary<'_, T, D> {
     }
 
     /// The impulse after one step of Newton's method from `impulse`, at which the contact has the velocity `u`. The step has two
-    /// directions: along the ray of `impulse`, and across it along the part of `u_T` that is normal to `r_T`, with the curvature `λ` of
-    /// the cone. With one or two tangents there are no other directions.
+    /// directions: the ray of `impulse`, and the part of `u_T` that is perpendicular to `r_T`. Across the ray the curvature `λ`
+    /// of the cone is added. With one or two tangents there are no other directions.
     ///
     /// `None` without a tangential impulse, or if the contact opens.
     #[cfg_attr(target_os = "none", inline(never))]

@@ -71,7 +71,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
             for (entry, k) in target.rows.iter_mut().zip(self.holding_rows()) {
                 *entry = *sources.rows.get(k)?;
             }
-            // `λ A⁻¹ / (1 + λ)`, as for contacts that stick.
+            // `δ A⁻¹ / (1 + δ)`, as for contacts that stick.
             let set = sets.rows().get(j)?;
             let damped = self.damping / (set.alpha * (T::ONE + self.damping));
             *target.rows.get_mut(index)? += damped;

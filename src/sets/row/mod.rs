@@ -79,7 +79,8 @@ impl<T: Real> RowSet<T> {
         lower < upper
     }
 
-    /// `λ0² / alpha`, the energy of the impulse `λ0` of the row if it were alone. It is 0 for an open stop.
+    /// `λ0² / alpha`, twice the energy of the impulse `λ0` of the row if it were alone; 0 for an open stop. `λ0` is multiplied by
+    /// `unit`.
     pub(crate) fn alone_energy(&self, unit: T) -> T {
         if self.alpha <= T::ZERO {
             return T::ZERO;

@@ -1,7 +1,8 @@
 //! A joint row on the central path: the distances of its impulse `λ` from its bounds, and the dual unknowns `p` and `n` of the bounds.
 //!
-//! A row with the bounds `l` and `u` has the velocity `s = p - n`, with `(λ - l) p = tau` and `(u - λ) n = tau`. An infinite bound has
-//! no such equation: a limit has one, an equality none. Where the bounds coincide, the impulse is no unknown.
+//! A row with the bounds `lower` and `upper` has the velocity `s = p - n`, with `(λ - lower) p = tau` and `(upper - λ) n = tau`.
+//! An infinite bound has no such equation: a limit has one, an equality none. Where the bounds coincide, the impulse is no
+//! unknown.
 
 use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
@@ -13,11 +14,11 @@ use crate::sets::contact::pair::smoothed;
 pub(crate) struct RowPair<T> {
     /// `λ`
     pub(crate) impulse: T,
-    /// `λ - l` and `u - λ`
+    /// `λ - lower` and `upper - λ`
     gaps: [T; 2],
     /// `p` and `n`
     duals: [T; 2],
-    /// Are `l` and `u` finite? Both are false if the impulse is no unknown.
+    /// Are `lower` and `upper` finite? Both are false if the impulse is no unknown.
     is_bounded: [bool; 2],
     /// Is the impulse an unknown?
     pub(crate) is_free: bool,
@@ -72,7 +73,7 @@ impl<T: Real> RowPair<T> {
         sides.map(|(gap, dual, is_bounded)| Side { gap, dual, is_bounded })
     }
 
-    /// The products `(λ - l) p` and `(u - λ) n`, which are `tau` on the central path; `None` for an infinite bound.
+    /// The products `(λ - lower) p` and `(upper - λ) n`, which are `tau` on the central path; `None` for an infinite bound.
     pub(crate) fn products(&self) -> [Option<T>; 2] {
         let mut sides = self.sides();
         [(); 2].map(|()| {
@@ -87,7 +88,8 @@ impl<T: Real> RowPair<T> {
         p - n
     }
 
-    /// `-ds/dλ` of `s = p - n` at constant products: the entry of the row on the diagonal. A row without bounds is regularised.
+    /// `-ds/dλ` of `s = p - n` at constant products: the entry of the row on the diagonal. `64 eps / alpha` is added, so that a
+    /// row without bounds has an entry, too.
     pub(crate) fn response(&self, alpha: T) -> T {
         let regularisation = T::EPSILON * T::literal(64.0) / alpha;
         let bounded = self.sides().filter(|side| side.is_bounded);
