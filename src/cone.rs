@@ -78,17 +78,17 @@ impl<T: Real> FrictionCone<T> {
     /// Is `x` in the cone?
     #[must_use]
     pub fn contains<const D: usize>(&self, x: &SVector<T, D>) -> bool {
-        self.holds(&(x * unit_of(x))) && !self.is_beside_ray(x)
+        self.has(&(x * unit_of(x))) && !self.is_beside_ray(x)
     }
 
-    /// Does `x` have a tangential part while the cone is a ray? [`Self::holds`] may miss it: its square may vanish.
+    /// Does `x` have a tangential part while the cone is a ray? [`Self::has`] may miss it: its square may vanish.
     fn is_beside_ray<const D: usize>(&self, x: &SVector<T, D>) -> bool {
         self.radial == T::ZERO && split(x).1.iter().any(|&x| x != T::ZERO)
     }
 
     /// [`Self::contains`] for entries whose squares neither overflow nor vanish.
     #[inline]
-    pub(crate) fn holds<const D: usize>(&self, x: &SVector<T, D>) -> bool {
+    pub(crate) fn has<const D: usize>(&self, x: &SVector<T, D>) -> bool {
         let (normal, tangent) = split(x);
         normal >= T::ZERO && is_within(tangent, self.axial, self.radial * normal)
     }
@@ -141,7 +141,7 @@ impl<T: Real> FrictionCone<T> {
     #[inline]
     pub(crate) fn project_with_length<const D: usize>(&self, x: &SVector<T, D>) -> (SVector<T, D>, T) {
         let (normal, tangent) = split(x);
-        if self.holds(x) {
+        if self.has(x) {
             return (*x, norm(tangent));
         }
         if self.is_polar(x) {
@@ -162,7 +162,7 @@ impl<T: Real> FrictionCone<T> {
     #[inline]
     pub(crate) fn projected_square<const D: usize>(&self, x: &SVector<T, D>) -> T {
         let (normal, tangent) = split(x);
-        if self.holds(x) {
+        if self.has(x) {
             square(x.as_slice())
         } else if self.is_polar(x) {
             T::ZERO

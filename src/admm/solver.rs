@@ -183,7 +183,7 @@ fn step<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>
     let problem = &*monitor.problem;
     let change = iterate(problem, resolvent, iterates, extrapolation, slip_update);
     // Squares are compared, without a root.
-    let size = problem.reference_impulse * problem.reference_impulse;
+    let size = problem.expected_size * problem.expected_size;
     let estimate = quotient(change.error, size.max(change.impulse));
     let tolerance = monitor.tolerance() * monitor.tolerance();
     if slip_update == SlipUpdate::OuterLoop && estimate <= tolerance {

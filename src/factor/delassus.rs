@@ -122,7 +122,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     }
 
     /// Computes the whitened contacts, their blocks of `W` and their effective mass matrices. `envelope` has the row of the last
-    /// nonzero entry of each column of `U`.
+    /// nonzero entry of each column of `L`.
     #[inline]
     fn append_contacts<const S: usize>(&mut self, scene: &Scene<T, N, D, C, R, S>, envelope: &[usize; N]) {
         for (i, contact) in scene.contacts().iter().enumerate() {

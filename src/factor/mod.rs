@@ -64,9 +64,9 @@ pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, const
     moved: usize,
     /// Estimate of the relative rounding of `W`.
     uncertainty: T,
-    /// Cholesky factor `U` of `M = Uᵀ D⁻¹ U`, with the reciprocals of the pivots `D` on its diagonal.
+    /// Cholesky factor `L` of `M = Lᵀ D⁻¹ L`, with the reciprocals of the pivots `D` on its diagonal.
     mass: [[T; N]; N],
-    /// Whitened contacts `X_i`: `Uᵀ D⁻¹ X_i = H_iᵀ`.
+    /// Whitened contacts `X_i`: `Lᵀ D⁻¹ X_i = H_iᵀ`.
     whitened: [[[T; D]; N]; C],
     /// Whitened joint rows.
     whitened_rows: [[[T; 1]; N]; R],

@@ -1,6 +1,6 @@
 //! Products with `H M⁻¹` and `M⁻¹ Hᵀ`, computed with the whitened `X_i` of contacts and joint rows.
 //!
-//! In these comments `g` is a momentum. A function takes it *whitened*, as the `x` of `Uᵀ D⁻¹ x = g`; so `gᵀ M⁻¹ g = xᵀ D⁻¹ x`.
+//! In these comments `g` is a momentum. A function takes it *whitened*, as the `x` of `Lᵀ D⁻¹ x = g`; so `gᵀ M⁻¹ g = xᵀ D⁻¹ x`.
 
 use super::Factor;
 use crate::linalg::blocks::diagonal_of;
@@ -26,7 +26,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         whitened.map(|row| row.as_flattened())
     }
 
-    /// Whitens `g` in place: solves `Uᵀ D⁻¹ x = g`.
+    /// Whitens `g` in place: solves `Lᵀ D⁻¹ x = g`.
     pub(crate) fn whiten(&self, g: &mut [T; N]) {
         solve_upper(&self.mass, g);
     }

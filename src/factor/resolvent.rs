@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::factor::Factor;
 use crate::factor::penalty::is_usable;
+use crate::linalg::block_factor::{BlockFactor, subtract_row};
 use crate::linalg::blocks::{ContactMatrix, ContactVector, block, multiply_transposed, set_block, transpose};
-use crate::linalg::pivot::{Pivot, subtract_row};
 use crate::linalg::zip::zip3;
 use crate::real::Real;
 use heapless::Vec;
@@ -32,7 +32,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             return Err(Error::InvalidPenalty);
         }
         self.penalty = penalty;
-        let (contacts, compliance) = (factor.contacts(), T::ONE / penalty);
+        let (contacts, inverse_penalty) = (factor.contacts(), T::ONE / penalty);
         let blocks = zip3(0..contacts, &mut self.matrix, &factor.delassus().contacts);
         for (i, rows, sources) in blocks {
             for (a, row, source) in zip3(0..D, rows, sources) {
@@ -40,7 +40,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
                     *block = *source;
                 }
                 if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(a)) {
-                    *entry += compliance;
+                    *entry += inverse_penalty;
                 }
             }
         }
@@ -55,7 +55,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
     #[inline(never)]
     #[allow(clippy::comparison_chain)] // a `match` of the ordering is longer code
     fn eliminate(&mut self, contacts: usize, k: usize) -> Option<()> {
-        let pivot = Pivot::new(block(&self.matrix, k, k)?)?;
+        let factor = BlockFactor::new(block(&self.matrix, k, k)?)?;
         // y_i = L⁻¹ A_ki (the lower triangle has A_ik in its place if i > k), and y_k = -L⁻¹.
         let mut row = Vec::<[[T; D]; D], C>::new();
         for i in 0..contacts {
@@ -66,12 +66,12 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
             } else {
                 diagonal(-T::ONE)
             };
-            pivot.eliminate(&mut y);
+            factor.eliminate(&mut y);
             row.push(y).ok()?;
         }
         for (i, y) in row.iter().enumerate() {
             let mut factors = *y;
-            pivot.scale(&mut factors);
+            factor.scale(&mut factors);
             if i != k && factors != [[T::ZERO; D]; D] {
                 let rows = self.matrix.get_mut(i)?;
                 let factors = transpose(&factors);
@@ -81,7 +81,7 @@ impl<T: Real, const D: usize, const C: usize> Resolvent<T, D, C> {
                     }
                 }
             }
-            pivot.back_substitute(&mut factors);
+            factor.back_substitute(&mut factors);
             if i > k {
                 set_block(&mut self.matrix, i, k, &transpose(&factors))?;
             } else {

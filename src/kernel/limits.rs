@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use crate::error::{Error, Input, List};
-use crate::linalg::vector::precision;
+use crate::linalg::vector::rounding_bound;
 use crate::real::Real;
 use crate::scene::{JointRow, RowLaw, check_finite};
 use crate::solution::{Settings, Solution, Status};
@@ -221,7 +221,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                     size += product.abs();
                 }
             }
-            let rounding = size * precision(N + 1);
+            let rounding = size * rounding_bound(N + 1);
             let is_open = speed >= rounding
                 && speed.is_finite()
                 && row.law == RowLaw::Limit

@@ -1,8 +1,8 @@
-//! Root-free dense Cholesky factorisation `A = Uᵀ D⁻¹ U` on row-major storage.
+//! Root-free dense Cholesky factorisation `A = Lᵀ D⁻¹ L` on row-major storage.
 //!
-//! `U` is a lower triangle (so `Uᵀ` is the upper one) with the pivots `D` on its diagonal. The code stores the reciprocals of the
+//! `L` is a lower triangle with the pivots `D` on its diagonal. The code stores the reciprocals of the
 //! pivots there, so no solve divides. It takes no square root: if a unit changes by an odd power of two, a root changes
-//! mantissas; without roots exponents alone change. The upper triangles of `A` and `U` affect no result. Sums run in one fixed
+//! mantissas; without roots exponents alone change. The upper triangles of `A` and `L` affect no result. Sums run in one fixed
 //! order on every machine.
 //!
 //! Elimination runs from the last row to the first. If the rows are the joints of a robot, base first, the zeros of the mass matrix
@@ -51,8 +51,8 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
 /// Number of entries of a row, of a solution or of a product that are computed at a time: their sums stay in registers.
 pub(crate) const BLOCK: usize = 6;
 
-/// Factorises `a` into `u`, and fills `envelope` with the row of the last nonzero entry of each column of `u`. The strict upper
-/// triangle of `u` is undefined afterwards.
+/// Factorises `a` into `l`, and fills `envelope` with the row of the last nonzero entry of each column of `l`. The strict upper
+/// triangle of `l` is undefined afterwards.
 ///
 /// Rows are eliminated from the last to the first. The error is the first row whose pivot is not above `floor` times the diagonal
 /// entry of `a`, or has a reciprocal that overflows.
@@ -60,11 +60,11 @@ pub(crate) const BLOCK: usize = 6;
 pub(crate) fn factorise<T: Real, const N: usize>(
     a: &[[T; N]; N],
     floor: T,
-    u: &mut [[T; N]; N],
+    l: &mut [[T; N]; N],
     envelope: &mut [usize; N],
 ) -> Result<(), usize> {
     for k in (0..N).rev() {
-        let (above, below) = u.split_at_mut_checked(k + 1).ok_or(k)?;
+        let (above, below) = l.split_at_mut_checked(k + 1).ok_or(k)?;
         let (row, source) = (above.last_mut().ok_or(k)?, a.get(k).ok_or(k)?);
         let below = reaching(below, k);
         *envelope.get_mut(k).ok_or(k)? = k + below.len();
@@ -93,10 +93,10 @@ pub(crate) fn factorise<T: Real, const N: usize>(
 }
 
 /// For each column of a factor the row of its last nonzero entry.
-pub(crate) fn envelope<T: Real, const N: usize>(u: &[[T; N]; N]) -> [usize; N] {
+pub(crate) fn envelope<T: Real, const N: usize>(l: &[[T; N]; N]) -> [usize; N] {
     let mut envelope = [usize::MAX; N];
     for (k, last) in envelope.iter_mut().enumerate() {
-        let below = u.get(k + 1..).unwrap_or_default();
+        let below = l.get(k + 1..).unwrap_or_default();
         *last = k + reaching(below, k).len();
     }
     envelope

@@ -1,4 +1,4 @@
-//! Backward and forward substitution with the factor `A = Uᵀ D⁻¹ U` of [`crate::linalg::cholesky`].
+//! Backward and forward substitution with the factor `A = Lᵀ D⁻¹ L` of [`crate::linalg::cholesky`].
 
 use crate::linalg::cholesky::BLOCK;
 use crate::real::Real;
@@ -10,17 +10,17 @@ fn found(all: Option<()>) {
     debug_assert!(all.is_some(), "an index is out of bounds");
 }
 
-/// Solves `Uᵀ D⁻¹ y = b` in place.
+/// Solves `Lᵀ D⁻¹ y = b` in place.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
+pub(crate) fn solve_upper<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; N]) {
     let mut end = N;
     while end > 0 {
         if N < BLOCK {
-            found(upper_block::<T, N, 1>(u, x, end - 1, end));
+            found(upper_block::<T, N, 1>(l, x, end - 1, end));
             end -= 1;
         } else {
             let first = end.saturating_sub(BLOCK);
-            found(upper_block::<T, N, BLOCK>(u, x, first, end));
+            found(upper_block::<T, N, BLOCK>(l, x, first, end));
             end = first;
         }
     }
@@ -29,19 +29,19 @@ pub(crate) fn solve_upper<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; 
 /// Computes the unknowns `first..end` of a block of `K` unknowns from `first` on. Those from `end` on are known.
 #[inline]
 fn upper_block<T: Real, const N: usize, const K: usize>(
-    u: &[[T; N]; N],
+    l: &[[T; N]; N],
     x: &mut [T; N],
     first: usize,
     end: usize,
 ) -> Option<()> {
     let (here, known) = x.get_mut(first..)?.split_first_chunk_mut::<K>()?;
-    let (rows, below) = u.get(first..)?.split_first_chunk::<K>()?;
+    let (rows, below) = l.get(first..)?.split_first_chunk::<K>()?;
     let mut sums = *here;
     for (k, found) in below.iter().zip(&*known).enumerate().rev() {
         let (row, known) = found;
         let entry = *known * *row.get(first + K + k)?;
-        for (sum, &u) in sums.iter_mut().zip(row.get(first..)?.first_chunk::<K>()?) {
-            *sum -= entry * u;
+        for (sum, &l) in sums.iter_mut().zip(row.get(first..)?.first_chunk::<K>()?) {
+            *sum -= entry * l;
         }
     }
     for (c, row) in rows.iter().enumerate().rev() {
@@ -51,8 +51,8 @@ fn upper_block<T: Real, const N: usize, const K: usize>(
             *unknown = *sums.get(c)?;
         }
         let entry = *unknown * *row.get(c)?;
-        for (sum, &u) in sums.iter_mut().zip(row).take(c) {
-            *sum -= entry * u;
+        for (sum, &l) in sums.iter_mut().zip(row).take(c) {
+            *sum -= entry * l;
         }
     }
     Some(())
@@ -64,22 +64,22 @@ pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
     pub(crate) index: usize,
     /// The row, with an entry for each right-hand side.
     pub(crate) entry: [T; K],
-    /// The row of `U` with the same index.
+    /// The row of `L` with the same index.
     row: &'a [T; N],
 }
 
-/// Solves `Uᵀ D⁻¹ y = b` for `K` right-hand sides. `envelope` has the row of the last nonzero entry of each column of `U`.
+/// Solves `Lᵀ D⁻¹ y = b` for `K` right-hand sides. `envelope` has the row of the last nonzero entry of each column of `L`.
 /// Appends the nonzero rows of `D⁻¹ y` to `scaled`, from the last to the first.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
-    u: &'a [[T; N]; N],
+    l: &'a [[T; N]; N],
     envelope: &[usize; N],
     b: &[[T; K]; N],
     y: &mut [[T; K]; N],
     scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
 ) {
     for index in (0..N).rev() {
-        let (Some(row), Some(&last)) = (u.get(index), envelope.get(index)) else { break };
+        let (Some(row), Some(&last)) = (l.get(index), envelope.get(index)) else { break };
         let (Some(b), Some(y)) = (b.get(index), y.get_mut(index)) else { break };
         let mut sums = *b;
         // Rows behind `last` have no entry in this column.
@@ -89,9 +89,9 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
             known = known.split_at_checked(known.len() - near.count()).unwrap_or_default().1;
         }
         for Scaled { entry, row, .. } in known {
-            let u = row.get(index).copied().unwrap_or(T::ZERO);
+            let l = row.get(index).copied().unwrap_or(T::ZERO);
             for (sum, &entry) in sums.iter_mut().zip(entry) {
-                *sum -= u * entry;
+                *sum -= l * entry;
             }
         }
         *y = sums;
@@ -105,17 +105,17 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     }
 }
 
-/// Solves `U x = y` in place.
+/// Solves `L x = y` in place.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; N]) {
+pub(crate) fn solve_lower<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; N]) {
     let (mut next, end) = (0, N);
     while next < end {
         if N < BLOCK {
-            found(lower_block::<T, N, 1>(u, x, next, next));
+            found(lower_block::<T, N, 1>(l, x, next, next));
             next += 1;
         } else {
             let first = next.min(N - BLOCK);
-            found(lower_block::<T, N, BLOCK>(u, x, first, next));
+            found(lower_block::<T, N, BLOCK>(l, x, first, next));
             next = first + BLOCK;
         }
     }
@@ -124,14 +124,14 @@ pub(crate) fn solve_lower<T: Real, const N: usize>(u: &[[T; N]; N], x: &mut [T; 
 /// Computes the unknowns from `next` on of a block of `K` unknowns from `first` on. Those before `next` are known.
 #[inline]
 fn lower_block<T: Real, const N: usize, const K: usize>(
-    u: &[[T; N]; N],
+    l: &[[T; N]; N],
     x: &mut [T; N],
     first: usize,
     next: usize,
 ) -> Option<()> {
     let (known, here) = x.split_at_mut_checked(first)?;
     let here = here.first_chunk_mut::<K>()?;
-    let rows = u.get(first..)?.first_chunk::<K>()?;
+    let rows = l.get(first..)?.first_chunk::<K>()?;
     let before = rows.each_ref().map(|row| row.get(..first).unwrap_or_default());
     let mut sums = *here;
     for (k, &known) in known.iter().enumerate() {
@@ -142,8 +142,8 @@ fn lower_block<T: Real, const N: usize, const K: usize>(
     for (c, row) in rows.iter().enumerate() {
         let row = row.get(first..)?.first_chunk::<K>()?;
         let mut sum = *sums.get(c)?;
-        for (&u, &unknown) in row.iter().zip(&*here).take(c) {
-            sum -= u * unknown;
+        for (&l, &unknown) in row.iter().zip(&*here).take(c) {
+            sum -= l * unknown;
         }
         if first + c >= next {
             *here.get_mut(c)? = sum * *row.get(c)?;

@@ -87,6 +87,6 @@ pub(crate) fn at_least<T: Real>(number: T, least: T) -> T {
 }
 
 /// Relative rounding bound of a term that takes part in this many operations: half an `eps` each.
-pub(crate) fn precision<T: Real>(operations: usize) -> T {
+pub(crate) fn rounding_bound<T: Real>(operations: usize) -> T {
     T::EPSILON * T::count(operations) * T::literal(0.5)
 }

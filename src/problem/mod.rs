@@ -39,10 +39,10 @@ pub(crate) struct Problem<
     pub(crate) r0_norm: T,
     /// Estimate of `|stop|²` from above, up to a constant factor, see [`Problem::may_be_within`].
     stopping_bound: T,
-    /// Is `|stop|` included in `reference_impulse`?
+    /// Is `|stop|` included in `expected_size`?
     pub(crate) counts_stopping: bool,
     /// Expected impulse of all contacts (N·s): `|r0|`, or the larger of `|r0|` and `|stop|`.
-    pub(crate) reference_impulse: T,
+    pub(crate) expected_size: T,
     /// Result of [`Scene::carried_impulse`], once it was computed.
     carried: Cell<Option<T>>,
     /// Is there a contact or a joint row that nothing moves, although its law is violated?
@@ -95,7 +95,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             r0_norm: T::ZERO,
             stopping_bound: T::ZERO,
             counts_stopping: false,
-            reference_impulse: T::ZERO,
+            expected_size: T::ZERO,
             carried: Cell::new(None),
             is_immovable_and_violated: false,
             by_momentum: false,
@@ -125,7 +125,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             self.is_immovable_and_violated |= set.is_immovable_and_violated;
         }
         self.r0_norm = natural_map::r0_norm(self.sets.contacts());
-        self.reference_impulse = self.r0_norm;
+        self.expected_size = self.r0_norm;
         if may_use_momentum && self.may_be_hyperstatic() {
             self.by_momentum = true;
             for (i, set, contact) in zip3(0..C, self.sets.contacts_mut(), scene.contacts()) {
@@ -143,27 +143,27 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     /// Is the scene hyperstatic at these impulses: do the contacts that push and the joint rows that hold have
     /// rows >= moved dofs + `D`? Then impulses can change without moving a body.
     pub(crate) fn is_hyperstatic(&self, r: &Stacked<T, D, C, R>) -> bool {
-        self.is_redundant(self.sets.holding_rows(r))
+        self.makes_hyperstatic(self.sets.holding_rows(r))
     }
 
     /// Would the scene be hyperstatic if all contacts and joint rows pushed?
     pub(crate) fn may_be_hyperstatic(&self) -> bool {
-        self.is_redundant(self.sets.pushing_rows())
+        self.makes_hyperstatic(self.sets.pushing_rows())
     }
 
     /// Are there more rows than moved dofs? Then Coulomb's law may have a second solution.
-    pub(crate) fn may_be_redundant(&self) -> bool {
+    pub(crate) fn has_spare_rows(&self) -> bool {
         self.sets.pushing_rows() > self.factor.moved()
     }
 
     /// Is this number of rows at least moved dofs + `D`?
-    pub(crate) fn is_redundant(&self, rows: usize) -> bool {
+    pub(crate) fn makes_hyperstatic(&self, rows: usize) -> bool {
         rows >= self.factor.moved().saturating_add(D)
     }
 
     /// Is an impulse needed that is so close to the least normal number that it loses digits or vanishes?
     fn loses_digits(&self) -> bool {
-        self.reference_impulse * T::EPSILON < T::least_normal() && self.needs_impulses()
+        self.expected_size * T::EPSILON < T::least_normal() && self.needs_impulses()
     }
 
     /// Does the free motion violate the law of any contact?
@@ -180,14 +180,14 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     /// which may be larger; a factor of 4 allows for it. If that is too little, `|stop|` counts only at the end of the call.
     pub(crate) fn may_be_within(&self, error: T, tolerance: T) -> bool {
         let four = T::literal(4.0 * expected::SHARE);
-        let residual = error * self.reference_impulse;
+        let residual = error * self.expected_size;
         !self.counts_stopping
             && residual * residual <= self.stopping_bound * (four * tolerance) * (four * tolerance)
     }
 
     /// Is there an impulse although `|r0|` is 0 and `|stop|` does not count yet? Its error would be relative to itself alone.
     pub(crate) fn has_unexpected_impulse(&self, r: &Stacked<T, D, C, R>) -> bool {
-        self.r0_norm == T::ZERO && !self.counts_stopping && !self.sets.are_at_rest(r)
+        self.r0_norm == T::ZERO && !self.counts_stopping && !self.sets.are_least(r)
     }
 
     /// Computes `|stop|`, and includes it in the expected impulse.
@@ -196,7 +196,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let mut free = [T::ZERO; N];
         self.factor.velocity(&self.whitened, &Stacked::zero(), &mut free);
         let stopping = self.scene.stopping_impulse(self.sets.contacts(), &free);
-        self.reference_impulse = self.r0_norm.max(stopping);
+        self.expected_size = self.r0_norm.max(stopping);
         self.counts_stopping = true;
     }
 
@@ -230,7 +230,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// [`Self::velocities`] for zero impulses, or the least ones of joint rows.
-    pub(crate) fn velocities_at_rest(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
+    pub(crate) fn velocities_of_least(&self, r: &Stacked<T, D, C, R>, u: &mut Stacked<T, D, C, R>) {
         if self.by_momentum || r.rows.iter().any(|&r| r != T::ZERO) {
             self.velocities(r, u);
             return;
@@ -275,7 +275,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
                 carried
             })
         };
-        self.sets.contact_error(self.reference_impulse, u, r, noise, &carried)
+        self.sets.contact_error(self.expected_size, u, r, noise, &carried)
     }
 
     /// Are impulses more than `times` times as large as expected?
@@ -284,13 +284,13 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         if self.scene.is_mixed() {
             return self.energy.ratio(&self.sets, r) > times;
         }
-        let bound = self.reference_impulse * times;
+        let bound = self.expected_size * times;
         r.contact_square() > bound * bound
     }
 
     /// Expected impulse (N·s) of a contact or joint row with the effective mass `alpha`.
     pub(crate) fn expected(&self, alpha: T) -> T {
-        if self.scene.is_mixed() { self.energy.expected(alpha) } else { self.reference_impulse }
+        if self.scene.is_mixed() { self.energy.expected(alpha) } else { self.expected_size }
     }
 
     /// Can Gauss-Seidel sweeps solve the problem? They solve Coulomb's law, and the relaxation with up to two tangents.

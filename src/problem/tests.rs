@@ -24,7 +24,7 @@ fn a_patch_that_spins_is_stopped_by_no_more_than_its_bound() -> Result<(), Error
     problem.fill(true);
     let bound = problem.stopping_bound.sqrt() * 4.0 * expected::SHARE;
     problem.count_stopping();
-    let size = problem.reference_impulse;
+    let size = problem.expected_size;
     assert!(problem.r0_norm == 0.0 && size > 0.0 && size <= bound);
     Ok(())
 }

@@ -12,7 +12,7 @@
 //! changes by a power of two, each number under a root changes by an even power of two, so no mantissa changes.
 
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::{larger, precision, quotient, root_sum, square};
+use crate::linalg::vector::{larger, quotient, root_sum, rounding_bound, square};
 use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::sets::Sets;
@@ -132,12 +132,12 @@ impl<T: Real> EnergyScale<T> {
         if relative_to(self.floor) <= contacts {
             return contacts;
         }
-        let work = self.least_work(sets, (u, r), noise);
+        let work = self.least_energy(sets, (u, r), noise);
         contacts.max(relative_to(work.max(self.floor)))
     }
 
     /// Lower bound on the work of all impulses: the computed work minus a bound on its rounding.
-    fn least_work<const D: usize, const C: usize, const R: usize>(
+    fn least_energy<const D: usize, const C: usize, const R: usize>(
         &self,
         sets: &Sets<T, D, C, R>,
         (u, r): (&Stacked<T, D, C, R>, &Stacked<T, D, C, R>),
@@ -166,7 +166,7 @@ impl<T: Real> EnergyScale<T> {
         }
         // An estimate: `q` is taken to be as inexact as `u`, hence twice the noise. A term takes part in `m + 4` operations.
         let counts = sets.counts();
-        let rounding: T = precision(D * counts.contacts + counts.rows + 4);
+        let rounding: T = rounding_bound(D * counts.contacts + counts.rows + 4);
         work - (noises + noises) - rounding * size
     }
 }

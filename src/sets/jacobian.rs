@@ -181,7 +181,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         let of_contacts = unknowns.contacts.as_flattened_mut();
         for (&index, residual) in order.iter().zip(&residual.contacts) {
             let unknowns = of_contacts.get_mut(self.elimination.columns(index))?;
-            let right = self.frames.get(index)?.test(residual);
+            let right = self.frames.get(index)?.right_sides(residual);
             for (unknown, right) in unknowns.iter_mut().zip(right) {
                 *unknown = right;
             }

@@ -131,7 +131,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
 
     /// Is each impulse the one nearest to 0 in its set?
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn are_at_rest(&self, r: &Stacked<T, D, C, R>) -> bool {
+    pub(crate) fn are_least(&self, r: &Stacked<T, D, C, R>) -> bool {
         let mut contacts = r.contacts.iter();
         let mut rows = self.rows().iter().zip(&r.rows);
         contacts.all(|r| *r == [T::ZERO; D]) && rows.all(|(set, &r)| r == set.project(T::ZERO))

@@ -195,7 +195,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                 step.normal = goal.normal - pair.normal / first(&pair.x) * first(&step.x);
             }
             if pair.part.is_cone::<D>() {
-                step.dual = goal.cone - scaling.compliance(&step.x);
+                step.dual = goal.cone - scaling.inverse_square(&step.x);
             }
         }
         let mut changes = unknowns.rows.iter();

@@ -22,7 +22,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Value of `alpha_i q_N` (N·s) above which a contact clearly separates.
     fn open_threshold(&self) -> T {
-        self.reference_impulse * tuning::open_threshold::<T>()
+        self.expected_size * tuning::open_threshold::<T>()
     }
 
     /// Is the scene hyperstatic, and is there enough friction to stick: `Σ alpha_i |q_Ti| <= Σ alpha_i mu_i |q_Ni|` over the
@@ -48,7 +48,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 grip += set.alpha * friction;
             }
         }
-        self.is_redundant(holding) && demand <= tuning::sticking::<T>() * grip
+        self.makes_hyperstatic(holding) && demand <= tuning::sticking::<T>() * grip
     }
 
     /// Fills `z` with the guess: every contact that does not clearly separate sticks, with the normal impulse that would stop it

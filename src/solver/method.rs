@@ -98,7 +98,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     ) -> Phase {
         let tolerance = monitor.tolerance();
         if P::CENTRAL_PATH
-            && monitor.problem.may_be_redundant()
+            && monitor.problem.has_spare_rows()
             && (!monitor.is_over() || warm_start.has_crept(monitor.creeps(&self.state.point)))
             && warm_start.is_at_rest(monitor.problem, tolerance)
         {

@@ -19,11 +19,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> NewtonPoint<T, D, 
         for (r, set) in self.r.rows.iter_mut().zip(problem.sets.rows()) {
             *r = set.project(T::ZERO);
         }
-        problem.velocities_at_rest(&self.r, &mut self.u);
+        problem.velocities_of_least(&self.r, &mut self.u);
         self.estimate = if problem.scene.is_mixed() {
             problem.error_estimate(&self.r, &self.u)
         } else {
-            quotient(problem.r0_norm, problem.reference_impulse)
+            quotient(problem.r0_norm, problem.expected_size)
         };
     }
 

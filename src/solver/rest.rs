@@ -77,7 +77,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 moved += set.alpha * set.alpha * square(u);
             }
         }
-        let expected = self.reference_impulse * self.reference_impulse;
+        let expected = self.expected_size * self.expected_size;
         Motion { moved, expected, size: r.contact_square().max(expected) }
     }
 

@@ -38,7 +38,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        self.sweeps = Sweeps { is_cold: monitor.problem.sets.are_at_rest(&self.point.r), ..Sweeps::none() };
+        self.sweeps = Sweeps { is_cold: monitor.problem.sets.are_least(&self.point.r), ..Sweeps::none() };
     }
 
     /// Newton's method as it follows the sweeps.
@@ -94,7 +94,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             return problem.error_estimate(r, u);
         }
         let residual = sweep::residual_square(&problem.sets, r, u, &self.sweeps.multipliers);
-        let reference = problem.reference_impulse;
+        let reference = problem.expected_size;
         let size = r.contact_square().max(reference * reference);
         quotient(residual, size).square_root()
     }

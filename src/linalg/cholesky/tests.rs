@@ -1,4 +1,4 @@
-//! `Uᵀ D⁻¹ U` against its definition, one degenerate matrix a test.
+//! `Lᵀ D⁻¹ L` against its definition, one degenerate matrix a test.
 #![allow(clippy::indexing_slicing, clippy::expect_used, clippy::float_cmp)]
 
 extern crate std;
@@ -22,8 +22,8 @@ fn systems() -> impl Strategy<Value = (DMatrix<f64>, DVector<f64>)> {
 
 /// The factor, whose upper triangle is no part of it, or the row of the first pivot that is none.
 fn factor<const N: usize>(a: &[[f64; N]; N], floor: f64) -> Result<[[f64; N]; N], usize> {
-    let mut u = [[f64::NAN; N]; N];
-    factorise(a, floor, &mut u, &mut [0; N]).map(|()| u)
+    let mut l = [[f64::NAN; N]; N];
+    factorise(a, floor, &mut l, &mut [0; N]).map(|()| l)
 }
 
 /// The same and a solve, for a matrix of any size.
@@ -33,11 +33,11 @@ fn factor_and_solve(a: &DMatrix<f64>, b: &DVector<f64>) -> Result<(DMatrix<f64>,
             match a.nrows() {
                 $($n => {
                     let rows = core::array::from_fn(|i| core::array::from_fn(|j| a[(i, j)]));
-                    let u = factor::<$n>(&rows, 0.0)?;
+                    let l = factor::<$n>(&rows, 0.0)?;
                     let mut x = core::array::from_fn(|i| b[i]);
-                    solve_upper(&u, &mut x);
-                    solve_lower(&u, &mut x);
-                    Ok((DMatrix::from_fn($n, $n, |i, j| u[i][j]), DVector::from_column_slice(&x)))
+                    solve_upper(&l, &mut x);
+                    solve_lower(&l, &mut x);
+                    Ok((DMatrix::from_fn($n, $n, |i, j| l[i][j]), DVector::from_column_slice(&x)))
                 })*
                 n => unreachable!("{n} rows"),
             }
@@ -51,13 +51,13 @@ proptest! {
     fn the_factors_multiply_to_the_matrix((a, b) in systems()) {
         let n = a.nrows();
         let (factor, _) = factor_and_solve(&a, &b).expect("positive definite");
-        let u = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+        let l = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
             core::cmp::Ordering::Less => 0.0,
             core::cmp::Ordering::Equal => 1.0 / factor[(i, i)],
             core::cmp::Ordering::Greater => factor[(i, j)],
         });
         let reciprocals = DMatrix::from_diagonal(&factor.diagonal());
-        prop_assert!((u.transpose() * reciprocals * &u - &a).norm() <= 1e-14 * a.norm());
+        prop_assert!((l.transpose() * reciprocals * &l - &a).norm() <= 1e-14 * a.norm());
     }
 
     #[test]

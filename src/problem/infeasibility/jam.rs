@@ -128,7 +128,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut contacts = self.scene.contacts().iter().zip(&x.contacts);
         let mut rows = demands.iter().zip(&x.rows);
         contacts.all(|(contact, &x)| {
-            FrictionCone::new(contact.mu).is_some_and(|cone| cone.holds(&SVector::from(x)))
+            FrictionCone::new(contact.mu).is_some_and(|cone| cone.has(&SVector::from(x)))
         }) && rows.all(|(demand, &x)| *demand != Demand::NotNegative || x >= T::ZERO)
     }
 

@@ -37,19 +37,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         // Roots of effective masses over the reference mass; 0 for rows without a demand.
         let mut scales = Proof::zero();
         let contacts = (0..C).map(|i| factor.delassus().inverse_mass(i, 0));
-        let inertias = contacts.chain((0..R).map(|j| factor.delassus().row_inverse_mass(j)));
+        let inverse_masses = contacts.chain((0..R).map(|j| factor.delassus().row_inverse_mass(j)));
         let mut immovable = None;
-        for (index, demand, offset, scale, inertia) in
-            zip5(0..C + R, demands.iter_mut(), offsets.iter_mut(), scales.iter_mut(), inertias)
+        for (index, demand, offset, scale, inverse_mass) in
+            zip5(0..C + R, demands.iter_mut(), offsets.iter_mut(), scales.iter_mut(), inverse_masses)
         {
-            if *demand == Demand::Nothing || inertia <= T::ZERO {
+            if *demand == Demand::Nothing || inverse_mass <= T::ZERO {
                 if demand.is_violated(*offset) {
                     immovable = Some((index, *offset));
                 }
                 (*demand, *offset) = (Demand::Nothing, T::ZERO);
                 continue;
             }
-            *scale = T::ONE / (inertia * mass).square_root();
+            *scale = T::ONE / (inverse_mass * mass).square_root();
             *offset *= *scale;
         }
         if let Some((index, offset)) = immovable {

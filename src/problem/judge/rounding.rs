@@ -13,7 +13,7 @@
 use crate::linalg::blocks::diagonal_of;
 use crate::linalg::dot2::Dot2;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::{precision, square};
+use crate::linalg::vector::{rounding_bound, square};
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
 use crate::problem::judge::dynamics::{Dynamics, Norms};
@@ -69,22 +69,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         for (i, bound, sizes, r) in zip4(used, &mut velocities.contacts, &sizes.contacts, &written.contacts) {
             let scaling = scene.scaling(i);
             let after = operations_after::<D>(scaling.is_some(), self.model);
-            let share = precision::<T>(N + 1 + after);
+            let share = rounding_bound::<T>(N + 1 + after);
             let mut bounds = sizes.map(|size| share * size);
             if let Some(scaling) = scaling {
                 for (bound, added) in bounds.iter_mut().zip(scaling.compliance_velocity(r)) {
-                    *bound += precision::<T>(COMPLIANCE) * added.abs();
+                    *bound += rounding_bound::<T>(COMPLIANCE) * added.abs();
                 }
             }
             *bound = squares(&scene.scaled_velocity(i, bounds));
         }
-        let share = precision::<T>(N + 3);
+        let share = rounding_bound::<T>(N + 3);
         for (bound, row, &size, &r) in zip4(&mut velocities.rows, scene.rows(), &sizes.rows, &written.rows) {
-            let added = precision::<T>(COMPLIANCE) * (row.compliance * r).abs();
+            let added = rounding_bound::<T>(COMPLIANCE) * (row.compliance * r).abs();
             *bound = square(&[share * size + added]);
         }
         // A term of `M v` or of `Hᵀ r` takes part in one of these sums, and in two more.
-        let share = precision::<T>(N.max(rows(sets)) + 3);
+        let share = rounding_bound::<T>(N.max(rows(sets)) + 3);
         let noise = |norms: &mut Norms<T>| {
             let noise = share * share * norms.magnitude;
             norms.reduce_size(noise);
@@ -126,7 +126,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let free = square(free);
         // Bounds on `S²` and `P²`, by Cauchy and Schwarz; twice as large, for their own rounding and that of `W`.
         let moved = T::count(2 * N) * energy;
-        let share = precision::<T>(N + 1 + operations_after::<D>(false, self.model));
+        let share = rounding_bound::<T>(N + 1 + operations_after::<D>(false, self.model));
         let share = T::literal(2.0) * share * share;
         let mut velocities = VelocityNoise { contacts: [[T::ONE; 2]; C], rows: [T::ONE; R] };
         let mut pushed = T::ZERO;
@@ -140,7 +140,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         let pushed = T::count(2 * C) * pushed;
         // `(a + b + c)² <= 3 (a² + b² + c²)`
-        let share = precision::<T>(N.max(rows(sets)) + 3);
+        let share = rounding_bound::<T>(N.max(rows(sets)) + 3);
         let terms = T::literal(3.0) * (trace * (moved + pushed) + free);
         let noise = share * share * terms;
         let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
@@ -183,7 +183,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         dynamics.replace_residual(mass, &differences);
         // Here all terms stand in one sum. `(a + b)² <= 2 (a² + b²)`
         let half = T::EPSILON * T::literal(0.5);
-        let share = precision::<T>(N + rows(&self.sets) + 3);
+        let share = rounding_bound::<T>(N + rows(&self.sets) + 3);
         let norms = [Some(&dynamics.plain), dynamics.weighted.as_ref()];
         [rounding.momentum, rounding.weighted] = norms.map(|norms| {
             norms.map_or(T::ZERO, |norms| {

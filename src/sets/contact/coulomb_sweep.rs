@@ -120,34 +120,34 @@ fn push<T: Real, const D: usize>(
     mu: T,
     multiplier: &mut T,
 ) -> Option<[T; D]> {
-    let (approach, inertia) = (*u.first()?, *block.first()?.first()?);
-    let closed = approach < T::ZERO && inertia > T::ZERO;
+    let (approach, inverse_mass) = (*u.first()?, *block.first()?.first()?);
+    let closed = approach < T::ZERO && inverse_mass > T::ZERO;
     if !closed {
         return None;
     }
-    let compliance = T::ONE / inertia;
-    let smooth = -approach * compliance;
+    let mass = T::ONE / inverse_mass;
+    let frictionless = -approach * mass;
     if D > 3 && mu > T::ZERO {
         let bounded = |impulse: &[T; D]| {
             let normal = impulse.first().copied().unwrap_or(T::ZERO);
-            normal > T::ZERO && normal < smooth * T::literal(WEDGED)
+            normal > T::ZERO && normal < frictionless * T::literal(WEDGED)
         };
         let rubbing = several_tangents::push(block, u, mu, multiplier).filter(bounded);
         return rubbing.or_else(|| {
             let mut impulse = [T::ZERO; D];
-            *impulse.first_mut()? = smooth;
+            *impulse.first_mut()? = frictionless;
             Some(impulse)
         });
     }
     let rubbing = match D {
         2 if mu > T::ZERO => one_tangent(block, u, mu),
         3 if mu > T::ZERO => {
-            SlipEquation::new(block, u, mu, compliance).and_then(|equation| equation.solve(multiplier))
+            SlipEquation::new(block, u, mu, mass).and_then(|equation| equation.solve(multiplier))
         }
         _ => None,
     };
-    let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < smooth * T::literal(WEDGED);
-    let (normal, tangents) = rubbing.filter(bounded).unwrap_or((smooth, [T::ZERO; 2]));
+    let bounded = |&(normal, _): &(T, _)| normal > T::ZERO && normal < frictionless * T::literal(WEDGED);
+    let (normal, tangents) = rubbing.filter(bounded).unwrap_or((frictionless, [T::ZERO; 2]));
     let mut impulse = [T::ZERO; D];
     *impulse.first_mut()? = normal;
     for (impulse, tangent) in impulse.iter_mut().skip(1).zip(tangents) {
@@ -163,8 +163,8 @@ fn floor<T: Real>() -> T {
 
 /// `S_kk = W_kk - W_kN² / W_NN`, at least a trusted share of `W_kk`. So a row that nothing moves has a pivot, too.
 #[inline]
-fn pivot<T: Real>(entry: T, through_normal: T, inertia: T) -> T {
-    let size = if entry > T::ZERO { entry } else { inertia };
+fn pivot<T: Real>(entry: T, through_normal: T, inverse_mass: T) -> T {
+    let size = if entry > T::ZERO { entry } else { inverse_mass };
     at_least(entry - through_normal, floor::<T>() * size)
 }
 
@@ -172,16 +172,16 @@ fn pivot<T: Real>(entry: T, through_normal: T, inertia: T) -> T {
 #[inline]
 fn one_tangent<T: Real, const D: usize>(block: &[[T; D]; D], u: &[T; D], mu: T) -> Option<(T, [T; 2])> {
     let w = |i: usize, j: usize| block.get(i)?.get(j).copied();
-    let (approach, inertia, coupling) = (*u.first()?, w(0, 0)?, w(1, 0)?);
-    let share = coupling / inertia;
+    let (approach, inverse_mass, coupling) = (*u.first()?, w(0, 0)?, w(1, 0)?);
+    let share = coupling / inverse_mass;
     let b = share * approach - *u.get(1)?;
-    let tangent = b / pivot(w(1, 1)?, share * coupling, inertia);
-    let normal = -(approach + coupling * tangent) / inertia;
+    let tangent = b / pivot(w(1, 1)?, share * coupling, inverse_mass);
+    let normal = -(approach + coupling * tangent) / inverse_mass;
     if tangent.abs() <= mu * normal {
         return Some((normal, [tangent, T::ZERO]));
     }
     let slope = if b < T::ZERO { -mu } else { mu };
-    let normal = -approach / (inertia + slope * coupling);
+    let normal = -approach / (inverse_mass + slope * coupling);
     Some((normal, [slope * normal, T::ZERO]))
 }
 
@@ -216,20 +216,20 @@ struct SlipEquation<T> {
 impl<T: Real> SlipEquation<T> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // as above
-    fn new<const D: usize>(block: &[[T; D]; D], u: &[T; D], mu: T, compliance: T) -> Option<Self> {
+    fn new<const D: usize>(block: &[[T; D]; D], u: &[T; D], mu: T, mass: T) -> Option<Self> {
         let w = |i: usize, j: usize| block.get(i)?.get(j).copied();
-        let (approach, inertia) = (*u.first()?, w(0, 0)?);
+        let (approach, inverse_mass) = (*u.first()?, w(0, 0)?);
         let coupling = [w(1, 0)?, w(2, 0)?];
-        let share = coupling.map(|w| w * compliance);
+        let share = coupling.map(|w| w * mass);
         let ([x, y], [share_x, share_y]) = (coupling, share);
         let b = [share_x * approach - *u.get(1)?, share_y * approach - *u.get(2)?];
-        let first = pivot(w(1, 1)?, share_x * x, inertia);
-        let second = pivot(w(2, 2)?, share_y * y, inertia);
+        let first = pivot(w(1, 1)?, share_x * x, inverse_mass);
+        let second = pivot(w(2, 2)?, share_y * y, inverse_mass);
         let mixed = w(1, 2)? - share_x * y;
         let (trace, straight) = (first + second, first * second);
         let det = at_least(straight - mixed * mixed, floor::<T>() * straight);
         let c = [second * b[0] - mixed * b[1], first * b[1] - mixed * b[0]];
-        let scale = -mu * compliance;
+        let scale = -mu * mass;
         Some(Self {
             mu,
             trace,

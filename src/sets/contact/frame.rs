@@ -18,7 +18,7 @@ pub(crate) enum Kind {
     /// `z` is projected onto the boundary of `K*`.
     Slip,
     /// Pushes without friction: `K*` is a half-space.
-    Smooth,
+    Frictionless,
 }
 
 impl Kind {
@@ -31,7 +31,7 @@ impl Kind {
         if *r == [T::ZERO; D] {
             Self::Open
         } else if set.cone.friction() == T::ZERO {
-            Self::Smooth
+            Self::Frictionless
         } else if velocity.iter().all(|&u| u == T::ZERO) {
             Self::Stick
         } else {
@@ -70,12 +70,12 @@ pub(crate) struct Frame<T: Real, const D: usize> {
     pub(crate) tilt: T,
     /// `δ` of the tangential rows of a sticking contact.
     pub(crate) tangential_damping: T,
-    /// `1 / (alpha (1 + δ))` of a contact that sticks or is smooth. Its unknowns are impulses, and `d = compliance × unknown`.
-    pub(crate) compliance: T,
+    /// `1 / (alpha (1 + δ))` of a contact that sticks or has no friction. Its unknowns are impulses, and `d = step_per_impulse × unknown`.
+    pub(crate) step_per_impulse: T,
     /// Impulses of a slipping contact by unknown: entry 0 is `alpha (I - DP + δI) k`, entry `j` is `alpha (I - DP + δI) τ_j`.
     pushes: [[T; D]; D],
     /// Equations of a slipping contact: entry `k` has the factors with which equation `k` sums the rows of the contact.
-    tests: [[T; D]; D],
+    equations: [[T; D]; D],
 }
 
 impl<T: Real, const D: usize> Frame<T, D> {
@@ -88,9 +88,9 @@ impl<T: Real, const D: usize> Frame<T, D> {
             skew: T::ZERO,
             tangential_damping: T::ZERO,
             tilt: T::ZERO,
-            compliance: T::ZERO,
+            step_per_impulse: T::ZERO,
             pushes: [[T::ZERO; D]; D],
-            tests: [[T::ZERO; D]; D],
+            equations: [[T::ZERO; D]; D],
         }
     }
 
@@ -98,7 +98,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
     pub(crate) fn count(&self) -> usize {
         match self.kind {
             Kind::Open => 0,
-            Kind::Smooth => 1,
+            Kind::Frictionless => 1,
             Kind::Slip => D - 1,
             Kind::Stick => D,
         }
@@ -110,8 +110,8 @@ impl<T: Real, const D: usize> Frame<T, D> {
         self.kind = kind;
         let alpha = set.alpha;
         let along = alpha * (T::ONE + damping);
-        if matches!(kind, Kind::Stick | Kind::Smooth) {
-            self.compliance = T::ONE / along;
+        if matches!(kind, Kind::Stick | Kind::Frictionless) {
+            self.step_per_impulse = T::ONE / along;
             return;
         }
         let (normal, tangent) = split(z);
@@ -141,10 +141,10 @@ impl<T: Real, const D: usize> Frame<T, D> {
         let first = e.get(1).copied().unwrap_or(T::ZERO);
         let sign = if first < T::ZERO { -T::ONE } else { T::ONE };
         let factor = T::ONE / (T::ONE + first.abs());
-        for (j, push, test) in zip3(0..D, &mut self.pushes, &mut self.tests) {
+        for (j, push, equation) in zip3(0..D, &mut self.pushes, &mut self.equations) {
             let Some(&other) = e.get(j + 1) else { break };
-            for (k, push, test, &e) in zip4(0..D, push, test, &e) {
-                (*push, *test) = match (j, k) {
+            for (k, push, equation, &e) in zip4(0..D, push, equation, &e) {
+                (*push, *equation) = match (j, k) {
                     (0, 0) => (-along, T::ONE),
                     (0, _) => (along * mu * e, -self.skew * e),
                     (_, 0) => (T::ZERO, T::ZERO),
@@ -161,7 +161,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
 
     /// The coefficients of the rows in an equation; `None` if the equation is a single row.
     pub(crate) fn combination(&self, equation: usize) -> Option<&[T; D]> {
-        self.tests.get(equation).filter(|_| self.kind == Kind::Slip)
+        self.equations.get(equation).filter(|_| self.kind == Kind::Slip)
     }
 
     /// The part of entry `(k, k)` of the contact's equations that comes from damping and the derivatives of the projection.
@@ -169,15 +169,15 @@ impl<T: Real, const D: usize> Frame<T, D> {
         match (self.kind, k) {
             (Kind::Slip, 0) => -damping - self.skew * self.tilt,
             (Kind::Slip, _) => self.turn + damping,
-            (Kind::Stick, 1..) => self.tangential_damping * self.compliance,
-            _ => damping * self.compliance,
+            (Kind::Stick, 1..) => self.tangential_damping * self.step_per_impulse,
+            _ => damping * self.step_per_impulse,
         }
     }
 
     /// The right-hand sides of the contact's equations.
-    pub(crate) fn test(&self, residual: &[T; D]) -> [T; D] {
+    pub(crate) fn right_sides(&self, residual: &[T; D]) -> [T; D] {
         if self.kind == Kind::Slip {
-            self.tests.each_ref().map(|test| product(test, residual))
+            self.equations.each_ref().map(|equation| product(equation, residual))
         } else {
             *residual
         }
@@ -207,7 +207,7 @@ impl<T: Real, const D: usize> Frame<T, D> {
             return self.pushes.each_ref().map(|push| product(source, push));
         }
         let mut entries = *source;
-        if self.kind == Kind::Smooth {
+        if self.kind == Kind::Frictionless {
             for entry in entries.iter_mut().skip(1) {
                 *entry = T::ZERO;
             }
@@ -226,9 +226,9 @@ impl<T: Real, const D: usize> Frame<T, D> {
         let direction = SVector::from(self.direction);
         let mut step = residual * undamped;
         match self.kind {
-            Kind::Stick | Kind::Smooth => {
+            Kind::Stick | Kind::Frictionless => {
                 for (step, &unknown) in step.iter_mut().zip(unknowns) {
-                    *step = unknown * self.compliance;
+                    *step = unknown * self.step_per_impulse;
                 }
             }
             Kind::Open => {
@@ -242,8 +242,8 @@ impl<T: Real, const D: usize> Frame<T, D> {
                 let ahead = direction.dot(&step) - self.tilt * along * undamped;
                 step = direction * (ahead + mu * along);
                 add_to_normal(&mut step, mu * ahead - along);
-                for (&across, test) in unknowns.zip(self.tests.iter().skip(1)) {
-                    step += SVector::from(*test) * across;
+                for (&across, equation) in unknowns.zip(self.equations.iter().skip(1)) {
+                    step += SVector::from(*equation) * across;
                 }
             }
         }

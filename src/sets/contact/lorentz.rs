@@ -22,7 +22,10 @@ pub(in crate::sets) fn first<T: Real, const D: usize>(a: &SVector<T, D>) -> T {
 }
 
 /// `a_T · b_T`
-pub(in crate::sets) fn across<T: Real, const D: usize>(a: &SVector<T, D>, b: &SVector<T, D>) -> T {
+pub(in crate::sets) fn tangential_product<T: Real, const D: usize>(
+    a: &SVector<T, D>,
+    b: &SVector<T, D>,
+) -> T {
     let pairs = split(a).1.iter().zip(split(b).1);
     pairs.fold(T::ZERO, |sum, (&a, &b)| sum + a * b)
 }
@@ -43,7 +46,7 @@ pub(in crate::sets) fn divide<T: Real, const D: usize>(
     let (normal, tangent) = split(a);
     let (c_normal, length) = (first(c), norm(tangent));
     let det = (normal - length) * (normal + length);
-    let product = across(a, c);
+    let product = tangential_product(a, c);
     let share = (product / normal - c_normal) / det;
     joined((normal * c_normal - product) / det, a * share + c / normal)
 }
@@ -73,8 +76,8 @@ pub(in crate::sets) fn max_step<T: Real, const D: usize>(
     let (forward, tangent) = (first(d) * unit, d * unit);
     let length = norm(split(a).1) * unit;
     let det = (T::ONE - length) * (T::ONE + length);
-    let slope = forward - across(&(a * unit), &tangent);
-    let bend = forward * forward - across(&tangent, &tangent);
+    let slope = forward - tangential_product(&(a * unit), &tangent);
+    let bend = forward * forward - tangential_product(&tangent, &tangent);
     let root = slope * slope - bend * det;
     let mut longest = limit;
     if root >= T::ZERO {

@@ -76,7 +76,7 @@ pub(crate) fn contact_residual<T: Real, const D: usize>(
     add_to_normal(&mut augmented, set.shift_factor * speed);
     let z = r - augmented;
     let off_boundary = |value| Residual { value, boundary: None };
-    if set.cone.holds(&z) {
+    if set.cone.has(&z) {
         return off_boundary(augmented);
     }
     let tangent = split(&z).1;

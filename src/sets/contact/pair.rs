@@ -7,7 +7,9 @@ use crate::cone::{add_to_normal, split};
 use crate::linalg::vector::{norm, zeros};
 use crate::real::Real;
 use crate::sets::ContactSet;
-use crate::sets::contact::lorentz::{across, divide, first, joined, jordan, keep_inside, max_step, size};
+use crate::sets::contact::lorentz::{
+    divide, first, joined, jordan, keep_inside, max_step, size, tangential_product,
+};
 use nalgebra::SVector;
 
 /// The rows of a contact that have an equation on the central path.
@@ -194,14 +196,14 @@ impl<T: Real, const D: usize> Scaling<T, D> {
 
     /// `V(ω) a`, or with the sign -1 `V(ω)⁻¹ a`.
     fn turn(&self, a: &SVector<T, D>, sign: T) -> SVector<T, D> {
-        let (normal, product) = (first(&self.omega), across(&self.omega, a));
+        let (normal, product) = (first(&self.omega), tangential_product(&self.omega, a));
         let tilt = sign * first(a) + product / (T::ONE + normal);
         joined(normal * first(a) + sign * product, a + self.omega * tilt)
     }
 
     /// `V⁻² a = stretch Q(Jω) a`
-    pub(crate) fn compliance(&self, a: &SVector<T, D>) -> SVector<T, D> {
-        let (normal, product) = (first(&self.omega), across(&self.omega, a));
+    pub(crate) fn inverse_square(&self, a: &SVector<T, D>) -> SVector<T, D> {
+        let (normal, product) = (first(&self.omega), tangential_product(&self.omega, a));
         let twice = (normal * first(a) - product) * T::literal(2.0);
         joined(normal * twice - first(a), a - self.omega * twice) * self.stretch
     }
@@ -216,7 +218,7 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         if let Some(entry) = unit.as_mut_slice().get_mut(k) {
             *entry = T::ONE;
         }
-        self.compliance(&unit) // symmetric
+        self.inverse_square(&unit) // symmetric
     }
 
     /// `dw + V⁻² dx` of the corrector: `V⁻¹ (σ \ (goal e - σ ∘ σ - V⁻¹ dx ∘ V dw))` with `σ = V w = V⁻¹ x`. It solves the

@@ -21,7 +21,7 @@ pub(in crate::sets) fn solve_local<T: Real, const D: usize>(local: &Local<'_, T,
         return sticking;
     }
     let free = minus(u, &times(block, r));
-    if set.cone.dual().holds(&free.into()) {
+    if set.cone.dual().has(&free.into()) {
         return [T::ZERO; D];
     }
     let boundary = Boundary { block, free: &free, mu: set.cone.friction() };

@@ -3,8 +3,8 @@
 //! As in [`super::coulomb_sweep`], `r_T = (S + λI)⁻¹ b` with the `λ >= 0` that puts the impulse on the cone. The ratio of
 //! `mu r_N` to `|r_T|` is nearly linear in `λ` and grows with it. Newton's method finds the `λ` at which it is 1, between bounds.
 
+use crate::linalg::block_factor::BlockFactor;
 use crate::linalg::blocks::product;
-use crate::linalg::pivot::Pivot;
 use crate::linalg::vector::{norm, square};
 use crate::linalg::zip::zip3;
 use crate::real::Real;
@@ -24,7 +24,7 @@ struct Tangents<T, const D: usize> {
     /// `u_N` of the free velocity.
     approach: T,
     /// `W_NN`
-    inertia: T,
+    inverse_mass: T,
     mu: T,
 }
 
@@ -43,13 +43,13 @@ impl<T: Real, const D: usize> Tangents<T, D> {
         let (&[approach, ..], &[first, ..]) = (u.as_slice(), block.as_slice()) else {
             return None;
         };
-        let inertia = *first.first()?;
+        let inverse_mass = *first.first()?;
         let mut coupling = first;
         *coupling.first_mut()? = T::ZERO;
         let (mut schur, mut b) = (*block, [T::ZERO; D]);
         let mut trace = T::ZERO;
         for (k, row, b) in zip3(0..D, &mut schur, &mut b) {
-            let share = *coupling.get(k)? / inertia;
+            let share = *coupling.get(k)? / inverse_mass;
             *b = share * approach - *u.get(k)?;
             for (entry, &coupled) in row.iter_mut().zip(&coupling) {
                 *entry -= share * coupled;
@@ -60,7 +60,7 @@ impl<T: Real, const D: usize> Tangents<T, D> {
         *b.first_mut()? = T::ZERO;
         schur.first_mut()?.fill(T::ZERO);
         *schur.first_mut()?.first_mut()? = T::ONE;
-        Some(Self { schur, trace, b, coupling, approach, inertia, mu })
+        Some(Self { schur, trace, b, coupling, approach, inverse_mass, mu })
     }
 
     /// `(S + λI)⁻¹ column`
@@ -69,14 +69,14 @@ impl<T: Real, const D: usize> Tangents<T, D> {
         for (k, row) in matrix.iter_mut().enumerate() {
             *row.get_mut(k)? += lambda;
         }
-        let pivot = Pivot::new(matrix)?;
+        let factor = BlockFactor::new(matrix)?;
         let mut x = [[T::ZERO; D]; D];
         for (row, &entry) in x.iter_mut().zip(column) {
             *row.first_mut()? = entry;
         }
-        pivot.eliminate(&mut x);
-        pivot.scale(&mut x);
-        pivot.back_substitute(&mut x);
+        factor.eliminate(&mut x);
+        factor.scale(&mut x);
+        factor.back_substitute(&mut x);
         let mut solution = [T::ZERO; D];
         for (entry, row) in solution.iter_mut().zip(&x) {
             *entry = *row.first()?;
@@ -87,7 +87,7 @@ impl<T: Real, const D: usize> Tangents<T, D> {
     /// The impulse at this `λ`.
     fn impulse(&self, lambda: T) -> Option<Impulse<T, D>> {
         let tangents = self.solve(lambda, &self.b)?;
-        let normal = -(self.approach + product(&self.coupling, &tangents)) / self.inertia;
+        let normal = -(self.approach + product(&self.coupling, &tangents)) / self.inverse_mass;
         Some(Impulse { tangents, normal })
     }
 
@@ -95,7 +95,7 @@ impl<T: Real, const D: usize> Tangents<T, D> {
     fn ratio(&self, lambda: T, impulse: &Impulse<T, D>) -> Option<(T, T)> {
         let Impulse { tangents, normal } = impulse;
         let turned = self.solve(lambda, tangents)?.map(|x| -x);
-        let growth = -product(&self.coupling, &turned) / self.inertia;
+        let growth = -product(&self.coupling, &turned) / self.inverse_mass;
         let squares = square(tangents);
         let length = squares.square_root();
         let slope = growth - *normal * product(tangents, &turned) / squares;
@@ -123,7 +123,7 @@ pub(super) fn push<T: Real, const D: usize>(
     }
     let (mut low, mut high) = (floor, None);
     if *multiplier <= floor {
-        let isotropic = -norm(&tangents.b) * tangents.inertia / (mu * tangents.approach);
+        let isotropic = -norm(&tangents.b) * tangents.inverse_mass / (mu * tangents.approach);
         *multiplier = (isotropic - size).max(size * T::literal(1e-3));
     }
     let mut last = None;

@@ -72,7 +72,7 @@ fn the_scaling_takes_one_of_a_pair_to_the_other() {
         normal: 0.2,
     };
     let scaling = Scaling::<f64, 3>::of(&pair);
-    assert!((scaling.compliance(&pair.x) - pair.dual).norm() < 1e-12);
+    assert!((scaling.inverse_square(&pair.x) - pair.dual).norm() < 1e-12);
     // A step of nothing to where it is
     let still = Pair::none();
     let goal = scaling.corrected(&pair, &still, 0.0);

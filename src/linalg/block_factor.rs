@@ -3,14 +3,14 @@
 use crate::real::Real;
 
 /// The factor `L D Lᵀ` of a block.
-pub(crate) struct Pivot<T, const D: usize> {
+pub(crate) struct BlockFactor<T, const D: usize> {
     /// `L` below the diagonal; its diagonal of ones is not stored.
     lower: [[T; D]; D],
     /// Reciprocals of `D`.
     reciprocals: [T; D],
 }
 
-impl<T: Real, const D: usize> Pivot<T, D> {
+impl<T: Real, const D: usize> BlockFactor<T, D> {
     /// Factorises a block; `None` if a pivot is not positive, or NaN.
     #[inline]
     pub(crate) fn new(mut block: [[T; D]; D]) -> Option<Self> {
