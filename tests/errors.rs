@@ -387,7 +387,7 @@ fn every_error_says_which_datum_is_wrong() {
         (full(List::Rows, 36), "joint rows are full (room for 36)"),
         (full(List::Surfaces, 2), "contacts with surfaces are full (room for 2)"),
         (Error::NoSuchRow { row: 13 }, "no joint row 13"),
-        (Error::LimitsLeftOut, "had limits"),
+        (Error::LimitsLeftOut, "the paused solve has limits"),
         (Error::NoSolution, "no solution of the scene"),
         (Error::InvalidRowCompliance { row: 14 }, "compliance of joint row 14"),
         (Error::InvalidLimit { limit: 14 }, "bounds or compliance of limit 14"),
