@@ -202,7 +202,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
 
 /// The kernel in the smallest compiled size that holds scenes of this shape.
 ///
-/// The sizes: each is compiled once for f64 and once for f32. Tests have fewer: padding changes no bit, and they measure no time.
+/// The sizes: each is compiled once for f64 and once for f32, a second or two of a build for both.
 pub fn smallest<T: Real>(shape: Shape) -> Result<Box<dyn Kernel>, String> {
     macro_rules! sizes {
         ($d:literal: $($n:literal x $c:literal),*) => {
@@ -214,9 +214,6 @@ pub fn smallest<T: Real>(shape: Shape) -> Result<Box<dyn Kernel>, String> {
     }
     match shape.dim {
         2 => sizes!(2: 6 x 4, 30 x 12),
-        #[cfg(debug_assertions)]
-        3 => sizes!(3: 6 x 4, 6 x 12, 18 x 12, 30 x 12),
-        #[cfg(not(debug_assertions))]
         3 => sizes!(3: 6 x 4, 6 x 12, 12 x 12, 18 x 4, 18 x 12, 24 x 12, 30 x 12),
         dim => Err(format!("dim {dim} is not 2 or 3")),
     }
