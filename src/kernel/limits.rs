@@ -63,7 +63,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Continues a [`Self::solve_with_limits`] or [`Self::advance_with_limits`] whose budget was used up, as [`Self::resume`].
     ///
-    /// The limits that the paused solve has reached have to be in the list as they were; the others may change. A solution that a pause writes
+    /// The limits that the paused solve has reached have to be in the list as they were; the others may change. They are found by
+    /// [`JointRow::key`]: where two limits have one key, the solve may begin anew at each call. A solution that a pause writes
     /// obeys all limits. So several calls may append a limit sooner than one call, and give other bits.
     ///
     /// # Errors
