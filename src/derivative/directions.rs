@@ -2,7 +2,7 @@
 //! ([`Derivative::adjoint`]).
 
 use super::Derivative;
-use super::law::{LinearContact, LinearRow};
+use super::law::{Basis, LinearContact, LinearRow};
 use crate::linalg::blocks::product;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{add, quotient, zeros};
@@ -68,15 +68,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Ou
     pub const fn zero() -> Self {
         Self { velocity: zeros(), impulses: [const { zeros() }; C], row_impulses: [T::ZERO; R] }
     }
-}
-
-/// One of the two matrices of the [linearised laws](super::law).
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Basis {
-    /// Directions in which impulses may change.
-    Z,
-    /// Directions of velocities that have an equation.
-    Y,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>

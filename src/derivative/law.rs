@@ -12,13 +12,21 @@
 //!
 //! The last equation is the derivative of `-mu r_N t`, multiplied by `|u_T|`: it also holds for `|u_T| = 0`, where a slip begins.
 
-use super::directions::Basis;
 use crate::linalg::vector::square;
 use crate::linalg::zip::zip3;
 use crate::real::Real;
 use crate::scene::{JointRow, RowLaw};
 use crate::sets::ContactSet;
 use crate::solution::{ContactMode, Model, RowMode, RowSolution};
+
+/// One of the two matrices of the linearised laws.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Basis {
+    /// Directions in which impulses may change.
+    Z,
+    /// Directions of velocities that have an equation.
+    Y,
+}
 
 /// The linearised law of a contact, in scaled rows. Unknowns and equations are scaled by about `sqrt(alpha)`, so that the matrix `A` has no
 /// unit.

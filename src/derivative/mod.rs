@@ -20,8 +20,8 @@ use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::{ContactSet, RowSet};
 use crate::solution::{Settings, Solution, Status};
-use directions::{Basis, times_transposed};
-use law::{LinearContact, LinearRow};
+use directions::times_transposed;
+use law::{Basis, LinearContact, LinearRow};
 use margin::Margin;
 
 mod directions;
