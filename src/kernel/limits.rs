@@ -151,6 +151,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut first = self.scene.rows().len();
         let (mut reached, mut earlier_work) = ([usize::MAX; R], 0);
         if start == Start::Paused {
+            if !self.solver.has_limits() {
+                return Ok(None);
+            }
             self.append_paused(&mut reached, limits);
             let solver = &self.solver;
             if !solver.is_paused_with_limits(&self.scene, free_impulse, settings) {

@@ -168,36 +168,38 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// A velocity of a contact in scaled rows, from physical ones.
     #[inline]
     pub(crate) fn scaled_velocity<V: From<[T; D]> + Into<[T; D]>>(&self, contact: usize, u: V) -> V {
-        match self.scaling(contact) {
-            Some(scaling) => scaling.multiply(u.into()).into(),
-            None => u,
-        }
+        self.convert(contact, u, Scaling::multiply)
     }
 
     /// A velocity of a contact in physical rows, from scaled ones.
     #[inline]
     pub(crate) fn physical_velocity<V: From<[T; D]> + Into<[T; D]>>(&self, contact: usize, u: V) -> V {
-        match self.scaling(contact) {
-            Some(scaling) => scaling.divide(u.into()).into(),
-            None => u,
-        }
+        self.convert(contact, u, Scaling::divide)
     }
 
     /// An impulse of a contact in scaled rows, from physical ones.
     #[inline]
     pub(crate) fn scaled_impulse<V: From<[T; D]> + Into<[T; D]>>(&self, contact: usize, r: V) -> V {
-        match self.scaling(contact) {
-            Some(scaling) => scaling.divide(r.into()).into(),
-            None => r,
-        }
+        self.convert(contact, r, Scaling::divide)
     }
 
     /// An impulse of a contact in physical rows, from scaled ones.
     #[inline]
     pub(crate) fn physical_impulse<V: From<[T; D]> + Into<[T; D]>>(&self, contact: usize, r: V) -> V {
+        self.convert(contact, r, Scaling::multiply)
+    }
+
+    /// A vector of a contact, converted by its scaling if it has one.
+    #[inline]
+    fn convert<V: From<[T; D]> + Into<[T; D]>>(
+        &self,
+        contact: usize,
+        x: V,
+        conversion: impl Fn(&Scaling<T, D>, [T; D]) -> [T; D],
+    ) -> V {
         match self.scaling(contact) {
-            Some(scaling) => scaling.multiply(r.into()).into(),
-            None => r,
+            Some(scaling) => conversion(scaling, x.into()).into(),
+            None => x,
         }
     }
 }

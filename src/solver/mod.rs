@@ -221,7 +221,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
 
     /// The call that continues a paused solve of data with this fingerprint, or begins one. A paused solve with joint limits is refused.
     fn resumed(&self, fingerprint: impl FnOnce() -> u64) -> Result<Call, Error> {
-        if self.record.has_limits() {
+        if self.has_limits() {
             return Err(Error::LimitsLeftOut);
         }
         Ok(self.record.resume(fingerprint))
@@ -232,15 +232,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.record.note_limits(|| scene.prints_of_rows());
     }
 
-    /// Is a solve of this data paused that has joint limits, the last rows of the scene?
+    /// Is a solve with joint limits paused?
+    pub(crate) fn has_limits(&self) -> bool {
+        self.record.has_limits()
+    }
+
+    /// Does the paused solve have this data, with its joint limits as the last rows of the scene?
     pub(crate) fn is_paused_with_limits<const S: usize>(
         &self,
         scene: &Scene<T, N, D, C, R, S>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> bool {
-        let fingerprint = || fingerprint(scene, free_impulse, settings) ^ scene.prints_of_rows();
-        self.record.has_limits() && self.record.is_paused(fingerprint)
+        self.record.is_paused(|| fingerprint(scene, free_impulse, settings) ^ scene.prints_of_rows())
     }
 
     /// The keys of the joint rows of the last solve, in their order.

@@ -12,7 +12,7 @@ use crate::linalg::vector::square;
 use crate::linalg::zip::{zip3, zip5};
 use crate::problem::Problem;
 use crate::problem::infeasibility::search::Demand;
-use crate::problem::infeasibility::{dot, is_strong};
+use crate::problem::infeasibility::{dot, is_strong, weigh};
 use crate::real::Real;
 use crate::scene::Scaling;
 use nalgebra::SVector;
@@ -203,16 +203,5 @@ fn add<T: Real, const D: usize, const C: usize, const R: usize>(
 ) {
     for (x, &step) in x.iter_mut().zip(step.iter()) {
         *x += step * length;
-    }
-}
-
-/// Multiplies `x` by the weights, entry by entry.
-#[inline(never)]
-pub(super) fn weigh<T: Real, const D: usize, const C: usize, const R: usize>(
-    x: &mut Stacked<T, D, C, R>,
-    weights: &Stacked<T, D, C, R>,
-) {
-    for (x, &weight) in x.iter_mut().zip(weights.iter()) {
-        *x *= weight;
     }
 }

@@ -240,6 +240,17 @@ fn dot<T: Real, const D: usize, const C: usize, const R: usize>(
     x.iter().zip(y.iter()).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }
 
+/// Multiplies `x` by the weights, entry by entry.
+#[inline(never)]
+fn weigh<T: Real, const D: usize, const C: usize, const R: usize>(
+    x: &mut Stacked<T, D, C, R>,
+    weights: &Stacked<T, D, C, R>,
+) {
+    for (x, &weight) in x.iter_mut().zip(weights.iter()) {
+        *x *= weight;
+    }
+}
+
 /// `d` along the normals, with 0 along the tangents.
 #[inline(never)]
 fn normals<T: Real, const D: usize, const C: usize, const R: usize>(
@@ -261,6 +272,6 @@ fn product<T: Real, const C: usize, const R: usize>(
     y: &Proof<T, C, R>,
 ) -> Proof<T, C, R> {
     let mut product = *x;
-    jam::weigh(&mut product, y);
+    weigh(&mut product, y);
     product
 }
