@@ -16,14 +16,6 @@ pub(crate) fn add<T: Real>(sums: &mut [T], terms: &[T]) {
     }
 }
 
-/// Copies numbers, up to the end of the shorter list.
-#[inline]
-pub(crate) fn copy<T: Real>(targets: &mut [T], sources: &[T]) {
-    for (target, &source) in targets.iter_mut().zip(sources) {
-        *target = source;
-    }
-}
-
 /// Euclidean norm. A single entry needs no square root.
 #[inline]
 pub(crate) fn norm<T: Real>(tangent: &[T]) -> T {

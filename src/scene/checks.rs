@@ -1,7 +1,6 @@
 //! Checks and fingerprints of the numbers that a scene is given.
 
 use crate::error::{Error, Input};
-use crate::linalg::vector::copy;
 use crate::linalg::zip::zip3;
 use crate::real::Real;
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
@@ -56,7 +55,9 @@ fn end(hashes: [u64; 4]) -> u64 {
 /// Up to three numbers, and zeros.
 fn padded<T: Real>(rest: &[T]) -> [T; 4] {
     let mut numbers = [T::ZERO; 4];
-    copy(&mut numbers, rest);
+    for (number, &x) in numbers.iter_mut().zip(rest) {
+        *number = x;
+    }
     numbers
 }
 

@@ -4,7 +4,7 @@
 use crate::factor::Delassus;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
-use crate::linalg::vector::{copy, zeros};
+use crate::linalg::vector::zeros;
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use crate::sets::Sets;
@@ -114,7 +114,9 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                             }
                             wide += self.scalings.get(i)?.row(pair, k);
                         }
-                        copy(entries.get_mut(..count)?, wide.as_slice());
+                        for (entry, &wide) in entries.iter_mut().zip(wide.iter()).take(count) {
+                            *entry = wide;
+                        }
                     }
                     // Zeros behind the columns of the contact: the next contact overwrites them.
                     let target = row.contacts.as_flattened_mut().get_mut(start..)?;
@@ -151,7 +153,9 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                 let wide = widen(set, &source.into());
                 let columns = self.elimination.columns(i);
                 let entries = target.contacts.as_flattened_mut().get_mut(columns)?;
-                copy(entries, wide.as_slice());
+                for (entry, &wide) in entries.iter_mut().zip(wide.iter()) {
+                    *entry = wide;
+                }
                 for (k, row, &wide) in zip3(0..D, self.matrix.contacts.get_mut(i)?, &wide) {
                     let used = k < pair.count();
                     *row.rows.get_mut(index)? = if used { wide } else { T::ZERO };
@@ -176,7 +180,9 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                 right = joined(pair.normal + goal.normal - first(&velocity), right);
             }
             let unknowns = of_contacts.get_mut(self.elimination.columns(i))?;
-            copy(unknowns, right.as_slice());
+            for (unknown, right) in unknowns.iter_mut().zip(right.iter()) {
+                *unknown = *right;
+            }
         }
         let mut of_rows = unknowns.rows.iter_mut();
         for (pair, [p, n], &velocity) in zip3(&self.pairs.rows, &goals.rows, &self.velocities.rows) {
@@ -190,7 +196,9 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         {
             let of_contacts = unknowns.contacts.as_flattened();
             let unknowns = of_contacts.get(self.elimination.columns(i))?;
-            copy(step.x.as_mut_slice(), unknowns);
+            for (x, unknown) in step.x.iter_mut().zip(unknowns) {
+                *x = *unknown;
+            }
             if matches!(pair.part, Part::Normal | Part::Coulomb) {
                 step.normal = goal.normal - pair.normal / first(&pair.x) * first(&step.x);
             }
