@@ -20,10 +20,14 @@ const HORIZON: f32 = 0.01;
 const SERVO: f32 = 0.3;
 /// Friction coefficient that the controller counts on until a foot shows another.
 const FRICTION: f32 = 0.5;
+/// Share of a coefficient that the controller uses: what a foot showed may be too much a step further.
+const TRUST: f32 = 0.8;
+/// Speed of a foot that slides beyond doubt (m/s).
+const SLIDING: f32 = 0.01;
 /// Normal force of a foot that touches the floor (N).
 const TOUCH: f32 = 1.0;
 /// Speed of the torso when it leans (m/s), and length of a tick (s).
-const LEAN: f32 = 0.2;
+const LEAN: f32 = 0.3;
 const TICK: f32 = 1e-3;
 /// Height of the thigh's hinge above the foot (m), and length of thigh and of calf (m).
 const HEIGHT: f32 = 0.22;
@@ -56,10 +60,7 @@ impl Controller {
         let solution = self.kernel.solve(&free_impulse, &Settings::new(1e-3))?;
         let mut torques = feed_forward(&self.dynamics, solution);
         if self.catches {
-            for contact in solution.contacts.iter().filter(|contact| contact.mode == ContactMode::Slip) {
-                let [[normal, ahead, left]] = sensors.forces[contact.key as usize].data.0;
-                self.friction[contact.key as usize] = ahead.hypot(left) / normal;
-            }
+            learn(&mut self.friction, &self.dynamics, sensors, solution);
             self.lean += (self.centre() - self.lean).clamp(-LEAN * TICK, LEAN * TICK);
         }
         let joints = sensors.state.angles.as_flattened().iter().zip(&sensors.state.velocity.as_slice()[6..]);
@@ -91,10 +92,23 @@ impl Controller {
         scene.set_mass(mass)?;
         for (key, foot) in (0..).zip(&self.dynamics.feet) {
             if sensors.forces[key as usize][0] > TOUCH {
-                scene.push(&foot.contact(0.0, self.friction[key as usize], key))?;
+                scene.push(&foot.contact(0.0, TRUST * self.friction[key as usize], key))?;
             }
         }
         Ok(free_impulse)
+    }
+}
+
+/// Learns the coefficients of the feet that slip.
+fn learn(friction: &mut [f32; 4], dynamics: &Dynamics, sensors: &Sensors, solution: &Solution<f32, N, 3, 4>) {
+    for contact in solution.contacts.iter().filter(|contact| contact.mode == ContactMode::Slip) {
+        let foot = contact.key as usize;
+        let jacobian = dynamics.feet[foot].contact(0.0, 0.0, contact.key).jacobian;
+        let [[_, ahead, left]] = (jacobian * sensors.state.velocity).data.0;
+        if ahead.hypot(left) > SLIDING {
+            let [[normal, ahead, left]] = sensors.forces[foot].data.0;
+            friction[foot] = ahead.hypot(left) / normal;
+        }
     }
 }
 

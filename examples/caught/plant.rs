@@ -12,7 +12,7 @@ pub(crate) const SLOPE: f32 = 0.28;
 const ROUGH: f32 = 0.5;
 const ICE: f32 = 0.1;
 /// Place at which the ice begins (m): 2 cm ahead of the front feet.
-pub(crate) const EDGE: f32 = 0.19;
+pub(crate) const EDGE: f32 = 0.18;
 /// Time steps of the plant in a tick of the controller, and their length (s).
 const STEPS: u32 = 2;
 const STEP: f32 = 1e-3 / STEPS as f32;

@@ -10,7 +10,7 @@ use stiction::{ContactMode, Error};
 /// Ticks of the story, at 1 kHz.
 pub(crate) const TICKS: usize = 2500;
 /// Ticks in which somebody pushes the torso downhill, and the push (N).
-pub(crate) const PUSH: Range<usize> = 500..800;
+pub(crate) const PUSH: Range<usize> = 500..700;
 pub(crate) const FORCE: f32 = 18.0;
 
 /// What was seen in a tick.
