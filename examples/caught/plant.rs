@@ -1,7 +1,7 @@
 //! The plant: a simulated quadruped on a ramp whose lower part is ice. Its world axes lie along the ramp: x points downhill.
 
 use crate::dynamics::{Dynamics, N, State};
-use crate::model::GRAVITY;
+use crate::model::{GRAVITY, LEGS, LINKS};
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3};
 use stiction::time_stepping::{Gap, free_impulse};
 use stiction::{ContactMode, Error, Kernel, Settings};
@@ -11,8 +11,9 @@ pub(crate) const SLOPE: f32 = 0.28;
 /// Friction coefficients of the rough part of the ramp, and of the ice.
 const ROUGH: f32 = 0.5;
 const ICE: f32 = 0.1;
-/// Place at which the ice begins (m): 2 cm ahead of the front feet.
-pub(crate) const EDGE: f32 = 0.18;
+/// Place on the middle line at which the ice begins (m): ahead of the front feet. Its edge is oblique: at the left it begins sooner.
+const EDGE: f32 = 0.185;
+const OBLIQUE: f32 = 0.1;
 /// Time steps of the plant in a tick of the controller, and their length (s).
 const STEPS: u32 = 2;
 const STEP: f32 = 1e-3 / STEPS as f32;
@@ -65,9 +66,20 @@ impl Plant {
         Sensors { state: self.state, forces: self.touches.map(|touch| touch.force) }
     }
 
-    /// Returns the places of the feet (m).
-    pub(crate) fn feet(&self) -> [Vector3<f32>; 4] {
-        self.dynamics.feet.map(|foot| self.place + foot.point)
+    /// Returns the places of thigh hinge, knee and foot of each leg (m).
+    pub(crate) fn legs(&self) -> [[Vector3<f32>; 3]; 4] {
+        let turned = |axis, angle| UnitQuaternion::from_axis_angle(&axis, angle);
+        let legs = LEGS.iter().zip(&self.state.angles).zip(&self.dynamics.feet);
+        let mut places = [[Vector3::zeros(); 3]; 4];
+        for (((signs, [hip, thigh, _]), foot), places) in legs.zip(&mut places) {
+            let signs = Vector3::new(signs[0], signs[1], 1.0);
+            let [first, second, third] = LINKS.each_ref().map(|link| Vector3::from(link.hinge).component_mul(&signs));
+            let hip = self.state.turn * turned(Vector3::x_axis(), *hip);
+            let hinge = self.place + self.state.turn * first + hip * second;
+            let knee = hinge + hip * turned(Vector3::y_axis(), *thigh) * third;
+            *places = [hinge, knee, self.place + foot.point];
+        }
+        places
     }
 
     /// Returns the speed of the torso (m/s).
@@ -96,7 +108,7 @@ impl Plant {
         let mut coefficients = [0.0; 4];
         for ((key, foot), mu) in (0..).zip(&self.dynamics.feet).zip(&mut coefficients) {
             let point = self.place + foot.point;
-            *mu = if point.x < EDGE { ROUGH } else { ICE };
+            *mu = friction(&point);
             let gap = Gap { distance: point.z, recovery: 0.1, reach: 10.0 };
             scene.push(&foot.contact(gap.offset(STEP)?, *mu, key))?;
         }
@@ -118,6 +130,11 @@ impl Plant {
         }
         Ok(())
     }
+}
+
+/// Returns the friction coefficient of the floor at a place.
+pub(crate) fn friction(place: &Vector3<f32>) -> f32 {
+    if place.x + OBLIQUE * place.y < EDGE { ROUGH } else { ICE }
 }
 
 /// Returns the forces (N·m, N) of weight and motion on the ramp. `Dynamics` knows level ground: there the negative bias. The ramp turns

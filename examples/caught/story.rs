@@ -1,54 +1,47 @@
-//! The story: the robot stands on the ramp, is pushed onto the ice, and is caught. Or not.
+//! The story: the robot stands on the ramp, is pushed onto the ice, slips, and is caught. Or not.
 
 use crate::controller::{Controller, stance};
-use crate::plant::{EDGE, Plant, Touch};
+use crate::plant::{Plant, Touch};
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::time::Instant;
 use stiction::{ContactMode, Error};
 
 /// Ticks of the story, at 1 kHz.
-pub(crate) const TICKS: usize = 2500;
+pub(crate) const TICKS: u16 = 1800;
 /// Ticks in which somebody pushes the torso downhill, and the push (N).
-pub(crate) const PUSH: Range<usize> = 500..700;
+pub(crate) const PUSH: Range<u16> = 300..500;
 pub(crate) const FORCE: f32 = 18.0;
 
-/// What was seen in a tick.
+/// What is seen in a tick.
 pub(crate) struct Tick {
-    /// Feet: front left, front right, rear left, rear right.
-    pub(crate) touches: [Touch; 4],
-    /// Place of the torso, and of each foot (m).
-    pub(crate) torso: Vector3<f32>,
-    pub(crate) feet: [Vector3<f32>; 4],
-    /// Mean speed of the feet downhill (m/s).
-    pub(crate) speed: f32,
-    /// Whether the controller moves the torso.
-    pub(crate) leans: bool,
-    /// Time of the controller (µs).
+    /// Time at its beginning (s).
     pub(crate) time: f32,
+    /// Feet on the floor: front left, front right, rear left, rear right.
+    pub(crate) touches: [Touch; 4],
+    /// Places of thigh hinge, knee and foot of each leg (m).
+    pub(crate) legs: [[Vector3<f32>; 3]; 4],
+    /// Place of the torso downhill (m), and its speed (m/s).
+    pub(crate) place: f32,
+    pub(crate) speed: f32,
+    /// Push on the torso downhill (N).
+    pub(crate) push: f32,
+    /// Whether the controller moves the torso uphill.
+    pub(crate) leans: bool,
+    /// Time that the controller takes (µs).
+    pub(crate) took: f32,
 }
 
 impl Tick {
-    /// Returns whether a foot slips.
-    pub(crate) fn slips(&self) -> bool {
-        self.touches.iter().any(|touch| touch.mode == ContactMode::Slip)
-    }
-
     /// Returns whether all feet stick.
     pub(crate) fn sticks(&self) -> bool {
         self.touches.iter().all(|touch| touch.mode == ContactMode::Stick)
     }
 
-    /// Returns the friction that is used: the share of what the floor can give.
+    /// Returns the friction as a share of the most that the floor can give.
     pub(crate) fn used(&self) -> f32 {
-        let [used, limit] = [|touch: &Touch| touch.force.yz().norm(), |touch: &Touch| touch.limit]
-            .map(|part| self.touches.iter().map(part).sum::<f32>());
-        used / limit
-    }
-
-    /// Returns whether a foot is on the ice.
-    pub(crate) fn is_on_ice(&self) -> bool {
-        self.feet.iter().any(|foot| foot.x > EDGE)
+        let force = self.touches.iter().map(|touch| touch.force.yz().norm()).sum::<f32>();
+        force / self.touches.iter().map(|touch| touch.limit).sum::<f32>()
     }
 }
 
@@ -57,13 +50,49 @@ pub(crate) fn tell(catches: bool) -> Result<Vec<Tick>, Error> {
     let (mut plant, mut controller) = (Plant::new(stance(0.0)), Controller::new(catches));
     let mut ticks = Vec::new();
     for tick in 0..TICKS {
-        let sensors = plant.sense();
-        let (start, lean) = (Instant::now(), controller.lean);
+        let (sensors, lean) = (plant.sense(), controller.lean);
+        let start = Instant::now();
         let torques = controller.tick(&sensors)?;
-        let time = start.elapsed().as_secs_f32() * 1e6;
-        plant.tick(&torques, if PUSH.contains(&tick) { FORCE } else { 0.0 })?;
-        let leans = (controller.lean - lean).abs() > 1e-5;
-        ticks.push(Tick { touches: plant.touches, torso: plant.place, feet: plant.feet(), speed: plant.speed(), leans, time });
+        let took = start.elapsed().as_secs_f32() * 1e6;
+        let push = if PUSH.contains(&tick) { FORCE } else { 0.0 };
+        plant.tick(&torques, push)?;
+        ticks.push(Tick {
+            time: f32::from(tick) * 1e-3,
+            touches: plant.touches,
+            legs: plant.legs(),
+            place: plant.place.x,
+            speed: plant.speed(),
+            push,
+            leans: controller.lean < lean - 5e-5,
+            took,
+        });
     }
     Ok(ticks)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PUSH, TICKS, tell};
+    use stiction::ContactMode;
+
+    /// Speed of a robot that stands (m/s).
+    const STILL: f32 = 1e-3;
+
+    #[test]
+    fn robot_stands_slips_when_pushed_and_is_caught() {
+        let ticks = tell(true).unwrap();
+        let (before, after) = ticks.split_at(usize::from(PUSH.start));
+        assert!(before.iter().all(|tick| tick.sticks()));
+        let slips = |key: usize| after.iter().any(|tick| tick.touches[key].mode == ContactMode::Slip);
+        assert!((0..4).all(slips));
+        let end = &ticks[usize::from(TICKS) - 200..];
+        assert!(end.iter().all(|tick| tick.sticks() && tick.speed < STILL && tick.used() < 0.95));
+    }
+
+    #[test]
+    fn robot_slides_off_without_the_catch() {
+        let ticks = tell(false).unwrap();
+        let end = &ticks[usize::from(TICKS) - 200..];
+        assert!(end.iter().all(|tick| !tick.sticks() && tick.speed > 0.5));
+    }
 }
