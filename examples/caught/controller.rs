@@ -65,7 +65,9 @@ impl Controller {
         }
         let joints = sensors.state.angles.as_flattened().iter().zip(&sensors.state.velocity.as_slice()[6..]);
         let targets = stance(self.lean);
-        for ((torque, (angle, rate)), target) in torques.as_flattened_mut().iter_mut().zip(joints).zip(targets.as_flattened()) {
+        for ((torque, (angle, rate)), target) in
+            torques.as_flattened_mut().iter_mut().zip(joints).zip(targets.as_flattened())
+        {
             *torque += GAINS[0] * (target - angle) - GAINS[1] * rate;
             *torque = torque.clamp(-LIMIT, LIMIT);
         }

@@ -1,7 +1,7 @@
 //! The picture: the robot at four moments, feet that stick and slip over time, and the speed of the torso.
 
 use crate::plant::{SLOPE, friction};
-use crate::story::{PUSH, TICKS, Tick};
+use crate::story::{FORCE, PUSH, TICKS, Tick};
 use nalgebra::{Rotation2, Vector2, Vector3};
 use std::fmt::Write;
 use stiction::ContactMode;
@@ -17,11 +17,12 @@ const PALE: &str = "#e4e4e0";
 /// Moments that are drawn (ticks), and what happens in them.
 const MOMENTS: [(usize, &str); 4] =
     [(200, "stands"), (380, "is pushed, slips"), (800, "slips on ice, leans back"), (1700, "stands again")];
-/// Width of the picture, and of a moment (px).
+/// Width and height of the picture, and width of a moment (px).
 const WIDTH: f32 = 830.0;
+const ALL: f32 = 560.0;
 const MOMENT: f32 = WIDTH / 4.0;
 /// Scale of places (px/m) and of forces (px/N).
-const METRE: f32 = 230.0;
+const METRE: f32 = 245.0;
 const NEWTON: f32 = 1.2;
 /// Height of friction cones (px).
 const CONE: f32 = 56.0;
@@ -30,10 +31,10 @@ const AXIS: [f32; 2] = [100.0, 815.0];
 /// Length of a tick (s).
 const TICK: f32 = 1e-3;
 /// Upper edge of the rows of the feet, and height of a row (px).
-const FEET: f32 = 262.0;
+const FEET: f32 = 254.0;
 const ROW: f32 = 24.0;
 /// Lower edge and height of the chart of speeds (px), and the speed at its upper edge (m/s).
-const BOTTOM: f32 = 520.0;
+const BOTTOM: f32 = 516.0;
 const HEIGHT: f32 = 130.0;
 const FAST: f32 = 0.8;
 
@@ -51,7 +52,9 @@ impl Svg {
     }
 
     fn area(&mut self, [x, y]: [f32; 2], [width, height]: [f32; 2], colour: &str) {
-        self.add(&format!("<rect x='{x:.1}' y='{y:.1}' width='{width:.1}' height='{height:.1}' fill='{colour}'/>"));
+        self.add(&format!(
+            "<rect x='{x:.1}' y='{y:.1}' width='{width:.1}' height='{height:.1}' fill='{colour}'/>"
+        ));
     }
 
     /// Draws a line through points; `style` are attributes.
@@ -67,14 +70,15 @@ impl Svg {
 /// Draws both stories.
 pub(crate) fn draw(caught: &[Tick], lost: &[Tick]) -> String {
     let mut svg = Svg(String::new());
-    svg.add(&format!("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {WIDTH} 565' font-family='sans-serif' font-size='14'>"));
-    svg.area([0.0, 0.0], [WIDTH, 565.0], "white");
+    svg.add(&format!("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {WIDTH} {ALL}' font-family='sans-serif' font-size='14'>"));
+    svg.area([0.0, 0.0], [WIDTH, ALL], "white");
     for (index, (tick, words)) in (0_u16..).zip(MOMENTS) {
         moment(&mut svg, f32::from(index) * MOMENT, &caught[tick], words);
     }
+    legend(&mut svg);
     let push = [PUSH.start, PUSH.end].map(|tick| across(f32::from(tick) * 1e-3));
     svg.area([push[0], FEET - 20.0], [push[1] - push[0], BOTTOM - FEET + 20.0], "#f7dede");
-    svg.text([f32::midpoint(push[0], push[1]), FEET - 6.0], "middle", "push");
+    svg.text([f32::midpoint(push[0], push[1]), FEET - 6.0], "middle", &format!("push, {FORCE} N"));
     let names = ["front left", "front right", "rear left", "rear right"];
     for (foot, name) in (0..).zip(names) {
         row(&mut svg, foot, name, caught);
@@ -84,16 +88,37 @@ pub(crate) fn draw(caught: &[Tick], lost: &[Tick]) -> String {
     svg.0
 }
 
+/// Draws what the colours mean.
+fn legend(svg: &mut Svg) {
+    let (mut x, y) = (16.0, FEET - 42.0);
+    let entries = [
+        (STICK, "foot sticks", 104.0),
+        (SLIP, "slips", 70.0),
+        (GROUND, "on rough ground", 144.0),
+        (ICE, "on ice", 78.0),
+        (PALE, "cone of friction: forces inside of it stick, those on its edge slip", 0.0),
+    ];
+    for (colour, words, width) in entries {
+        svg.area([x, y - 11.0], [12.0, 12.0], colour);
+        svg.text([x + 18.0, y], "start", words);
+        x += width;
+    }
+}
+
 /// Draws the robot in a tick as it is seen from the right, and the forces on its feet in their friction cones.
 fn moment(svg: &mut Svg, left: f32, tick: &Tick, words: &str) {
     let ramp = Rotation2::new(SLOPE);
-    let on_page = |x: f32, z: f32| Vector2::new(left + 70.0, 150.0) + ramp * Vector2::new(x, -z) * METRE;
+    let on_page = |x: f32, z: f32| Vector2::new(left + 68.0, 124.0) + ramp * Vector2::new(x, -z) * METRE;
     let place = |place: &Vector3<f32>| on_page(place.x, place.z);
     svg.text([left + MOMENT / 2.0, 20.0], "middle", &format!("{:.1} s: {words}", tick.time));
-    let edge = (0_u16..600).map(|x| f32::from(x) * 1e-3).find(|&x| friction(&Vector3::new(x, 0.0, 0.0)) < 0.3);
+    let edge =
+        (0_u16..600).map(|x| f32::from(x) * 1e-3).find(|&x| friction(&Vector3::new(x, 0.0, 0.0)) < 0.3);
     let edge = edge.unwrap_or_default();
     let floor = |svg: &mut Svg, from, to, colour| {
-        svg.line([on_page(from, -0.012), on_page(to, -0.012)], &format!("stroke='{colour}' stroke-width='5'"));
+        svg.line(
+            [on_page(from, -0.012), on_page(to, -0.012)],
+            &format!("stroke='{colour}' stroke-width='5'"),
+        );
     };
     floor(svg, -0.27, edge, GROUND);
     floor(svg, edge, 0.57, ICE);
@@ -177,6 +202,9 @@ fn speeds(svg: &mut Svg, caught: &[Tick], lost: &[Tick]) {
         svg.text([across(time), BOTTOM + 18.0], "middle", &format!("{time:.1}"));
     }
     svg.text([f32::midpoint(AXIS[0], AXIS[1]), BOTTOM + 36.0], "middle", "time (s)");
+    svg.text([AXIS[0], BOTTOM - HEIGHT - 12.0], "start", "speed of the torso (m/s)");
+    svg.text([at(0.95, 0.0).x, at(0.0, 0.5).y], "end", "without the catch");
+    svg.text([at(1.15, 0.0).x, at(0.0, 0.15).y], "start", "caught");
     let points = |ticks: &[Tick]| -> Vec<_> {
         let shown = ticks.iter().step_by(5).take_while(|tick| tick.speed < FAST);
         shown.map(|tick| at(tick.time, tick.speed)).collect()

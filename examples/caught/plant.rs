@@ -73,7 +73,8 @@ impl Plant {
         let mut places = [[Vector3::zeros(); 3]; 4];
         for (((signs, [hip, thigh, _]), foot), places) in legs.zip(&mut places) {
             let signs = Vector3::new(signs[0], signs[1], 1.0);
-            let [first, second, third] = LINKS.each_ref().map(|link| Vector3::from(link.hinge).component_mul(&signs));
+            let [first, second, third] =
+                LINKS.each_ref().map(|link| Vector3::from(link.hinge).component_mul(&signs));
             let hip = self.state.turn * turned(Vector3::x_axis(), *hip);
             let hinge = self.place + self.state.turn * first + hip * second;
             let knee = hinge + hip * turned(Vector3::y_axis(), *thigh) * third;

@@ -8,14 +8,19 @@ const LINE: usize = 100;
 
 /// Prints a line for each tenth of a second of both stories.
 pub(crate) fn print(caught: &[Tick], lost: &[Tick]) {
-    println!("{:50}|{:38}| without the catch", "", "");
-    println!(" time  what happens                            feet | friction used   at    speed   tick");
+    println!("feet (front left and right, rear left and right): = sticks, ~ slips, o open");
+    println!("friction: share of what the floor can give; tick: time of the controller\n");
+    println!("{:92}| without the catch", "");
+    println!(
+        " time  {:36}feet  friction    moved       speed    tick  | feet     moved       speed",
+        "what happens"
+    );
     for (caught, lost) in caught.chunks(LINE).zip(lost.chunks(LINE)) {
         let (Some(tick), Some(other)) = (caught.last(), lost.last()) else { continue };
         let mut times: Vec<f32> = caught.iter().map(|tick| tick.took).collect();
         times.sort_by(f32::total_cmp);
         println!(
-            "{:4.1} s  {:32} {}  {:6.0} % {:9.1} cm {:6.1} cm/s {:5.1} µs  |  {}  {:6.1} cm {:6.1} cm/s",
+            "{:3.1} s  {:36}{}  {:6.0} %  {:4.1} cm  {:5.1} cm/s  {:3.1} µs  | {}  {:5.1} cm  {:5.1} cm/s",
             tick.time + 1e-3,
             words(tick),
             feet(tick),
