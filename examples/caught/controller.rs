@@ -9,7 +9,7 @@
 //!    holds better, more weight gives more friction.
 
 use crate::dynamics::{Dynamics, N};
-use crate::plant::{Sensors, Torques, weight};
+use crate::plant::{Sensors, TICK, Torques, weight};
 use nalgebra::{SVector, Vector3};
 use stiction::time_stepping::free_impulse;
 use stiction::{ContactMode, Error, Kernel, Settings, Solution};
@@ -26,9 +26,8 @@ const TRUST: f32 = 0.8;
 const SLIDING: f32 = 0.01;
 /// Normal force of a foot that touches the floor (N).
 const TOUCH: f32 = 1.0;
-/// Speed of the torso when it leans (m/s), and length of a tick (s).
+/// Speed of the torso when it leans (m/s).
 const LEAN: f32 = 0.3;
-const TICK: f32 = 1e-3;
 /// Height of the thigh's hinge above the foot (m), and length of thigh and of calf (m).
 const HEIGHT: f32 = 0.22;
 const LENGTH: f32 = 0.16;

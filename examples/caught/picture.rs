@@ -1,6 +1,6 @@
 //! The picture: the robot at four moments, feet that stick and slip over time, and the speed of the torso.
 
-use crate::plant::{SLOPE, friction};
+use crate::plant::{EDGE, SLOPE, TICK, friction};
 use crate::story::{FORCE, PUSH, TICKS, Tick};
 use nalgebra::{Rotation2, Vector2, Vector3};
 use std::fmt::Write;
@@ -16,7 +16,7 @@ const PALE: &str = "#e4e4e0";
 
 /// Moments that are drawn (ticks), and what happens in them.
 const MOMENTS: [(usize, &str); 4] =
-    [(200, "stands"), (380, "is pushed, slips"), (800, "slips on ice, leans back"), (1700, "stands again")];
+    [(200, "stands"), (380, "is pushed, slips"), (700, "slips on ice, leans back"), (1700, "stands again")];
 /// Width and height of the picture, and width of a moment (px).
 const WIDTH: f32 = 830.0;
 const ALL: f32 = 560.0;
@@ -28,8 +28,6 @@ const NEWTON: f32 = 1.2;
 const CONE: f32 = 56.0;
 /// Left and right end of the time axis (px).
 const AXIS: [f32; 2] = [100.0, 815.0];
-/// Length of a tick (s).
-const TICK: f32 = 1e-3;
 /// Upper edge of the rows of the feet, and height of a row (px).
 const FEET: f32 = 254.0;
 const ROW: f32 = 24.0;
@@ -70,13 +68,15 @@ impl Svg {
 /// Draws both stories.
 pub(crate) fn draw(caught: &[Tick], lost: &[Tick]) -> String {
     let mut svg = Svg(String::new());
-    svg.add(&format!("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {WIDTH} {ALL}' font-family='sans-serif' font-size='14'>"));
+    let size = format!("width='{WIDTH}' height='{ALL}' viewBox='0 0 {WIDTH} {ALL}'");
+    let font = "font-family='sans-serif' font-size='14'";
+    svg.add(&format!("<svg xmlns='http://www.w3.org/2000/svg' {size} {font}>"));
     svg.area([0.0, 0.0], [WIDTH, ALL], "white");
     for (index, (tick, words)) in (0_u16..).zip(MOMENTS) {
         moment(&mut svg, f32::from(index) * MOMENT, &caught[tick], words);
     }
     legend(&mut svg);
-    let push = [PUSH.start, PUSH.end].map(|tick| across(f32::from(tick) * 1e-3));
+    let push = [PUSH.start, PUSH.end].map(|tick| across(f32::from(tick) * TICK));
     svg.area([push[0], FEET - 20.0], [push[1] - push[0], BOTTOM - FEET + 20.0], "#f7dede");
     svg.text([f32::midpoint(push[0], push[1]), FEET - 6.0], "middle", &format!("push, {FORCE} N"));
     let names = ["front left", "front right", "rear left", "rear right"];
@@ -94,9 +94,9 @@ fn legend(svg: &mut Svg) {
     let entries = [
         (STICK, "foot sticks", 104.0),
         (SLIP, "slips", 70.0),
-        (GROUND, "on rough ground", 144.0),
-        (ICE, "on ice", 78.0),
-        (PALE, "cone of friction: forces inside of it stick, those on its edge slip", 0.0),
+        (GROUND, "rough floor", 110.0),
+        (ICE, "ice", 56.0),
+        (PALE, "friction cone: a foot with its force on the edge slips", 0.0),
     ];
     for (colour, words, width) in entries {
         svg.area([x, y - 11.0], [12.0, 12.0], colour);
@@ -111,17 +111,14 @@ fn moment(svg: &mut Svg, left: f32, tick: &Tick, words: &str) {
     let on_page = |x: f32, z: f32| Vector2::new(left + 68.0, 124.0) + ramp * Vector2::new(x, -z) * METRE;
     let place = |place: &Vector3<f32>| on_page(place.x, place.z);
     svg.text([left + MOMENT / 2.0, 20.0], "middle", &format!("{:.1} s: {words}", tick.time));
-    let edge =
-        (0_u16..600).map(|x| f32::from(x) * 1e-3).find(|&x| friction(&Vector3::new(x, 0.0, 0.0)) < 0.3);
-    let edge = edge.unwrap_or_default();
     let floor = |svg: &mut Svg, from, to, colour| {
         svg.line(
             [on_page(from, -0.012), on_page(to, -0.012)],
             &format!("stroke='{colour}' stroke-width='5'"),
         );
     };
-    floor(svg, -0.27, edge, GROUND);
-    floor(svg, edge, 0.57, ICE);
+    floor(svg, -0.27, EDGE, GROUND);
+    floor(svg, EDGE, 0.57, ICE);
     for pair in [0, 2] {
         let foot = &tick.legs[pair][2];
         let tip = |mu: f32| place(foot) + ramp * Vector2::new(mu, -1.0) * CONE;
@@ -170,7 +167,7 @@ fn colour(mode: ContactMode) -> &'static str {
 
 /// Returns the place of a time (s) on the axis.
 fn across(time: f32) -> f32 {
-    AXIS[0] + (AXIS[1] - AXIS[0]) * time / (f32::from(TICKS) * 1e-3)
+    AXIS[0] + (AXIS[1] - AXIS[0]) * time / (f32::from(TICKS) * TICK)
 }
 
 /// Draws what a foot does over time, and below it where it is on the ice.

@@ -12,11 +12,11 @@ pub(crate) const SLOPE: f32 = 0.28;
 const ROUGH: f32 = 0.5;
 const ICE: f32 = 0.1;
 /// Place on the middle line at which the ice begins (m): ahead of the front feet. Its edge is oblique: at the left it begins sooner.
-const EDGE: f32 = 0.185;
+pub(crate) const EDGE: f32 = 0.185;
 const OBLIQUE: f32 = 0.1;
-/// Time steps of the plant in a tick of the controller, and their length (s).
-const STEPS: u32 = 2;
-const STEP: f32 = 1e-3 / STEPS as f32;
+/// Length of a tick of the controller, and of a time step of the plant (s).
+pub(crate) const TICK: f32 = 1e-3;
+const STEP: f32 = TICK / 2.0;
 
 /// Torques (N·m) of hip, thigh and calf of each leg.
 pub(crate) type Torques = [[f32; 3]; 4];
@@ -90,10 +90,8 @@ impl Plant {
 
     /// Moves the robot by a tick, with torques and a push on the torso downhill (N).
     pub(crate) fn tick(&mut self, torques: &Torques, push: f32) -> Result<(), Error> {
-        for _ in 0..STEPS {
-            self.step(torques, push)?;
-        }
-        Ok(())
+        self.step(torques, push)?;
+        self.step(torques, push)
     }
 
     fn step(&mut self, torques: &Torques, push: f32) -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! The story: the robot stands on the ramp, is pushed onto the ice, slips, and is caught. Or not.
 
 use crate::controller::{Controller, stance};
-use crate::plant::{Plant, Touch};
+use crate::plant::{Plant, TICK, Touch};
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::time::Instant;
@@ -62,7 +62,7 @@ pub(crate) fn tell(catches: bool) -> Result<Vec<Tick>, Error> {
             continue;
         }
         ticks.push(Tick {
-            time: f32::from(tick) * 1e-3,
+            time: f32::from(tick) * TICK,
             touches: plant.touches,
             legs: plant.legs(),
             place: plant.place.x,
@@ -77,7 +77,7 @@ pub(crate) fn tell(catches: bool) -> Result<Vec<Tick>, Error> {
 
 #[cfg(test)]
 mod tests {
-    use super::tell;
+    use super::{Tick, tell};
     use stiction::ContactMode;
 
     /// Speed of a robot that stands (m/s).
@@ -87,7 +87,7 @@ mod tests {
     fn robot_stands_slips_when_pushed_and_is_caught() {
         let ticks = tell(true).unwrap();
         let (before, after) = ticks.split_at(ticks.iter().position(|tick| tick.push > 0.0).unwrap());
-        assert!(before.iter().all(|tick| tick.sticks()));
+        assert!(before.iter().all(Tick::sticks));
         let slips = |key: usize| after.iter().any(|tick| tick.touches[key].mode == ContactMode::Slip);
         assert!((0..4).all(slips));
         assert!(

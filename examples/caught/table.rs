@@ -1,5 +1,6 @@
 //! The table in the terminal: what the robot does, with the catch and without.
 
+use crate::plant::TICK;
 use crate::story::Tick;
 use stiction::ContactMode;
 
@@ -21,7 +22,7 @@ pub(crate) fn print(caught: &[Tick], lost: &[Tick]) {
         times.sort_by(f32::total_cmp);
         println!(
             "{:3.1} s  {:36}{}  {:6.0} %  {:4.1} cm  {:5.1} cm/s  {:3.1} µs  | {}  {:5.1} cm  {:5.1} cm/s",
-            tick.time + 1e-3,
+            tick.time + TICK,
             words(tick),
             feet(tick),
             tick.used() * 100.0,
