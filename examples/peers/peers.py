@@ -85,7 +85,7 @@ def main():
     options = parser.parse_args()
 
     built = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
-    solve = built / "examples" / "solve"
+    solve = built / "solve"
     ours = [contestants.Ours(solve, precision) for precision in ("f64", "f32")]
     peers = contestants.peers(options.pinocchio_python, options.siconos_python)
     fields = []
