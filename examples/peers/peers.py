@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Our `solve` example against Pinocchio and Siconos on bundled and on random scenes, turn by turn.
+"""Our program `solve` against Pinocchio and Siconos on bundled and on random scenes, turn by turn.
 
 See README.md beside this file for what to install.
 """
