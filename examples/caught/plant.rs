@@ -113,6 +113,7 @@ impl Plant {
         }
         let impulse = free_impulse(&self.dynamics.mass, &self.state.velocity, &force, STEP);
         let solution = self.kernel.solve(&impulse, &Settings::new(1e-4))?;
+        assert!(solution.is_solved(), "the plant is not physics: {}", solution.status);
 
         for ((contact, mu), touch) in solution.contacts.iter().zip(coefficients).zip(&mut self.touches) {
             let force = contact.impulse / STEP;
