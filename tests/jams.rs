@@ -1,17 +1,17 @@
 //! Friction that locks what is to be pushed apart: no finite impulses solve it, and the status says so.
 
 use crate::support::pad;
-use crate::support::sizes::point;
+use crate::support::sizes::{body_rows, point};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, vector};
 use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solution, Solver, Status};
 
 const WALL: f64 = 0.1; // m/s at which a gap is to open
 
 /// A cube of 1 kg between a floor and a lid that is tilted, to be pushed off both.
-fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(Scene<T, 18, 3, 12>, SVector<T, 18>), Error> {
+fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(body_rows::Scene<T>, SVector<T, 6>), Error> {
     let mut scene = Scene::new();
     let masses = vector![1.0, 1.0, 1.0, 0.1, 0.1, 0.1];
-    scene.set_mass(&pad::mass(&Matrix6::from_diagonal(&masses).map(T::literal)))?;
+    scene.set_mass(&Matrix6::from_diagonal(&masses).map(T::literal))?;
     let lid = [
         Vector3::new(-tilt.sin(), 0.0, -tilt.cos()),
         Vector3::new(tilt.cos(), 0.0, -tilt.sin()),
@@ -29,7 +29,7 @@ fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(Scene<T, 18, 3, 12>, SVector<T,
                 }
             }
             scene.push(&Contact {
-                jacobian: pad::jacobian(&jacobian.map(T::literal)),
+                jacobian: jacobian.map(T::literal),
                 offset: vector![-WALL, 0.0, 0.0].map(T::literal),
                 mu: T::literal(mu),
                 key: 0,
@@ -39,20 +39,20 @@ fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(Scene<T, 18, 3, 12>, SVector<T,
     Ok((scene, SVector::ith(2, T::literal(-0.0981))))
 }
 
-fn solve<T: Real, const N: usize, const C: usize>(
-    scene: &Scene<T, N, 3, C>,
+fn solve<T: Real, const N: usize, const C: usize, const R: usize, const S: usize>(
+    scene: &Scene<T, N, 3, C, R, S>,
     push: &SVector<T, N>,
     tolerance: f64,
-) -> Result<Solution<T, N, 3, C>, Error> {
+) -> Result<Solution<T, N, 3, C, R>, Error> {
     let settings = Settings { budget: 1_000, ..Settings::new(T::literal(tolerance)) };
     let mut solver = Solver::new();
     Ok(solver.solve(scene, &Factor::new(scene)?, push, &settings)?.clone())
 }
 
 /// Does the certificate prove what it says, recomputed here?
-fn is_proof<T: Real, const N: usize, const C: usize>(
-    scene: &Scene<T, N, 3, C>,
-    solution: &Solution<T, N, 3, C>,
+fn is_proof<T: Real, const N: usize, const C: usize, const R: usize, const S: usize>(
+    scene: &Scene<T, N, 3, C, R, S>,
+    solution: &Solution<T, N, 3, C, R>,
 ) -> bool {
     let double = |x: T| x.to_subset().unwrap_or(f64::NAN);
     let (mut force, mut approach, mut size) = (SVector::<f64, N>::zeros(), 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! A quadruped stands on a ramp, is pushed onto ice, slips, and is caught: `cargo run --release --example caught`.
+//! A quadruped stands on a ramp, is pushed onto ice, slips, and is caught: `cargo run --release -p caught`.
 //!
 //! | file | what it does |
 //! |---|---|
@@ -26,7 +26,7 @@ use std::path::Path;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (caught, lost) = (story::tell(true)?, story::tell(false)?);
     table::print(&caught, &lost);
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("target");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target");
     std::fs::create_dir_all(&folder)?;
     let path = folder.join("caught.svg");
     std::fs::write(&path, picture::draw(&caught, &lost))?;

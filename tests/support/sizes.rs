@@ -39,7 +39,7 @@ sizes! {
     /// A body with four contacts.
     body: 6, 3, 4, 0, 0;
     /// The same with joint rows and surfaces.
-    body_rows: 6, 3, 4, 6, 4;
+    body_rows: 6, 3, 8, 6, 8;
     /// A body whose contacts have torsional friction.
     spinning: 6, 4, 4, 6, 4;
     /// A body whose contacts roll.
