@@ -211,7 +211,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     /// factor of 64 was enough for 500,000 random scenes in single precision.
     fn measure_uncertainty(&mut self, mass: &[[T; N]; N]) {
         let mut growth = T::ONE;
-        for (mass, reciprocal) in diagonal_of(mass).zip(diagonal_of(&self.mass)).take(self.velocities()) {
+        for (mass, reciprocal) in diagonal_of(mass).zip(diagonal_of(&self.mass)) {
             growth = at_least((mass * reciprocal).abs(), growth);
         }
         self.uncertainty = T::literal(64.0) * T::EPSILON * growth;

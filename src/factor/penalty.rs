@@ -56,8 +56,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
         }
         let mut largest = T::ZERO;
-        let moved = participation.iter_mut().take(self.velocities());
-        for (participation, mass) in moved.zip(diagonal_of(&self.mass().data.0)) {
+        for (participation, mass) in participation.iter_mut().zip(diagonal_of(&self.mass().data.0)) {
             *participation /= mass;
             if *participation > largest {
                 largest = *participation;

@@ -120,15 +120,13 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
 /// Solves `L x = y` in place, for `n` unknowns.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_lower<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; N], n: usize) {
-    let Some((l, x)) = used(l, x, n) else { return };
     let (mut next, end) = (0, n);
-    let last = x.len().saturating_sub(BLOCK);
     while next < end {
         if N < BLOCK {
             found(lower_block::<T, N, 1>(l, x, next, next));
             next += 1;
         } else {
-            let first = next.min(last);
+            let first = next.min(N - BLOCK); // behind `n` are zeros
             found(lower_block::<T, N, BLOCK>(l, x, first, next));
             next = first + BLOCK;
         }
@@ -138,8 +136,8 @@ pub(crate) fn solve_lower<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; 
 /// Computes the unknowns from `next` on of a block of `K` unknowns from `first` on. Those before `next` are known.
 #[inline]
 fn lower_block<T: Real, const N: usize, const K: usize>(
-    l: &[[T; N]],
-    x: &mut [T],
+    l: &[[T; N]; N],
+    x: &mut [T; N],
     first: usize,
     next: usize,
 ) -> Option<()> {

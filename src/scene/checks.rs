@@ -107,12 +107,15 @@ fn are_finite<T: Real>(numbers: &[T]) -> bool {
 /// Is it finite, and symmetric to the bit?
 #[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn is_finite_and_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>, n: usize) -> bool {
-    let (columns, mut gaps) = (mass.data.0.get(..n).unwrap_or_default(), T::ZERO);
+    let (columns, mut gaps) = (&mass.data.0, T::ZERO);
     for (j, column) in columns.iter().enumerate() {
+        if j >= n {
+            break; // a loop over the whole array, whose length is known, is faster
+        }
         let diagonal = column.get(j).copied().unwrap_or(T::ZERO);
         gaps += diagonal * T::ZERO; // not 0 if it is not finite
         let below = column.get(j + 1..).unwrap_or_default();
-        let others = columns.get(j + 1..).unwrap_or_default();
+        let others = columns.get(j + 1..n).unwrap_or_default();
         for (&below, other) in below.iter().zip(others) {
             let right = other.get(j).copied().unwrap_or(below);
             gaps += (below - right).abs(); // faster than a comparison of each pair

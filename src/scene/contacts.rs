@@ -228,11 +228,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Finds the columns of a Jacobian that are not zero.
     fn find_support(&mut self, contact: usize) {
-        let n = D * self.velocities();
         let supports = self.supports.get_mut(contact);
         if let (Some(support), Some(contact)) = (supports, self.contacts.get(contact)) {
-            let columns = contact.jacobian.as_slice().get(..n).unwrap_or_default();
-            let groups = columns.chunks(GROUP * D).enumerate();
+            let groups = contact.jacobian.as_slice().chunks_exact(GROUP * D).enumerate();
             let moved = groups.filter(|(_, group)| group.iter().any(|&entry| entry != T::ZERO));
             *support = Support::of::<N>(moved.map(|(group, _)| group * GROUP));
         }
