@@ -63,11 +63,11 @@ pub(crate) fn factorise<T: Real, const N: usize>(
     l: &mut [[T; N]; N],
     envelope: &mut [usize; N],
 ) -> Result<(), usize> {
-    let l = l.get_mut(..n).unwrap_or_default();
-    for k in (0..n).rev() {
+    for k in (0..N).rev() {
+        let Some(count) = n.checked_sub(k + 1) else { continue };
         let (above, below) = l.split_at_mut_checked(k + 1).ok_or(k)?;
         let (row, source) = (above.last_mut().ok_or(k)?, a.get(k).ok_or(k)?);
-        let below = reaching(below, k);
+        let below = reaching(below.get(..count).ok_or(k)?, k);
         *envelope.get_mut(k).ok_or(k)? = k + below.len();
         let mut next = 0;
         while next <= k {
