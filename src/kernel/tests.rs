@@ -55,7 +55,10 @@ impl<const K: usize> Data<K> {
         Self { mass, contacts, rows, push: SVector::from_fn(|_, _| numbers.next()) }
     }
 
-    fn fill<const M: usize>(&self, kernel: &mut Kernel<f64, M, 3, 4, 2, 0>) -> Result<SVector<f64, M>, Error> {
+    fn fill<const M: usize>(
+        &self,
+        kernel: &mut Kernel<f64, M, 3, 4, 2, 0>,
+    ) -> Result<SVector<f64, M>, Error> {
         // What is not in use is no number.
         let scene = kernel.scene_mut();
         scene.clear();
@@ -68,7 +71,13 @@ impl<const K: usize> Data<K> {
         }
         for row in &self.rows {
             let JointRow { offset, law, compliance, key, .. } = *row;
-            scene.push_row(&JointRow { row: row.row.fixed_resize(f64::NAN), offset, law, compliance, key })?;
+            scene.push_row(&JointRow {
+                row: row.row.fixed_resize(f64::NAN),
+                offset,
+                law,
+                compliance,
+                key,
+            })?;
         }
         Ok(self.push.fixed_resize(f64::NAN))
     }

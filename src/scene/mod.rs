@@ -207,7 +207,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// The columns in use, of a matrix with `rows` rows.
     #[inline]
-    pub(crate) fn used<'a, const K: usize, const L: usize>(&self, matrix: &'a SMatrix<T, K, L>, rows: usize) -> &'a [T] {
+    pub(crate) fn used<'a, const K: usize, const L: usize>(
+        &self,
+        matrix: &'a SMatrix<T, K, L>,
+        rows: usize,
+    ) -> &'a [T] {
         let entries = matrix.as_slice();
         entries.get(..rows * self.velocities()).unwrap_or(entries)
     }
@@ -237,9 +241,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(crate) fn fingerprint(&self) -> u64 {
         let [mass, contacts, rows] = match self.mass_print {
             Some(mass) => [mass, self.contacts_print, self.rows_print],
-            None => {
-                [fingerprint(self.used(&self.mass, N), C + R), self.prints_of_contacts(), self.prints_of_rows()]
-            }
+            None => [
+                fingerprint(self.used(&self.mass, N), C + R),
+                self.prints_of_contacts(),
+                self.prints_of_rows(),
+            ],
         };
         let sum = mass.wrapping_add(contacts).wrapping_add(rows);
         sum.max(1)
