@@ -163,7 +163,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// let scene = kernel.scene_mut();
     /// scene.set_velocities(3)?; // a point mass of 2 kg
     /// scene.set_mass(&SMatrix::from_diagonal_element(2.0))?;
-    /// let mut contact = Contact { jacobian: SMatrix::zeros(), offset: vector![0.0, 0.0, 0.0], mu: 0.5, key: 0 };
+    /// let mut contact = Contact::<f64, 30, 3> { jacobian: SMatrix::zeros(), offset: vector![0.0, 0.0, 0.0], mu: 0.5, key: 0 };
     /// contact.jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&nalgebra::matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0]);
     /// scene.push(&contact)?;
     /// let mut push = nalgebra::SVector::zeros();
