@@ -53,6 +53,8 @@ pub enum Input {
 pub enum List {
     /// The contacts of a scene.
     Contacts,
+    /// The velocities of a scene ([`crate::Scene::set_velocities`]).
+    Velocities,
     /// The surfaces of contacts, of which a scene has room for `S`.
     Surfaces,
     /// The joint rows of a scene, and behind them the reached limits of [`crate::Kernel::solve_with_limits`].
@@ -217,6 +219,7 @@ impl fmt::Display for Input {
 impl fmt::Display for List {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Velocities => "velocities",
             Self::Contacts => "contacts",
             Self::Surfaces => "contacts with surfaces",
             Self::Rows => "joint rows",

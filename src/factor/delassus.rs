@@ -108,10 +108,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         scene: &Scene<T, N, D, C, R, S>,
     ) -> Result<(), Error> {
         (self.counts.contacts, self.fingerprint) = (0, 0);
+        if self.unused != scene.unused() {
+            self.set_unused(scene.unused());
+        }
         let mass = &scene.mass().data.0; // symmetric: columns are rows
         let floor = T::literal(32.0) * T::EPSILON;
         let mut envelope = [usize::MAX; N]; // not zeros, which would call `memset`
-        factorise(mass, floor, &mut self.mass, &mut envelope)
+        factorise((mass, self.velocities()), floor, &mut self.mass, &mut envelope)
             .map_err(|dof| Error::MassNotPositiveDefinite { dof })?;
         self.measure_uncertainty(mass);
         self.counts = scene.counts();
@@ -125,13 +128,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     /// nonzero entry of each column of `L`.
     #[inline]
     fn append_contacts<const S: usize>(&mut self, scene: &Scene<T, N, D, C, R, S>, envelope: &[usize; N]) {
+        let n = self.velocities();
         for (i, contact) in scene.contacts().iter().enumerate() {
             let Some(whitened) = self.whitened.get_mut(i) else {
                 break;
             };
             let transpose = &contact.jacobian.data.0; // D rows in N columns
             let mut scaled = Vec::new();
-            solve_upper_block(&self.mass, envelope, transpose, whitened, &mut scaled);
+            solve_upper_block(&self.mass, (envelope, n), transpose, whitened, &mut scaled);
             let scaling = scene.scaling(i);
             if let Some(scaling) = scaling {
                 // The rows of `H` scale as velocities do.
@@ -173,7 +177,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         first: usize,
         envelope: &[usize; N],
     ) {
-        let contacts = self.counts.contacts;
+        let (contacts, n) = (self.counts.contacts, self.velocities());
         let mut scaled = Vec::new();
         for (j, row) in scene.rows().iter().enumerate().skip(first) {
             let Some(whitened) = self.whitened_rows.get_mut(j) else {
@@ -182,7 +186,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
             let [entries] = row.row.data.0;
             scaled.clear();
             let column = entries.map(|entry| [entry]);
-            solve_upper_block(&self.mass, envelope, &column, whitened, &mut scaled);
+            solve_upper_block(&self.mass, (envelope, n), &column, whitened, &mut scaled);
             if let Some(target) = self.delassus.rows.get_mut(j) {
                 for (block, y) in target.contacts.iter_mut().zip(&self.whitened).take(contacts) {
                     [*block] = products(&scaled, y);

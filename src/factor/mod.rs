@@ -60,6 +60,8 @@ pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, const
     counts: Counts,
     /// Fingerprint of the scene's `M` and `H`; 0 if empty.
     fingerprint: u64,
+    /// Velocities that the scene does not use: rows and columns that stay zero.
+    unused: usize,
     /// Number of dofs that contacts and joint rows move.
     moved: usize,
     /// Estimate of the relative rounding of `W`.
@@ -92,6 +94,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         Self {
             counts: Counts { contacts: 0, rows: 0 },
             fingerprint: 0,
+            unused: 0,
             moved: 0,
             uncertainty: T::ZERO,
             mass: [[T::ZERO; N]; N],
@@ -157,7 +160,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         scene: &Scene<T, N, D, C, R, S>,
         first: usize,
     ) -> Result<(), Error> {
-        let envelope = envelope(&self.mass);
+        let envelope = envelope(&self.mass, self.velocities());
         self.counts = scene.counts();
         self.append_rows(scene, first, &envelope);
         self.check(scene)
@@ -197,7 +200,25 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     /// True if `M`, Jacobians, compliance, contacts and joint rows of the scene are those of the factor. A 64-bit hash tells.
     #[must_use]
     pub fn is_current<const S: usize>(&self, scene: &Scene<T, N, D, C, R, S>) -> bool {
-        self.counts == scene.counts() && self.fingerprint == scene.fingerprint()
+        self.counts == scene.counts()
+            && self.unused == scene.unused()
+            && self.fingerprint == scene.fingerprint()
+    }
+
+    /// Velocities of the scene this was computed for.
+    #[inline]
+    pub(crate) const fn velocities(&self) -> usize {
+        N.saturating_sub(self.unused)
+    }
+
+    /// Makes room for another number of velocities: what the new ones do not use is zero.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn set_unused(&mut self, unused: usize) {
+        self.unused = unused;
+        self.mass = [[T::ZERO; N]; N];
+        self.whitened = [[[T::ZERO; D]; N]; C];
+        self.whitened_rows = [[[T::ZERO; 1]; N]; R];
     }
 
     /// Number of contacts of the scene this was computed for.

@@ -26,9 +26,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         whitened.map(|row| row.as_flattened())
     }
 
-    /// Whitens `g` in place: solves `Lᵀ D⁻¹ x = g`.
+    /// Whitens `g` in place, and clears what the scene does not use: solves `Lᵀ D⁻¹ x = g`.
     pub(crate) fn whiten(&self, g: &mut [T; N]) {
-        solve_upper(&self.mass, g);
+        let n = self.velocities();
+        if n < N {
+            clear_behind(g, n);
+        }
+        solve_upper(&self.mass, g, n);
     }
 
     /// Fills `u` with `H M⁻¹ g` for a whitened `g`, in the rows in use. Returns `gᵀ M⁻¹ g`.
@@ -109,6 +113,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     pub(crate) fn velocity(&self, g: &[T; N], r: &Stacked<T, D, C, R>, v: &mut [T; N]) {
         *v = *g;
         self.add_whitened(r, v);
-        solve_lower(&self.mass, v);
+        solve_lower(&self.mass, v, self.velocities());
     }
+}
+
+/// Clears the entries from `n` on.
+#[cold]
+#[inline(never)]
+fn clear_behind<T: Real>(g: &mut [T], n: usize) {
+    g.get_mut(n..).unwrap_or_default().fill(T::ZERO);
 }

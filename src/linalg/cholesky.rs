@@ -51,22 +51,23 @@ pub(crate) fn axpy<T: Real>(a: T, x: &[T], y: &mut [T]) {
 /// Number of entries of a row, of a solution or of a product that are computed at a time: their sums stay in registers.
 pub(crate) const BLOCK: usize = 6;
 
-/// Factorises `a` into `l`, and fills `envelope` with the row of the last nonzero entry of each column of `l`. The strict upper
+/// Factorises the first `n` rows and columns of `a` into `l`, and fills `envelope` with the row of the last nonzero entry of each column of `l`. The strict upper
 /// triangle of `l` is undefined afterwards.
 ///
 /// Rows are eliminated from the last to the first. The error is the first row whose pivot is not above `floor` times the diagonal
 /// entry of `a`, or has a reciprocal that overflows.
 #[inline(never)]
 pub(crate) fn factorise<T: Real, const N: usize>(
-    a: &[[T; N]; N],
+    (a, n): (&[[T; N]; N], usize),
     floor: T,
     l: &mut [[T; N]; N],
     envelope: &mut [usize; N],
 ) -> Result<(), usize> {
     for k in (0..N).rev() {
+        let Some(count) = n.checked_sub(k + 1) else { continue };
         let (above, below) = l.split_at_mut_checked(k + 1).ok_or(k)?;
         let (row, source) = (above.last_mut().ok_or(k)?, a.get(k).ok_or(k)?);
-        let below = reaching(below, k);
+        let below = reaching(below.get(..count).ok_or(k)?, k);
         *envelope.get_mut(k).ok_or(k)? = k + below.len();
         let mut next = 0;
         while next <= k {
@@ -93,10 +94,10 @@ pub(crate) fn factorise<T: Real, const N: usize>(
 }
 
 /// For each column of a factor the row of its last nonzero entry.
-pub(crate) fn envelope<T: Real, const N: usize>(l: &[[T; N]; N]) -> [usize; N] {
+pub(crate) fn envelope<T: Real, const N: usize>(l: &[[T; N]; N], n: usize) -> [usize; N] {
     let mut envelope = [usize::MAX; N];
-    for (k, last) in envelope.iter_mut().enumerate() {
-        let below = l.get(k + 1..).unwrap_or_default();
+    for (k, last) in envelope.iter_mut().enumerate().take(n) {
+        let below = l.get(k + 1..n).unwrap_or_default();
         *last = k + reaching(below, k).len();
     }
     envelope

@@ -10,10 +10,22 @@ fn found(all: Option<()>) {
     debug_assert!(all.is_some(), "an index is out of bounds");
 }
 
-/// Solves `Lᵀ D⁻¹ y = b` in place.
+/// The first `n` rows and unknowns, or a block if that is more: behind `n` both are zero.
+#[inline]
+fn used<'a, T, const N: usize>(
+    l: &'a [[T; N]; N],
+    x: &'a mut [T; N],
+    n: usize,
+) -> Option<(&'a [[T; N]], &'a mut [T])> {
+    let count = if N < BLOCK { n } else { n.max(BLOCK) };
+    Some((l.get(..count)?, x.get_mut(..count)?))
+}
+
+/// Solves `Lᵀ D⁻¹ y = b` in place, for `n` unknowns.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn solve_upper<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; N]) {
-    let mut end = N;
+pub(crate) fn solve_upper<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; N], n: usize) {
+    let Some((l, x)) = used(l, x, n) else { return };
+    let mut end = n;
     while end > 0 {
         if N < BLOCK {
             found(upper_block::<T, N, 1>(l, x, end - 1, end));
@@ -29,8 +41,8 @@ pub(crate) fn solve_upper<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; 
 /// Computes the unknowns `first..end` of a block of `K` unknowns from `first` on. Those from `end` on are known.
 #[inline]
 fn upper_block<T: Real, const N: usize, const K: usize>(
-    l: &[[T; N]; N],
-    x: &mut [T; N],
+    l: &[[T; N]],
+    x: &mut [T],
     first: usize,
     end: usize,
 ) -> Option<()> {
@@ -73,12 +85,12 @@ pub(crate) struct Scaled<'a, T, const N: usize, const K: usize> {
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     l: &'a [[T; N]; N],
-    envelope: &[usize; N],
+    (envelope, n): (&[usize; N], usize),
     b: &[[T; K]; N],
     y: &mut [[T; K]; N],
     scaled: &mut Vec<Scaled<'a, T, N, K>, N>,
 ) {
-    for index in (0..N).rev() {
+    for index in (0..n).rev() {
         let (Some(row), Some(&last)) = (l.get(index), envelope.get(index)) else { break };
         let (Some(b), Some(y)) = (b.get(index), y.get_mut(index)) else { break };
         let mut sums = *b;
@@ -105,16 +117,16 @@ pub(crate) fn solve_upper_block<'a, T: Real, const N: usize, const K: usize>(
     }
 }
 
-/// Solves `L x = y` in place.
+/// Solves `L x = y` in place, for `n` unknowns.
 #[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn solve_lower<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; N]) {
-    let (mut next, end) = (0, N);
+pub(crate) fn solve_lower<T: Real, const N: usize>(l: &[[T; N]; N], x: &mut [T; N], n: usize) {
+    let (mut next, end) = (0, n);
     while next < end {
         if N < BLOCK {
             found(lower_block::<T, N, 1>(l, x, next, next));
             next += 1;
         } else {
-            let first = next.min(N - BLOCK);
+            let first = next.min(N - BLOCK); // behind `n` are zeros
             found(lower_block::<T, N, BLOCK>(l, x, first, next));
             next = first + BLOCK;
         }

@@ -6,7 +6,7 @@ use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::add;
 use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
-use crate::scene::{Scene, check_finite};
+use crate::scene::{Scene, check_entries};
 use crate::sets::contact::{expected, natural_map};
 use crate::sets::energy::EnergyScale;
 use crate::sets::{ContactSet, RowSet, Sets};
@@ -69,7 +69,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         if !tolerance.is_finite() || tolerance < T::ZERO {
             return Err(Error::InvalidTolerance);
         }
-        check_finite(free_impulse, Input::FreeImpulse)?;
+        check_entries::<T, N>(scene.used(free_impulse, 1), Input::FreeImpulse)?;
         if !factor.is_current(scene) {
             return Err(Error::StaleFactor);
         }

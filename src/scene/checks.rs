@@ -22,6 +22,7 @@ pub(super) fn fingerprint<T: Real>(numbers: &[T], index: usize) -> u64 {
 #[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn copy_and_hash<T: Real>(target: &mut [T], numbers: &[T], index: usize) -> u64 {
     let (chunks, rest) = numbers.as_chunks::<4>();
+    let target = target.get_mut(..numbers.len()).unwrap_or_default();
     let (targets, last) = target.as_chunks_mut::<4>();
     let mut hashes = begin(index);
     for (target, numbers) in targets.iter_mut().zip(chunks) {
@@ -59,6 +60,12 @@ fn padded<T: Real>(rest: &[T]) -> [T; 4] {
         *number = x;
     }
     numbers
+}
+
+/// Every entry of a matrix or vector of `R` rows is a number.
+#[inline]
+pub(crate) fn check_entries<T: Real, const R: usize>(entries: &[T], input: Input) -> Result<(), Error> {
+    if are_finite(entries) { Ok(()) } else { Err(entry_not_finite::<T, R>(entries, input)) }
 }
 
 /// Every entry of a matrix or vector is a number.
@@ -99,13 +106,16 @@ fn are_finite<T: Real>(numbers: &[T]) -> bool {
 
 /// Is it finite, and symmetric to the bit?
 #[cfg_attr(target_os = "none", inline(never))]
-pub(super) fn is_finite_and_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> bool {
+pub(super) fn is_finite_and_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>, n: usize) -> bool {
     let (columns, mut gaps) = (&mass.data.0, T::ZERO);
     for (j, column) in columns.iter().enumerate() {
+        if j >= n {
+            break; // a loop over the whole array, whose length is known, is faster
+        }
         let diagonal = column.get(j).copied().unwrap_or(T::ZERO);
         gaps += diagonal * T::ZERO; // not 0 if it is not finite
         let below = column.get(j + 1..).unwrap_or_default();
-        let others = columns.get(j + 1..).unwrap_or_default();
+        let others = columns.get(j + 1..n).unwrap_or_default();
         for (&below, other) in below.iter().zip(others) {
             let right = other.get(j).copied().unwrap_or(below);
             gaps += (below - right).abs(); // faster than a comparison of each pair
@@ -114,12 +124,22 @@ pub(super) fn is_finite_and_symmetric<T: Real, const N: usize>(mass: &SMatrix<T,
     gaps == T::ZERO
 }
 
-/// Names the first of `M_ij` and `M_ji` that differ by more than the root of `eps`.
+/// Checks whether the first `n` rows and columns of a mass matrix are finite and symmetric.
 #[cold]
-pub(super) fn check_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>) -> Result<(), Error> {
+pub(super) fn check_mass<T: Real, const N: usize>(mass: &SMatrix<T, N, N>, n: usize) -> Result<(), Error> {
+    for (column, entries) in mass.data.0.iter().enumerate().take(n) {
+        if let Some(row) = entries.iter().take(n).position(|entry| !entry.is_finite()) {
+            return Err(Error::NotFinite { input: Input::Mass, row, column });
+        }
+    }
+    check_symmetric(mass, n)
+}
+
+/// Names the first of `M_ij` and `M_ji` that differ by more than the root of `eps`.
+fn check_symmetric<T: Real, const N: usize>(mass: &SMatrix<T, N, N>, n: usize) -> Result<(), Error> {
     let diagonal = |i: usize| mass.get((i, i)).copied().unwrap_or(T::ZERO);
-    for (j, column, row) in zip3(0..N, mass.column_iter(), mass.row_iter()) {
-        for (k, &below, &right) in zip3(0..N, &column, &row).skip(j + 1) {
+    for (j, column, row) in zip3(0..n, mass.column_iter(), mass.row_iter()) {
+        for (k, &below, &right) in zip3(0..n, &column, &row).skip(j + 1) {
             if below == right {
                 continue; // saves the roots
             }

@@ -1,6 +1,6 @@
 //! The contacts of a scene: pushed, changed, removed.
 
-use super::checks::{check_finite, copy_and_hash, fingerprint};
+use super::checks::{check_entries, check_finite, copy_and_hash, fingerprint};
 use super::surface::Scaling;
 use super::{Contact, Scene, Surface, move_up};
 use crate::cone::FrictionCone;
@@ -48,13 +48,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         mu: T,
         scaling: Option<&Scaling<T, D>>,
     ) -> Result<usize, Error> {
-        let index = self.counts.contacts;
+        let (index, used) = (self.counts.contacts, D * self.velocities());
         let Some(target) = self.contacts.get_mut(index) else {
             return Err(Error::ListFull { list: List::Contacts, capacity: C });
         };
         let input = Input::Jacobian { contact: index };
-        check_finite(&contact.jacobian, input)?;
         let entries = contact.jacobian.as_slice();
+        let entries = entries.get(..used).unwrap_or(entries);
+        check_entries::<T, D>(entries, input)?;
         let mut print = copy_and_hash(target.jacobian.as_mut_slice(), entries, index);
         check_finite(&contact.offset, Input::Offset { contact: index })?;
         if !FrictionCone::is_valid(mu) {
@@ -127,10 +128,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// [`Error::NoSuchContact`], [`Error::NotFinite`].
     pub fn set_jacobian(&mut self, contact: usize, jacobian: &SMatrix<T, D, N>) -> Result<(), Error> {
-        check_finite(jacobian, Input::Jacobian { contact })?;
+        let used = self.used(jacobian, D);
+        check_entries::<T, D>(used, Input::Jacobian { contact })?;
         self.contact_mut(contact)?;
         let before = self.contact_print(contact);
-        self.contact_mut(contact)?.jacobian.copy_from(jacobian);
+        let target = self.contact_mut(contact)?.jacobian.as_mut_slice().get_mut(..used.len());
+        target.unwrap_or_default().copy_from_slice(used);
         self.find_support(contact);
         let print = self.contacts_print.wrapping_sub(before);
         self.contacts_print = print.wrapping_add(self.contact_print(contact));
@@ -212,7 +215,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Fingerprint of a contact and its index.
     fn contact_print(&self, contact: usize) -> u64 {
         let jacobian = self.contacts.get(contact).map(|contact| &contact.jacobian);
-        let print = jacobian.map_or(0, |jacobian| fingerprint(jacobian.as_slice(), contact));
+        let print = jacobian.map_or(0, |jacobian| fingerprint(self.used(jacobian, D), contact));
         let scaling = self.scaling(contact);
         scaling.map_or(print, |scaling| scaling.fingerprint(print))
     }

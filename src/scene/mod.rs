@@ -1,10 +1,10 @@
 //! The scene: generalised mass matrix, contacts and joint rows.
 
-use crate::error::{Error, Input};
+use crate::error::{Error, List};
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::Counts;
 use crate::real::Real;
-use checks::{check_symmetric, copy_and_hash, fingerprint, is_finite_and_symmetric};
+use checks::{check_mass, copy_and_hash, fingerprint, is_finite_and_symmetric};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 use refused::Refused;
 pub(crate) use surface::Scaling;
@@ -17,7 +17,7 @@ mod refused;
 mod rows;
 mod surface;
 
-pub(crate) use checks::check_finite;
+pub(crate) use checks::{check_entries, check_finite};
 pub use contact::{Contact, contact_frame};
 pub use joint_row::{JointRow, RowLaw};
 pub use surface::Surface;
@@ -78,6 +78,8 @@ pub struct Scene<
     surface_numbers: [u8; C],
     /// Contacts and rows in use.
     counts: Counts,
+    /// Velocities that are not in use. (0 in a new scene, which is all zeros.)
+    unused: usize,
     /// Surfaces in use.
     surfaces: u8,
     refused: Refused,
@@ -111,6 +113,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             rows: [const { JointRow::none() }; R],
             surface_numbers: [0; C],
             counts: Counts { contacts: 0, rows: 0 },
+            unused: 0,
             surfaces: 0,
             refused: Refused::none(),
             mass_print: None,
@@ -129,23 +132,88 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// definite.
     pub fn set_mass(&mut self, mass: &SMatrix<T, N, N>) -> Result<(), Error> {
         self.refused.mass = true; // until it is accepted below
-        let is_symmetric = is_finite_and_symmetric(mass);
+        let n = self.velocities();
+        let is_symmetric = is_finite_and_symmetric(mass, n);
         if !is_symmetric {
-            check_finite(mass, Input::Mass)?;
-            check_symmetric(mass)?;
+            check_mass(mass, n)?;
         }
         if self.mass_print.is_none() {
             self.contacts_print = self.prints_of_contacts();
             self.rows_print = self.prints_of_rows();
         }
-        let mut print = copy_and_hash(self.mass.as_mut_slice(), mass.as_slice(), C + R);
+        let entries = self.used(mass, N);
+        let mut print = copy_and_hash(self.mass.as_mut_slice(), entries, C + R);
         if !is_symmetric {
             self.mass.fill_lower_triangle_with_upper_triangle();
-            print = fingerprint(self.mass.as_slice(), C + R);
+            print = fingerprint(self.used(&self.mass, N), C + R);
         }
         self.mass_print = Some(print);
         self.refused.mass = false;
         Ok(())
+    }
+
+    /// Sets the number of velocities, from 1 to `N`; a new scene has `N`. Of all data over the velocities the first ones count: the first
+    /// rows and columns of `M`, columns of Jacobians, entries of vectors. A new number removes `M`, contacts and joint rows.
+    ///
+    /// ```
+    /// use nalgebra::{SMatrix, vector};
+    /// use stiction::{Contact, Kernel, Settings};
+    ///
+    /// let mut kernel = Kernel::<f64, 30, 3, 12>::new(); // room for several robots
+    /// let scene = kernel.scene_mut();
+    /// scene.set_velocities(3)?; // a point mass of 2 kg
+    /// scene.set_mass(&SMatrix::from_diagonal_element(2.0))?;
+    /// let mut contact = Contact::<f64, 30, 3> { jacobian: SMatrix::zeros(), offset: vector![0.0, 0.0, 0.0], mu: 0.5, key: 0 };
+    /// contact.jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&nalgebra::matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0]);
+    /// scene.push(&contact)?;
+    /// let mut push = nalgebra::SVector::zeros();
+    /// push[2] = -0.2;
+    /// let solution = kernel.solve(&push, &Settings::default())?;
+    /// assert!((solution.contacts[0].impulse[0] - 0.2).abs() < 1e-5);
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::ListFull`] with [`List::Velocities`] if it is 0 or above `N`.
+    pub fn set_velocities(&mut self, velocities: usize) -> Result<(), Error> {
+        let unused = N.checked_sub(velocities).filter(|&unused| unused < N);
+        let unused = unused.ok_or(Error::ListFull { list: List::Velocities, capacity: N })?;
+        if unused != self.unused {
+            self.reset();
+            // What later data do not use stays zero.
+            for contact in &mut self.contacts {
+                contact.jacobian.fill(T::ZERO);
+            }
+            for row in &mut self.rows {
+                row.row.fill(T::ZERO);
+            }
+            self.unused = unused;
+        }
+        Ok(())
+    }
+
+    /// Number of velocities, see [`Self::set_velocities`].
+    #[must_use]
+    #[inline]
+    pub const fn velocities(&self) -> usize {
+        N.saturating_sub(self.unused)
+    }
+
+    /// Velocities that are not in use.
+    #[inline]
+    pub(crate) const fn unused(&self) -> usize {
+        self.unused
+    }
+
+    /// The columns in use, of a matrix with `rows` rows.
+    #[inline]
+    pub(crate) fn used<'a, const K: usize, const L: usize>(
+        &self,
+        matrix: &'a SMatrix<T, K, L>,
+        rows: usize,
+    ) -> &'a [T] {
+        let entries = matrix.as_slice();
+        entries.get(..rows * self.velocities()).unwrap_or(entries)
     }
 
     /// Removes all contacts and joint rows. `M` stays, and a warm start still follows the keys of contacts that come again.
@@ -173,9 +241,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(crate) fn fingerprint(&self) -> u64 {
         let [mass, contacts, rows] = match self.mass_print {
             Some(mass) => [mass, self.contacts_print, self.rows_print],
-            None => {
-                [fingerprint(self.mass.as_slice(), C + R), self.prints_of_contacts(), self.prints_of_rows()]
-            }
+            None => [
+                fingerprint(self.used(&self.mass, N), C + R),
+                self.prints_of_contacts(),
+                self.prints_of_rows(),
+            ],
         };
         let sum = mass.wrapping_add(contacts).wrapping_add(rows);
         sum.max(1)
@@ -183,7 +253,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Fingerprint of all data of a solve except its settings.
     pub(crate) fn data_fingerprint(&self, free_impulse: &SVector<T, N>) -> u64 {
-        let mut hash = fingerprint(free_impulse.as_slice(), self.counts.rows);
+        let mut hash = fingerprint(self.used(free_impulse, 1), self.counts.rows);
         for contact in self.contacts() {
             hash = contact.mu.hash(hash ^ u64::from(contact.key))
                 ^ fingerprint(contact.offset.as_slice(), self.counts.contacts);

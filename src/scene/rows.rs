@@ -1,6 +1,6 @@
 //! The joint rows of a scene: pushed, changed, removed.
 
-use super::checks::{check_finite, fingerprint};
+use super::checks::{check_entries, fingerprint};
 use super::{JointRow, RowLaw, Scene, move_up};
 use crate::error::{Error, Input, List};
 use crate::linalg::zip::zip3;
@@ -38,8 +38,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Adds a joint row behind the others, without a change of the fingerprint.
     pub(crate) fn place_row(&mut self, row: &JointRow<T, N>) -> Result<usize, Error> {
-        let index = self.counts.rows;
-        check_finite(&row.row, Input::JointRow { row: index })?;
+        let (index, velocities) = (self.counts.rows, self.velocities());
+        check_entries::<T, N>(self.used(&row.row, 1), Input::JointRow { row: index })?;
         check_offset::<T, N>(row.offset, index)?;
         if !row.law.is_valid() {
             return Err(Error::InvalidBounds { row: index });
@@ -47,6 +47,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         check_compliance(row.compliance, index)?;
         let target = self.rows.get_mut(index).ok_or(Error::ListFull { list: List::Rows, capacity: R })?;
         target.clone_from(row);
+        let unused = target.row.as_mut_slice().get_mut(velocities..);
+        unused.unwrap_or_default().fill(T::ZERO);
         self.counts.rows += 1;
         Ok(index)
     }
@@ -81,8 +83,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// [`Error::NoSuchRow`], [`Error::NotFinite`].
     pub fn set_row_jacobian(&mut self, row: usize, jacobian: &SVector<T, N>) -> Result<(), Error> {
-        check_finite(jacobian, Input::JointRow { row })?;
-        self.replace_in_row(row, |target| target.row = *jacobian)
+        let velocities = self.velocities();
+        check_entries::<T, N>(self.used(jacobian, 1), Input::JointRow { row })?;
+        self.replace_in_row(row, |target| {
+            let entries = target.row.iter_mut().zip(jacobian.iter()).take(velocities);
+            entries.for_each(|(target, &entry)| *target = entry);
+        })
     }
 
     /// Replaces the compliance of a joint row. A stored factor is then stale, as after [`Self::set_jacobian`].

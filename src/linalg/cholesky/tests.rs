@@ -23,7 +23,7 @@ fn systems() -> impl Strategy<Value = (DMatrix<f64>, DVector<f64>)> {
 /// The factor, whose upper triangle is no part of it, or the row of the first pivot that is none.
 fn factor<const N: usize>(a: &[[f64; N]; N], floor: f64) -> Result<[[f64; N]; N], usize> {
     let mut l = [[f64::NAN; N]; N];
-    factorise(a, floor, &mut l, &mut [0; N]).map(|()| l)
+    factorise((a, N), floor, &mut l, &mut [0; N]).map(|()| l)
 }
 
 /// The same and a solve, for a matrix of any size.
@@ -35,8 +35,8 @@ fn factor_and_solve(a: &DMatrix<f64>, b: &DVector<f64>) -> Result<(DMatrix<f64>,
                     let rows = core::array::from_fn(|i| core::array::from_fn(|j| a[(i, j)]));
                     let l = factor::<$n>(&rows, 0.0)?;
                     let mut x = core::array::from_fn(|i| b[i]);
-                    solve_upper(&l, &mut x);
-                    solve_lower(&l, &mut x);
+                    solve_upper(&l, &mut x, $n);
+                    solve_lower(&l, &mut x, $n);
                     Ok((DMatrix::from_fn($n, $n, |i, j| l[i][j]), DVector::from_column_slice(&x)))
                 })*
                 n => unreachable!("{n} rows"),

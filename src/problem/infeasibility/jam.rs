@@ -138,7 +138,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut direction = Stacked::zero();
         let mut last = T::ZERO;
         let counts = self.sets.counts();
-        let most = N.min(D * counts.contacts + counts.rows) + 2;
+        let most = self.scene.velocities().min(D * counts.contacts + counts.rows) + 2;
         for _ in 0..most {
             let mut slope = *x;
             self.products(weights, &mut slope);

@@ -37,8 +37,8 @@ pub(crate) struct Norms<T> {
 
 /// The momenta of a solution.
 struct Momenta<'a, T, const N: usize> {
-    /// `M v_free`
-    free: &'a [T; N],
+    /// `M v_free`, of the velocities in use; the others are as long as there is room.
+    free: &'a [T],
     /// `M v`
     inertia: [T; N],
     /// `Hᵀ r`
@@ -104,7 +104,7 @@ impl<T: Real> Norms<T> {
     }
 
     /// Replaces the residual by that of the differences `M v - M v_free - Hᵀ r`.
-    fn replace_residual<const N: usize>(&mut self, differences: &[T; N], weight: impl Fn(usize) -> T) {
+    fn replace_residual(&mut self, differences: &[T], weight: impl Fn(usize) -> T) {
         self.residual = T::ZERO;
         for (k, &difference) in differences.iter().enumerate() {
             let difference = self.unit * difference;
@@ -127,7 +127,7 @@ impl<T: Real> Norms<T> {
 
 impl<T: Real> Dynamics<T> {
     /// Replaces the residuals by those of the differences `M v - M v_free - Hᵀ r`.
-    pub(crate) fn replace_residual<const N: usize>(&mut self, mass: &[[T; N]; N], differences: &[T; N]) {
+    pub(crate) fn replace_residual<const N: usize>(&mut self, mass: &[[T; N]; N], differences: &[T]) {
         self.plain.replace_residual(differences, |_| T::ONE);
         if let Some(weighted) = &mut self.weighted {
             weighted.replace_residual(differences, weights(mass));
@@ -158,14 +158,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         sizes: &mut Stacked<T, D, C, R>,
     ) -> Dynamics<T> {
         let mass = &self.mass().data.0;
+        let n = self.velocities();
         let mut momenta = Momenta {
-            free,
+            free: free.get(..n).unwrap_or_default(),
             inertia: [T::ONE; N], // all of it is overwritten, and zeros would call memset
             pushed: [T::ZERO; N],
             magnitudes: [T::ONE; N],
         };
         let Momenta { inertia, pushed, magnitudes, .. } = &mut momenta;
-        multiply::<T, N, true>(mass, v, inertia, magnitudes);
+        multiply::<T, N, true>((mass, n), v, inertia, magnitudes);
         for (row, &r, u, size) in zip4(self.rows(), &r.rows, &mut u.rows, &mut sizes.rows) {
             let [entries] = &row.row.data.0;
             (*u, *size) = row_velocity(row, v);
@@ -217,7 +218,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let zeros = [T::ZERO; N];
         let [mut inertia, mut pushed] = [zeros; 2];
         let mass = &self.mass().data.0;
-        multiply::<T, N, false>(mass, v, &mut inertia, &mut pushed); // `pushed` stays zero
+        let n = self.velocities();
+        multiply::<T, N, false>((mass, n), v, &mut inertia, &mut pushed); // `pushed` stays zero
         let (groups, last) = v.as_chunks::<GROUP>();
         let (targets, last_target) = pushed.as_chunks_mut::<GROUP>();
         for (contact, support, &r, u) in zip4(self.contacts(), self.supports(), &r.contacts, &mut u.contacts)
@@ -238,6 +240,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             add_products(rest, r, &mut *last_target);
             *u = velocity;
         }
+        let free = free.get(..n).unwrap_or_default();
         let momenta = Momenta { free, inertia, pushed, magnitudes: zeros };
         Dynamics { plain: Norms::of(&momenta, |_| T::ONE), weighted: None }
     }
@@ -257,16 +260,17 @@ fn row_velocity<T: Real, const N: usize>(row: &JointRow<T, N>, v: &[T; N]) -> (T
 /// Fills `products` with `M v`. With `SIZES` it fills `magnitudes` with the sums of the magnitudes of the terms, otherwise with zeros.
 #[inline]
 fn multiply<T: Real, const N: usize, const SIZES: bool>(
-    mass: &[[T; N]; N],
+    (mass, n): (&[[T; N]; N], usize),
     v: &[T; N],
     products: &mut [T; N],
     magnitudes: &mut [T; N],
 ) {
+    let mass = mass.get(..n).unwrap_or_default();
     if N * size_of::<T>() <= SUMS * if SIZES { 1 } else { 2 } {
         return multiply_rows::<T, N, N, SIZES>(mass, 0, v, products, magnitudes);
     }
     // The last block repeats some rows, so that all blocks have the same size.
-    let (mut first, last) = (0, N - BLOCK);
+    let (mut first, last) = (0, n.saturating_sub(BLOCK));
     while first < last + BLOCK {
         multiply_rows::<T, N, BLOCK, SIZES>(mass, first.min(last), v, products, magnitudes);
         first += BLOCK;
@@ -276,7 +280,7 @@ fn multiply<T: Real, const N: usize, const SIZES: bool>(
 /// `K` entries of [`multiply`] from row `first` on.
 #[inline]
 fn multiply_rows<T: Real, const N: usize, const K: usize, const SIZES: bool>(
-    mass: &[[T; N]; N],
+    mass: &[[T; N]],
     first: usize,
     v: &[T; N],
     products: &mut [T; N],
@@ -284,7 +288,7 @@ fn multiply_rows<T: Real, const N: usize, const K: usize, const SIZES: bool>(
 ) {
     let mut sums = [[T::ZERO; 2]; K];
     // A slice, since a loop over the array would be unrolled, with more sums than registers.
-    for (column, &v) in mass.as_slice().iter().zip(v) {
+    for (column, &v) in mass.iter().zip(v) {
         let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<K>) else {
             break;
         };

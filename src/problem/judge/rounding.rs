@@ -63,13 +63,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         sizes: &Stacked<T, D, C, R>,
         dynamics: &mut Dynamics<T>,
     ) -> Rounding<T, C, R> {
-        let (scene, sets) = (self.scene, &self.sets);
+        let (scene, sets, n) = (self.scene, &self.sets, self.scene.velocities());
         let mut velocities = VelocityNoise { contacts: [[T::ZERO; 2]; C], rows: [T::ZERO; R] };
         let used = 0..sets.contacts().len();
         for (i, bound, sizes, r) in zip4(used, &mut velocities.contacts, &sizes.contacts, &written.contacts) {
             let scaling = scene.scaling(i);
             let after = operations_after::<D>(scaling.is_some(), self.model);
-            let share = rounding_bound::<T>(N + 1 + after);
+            let share = rounding_bound::<T>(n + 1 + after);
             let mut bounds = sizes.map(|size| share * size);
             if let Some(scaling) = scaling {
                 for (bound, added) in bounds.iter_mut().zip(scaling.compliance_velocity(r)) {
@@ -78,13 +78,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
             *bound = squares(&scene.scaled_velocity(i, bounds));
         }
-        let share = rounding_bound::<T>(N + 3);
+        let share = rounding_bound::<T>(n + 3);
         for (bound, row, &size, &r) in zip4(&mut velocities.rows, scene.rows(), &sizes.rows, &written.rows) {
             let added = rounding_bound::<T>(COMPLIANCE) * (row.compliance * r).abs();
             *bound = square(&[share * size + added]);
         }
         // A term of `M v` or of `Hᵀ r` takes part in one of these sums, and in two more.
-        let share = rounding_bound::<T>(N.max(rows(sets)) + 3);
+        let share = rounding_bound::<T>(n.max(rows(sets)) + 3);
         let noise = |norms: &mut Norms<T>| {
             let noise = share * share * norms.magnitude;
             norms.reduce_size(noise);
@@ -123,10 +123,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             trace += mass;
             energy += mass * (v * v);
         }
-        let free = square(free);
+        let n = scene.velocities();
+        let free = square(free.get(..n).unwrap_or_default());
         // Bounds on `S²` and `P²`, by Cauchy and Schwarz; twice as large, for their own rounding and that of `W`.
-        let moved = T::count(2 * N) * energy;
-        let share = rounding_bound::<T>(N + 1 + operations_after::<D>(false, self.model));
+        let moved = T::count(2 * n) * energy;
+        let share = rounding_bound::<T>(n + 1 + operations_after::<D>(false, self.model));
         let share = T::literal(2.0) * share * share;
         let mut velocities = VelocityNoise { contacts: [[T::ONE; 2]; C], rows: [T::ONE; R] };
         let mut pushed = T::ZERO;
@@ -140,7 +141,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         let pushed = T::count(2 * C) * pushed;
         // `(a + b + c)² <= 3 (a² + b² + c²)`
-        let share = rounding_bound::<T>(N.max(rows(sets)) + 3);
+        let share = rounding_bound::<T>(n.max(rows(sets)) + 3);
         let terms = T::literal(3.0) * (trace * (moved + pushed) + free);
         let noise = share * share * terms;
         let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
@@ -164,9 +165,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         rounding: &mut Rounding<T, C, R>,
     ) {
         let [free] = &self.free_impulse.data.0;
-        let mass = &self.scene.mass().data.0;
+        let (mass, n) = (&self.scene.mass().data.0, self.scene.velocities());
         let mut differences = free.map(|free| Dot2::of(-free));
-        for (column, &v) in mass.iter().zip(v) {
+        for (column, &v) in mass.iter().zip(v).take(n) {
             for (difference, &mass) in differences.iter_mut().zip(column) {
                 if mass != T::ZERO {
                     difference.add(mass, v);
@@ -177,13 +178,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.refine_contacts(v, written, u, bounds, &mut differences);
         self.refine_rows(v, written, u, bounds, &mut differences);
         let differences = differences.map(Dot2::value);
+        let differences = differences.get(..n).unwrap_or_default();
         if !differences.iter().all(T::is_finite) {
             return;
         }
-        dynamics.replace_residual(mass, &differences);
+        dynamics.replace_residual(mass, differences);
         // Here all terms stand in one sum. `(a + b)² <= 2 (a² + b²)`
         let half = T::EPSILON * T::literal(0.5);
-        let share = rounding_bound::<T>(N + rows(&self.sets) + 3);
+        let share = rounding_bound::<T>(n + rows(&self.sets) + 3);
         let norms = [Some(&dynamics.plain), dynamics.weighted.as_ref()];
         [rounding.momentum, rounding.weighted] = norms.map(|norms| {
             norms.map_or(T::ZERO, |norms| {
@@ -231,7 +233,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                     *rounded += added.abs() * T::count(COMPLIANCE);
                 }
             }
-            let second_order = T::count(N + 4) * bound[0].square_root();
+            let second_order = T::count(self.scene.velocities() + 4) * bound[0].square_root();
             let sizes = scene.scaled_velocity(i, rounded);
             *bound = squares(&sizes.map(|size| half * (size + second_order)));
         }
@@ -260,7 +262,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 let added = row.compliance * r;
                 *u = value + added;
                 let rounded = value.abs() * T::literal(3.0) + added.abs() * T::count(COMPLIANCE);
-                let second_order = T::count(N + 4) * bound.square_root();
+                let second_order = T::count(self.scene.velocities() + 4) * bound.square_root();
                 let half = T::EPSILON * T::literal(0.5);
                 *bound = square(&[half * (rounded + second_order)]);
             }
