@@ -202,6 +202,3 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Self::new()
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -3,18 +3,13 @@
 
 extern crate std;
 
-use super::{differences, point_at};
+use super::{C, N, R, differences, point_at};
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::problem::Problem;
 use crate::sets::jacobian::{EarlierIndices, Jacobian};
 use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, RowMode, Scene, Surface};
 use nalgebra::{SMatrix, SVector};
 use std::vec::Vec;
-
-/// Velocities.
-const N: usize = 16;
-/// Capacity for joint rows; one of them is unused.
-const R: usize = 8;
 
 /// Numbers between -1 and 1, the same each time.
 fn numbers() -> impl Iterator<Item = f64> {
@@ -25,15 +20,16 @@ fn numbers() -> impl Iterator<Item = f64> {
     })
 }
 
-/// Contacts on elliptic cones, the second one without friction, and seven rows of all laws, some of which give way.
-fn scene_with_rows<const D: usize, const C: usize>(
+/// So many contacts on elliptic cones, the second one without friction, and seven rows of all laws, some of which give way.
+fn scene_with_rows<const D: usize>(
+    contacts: u32,
     random: &mut impl Iterator<Item = f64>,
 ) -> Result<Scene<f64, N, D, C, R, C>, Error> {
     let mut next = || random.next().unwrap_or(0.0);
     let root = SMatrix::<f64, N, N>::from_fn(|_, _| next());
     let mut scene = Scene::new();
     scene.set_mass(&(root * root.transpose() + SMatrix::identity()))?;
-    for key in 0..u32::try_from(C).unwrap_or(0) {
+    for key in 0..contacts {
         let contact =
             Contact { jacobian: SMatrix::from_fn(|_, _| next()), offset: SVector::zeros(), mu: 0.0, key };
         let friction = [0.4 + 0.3 * next(), 0.7];
@@ -63,12 +59,12 @@ fn scene_with_rows<const D: usize, const C: usize>(
 }
 
 /// Draws scenes and points of contacts of `D` rows and joint rows; how often each of stick, slip, open and frictionless was met.
-fn check_rows<const D: usize, const C: usize>(model: Model) -> Result<[usize; 4], Error> {
+fn check_rows<const D: usize>(contacts: u32, model: Model) -> Result<[usize; 4], Error> {
     let mut random = numbers();
     let mut modes = Vec::new();
     let (mut compared, mut met) = (0, [0; 4]);
     for _ in 0..200 {
-        let scene = scene_with_rows::<D, C>(&mut random)?;
+        let scene = scene_with_rows::<D>(contacts, &mut random)?;
         let factor = Factor::new(&scene)?;
         let mut next = || random.next().unwrap_or(0.0);
         let push = SVector::from_fn(|_, _| next());
@@ -89,7 +85,7 @@ fn check_rows<const D: usize, const C: usize>(model: Model) -> Result<[usize; 4]
         for (index, difference) in differences.in_use(scene.counts()).enumerate() {
             assert!(*difference < 1e-6, "{D} rows a contact, index {index}: {difference:e}");
         }
-        for frame in &jacobian.frames {
+        for frame in jacobian.frames.iter().take(scene.contacts().len()) {
             met[frame.kind as usize] += 1;
         }
         for (j, (set, &r)) in problem.sets.rows().iter().zip(&point.r.rows).enumerate() {
@@ -112,10 +108,10 @@ fn check_rows<const D: usize, const C: usize>(model: Model) -> Result<[usize; 4]
 #[test]
 fn the_jacobian_of_joint_rows_is_the_derivative_of_the_residual() -> Result<(), Error> {
     for model in [Model::Coulomb, Model::ConvexRelaxation] {
-        check_rows::<4, 1>(model)?;
-        check_rows::<3, 0>(model)?;
-        check_rows::<1, 2>(model)?;
-        let met = [check_rows::<2, 4>(model)?, check_rows::<3, 3>(model)?];
+        check_rows::<4>(1, model)?;
+        check_rows::<3>(0, model)?;
+        check_rows::<1>(2, model)?;
+        let met = [check_rows::<2>(3, model)?, check_rows::<3>(3, model)?];
         assert!(met.iter().flatten().all(|&count| count > 20), "{met:?}");
     }
     Ok(())
@@ -147,7 +143,7 @@ fn a_jacobian_follows_to_other_places() -> Result<(), Error> {
     ];
     let mut compared = 0;
     for _ in 0..50 {
-        let scene = scene_with_rows::<3, 3>(&mut random)?;
+        let scene = scene_with_rows::<3>(3, &mut random)?;
         let scenes = [reordered(&scene, &orders[0])?, reordered(&scene, &orders[1])?];
         let mut next = || random.next().unwrap_or(0.0);
         let push = SVector::from_fn(|_, _| next());
