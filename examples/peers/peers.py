@@ -86,7 +86,7 @@ def main():
 
     built = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
     solve = built / "solve"
-    ours = [contestants.Ours(solve, precision) for precision in ("f64", "f32")]
+    ours = [contestants.Ours(solve, precision) for precision in ("f64", "f32")] # built with --features f32
     peers = contestants.peers(options.pinocchio_python, options.siconos_python)
     fields = []
     with tempfile.TemporaryDirectory() as folder:

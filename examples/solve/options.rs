@@ -16,7 +16,7 @@ Arguments:
 
 Options:
       --json                   One JSON object a scene and line instead of the table
-      --precision <PRECISION>  Number type of the kernel [default: f64] [possible values: f64, f32]
+      --precision <PRECISION>  Number type of the kernel [default: f64] [possible values: f64; f32 if built with --features f32]
       --method <METHOD>        Algorithm [default: default] [possible values: plain, fast, restart, default]
       --tolerance <TOLERANCE>  Error below which a scene counts as solved [default: 1e-9 for f64, 1e-4 for f32]
       --max-iterations <N>     Largest number of iterations [default: 1000]
@@ -36,15 +36,21 @@ pub(crate) enum Start {
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Precision {
     F64,
+    #[cfg(feature = "f32")]
     F32,
 }
 
 impl Precision {
-    const ALL: [Self; 2] = [Self::F64, Self::F32];
+    const ALL: &[Self] = &[
+        Self::F64,
+        #[cfg(feature = "f32")]
+        Self::F32,
+    ];
 
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::F64 => "f64",
+            #[cfg(feature = "f32")]
             Self::F32 => "f32",
         }
     }
@@ -86,7 +92,7 @@ impl Options {
                 Arg::Long("json") => options.json = true,
                 Arg::Long("precision") => {
                     options.precision =
-                        parser.value()?.parse_with(|name| named(&Precision::ALL, Precision::name, name))?;
+                        parser.value()?.parse_with(|name| named(Precision::ALL, Precision::name, name))?;
                 }
                 Arg::Long("method") => {
                     options.method =
@@ -108,6 +114,7 @@ impl Options {
         }
         options.tolerance = tolerance.unwrap_or(match options.precision {
             Precision::F64 => 1e-9,
+            #[cfg(feature = "f32")]
             Precision::F32 => 1e-4,
         });
         match starts[..] {

@@ -31,6 +31,7 @@ pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run
     let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance) };
     let (answer, times) = match options.precision {
         Precision::F64 => kernels_f64::solve_mixed(file, &settings, options.repeat)?,
+        #[cfg(feature = "f32")]
         Precision::F32 => kernels_f32::solve_mixed(file, &settings, options.repeat)?,
     };
     Ok(vec![Run {
@@ -53,6 +54,7 @@ pub(crate) fn solve(scenes: &[SceneFile], start: Start, options: &Options) -> Re
     };
     let mut kernel = match options.precision {
         Precision::F64 => kernels_f64::kernel(shape)?,
+        #[cfg(feature = "f32")]
         Precision::F32 => kernels_f32::kernel(shape)?,
     };
     let mut runs = Vec::new();
