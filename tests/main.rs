@@ -1,42 +1,21 @@
-//! All tests in one program, a module for each subject: what they share is compiled and linked once.
+//! Tests that run long, in one program, a module for each subject: what they share is compiled and linked once. Those that hardly run are in
+//! `small`.
 
+#[allow(dead_code, reason = "shared with `small`")]
 mod support;
 
-mod alloc;
 mod belts;
 mod budget;
-mod cone;
-mod delassus;
 mod derivative;
-mod edits;
 mod equivalence;
-mod errors;
-mod factor;
-mod forces;
 mod fuzz;
 mod hard;
-mod helpers;
-mod jams;
-mod kernel;
-mod large_friction;
-mod limits;
 mod long_runs;
-mod parameters;
+mod mixed_scenes;
 mod phases;
-mod physics;
-mod promise;
 mod rest;
 mod rest_kept;
-mod resume;
-mod rows;
-mod rows_physics;
 mod scenes;
 mod sequences;
 mod start;
-mod surfaces;
 mod sweeps;
-mod time_stepping;
-mod units;
-mod warm_start;
-mod wheels;
-mod zero_columns;

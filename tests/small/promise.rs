@@ -6,10 +6,7 @@ use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::{
     Contact, Error, Factor, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Status, Surface,
 };
-use testbed::generate;
 use testbed::measure::{Law, error_of};
-use testbed::mixed::{self, Joint, MixedFile};
-use testbed::mixed_measure;
 
 fn row<T: stiction::Real, const N: usize>(
     row: SVector<T, N>,
@@ -141,48 +138,6 @@ fn what_cannot_be_met_is_not_solved() -> Result<(), Error> {
     Ok(())
 }
 
-/// Bounds are scaled for the method, and an impulse at its bound is written as it was given.
-#[test]
-fn an_impulse_lies_within_its_bounds_to_the_last_bit() {
-    let joint = |kind: &str, offset: f64, bound: f32| Joint {
-        kind: kind.to_owned(),
-        row: vec![1.0],
-        offset,
-        lower: Some(f64::from(-bound)),
-        upper: Some(f64::from(bound)),
-        compliance: 0.0,
-    };
-    let mut reached = 0;
-    for k in 0..400_u16 {
-        let scale = 1.0 + f32::from(k) / 400.0;
-        let file = MixedFile {
-            name: String::new(),
-            n_dof: 1,
-            n_contacts: 0,
-            dim: 3,
-            mass: vec![vec![f64::from(0.176_375_69_f32 * scale)]],
-            h: Vec::new(),
-            f: vec![-f64::from(0.198_515_74_f32)],
-            w: Vec::new(),
-            mu: Vec::new(),
-            joints: vec![joint("box", -1.0, 74.886_39 * scale), joint("equality", 0.0, 0.0)],
-            compliance: Vec::new(),
-            keys: Vec::new(),
-            limits_inside: true,
-        };
-        let settings = Settings::new(1e-4);
-        let solved = mixed::solve::<f32>(&file, &settings, 1);
-        let (answer, _) = solved.expect("a size is compiled");
-        let error = mixed_measure::error(&file, &answer.v, &answer.r, &answer.lambda);
-        let is_solved = answer.status == Status::Solved;
-        assert!(!is_solved || error <= f64::from(1e-4_f32), "{k}: {error:e}");
-        let upper = file.joints[0].upper.expect("a box");
-        assert!(answer.lambda[0].abs() <= upper, "{k}: beyond its bound");
-        reached += usize::from(is_solved && answer.lambda[0] == upper);
-    }
-    assert!(reached > 50, "{reached} of 400 at their bounds");
-}
-
 /// Rows that nothing moves, and rows whose `W_jj` only seems to vanish or has no number.
 #[test]
 fn a_row_out_of_range_is_refused_with_its_key() -> Result<(), Error> {
@@ -264,25 +219,6 @@ fn a_long_sum_is_not_trusted_too_far() -> Result<(), Error> {
     }
     assert!(solved >= 40, "{solved} of 80");
     Ok(())
-}
-
-/// One rigid contact of one coefficient and no joint row, pushed with a surface, on masses of condition 1e10: momenta are compared
-/// with those that there are, as of any other contact.
-#[test]
-fn a_rigid_surface_loosens_no_dynamics() {
-    let tolerance = f64::from(1e-4_f32);
-    let settings = Settings { budget: 2_000, ..Settings::new(1e-4) };
-    for (index, step) in [(46_630, 3), (55_420, 0), (83_973, 2)] {
-        let files = generate::time_steps(4, index);
-        let answers = mixed::solve_all::<f32>(&files, &settings);
-        let file = files[step].rounded::<f32>();
-        let is_soft = file.compliance.iter().flatten().any(|&soft| soft > 0.0);
-        assert!(file.n_contacts == 1 && file.joints.is_empty() && !is_soft);
-        let answer = answers[step].as_ref().expect("numbers in range");
-        let error = mixed_measure::error(&file, &answer.v, &answer.r, &answer.lambda);
-        let is_solved = answer.status == Status::Solved;
-        assert!(!is_solved || error <= tolerance, "{index}: {error:e}");
-    }
 }
 
 /// A factor is that of its scene alone, also where the same numbers stand elsewhere in another one.

@@ -4,55 +4,8 @@ use crate::support::sizes::{block_rows, linkage, point_rows};
 use nalgebra::{Matrix2, Matrix3, SVector, matrix, vector};
 use stiction::time_stepping::{DryFriction, JointLimit};
 use stiction::{
-    Contact, Error, Factor, Input, JointRow, List, Real, RowLaw, RowMode, Scene, Settings, Solver, Status,
-    Surface,
+    Contact, Error, Factor, Input, JointRow, List, RowLaw, RowMode, Scene, Settings, Solver, Status, Surface,
 };
-use testbed::kernel::Answer;
-use testbed::mixed::{self, MixedFile, Times};
-use testbed::{mixed_measure, scene_file};
-
-/// The bundled scenes with joint rows, compliance or shapes of friction.
-fn files() -> Vec<MixedFile> {
-    let paths = scene_file::json_files(&scene_file::repository().join("tests/mixed"));
-    let read = |path: std::path::PathBuf| mixed::read(&path).expect("it can be read");
-    let files: Vec<_> = paths.into_iter().filter_map(read).collect();
-    assert_eq!(files.len(), 13);
-    files
-}
-
-type Solve = fn(&MixedFile, &Settings<f64>, u32) -> Result<(Answer, Times), String>;
-
-/// The largest work of the bundled scenes to a tolerance, all of which are solved, or proved infeasible.
-fn work<T: Real>(solve: Solve, tolerance: f64) -> usize {
-    let mut most = 0;
-    for file in files() {
-        let (answer, _) = solve(&file, &Settings::new(tolerance), 1).expect("a size is compiled");
-        if file.name.starts_with("infeasible") {
-            assert_eq!(answer.status, Status::Infeasible, "{}", file.name);
-            let (normals, joints) = (&answer.certificate, &answer.certificate_lambda);
-            assert!(mixed_measure::proves(&file, normals, joints), "{}", file.name);
-            continue;
-        }
-        let file = file.rounded::<T>();
-        let error = mixed_measure::error(&file, &answer.v, &answer.r, &answer.lambda);
-        assert_eq!(answer.status, Status::Solved, "{}: {error:.1e}", file.name);
-        assert!(error <= tolerance, "{}: {error:.1e}", file.name);
-        assert!(answer.error >= error * 0.99, "{}: {} {error}", file.name, answer.error);
-        most = most.max(answer.work.total());
-    }
-    most
-}
-
-#[test]
-fn bundled_scenes_are_solved_in_double_precision() {
-    assert!(work::<f64>(mixed::solve::<f64>, 1e-9) <= 160);
-    assert!(work::<f64>(mixed::solve::<f64>, 1e-4) <= 160);
-}
-
-#[test]
-fn bundled_scenes_are_solved_in_single_precision() {
-    assert!(work::<f32>(mixed::solve::<f32>, 1e-4) <= 130);
-}
 
 /// Two bodies in a row, with a row of this law over the first one.
 fn row(law: RowLaw<f64>, offset: f64, key: u32) -> JointRow<f64, 2> {

@@ -1,0 +1,30 @@
+//! Tests of small scenes, in one program: of many sizes, which are compiled without optimisation, for they hardly run.
+
+#[allow(dead_code, reason = "shared with the tests that run long")]
+#[path = "../support/mod.rs"]
+mod support;
+
+mod alloc;
+mod cone;
+mod delassus;
+mod edits;
+mod errors;
+mod factor;
+mod forces;
+mod helpers;
+mod jams;
+mod kernel;
+mod large_friction;
+mod limits;
+mod parameters;
+mod physics;
+mod promise;
+mod resume;
+mod rows;
+mod rows_physics;
+mod surfaces;
+mod time_stepping;
+mod units;
+mod warm_start;
+mod wheels;
+mod zero_columns;
