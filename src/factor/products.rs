@@ -18,12 +18,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         self.whitened.get(..self.counts.contacts).unwrap_or_default()
     }
 
-    /// Whitened joint rows, for the rows in use.
+    /// Whitened joint rows, for the rows and the velocities in use.
     #[inline]
     fn whitened_rows(&self) -> impl Iterator<Item = &[T]> {
         let whitened = self.whitened_rows.get(..self.counts.rows);
         let whitened = whitened.unwrap_or_default().iter();
-        whitened.map(|row| row.as_flattened())
+        let n = self.velocities();
+        whitened.map(move |row| row.as_flattened().get(..n).unwrap_or_default())
     }
 
     /// Whitens `g` in place, and clears what the scene does not use: solves `Lᵀ D⁻¹ x = g`.
@@ -52,7 +53,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         for (u, whitened, support) in zip3(&mut u.contacts, self.whitened_contacts(), &self.supports) {
             let (columns, rest) = whitened.as_chunks::<GROUP>();
             let mut sums = [T::ZERO; D];
-            for group in support.groups::<N>() {
+            for group in support.groups::<N>(self.velocities()) {
                 if let (Some(columns), Some(g)) = (columns.get(group), scaled.get(group)) {
                     add_columns(columns, g, &mut sums);
                 }
@@ -100,7 +101,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
                 continue;
             }
             let (columns, rest) = whitened.as_chunks::<GROUP>();
-            for group in support.groups::<N>() {
+            for group in support.groups::<N>(self.velocities()) {
                 if let (Some(columns), Some(g)) = (columns.get(group), g.get_mut(group)) {
                     add_products(columns, r, g);
                 }
