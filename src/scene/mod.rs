@@ -178,7 +178,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// A number that is not the last one removes `M`, contacts and joint rows. A stored factor is stale then. A warm start still follows the
     /// keys of contacts: [`crate::Solver::reset`] forgets those of another robot.
     ///
-    /// A scene has the bits of a kernel of its own size, and takes little more time ([`crate::guide::rows`] has numbers).
+    /// A scene has the bits of a kernel with as many velocities as it has, and takes little more time ([`crate::guide::rows`] has numbers).
     ///
     /// ```
     /// use nalgebra::{SMatrix, SVector, vector};
