@@ -37,6 +37,7 @@ mod surfaces;
 mod sweeps;
 mod time_stepping;
 mod units;
+mod velocities;
 mod warm_start;
 mod wheels;
 mod zero_columns;

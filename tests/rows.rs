@@ -4,8 +4,8 @@ use crate::support::sizes::{block_rows, linkage, point_rows};
 use nalgebra::{Matrix2, Matrix3, SVector, matrix, vector};
 use stiction::time_stepping::{DryFriction, JointLimit};
 use stiction::{
-    Contact, Error, Factor, Input, JointRow, Kernel, List, Real, RowLaw, RowMode, Scene, Settings, Solver,
-    Status, Surface,
+    Contact, Error, Factor, Input, JointRow, List, Real, RowLaw, RowMode, Scene, Settings, Solver, Status,
+    Surface,
 };
 use testbed::kernel::Answer;
 use testbed::mixed::{self, MixedFile, Times};

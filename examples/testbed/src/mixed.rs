@@ -293,7 +293,8 @@ fn solve_all_in<T: Real, const N: usize, const D: usize, const C: usize, const R
     files.iter().map(|file| solve(file).map_err(said)).collect()
 }
 
-fn solve_in<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+/// [`solve`] in this size.
+pub fn solve_in<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     file: &MixedFile,
     settings: &Settings<f64>,
     repeat: u32,
