@@ -18,13 +18,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         self.whitened.get(..self.counts.contacts).unwrap_or_default()
     }
 
-    /// Whitened joint rows, for the rows and the velocities in use.
+    /// Whitened joint rows, for the rows in use.
     #[inline]
     fn whitened_rows(&self) -> impl Iterator<Item = &[T]> {
         let whitened = self.whitened_rows.get(..self.counts.rows);
         let whitened = whitened.unwrap_or_default().iter();
-        let n = self.velocities();
-        whitened.map(move |row| row.as_flattened().get(..n).unwrap_or_default())
+        whitened.map(|row| row.as_flattened())
     }
 
     /// Whitens `g` in place, and clears what the scene does not use: solves `Lᵀ D⁻¹ x = g`.
@@ -46,8 +45,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
             *scaled *= reciprocal;
             energy += g * *scaled;
         }
+        // As many as in a kernel of this size: `dot` sums them in the same groups.
+        let in_use = scaled.get(..self.velocities()).unwrap_or_default();
         for (u, whitened) in u.rows.iter_mut().zip(self.whitened_rows()) {
-            *u = dot(whitened, &scaled);
+            *u = dot(whitened, in_use);
         }
         let (scaled, last) = scaled.as_chunks::<GROUP>();
         for (u, whitened, support) in zip3(&mut u.contacts, self.whitened_contacts(), &self.supports) {

@@ -215,10 +215,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         velocity: &SVector<T, N>,
         with_pushed: bool,
     ) -> Result<(), Error> {
-        let n = self.scene.velocities();
+        let velocity = self.scene.used(velocity, 1);
+        let share = rounding_bound::<T>(velocity.len() + 1);
         for (limit, row) in limits.iter().enumerate() {
             let (mut speed, mut size) = (row.offset, row.offset.abs());
-            for (&entry, &v) in self.scene.used(&row.row, 1).iter().zip(velocity.as_slice()) {
+            for (&entry, &v) in row.row.as_slice().iter().zip(velocity) {
                 // Most rows have one entry.
                 if entry != T::ZERO {
                     let product = entry * v;
@@ -226,7 +227,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                     size += product.abs();
                 }
             }
-            let rounding = size * rounding_bound(n + 1);
+            let rounding = size * share;
             let is_open = speed >= rounding
                 && speed.is_finite()
                 && row.law == RowLaw::Limit

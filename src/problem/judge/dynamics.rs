@@ -167,9 +167,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         };
         let Momenta { inertia, pushed, magnitudes, .. } = &mut momenta;
         multiply::<T, N, true>((mass, n), v, inertia, magnitudes);
+        // As many as in a kernel of this size: `dot` sums them in the same groups.
+        let in_use = v.get(..n).unwrap_or_default();
         for (row, &r, u, size) in zip4(self.rows(), &r.rows, &mut u.rows, &mut sizes.rows) {
             let [entries] = &row.row.data.0;
-            (*u, *size) = row_velocity((row, n), v);
+            (*u, *size) = row_velocity(row, in_use);
             if r != T::ZERO {
                 axpy(r, entries, pushed);
                 for (magnitude, &entry) in magnitudes.iter_mut().zip(entries) {
@@ -246,11 +248,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 }
 
-/// Velocity `row · v + offset` of a joint row over `n` velocities, without compliance, and the sum of the magnitudes of its terms.
+/// Velocity `row · v + offset` of a joint row, without compliance, and the sum of the magnitudes of its terms.
 #[inline]
-fn row_velocity<T: Real, const N: usize>((row, n): (&JointRow<T, N>, usize), v: &[T; N]) -> (T, T) {
+fn row_velocity<T: Real, const N: usize>(row: &JointRow<T, N>, v: &[T]) -> (T, T) {
     let [entries] = &row.row.data.0;
-    let entries = entries.get(..n).unwrap_or_default(); // as many as in a kernel of this size: `dot` sums them in the same groups
     let mut size = row.offset.abs();
     for (&entry, &v) in entries.iter().zip(v) {
         size += (entry * v).abs();
