@@ -74,7 +74,9 @@ impl Surfaces {
             n_contacts: scene.contacts().len(),
             dim: D,
             mass: scene.mass().row_iter().take(n).map(|row| used(&mut row.iter())).collect(),
-            h: contacts().flat_map(|contact| (0..D).map(|k| used(&mut contact.jacobian.row(k).iter()))).collect(),
+            h: contacts()
+                .flat_map(|contact| (0..D).map(|k| used(&mut contact.jacobian.row(k).iter())))
+                .collect(),
             f: push.iter().take(n).map(|x| -double(*x)).collect(),
             w: contacts().flat_map(|contact| all(&contact.offset)).collect(),
             mu: own()
