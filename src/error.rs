@@ -53,8 +53,6 @@ pub enum Input {
 pub enum List {
     /// The contacts of a scene.
     Contacts,
-    /// The velocities of a scene ([`crate::Scene::set_velocities`]).
-    Velocities,
     /// The surfaces of contacts, of which a scene has room for `S`.
     Surfaces,
     /// The joint rows of a scene, and behind them the reached limits of [`crate::Kernel::solve_with_limits`].
@@ -87,7 +85,7 @@ pub enum Part {
 ///
 /// | stage | errors |
 /// |---|---|
-/// | filling a [`crate::Scene`] | [`Self::NotFinite`], [`Self::MassNotSymmetric`], [`Self::InvalidFriction`], [`Self::InvalidBounds`], [`Self::InvalidCompliance`], [`Self::InvalidRowCompliance`], [`Self::ListFull`], [`Self::NoSuchContact`], [`Self::NoSuchRow`] |
+/// | filling a [`crate::Scene`] | [`Self::NotFinite`], [`Self::MassNotSymmetric`], [`Self::InvalidFriction`], [`Self::InvalidBounds`], [`Self::InvalidCompliance`], [`Self::InvalidRowCompliance`], [`Self::ListFull`], [`Self::InvalidVelocityCount`], [`Self::NoSuchContact`], [`Self::NoSuchRow`] |
 /// | [`crate::Kernel::solve`] | [`Self::SceneIncomplete`], [`Self::NotFinite`] of the free impulse, [`Self::InvalidTolerance`], [`Self::MassNotPositiveDefinite`], [`Self::DelassusOutOfRange`], [`Self::RowOutOfRange`] |
 /// | [`crate::Kernel::solve_with_limits`]; `resume` and `advance` after it | [`Self::InvalidLimit`], [`Self::NotFinite`], [`Self::ListFull`]; [`Self::LimitsLeftOut`] |
 /// | [`crate::Kernel::derivative`] | [`Self::NoSolution`], [`Self::StaleFactor`] |
@@ -132,6 +130,13 @@ pub enum Error {
         /// The list.
         list: List,
         /// How many entries it can hold.
+        capacity: usize,
+    },
+    /// A scene cannot have this number of velocities ([`crate::Scene::set_velocities`]): 0, or more than there is room for.
+    InvalidVelocityCount {
+        /// The number asked for.
+        velocities: usize,
+        /// The largest number, `N`.
         capacity: usize,
     },
     /// There is no contact of this index.
@@ -219,7 +224,6 @@ impl fmt::Display for Input {
 impl fmt::Display for List {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Velocities => "velocities",
             Self::Contacts => "contacts",
             Self::Surfaces => "contacts with surfaces",
             Self::Rows => "joint rows",
@@ -257,6 +261,9 @@ impl fmt::Display for Error {
             ),
             Self::ListFull { list, capacity } => {
                 write!(f, "{list} are full (room for {capacity})")
+            }
+            Self::InvalidVelocityCount { velocities, capacity } => {
+                write!(f, "a scene cannot have {velocities} velocities (1 to {capacity})")
             }
             Self::NoSuchContact { contact } => write!(f, "there is no contact {contact}"),
             Self::InvalidPenalty => write!(f, "penalty rho is not a usable positive number"),

@@ -3,7 +3,7 @@
 //! | task | page |
 //! |---|---|
 //! | give the data of a first robot | [`first_robot`] |
-//! | add joint limits, motors, dry friction, loops, rolling | [`rows`] |
+//! | add joint limits, motors, dry friction, loops, rolling; solve several robots with one kernel | [`rows`] |
 //! | keep a deadline; act on a tick that ends unsolved | [`tick`] |
 //! | use another language | [`python`], [`c`] |
 //! | share out forces over feet | [`forces`] |

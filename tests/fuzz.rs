@@ -6,7 +6,6 @@
 use cases::cases;
 use kind::{Contacts, Kind, double, vector};
 use mixed::{Mixed, Rolling};
-use nalgebra::SMatrix;
 use proptest::prelude::*;
 use steps::{Budget, Step};
 use stiction::{Error, Factor, Kernel, Model, Real, Scene, Settings, Solution, Status};
@@ -53,6 +52,9 @@ fn is_true<
 ) {
     assert!(!double(solution.error).is_nan(), "error is NaN");
     assert_ne!(solution.status, Status::Unsolved);
+    let (used, behind) = solution.velocity.as_slice().split_at(scene.velocities());
+    let is_finite = used.iter().all(nalgebra::ComplexField::is_finite);
+    assert!(!is_finite || behind.iter().all(|&v| v == T::ZERO), "{behind:?}");
     let tolerance = double(settings.tolerance);
     if solution.is_solved() {
         assert!(solution.error <= settings.tolerance);
@@ -121,10 +123,13 @@ impl<
         K::call(&mut self.beside, scene, step);
         // Calls that are refused are calls, too.
         let _ = match step {
-            Step::Mass(x, raw) => {
-                let root = SMatrix::<T, N, N>::from_fn(|i, j| kind::at(x, i.min(j) * N + i.max(j)));
-                let more = SMatrix::identity() * (root.norm_squared() * T::literal(0.01));
-                scene.set_mass(&if *raw { root } else { root * root.transpose() + more })
+            Step::Mass(x, raw) => scene.set_mass(&kind::mass(x, *raw, scene.velocities())),
+            Step::Velocities(n, x) => {
+                let before = scene.velocities();
+                let changed = scene.set_velocities(*n);
+                assert_eq!(changed.is_ok(), (1..=N).contains(n));
+                assert_eq!(scene.velocities(), if changed.is_ok() { *n } else { before });
+                changed.and_then(|()| scene.set_mass(&kind::mass(x, false, *n)))
             }
             Step::Jacobian(i, x) => scene.set_jacobian(*i, &kind::contact(x, 0.0, 0).jacobian),
             Step::Offset(i, x) => scene.set_offset(*i, &vector(x)),

@@ -21,3 +21,4 @@ mod sequences;
 mod start;
 mod sweeps;
 mod time_stepping;
+mod velocities;

@@ -74,6 +74,12 @@ pub unsafe extern "C" fn stiction_reset(memory: *mut Solver) -> Status {
     Status::Solved
 }
 
+/// `stiction_set_velocities`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_set_velocities(memory: *mut Solver, velocities: u32) -> Status {
+    solver!(memory).change(|scene| scene.set_velocities(index(velocities)))
+}
+
 /// `stiction_set_mass`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_set_mass(memory: *mut Solver, mass: *const [Real; N]) -> Status {

@@ -68,6 +68,7 @@ enum_of_the_header! {
     LimitsLeftOut = "STICTION_LIMITS_LEFT_OUT",
     LimitListFull = "STICTION_LIMIT_LIST_FULL",
     SceneIncomplete = "STICTION_SCENE_INCOMPLETE",
+    InvalidVelocityCount = "STICTION_INVALID_VELOCITY_COUNT",
 }
 
 enum_of_the_header! {
@@ -113,6 +114,7 @@ enum_of_the_header! {
     InitialRowImpulse = "STICTION_INPUT_INITIAL_ROW_IMPULSE",
     Limit = "STICTION_INPUT_LIMIT",
     Contact = "STICTION_INPUT_CONTACT",
+    Velocities = "STICTION_INPUT_VELOCITIES",
 }
 
 /// What an error is about, `stiction_culprit`: -1 where an index has no meaning.
@@ -162,6 +164,7 @@ impl From<Error> for Status {
                 List::InitialImpulses | List::InitialRowImpulses => Self::ImpulseListFull,
                 _ => Self::Unknown,
             },
+            Error::InvalidVelocityCount { .. } => Self::InvalidVelocityCount,
             Error::NoSuchContact { .. } => Self::NoSuchContact,
             Error::InvalidPenalty => Self::InvalidPenalty,
             Error::InvalidTolerance => Self::InvalidTolerance,
@@ -264,6 +267,9 @@ impl From<Error> for Culprit {
             Error::MassNotPositiveDefinite { dof } => Self::entry(Source::Mass, dof, dof),
             Error::InvalidFriction { contact, .. } => of(Source::Friction).contact(contact),
             Error::DelassusOutOfRange { contact } => of(Source::Jacobian).contact(contact),
+            Error::InvalidVelocityCount { capacity, .. } => {
+                Self { row: index(capacity), ..of(Source::Velocities) }
+            }
             Error::NoSuchContact { contact } => of(Source::None).contact(contact),
             Error::NoSuchRow { row } => of(Source::None).joint_row(row),
             Error::RowOutOfRange { key } => of(Source::JointRow).key(key),

@@ -78,6 +78,7 @@ enum stiction_status {
     STICTION_LIMITS_LEFT_OUT = -29,           /* the solve that was paused had limits: call stiction_solve_with_limits again */
     STICTION_LIMIT_LIST_FULL = -30,           /* more than STICTION_L limits */
     STICTION_SCENE_INCOMPLETE = -31,          /* said by a solve: a part of the scene was refused, and is missing */
+    STICTION_INVALID_VELOCITY_COUNT = -32,    /* a scene has 1 to STICTION_N velocities */
     /* Errors of stiction that no call of this header can cause. */
     STICTION_INVALID_PENALTY = -12,
     STICTION_STALE_FACTOR = -13,
@@ -128,6 +129,7 @@ enum stiction_input {
     STICTION_INPUT_INITIAL_ROW_IMPULSE = 11, /* `joint_row` is its place in the list */
     STICTION_INPUT_LIMIT = 12,               /* `joint_row` is its place in the list; its offset is `row` STICTION_N */
     STICTION_INPUT_CONTACT = 13,             /* one that is missing */
+    STICTION_INPUT_VELOCITIES = 14,          /* their number; `row` is the largest one */
     STICTION_INPUT_WIDTH = 0x7fffffff
 };
 
@@ -222,6 +224,11 @@ static inline enum stiction_status stiction_init(stiction *s)
 /* Forgets the last solve: the next one starts cold. After a tick with wild numbers. The scene and the solution stay. */
 enum stiction_status stiction_reset(stiction *s);
 
+/* How many of STICTION_N velocities there are, from 1 on; after stiction_init all of them. One solver for several robots, or for one that
+   picks something up. Of all matrices, rows and vectors over the velocities the first rows, columns and entries count; what stands behind
+   them is not read, and 0 in a solution. A number that is not the last one removes M, contacts and joint rows. */
+enum stiction_status stiction_set_velocities(stiction *s, uint32_t velocities);
+
 /* Mass matrix M. */
 enum stiction_status stiction_set_mass(stiction *s, const stiction_real mass[STICTION_N][STICTION_N]);
 
@@ -273,7 +280,7 @@ enum stiction_status stiction_set_impulses(stiction *s, const stiction_contact_i
                                            const stiction_row_impulse *rows, uint32_t row_count);
 
 /* The largest budget with which a call takes at most so many microseconds at a clock of so many megahertz, in float on a Cortex-M4F with
-   all contacts and joint rows in use: preparing included, filling and the passes of limits not; 0 if there is not enough time. */
+   all velocities, contacts and joint rows in use: preparing included, filling and the passes of limits not; 0 if there is not enough time. */
 uint32_t stiction_budget_within(uint32_t microseconds, uint32_t megahertz);
 
 /* Solves for a free impulse M v_free (N s) to an error of `tolerance`; 1e-4 suits float. A call does at most `budget` work

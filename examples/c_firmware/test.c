@@ -173,6 +173,30 @@ static void endings(void)
     CHECK(status == STICTION_SOLVED || status == STICTION_PRECISION_LIMIT);
 }
 
+/* The point again, of three velocities: what stands behind them is not read, whatever it is. */
+static void velocities(void)
+{
+    point(0.5);
+    CHECK(solve(-2, 0.75, 1000) == STICTION_SOLVED);
+    CHECK(stiction_set_velocities(s, STICTION_N) == STICTION_OK && stiction_contact_index(s, 42) == 0);
+    CHECK(stiction_set_velocities(s, 0) == STICTION_INVALID_VELOCITY_COUNT && culprit().input == STICTION_INPUT_VELOCITIES);
+    CHECK(culprit().row == STICTION_N && culprit().column == -1 && stiction_contact_index(s, 42) == 0);
+    CHECK(stiction_set_velocities(s, STICTION_N + 1) == STICTION_INVALID_VELOCITY_COUNT && solve(-2, 0.75, 1000) == STICTION_SOLVED);
+    if (STICTION_N > 3) {
+        CHECK(stiction_set_velocities(s, 3) == STICTION_OK && stiction_contact_index(s, 42) == STICTION_NO_SUCH_KEY);
+        CHECK(solve(-2, 0.75, 1000) == STICTION_MASS_NOT_POSITIVE_DEFINITE);
+        for (int i = 0; i < STICTION_N; i++) mass[i][STICTION_N - 1] = mass[STICTION_N - 1][i] = NAN;
+        for (int i = 0; i < STICTION_D; i++) jacobian[i][STICTION_N - 1] = NAN;
+        free_impulse[STICTION_N - 1] = NAN;
+        CHECK(set_mass() == STICTION_OK && add(h, offset, 0.5, 42) == STICTION_OK);
+        CHECK(solve(-2, 0.75, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK);
+        CHECK(near(solution.contacts[0].impulse[0], 2) && near(solution.velocity[0], 0) && solution.velocity[STICTION_N - 1] == 0);
+        for (int i = 0; i < STICTION_D; i++) jacobian[i][STICTION_N - 1] = 0;
+        free_impulse[STICTION_N - 1] = 0;
+        CHECK(stiction_set_velocities(s, STICTION_N) == STICTION_OK);
+    }
+}
+
 /* What is refused, and what it is about. A refused call changes nothing. */
 static void refusals(void)
 {
@@ -536,6 +560,7 @@ static void nothing(stiction *none, enum stiction_status status)
     const stiction_surface surface = {.spin = 0};
     const stiction_contact_impulse contact_impulse = {.key = 1};
     const stiction_row_impulse row_impulse = {.key = 1};
+    CHECK(stiction_set_velocities(none, 3) == status);
     CHECK(stiction_reset(none) == status && stiction_set_mass(none, STICTION_CONST(mass)) == status);
     CHECK(stiction_clear(none) == status && stiction_clear_contacts(none) == status && stiction_clear_rows(none) == status);
 #if STICTION_D <= 3
@@ -599,6 +624,7 @@ int main(void)
     endings();
     one_by_one();
     pieces();
+    velocities();
     refusals();
 #endif
     budgets();

@@ -27,8 +27,8 @@ pub(crate) struct ContactSpace<T: Real, const N: usize, const R: usize> {
 }
 
 impl<T: Real, const N: usize, const R: usize> ContactSpace<T, N, R> {
-    /// Pads with decoupled velocities of unit mass, as the kernel's scenes are padded; `None` where `M` is not positive
-    /// definite in this number type.
+    /// Pads with decoupled velocities of unit mass (a scene of the kernel has as many as it needs); `None` where `M` is not
+    /// positive definite in this number type.
     pub(crate) fn new(file: &SceneFile) -> Option<Self> {
         let mass = SMatrix::from_fn(|i, j| {
             let unit = if i == j { 1.0 } else { 0.0 };

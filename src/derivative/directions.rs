@@ -12,8 +12,8 @@ use nalgebra::SVector;
 
 /// A change of the data of a solve, or a gradient with respect to them.
 ///
-/// The entries belong to the contacts and joint rows of the scene, in its order. Unused entries are not read; in a gradient they are 0. A
-/// change of `M`, `H` or compliance is a change of these entries, with `v` and `r` of the solution:
+/// The entries belong to the velocities, contacts and joint rows of the scene, in its order. Unused entries are not read; in a gradient they
+/// are 0. A change of `M`, `H` or compliance is a change of these entries, with `v` and `r` of the solution:
 ///
 /// | change | equals a change of | gradient |
 /// |---|---|---|
@@ -51,7 +51,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> In
     }
 }
 
-/// A change of a solution, or the weights of its parts in a sum.
+/// A change of a solution, or the weights of its parts in a sum. Unused entries are 0 in a change, and weights are not read there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outputs<T, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
     /// Generalised velocity `v`.

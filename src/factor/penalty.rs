@@ -43,7 +43,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let (groups, last) = participation.as_chunks_mut::<GROUP>();
         for (contact, support) in self.contacts().iter().zip(self.supports()) {
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-            for group in support.groups::<N>() {
+            for group in support.groups::<N>(self.velocities()) {
                 if let (Some(columns), Some(participation)) = (columns.get(group), groups.get_mut(group)) {
                     add_squares(columns, participation);
                 }

@@ -45,14 +45,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
             *scaled *= reciprocal;
             energy += g * *scaled;
         }
+        // As many as in a kernel of this size: `dot` sums them in the same groups.
+        let in_use = scaled.get(..self.velocities()).unwrap_or_default();
         for (u, whitened) in u.rows.iter_mut().zip(self.whitened_rows()) {
-            *u = dot(whitened, &scaled);
+            *u = dot(whitened, in_use);
         }
         let (scaled, last) = scaled.as_chunks::<GROUP>();
         for (u, whitened, support) in zip3(&mut u.contacts, self.whitened_contacts(), &self.supports) {
             let (columns, rest) = whitened.as_chunks::<GROUP>();
             let mut sums = [T::ZERO; D];
-            for group in support.groups::<N>() {
+            for group in support.groups::<N>(self.velocities()) {
                 if let (Some(columns), Some(g)) = (columns.get(group), scaled.get(group)) {
                     add_columns(columns, g, &mut sums);
                 }
@@ -100,7 +102,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
                 continue;
             }
             let (columns, rest) = whitened.as_chunks::<GROUP>();
-            for group in support.groups::<N>() {
+            for group in support.groups::<N>(self.velocities()) {
                 if let (Some(columns), Some(g)) = (columns.get(group), g.get_mut(group)) {
                     add_products(columns, r, g);
                 }

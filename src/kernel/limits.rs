@@ -4,7 +4,7 @@ use super::Kernel;
 use crate::error::{Error, Input, List};
 use crate::linalg::vector::rounding_bound;
 use crate::real::Real;
-use crate::scene::{JointRow, RowLaw, check_finite};
+use crate::scene::{JointRow, RowLaw, check_entries};
 use crate::solution::{Settings, Solution, Status};
 use crate::solver::{Call, Phases};
 use nalgebra::SVector;
@@ -118,7 +118,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         mut start: Start,
         writes: bool,
     ) -> Result<bool, Error> {
-        check_finite(data.1, Input::FreeImpulse)?;
+        check_entries::<T, N>(self.scene.used(data.1, 1), Input::FreeImpulse)?;
         self.prepare()?;
         let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
         let mut call = Call::Begin;
@@ -215,9 +215,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         velocity: &SVector<T, N>,
         with_pushed: bool,
     ) -> Result<(), Error> {
+        let velocity = self.scene.used(velocity, 1);
+        let share = rounding_bound::<T>(velocity.len() + 1);
         for (limit, row) in limits.iter().enumerate() {
             let (mut speed, mut size) = (row.offset, row.offset.abs());
-            for (&entry, &v) in row.row.as_slice().iter().zip(velocity.as_slice()) {
+            for (&entry, &v) in row.row.as_slice().iter().zip(velocity) {
                 // Most rows have one entry.
                 if entry != T::ZERO {
                     let product = entry * v;
@@ -225,7 +227,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                     size += product.abs();
                 }
             }
-            let rounding = size * rounding_bound(N + 1);
+            let rounding = size * share;
             let is_open = speed >= rounding
                 && speed.is_finite()
                 && row.law == RowLaw::Limit

@@ -14,7 +14,7 @@ mod worst_case;
 
 /// A scene, its factor and its solver in one value, for a `static`.
 ///
-/// A kernel computes its factor again when `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed. The
+/// A kernel computes its factor again when `M`, a Jacobian, a compliance, or the velocities, contacts and joint rows in use have changed. The
 /// type parameter `P` names the [`Phases`] of its solver; the default is all phases.
 ///
 /// ```
@@ -83,7 +83,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Self { scene: Scene::new(), factor: Factor::empty(), solver: Solver::with_phases(phases) }
     }
 
-    /// Makes the kernel as new: no mass, no contacts and joint rows, no factor, nothing solved. It works in place, without a copy on the stack.
+    /// Makes the kernel as new: `N` velocities, no mass, no contacts and joint rows, no factor, nothing solved. It works in place, without a copy on the stack.
     ///
     /// [`Solver::reset`] forgets the last solve alone, and [`Scene::clear`] removes contacts and joint rows alone.
     ///

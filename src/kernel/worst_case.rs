@@ -34,7 +34,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Bound on the cycles of a call of [`Self::solve`] or [`Self::resume`] with this budget, in `f32` on a Cortex-M4F without wait states,
-    /// with all contacts and joint rows in use.
+    /// with all velocities, contacts and joint rows in use. Fewer ([`crate::Scene::set_velocities`]) take less; the bound stays that of the
+    /// full size.
     ///
     /// It includes [`Self::prepare`], but neither the filling of the scene nor the passes of [`Self::solve_with_limits`] after the first. It
     /// holds for any data and tolerance, and depends on the phases of the kernel. Most solves take a tenth of it. A kernel of `f64` takes

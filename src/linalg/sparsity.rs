@@ -47,9 +47,9 @@ impl Support {
         Self { bits }
     }
 
-    /// The groups of `N` columns that may have entries.
+    /// The groups of `N` columns that may have entries; columns from `n` on have none.
     #[inline]
-    pub(crate) fn groups<const N: usize>(self) -> impl Iterator<Item = usize> {
+    pub(crate) fn groups<const N: usize>(self, n: usize) -> impl Iterator<Item = usize> {
         let count = N.div_euclid(GROUP);
         let mut bits = if is_dense(N) { u16::MAX } else { self.bits };
         if count < KNOWN {
@@ -60,7 +60,9 @@ impl Support {
             bits &= bits.checked_sub(1)?;
             usize::try_from(group).ok()
         });
-        known.chain(KNOWN..count)
+        // The bits end at `n` by themselves. Where there are no others this is an empty range, whatever `n`.
+        let end = if count > KNOWN { count.min(n.div_ceil(GROUP)) } else { count };
+        known.chain(KNOWN..end)
     }
 }
 

@@ -132,8 +132,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         check_entries::<T, D>(used, Input::Jacobian { contact })?;
         self.contact_mut(contact)?;
         let before = self.contact_print(contact);
-        let target = self.contact_mut(contact)?.jacobian.as_mut_slice().get_mut(..used.len());
-        target.unwrap_or_default().copy_from_slice(used);
+        let target = self.contact_mut(contact)?.jacobian.as_mut_slice();
+        for (target, &entry) in target.iter_mut().zip(used) {
+            *target = entry;
+        }
         self.find_support(contact);
         let print = self.contacts_print.wrapping_sub(before);
         self.contacts_print = print.wrapping_add(self.contact_print(contact));

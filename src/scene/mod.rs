@@ -1,6 +1,6 @@
 //! The scene: generalised mass matrix, contacts and joint rows.
 
-use crate::error::{Error, List};
+use crate::error::Error;
 use crate::linalg::sparsity::Support;
 use crate::linalg::stacked::Counts;
 use crate::real::Real;
@@ -22,10 +22,10 @@ pub use contact::{Contact, contact_frame};
 pub use joint_row::{JointRow, RowLaw};
 pub use surface::Surface;
 
-/// A generalised mass matrix, up to `C` contacts of `D` rows each and up to `R` joint rows, over `N` velocities. Up to `S`
+/// A generalised mass matrix, up to `C` contacts of `D` rows each and up to `R` joint rows, over up to `N` velocities. Up to `S`
 /// contacts may have a [`Surface`] of their own.
 ///
-/// The sizes are chosen at compile time, the number of contacts and rows in use at run time. A scene can stand in a `static`. It checks all
+/// The sizes are chosen at compile time, the number of contacts, rows and velocities ([`Self::set_velocities`]) in use at run time. A scene can stand in a `static`. It checks all
 /// data as it is filled. If it refuses a contact, a joint row or a mass matrix, no solve takes it ([`Error::SceneIncomplete`]) until
 /// [`Self::clear`], or for the mass until another one is set.
 ///
@@ -35,6 +35,7 @@ pub use surface::Surface;
 /// |---|---|---|
 /// | the free impulse; an offset, [`Self::set_offset`]; a friction coefficient, [`Self::set_friction`]; a joint row's offset and law, [`Self::set_row_offset`], [`Self::set_row_law`] | nothing | 0 |
 /// | `M`, [`Self::set_mass`]; a Jacobian or a compliance, [`Self::set_jacobian`], [`Self::set_row_jacobian`], [`Self::set_row_compliance`]; the contacts and rows in use | [`crate::Factor::prepare`], in place | `N³/6 + m N²/2 + m² N/2` |
+/// | the number of velocities, [`Self::set_velocities`] | fill the scene, and prepare | the same |
 /// | the same, for [`crate::AdmmSolver`] | [`crate::AdmmFactor::prepare`], in place | `m³/2` more |
 /// | the penalty of ADMM | [`crate::AdmmFactor::set_penalty`] | `m³/2` |
 ///
@@ -67,6 +68,7 @@ pub struct Scene<
     const R: usize = 0,
     const S: usize = 0,
 > {
+    /// Zero outside of the first rows and columns, if not all velocities are in use.
     mass: SMatrix<T, N, N>,
     contacts: [Contact<T, N, D>; C],
     /// Scales and compliance of the rows of contacts with surfaces, in the order of the contacts.
@@ -141,8 +143,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.contacts_print = self.prints_of_contacts();
             self.rows_print = self.prints_of_rows();
         }
-        let entries = self.used(mass, N);
-        let mut print = copy_and_hash(self.mass.as_mut_slice(), entries, C + R);
+        let mut print = if n < N {
+            self.copy_first(mass, n)
+        } else {
+            copy_and_hash(self.mass.as_mut_slice(), mass.as_slice(), C + R)
+        };
         if !is_symmetric {
             self.mass.fill_lower_triangle_with_upper_triangle();
             print = fingerprint(self.used(&self.mass, N), C + R);
@@ -152,32 +157,55 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Sets the number of velocities, from 1 to `N`; a new scene has `N`. Of all data over the velocities the first ones count: the first
-    /// rows and columns of `M`, columns of Jacobians, entries of vectors. A new number removes `M`, contacts and joint rows.
+    /// Copies the first `n` rows and columns of a mass matrix, and returns its fingerprint.
+    #[cold]
+    #[inline(never)]
+    fn copy_first(&mut self, mass: &SMatrix<T, N, N>, n: usize) -> u64 {
+        for (target, column) in self.mass.data.0.iter_mut().zip(&mass.data.0).take(n) {
+            for (target, &entry) in target.iter_mut().zip(column).take(n) {
+                *target = entry;
+            }
+        }
+        fingerprint(self.used(&self.mass, N), C + R)
+    }
+
+    /// Sets the number of velocities, from 1 to `N`: room for velocities is filled in part, as room for contacts. A new scene has `N`.
+    ///
+    /// Of all data over the velocities the first count from now on: the first rows and columns of `M`, the first columns of Jacobians, the
+    /// first entries of joint rows, limits and the free impulse. What stands behind them is not read, and may be no number. The velocities of a
+    /// solution and the gradients of a derivative are 0 there.
+    ///
+    /// A number that is not the last one removes `M`, contacts and joint rows. A stored factor is stale then. A warm start still follows the
+    /// keys of contacts: [`crate::Solver::reset`] forgets those of another robot.
+    ///
+    /// A scene has the bits of a kernel with as many velocities as it has, and takes little more time ([`crate::guide::rows`] has numbers).
     ///
     /// ```
-    /// use nalgebra::{SMatrix, vector};
+    /// use nalgebra::{SMatrix, SVector, vector};
     /// use stiction::{Contact, Kernel, Settings};
     ///
     /// let mut kernel = Kernel::<f64, 30, 3, 12>::new(); // room for several robots
     /// let scene = kernel.scene_mut();
-    /// scene.set_velocities(3)?; // a point mass of 2 kg
-    /// scene.set_mass(&SMatrix::from_diagonal_element(2.0))?;
-    /// let mut contact = Contact::<f64, 30, 3> { jacobian: SMatrix::zeros(), offset: vector![0.0, 0.0, 0.0], mu: 0.5, key: 0 };
-    /// contact.jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&nalgebra::matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0]);
-    /// scene.push(&contact)?;
-    /// let mut push = nalgebra::SVector::zeros();
-    /// push[2] = -0.2;
-    /// let solution = kernel.solve(&push, &Settings::default())?;
+    /// scene.set_velocities(3)?; // a point mass of 2 kg over a floor
+    /// scene.set_mass(&(SMatrix::identity() * 2.0))?;
+    /// let mut jacobian = SMatrix::zeros();
+    /// for (row, axis) in [2, 0, 1].into_iter().enumerate() {
+    ///     jacobian[(row, axis)] = 1.0; // normal row first
+    /// }
+    /// scene.push(&Contact { jacobian, offset: vector![0.0, 0.0, 0.0], mu: 0.5, key: 0 })?;
+    /// let mut free_impulse = SVector::zeros();
+    /// free_impulse[2] = -0.2;
+    /// let solution = kernel.solve(&free_impulse, &Settings::default())?;
     /// assert!((solution.contacts[0].impulse[0] - 0.2).abs() < 1e-5);
+    /// assert_eq!(kernel.scene_mut().set_velocities(31).unwrap_err().to_string(), "a scene cannot have 31 velocities (1 to 30)");
     /// # Ok::<(), stiction::Error>(())
     /// ```
     ///
     /// # Errors
-    /// [`Error::ListFull`] with [`List::Velocities`] if it is 0 or above `N`.
+    /// [`Error::InvalidVelocityCount`] if it is 0 or above `N`. The scene is then as it was.
     pub fn set_velocities(&mut self, velocities: usize) -> Result<(), Error> {
         let unused = N.checked_sub(velocities).filter(|&unused| unused < N);
-        let unused = unused.ok_or(Error::ListFull { list: List::Velocities, capacity: N })?;
+        let unused = unused.ok_or(Error::InvalidVelocityCount { velocities, capacity: N })?;
         if unused != self.unused {
             self.reset();
             // What later data do not use stays zero.
@@ -192,7 +220,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Number of velocities, see [`Self::set_velocities`].
+    /// The number of velocities, [`Self::set_velocities`].
     #[must_use]
     #[inline]
     pub const fn velocities(&self) -> usize {
@@ -228,6 +256,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.mass.fill(T::ZERO);
         self.mass_print = None;
         self.refused.mass = false;
+        self.unused = 0;
     }
 
     /// The power of two below `M_00`: a mass that changes with the unit of mass, and scales numbers without rounding.

@@ -81,7 +81,8 @@ pub struct Violation<T> {
     ))
 )]
 pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, const R: usize = 0> {
-    /// Generalised velocity `v` at the end of the step (`N` entries, in the units of the scene).
+    /// Generalised velocity `v` at the end of the step (`N` entries, in the units of the scene); 0 behind the velocities of the scene
+    /// ([`crate::Scene::set_velocities`]).
     pub velocity: SVector<T, N>,
     /// The contacts, in the order of the scene.
     pub contacts: Vec<ContactSolution<T, D>, C>,

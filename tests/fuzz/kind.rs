@@ -19,6 +19,18 @@ pub(super) fn vector<T: Real, const K: usize>(numbers: &[f64]) -> SVector<T, K> 
     SVector::from_fn(|i, _| at(numbers, i))
 }
 
+/// `R Rᵀ + I / 100 |R|²`, or `raw` `R` itself, of so many velocities; behind them stands no number.
+pub(super) fn mass<T: Real, const N: usize>(
+    numbers: &[f64],
+    raw: bool,
+    velocities: usize,
+) -> SMatrix<T, N, N> {
+    let root = SMatrix::<T, N, N>::from_fn(|i, j| at(numbers, i.min(j) * N + i.max(j)));
+    let more = SMatrix::identity() * (root.norm_squared() * T::literal(0.01));
+    let mass = if raw { root } else { root * root.transpose() + more };
+    SMatrix::from_fn(|i, j| if i.max(j) < velocities { mass[(i, j)] } else { T::literal(f64::NAN) })
+}
+
 pub(super) fn contact<T: Real, const N: usize, const D: usize>(
     numbers: &[f64],
     mu: f64,

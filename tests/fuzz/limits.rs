@@ -1,7 +1,7 @@
 //! Limits that are given to a solve: the same promises, about all of them.
 
 use super::cases::cases;
-use super::kind::{Kind, at, double, vector};
+use super::kind::{Kind, at, double, mass, vector};
 use super::mixed::{Mixed, Record, is_measurable, proof_of};
 use super::steps::{self, Budget, Step};
 use proptest::prelude::*;
@@ -26,9 +26,14 @@ pub(super) fn run<T: Real, const N: usize, const C: usize, const R: usize>(steps
                 key: FIRST + u32::try_from(limits.len()).expect("few"),
             }),
             Step::Mass(x, false) => {
-                let root = nalgebra::SMatrix::<T, N, N>::from_fn(|i, j| at(x, i.min(j) * N + i.max(j)));
-                let more = nalgebra::SMatrix::identity() * (root.norm_squared() * T::literal(0.01));
-                let _ = kernel.scene_mut().set_mass(&(root * root.transpose() + more));
+                let mass = mass(x, false, kernel.scene().velocities());
+                let _ = kernel.scene_mut().set_mass(&mass);
+            }
+            Step::Velocities(n, x) => {
+                Mixed::call(&mut record, kernel.scene_mut(), step);
+                if kernel.scene_mut().set_velocities(*n).is_ok() {
+                    let _ = kernel.scene_mut().set_mass(&mass(x, false, *n));
+                }
             }
             Step::Clear => {
                 kernel.scene_mut().clear();
@@ -51,6 +56,7 @@ fn solve<T: Real, const N: usize, const C: usize, const R: usize>(
     (push, budget): (&[f64], Budget),
 ) {
     let (push, tolerance) = (vector(push), T::literal(budget.tolerance));
+    let n = kernel.scene().velocities();
     let settings = Settings { tolerance, budget: budget.work, model: Model::Coulomb };
     let rows = kernel.scene().rows().to_vec();
     let was_paused = kernel.solution().status == Status::OutOfBudget;
@@ -75,13 +81,14 @@ fn solve<T: Real, const N: usize, const C: usize, const R: usize>(
     if solution.is_solved() {
         let left_out = limits.iter().filter(|row| of(row.key).is_none());
         for row in left_out {
-            assert!(row.row.dot(&solution.velocity) + row.offset >= T::ZERO);
+            let [row_in_use, v] = [&row.row, &solution.velocity].map(|x| x.rows(0, n));
+            assert!(row_in_use.dot(&v) + row.offset >= T::ZERO);
         }
     }
     let mut file = record.file(kernel.scene(), &push);
     file.joints.extend(limits.iter().map(|row| Joint {
         kind: "limit".to_owned(),
-        row: row.row.iter().map(|x| double(*x)).collect(),
+        row: row.row.iter().take(n).map(|x| double(*x)).collect(),
         offset: double(row.offset),
         lower: None,
         upper: None,
@@ -90,7 +97,7 @@ fn solve<T: Real, const N: usize, const C: usize, const R: usize>(
     if !is_measurable::<T>(&file) {
         return;
     }
-    let v: Vec<f64> = solution.velocity.iter().map(|x| double(*x)).collect();
+    let v: Vec<f64> = solution.velocity.iter().take(n).map(|x| double(*x)).collect();
     let r = solution.contacts.iter();
     let r = r.flat_map(|contact| contact.impulse.iter());
     let r: Vec<f64> = r.map(|x| double(*x)).collect();

@@ -86,14 +86,15 @@ impl Record {
     ) -> MixedFile {
         let counts = (scene.contacts().len(), scene.rows().len());
         assert_eq!(counts, (self.contacts.len(), self.rows.len()));
+        let n = scene.velocities();
         let mut file = MixedFile {
             name: String::new(),
-            n_dof: N,
+            n_dof: n,
             n_contacts: self.contacts.len(),
             dim: D,
             mass: Vec::new(),
             h: Vec::new(),
-            f: push.iter().map(|x| -double(*x)).collect(),
+            f: push.iter().take(n).map(|x| -double(*x)).collect(),
             w: Vec::new(),
             mu: Vec::new(),
             joints: Vec::new(),
@@ -101,11 +102,11 @@ impl Record {
             keys: Vec::new(),
             limits_inside: true,
         };
-        let mass = scene.mass().row_iter();
-        file.mass = mass.map(|row| row.iter().map(|x| double(*x)).collect()).collect();
+        let mass = scene.mass().row_iter().take(n);
+        file.mass = mass.map(|row| row.iter().take(n).map(|x| double(*x)).collect()).collect();
         for ((shares, soft), contact) in self.contacts.iter().zip(scene.contacts()) {
             let rows = contact.jacobian.row_iter();
-            file.h.extend(rows.map(|row| row.iter().map(|x| double(*x)).collect::<Vec<_>>()));
+            file.h.extend(rows.map(|row| row.iter().take(n).map(|x| double(*x)).collect::<Vec<_>>()));
             file.w.extend(contact.offset.iter().map(|x| double(*x)));
             let mu = double(contact.mu);
             file.mu.push(shares.as_ref().map_or(Friction::Isotropic(mu), |shares| {
@@ -116,7 +117,7 @@ impl Record {
         for (((law, lower, upper), compliance), row) in self.rows.iter().zip(scene.rows()) {
             file.joints.push(Joint {
                 kind: ["limit", "equality", "box"][usize::from(*law)].to_owned(),
-                row: row.row.iter().map(|x| double(*x)).collect(),
+                row: row.row.iter().take(n).map(|x| double(*x)).collect(),
                 offset: double(row.offset),
                 lower: Some(double(T::literal(*lower))),
                 upper: Some(double(T::literal(*upper))),
@@ -159,6 +160,9 @@ impl Record {
                     self.rows.remove(place);
                 }
             }
+            Step::Velocities(n, _) if (1..=N).contains(n) && *n != scene.velocities() => {
+                *self = Self::default();
+            }
             Step::Clear => *self = Self::default(),
             Step::ClearContacts => self.contacts.clear(),
             Step::ClearRows => self.rows.clear(),
@@ -180,7 +184,7 @@ impl Record {
         }
         let counts = (solution.contacts.len(), solution.rows.len());
         assert_eq!(counts, (file.n_contacts, file.joints.len()));
-        let v: Vec<f64> = solution.velocity.iter().map(|x| double(*x)).collect();
+        let v: Vec<f64> = solution.velocity.iter().take(file.n_dof).map(|x| double(*x)).collect();
         let r = solution.contacts.iter();
         let r = r.flat_map(|contact| contact.impulse.iter());
         let r: Vec<f64> = r.map(|x| double(*x)).collect();

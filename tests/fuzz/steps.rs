@@ -8,6 +8,8 @@ use proptest::prelude::*;
 pub(super) enum Step {
     /// `M = R Rᵀ + I / 100 |R|²`, or `R` itself, its upper triangle mirrored.
     Mass(Vec<f64>, bool),
+    /// So many velocities, and a mass matrix of them.
+    Velocities(usize, Vec<f64>),
     /// A contact: Jacobian, offset, friction; key.
     Push(Vec<f64>, f64, u32),
     /// A contact with a surface: two frictions, spin, two rolls, two compliances.
@@ -125,6 +127,7 @@ fn step() -> impl Strategy<Value = Step> {
     let impulses = || vec((key(), wild()), 0..5);
     prop_oneof![
         1 => (numbers(), prop::bool::weighted(0.2)).prop_map(|(root, raw)| Step::Mass(root, raw)),
+        1 => (0..12_usize, numbers()).prop_map(|(n, root)| Step::Velocities(n, root)),
         4 => (numbers(), friction(), key()).prop_map(|(x, mu, key)| Step::Push(x, mu, key)),
         3 => (numbers(), surface(), key()).prop_map(|(x, mu, key)| Step::PushOn(x, mu, key)),
         4 => (numbers(), law(), compliance(), key())

@@ -384,6 +384,10 @@ fn every_error_says_which_datum_is_wrong() {
         (Error::MassNotPositiveDefinite { dof: 8 }, "dof 8"),
         (Error::InvalidFriction { contact: 9, row: 3 }, "mu of contact 9, row 3"),
         (full(List::Contacts, 10), "contacts are full (room for 10)"),
+        (
+            Error::InvalidVelocityCount { velocities: 31, capacity: 30 },
+            "a scene cannot have 31 velocities (1 to 30)",
+        ),
         (Error::NoSuchContact { contact: 11 }, "no contact 11"),
         (full(List::Rows, 36), "joint rows are full (room for 36)"),
         (full(List::Surfaces, 2), "contacts with surfaces are full (room for 2)"),

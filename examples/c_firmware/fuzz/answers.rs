@@ -45,7 +45,7 @@ impl Machine {
         let file = self.surfaces.file(self.mirror.scene(), push);
         if is_measurable(&file) {
             assert!(is_finite);
-            let error = mixed_measure::error(&file, &velocity, &impulses, &of_rows);
+            let error = mixed_measure::error(&file, &velocity[..file.n_dof], &impulses, &of_rows);
             let allowed = double(tolerance);
             assert!(read.status != Status::Solved || error <= allowed, "{error:e}");
             if read.status == Status::Infeasible && Real::EPSILON < 1e-10 {

@@ -110,6 +110,15 @@ impl Machine {
     fn change(&mut self, step: &Step, fault: Fault) -> bool {
         // SAFETY: of all calls here: pointers are null or good, as `stiction.h` asks for.
         match step {
+            Step::Velocities(n, x) => {
+                let call = |s| unsafe { c::stiction_set_velocities(s, *n as u32) };
+                let before = self.mirror.scene().velocities();
+                let reached = self.both(fault, 0, call, |k| done(k.scene_mut().set_velocities(*n)));
+                if self.mirror.scene().velocities() != before {
+                    self.surfaces.clear();
+                }
+                self.change(&Step::Mass(x.clone(), false), fault) || reached
+            }
             Step::Mass(x, raw) => {
                 let root = SMatrix::<Real, N, N>::from_fn(|i, j| at(x, i.min(j) * N + i.max(j)));
                 let more = SMatrix::identity() * (root.norm_squared() * number(0.01));

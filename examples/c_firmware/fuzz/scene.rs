@@ -48,6 +48,8 @@ impl Surfaces {
         scene: &Scene<Real, N, D, C, R, S>,
         push: &SVector<Real, N>,
     ) -> MixedFile {
+        let n = scene.velocities();
+        let used = |row: &mut dyn Iterator<Item = &Real>| row.take(n).map(|x| double(*x)).collect::<Vec<_>>();
         let contacts = || scene.contacts().iter();
         assert_eq!(contacts().len(), self.0.len());
         let own = || contacts().zip(&self.0);
@@ -59,7 +61,7 @@ impl Surfaces {
             };
             Joint {
                 kind: kind.to_owned(),
-                row: all(&row.row),
+                row: used(&mut row.row.iter()),
                 offset: double(row.offset),
                 lower: bounds.map(|[lower, _]| lower),
                 upper: bounds.map(|[_, upper]| upper),
@@ -68,12 +70,14 @@ impl Surfaces {
         });
         MixedFile {
             name: String::new(),
-            n_dof: N,
+            n_dof: n,
             n_contacts: scene.contacts().len(),
             dim: D,
-            mass: scene.mass().row_iter().map(|row| all(row.iter())).collect(),
-            h: contacts().flat_map(|contact| (0..D).map(|k| all(contact.jacobian.row(k).iter()))).collect(),
-            f: push.iter().map(|x| -double(*x)).collect(),
+            mass: scene.mass().row_iter().take(n).map(|row| used(&mut row.iter())).collect(),
+            h: contacts()
+                .flat_map(|contact| (0..D).map(|k| used(&mut contact.jacobian.row(k).iter())))
+                .collect(),
+            f: push.iter().take(n).map(|x| -double(*x)).collect(),
             w: contacts().flat_map(|contact| all(&contact.offset)).collect(),
             mu: own()
                 .map(|(contact, surface)| {

@@ -156,7 +156,9 @@ pub fn refusal(error: &Error) -> String {
             Input::JointRow { .. } => "rows",
             _ => "impulses",
         },
-        Error::MassNotSymmetric { .. } | Error::MassNotPositiveDefinite { .. } => "M",
+        Error::MassNotSymmetric { .. }
+        | Error::MassNotPositiveDefinite { .. }
+        | Error::InvalidVelocityCount { .. } => "M",
         Error::InvalidFriction { .. } => "mu",
         Error::InvalidTolerance => "tol",
         Error::DelassusOutOfRange { .. } => "H",

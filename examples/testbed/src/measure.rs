@@ -105,7 +105,7 @@ pub fn error_of<T: Real, const N: usize, const D: usize, const C: usize, const R
     law: Law,
 ) -> f64 {
     let scene = SceneFile::of(scene, free_impulse);
-    error(&scene, &velocity(solution), &impulses(solution), law)
+    error(&scene, &velocity(solution)[..scene.n_dof], &impulses(solution), law)
 }
 
 /// The velocity `v` of a solution, in f64.

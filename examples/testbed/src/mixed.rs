@@ -164,17 +164,16 @@ impl MixedFile {
         self.keys.get(place).copied().unwrap_or(default)
     }
 
-    /// Fills a scene in the kernel's types, padded with decoupled velocities of the first mass. Limits that are not to be inside are
+    /// Fills a scene in the kernel's types, over as many of `N` velocities as the file has. Limits that are not to be inside are
     /// returned.
     pub fn fill<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         &self,
         scene: &mut Scene<T, N, D, C, R, S>,
     ) -> Result<Vec<JointRow<T, N>>, Error> {
+        scene.set_velocities(self.n_dof)?;
         scene.set_mass(&SMatrix::from_fn(|i, j| {
-            // No heavier one than there is: momenta are compared with that of the heaviest.
-            let own = if i == j { self.mass[0][0] } else { 0.0 };
             let entry = self.mass.get(i).and_then(|row| row.get(j));
-            T::literal(*entry.unwrap_or(&own))
+            T::literal(*entry.unwrap_or(&0.0))
         }))?;
         for (i, mu) in self.mu.iter().enumerate() {
             let row = |k: usize| &self.h[i * D + k];
@@ -205,7 +204,7 @@ impl MixedFile {
         Ok(limits)
     }
 
-    /// The free impulse `-f` in the kernel's type, padded with zeros.
+    /// The free impulse `-f` in the kernel's type, and zeros behind it.
     pub fn free_impulse<T: Real, const N: usize>(&self) -> SVector<T, N> {
         SVector::from_fn(|i, _| T::literal(-self.f.get(i).copied().unwrap_or(0.0)))
     }
@@ -294,7 +293,8 @@ fn solve_all_in<T: Real, const N: usize, const D: usize, const C: usize, const R
     files.iter().map(|file| solve(file).map_err(said)).collect()
 }
 
-fn solve_in<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+/// [`solve`] in this size.
+pub fn solve_in<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
     file: &MixedFile,
     settings: &Settings<f64>,
     repeat: u32,

@@ -189,15 +189,13 @@ impl SceneFile {
         }
     }
 
-    /// The scene in the kernel's types, padded with decoupled velocities of unit mass up to `N`.
+    /// The scene in the kernel's types, over as many of `N` velocities as it has.
     pub fn scene<T: Real, const N: usize, const D: usize, const C: usize>(
         &self,
     ) -> Result<Scene<T, N, D, C>, Error> {
         let mut scene = Scene::new();
-        scene.set_mass(&SMatrix::from_fn(|i, j| {
-            let unit = if i == j { 1.0 } else { 0.0 };
-            T::literal(*self.mass.get((i, j)).unwrap_or(&unit))
-        }))?;
+        scene.set_velocities(self.n_dof)?;
+        scene.set_mass(&SMatrix::from_fn(|i, j| T::literal(*self.mass.get((i, j)).unwrap_or(&0.0))))?;
         for i in 0..self.n_contacts {
             scene.push(&Contact {
                 jacobian: SMatrix::from_fn(|row, j| {
@@ -219,15 +217,15 @@ impl SceneFile {
         assert!(scene.rows().is_empty(), "a scene of contacts alone");
         let double = |x: T| x.to_subset().unwrap_or(f64::NAN);
         let contacts = scene.contacts();
-        let rows = D * contacts.len();
+        let (n, rows) = (scene.velocities(), D * contacts.len());
         Self {
             name: String::new(),
-            n_dof: N,
+            n_dof: n,
             n_contacts: contacts.len(),
             dim: D,
-            mass: DMatrix::from_fn(N, N, |i, j| double(scene.mass()[(i, j)])),
-            h: DMatrix::from_fn(rows, N, |i, j| double(contacts[i / D].jacobian[(i % D, j)])),
-            f: DVector::from_fn(N, |i, _| -double(free_impulse[i])),
+            mass: DMatrix::from_fn(n, n, |i, j| double(scene.mass()[(i, j)])),
+            h: DMatrix::from_fn(rows, n, |i, j| double(contacts[i / D].jacobian[(i % D, j)])),
+            f: DVector::from_fn(n, |i, _| -double(free_impulse[i])),
             w: DVector::from_fn(rows, |i, _| double(contacts[i / D].offset[i % D])),
             mu: contacts.iter().map(|contact| double(contact.mu)).collect(),
             keys: contacts.iter().map(|contact| contact.key).collect(),
@@ -254,7 +252,7 @@ impl SceneFile {
         .to_string()
     }
 
-    /// The free impulse `-f` in the kernel's type, padded with zeros.
+    /// The free impulse `-f` in the kernel's type, and zeros behind it.
     pub fn free_impulse<T: Real, const N: usize>(&self) -> SVector<T, N> {
         SVector::from_fn(|i, _| T::literal(-self.f.get(i).copied().unwrap_or(0.0)))
     }

@@ -2,7 +2,7 @@ use super::Support;
 use heapless::Vec;
 
 fn groups<const N: usize>(columns: impl Iterator<Item = usize>) -> Vec<usize, 20> {
-    Support::of::<N>(columns).groups::<N>().collect()
+    Support::of::<N>(columns).groups::<N>(N).collect()
 }
 
 #[test]
@@ -25,6 +25,11 @@ fn all_of_few_columns_are_taken() {
 fn columns_far_behind_are_taken() {
     assert_eq!(groups::<56>([47, 55].into_iter()), [15, 16, 17]);
     assert_eq!(groups::<56>([0].into_iter()), [0, 16, 17]);
-    let all: Vec<usize, 20> = Support::all().groups::<20>().collect();
+    let all: Vec<usize, 20> = Support::all().groups::<20>(20).collect();
     assert_eq!(all, [0, 1, 2, 3, 4, 5]);
+    // Those without a bit end where the velocities in use do.
+    for (used, last) in [(54, 17), (52, 17), (51, 16), (49, 16), (48, 15), (6, 1)] {
+        let groups = Support::of::<56>(0..used).groups::<56>(used);
+        assert_eq!(groups.last(), Some(last), "{used}");
+    }
 }

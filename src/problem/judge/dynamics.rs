@@ -167,9 +167,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         };
         let Momenta { inertia, pushed, magnitudes, .. } = &mut momenta;
         multiply::<T, N, true>((mass, n), v, inertia, magnitudes);
+        // As many as in a kernel of this size: `dot` sums them in the same groups.
+        let in_use = v.get(..n).unwrap_or_default();
         for (row, &r, u, size) in zip4(self.rows(), &r.rows, &mut u.rows, &mut sizes.rows) {
             let [entries] = &row.row.data.0;
-            (*u, *size) = row_velocity(row, v);
+            (*u, *size) = row_velocity(row, in_use);
             if r != T::ZERO {
                 axpy(r, entries, pushed);
                 for (magnitude, &entry) in magnitudes.iter_mut().zip(entries) {
@@ -186,7 +188,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let mut velocity: [T; D] = contact.offset.into();
             let mut terms = velocity.map(ComplexField::abs);
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-            for group in support.groups::<N>() {
+            for group in support.groups::<N>(n) {
                 let (pushed, magnitudes) = (pushed.get_mut(group), magnitudes.get_mut(group));
                 if let (Some(columns), Some(v)) = (columns.get(group), groups.get(group))
                     && let (Some(pushed), Some(magnitudes)) = (pushed, magnitudes)
@@ -227,7 +229,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let mut velocity: [T; D] = contact.offset.into();
             let pushes = r != [T::ZERO; D];
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-            for group in support.groups::<N>() {
+            for group in support.groups::<N>(n) {
                 let (columns, v) = (columns.get(group), groups.get(group));
                 if let (Some(columns), Some(v), Some(target)) = (columns, v, targets.get_mut(group)) {
                     add_columns(columns, v, &mut velocity);
@@ -248,7 +250,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
 /// Velocity `row · v + offset` of a joint row, without compliance, and the sum of the magnitudes of its terms.
 #[inline]
-fn row_velocity<T: Real, const N: usize>(row: &JointRow<T, N>, v: &[T; N]) -> (T, T) {
+fn row_velocity<T: Real, const N: usize>(row: &JointRow<T, N>, v: &[T]) -> (T, T) {
     let [entries] = &row.row.data.0;
     let mut size = row.offset.abs();
     for (&entry, &v) in entries.iter().zip(v) {

@@ -139,7 +139,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let offset = square(&<[T; D]>::from(contact.offset));
             *bound = [share * (offset + inverse * moved); 2];
         }
-        let pushed = T::count(2 * C) * pushed;
+        let pushed = T::count(2 * sets.contacts().len()) * pushed;
         // `(a + b + c)² <= 3 (a² + b² + c²)`
         let share = rounding_bound::<T>(n.max(rows(sets)) + 3);
         let terms = T::literal(3.0) * (trace * (moved + pushed) + free);

@@ -26,7 +26,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         {
             *speeds = without_gap(&contact.offset).abs().into();
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-            for group in support.groups::<N>() {
+            for group in support.groups::<N>(self.velocities()) {
                 if let (Some(columns), Some(free)) = (columns.get(group), groups.get(group)) {
                     add_sizes(columns, free, speeds);
                 }
