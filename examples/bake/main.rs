@@ -1,6 +1,6 @@
 //! Scene files for firmware, written on the host.
 //!
-//! `cargo run --example bake -- records FILE > scene.bin` writes a scene, or some steps of a
+//! `cargo run -p bake -- records FILE > scene.bin` writes a scene, or some steps of a
 //! sequence, as the bytes `examples/embedded/records.rs` reads; `by-size FILES` all scenes of some files as a macro call of
 //! `examples/worst_case`.
 
