@@ -1,11 +1,12 @@
 //! Nothing allocates: not the set-up, not a solve by any method, not a projection.
 
 use crate::support::boxes::{BRICK, BoxScene};
+use crate::support::sizes::joints;
 use allocation_counter::measure;
 use nalgebra::{SMatrix, SVector, vector};
 use stiction::{
-    Acceleration, AdmmFactor, AdmmSolver, Contact, Error, Factor, FrictionCone, JointRow, Kernel, Model,
-    RowLaw, Scene, Settings, SlipUpdate, Solution, Solver, Status,
+    Acceleration, AdmmFactor, AdmmSolver, Contact, Error, Factor, FrictionCone, JointRow, Model, RowLaw,
+    Scene, Settings, SlipUpdate, Solution, Solver, Status,
 };
 
 /// Allocations of a call.
@@ -131,7 +132,7 @@ fn projecting_does_not_allocate() {
 
 #[test]
 fn nothing_beside_contacts_allocates() {
-    let mut kernel = Kernel::<f64, 2, 1, 0, 4>::new();
+    let mut kernel = joints::Kernel::<f64>::new();
     let row = |entry: f64, offset: f64, law| JointRow {
         row: vector![entry, 0.3],
         offset,

@@ -4,7 +4,7 @@ use crate::support::boxes::{BRICK, GRAVITY, point_jacobian};
 use nalgebra::{DMatrix, DVector, Vector3, matrix, vector};
 use stiction::time_stepping::{Gap, Restitution, moving_surface};
 use stiction::{Error, Settings, Status};
-use testbed::kernel::{Constructor, Shape};
+use testbed::kernel::{Constructor, Shape, smallest};
 use testbed::measure::{self, Law};
 use testbed::method::Method;
 use testbed::scene_file::SceneFile;
@@ -109,12 +109,12 @@ fn run(constructor: Constructor, e: f64, tolerance: f64) -> Result<(), Error> {
 
 #[test]
 fn boxes_bounce_on_a_belt_and_go_with_it_in_double_precision() -> Result<(), Error> {
-    run(kernels_f64::kernel, 0.0, 1e-8)?;
-    run(kernels_f64::kernel, 0.4, 1e-8)
+    run(smallest::<f64>, 0.0, 1e-8)?;
+    run(smallest::<f64>, 0.4, 1e-8)
 }
 
 #[test]
 fn boxes_bounce_on_a_belt_and_go_with_it_in_single_precision() -> Result<(), Error> {
-    run(kernels_f32::kernel, 0.0, 1e-4)?;
-    run(kernels_f32::kernel, 0.4, 1e-4)
+    run(smallest::<f32>, 0.0, 1e-4)?;
+    run(smallest::<f32>, 0.4, 1e-4)
 }

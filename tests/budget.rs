@@ -2,7 +2,7 @@
 
 use crate::support::boxes::BRICK;
 use stiction::{AdmmFactor, AdmmSolver, Error, Settings, Status, Work};
-use testbed::kernel::{self, Answer, Kernel, Shape};
+use testbed::kernel::{self, Answer, Kernel, Shape, smallest};
 use testbed::measure::{self, Law};
 use testbed::method::Method;
 use testbed::scene_file::{SceneFile, bundled_scenes};
@@ -15,7 +15,7 @@ fn bits(answer: &Answer) -> (Vec<u64>, Status, Work) {
 
 /// The kernel with a scene and its factor.
 fn prepared(file: &SceneFile) -> Box<dyn Kernel> {
-    kernel::prepared(kernels_f64::kernel, file, Method::Default).unwrap()
+    kernel::prepared(smallest::<f64>, file, Method::Default).unwrap()
 }
 
 /// The scene with a free impulse so many times as large.
@@ -84,7 +84,7 @@ fn a_solver_that_was_reset_gives_the_bits_of_a_new_one() {
     let settings = Settings { budget: 1_000, ..Settings::new(1e-5) };
     for file in bundled_scenes() {
         let solve = |wild: &[f64]| {
-            let mut kernel = kernels_f32::kernel(Shape::of(&file)).expect("a size is compiled");
+            let mut kernel = smallest::<f32>(Shape::of(&file)).expect("a size is compiled");
             for &scale in wild {
                 kernel.load(&pushed(&file, scale)).unwrap();
                 kernel.prepare(Method::Default).unwrap();

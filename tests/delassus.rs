@@ -1,6 +1,7 @@
 //! Scenes of which `W` and `q` are known instead of `M` and `H`: a root of `W` does the same.
 
 use crate::support::random::{draws, numbers};
+use crate::support::sizes::{block_rows, bodies};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use stiction::{
     Contact, Error, Factor, JointRow, RowLaw, RowMode, RowSolution, Scene, Settings, Solver, Surface,
@@ -9,7 +10,7 @@ use testbed::delassus::root;
 use testbed::scene_file::{SceneFile, bundled_scenes};
 
 const N: usize = 18;
-const C: usize = 4;
+const C: usize = 12;
 
 /// The scene by a root of `W` and by `q`.
 fn given(file: &SceneFile) -> Result<Scene<f64, N, 3, C>, Error> {
@@ -70,7 +71,7 @@ fn joint_rows_may_be_given_as_w_too() -> Result<(), Error> {
         let [mass, free_velocity] =
             if given { [SVector::repeat(1.0), SVector::zeros()] } else { [masses, free] };
         let q = if given { jacobian * free } else { SVector::zeros() };
-        let mut scene = Scene::<f64, 2, 2, 1, 1>::new();
+        let mut scene = block_rows::Scene::<f64>::new();
         scene.set_mass(&SMatrix::from_diagonal(&mass))?;
         scene.push(&Contact {
             jacobian: rows.fixed_view::<2, 2>(0, 0).into_owned(),
@@ -102,7 +103,7 @@ fn joint_rows_may_be_given_as_w_too() -> Result<(), Error> {
 #[test]
 fn contacts_and_joint_rows_do_the_same_whether_m_and_h_or_w_and_q_are_given() -> Result<(), Error> {
     const N: usize = 10;
-    type Mixed = Scene<f64, N, 3, 2, 3, 1>;
+    type Mixed = bodies::Scene<f64>;
     let surface = Surface { friction: [0.7, 0.3], compliance: [0.05, 0.02], ..Surface::isotropic(0.0) };
     let (lower, upper) = (-0.1, 0.2);
     let laws = [RowLaw::Limit, RowLaw::Equality, RowLaw::Box { lower, upper }];

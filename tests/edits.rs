@@ -1,15 +1,17 @@
 //! What is changed in a scene leaves it as one that was filled anew: the same factor, and the same bits of a solution.
 
 use crate::support::random::{draws, numbers};
+use crate::support::sizes::{bodies, joints};
 use nalgebra::{SMatrix, SVector, vector};
 use stiction::{Contact, Error, Factor, Input, JointRow, Kernel, RowLaw, Scene, Settings, Solution, Surface};
 
-const N: usize = 12;
+const N: usize = 10;
 const D: usize = 3;
+/// Contacts and joint rows of a scene: it has room for more.
 const C: usize = 4;
 const R: usize = 4;
 
-type Whole = Scene<f64, N, D, C, R, C>;
+type Whole = bodies::Scene<f64>;
 
 /// What a scene is filled with; each contact with a surface, if it has one.
 #[derive(Clone)]
@@ -140,7 +142,7 @@ fn a_contact_takes_the_places_of_its_entries_with_it() -> Result<(), Error> {
     for mut parts in Parts::many() {
         for (body, (contact, _)) in parts.contacts.iter_mut().enumerate() {
             for (dof, mut column) in contact.jacobian.column_iter_mut().enumerate() {
-                if dof / 3 != body {
+                if 2 * dof / 5 != body {
                     column.fill(0.0);
                 }
             }
@@ -315,7 +317,7 @@ fn changes_of_two_rows_do_not_cancel() -> Result<(), Error> {
         compliance,
         key: 0,
     };
-    let mut scene = Scene::<f64, 2, 1, 0, 4>::new();
+    let mut scene = joints::Scene::<f64>::new();
     scene.set_mass(&SMatrix::identity())?;
     for (entry, compliance) in [(1.0, 0.0), (1.0, 0.25)] {
         scene.push_row(&row(entry, compliance))?;

@@ -174,9 +174,9 @@ fn turned_back<const N: usize, const C: usize>(
 #[test]
 fn neither_the_order_of_the_contacts_nor_the_axes_of_the_tangents_matter() -> Result<(), Error> {
     let (mut order, mut axes) = (0, 0);
-    for (case, angle) in draws((scenes::<9, 3, 3>(3, 1.0), 0.0..6.3), 1_000) {
-        let reverse = |solution: &Solution<f64, 9, 3, 3>| impulses(solution).rev().collect();
-        let turn = |solution: &Solution<f64, 9, 3, 3>| turned_back(solution, angle);
+    for (case, angle) in draws((scenes::<18, 3, 12>(3, 1.0), 0.0..6.3), 1_000) {
+        let reverse = |solution: &Solution<f64, 18, 3, 12>| impulses(solution).rev().collect();
+        let turn = |solution: &Solution<f64, 18, 3, 12>| turned_back(solution, angle);
         order += usize::from(agrees(&case, &reversed(&case.0)?, reverse)?);
         axes += usize::from(agrees(&case, &turned(&case.0, angle)?, turn)?);
     }

@@ -1,10 +1,11 @@
 //! Bad data: each kind has its error, which names the culprit, and changes nothing.
 
 use crate::support::check;
+use crate::support::sizes::block_rows;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, JointRow, Kernel, List, Model, Part, RowLaw,
-    Scene, Settings, Solver, Status, Surface,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, Input, JointRow, List, Model, Part, RowLaw, Scene,
+    Settings, Solver, Status, Surface,
 };
 use testbed::measure::{Law, error_of};
 
@@ -467,14 +468,14 @@ fn what_was_refused_first_has_an_infinite_error() -> Result<(), Error> {
 /// Half a scene would be solved as if nothing else were there: a foot whose Jacobian is broken would push with nothing.
 #[test]
 fn half_a_scene_is_not_solved() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 2, 2, 1, 1>::new();
+    let mut kernel = block_rows::Kernel::<f64>::new();
     let (push, settings) = (vector![0.0, -1.0], Settings::new(1e-9));
     let nan = f64::NAN;
     let bad = Contact { offset: vector![nan, 0.0], ..floor() };
     let soft = Surface { compliance: [nan, 0.0], ..Surface::isotropic(0.5) };
     let row =
         |offset| JointRow { row: vector![1.0, 0.0], offset, law: RowLaw::Limit, compliance: 0.0, key: 0 };
-    let mut refused = |part, fill: &mut dyn FnMut(&mut Scene<f64, 2, 2, 2, 1, 1>)| {
+    let mut refused = |part, fill: &mut dyn FnMut(&mut block_rows::Scene<f64>)| {
         let error = Err(Error::SceneIncomplete { part });
         let scene = kernel.scene_mut();
         scene.clear();

@@ -1,5 +1,6 @@
 //! Factors that are hard to compute, or were of another scene.
 
+use crate::support::sizes::joints;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use stiction::{AdmmFactor, Contact, Error, Factor, Scene, Settings, Solver, Status, Work};
 
@@ -27,7 +28,7 @@ fn masses_too_unlike_for_a_resolvent_are_solved_all_the_same() -> Result<(), Err
 /// Where `W` overflows, at one contact among others, nothing can be said of its error.
 #[test]
 fn an_infinite_delassus_operator_is_refused() -> Result<(), Error> {
-    let mut scene = Scene::<f32, 2, 1, 2>::new();
+    let mut scene = joints::Scene::<f32>::new();
     scene.set_mass(&SMatrix::from_diagonal(&vector![1.0, 1e-12]))?;
     for (key, jacobian) in (0..).zip([matrix![1.0, 0.0], matrix![0.0, 1e14]]) {
         scene.push(&Contact { jacobian, offset: vector![0.0], mu: 0.0, key })?;

@@ -1,9 +1,10 @@
 //! Sharing out forces: a scene of the convex relaxation is the cone programme `min ½ |A f - b|²_S + ½ α |f|²`.
 
 use crate::support::boxes::point_jacobian;
+use crate::support::sizes::body_rows;
 use nalgebra::{SMatrix, SVector, vector};
 use proptest::prelude::*;
-use stiction::{Contact, Kernel, Model, Settings, Surface};
+use stiction::{Contact, Model, Settings, Surface};
 
 const FEET: [[f64; 2]; 4] = [[0.2, 0.15], [0.2, -0.15], [-0.2, 0.15], [-0.2, -0.15]];
 
@@ -16,7 +17,7 @@ fn share(
     feet: usize,
     wanted: &SVector<f64, 6>,
 ) -> (SMatrix<f64, 6, 12>, SVector<f64, 12>) {
-    let mut kernel = Kernel::<f64, 6, 3, 4, 0, 4>::new();
+    let mut kernel = body_rows::Kernel::<f64>::new();
     let scene = kernel.scene_mut();
     let masses = SMatrix::from_diagonal(&weights.map(|weight| 1.0 / weight));
     scene.set_mass(&masses).expect("positive weights");

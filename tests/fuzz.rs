@@ -275,7 +275,7 @@ proptest! {
 
     #[test]
     fn planar_contacts(steps in steps::sequence()) {
-        Machine::<f64, 4, 2, 4, 0, 0, Contacts>::run(&steps);
+        Machine::<f64, 6, 2, 4, 0, 0, Contacts>::run(&steps);
     }
 
     #[test]
@@ -289,23 +289,23 @@ proptest! {
     }
 
     #[test]
-    fn contacts_of_eight_dofs(steps in steps::sequence()) {
-        Machine::<f32, 8, 3, 3, 0, 0, Contacts>::run(&steps);
+    fn contacts_of_six_dofs(steps in steps::sequence()) {
+        Machine::<f32, 6, 3, 4, 0, 0, Contacts>::run(&steps);
     }
 
     #[test]
-    fn joint_rows_of_eight_dofs(steps in steps::sequence()) {
-        Machine::<f64, 8, 3, 4, 6, 4, Mixed>::run(&steps);
+    fn joint_rows_of_ten_dofs(steps in steps::sequence()) {
+        Machine::<f64, 10, 3, 8, 6, 8, Mixed>::run(&steps);
     }
 
     #[test]
     fn joint_rows_without_contacts(steps in steps::sequence()) {
-        Machine::<f64, 4, 3, 0, 6, 0, Mixed>::run(&steps);
+        Machine::<f64, 4, 3, 0, 8, 0, Mixed>::run(&steps);
     }
 
     #[test]
     fn surfaces_without_joint_rows(steps in steps::sequence()) {
-        Machine::<f64, 4, 3, 4, 0, 4, Mixed>::run(&steps);
+        Machine::<f64, 3, 3, 3, 0, 3, Mixed>::run(&steps);
     }
 
     #[test]
@@ -315,6 +315,6 @@ proptest! {
 
     #[test]
     fn rolling_contacts_and_joint_rows(steps in steps::sequence()) {
-        Machine::<f64, 3, 6, 3, 6, 3, Rolling>::run(&steps);
+        Machine::<f64, 6, 6, 4, 6, 4, Rolling>::run(&steps);
     }
 }

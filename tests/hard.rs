@@ -5,6 +5,7 @@ mod by_hand;
 
 use crate::support::check::{self, DRAWN_F64, F32, F64};
 use testbed::generate::{Class, draw, solvable};
+use testbed::kernel::smallest;
 use testbed::scene_file::SceneFile;
 use testbed::solve::Answer;
 
@@ -16,12 +17,12 @@ macro_rules! solved {
 
             #[test]
             fn in_f64() {
-                check::solved(kernels_f64::kernel, $scenes, $double);
+                check::solved(smallest::<f64>, $scenes, $double);
             }
 
             #[test]
             fn in_f32() {
-                check::solved(kernels_f32::kernel, $scenes, $single);
+                check::solved(smallest::<f32>, $scenes, $single);
             }
         })*
     };
@@ -54,8 +55,8 @@ solved! {
 fn belts_impacts_and_drawn_narrow_walls() {
     for class in [Class::Moving, Class::Narrow] {
         let scenes = || solvable(class, 60);
-        check::solved(kernels_f64::kernel, scenes(), DRAWN_F64);
-        check::honest(kernels_f32::kernel, scenes(), F32, 59);
+        check::solved(smallest::<f64>, scenes(), DRAWN_F64);
+        check::honest(smallest::<f32>, scenes(), F32, 59);
     }
 }
 
@@ -63,16 +64,16 @@ fn belts_impacts_and_drawn_narrow_walls() {
 #[test]
 fn near_singular_mass() {
     let scenes = |count| solvable(Class::NearSingular, count);
-    check::solved(kernels_f64::kernel, scenes(48), DRAWN_F64);
-    check::honest(kernels_f32::kernel, scenes(200), F32, 50);
+    check::solved(smallest::<f64>, scenes(48), DRAWN_F64);
+    check::honest(smallest::<f32>, scenes(200), F32, 50);
 }
 
 /// Entries from 1e-12 to 1e12: some leave the range of f32.
 #[test]
 fn other_units() {
     let scenes = |count| solvable(Class::Scaled, count);
-    check::solved(kernels_f64::kernel, scenes(60), DRAWN_F64);
-    check::honest(kernels_f32::kernel, scenes(200), F32, 180);
+    check::solved(smallest::<f64>, scenes(60), DRAWN_F64);
+    check::honest(smallest::<f32>, scenes(200), F32, 180);
 }
 
 /// Proofs that any solution is a billion times faster than the walls, in f32 a thousand times.
@@ -82,14 +83,14 @@ fn closing_walls_are_proved_infeasible() {
         |factor| move |answer: Answer| matches!(answer, Answer::Infeasible { proof } if proof >= factor);
     let drawn = || (0..60).map(|index| draw(Class::Squeeze, 1, index).0);
     let double = |scenes: Vec<SceneFile>| {
-        check::all(kernels_f64::kernel, scenes, F64, |outcome| proved(1e9)(outcome.answer));
+        check::all(smallest::<f64>, scenes, F64, |outcome| proved(1e9)(outcome.answer));
     };
     double(by_hand::closing_walls().collect());
     double(drawn().collect());
-    check::all(kernels_f32::kernel, by_hand::closing_walls(), F32, |outcome| proved(1e3)(outcome.answer));
+    check::all(smallest::<f32>, by_hand::closing_walls(), F32, |outcome| proved(1e3)(outcome.answer));
     // A proof is not always to be had from rounded Jacobians; what is said is true.
     let (mut proofs, mut scenes) = (0, 0);
-    check::all(kernels_f32::kernel, drawn(), F32, |outcome| {
+    check::all(smallest::<f32>, drawn(), F32, |outcome| {
         scenes += 1;
         proofs += usize::from(proved(1e3)(outcome.answer));
         match outcome.answer {

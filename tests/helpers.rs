@@ -2,8 +2,10 @@
 //! measures, the budget of a tick, and scenes of joint rows alone.
 #![allow(clippy::float_cmp)] // to the last bit
 
+use crate::support::pad;
 use crate::support::random::{draws, numbers};
-use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector3, matrix, vector};
+use crate::support::sizes::{cart, joint, joints, linkage, point, roomy_linkage};
+use nalgebra::{Matrix1, Matrix2, Matrix3, Matrix4, SMatrix, SVector, Vector3, matrix, vector};
 use stiction::time_stepping::{Parameter, StaticFriction, Suction, free_impulse, moving_surface};
 use stiction::{
     AllPhases, Contact, ContactMode, Error, JointRow, Kernel, List, Phases, RowLaw, RowMode, Scene, Settings,
@@ -223,7 +225,7 @@ fn close(x: f64, y: f64) -> bool {
 #[test]
 fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Result<(), Error> {
     // Two bodies of 2 kg (x, height each) on one floor.
-    let mut kernel = Kernel::<f64, 4, 2, 4>::new();
+    let mut kernel = cart::Kernel::<f64>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&(SMatrix::identity() * 2.0))?;
     for (key, body) in [(0, 0), (1, 2)] {
@@ -231,7 +233,7 @@ fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Resul
         (jacobian[(0, body + 1)], jacobian[(1, body)]) = (1.0, 1.0);
         scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu: 0.5, key })?;
     }
-    let push = vector![4.0, -2.0, 9.0, -6.0];
+    let push = pad::vector(vector![4.0, -2.0, 9.0, -6.0]);
     let none = Settings { budget: 0, ..Settings::new(1e-12) };
     // Nothing pushes yet: they fall at 1 m/s and at 3.
     let violation = kernel.solve(&push, &none)?.clone();
@@ -262,7 +264,7 @@ fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
         (RowLaw::Box { lower, upper }, 0.5, 0.5),
         (RowLaw::Box { lower, upper }, -0.5, 0.5),
     ] {
-        let mut kernel = Kernel::<f64, 1, 1, 0, 2>::new();
+        let mut kernel = joint::Kernel::<f64>::new();
         kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
         kernel.scene_mut().push_row(&JointRow {
             row: vector![1.0],
@@ -302,15 +304,18 @@ fn a_contact_of_another_key_is_not_measured_by_what_stands_in_its_place() -> Res
 
 #[test]
 fn what_pushes_without_friction_slips_where_it_has_tangents() -> Result<(), Error> {
-    fn mode<const D: usize>(jacobian: SMatrix<f64, D, 3>) -> Result<ContactMode, Error> {
-        let mut kernel = Kernel::<f64, 3, D, 3>::new();
-        kernel.scene_mut().set_mass(&Matrix3::identity())?;
+    fn mode<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+        mut kernel: Kernel<f64, N, D, C, R, S>,
+    ) -> Result<ContactMode, Error> {
+        kernel.scene_mut().set_mass(&SMatrix::identity())?;
+        let jacobian = SMatrix::identity();
         kernel.scene_mut().push(&Contact { jacobian, offset: SVector::zeros(), mu: 0.0, key: 0 })?;
-        let solution = kernel.solve(&vector![-1.0, 0.0, 0.0], &Settings::new(1e-12))?;
+        let solution =
+            kernel.solve(&SVector::from_fn(|k, _| if k == 0 { -1.0 } else { 0.0 }), &Settings::new(1e-12))?;
         Ok(solution.contacts[0].mode)
     }
-    assert_eq!(mode(Matrix3::identity())?, ContactMode::Slip);
-    assert_eq!(mode(matrix![1.0, 0.0, 0.0])?, ContactMode::Stick);
+    assert_eq!(mode(point::Kernel::new())?, ContactMode::Slip);
+    assert_eq!(mode(joints::Kernel::new())?, ContactMode::Stick);
     Ok(())
 }
 
@@ -378,10 +383,10 @@ fn a_budget_within_a_time_is_the_largest_whose_worst_case_fits() {
     assert_eq!(QUADRUPED, 7);
 }
 
-fn fill<const C: usize, const R: usize>(
-    scene: &mut Scene<f64, 2, 3, C, R>,
-    mass: &Matrix2<f64>,
-    rows: [&JointRow<f64, 2>; 2],
+fn fill<const C: usize, const R: usize, const S: usize>(
+    scene: &mut Scene<f64, 4, 3, C, R, S>,
+    mass: &Matrix4<f64>,
+    rows: [&JointRow<f64, 4>; 2],
 ) -> Result<(), Error> {
     scene.set_mass(mass)?;
     for row in rows {
@@ -393,13 +398,19 @@ fn fill<const C: usize, const R: usize>(
 /// A finger of two joints between a stop and a motor: with room for contacts or without, to the last bit.
 #[test]
 fn a_scene_without_room_for_contacts_solves_its_joint_rows() -> Result<(), Error> {
-    let mut alone = Kernel::<f64, 2, 3, 0, 6>::new();
-    let mut roomy = Kernel::<f64, 2, 3, 2, 5>::new();
-    let mass = matrix![0.4, 0.1; 0.1, 0.2];
-    let stop = JointRow { row: vector![1.0, 0.0], offset: 0.25, law: RowLaw::Limit, compliance: 0.0, key: 3 };
+    let mut alone = linkage::Kernel::<f64>::new();
+    let mut roomy = roomy_linkage::Kernel::<f64>::new();
+    let mass = pad::mass(&matrix![0.4, 0.1; 0.1, 0.2]);
+    let stop =
+        JointRow { row: SVector::ith(0, 1.0), offset: 0.25, law: RowLaw::Limit, compliance: 0.0, key: 3 };
     let (lower, upper) = (-0.05, 0.05);
-    let motor =
-        JointRow { row: vector![0.0, 1.0], offset: -0.5, law: RowLaw::Box { lower, upper }, key: 4, ..stop };
+    let motor = JointRow {
+        row: SVector::ith(1, 1.0),
+        offset: -0.5,
+        law: RowLaw::Box { lower, upper },
+        key: 4,
+        ..stop
+    };
     fill(alone.scene_mut(), &mass, [&stop, &motor])?;
     fill(roomy.scene_mut(), &mass, [&stop, &motor])?;
     let contact = Contact { jacobian: SMatrix::zeros(), offset: SVector::zeros(), mu: 0.0, key: 0 };
@@ -407,7 +418,7 @@ fn a_scene_without_room_for_contacts_solves_its_joint_rows() -> Result<(), Error
     let full = Err(Error::ListFull { list, capacity });
     assert_eq!(alone.scene_mut().push(&contact), full);
     alone.scene_mut().clear_contacts(); // it is not to be missing
-    for push in [vector![-0.3, 0.02], vector![-0.2, 0.01], vector![0.3, 0.3]] {
+    for push in [vector![-0.3, 0.02], vector![-0.2, 0.01], vector![0.3, 0.3]].map(pad::vector) {
         let settings = Settings::new(1e-12);
         let one = alone.solve(&push, &settings)?;
         let other = roomy.solve(&push, &settings)?;
@@ -418,9 +429,9 @@ fn a_scene_without_room_for_contacts_solves_its_joint_rows() -> Result<(), Error
     }
     // By hand: the motor gives all it has, and the stop lets the first joint close at 0.25 rad/s:
     // M v = (-0.3 + λ, 0.02 + 0.05) with v_1 = -0.25.
-    let solution = alone.solve(&vector![-0.3, 0.02], &Settings::new(1e-12))?;
+    let solution = alone.solve(&pad::vector(vector![-0.3, 0.02]), &Settings::new(1e-12))?;
     let second = (0.07 + 0.1 * 0.25) / 0.2;
-    assert!((solution.velocity - vector![-0.25, second]).norm() < 1e-12);
+    assert!((solution.velocity - pad::vector(vector![-0.25, second])).norm() < 1e-12);
     let limit = 0.3 - 0.4 * 0.25 + 0.1 * second;
     assert!((solution.rows[0].impulse - limit).abs() < 1e-12);
     let modes = [RowMode::AtLimit, RowMode::AtUpper];

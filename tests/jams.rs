@@ -1,12 +1,14 @@
 //! Friction that locks what is to be pushed apart: no finite impulses solve it, and the status says so.
 
-use nalgebra::{Matrix6, SMatrix, SVector, Vector3, matrix, vector};
+use crate::support::pad;
+use crate::support::sizes::{body_rows, point};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, vector};
 use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solution, Solver, Status};
 
 const WALL: f64 = 0.1; // m/s at which a gap is to open
 
 /// A cube of 1 kg between a floor and a lid that is tilted, to be pushed off both.
-fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(Scene<T, 6, 3, 12>, SVector<T, 6>), Error> {
+fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(body_rows::Scene<T>, SVector<T, 6>), Error> {
     let mut scene = Scene::new();
     let masses = vector![1.0, 1.0, 1.0, 0.1, 0.1, 0.1];
     scene.set_mass(&Matrix6::from_diagonal(&masses).map(T::literal))?;
@@ -34,23 +36,23 @@ fn wedge<T: Real>(mu: f64, tilt: f64) -> Result<(Scene<T, 6, 3, 12>, SVector<T, 
             })?;
         }
     }
-    Ok((scene, vector![0.0, 0.0, -0.0981, 0.0, 0.0, 0.0].map(T::literal)))
+    Ok((scene, SVector::ith(2, T::literal(-0.0981))))
 }
 
-fn solve<T: Real, const N: usize, const C: usize>(
-    scene: &Scene<T, N, 3, C>,
+fn solve<T: Real, const N: usize, const C: usize, const R: usize, const S: usize>(
+    scene: &Scene<T, N, 3, C, R, S>,
     push: &SVector<T, N>,
     tolerance: f64,
-) -> Result<Solution<T, N, 3, C>, Error> {
+) -> Result<Solution<T, N, 3, C, R>, Error> {
     let settings = Settings { budget: 1_000, ..Settings::new(T::literal(tolerance)) };
     let mut solver = Solver::new();
     Ok(solver.solve(scene, &Factor::new(scene)?, push, &settings)?.clone())
 }
 
 /// Does the certificate prove what it says, recomputed here?
-fn is_proof<T: Real, const N: usize, const C: usize>(
-    scene: &Scene<T, N, 3, C>,
-    solution: &Solution<T, N, 3, C>,
+fn is_proof<T: Real, const N: usize, const C: usize, const R: usize, const S: usize>(
+    scene: &Scene<T, N, 3, C, R, S>,
+    solution: &Solution<T, N, 3, C, R>,
 ) -> bool {
     let double = |x: T| x.to_subset().unwrap_or(f64::NAN);
     let (mut force, mut approach, mut size) = (SVector::<f64, N>::zeros(), 0.0, 0.0);
@@ -112,15 +114,15 @@ fn a_proof_of_a_jam_knows_no_unit_of_mass() -> Result<(), Error> {
 
 /// A jaw of one joint at 5 degrees that is to be pushed out.
 fn jaw<T: Real>(tolerance: f64) -> Result<(), Error> {
-    let mut scene = Scene::<T, 1, 3, 1>::new();
-    scene.set_mass(&matrix![T::ONE])?;
+    let mut scene = point::Scene::<T>::new();
+    scene.set_mass(&SMatrix::identity())?;
     scene.push(&Contact {
-        jacobian: matrix![0.0873_f64.sin(); 0.0873_f64.cos(); 0.0].map(T::literal),
+        jacobian: pad::jacobian(&vector![0.0873_f64.sin(), 0.0873_f64.cos(), 0.0].map(T::literal)),
         offset: vector![-WALL, 0.0, 0.0].map(T::literal),
         mu: T::ONE,
         key: 0,
     })?;
-    let solution = solve(&scene, &vector![T::ZERO], tolerance)?;
+    let solution = solve(&scene, &SVector::zeros(), tolerance)?;
     assert_eq!(solution.status, Status::Jammed, "{tolerance}");
     assert!(is_proof(&scene, &solution) && !solution.is_usable(T::ONE));
     // It does not throw what would stay.
@@ -140,15 +142,15 @@ fn a_jaw_jams() -> Result<(), Error> {
 #[test]
 fn a_normal_of_rounding_is_immovable() -> Result<(), Error> {
     for (normal, tangent) in [(1e-21, 0.1), (3.9e-21, 1.0), (1e-170, 1.0)] {
-        let mut scene = Scene::<f64, 1, 3, 1>::new();
-        scene.set_mass(&matrix![1.0])?;
+        let mut scene = point::Scene::<f64>::new();
+        scene.set_mass(&SMatrix::identity())?;
         scene.push(&Contact {
-            jacobian: matrix![normal; tangent; 0.0],
+            jacobian: pad::jacobian(&vector![normal, tangent, 0.0]),
             offset: vector![-1e-13, 0.0, 0.0],
             mu: 1.0,
             key: 0,
         })?;
-        let solution = solve(&scene, &vector![0.0], 1e-6)?;
+        let solution = solve(&scene, &SVector::zeros(), 1e-6)?;
         assert_eq!(solution.status, Status::Infeasible);
         assert_eq!(solution.certificate[0], vector![1.0, 0.0, 0.0]);
         assert!(solution.velocity[0].abs() <= 1e-9 && !solution.is_usable(1e-2));

@@ -1,5 +1,6 @@
 //! Limits that stay out of `W` until they are reached.
 
+use crate::support::sizes::joints;
 use nalgebra::{Matrix2, SVector, matrix, vector};
 use stiction::{
     Contact, Error, Factor, Input, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Solver, Status,
@@ -80,7 +81,7 @@ fn what_is_left_out_is_kept_and_changes_nothing() -> Result<(), Error> {
 }
 
 /// Two bodies of 1 kg, the first one over a floor.
-fn pair() -> Result<Kernel<f64, 2, 1, 2, 2>, Error> {
+fn pair() -> Result<joints::Kernel<f64>, Error> {
     let mut kernel = Kernel::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     kernel.scene_mut().push(&Contact {
@@ -113,7 +114,7 @@ fn a_scene_is_afterwards_what_it_was() -> Result<(), Error> {
 #[test]
 fn a_limit_that_a_contact_pushes_onto_is_found_on_the_way() -> Result<(), Error> {
     // The floor pushes the pair apart; the free motion violates no limit.
-    let mut kernel = Kernel::<f64, 2, 1, 2, 2>::new();
+    let mut kernel = joints::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&matrix![2.0, -1.0; -1.0, 2.0])?;
     let (jacobian, offset) = (matrix![1.0, 0.0], vector![0.0]);
     kernel.scene_mut().push(&Contact { jacobian, offset, mu: 0.0, key: 0 })?;
@@ -188,9 +189,9 @@ fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> 
     let endless = [limit(1, 1.0, f64::INFINITY, 0)];
     assert_eq!(refused(&endless, [0.0, 0.0]), not_finite(Input::Limit { limit: 0 }, 2));
     assert_eq!(refused(&[], [0.0, f64::NAN]), not_finite(Input::FreeImpulse, 1));
-    let many = vec![sound; 3];
-    let full = Some(Error::ListFull { list: List::Rows, capacity: 2 });
-    assert_eq!(refused(&many, [0.0, -1.0]), full); // there is room for two
+    let many = vec![sound; 5];
+    let full = Some(Error::ListFull { list: List::Rows, capacity: 4 });
+    assert_eq!(refused(&many, [0.0, -1.0]), full); // there is room for four
     assert_eq!(refused(&many, [0.0, 0.0]), None);
     Ok(())
 }
@@ -234,7 +235,7 @@ fn a_solution_without_some_of_the_limits_is_disowned() -> Result<(), Error> {
 
 #[test]
 fn a_limit_that_is_refused_is_named() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 1, 0, 4>::new();
+    let mut kernel = joints::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     let mut limits = [limit(0, 1.0, 1.0, 0), limit(1, 1.0, 1.0, 1)];
     limits[1].compliance = -1.0;

@@ -2,7 +2,9 @@
 
 use crate::support::boxes::{BRICK, Cuboid, GRAVITY};
 use crate::support::motion::{BALL, Ball, Motion, REACH};
-use nalgebra::{SMatrix, SVector, matrix, vector};
+use crate::support::pad;
+use crate::support::sizes::cart;
+use nalgebra::{Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
 use stiction::{Contact, Error, Real, Scene};
 
@@ -19,7 +21,7 @@ fn ball_growth<T: Real>(restitution: f64, tolerance: f64) -> Result<f64, Error> 
     let ball = Ball { restitution, ..BALL };
     let mut motion = ball.motion::<T>(1e-3, tolerance)?;
     motion.position.y = T::literal(0.5);
-    motion.velocity = vector![2.0, 0.0, 60.0].map(T::literal);
+    motion.velocity = pad::vector(vector![2.0, 0.0, 60.0].map(T::literal));
     let mut energies = vec![motion.energy()];
     for _ in 0..100_000 {
         ball.advance(&mut motion)?;
@@ -46,11 +48,11 @@ fn the_energy_of_a_bouncing_ball_never_grows() -> Result<(), Error> {
 }
 
 /// Gap and Jacobian of a corner of a plane box over a floor; position (x, height, angle).
-fn corner<T: Real>(position: &SVector<T, 3>, [x, y]: [T; 2]) -> (T, SMatrix<T, 2, 3>) {
+fn corner<T: Real>(position: &SVector<T, 6>, [x, y]: [T; 2]) -> (T, SMatrix<T, 2, 6>) {
     let (sin, cos) = position.z.sin_cos();
     let arm = vector![cos * x - sin * y, sin * x + cos * y];
     let (zero, one) = (T::ZERO, T::ONE);
-    (position.y + arm.y, matrix![zero, one, arm.x; one, zero, -arm.y])
+    (position.y + arm.y, pad::jacobian(&matrix![zero, one, arm.x; one, zero, -arm.y]))
 }
 
 /// A box thrown on its edge, 100,000 steps of 1 ms; the growth of its energy and its last speed.
@@ -58,16 +60,16 @@ fn tumbling_box<T: Real>(tolerance: f64) -> Result<[f64; 2], Error> {
     let corners = [[0.1, 0.06], [0.1, -0.06], [-0.1, 0.06], [-0.1, -0.06]];
     let corners = corners.map(|corner| corner.map(T::literal));
     let mass = vector![2.0, 2.0, 2.0 * (0.1 * 0.1 + 0.06 * 0.06) / 3.0];
-    let mut scene = Scene::<T, 3, 2, 4>::new();
-    scene.set_mass(&SMatrix::from_diagonal(&mass.map(T::literal)))?;
+    let mut scene = cart::Scene::<T>::new();
+    scene.set_mass(&pad::mass(&Matrix3::from_diagonal(&mass.map(T::literal))))?;
     for &point in &corners {
         let (_, jacobian) = corner(&SVector::zeros(), point);
         scene.push(&Contact { jacobian, offset: SVector::zeros(), mu: T::literal(0.4), key: 0 })?;
     }
-    let weight = vector![0.0, -2.0 * GRAVITY, 0.0];
+    let weight = SVector::ith(1, -2.0 * GRAVITY);
     let mut motion = Motion::new(scene, weight, 1e-3, tolerance)?;
-    motion.position = vector![0.0, 0.4, 0.5].map(T::literal);
-    motion.velocity = vector![2.0, 0.0, -6.0].map(T::literal);
+    motion.position = pad::vector(vector![0.0, 0.4, 0.5].map(T::literal));
+    motion.velocity = pad::vector(vector![2.0, 0.0, -6.0].map(T::literal));
     let mut energies = vec![motion.energy()];
     for _ in 0..100_000 {
         for (contact, &point) in corners.iter().enumerate() {

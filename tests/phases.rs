@@ -142,7 +142,7 @@ fn walls_that_close_end_the_budget_of_sweeps() -> Result<(), Error> {
 
 /// A body that falls upon a contact without friction, of any number of rows.
 fn falls_without_friction<P: Phases, const D: usize>(phases: P) -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 6, D, 1, 0, 1, P>::with_phases(phases);
+    let mut kernel = Kernel::<f64, 6, D, 4, 6, 4, P>::with_phases(phases);
     kernel.scene_mut().set_mass(&nalgebra::Matrix6::identity())?;
     let contact = stiction::Contact {
         jacobian: nalgebra::SMatrix::identity(),

@@ -1,10 +1,12 @@
 //! Statements of mechanics: what boxes, balls and blocks do under Coulomb's law.
 
 use crate::support::boxes::{BRICK, GRAVITY};
+use crate::support::pad;
 use crate::support::random::{draws, scenes};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, matrix, vector};
+use crate::support::sizes::spinning;
+use nalgebra::{DMatrix, DVector, Matrix4, SMatrix, SVector, matrix, vector};
 use proptest::prelude::*;
-use stiction::{Contact, ContactMode, Error, Kernel, Model, Scene, Settings, SlipUpdate, Status, Surface};
+use stiction::{Contact, ContactMode, Error, Model, Scene, Settings, SlipUpdate, Status, Surface};
 use testbed::measure::{Law, error_of, impulses};
 use testbed::method::Method;
 
@@ -159,27 +161,27 @@ proptest! {
     #[test]
     fn a_spinning_disc_is_braked_by_torsional_friction(mu in 0.05..1.0, spin in 1.0..50.0) {
         let (mass, inertia, radius) = (0.5, 0.002, 0.03);
-        let mut kernel = Kernel::<f64, 4, 4, 1, 0, 1>::new();
+        let mut kernel = spinning::Kernel::<f64>::new();
         let scene = kernel.scene_mut();
-        scene.set_mass(&SMatrix::from_diagonal(&vector![mass, mass, mass, inertia]))?;
+        scene.set_mass(&pad::mass(&Matrix4::from_diagonal(&vector![mass, mass, mass, inertia])))?;
         let disc = Contact {
-            jacobian: matrix![
+            jacobian: pad::jacobian(&matrix![
                 0.0, 0.0, 1.0, 0.0;
                 1.0, 0.0, 0.0, 0.0;
                 0.0, 1.0, 0.0, 0.0;
                 0.0, 0.0, 0.0, radius
-            ],
+            ]),
             offset: SVector::zeros(),
             mu,
             key: 0,
         };
         scene.push_on(&disc, &Surface { spin: mu, ..Surface::isotropic(mu) })?;
         let weight = mass * GRAVITY * STEP;
-        let push = vector![0.0, 0.0, -weight, inertia * spin];
+        let push = pad::vector(vector![0.0, 0.0, -weight, inertia * spin]);
         let solution = kernel.solve(&push, &exactly())?;
         let left = f64::max(spin - radius * mu * weight / inertia, 0.0);
         prop_assert_eq!(solution.status, Status::Solved);
-        prop_assert!((solution.velocity - vector![0.0, 0.0, 0.0, left]).norm() <= 1e-8 * spin);
+        prop_assert!((solution.velocity - SVector::ith(3, left)).norm() <= 1e-8 * spin);
     }
 }
 

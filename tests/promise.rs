@@ -1,13 +1,14 @@
 //! What was once called solved, or Open, and was not: found by reasoning where fuzzing had not been.
 #![allow(clippy::float_cmp)] // to the last bit
 
+use crate::support::sizes::{joint, joints};
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::{
     Contact, Error, Factor, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Status, Surface,
 };
 use testbed::generate;
 use testbed::measure::{Law, error_of};
-use testbed::mixed::{Joint, MixedFile};
+use testbed::mixed::{self, Joint, MixedFile};
 use testbed::mixed_measure;
 
 fn row<T: stiction::Real, const N: usize>(
@@ -26,7 +27,7 @@ fn normal<T: stiction::Real, const N: usize>(jacobian: SVector<T, N>, offset: T)
 /// The impulse of a motor that moves nothing is no size to compare others with.
 #[test]
 fn a_row_that_nothing_moves_loosens_nothing() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 1, 1, 0, 2>::new();
+    let mut kernel = joint::Kernel::<f64>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix1::new(1.0))?;
     scene.push_row(&row(vector![1.0], 0.0, RowLaw::Limit, 0))?;
@@ -43,7 +44,7 @@ fn a_row_that_nothing_moves_loosens_nothing() -> Result<(), Error> {
 /// `q` is 0 by cancellation, and `W r + q` and `H v + w` are, too: what rounding hides is still there.
 #[test]
 fn rounding_counts_where_everything_cancels() -> Result<(), Error> {
-    let mut kernel = Kernel::<f32, 2, 1, 1>::new();
+    let mut kernel = joints::Kernel::<f32>::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     let contact = normal(vector![0.909_239_4, 1.013_443_8], 0.0);
     kernel.scene_mut().push(&contact)?;
@@ -59,7 +60,7 @@ fn rounding_counts_where_everything_cancels() -> Result<(), Error> {
 
 #[test]
 fn a_limit_within_rounding_is_not_left_out() -> Result<(), Error> {
-    let mut kernel = Kernel::<f32, 2, 1, 0, 1>::new();
+    let mut kernel = joints::Kernel::<f32>::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     let limits = [row(vector![0.885_352, 0.955_784_8], 0.0, RowLaw::Limit, 0)];
     let push = vector![1.185_029_3, -1.097_703_3];
@@ -71,7 +72,7 @@ fn a_limit_within_rounding_is_not_left_out() -> Result<(), Error> {
 /// An open limit is checked as well.
 #[test]
 fn a_limit_that_is_left_out_has_sound_numbers() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 1, 1, 0, 2>::new();
+    let mut kernel = joint::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
     for compliance in [-1.0, f64::NAN] {
         let limits = [JointRow { compliance, ..row(vector![1.0], 5.0, RowLaw::Limit, 0) }];
@@ -83,15 +84,15 @@ fn a_limit_that_is_left_out_has_sound_numbers() -> Result<(), Error> {
 
 #[test]
 fn a_solve_that_was_disowned_is_not_resumed() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 1, 2, 0>::new();
+    let mut kernel = joints::Kernel::<f64>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
     scene.push(&normal(vector![1.0, 0.3], 0.0))?;
     scene.push(&normal(vector![0.9, -0.4], 0.0))?;
-    let limits = [row(vector![-1.0, 0.0], 0.05, RowLaw::Limit, 0)];
+    let limits = [0, 1, 2, 3, 4].map(|key| row(vector![-1.0, 0.0], 0.05, RowLaw::Limit, key));
     let hurried = Settings { budget: 1, ..Settings::new(1e-9) };
     let full = kernel.solve_with_limits(&limits, &vector![-1.0, 1.9], &hurried);
-    assert_eq!(full.err(), Some(Error::ListFull { list: List::Rows, capacity: 0 }));
+    assert_eq!(full.err(), Some(Error::ListFull { list: List::Rows, capacity: 4 }));
     assert_eq!(kernel.solution().status, Status::Unsolved);
     let none = Settings { budget: 0, ..hurried };
     let solution = kernel.resume(&vector![-5.0, 0.0], &none)?;
@@ -101,7 +102,7 @@ fn a_solve_that_was_disowned_is_not_resumed() -> Result<(), Error> {
 
 #[test]
 fn a_limit_is_open_if_it_does_not_push() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 1, 0, 4>::new();
+    let mut kernel = joints::Kernel::<f64>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
     for (key, (x, y, offset)) in
@@ -170,7 +171,7 @@ fn an_impulse_lies_within_its_bounds_to_the_last_bit() {
             limits_inside: true,
         };
         let settings = Settings::new(1e-4);
-        let solved = kernels_f32::solve_mixed(&file, &settings, 1);
+        let solved = mixed::solve::<f32>(&file, &settings, 1);
         let (answer, _) = solved.expect("a size is compiled");
         let error = mixed_measure::error(&file, &answer.v, &answer.r, &answer.lambda);
         let is_solved = answer.status == Status::Solved;
@@ -187,7 +188,7 @@ fn an_impulse_lies_within_its_bounds_to_the_last_bit() {
 fn a_row_out_of_range_is_refused_with_its_key() -> Result<(), Error> {
     let refused = Err(Error::RowOutOfRange { key: 9 });
     for (mass, entry) in [(1.0, 2e19), (1e12, 1e-17), (1.0, 1e-23), (1e30, 1e-5)] {
-        let mut kernel = Kernel::<f32, 1, 1, 0, 1>::new();
+        let mut kernel = joint::Kernel::<f32>::new();
         kernel.scene_mut().set_mass(&Matrix1::new(mass))?;
         let limit = row(vector![entry], -1e-3, RowLaw::Limit, 9);
         let outside =
@@ -216,7 +217,7 @@ fn a_contact_whose_normal_only_seems_to_move_nothing_is_refused() -> Result<(), 
 #[test]
 fn a_row_that_nothing_moves_stays_within_its_bounds() -> Result<(), Error> {
     for offset in [0.158, 0.0, -0.158] {
-        let mut kernel = Kernel::<f64, 1, 1, 0, 2>::new();
+        let mut kernel = joint::Kernel::<f64>::new();
         let scene = kernel.scene_mut();
         scene.set_mass(&Matrix1::new(1.0))?;
         let (lower, upper) = (0.0828, 0.0828);
@@ -239,10 +240,10 @@ fn a_long_sum_is_not_trusted_too_far() -> Result<(), Error> {
     let (small, last) = (2.45e-4_f32, 1.0_f32);
     let mut jacobian = SVector::<f32, 30>::repeat(small);
     jacobian[29] = last;
-    let mut kernel = Kernel::<f32, 30, 1, 1>::new();
+    let mut kernel = Kernel::<f32, 30, 1, 1, 1>::new();
     kernel.scene_mut().set_mass(&SMatrix::identity())?;
     kernel.scene_mut().push(&normal(jacobian, 1.0))?;
-    let mut limited = Kernel::<f32, 30, 1, 0, 1>::new();
+    let mut limited = Kernel::<f32, 30, 1, 1, 1>::new();
     limited.scene_mut().set_mass(&SMatrix::identity())?;
     let limits = [row(jacobian, 1.0, RowLaw::Limit, 0)];
     let mut solved = 0;
@@ -273,7 +274,7 @@ fn a_rigid_surface_loosens_no_dynamics() {
     let settings = Settings { budget: 2_000, ..Settings::new(1e-4) };
     for (index, step) in [(46_630, 3), (55_420, 0), (83_973, 2)] {
         let files = generate::time_steps(4, index);
-        let answers = kernels_f32::solve_all(&files, &settings);
+        let answers = mixed::solve_all::<f32>(&files, &settings);
         let file = files[step].rounded::<f32>();
         let is_soft = file.compliance.iter().flatten().any(|&soft| soft > 0.0);
         assert!(file.n_contacts == 1 && file.joints.is_empty() && !is_soft);
@@ -301,7 +302,7 @@ fn a_factor_tells_a_jacobian_from_a_compliance() -> Result<(), Error> {
 
     // A mass and a row of the same numbers.
     let scene = |[mass, entry]: [f64; 2]| -> Result<_, Error> {
-        let mut scene = Scene::<f64, 1, 1, 0, 1>::new();
+        let mut scene = joint::Scene::<f64>::new();
         scene.set_mass(&Matrix1::new(mass))?;
         scene.push_row(&row(vector![entry], 0.0, RowLaw::Equality, 0))?;
         Ok(scene)
@@ -342,7 +343,7 @@ fn a_factor_tells_scenes_apart() -> Result<(), Error> {
 #[test]
 fn compliance_is_added_once() -> Result<(), Error> {
     let (entry, compliance) = (1e35_f32, 1e34_f32);
-    let mut kernel = Kernel::<f32, 1, 1, 1, 0, 1>::new();
+    let mut kernel = joint::Kernel::<f32>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix1::new(entry))?;
     let surface = Surface { compliance: [compliance, 0.0], ..Surface::isotropic(0.0) };
@@ -359,7 +360,7 @@ fn compliance_is_added_once() -> Result<(), Error> {
 /// A tangent along which hardly any friction acts is no reason for a rigid surface to end without numbers.
 #[test]
 fn a_scale_whose_square_vanishes_is_one() -> Result<(), Error> {
-    let mut kernel = Kernel::<f32, 3, 3, 1, 0, 1>::new();
+    let mut kernel = Kernel::<f32, 3, 3, 3, 0, 1>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix3::identity())?;
     let contact = Contact { jacobian: Matrix3::identity(), offset: vector![0.0, 0.0, 0.0], mu: 0.0, key: 0 };
@@ -400,7 +401,7 @@ fn the_worst_contact_is_the_same_in_other_units() -> Result<(), Error> {
 /// would be compared with nothing but themselves.
 #[test]
 fn impulses_that_nothing_asks_for_are_no_solution() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 2, 1, 2, 2>::new();
+    let mut kernel = joints::Kernel::<f64>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix2::identity())?;
     scene.push(&normal(vector![1.0, 0.0], 0.0))?;

@@ -1,6 +1,7 @@
 //! A body at rest stays as it is: a warm start does not carry internal forces to the boundaries of their cones.
 
 use crate::support::boxes::{GRAVITY, point_jacobian};
+use crate::support::sizes::{bodies, body};
 use nalgebra::{SMatrix, SVector, Vector3, vector};
 use stiction::time_stepping::free_impulse;
 use stiction::{Contact, Error, JointRow, Kernel, Real, RowLaw, Settings};
@@ -17,8 +18,8 @@ fn ticks() -> usize {
 
 /// How far tangential impulses have moved in their cones since the start, as shares of friction, and normal ones as shares of
 /// themselves: the largest of all ticks.
-fn drift<T: Real, const N: usize, const C: usize, const R: usize>(
-    kernel: &mut Kernel<T, N, 3, C, R>,
+fn drift<T: Real, const N: usize, const C: usize, const R: usize, const S: usize>(
+    kernel: &mut Kernel<T, N, 3, C, R, S>,
     start: &SVector<f64, N>,
     force: &SVector<f64, N>,
 ) -> Result<[f64; 2], Error> {
@@ -49,7 +50,7 @@ fn drift<T: Real, const N: usize, const C: usize, const R: usize>(
 
 /// A box of 12 kg on feet.
 fn on_feet<T: Real, const C: usize>(feet: [[f64; 2]; C], slope: f64) -> Result<[f64; 2], Error> {
-    let mut kernel = Kernel::<T, 6, 3, 4>::new();
+    let mut kernel = body::Kernel::<T>::new();
     let masses = vector![12.0, 12.0, 12.0, 0.3, 0.5, 0.7];
     let scene = kernel.scene_mut();
     scene.set_mass(&SMatrix::from_diagonal(&masses).map(T::literal))?;
@@ -70,7 +71,7 @@ fn on_feet<T: Real, const C: usize>(feet: [[f64; 2]; C], slope: f64) -> Result<[
 /// gain and a torque limit.
 fn rover<T: Real>() -> Result<[f64; 2], Error> {
     const RADIUS: f64 = 0.1;
-    let mut kernel = Kernel::<T, 10, 3, 8, 4>::new();
+    let mut kernel = bodies::Kernel::<T>::new();
     let scene = kernel.scene_mut();
     let masses = vector![8.0, 8.0, 8.0, 0.2, 0.3, 0.4, 0.01, 0.01, 0.01, 1.0];
     scene.set_mass(&SMatrix::from_diagonal(&masses).map(T::literal))?;

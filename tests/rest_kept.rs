@@ -3,10 +3,11 @@
 
 use crate::support::boxes::{BRICK, GRAVITY, point_jacobian};
 use crate::support::random::{draws, numbers};
+use crate::support::sizes::bodies;
 use nalgebra::{SMatrix, SVector, Vector3};
 use serde_json::Value;
 use stiction::time_stepping::free_impulse;
-use stiction::{Contact, Error, JointRow, Kernel, Real, RowLaw, Settings};
+use stiction::{Contact, Error, JointRow, Real, RowLaw, Settings};
 
 /// s
 const STEP: f64 = 2e-3;
@@ -21,7 +22,7 @@ const SLIDES: f64 = 1e-3;
 const LEAVES: f64 = 1e-4;
 
 /// Room for boxes of up to eight points and for rovers of four wheels.
-type Room<T> = Kernel<T, 10, 3, 8, 4>;
+type Room<T> = bodies::Kernel<T>;
 
 type Force = SVector<f64, 10>;
 

@@ -2,16 +2,17 @@
 
 use crate::support::boxes::{BRICK, point_jacobian};
 use crate::support::random::{draws, numbers};
+use crate::support::sizes::{block_rows, body_rows};
 use nalgebra::{Matrix2, SVector, matrix, vector};
 use stiction::{
-    AdmmFactor, AdmmSolver, Contact, Error, Factor, JointRow, Kernel, Model, RowLaw, Scene, Settings,
-    Solution, Solver, Status,
+    AdmmFactor, AdmmSolver, Contact, Error, Factor, JointRow, Model, RowLaw, Scene, Settings, Solution,
+    Status,
 };
 
 /// A standing body of two contacts, and joints of three laws.
-type Small = Solver<f64, 6, 3, 2, 4>;
+type Small = body_rows::Solver<f64>;
 
-fn small_scene() -> Result<Scene<f64, 6, 3, 2, 4>, Error> {
+fn small_scene() -> Result<body_rows::Scene<f64>, Error> {
     let mut scene = Scene::new();
     scene.set_mass(&BRICK.mass_matrix())?;
     for (key, corner) in (0..).zip(BRICK.corners().into_iter().take(2)) {
@@ -39,7 +40,7 @@ fn small_scene() -> Result<Scene<f64, 6, 3, 2, 4>, Error> {
 const PUSH: [f64; 6] = [0.3, -0.1, -0.6, 0.01, -0.02, 0.005];
 
 /// A change of what a solve depends on.
-type Change = fn(&mut Scene<f64, 6, 3, 2, 4>, &mut SVector<f64, 6>, &mut Settings<f64>) -> Result<(), Error>;
+type Change = fn(&mut body_rows::Scene<f64>, &mut SVector<f64, 6>, &mut Settings<f64>) -> Result<(), Error>;
 
 const CHANGES: [(&str, Change); 16] = [
     ("keys of contacts", |scene, _, _| {
@@ -139,7 +140,7 @@ fn a_paused_solve_of_other_data_is_begun_anew() -> Result<(), Error> {
 fn a_paused_solve_goes_on_with_data_that_is_the_same_again() -> Result<(), Error> {
     let settings = Settings { budget: 10_000, ..Settings::new(1e-10) };
     let pause = Settings { budget: 30, ..settings };
-    let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
+    let mut kernel = body_rows::Kernel::<f64>::new();
     *kernel.scene_mut() = small_scene()?;
     let push = SVector::from(PUSH);
     let whole = all_of(kernel.clone().solve(&push, &settings)?);
@@ -161,7 +162,7 @@ fn a_solve_in_pieces_is_the_whole_solve() -> Result<(), Error> {
     let settings = Settings { budget: 10_000, ..Settings::new(1e-10) };
     let [piece, none] = [1, 0].map(|budget| Settings { budget, ..settings });
     let push = SVector::from(PUSH);
-    let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
+    let mut kernel = body_rows::Kernel::<f64>::new();
     *kernel.scene_mut() = small_scene()?;
     let mut whole = kernel.clone();
     let whole = whole.solve(&push, &settings)?;
@@ -196,7 +197,7 @@ fn a_solve_in_pieces_is_the_whole_solve() -> Result<(), Error> {
 fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
     let settings = Settings::new(1e-10);
     let pause = Settings { budget: 1, ..settings };
-    let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
+    let mut kernel = body_rows::Kernel::<f64>::new();
     let source = small_scene()?;
     let scene = kernel.scene_mut();
     scene.set_mass(source.mass())?;
@@ -234,7 +235,7 @@ fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
 fn a_solve_with_limits_in_pieces_is_the_same() -> Result<(), Error> {
     let settings = Settings::new(1e-10);
     let source = small_scene()?;
-    let mut kernel = Kernel::<f64, 6, 3, 2, 4>::new();
+    let mut kernel = body_rows::Kernel::<f64>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(source.mass())?;
     for contact in source.contacts() {
@@ -286,7 +287,7 @@ fn a_solve_with_other_limits_begins_anew() -> Result<(), Error> {
         [JointRow { row, offset, law: RowLaw::Limit, compliance: 0.0, key: 3 }]
     };
     let push = vector![-1.0, 0.0];
-    let mut kernel = Kernel::<f64, 2, 2, 1, 1>::new();
+    let mut kernel = block_rows::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&Matrix2::identity())?;
     let floor = matrix![0.0, 1.0; 1.0, 0.0];
     kernel.scene_mut().push(&Contact { jacobian: floor, offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;

@@ -1,5 +1,6 @@
 //! Scenes of contacts and joint rows: what is solved, what is proved, what is refused, and what a warm start follows.
 
+use crate::support::sizes::{block_rows, linkage, point_rows};
 use nalgebra::{Matrix2, Matrix3, SVector, matrix, vector};
 use stiction::time_stepping::{DryFriction, JointLimit};
 use stiction::{
@@ -44,13 +45,13 @@ fn work<T: Real>(solve: Solve, tolerance: f64) -> usize {
 
 #[test]
 fn bundled_scenes_are_solved_in_double_precision() {
-    assert!(work::<f64>(kernels_f64::solve_mixed, 1e-9) <= 160);
-    assert!(work::<f64>(kernels_f64::solve_mixed, 1e-4) <= 160);
+    assert!(work::<f64>(mixed::solve::<f64>, 1e-9) <= 160);
+    assert!(work::<f64>(mixed::solve::<f64>, 1e-4) <= 160);
 }
 
 #[test]
 fn bundled_scenes_are_solved_in_single_precision() {
-    assert!(work::<f32>(kernels_f32::solve_mixed, 1e-4) <= 130);
+    assert!(work::<f32>(mixed::solve::<f32>, 1e-4) <= 130);
 }
 
 /// Two bodies in a row, with a row of this law over the first one.
@@ -107,7 +108,7 @@ fn a_contact_that_gives_way_backwards_is_refused() -> Result<(), Error> {
 }
 
 /// Four joints with friction and stops; rows in this order, some left out.
-fn joints(order: &[u32]) -> Result<(Scene<f64, 4, 3, 0, 8>, Vec<usize>), Error> {
+fn joints(order: &[u32]) -> Result<(linkage::Scene<f64>, Vec<usize>), Error> {
     let mut scene = Scene::new();
     scene.set_mass(&matrix![
         2.0, 0.3, 0.1, 0.0;
@@ -193,7 +194,7 @@ fn limits_that_close_on_each_other_are_proved_infeasible_and_rubber_ones_give_wa
 /// Of impulses of 1e45 even a bad error is less than that of none, relative to them.
 #[test]
 fn impulses_of_a_glitch_are_no_start() -> Result<(), Error> {
-    let mut kernel = Kernel::<f64, 3, 3, 4, 6, 4>::new();
+    let mut kernel = point_rows::Kernel::<f64>::new();
     let scene = kernel.scene_mut();
     let root: Matrix3<f64> = matrix![
         0.819_426_827_225_430_7, -0.387_975_774_545_407_9, -0.117_006_683_884_221_08;
@@ -234,7 +235,7 @@ fn a_row_that_nothing_moves_has_the_mode_of_its_law() -> Result<(), Error> {
         (RowLaw::Equality, 0.0, RowMode::Holding),
         (motor, 0.3, RowMode::Holding),
     ] {
-        let mut kernel = Kernel::<f64, 2, 2, 1, 1>::new();
+        let mut kernel = block_rows::Kernel::<f64>::new();
         kernel.scene_mut().set_mass(&Matrix2::identity())?;
         let index = kernel.scene_mut().push_row(&still(law, offset))?;
         let solution = kernel.solve(&vector![1.0, 1.0], &Settings::new(1e-9))?;
@@ -247,7 +248,7 @@ fn a_row_that_nothing_moves_has_the_mode_of_its_law() -> Result<(), Error> {
 
 #[test]
 fn a_joint_row_is_no_contact_to_be_changed() -> Result<(), Error> {
-    let mut scene = Scene::<f64, 2, 2, 1, 1>::new();
+    let mut scene = block_rows::Scene::<f64>::new();
     scene.set_mass(&Matrix2::identity())?;
     scene.push_row(&row(RowLaw::Limit, 0.0, 0))?;
     let before = scene.rows().to_vec();

@@ -1,19 +1,20 @@
 //! Joint rows: what mechanics says of them.
 
 use crate::support::boxes::GRAVITY;
-use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, vector};
+use crate::support::sizes::point_rows;
+use nalgebra::{Matrix3, SMatrix, SVector, vector};
 use stiction::time_stepping::{ClosedLoop, DryFriction, JointLimit, Motor};
-use stiction::{Contact, Error, Factor, JointRow, Kernel, RowLaw, RowMode, Scene, Settings, Solver};
+use stiction::{Contact, Error, Factor, JointRow, RowLaw, RowMode, Settings, Solver};
 
 #[test]
 fn a_pendulum_on_its_stop_loses_its_momentum_there() -> Result<(), Error> {
     let (inertia, speed, step) = (0.3, 1.7, 1e-3);
-    let mut scene = Scene::<f64, 1, 3, 4, 1>::new();
-    scene.set_mass(&Matrix1::new(inertia))?;
+    let mut scene = point_rows::Scene::<f64>::new();
+    scene.set_mass(&(Matrix3::identity() * inertia))?;
     let limit = JointLimit { distance: 0.0, recovery: 0.0, reach: 10.0 };
-    let stop = scene.push_row(&limit.row(vector![1.0], step, 0)?)?;
+    let stop = scene.push_row(&limit.row(SVector::ith(0, 1.0), step, 0)?)?;
     let weight = 0.8; // N·m, onto the stop
-    let push = vector![-inertia * speed - step * weight];
+    let push = SVector::ith(0, -inertia * speed - step * weight);
     let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
     let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-12))?;
     let stop = solution.rows[stop];
@@ -26,13 +27,13 @@ fn a_pendulum_on_its_stop_loses_its_momentum_there() -> Result<(), Error> {
 #[test]
 fn dry_friction_stops_a_flywheel_after_its_momentum_over_the_torque() -> Result<(), Error> {
     let (inertia, speed, torque, step) = (0.2, 3.0, 0.5, 1e-3);
-    let mut kernel = Kernel::<f64, 1, 3, 4, 1>::new();
-    kernel.scene_mut().set_mass(&Matrix1::new(inertia))?;
-    let row = DryFriction { torque }.row(vector![1.0], step, 0)?;
+    let mut kernel = point_rows::Kernel::<f64>::new();
+    kernel.scene_mut().set_mass(&(Matrix3::identity() * inertia))?;
+    let row = DryFriction { torque }.row(SVector::ith(0, 1.0), step, 0)?;
     let gear = kernel.scene_mut().push_row(&row)?;
     let (mut velocity, mut steps) = (speed, 0_u32);
     while velocity > 1e-12 {
-        let solution = kernel.solve(&vector![inertia * velocity], &Settings::new(1e-12))?;
+        let solution = kernel.solve(&SVector::ith(0, inertia * velocity), &Settings::new(1e-12))?;
         velocity = solution.velocity[0];
         steps += 1;
         let mode = solution.rows[gear].mode;
@@ -40,7 +41,7 @@ fn dry_friction_stops_a_flywheel_after_its_momentum_over_the_torque() -> Result<
     }
     assert!((f64::from(steps) * step - inertia * speed / torque).abs() < 1.5 * step);
     // And holds what is less than it.
-    let push = vector![0.9 * torque * step];
+    let push = SVector::ith(0, 0.9 * torque * step);
     let solution = kernel.solve(&push, &Settings::new(1e-12))?;
     let gear = solution.rows[gear];
     assert_eq!((gear.mode, solution.velocity[0]), (RowMode::Holding, 0.0));
@@ -53,18 +54,18 @@ fn a_spring_presses_a_body_at_rest_onto_its_contacts() -> Result<(), Error> {
     for exponent in 10..24 {
         for step in 0..40 {
             let speed = 0.1 + 0.01 * f64::from(step); // of the spring alone
-            let mut kernel = Kernel::<f64, 1, 3, 4, 1>::new();
+            let mut kernel = point_rows::Kernel::<f64>::new();
             let scene = kernel.scene_mut();
-            scene.set_mass(&Matrix1::new(2.0))?;
+            scene.set_mass(&(Matrix3::identity() * 2.0))?;
             for key in 0..4 {
-                let jacobian = vector![-1.0, 0.0, 0.0];
+                let jacobian = SMatrix::from_diagonal(&vector![-1.0, 0.0, 0.0]);
                 let offset = SVector::zeros();
                 scene.push(&Contact { jacobian, offset, mu: 1.0, key })?;
             }
             let (law, compliance, key) = (RowLaw::Equality, 0.5, 0);
-            let row = vector![1.0];
+            let row = SVector::ith(0, 1.0);
             scene.push_row(&JointRow { row, offset: -speed, law, compliance, key })?;
-            let rounding = vector![10_f64.powi(-exponent)];
+            let rounding = SVector::ith(0, 10_f64.powi(-exponent));
             let solution = kernel.solve(&rounding, &Settings::new(1e-8))?;
             assert!(solution.is_solved(), "{exponent} {speed} {:?}", solution.status);
             let pressed: f64 = solution.contacts.iter().map(|contact| contact.impulse[0]).sum();
@@ -81,17 +82,17 @@ fn a_saturated_motor_lifts_exactly_what_it_can() -> Result<(), Error> {
     // Asked to hold, and to lift what is too heavy by a metre.
     for (mass, saturated, target) in [(2.0, false, 0.0), (5.0, true, 1.0)] {
         let weight = mass * GRAVITY;
-        let mut kernel = Kernel::<f64, 1, 3, 4, 1>::new();
-        kernel.scene_mut().set_mass(&Matrix1::new(mass))?;
+        let mut kernel = point_rows::Kernel::<f64>::new();
+        kernel.scene_mut().set_mass(&(Matrix3::identity() * mass))?;
         let (mut height, mut velocity) = (0.0, 0.0);
         let row = |height: f64| {
             let ahead = height - target;
-            Motor { ahead, ..motor }.row(vector![1.0], step, 0)
+            Motor { ahead, ..motor }.row(SVector::ith(0, 1.0), step, 0)
         };
         let lift = kernel.scene_mut().push_row(&row(0.0)?)?;
         for _ in 0..300 {
             kernel.scene_mut().set_row_offset(lift, row(height)?.offset)?;
-            let push = vector![mass * velocity - step * weight];
+            let push = SVector::ith(0, mass * velocity - step * weight);
             let solution = kernel.solve(&push, &Settings::new(1e-12))?;
             velocity = solution.velocity[0];
             height += step * velocity;
@@ -141,7 +142,7 @@ fn a_four_bar_loop_does_not_drift_over_a_hundred_thousand_steps() -> Result<(), 
     assert!(four_bar(&angles).0.norm() < 1e-15);
     let drive = Motor { damping: 1.0, limit: 5.0, target: speed, ..Motor::default() };
     let mut velocity = SVector::zeros();
-    let mut kernel = Kernel::<f64, 3, 3, 0, 3>::new();
+    let mut kernel = point_rows::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&mass)?;
     let (mut early, mut late) = (0.0_f64, 0.0_f64);
     for k in 0..100_000 {
@@ -172,16 +173,16 @@ fn a_four_bar_loop_does_not_drift_over_a_hundred_thousand_steps() -> Result<(), 
 
 #[test]
 fn a_loop_of_redundant_rows_holds_like_one_without() -> Result<(), Error> {
-    let solve = |copies: usize| -> Result<SVector<f64, 2>, Error> {
-        let mut scene = Scene::<f64, 2, 3, 0, 6>::new();
-        scene.set_mass(&Matrix2::from_diagonal(&vector![1.0, 3.0]))?;
+    let solve = |copies: usize| -> Result<SVector<f64, 3>, Error> {
+        let mut scene = point_rows::Scene::<f64>::new();
+        scene.set_mass(&Matrix3::from_diagonal(&vector![1.0, 3.0, 1.0]))?;
         let closed = ClosedLoop { drift: 0.0, recovery: 1.0 };
-        let row = closed.row(vector![1.0, -2.0], 1e-3, 0)?;
+        let row = closed.row(vector![1.0, -2.0, 0.0], 1e-3, 0)?;
         for _ in 0..copies {
             scene.push_row(&row)?;
         }
         let (factor, mut solver) = (Factor::new(&scene)?, Solver::new());
-        let solution = solver.solve(&scene, &factor, &vector![1.0, 0.5], &Settings::new(1e-10))?;
+        let solution = solver.solve(&scene, &factor, &vector![1.0, 0.5, 0.0], &Settings::new(1e-10))?;
         assert!(solution.is_solved());
         Ok(solution.velocity)
     };

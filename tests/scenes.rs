@@ -3,7 +3,7 @@
 use crate::support::check;
 use nalgebra::SVector;
 use stiction::{Error, Settings, Status};
-use testbed::kernel::{self, Constructor};
+use testbed::kernel::{self, Constructor, smallest};
 use testbed::measure::{self, Law};
 use testbed::method::Method;
 use testbed::scene_file::{SceneFile, bundled_scenes};
@@ -63,7 +63,7 @@ fn solved(kernel: Constructor, method: Method, tolerance: f64) -> Result<(usize,
 /// in fifty, shows here. A gain is written down here too.
 #[test]
 fn as_many_scenes_are_solved_with_as_little_work_as_before() -> Result<(), Error> {
-    let (double, single): (Constructor, Constructor) = (kernels_f64::kernel, kernels_f32::kernel);
+    let (double, single): (Constructor, Constructor) = (smallest::<f64>, smallest::<f32>);
     let mut changed = Vec::new();
     for (kernel, method, tolerance, before) in [
         (double, Method::Default, 1e-3, (42, [10, 20, 58])),
@@ -91,7 +91,7 @@ fn an_infeasible_scene_is_proved_infeasible() -> Result<(), Error> {
     let files = files(false);
     let file = files.iter().find(|file| file.name == "infeasible_squeeze");
     let file = file.expect("it is bundled");
-    let (scene, push) = (file.scene::<f64, 3, 3, 2>()?, file.free_impulse());
+    let (scene, push) = (file.scene::<f64, 3, 3, 3>()?, file.free_impulse());
     let solution = Method::Default.solve(&scene, &push, &Settings::new(1e-6))?;
     assert_eq!(solution.status, Status::Infeasible);
     let proof = scene.contacts().iter().zip(&solution.certificate);
@@ -115,8 +115,8 @@ fn what_is_called_solved_is_solved() -> Result<(), Error> {
         let settings = Settings { budget: 400, ..Settings::new(10_f64.powi(-exponent)) };
         for (method, file) in Method::ALL.into_iter().flat_map(|m| files.iter().map(move |f| (m, f))) {
             let runs = [
-                solve(kernels_f64::kernel, file, method, &settings)?,
-                solve(kernels_f32::kernel, file, method, &settings)?,
+                solve(smallest::<f64>, file, method, &settings)?,
+                solve(smallest::<f32>, file, method, &settings)?,
             ];
             for (run, precision) in runs.iter().zip(["f64", "f32"]) {
                 let honest = run.status != Status::Solved || run.error <= settings.tolerance;

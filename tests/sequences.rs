@@ -5,7 +5,7 @@ use crate::support::check;
 use nalgebra::{DMatrix, vector};
 use stiction::{Error, Factor, Scene, Settings, Solver, Status};
 use testbed::ContactKeys;
-use testbed::kernel::{Constructor, Shape};
+use testbed::kernel::{Constructor, Shape, smallest};
 use testbed::measure::{self, Law};
 use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile, repository};
@@ -49,7 +49,7 @@ fn every_step_of_every_sequence_is_solved_and_a_warm_start_costs_less() -> Resul
         let file = repository().join(format!("tests/sequences/{name}.json"));
         let steps = scene_file::read(&file).expect("a sequence file");
         let kernels: [(Constructor, f64, [usize; 2]); 2] =
-            [(kernels_f64::kernel, 1e-6, double), (kernels_f32::kernel, 1e-4, single)];
+            [(smallest::<f64>, 1e-6, double), (smallest::<f32>, 1e-4, single)];
         for (kernel, tolerance, before) in kernels {
             let work = [true, false].map(|warm| replay(kernel, &steps, warm, tolerance));
             let [warm, cold] = work;

@@ -1,13 +1,13 @@
 //! How a cold solve starts: with Newton's method where contacts are likely to be held, with sweeps elsewhere.
 
 use stiction::{Error, Settings, Status};
-use testbed::kernel;
+use testbed::kernel::{self, smallest};
 use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile, repository};
 
 /// Sweeps and Newton steps of a cold solve.
 fn cold(file: &SceneFile, tolerance: f64) -> Result<[usize; 2], Error> {
-    let mut kernel = kernel::prepared(kernels_f64::kernel, file, Method::Default)?;
+    let mut kernel = kernel::prepared(smallest::<f64>, file, Method::Default)?;
     kernel.solve(Method::Default, &Settings::new(tolerance))?;
     let solution = kernel.answer();
     assert_eq!(solution.status, Status::Solved, "{}", file.name);

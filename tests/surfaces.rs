@@ -1,16 +1,16 @@
 //! Compliance and shapes of friction: what mechanics says of them.
 
 use crate::support::boxes::GRAVITY;
+use crate::support::sizes::{self, block_rows};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
 use stiction::time_stepping as law;
 use stiction::{Contact, ContactMode, Error, Factor, Kernel, List, Scene, Settings, Solver, Surface};
-use testbed::rolling;
 
 #[test]
 fn a_compliant_foot_sinks_by_its_weight_over_its_stiffness() -> Result<(), Error> {
     let (mass, stiffness, relaxation, step) = (3.0, 5e3, 5e-3, 2e-3);
     let rubber = law::Spring { stiffness, relaxation };
-    let mut kernel = Kernel::<f64, 2, 2, 1, 0, 1>::new();
+    let mut kernel = block_rows::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&(Matrix2::identity() * mass))?;
     let contact =
         Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 };
@@ -36,11 +36,12 @@ fn rolling(
     moment: f64,
     radius: f64,
     surface: &Surface<f64>,
-) -> Result<(Scene<f64, 6, 6, 1, 0, 1>, SMatrix<f64, 6, 6>), Error> {
+) -> Result<(sizes::rolling::Scene<f64>, SMatrix<f64, 6, 6>), Error> {
     let matrix = SMatrix::from_diagonal(&vector![mass, mass, mass, moment, moment, moment]);
     let mut scene = Scene::new();
     scene.set_mass(&matrix)?;
-    let contact = Contact { jacobian: rolling::jacobian(radius), offset: SVector::zeros(), mu: 0.0, key: 0 };
+    let contact =
+        Contact { jacobian: testbed::rolling::jacobian(radius), offset: SVector::zeros(), mu: 0.0, key: 0 };
     scene.push_on(&contact, surface)?;
     Ok((scene, matrix))
 }

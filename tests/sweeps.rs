@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use stiction::{Contact, Factor, Model, Scene, Settings, Solution, Solver, Status};
 use testbed::generate::{self, Class};
-use testbed::kernel;
+use testbed::kernel::{self, smallest};
 use testbed::measure::{self, Law};
 use testbed::method::Method;
 use testbed::solve::patient;
@@ -80,7 +80,7 @@ fn drawn_scenes_of_the_convex_relaxation() {
     let settings = Settings { model: Model::ConvexRelaxation, ..patient(1e-9) };
     let mut work = 0;
     for file in Class::DRAWN.iter().flat_map(|&class| generate::solvable(class, 20)) {
-        let mut kernel = kernel::prepared(kernels_f64::kernel, &file, Method::Default).expect("a size");
+        let mut kernel = kernel::prepared(smallest::<f64>, &file, Method::Default).expect("a size");
         kernel.solve(Method::Default, &settings).expect("finite data");
         let answer = kernel.answer();
         assert_eq!(answer.status, Status::Solved, "{}", file.name);

@@ -2,6 +2,7 @@
 
 use crate::support::boxes::{BRICK, Cuboid, GRAVITY};
 use crate::support::motion::{BALL, Ball, REACH, box_on_slope};
+use crate::support::pad;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use proptest::prelude::*;
 use stiction::time_stepping as law;
@@ -84,7 +85,7 @@ proptest! {
         let ball = Ball { mu, restitution: e, ..BALL };
         let mut motion = ball.motion::<f64>(2e-3, 1e-11)?;
         motion.position.y = 0.02;
-        motion.velocity = vector![speed, 0.0, spin];
+        motion.velocity = pad::vector(vector![speed, 0.0, spin]);
         for _ in 0..5_000 {
             ball.advance(&mut motion)?;
         }

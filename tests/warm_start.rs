@@ -1,6 +1,7 @@
 //! The state between solves: what a warm start saves, and that it may live in a `static`.
 
 use crate::support::boxes::{BRICK, BoxScene};
+use crate::support::pad;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use std::sync::Mutex;
 use stiction::{
@@ -96,16 +97,16 @@ fn after_a_reset_the_solver_is_as_new() -> Result<(), Error> {
     Ok(())
 }
 
-type Bodies = (Scene<f64, 9, 3, 3>, SVector<f64, 9>);
+type Bodies = (Scene<f64, 18, 3, 12>, SVector<f64, 18>);
 
 /// Bodies that do not touch each other on one floor, so that each contact is a problem of its own:
 /// body `i` has the velocities `3 i ..`, slides, and is in the scene if it is listed, with a key.
 fn bodies(listed: &[(usize, u32)]) -> Result<Bodies, Error> {
     let mut scene = Scene::new();
     let masses = vector![1.0, 1.5, 2.0, 1.0, 2.0, 1.5, 3.0, 1.0, 2.0];
-    scene.set_mass(&SMatrix::from_diagonal(&masses))?;
+    scene.set_mass(&pad::mass(&SMatrix::from_diagonal(&masses)))?;
     for &(body, key) in listed {
-        let mut jacobian = SMatrix::<f64, 3, 9>::zeros();
+        let mut jacobian = SMatrix::<f64, 3, 18>::zeros();
         let rows = matrix![0.0, 0.0, 1.0; 1.0, 0.0, 0.0; 0.0, 1.0, 0.0];
         jacobian.fixed_view_mut::<3, 3>(0, 3 * body).copy_from(&rows);
         let offset = SVector::zeros();
@@ -113,14 +114,14 @@ fn bodies(listed: &[(usize, u32)]) -> Result<Bodies, Error> {
     }
     let down = [(1.0, 0.2, 0.7), (0.3, -0.9, 1.3), (-0.8, 0.5, 0.9)];
     let down = down.into_iter().flat_map(|(x, y, z)| [x, y, z]);
-    Ok((scene, -SVector::from_iterator(down)))
+    Ok((scene, pad::vector(-SVector::<_, 9>::from_iterator(down))))
 }
 
 /// Both methods; their last costs and impulses.
 #[derive(Default)]
 struct Solvers {
-    newton: Solver<f64, 9, 3, 3>,
-    admm: AdmmSolver<f64, 9, 3, 3>,
+    newton: Solver<f64, 18, 3, 12>,
+    admm: AdmmSolver<f64, 18, 3, 12>,
 }
 
 type Outcome = (usize, Vec<SVector<f64, 3>>);
@@ -129,7 +130,7 @@ impl Solvers {
     fn solve(&mut self, (scene, push): &Bodies) -> Result<[Outcome; 2], Error> {
         let factor = AdmmFactor::new(scene)?;
         let settings = settings();
-        let outcome = |solution: &Solution<f64, 9, 3, 3>| {
+        let outcome = |solution: &Solution<f64, 18, 3, 12>| {
             let impulses = solution.contacts.iter().map(|c| c.impulse);
             (cost(solution), impulses.collect())
         };
@@ -233,7 +234,7 @@ fn the_second_contact_of_a_key_follows_the_second() -> Result<(), Error> {
 
 /// Steps of the same contacts under changing impulses, with their keys of each step.
 fn steps(keys: [[u32; 3]; 3]) -> Result<Vec<Bodies>, Error> {
-    let more = -vector![0.0, 0.03, 0.0, 0.01, 0.0, -0.02, 0.0, 0.0, 0.0];
+    let more = pad::vector(-vector![0.0, 0.03, 0.0, 0.01, 0.0, -0.02]);
     let step = |([i, j, k], scale): ([u32; 3], f64)| {
         let (scene, push) = bodies(&[(0, i), (1, j), (2, k)])?;
         Ok((scene, push * scale + more))
@@ -280,10 +281,10 @@ fn a_solve_that_is_refused_leaves_the_state_alone() -> Result<(), Error> {
 
 #[test]
 fn scene_factor_and_solvers_live_in_statics() -> Result<(), Error> {
-    static SCENE: Mutex<Scene<f32, 2, 2, 1>> = Mutex::new(Scene::new());
-    static FACTOR: Mutex<AdmmFactor<f32, 2, 2, 1>> = Mutex::new(AdmmFactor::empty());
-    static SOLVER: Mutex<Solver<f32, 2, 2, 1>> = Mutex::new(Solver::new());
-    static ADMM: Mutex<AdmmSolver<f32, 2, 2, 1>> = Mutex::new(AdmmSolver::new());
+    static SCENE: Mutex<Scene<f32, 2, 2, 2>> = Mutex::new(Scene::new());
+    static FACTOR: Mutex<AdmmFactor<f32, 2, 2, 2>> = Mutex::new(AdmmFactor::empty());
+    static SOLVER: Mutex<Solver<f32, 2, 2, 2>> = Mutex::new(Solver::new());
+    static ADMM: Mutex<AdmmSolver<f32, 2, 2, 2>> = Mutex::new(AdmmSolver::new());
     let mut scene = SCENE.lock().expect("one thread");
     let mut factor = FACTOR.lock().expect("one thread");
     scene.set_mass(&matrix![2.0, 0.0; 0.0, 2.0])?;

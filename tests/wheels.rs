@@ -39,7 +39,7 @@ fn drive<const D: usize>(surface: &Surface<f64>, axle: f64) -> Result<Wheel, Err
     let moment = 0.5 * MASS * RADIUS * RADIUS;
     let mass = SMatrix::<f64, 6, 6>::from_diagonal(&vector![MASS, MASS, MASS, moment, moment, moment]);
     let jacobian = rolling::jacobian::<D>(RADIUS);
-    let mut kernel = Kernel::<f64, 6, D, 1, 2, 1>::new();
+    let mut kernel = Kernel::<f64, 6, D, 4, 6, 4>::new();
     let scene = kernel.scene_mut();
     scene.set_mass(&mass)?;
     let offset = SVector::zeros();

@@ -16,10 +16,10 @@ fn contact<const N: usize>(jacobian: SMatrix<f64, 3, N>) -> Contact<f64, N, 3> {
 }
 
 fn solve<const N: usize>(
-    scene: &Scene<f64, N, 3, 4>,
-    factor: &Factor<f64, N, 3, 4>,
+    scene: &Scene<f64, N, 3, 12>,
+    factor: &Factor<f64, N, 3, 12>,
     push: SVector<f64, N>,
-) -> Result<Solution<f64, N, 3, 4>, Error> {
+) -> Result<Solution<f64, N, 3, 12>, Error> {
     let mut solver = Solver::new();
     let solution = solver.solve(scene, factor, &push, &Settings::new(1e-10))?;
     assert_eq!(solution.status, Status::Solved);
@@ -31,7 +31,7 @@ fn solve<const N: usize>(
 fn a_contact_moves_its_dofs_wherever_they_are() -> Result<(), Error> {
     const N: usize = 56;
     for first in 0..=N - 3 {
-        let mut scene = Scene::<f64, N, 3, 4>::new();
+        let mut scene = Scene::<f64, N, 3, 12>::new();
         scene.set_mass(&SMatrix::identity())?;
         scene.push(&contact(limb(first)))?;
         let mut push = SVector::<f64, N>::repeat(-1.0);

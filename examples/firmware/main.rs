@@ -1,7 +1,7 @@
 //! A control loop with frictional contact on a Cortex-M.
 //!
-//! `cargo run --release --example firmware --target thumbv7em-none-eabihf` runs it on an emulated
-//! Cortex-M4F, `cargo run --release --example firmware` on the host. A line is a time step: its
+//! `cargo run --release -p examples --example firmware --target thumbv7em-none-eabihf` runs it on an emulated
+//! Cortex-M4F, `cargo run --release -p examples --example firmware` on the host. A line is a time step: its
 //! contacts (= stick, ~ slip, o open), ADMM iterations + Newton steps, the error, and each
 //! contact's impulse by the bits of its numbers, which are the same on all machines.
 //!

@@ -1,6 +1,6 @@
 //! Estimates a friction coefficient from measured velocities, step by step, as on board: `f32`, no allocation.
 //!
-//! `cargo run --release --example friction_estimate` runs it on the host, with `--profile firmware --target thumbv7em-none-eabihf` on
+//! `cargo run --release -p examples --example friction_estimate` runs it on the host, with `--profile firmware --target thumbv7em-none-eabihf` on
 //! an emulated Cortex-M4F. The numbers are the same.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 

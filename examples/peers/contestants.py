@@ -1,4 +1,4 @@
-"""Who races: our `solve` example as a process, the libraries as servers. Times in seconds."""
+"""Who races: our program `solve` as a process, the libraries as servers. Times in seconds."""
 import json
 import os
 import subprocess

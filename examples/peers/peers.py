@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Our `solve` example against Pinocchio and Siconos on bundled and on random scenes, turn by turn.
+"""Our program `solve` against Pinocchio and Siconos on bundled and on random scenes, turn by turn.
 
 See README.md beside this file for what to install.
 """
@@ -85,7 +85,7 @@ def main():
     options = parser.parse_args()
 
     built = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
-    solve = built / "examples" / "solve"
+    solve = built / "solve"
     ours = [contestants.Ours(solve, precision) for precision in ("f64", "f32")]
     peers = contestants.peers(options.pinocchio_python, options.siconos_python)
     fields = []

@@ -1,6 +1,6 @@
 //! The table and the JSON lines.
 
-use crate::Options;
+use crate::options::Options;
 use crate::run::Run;
 use serde_json::json;
 use std::io::Write;
@@ -114,7 +114,7 @@ pub(crate) fn summary(runs: &[Run], options: &Options) {
         quantile(100),
     ));
     let false_claims =
-        runs.iter().filter(|run| run.answer.status == Status::Solved && run.error > options.tolerance());
+        runs.iter().filter(|run| run.answer.status == Status::Solved && run.error > options.tolerance);
     for run in false_claims {
         print(&format!("{}: solved, but the error is {:.3e}", run.name, run.error));
     }

@@ -1,6 +1,6 @@
 //! Solves a scene, or the time steps of a sequence, with the smallest compiled size that holds it.
 
-use crate::{Options, Precision, Start};
+use crate::options::{Options, Precision, Start};
 use std::time::Instant;
 use stiction::Settings;
 use testbed::kernel::{Answer, Kernel, Shape};
@@ -28,7 +28,7 @@ pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run
     if options.method != Method::Default {
         return Err(format!("{} solves contacts alone", options.method.name()));
     }
-    let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance()) };
+    let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance) };
     let (answer, times) = match options.precision {
         Precision::F64 => kernels_f64::solve_mixed(file, &settings, options.repeat)?,
         Precision::F32 => kernels_f32::solve_mixed(file, &settings, options.repeat)?,
@@ -69,7 +69,7 @@ pub(crate) fn solve(scenes: &[SceneFile], start: Start, options: &Options) -> Re
 fn solve_one(file: &SceneFile, kernel: &mut dyn Kernel, options: &Options) -> Result<Run, stiction::Error> {
     kernel.load(file)?;
     let method = options.method;
-    let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance()) };
+    let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance) };
     let (mut prepare_ns, mut solve_ns) = (f64::INFINITY, f64::INFINITY);
     kernel.keep(method);
     for _ in 0..options.repeat {

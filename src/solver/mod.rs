@@ -280,6 +280,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
 
     /// Works on a solve until its end or the end of the budget. Writes the solution at the end of the solve, with `writes` also at the end of
     /// the budget. Returns true if the solve has ended.
+    #[inline(never)] // one copy for all calls of a size: `.ci/solvers` counts them
     pub(crate) fn work<const S: usize>(
         &mut self,
         (scene, factor, free_impulse, settings): Data<'_, T, N, D, C, R, S>,

@@ -4,7 +4,7 @@ use super::cases::cases;
 use proptest::prelude::*;
 use std::sync::LazyLock;
 use stiction::Settings;
-use testbed::kernel::{self, Shape};
+use testbed::kernel::{self, Shape, smallest};
 use testbed::method::Method;
 use testbed::{mixed, scene_file};
 
@@ -54,11 +54,11 @@ fn tokens(text: &str) -> Vec<String> {
 fn read_and_solve(text: &str) {
     let settings = Settings::new(1e-6);
     if let Ok(Some(file)) = mixed::read_text(text) {
-        let _ = kernels_f64::solve_mixed(&file, &settings, 1);
+        let _ = mixed::solve::<f64>(&file, &settings, 1);
     }
     for file in scene_file::read_text(text, "fuzz").unwrap_or_default() {
-        if kernels_f64::kernel(Shape::of(&file)).is_ok()
-            && let Ok(mut kernel) = kernel::prepared(kernels_f64::kernel, &file, Method::Default)
+        if smallest::<f64>(Shape::of(&file)).is_ok()
+            && let Ok(mut kernel) = kernel::prepared(smallest::<f64>, &file, Method::Default)
         {
             let _ = kernel.solve(Method::Default, &settings);
         }

@@ -3,4 +3,6 @@
 pub(crate) mod boxes;
 pub(crate) mod check;
 pub(crate) mod motion;
+pub(crate) mod pad;
 pub(crate) mod random;
+pub(crate) mod sizes;

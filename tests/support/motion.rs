@@ -1,7 +1,8 @@
 //! Bodies followed from step to step by Moreau-Jean stepping.
 
 use super::boxes::{Cuboid, GRAVITY};
-use nalgebra::{SMatrix, SVector, matrix, vector};
+use super::pad;
+use nalgebra::{Matrix3, SVector, matrix, vector};
 use stiction::time_stepping as law;
 use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solver, Status};
 
@@ -90,23 +91,24 @@ pub(crate) struct Ball {
 pub(crate) const BALL: Ball = Ball { mass: 0.6, radius: 0.12, mu: 0.3, restitution: 0.9 };
 
 impl Ball {
-    pub(crate) fn motion<T: Real>(&self, step: f64, tolerance: f64) -> Result<Motion<T, 3, 2, 4>, Error> {
+    pub(crate) fn motion<T: Real>(&self, step: f64, tolerance: f64) -> Result<Motion<T, 6, 2, 4>, Error> {
         let inertia = 0.4 * self.mass * self.radius * self.radius;
         let mut scene = Scene::new();
-        let mass = SMatrix::from_diagonal(&vector![self.mass, self.mass, inertia]);
-        scene.set_mass(&mass.map(T::literal))?;
+        let mass = Matrix3::from_diagonal(&vector![self.mass, self.mass, inertia]);
+        scene.set_mass(&pad::mass(&mass.map(T::literal)))?;
+        let jacobian = matrix![0.0, 1.0, 0.0; 1.0, 0.0, self.radius].map(T::literal);
         scene.push(&Contact {
-            jacobian: matrix![0.0, 1.0, 0.0; 1.0, 0.0, self.radius].map(T::literal),
+            jacobian: pad::jacobian(&jacobian),
             offset: SVector::zeros(),
             mu: T::literal(self.mu),
             key: 0,
         })?;
-        let weight = vector![0.0, -self.mass * GRAVITY, 0.0];
+        let weight = SVector::ith(1, -self.mass * GRAVITY);
         Motion::new(scene, weight, step, tolerance)
     }
 
     /// One step of a ball whose lowest point is at `position.y`.
-    pub(crate) fn advance<T: Real>(&self, ball: &mut Motion<T, 3, 2, 4>) -> Result<(), Error> {
+    pub(crate) fn advance<T: Real>(&self, ball: &mut Motion<T, 6, 2, 4>) -> Result<(), Error> {
         let threshold = T::literal(4.0 * GRAVITY) * ball.step;
         let gap = law::Gap { distance: ball.position.y, recovery: T::ZERO, reach: T::literal(REACH) }
             .offset(ball.step)?;

@@ -214,7 +214,7 @@ pub fn smallest<T: Real>(shape: Shape) -> Result<Box<dyn Kernel>, String> {
     }
     match shape.dim {
         2 => sizes!(2: 6 x 4, 30 x 12),
-        3 => sizes!(3: 6 x 4, 6 x 12, 12 x 12, 18 x 4, 18 x 12, 24 x 12, 30 x 12),
+        3 => sizes!(3: 6 x 4, 18 x 12, 30 x 12),
         dim => Err(format!("dim {dim} is not 2 or 3")),
     }
 }

@@ -97,11 +97,11 @@ pub fn proof(scene: &SceneFile, d: &[f64]) -> f64 {
     if leak > 0.0 { approach / leak } else { f64::INFINITY }
 }
 
-/// [`error`] of a solution of the kernel.
-pub fn error_of<T: Real, const N: usize, const D: usize, const C: usize>(
-    scene: &Scene<T, N, D, C>,
+/// [`error`] of a solution of the kernel, of a scene of contacts alone.
+pub fn error_of<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+    scene: &Scene<T, N, D, C, R, S>,
     free_impulse: &SVector<T, N>,
-    solution: &Solution<T, N, D, C>,
+    solution: &Solution<T, N, D, C, R>,
     law: Law,
 ) -> f64 {
     let scene = SceneFile::of(scene, free_impulse);
@@ -109,15 +109,15 @@ pub fn error_of<T: Real, const N: usize, const D: usize, const C: usize>(
 }
 
 /// The velocity `v` of a solution, in f64.
-pub fn velocity<T: Real, const N: usize, const D: usize, const C: usize>(
-    solution: &Solution<T, N, D, C>,
+pub fn velocity<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    solution: &Solution<T, N, D, C, R>,
 ) -> Vec<f64> {
     solution.velocity.iter().map(double).collect()
 }
 
 /// The impulses `r` of a solution, contact by contact, in f64.
-pub fn impulses<T: Real, const N: usize, const D: usize, const C: usize>(
-    solution: &Solution<T, N, D, C>,
+pub fn impulses<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+    solution: &Solution<T, N, D, C, R>,
 ) -> Vec<f64> {
     let contacts = solution.contacts.iter();
     contacts.flat_map(|contact| contact.impulse.iter().map(double)).collect()

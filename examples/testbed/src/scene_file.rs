@@ -212,10 +212,11 @@ impl SceneFile {
     }
 
     /// The data of a scene of the kernel, in f64.
-    pub fn of<T: Real, const N: usize, const D: usize, const C: usize>(
-        scene: &Scene<T, N, D, C>,
+    pub fn of<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+        scene: &Scene<T, N, D, C, R, S>,
         free_impulse: &SVector<T, N>,
     ) -> Self {
+        assert!(scene.rows().is_empty(), "a scene of contacts alone");
         let double = |x: T| x.to_subset().unwrap_or(f64::NAN);
         let contacts = scene.contacts();
         let rows = D * contacts.len();
