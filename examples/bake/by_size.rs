@@ -1,6 +1,5 @@
 //! All scenes of some folders, by size: `examples/worst_case` solves them on an emulated board.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use testbed::mixed;
@@ -13,25 +12,52 @@ type Size = [usize; 5];
 /// Numbers in the order in which `examples/worst_case/scene.rs` reads them.
 type Numbers = Vec<f64>;
 
-/// A macro call with sizes and their scenes for each size of the files.
+/// The sizes that are compiled, for a solver of all phases and, where that is said, for those of fewer. A scene goes into the first that has
+/// room. Each number of rows a contact has a size that a scene fills; the dense variants of `examples/worst_case` fill them all.
+const ROOMS: [(Size, &str); 13] = [
+    // Contacts alone.
+    ([3, 2, 1, 0, 0], ALL),
+    ([6, 2, 4, 0, 0], ALL),
+    ([6, 3, 4, 0, 0], LEAN),
+    ([18, 3, 4, 0, 0], LEAN),
+    ([18, 3, 12, 0, 0], LEAN),
+    ([24, 3, 12, 0, 0], ALL),
+    // Joint rows, compliance, contacts that slip differently in each direction, spin or roll.
+    ([2, 3, 0, 6, 0], ALL),
+    ([6, 2, 2, 5, 2], LEAN),
+    ([6, 3, 5, 0, 5], ALL),
+    ([8, 3, 8, 5, 8], LEAN),
+    ([6, 4, 1, 0, 1], LEAN),
+    ([6, 6, 1, 0, 1], ALL),
+    ([8, 6, 3, 4, 3], LEAN),
+];
+const ALL: &str = "AllPhases";
+const LEAN: &str = "AllPhases SweepsAndNewton SweepsOnly";
+
+/// A macro call with the sizes, each with its phases and scenes.
 pub(crate) fn write(files: &[PathBuf], steps: usize) -> Result<String, String> {
-    let mut sizes = BTreeMap::<Size, Vec<Numbers>>::new();
+    let mut rooms = ROOMS.map(|(size, phases)| (size, phases, Vec::<Numbers>::new()));
+    let mut place = |name: &str, size: Size, numbers: Numbers| {
+        let room = rooms.iter_mut().find(|(room, ..)| has_room(room, &size));
+        let (.., scenes) = room.ok_or_else(|| format!("{name}: no size has room for {size:?}"))?;
+        scenes.push(numbers);
+        Ok::<(), String>(())
+    };
     for path in files {
+        let name = path.display().to_string();
         if let Some(file) = mixed::read(path)? {
-            let [contacts, rows] = [file.n_contacts, file.joints.len()].map(rounded);
-            let size = [file.n_dof, file.dim, contacts, rows, contacts];
-            sizes.entry(size).or_default().push(of_mixed(&file));
+            let (contacts, rows) = (file.n_contacts, file.joints.len());
+            place(&name, [file.n_dof, file.dim, contacts, rows, contacts], of_mixed(&file))?;
             continue;
         }
         for scene in scene_file::read(path)?.iter().take(steps) {
-            let size = [scene.n_dof, scene.dim, rounded(scene.n_contacts), 0, 0];
-            sizes.entry(size).or_default().push(of_contacts(scene));
+            place(&name, [scene.n_dof, scene.dim, scene.n_contacts, 0, 0], of_contacts(scene))?;
         }
     }
     let mut source = String::from("sizes! {\n");
-    for (size, scenes) in &sizes {
+    for (size, phases, scenes) in &rooms {
         let size = size.map(|n| n.to_string()).join(", ");
-        let _ = writeln!(source, "    ({size}):");
+        let _ = writeln!(source, "    ({size}) [{phases}]:");
         for scene in scenes {
             #[allow(clippy::cast_possible_truncation)] // the firmware's number type
             let numbers: Vec<String> = scene.iter().map(|&x| format!("{:?}", x as f32)).collect();
@@ -43,14 +69,17 @@ pub(crate) fn write(files: &[PathBuf], steps: usize) -> Result<String, String> {
     Ok(source)
 }
 
-/// The next larger number of contacts or joint rows, so that fewer sizes have to be compiled.
-fn rounded(count: usize) -> usize {
-    [0, 1, 4, 6, 12, 24].into_iter().find(|&size| size >= count).unwrap_or(count)
+/// As many rows a contact, enough of everything else, and room for joint rows and surfaces only where there are some.
+fn has_room(room: &Size, size: &Size) -> bool {
+    let is_mixed = |size: &Size| size[3] + size[4] > 0;
+    room[1] == size[1]
+        && is_mixed(room) == is_mixed(size)
+        && room.iter().zip(size).all(|(room, size)| room >= size)
 }
 
 /// A scene of contacts alone.
 fn of_contacts(scene: &SceneFile) -> Numbers {
-    let mut numbers = counts(scene.n_contacts, 0);
+    let mut numbers = counts([scene.n_dof, scene.n_contacts, 0]);
     numbers.extend(scene.mass.transpose().iter());
     numbers.extend(scene.f.iter().map(|f| -f));
     for i in 0..scene.n_contacts {
@@ -66,7 +95,7 @@ fn of_contacts(scene: &SceneFile) -> Numbers {
 
 /// A scene with surfaces and joint rows.
 fn of_mixed(file: &MixedFile) -> Numbers {
-    let mut numbers = counts(file.n_contacts, file.joints.len());
+    let mut numbers = counts([file.n_dof, file.n_contacts, file.joints.len()]);
     numbers.extend(file.mass.concat());
     numbers.extend(file.f.iter().map(|f| -f));
     for (i, mu) in file.mu.iter().enumerate() {
@@ -93,8 +122,8 @@ fn of_mixed(file: &MixedFile) -> Numbers {
     numbers
 }
 
-/// How many contacts and joint rows follow.
+/// How many velocities, contacts and joint rows follow.
 #[allow(clippy::cast_precision_loss)] // a few
-fn counts(contacts: usize, rows: usize) -> Numbers {
-    vec![contacts as f64, rows as f64]
+fn counts(counts: [usize; 3]) -> Numbers {
+    counts.map(|count| count as f64).to_vec()
 }

@@ -23,7 +23,7 @@ enum Command {
         /// Scene or sequence files
         files: Vec<PathBuf>,
         /// Time steps to take of a sequence
-        #[arg(long, default_value_t = 4)]
+        #[arg(long, default_value_t = 2)]
         steps: usize,
     },
 }

@@ -48,8 +48,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
             black_box(cone.project(&contact.offset));
             black_box(cone.dual().project(&contact.offset));
         }
-        #[cfg(violate)]
-        black_box(push[black_box(1)]);
     }
 
     fn call_scene(&mut self, mass: &SMatrix<T, N, N>, contact: &Contact<T, N, D>) {

@@ -1,9 +1,8 @@
 //! How long a call takes at most, held to `Kernel::worst_cycles`: on an emulated Cortex-M4F (`.ci/firmware` runs it).
 //!
 //! Scenes of each size come from `bake by-size`, by the variable `SCENES`. All are solved as they are, disturbed by little and by much, and
-//! with numbers where there were zeros; to tolerances from 1e-2 to 1e-30, cold, warm and going on. A line is `size budget promise
-//! instructions`, where the promise is in cycles and the last column is the dearest call, preparing included. `--cfg newton` and `--cfg
-//! sweeps` leave out phases.
+//! with numbers where there were zeros; to tolerances from 1e-2 to 1e-30, cold, warm and going on. A line is `phases size budget promise
+//! instructions`, where the promise is in cycles and the last column is the dearest call, preparing included.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
@@ -29,20 +28,9 @@ mod worst_case {
     use core::hint::black_box;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::hprintln;
-    #[cfg(not(any(newton, sweeps)))]
-    use stiction::{AllPhases as Chosen, AllPhases};
-    use stiction::{Contact, Error, Kernel, Scene, Settings, Surface};
-    #[cfg(newton)]
-    use stiction::{SweepsAndNewton as Chosen, SweepsAndNewton};
-    #[cfg(sweeps)]
-    use stiction::{SweepsOnly as Chosen, SweepsOnly};
-
-    #[cfg(not(any(newton, sweeps)))]
-    const PHASES: Chosen = AllPhases;
-    #[cfg(newton)]
-    const PHASES: Chosen = SweepsAndNewton;
-    #[cfg(sweeps)]
-    const PHASES: Chosen = SweepsOnly;
+    use stiction::{
+        AllPhases, Contact, Error, Kernel, Phases, Scene, Settings, Surface, SweepsAndNewton, SweepsOnly,
+    };
 
     /// Cycles that are fewer than the instructions that the counter can count.
     const COUNTED: usize = 16_000_000 * 18 / 10;
@@ -57,17 +45,18 @@ mod worst_case {
         exit(false)
     }
 
-    /// Measures all scenes of a size; `None` if the counter overflows or a scene is refused.
+    /// Measures all scenes of a size and some phases; `None` if the counter overflows or a scene is refused.
     #[inline(never)]
-    fn measure<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+    fn measure<P: Phases, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+        (name, phases): (&str, P),
         scenes: &[&[f32]],
         push: Push<N, D, C, R, S>,
         counter: &mut Counter,
     ) -> Option<()> {
-        let mut kernel = Kernel::<f32, N, D, C, R, S, Chosen>::with_phases(PHASES);
+        let mut kernel = Kernel::<f32, N, D, C, R, S, P>::with_phases(phases);
         let mut random = Random(1);
         for budget in BUDGETS {
-            let promise = Kernel::<f32, N, D, C, R, S, Chosen>::worst_cycles(budget);
+            let promise = Kernel::<f32, N, D, C, R, S, P>::worst_cycles(budget);
             if promise > COUNTED {
                 break;
             }
@@ -101,7 +90,7 @@ mod worst_case {
                     }
                 }
             }
-            hprintln!("{},{},{},{},{} {} {} {}", N, D, C, R, S, budget, promise, dearest);
+            hprintln!("{} {},{},{},{},{} {} {} {}", name, N, D, C, R, S, budget, promise, dearest);
         }
         Some(())
     }
@@ -112,9 +101,15 @@ mod worst_case {
 
     /// Measures each size.
     macro_rules! sizes {
-        ($(($n:tt, $d:tt, $c:tt, $r:tt, $s:tt): $($scene:expr,)*;)*) => {
+        ($(($n:tt, $d:tt, $c:tt, $r:tt, $s:tt) [$($phases:ident)*]: $($scene:expr,)*;)*) => {
             fn all(counter: &mut Counter) -> Option<()> {
-                $(measure::<$n, $d, $c, $r, $s>(&[$(&$scene),*], push!($s), counter)?;)*
+                $({
+                    let scenes: &[&[f32]] = &[$(&$scene),*];
+                    $(
+                        let phases = (stringify!($phases), $phases);
+                        measure::<_, $n, $d, $c, $r, $s>(phases, scenes, push!($s), counter)?;
+                    )*
+                })*
                 Some(())
             }
         };

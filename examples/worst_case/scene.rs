@@ -26,14 +26,14 @@ impl Random {
 }
 
 impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D, C, R> {
-    /// `None` if there are too few numbers.
+    /// Velocities that the scene does not have are of bodies of their own. `None` if there are too few numbers.
     pub(crate) fn read(numbers: &[f32], has_surfaces: bool) -> Option<Self> {
         let mut numbers = numbers.iter().copied();
         let mut next = || numbers.next();
-        let counts = [next()?, next()?].map(|count| count as usize);
+        let [velocities, contacts, rows] = [next()?, next()?, next()?].map(|count| count as usize);
         let mut given = Self {
-            counts,
-            mass: SMatrix::zeros(),
+            counts: [contacts, rows],
+            mass: SMatrix::identity(),
             push: SVector::zeros(),
             contacts: from_fn(|_| {
                 let contact =
@@ -48,13 +48,15 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
                 key: 0,
             }),
         };
-        for entry in given.mass.iter_mut() {
-            *entry = next()?; // it is symmetric
+        for mut column in given.mass.column_iter_mut().take(velocities) {
+            for entry in column.iter_mut().take(velocities) {
+                *entry = next()?; // it is symmetric
+            }
         }
-        for push in given.push.iter_mut() {
+        for push in given.push.iter_mut().take(velocities) {
             *push = next()?;
         }
-        for (key, (contact, surface)) in (0..).zip(&mut given.contacts).take(counts[0]) {
+        for (key, (contact, surface)) in (0..).zip(&mut given.contacts).take(contacts) {
             contact.key = key;
             contact.mu = next()?;
             if has_surfaces {
@@ -67,14 +69,14 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
                 *w = next()?;
             }
             for mut row in contact.jacobian.row_iter_mut() {
-                for entry in row.iter_mut() {
+                for entry in row.iter_mut().take(velocities) {
                     *entry = next()?;
                 }
             }
         }
-        for (key, row) in (1000..).zip(&mut given.rows).take(counts[1]) {
+        for (key, row) in (1000..).zip(&mut given.rows).take(rows) {
             row.key = key;
-            for entry in row.row.iter_mut() {
+            for entry in row.row.iter_mut().take(velocities) {
                 *entry = next()?;
             }
             (row.offset, row.compliance) = (next()?, next()?);
@@ -105,7 +107,8 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
         }
     }
 
-    /// The same where everything moves everything, with as many contacts as there is room for: no zeros in `M`, `H` and the joint rows.
+    /// The same where everything moves everything, with as many contacts and joint rows as there is room for: no zeros in `M`, `H` and
+    /// the joint rows.
     pub(crate) fn make_dense(&mut self, random: &mut Random) {
         let scale = self.mass.diagonal().amax();
         self.mass = SMatrix::from_diagonal_element(scale);
@@ -122,9 +125,11 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
             contact.jacobian.iter_mut().for_each(|h| *h = random.next());
         }
         self.counts[0] = C;
-        for row in &mut self.rows {
+        for (key, row) in (1000..).zip(&mut self.rows) {
+            row.key = key;
             row.row.iter_mut().for_each(|entry| *entry = random.next());
         }
+        self.counts[1] = R;
     }
 
     /// Fills a scene; `None` if it refuses.

@@ -87,7 +87,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             } else if P::NEWTON {
                 400 * m + (m * m * m).div_euclid(8)
             } else {
-                370 * m
+                400 * m
             }
     };
 
