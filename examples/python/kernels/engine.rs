@@ -18,7 +18,7 @@ pub trait Number: Real + Default + Into<f64> + Send + Sync + 'static {
     fn engines() -> &'static LocalKey<Engines<Self>>;
 
     /// The sizes that are compiled, in the order in which they are tried.
-    const SIZES: &'static [sizes::Entry<Self>];
+    fn sizes() -> &'static [sizes::Entry<Self>];
 }
 
 macro_rules! number {
@@ -31,7 +31,9 @@ macro_rules! number {
                 &ENGINES
             }
 
-            const SIZES: &'static [sizes::Entry<Self>] = $sizes;
+            fn sizes() -> &'static [sizes::Entry<Self>] {
+                $sizes
+            }
         }
     )*};
 }

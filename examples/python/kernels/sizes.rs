@@ -42,7 +42,7 @@ impl Needs {
     }
 }
 
-/// A size, and what makes a kernel of it.
+/// A size, and what makes a kernel of it. Tables are statics: who names a constant compiles all kernels again.
 pub type Entry<T> = (Size, fn() -> Box<dyn Engine<T>>);
 
 /// The index of the first size of a number type that holds a scene.
@@ -50,7 +50,7 @@ pub type Entry<T> = (Size, fn() -> Box<dyn Engine<T>>);
 /// # Errors
 /// No size does: what to do.
 pub fn index<T: Number>(needs: &Needs) -> Result<usize, String> {
-    T::SIZES.iter().position(|(size, _)| size.holds(needs)).ok_or_else(|| {
+    T::sizes().iter().position(|(size, _)| size.holds(needs)).ok_or_else(|| {
         let Needs { n, dim, contacts, rows, .. } = *needs;
         match of_dim::<T>(dim).max_by_key(|size| (size.n, size.contacts, size.rows)) {
             Some(most) => format!(
@@ -66,11 +66,11 @@ pub fn index<T: Number>(needs: &Needs) -> Result<usize, String> {
 
 /// A kernel of a size, by its index.
 pub fn engine<T: Number>(index: usize) -> Box<dyn Engine<T>> {
-    T::SIZES[index].1()
+    T::sizes()[index].1()
 }
 
 fn of_dim<T: Number>(dim: usize) -> impl Iterator<Item = &'static Size> {
-    T::SIZES.iter().map(|(size, _)| size).filter(move |size| size.dim == dim)
+    T::sizes().iter().map(|(size, _)| size).filter(move |size| size.dim == dim)
 }
 
 /// The table of a number type, in the order in which sizes are tried. `push` fills in contacts with one coefficient, which spin and roll
@@ -112,7 +112,7 @@ pub(crate) fn push_on_surface<
 }
 
 // Room for contacts and rows costs next to nothing, velocities that nothing moves do. A size takes four seconds of a build.
-pub const DOUBLE: &[Entry<f64>] = sizes! {
+pub static DOUBLE: &[Entry<f64>] = sizes! {
     f64;
     plain:
         (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 24, 16) (24, 3, 12, 24, 12) (36, 3, 24, 48, 24) (60, 3, 24, 48, 24) (60, 3, 64, 96, 64) (96, 3, 64, 96, 64) (144, 3, 64, 96, 64)
@@ -124,7 +124,7 @@ pub const DOUBLE: &[Entry<f64>] = sizes! {
 };
 
 // For the bits of microcontrollers: those that run robots of such a size. Larger scenes, and other contacts, are solved with more padding.
-pub const SINGLE: &[Entry<f32>] = sizes! {
+pub static SINGLE: &[Entry<f32>] = sizes! {
     f32;
     plain:
         (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 24, 16) (24, 3, 12, 24, 12) (36, 3, 24, 48, 24) (144, 3, 64, 96, 64)

@@ -133,7 +133,7 @@ impl Kernel {
 /// A kernel of the smallest compiled size that holds a scene.
 fn kept<T: Number>(needs: &Needs) -> PyResult<(Size, Mutex<Kept<T>>)> {
     let index = sizes::index::<T>(needs).map_err(PyValueError::new_err)?;
-    let (size, make) = T::SIZES[index];
+    let (size, make) = T::sizes()[index];
     Ok((size, Mutex::new(Kept { engine: make(), loaded: None })))
 }
 

@@ -74,7 +74,7 @@ pub(crate) fn run<T: Number>(
 pub(crate) fn with_engine<T: Number, V>(index: usize, call: impl FnOnce(&mut dyn Engine<T>) -> V) -> V {
     T::engines().with_borrow_mut(|engines| {
         if engines.len() <= index {
-            engines.resize_with(T::SIZES.len(), || None);
+            engines.resize_with(T::sizes().len(), || None);
         }
         let engine = engines[index].get_or_insert_with(|| sizes::engine(index));
         engine.reset();
