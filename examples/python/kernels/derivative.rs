@@ -187,7 +187,7 @@ macro_rules! sizes {
 }
 
 sizes! {
-    (18, 3, 16, 24, 16): stiction::Scene::push;
+    (18, 3, 16, 30, 16): stiction::Scene::push;
     (36, 3, 24, 48, 24): stiction::Scene::push;
     (60, 3, 64, 96, 64): stiction::Scene::push;
     (36, 2, 16, 48, 16): stiction::Scene::push;

@@ -1,7 +1,7 @@
 //! A kernel of one compiled size behind an interface for all: fills it, padded, and reads its solution.
 
 use crate::problem::{Friction, Out, Outcome, Problem};
-use crate::room;
+use crate::{room, sizes};
 use std::cell::RefCell;
 use std::thread::LocalKey;
 use stiction::nalgebra::{SMatrix, SVector};
@@ -17,12 +17,12 @@ pub trait Number: Real + Default + Into<f64> + Send + Sync + 'static {
     /// This thread's kernels.
     fn engines() -> &'static LocalKey<Engines<Self>>;
 
-    /// A kernel of a size, by its place in the table.
-    fn engine(index: usize) -> Box<dyn Engine<Self>>;
+    /// The sizes that are compiled, in the order in which they are tried.
+    fn sizes() -> &'static [sizes::Entry<Self>];
 }
 
 macro_rules! number {
-    ($($t:ty),*) => {$(
+    ($($t:ty: $sizes:path),*) => {$(
         impl Number for $t {
             fn engines() -> &'static LocalKey<Engines<Self>> {
                 thread_local! {
@@ -31,13 +31,13 @@ macro_rules! number {
                 &ENGINES
             }
 
-            fn engine(index: usize) -> Box<dyn Engine<Self>> {
-                crate::sizes::engine(index)
+            fn sizes() -> &'static [sizes::Entry<Self>] {
+                $sizes
             }
         }
     )*};
 }
-number!(f32, f64);
+number!(f32: sizes::SINGLE, f64: sizes::DOUBLE);
 
 /// A kernel of one size.
 pub trait Engine<T>: Send + Sync {

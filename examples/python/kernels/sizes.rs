@@ -42,15 +42,17 @@ impl Needs {
     }
 }
 
-/// The index of the first size that holds a scene.
+/// A size, and what makes a kernel of it. Tables are statics: who names a constant compiles all kernels again.
+pub type Entry<T> = (Size, fn() -> Box<dyn Engine<T>>);
+
+/// The index of the first size of a number type that holds a scene.
 ///
 /// # Errors
 /// No size does: what to do.
-pub fn index(needs: &Needs) -> Result<usize, String> {
-    SIZES.iter().position(|size| size.holds(needs)).ok_or_else(|| {
+pub fn index<T: Number>(needs: &Needs) -> Result<usize, String> {
+    T::sizes().iter().position(|(size, _)| size.holds(needs)).ok_or_else(|| {
         let Needs { n, dim, contacts, rows, .. } = *needs;
-        let of_dim = SIZES.iter().filter(|size| size.dim == dim);
-        match of_dim.max_by_key(|size| (size.n, size.contacts, size.rows)) {
+        match of_dim::<T>(dim).max_by_key(|size| (size.n, size.contacts, size.rows)) {
             Some(most) => format!(
                 "{}: a scene of {n} velocities, {contacts} contacts of {dim} rows and {rows} joint rows: at most {}, {} and {} \
                  are compiled; leave out velocities that no contact moves, merge contacts, leave out limits that are far, \
@@ -62,18 +64,23 @@ pub fn index(needs: &Needs) -> Result<usize, String> {
     })
 }
 
-/// The table, and a kernel of each. `push` fills in contacts with one coefficient, which spin and roll have not.
-macro_rules! sizes {
-    ($($push:ident: $(($n:literal, $d:literal, $c:literal, $r:literal, $s:literal))*;)*) => {
-        /// In the order in which they are tried.
-        pub const SIZES: &[Size] = &[$($(Size { n: $n, dim: $d, contacts: $c, rows: $r, surfaces: $s },)*)*];
+/// A kernel of a size, by its index.
+pub fn engine<T: Number>(index: usize) -> Box<dyn Engine<T>> {
+    T::sizes()[index].1()
+}
 
-        /// A kernel of a size.
-        pub(crate) fn engine<T: Number>(index: usize) -> Box<dyn Engine<T>> {
-            let constructors: &[fn() -> Box<dyn Engine<T>>] =
-                &[$($(|| Compiled::<T, $n, $d, $c, $r, $s>::boxed($push!()),)*)*];
-            constructors[index]()
-        }
+fn of_dim<T: Number>(dim: usize) -> impl Iterator<Item = &'static Size> {
+    T::sizes().iter().map(|(size, _)| size).filter(move |size| size.dim == dim)
+}
+
+/// The table of a number type, in the order in which sizes are tried. `push` fills in contacts with one coefficient, which spin and roll
+/// have not.
+macro_rules! sizes {
+    ($t:ty; $($push:ident: $(($n:literal, $d:literal, $c:literal, $r:literal, $s:literal))*;)*) => {
+        &[$($((
+            Size { n: $n, dim: $d, contacts: $c, rows: $r, surfaces: $s },
+            || Compiled::<$t, $n, $d, $c, $r, $s>::boxed($push!()),
+        ),)*)*]
     };
 }
 
@@ -104,24 +111,37 @@ pub(crate) fn push_on_surface<
     scene.push_on(contact, &Surface::isotropic(contact.mu))
 }
 
-// Room for contacts and rows costs next to nothing, velocities that nothing moves do.
-sizes! {
+// Room for contacts and rows costs next to nothing, velocities that nothing moves do. A size takes four seconds of a build; with 16 contacts
+// and 24 rows it would take a minute, for then LLVM (22) unrolls a loop of the central path and simplifies it for that long.
+pub static DOUBLE: &[Entry<f64>] = sizes! {
+    f64;
     plain:
-        (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 24, 16) (24, 3, 12, 24, 12) (36, 3, 24, 48, 24) (60, 3, 24, 48, 24) (60, 3, 64, 96, 64) (96, 3, 64, 96, 64) (144, 3, 64, 96, 64)
+        (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 30, 16) (24, 3, 12, 30, 12) (36, 3, 24, 48, 24) (60, 3, 24, 48, 24) (60, 3, 64, 96, 64) (96, 3, 64, 96, 64) (144, 3, 64, 96, 64)
         (12, 2, 8, 12, 8) (36, 2, 16, 48, 16)
         (36, 1, 16, 48, 16);
     on_surface:
         (36, 4, 16, 48, 16)
         (12, 6, 8, 12, 8) (36, 6, 24, 48, 24) (60, 6, 24, 48, 24) (96, 6, 64, 96, 64);
-}
+};
 
-/// The most contacts of so many rows that any of them has.
+// For the bits of microcontrollers: those that run robots of such a size. Larger scenes, and other contacts, are solved with more padding.
+pub static SINGLE: &[Entry<f32>] = sizes! {
+    f32;
+    plain:
+        (6, 3, 8, 6, 8) (12, 3, 12, 12, 12) (18, 3, 16, 30, 16) (24, 3, 12, 30, 12) (36, 3, 24, 48, 24) (144, 3, 64, 96, 64)
+        (36, 2, 16, 48, 16)
+        (36, 1, 16, 48, 16);
+    on_surface:
+        (36, 4, 16, 48, 16)
+        (36, 6, 24, 48, 24) (96, 6, 64, 96, 64);
+};
+
+/// The most contacts of so many rows that any of `f64` has.
 pub fn most_contacts(dim: usize) -> usize {
-    let of_dim = SIZES.iter().filter(|size| size.dim == dim);
-    of_dim.map(|size| size.contacts).max().unwrap_or(0)
+    of_dim::<f64>(dim).map(|size| size.contacts).max().unwrap_or(0)
 }
 
-/// For how many velocities the smallest kernel of so many rows a contact has room that holds so many.
+/// For how many velocities the smallest kernel of `f64` of so many rows a contact has room that holds so many.
 pub fn room(velocities: usize, dim: usize) -> Option<usize> {
-    SIZES.iter().filter(|size| size.dim == dim).map(|size| size.n).filter(|&n| n >= velocities).min()
+    of_dim::<f64>(dim).map(|size| size.n).filter(|&n| n >= velocities).min()
 }

@@ -60,7 +60,7 @@ fn solve_all<T: Number>(
     if count == 0 {
         return Ok(());
     }
-    let index = sizes::index(&arrays.problem(0).needs()).map_err(PyValueError::new_err)?;
+    let index = sizes::index::<T>(&arrays.problem(0).needs()).map_err(PyValueError::new_err)?;
     let (mut v, mut r, mut u) = (writable::<T>(out, 0)?, writable::<T>(out, 1)?, writable::<T>(out, 2)?);
     let (mut modes, mut certificate) = (writable::<i8>(out, 3)?, writable::<T>(out, 4)?);
     let (mut impulses, mut velocities) = (writable::<T>(out, 5)?, writable::<T>(out, 6)?);

@@ -10,7 +10,7 @@ use pyo3::types::PyTuple;
 use std::sync::{Mutex, PoisonError};
 use stiction_kernels::engine::Engine;
 use stiction_kernels::problem::Needs;
-use stiction_kernels::sizes;
+use stiction_kernels::sizes::{self, Size};
 
 /// A kernel of one number type.
 struct Kept<T> {
@@ -27,7 +27,7 @@ enum Either {
 /// A kernel that keeps its last solve.
 #[pyclass(frozen, module = "stiction._stiction")]
 pub(crate) struct Kernel {
-    index: usize,
+    size: Size,
     kept: Either,
 }
 
@@ -38,25 +38,20 @@ impl Kernel {
         let [n, contacts, dim, rows] = counts;
         let surfaces = surfaces || dim > 3;
         let needs = Needs { n, dim, contacts, rows, surfaces };
-        let index = sizes::index(&needs).map_err(PyValueError::new_err)?;
-        let kept = if single {
-            Either::Single(Mutex::new(Kept {
-                engine: stiction_kernels::engine::Number::engine(index),
-                loaded: None,
-            }))
+        let (size, kept) = if single {
+            let (size, kept) = kept(&needs)?;
+            (size, Either::Single(kept))
         } else {
-            Either::Double(Mutex::new(Kept {
-                engine: stiction_kernels::engine::Number::engine(index),
-                loaded: None,
-            }))
+            let (size, kept) = kept(&needs)?;
+            (size, Either::Double(kept))
         };
-        Ok(Self { index, kept })
+        Ok(Self { size, kept })
     }
 
     /// Its compiled size.
     #[getter]
     fn size(&self) -> (usize, usize, usize, usize, usize) {
-        sizes::SIZES[self.index].tuple()
+        self.size.tuple()
     }
 
     fn solve<'py>(
@@ -111,7 +106,7 @@ impl Kernel {
         given: &SettingsArguments<'py>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let arrays = Arrays::<T>::new(scene, false)?;
-        let (problem, size) = (arrays.problem(0), &sizes::SIZES[self.index]);
+        let (problem, size) = (arrays.problem(0), &self.size);
         if !size.holds(&problem.needs()) {
             let (n, dim, contacts, rows, surfaces) = size.tuple();
             return Err(PyValueError::new_err(format!(
@@ -133,6 +128,13 @@ impl Kernel {
             Ok((sizes, outcome))
         })
     }
+}
+
+/// A kernel of the smallest compiled size that holds a scene.
+fn kept<T: Number>(needs: &Needs) -> PyResult<(Size, Mutex<Kept<T>>)> {
+    let index = sizes::index::<T>(needs).map_err(PyValueError::new_err)?;
+    let (size, make) = T::sizes()[index];
+    Ok((size, Mutex::new(Kept { engine: make(), loaded: None })))
 }
 
 fn resumed<'py, T: Number>(

@@ -13,7 +13,7 @@ mod solve;
 
 #[pymodule]
 fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    let sizes: Vec<_> = sizes::SIZES.iter().map(sizes::Size::tuple).collect();
+    let sizes: Vec<_> = sizes::DOUBLE.iter().map(|(size, _)| size.tuple()).collect();
     module.add("SIZES", sizes)?;
     module.add_class::<kernel::Kernel>()?;
     module.add_class::<mujoco::Stepper>()?;

@@ -74,9 +74,9 @@ pub(crate) fn run<T: Number>(
 pub(crate) fn with_engine<T: Number, V>(index: usize, call: impl FnOnce(&mut dyn Engine<T>) -> V) -> V {
     T::engines().with_borrow_mut(|engines| {
         if engines.len() <= index {
-            engines.resize_with(sizes::SIZES.len(), || None);
+            engines.resize_with(T::sizes().len(), || None);
         }
-        let engine = engines[index].get_or_insert_with(|| T::engine(index));
+        let engine = engines[index].get_or_insert_with(|| sizes::engine(index));
         engine.reset();
         call(engine.as_mut())
     })
@@ -98,7 +98,7 @@ pub(crate) fn solve<'py>(
         let arrays = Arrays::<T>::new(scene, false)?;
         let problem = arrays.problem(0);
         let settings = self::settings(given)?;
-        let index = sizes::index(&problem.needs()).map_err(PyValueError::new_err)?;
+        let index = sizes::index::<T>(&problem.needs()).map_err(PyValueError::new_err)?;
         let sizes = [arrays.n, arrays.contacts, arrays.dim, arrays.rows];
         solved(py, |answer| {
             let mut out = answer.out(sizes);

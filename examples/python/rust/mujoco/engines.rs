@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use stiction::Settings;
-use stiction_kernels::engine::{Engine, Number};
+use stiction_kernels::engine::Engine;
 use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
 use stiction_kernels::sizes;
 
@@ -46,11 +46,11 @@ impl Engines {
                 needs.surfaces |= seen.surfaces;
             }
         }
-        let index = sizes::index(&needs).ok()?;
+        let index = sizes::index::<f64>(&needs).ok()?;
         let slot = match place {
             Entry::Occupied(slot) if slot.get().index == index => slot.into_mut(),
             place => {
-                let engine = <f64 as Number>::engine(index);
+                let engine = sizes::engine(index);
                 let slot = Slot { needs, index, engine };
                 place.insert_entry(slot).into_mut()
             }
