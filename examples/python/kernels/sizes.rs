@@ -111,8 +111,8 @@ pub(crate) fn push_on_surface<
     scene.push_on(contact, &Surface::isotropic(contact.mu))
 }
 
-// Room for contacts and rows costs next to nothing, velocities that nothing moves do. A size takes four seconds of a build; with 16 contacts
-// and 24 rows it would take a minute, for then LLVM (22) unrolls a loop of the central path and simplifies it for that long.
+// Room for contacts and rows costs next to nothing, velocities that nothing moves do. A size takes four seconds of a build. (At
+// level 3 one with 16 contacts and 24 rows takes a minute: LLVM 22 unrolls a loop of the central path and simplifies it for that long.)
 pub static DOUBLE: &[Entry<f64>] = sizes! {
     f64;
     plain:
