@@ -125,7 +125,7 @@ fn a_paused_solve_of_other_data_is_begun_anew() -> Result<(), Error> {
             let (mut scene, mut push, mut settings) = (scene.clone(), push, settings);
             change(&mut scene, &mut push, &mut settings)?;
             let factor = Factor::new(&scene)?;
-            let [mut resumed, mut begun] = [paused.clone(), paused.clone()];
+            let (mut resumed, mut begun) = (paused.clone(), paused.clone());
             let resumed = resumed.resume(&scene, &factor, &push, &settings)?;
             let begun = begun.solve(&scene, &factor, &push, &settings)?;
             assert_eq!(all_of(resumed), all_of(begun), "{name}, after {budget}");

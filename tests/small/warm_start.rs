@@ -163,7 +163,7 @@ fn contacts_that_stay_are_warm_when_one_goes() -> Result<(), Error> {
 
 #[test]
 fn contacts_that_change_places_keep_their_impulses_bit_for_bit() -> Result<(), Error> {
-    let [mut moved, mut unmoved] = [Solvers::default(), Solvers::default()];
+    let (mut moved, mut unmoved) = (Solvers::default(), Solvers::default());
     moved.solve(&bodies(&ALL)?)?;
     unmoved.solve(&bodies(&ALL)?)?;
     for order in [[2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0], [0, 1, 2]] {
