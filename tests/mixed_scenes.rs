@@ -1,4 +1,5 @@
 //! Scenes with joint rows, from files and drawn: what is solved, and what is said of it.
+#![allow(clippy::float_cmp)] // a bound, to the last bit
 
 use stiction::{Real, Settings, Status};
 use testbed::generate;

@@ -1,4 +1,5 @@
 //! Scenes with fewer velocities than there is room for: one kernel serves several robots.
+#![allow(clippy::float_cmp)] // to the last bit
 
 use crate::support::random::{draws, numbers};
 use crate::support::sizes::{bodies, body_rows};
@@ -131,7 +132,7 @@ impl Bodies<'_> {
         JointRow {
             row: SVector::from_fn(|j, _| self.over(j, 53 * i + 3)),
             offset: 0.01 * self.at(13 * i).abs(),
-            law: if i % 2 == 0 { RowLaw::Limit } else { bounds },
+            law: if i.is_multiple_of(2) { RowLaw::Limit } else { bounds },
             compliance: 0.0,
             key: self.key + u32::try_from(i).expect("a few"),
         }
