@@ -1,7 +1,7 @@
 //! What forces are worth.
 
-use crate::scene::{ALPHA, MU, WEIGHT, WEIGHTS};
-use crate::{Forces, Grasp, Wrench, wanted};
+use crate::scene::{MU, WEIGHT, WEIGHTS};
+use crate::{ALPHA, Forces, Grasp, Wrench, wanted};
 
 /// What is left of a wrench, in units of the friction that there is.
 pub(crate) fn missed(grasp: &Grasp, forces: &Forces, b: &Wrench) -> f64 {

@@ -3,12 +3,15 @@
 //!
 //! `min ½ |A f - b|²_S + ½ α |f|²` over foot forces `f` in their cones, as "Sharing out forces" in the guide has it. The
 //! wrench `b` carries the weight and pushes sideways. Asked is, direction by direction, how large a push is shared out, what a floor makes of
-//! forces of the pyramid around the cone, and what a tick costs.
+//! forces of the pyramid around the cone, and what a tick costs. Before that `grasps` asks how far the forces of a control loop are from the
+//! least ones, on random grasps with and without limits of torque.
 //!
 //! `cargo run --release -p forces [FILE.svg]`
 
+mod grasps;
 mod judge;
 mod programme;
+mod recipe;
 mod scene;
 
 use judge::{missed, objective, on_floor, reach, worst_foot};
@@ -20,6 +23,9 @@ use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 use stiction::Kernel;
+
+/// `α`: what small foot forces are worth beside an exact wrench.
+const ALPHA: f64 = 1e-3;
 
 /// Foot forces (N), foot by foot, normal first.
 type Forces = SVector<f64, 12>;
@@ -58,8 +64,9 @@ fn time(mut tick: impl FnMut(f64)) -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    grasps::compare()?;
     let mut filled = Cones::new();
-    scene::fill(filled.scene_mut())?;
+    scene::fill(filled.scene_mut(), ALPHA, MU)?;
     let mut grasp = Grasp::zeros();
     for (i, foot) in filled.scene().contacts().iter().enumerate() {
         grasp.fixed_columns_mut::<3>(3 * i).copy_from(&foot.jacobian.transpose());

@@ -9,14 +9,12 @@ pub(crate) const MU: f64 = 0.4;
 pub(crate) const WEIGHT: f64 = 12.0 * 9.81;
 /// `S`: 1 for forces and `1 / (0.2 m)²` for moments, since a foot has an arm of about 0.2 m.
 pub(crate) const WEIGHTS: [f64; 6] = [1.0, 1.0, 1.0, 25.0, 25.0, 25.0];
-/// `α`: what small foot forces are worth beside an exact wrench.
-pub(crate) const ALPHA: f64 = 1e-3;
 /// The feet, from the centre of mass, m.
 const FEET: [[f64; 3]; 4] =
     [[0.19, 0.13, -0.28], [0.19, -0.13, -0.28], [-0.19, 0.13, -0.28], [-0.19, -0.13, -0.28]];
 
-/// `M = S⁻¹`, `H = Aᵀ` and compliance `α`.
-pub(crate) fn fill<T: Real>(scene: &mut Scene<T, 6, 3, 4, 0, 4>) -> Result<(), Error> {
+/// `M = S⁻¹`, `H = Aᵀ` and compliance `α`, with this coefficient of friction.
+pub(crate) fn fill<T: Real>(scene: &mut Scene<T, 6, 3, 4, 0, 4>, alpha: f64, mu: f64) -> Result<(), Error> {
     let masses = SVector::from(WEIGHTS.map(|weight| T::literal(1.0 / weight)));
     scene.set_mass(&SMatrix::from_diagonal(&masses))?;
     for (key, [x, y, z]) in (0..).zip(FEET) {
@@ -27,8 +25,8 @@ pub(crate) fn fill<T: Real>(scene: &mut Scene<T, 6, 3, 4, 0, 4>) -> Result<(), E
             0.0, 1.0, 0.0, -z, 0.0, x,
         ]);
         let foot =
-            Contact { jacobian: jacobian.map(T::literal), offset: SVector::zeros(), mu: T::literal(MU), key };
-        let surface = Surface { compliance: [T::literal(ALPHA); 2], ..Surface::isotropic(foot.mu) };
+            Contact { jacobian: jacobian.map(T::literal), offset: SVector::zeros(), mu: T::literal(mu), key };
+        let surface = Surface { compliance: [T::literal(alpha); 2], ..Surface::isotropic(foot.mu) };
         scene.push_on(&foot, &surface)?;
     }
     Ok(())
