@@ -192,7 +192,8 @@ pub enum Error {
     },
     /// The paused solve has limits: [`crate::Kernel::resume_with_limits`] or [`crate::Kernel::advance_with_limits`] continues it.
     LimitsLeftOut,
-    /// There is no solution to differentiate: nothing was solved, the scene has no solution, or its contacts and joint rows have changed.
+    /// There is no solution to differentiate: its error is above the tolerance, the scene has none, or the keys of the contacts and joint rows have
+    /// changed since.
     NoSolution,
     /// There is no joint row of this index.
     NoSuchRow {

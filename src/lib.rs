@@ -70,7 +70,7 @@
 //! | feature | what it adds |
 //! |---|---|
 //! | `defmt` | `defmt::Format` for settings, solutions, statuses and errors, contacts and joint rows |
-//! | `hardware-sqrt` | square roots of `f32` by the instruction of an Arm core that has one (Cortex-M4F, M7, M33): 7 to 10 % fewer instructions of a solve, the same bits. The instruction is in a crate of its own, `stiction-sqrt`, for this one forbids `unsafe` |
+//! | `hardware-sqrt` | square roots of `f32` by the instruction of a core that has one, by the target: Arm with `eabihf` (Cortex-M4F, M7, M33), RISC-V with `f`, `d` or `g` in its name (`riscv32imafc`); elsewhere `libm` stays. 7 to 10 % fewer instructions of a solve, the same bits. The instruction is in a crate of its own, `stiction-sqrt`, for this one forbids `unsafe` |
 //! | `serde` | `Serialize` and `Deserialize` for settings, solutions, statuses and errors, and for contacts and joint rows, which a scene checks as they come in; scenes and factors are not read |
 //!
 //! # Panics

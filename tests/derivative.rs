@@ -121,11 +121,12 @@ fn compare<const N: usize, const D: usize, const C: usize, const R: usize>(
     let mut kernel = filled::<N, D, C, R>(file);
     let push = file.free_impulse();
     let solved = kernel.solve(&push, &settings);
-    if !solved.is_ok_and(|solution| solution.is_usable(1e-11)) {
+    let usable = Settings { tolerance: 1e-11, ..settings };
+    if !solved.is_ok_and(|solution| solution.is_usable(usable.tolerance)) {
         return;
     }
     let solution = kernel.solution().clone();
-    let derivative = kernel.derivative(&settings).expect("it is solved");
+    let derivative = kernel.derivative(&usable).expect("it is solved");
     if derivative.margin() < 1e-4 {
         tally.near_a_change += 1;
         return;
@@ -180,7 +181,8 @@ fn compare<const N: usize, const D: usize, const C: usize, const R: usize>(
         };
         tally.compared += 1;
         tally.worst = tally.worst.max(error);
-        if error > 1e-6 || misfit > 1e-6 {
+        // A difference over a short reach has the rounding of two solves.
+        if error > 1e-6_f64.max(1e-9 / reach) || misfit > 1e-6 {
             tally.failures.push(format!(
                 "{} {model:?} {what:?}: {error:.1e}, misfit {misfit:.1e}, margin {:.1e} {:?}",
                 file.name,

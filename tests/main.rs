@@ -4,6 +4,7 @@
 #[allow(dead_code, reason = "shared with `small`")]
 mod support;
 
+mod anytime;
 mod belts;
 mod budget;
 mod derivative;

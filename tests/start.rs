@@ -42,11 +42,10 @@ fn what_slides_is_swept() -> Result<(), Error> {
         assert_eq!(steps, 0, "{name}");
         assert!(sweeps <= 5, "{name}: {sweeps}");
     }
-    // As long as sweeps are fast.
+    // As long as eight more sweeps reach the tolerance. A Newton step takes as long.
     for name in ["conveyor_box", "box_slide_spin", "wedge_between_walls"] {
         let [sweeps, steps] = cold(&bundled(name), 1e-9)?;
-        assert_eq!(steps, 1, "{name}");
-        assert!(sweeps <= 4, "{name}: {sweeps}");
+        assert!(sweeps + 8 * steps <= 16, "{name}: {sweeps} {steps}");
     }
     Ok(())
 }

@@ -7,14 +7,15 @@
 //! Of all functions: a pointer is null, or points to what the header declares, which nothing else uses meanwhile.
 #![allow(clippy::missing_safety_doc)] // it is above
 
-use super::given::{ContactImpulse, JointRow, LawNumber, RowImpulse, Surface};
-use super::header::{C, D, L, N, R, Real};
+use super::given::{ContactImpulse, JointRow, LawNumber, ModelNumber, RowImpulse, Surface};
+use super::header::{C, D, K, L, N, R, Real};
 use super::outcome::{ContactOutcome, RowOutcome, Solution, Violation};
-use super::solver::{Kernel, Refusal, Solver, advance};
+use super::solver::{Kernel, Refusal, Solver, advance, advance_with_limits};
 use super::status::{Culprit, Status, turned};
 use core::ffi::{CStr, c_char};
-use stiction::Contact;
 use stiction::nalgebra::{SMatrix, SVector};
+use stiction::time_stepping::Gap;
+use stiction::{Contact, contact_frame};
 
 /// A reference to what stands behind a pointer, all its rows, or the status that says why there is none.
 macro_rules! given {
@@ -64,14 +65,20 @@ pub unsafe extern "C" fn stiction_init_sized(
     }
     // SAFETY: the memory is the caller's, large enough and aligned.
     unsafe { Solver::init(memory) };
-    Status::Solved
+    Status::Ok
 }
 
 /// `stiction_reset`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_reset(memory: *mut Solver) -> Status {
     solver!(memory).kernel.solver_mut().reset();
-    Status::Solved
+    Status::Ok
+}
+
+/// `stiction_set_model`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_set_model(memory: *mut Solver, model: ModelNumber) -> Status {
+    solver!(memory).set_model(model)
 }
 
 /// `stiction_set_velocities`.
@@ -92,21 +99,21 @@ pub unsafe extern "C" fn stiction_set_mass(memory: *mut Solver, mass: *const [Re
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_clear(memory: *mut Solver) -> Status {
     solver!(memory).kernel.scene_mut().clear();
-    Status::Solved
+    Status::Ok
 }
 
 /// `stiction_clear_contacts`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_clear_contacts(memory: *mut Solver) -> Status {
     solver!(memory).kernel.scene_mut().clear_contacts();
-    Status::Solved
+    Status::Ok
 }
 
 /// `stiction_clear_rows`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_clear_rows(memory: *mut Solver) -> Status {
     solver!(memory).kernel.scene_mut().clear_rows();
-    Status::Solved
+    Status::Ok
 }
 
 /// `stiction_add_contact`.
@@ -326,7 +333,43 @@ pub unsafe extern "C" fn stiction_solve_with_limits(
     let Some(limits) = (unsafe { some(limits, limit_count.min(L as u32 + 1)) }) else {
         return Status::Null;
     };
-    solver.solve_with_limits(limits, free_impulse, tolerance, index(budget))
+    solver.solve_with_limits(Kernel::solve_with_limits, limits, free_impulse, (tolerance, index(budget)))
+}
+
+/// `stiction_resume_with_limits`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_resume_with_limits(
+    memory: *mut Solver,
+    limits: *const JointRow,
+    limit_count: u32,
+    free_impulse: *const Real,
+    tolerance: Real,
+    budget: u32,
+) -> Status {
+    let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
+    // SAFETY: the caller's promise. One more than fits is as many as are looked at.
+    let Some(limits) = (unsafe { some(limits, limit_count.min(L as u32 + 1)) }) else {
+        return Status::Null;
+    };
+    solver.solve_with_limits(Kernel::resume_with_limits, limits, free_impulse, (tolerance, index(budget)))
+}
+
+/// `stiction_advance_with_limits`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_advance_with_limits(
+    memory: *mut Solver,
+    limits: *const JointRow,
+    limit_count: u32,
+    free_impulse: *const Real,
+    tolerance: Real,
+    budget: u32,
+) -> Status {
+    let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
+    // SAFETY: the caller's promise. One more than fits is as many as are looked at.
+    let Some(limits) = (unsafe { some(limits, limit_count.min(L as u32 + 1)) }) else {
+        return Status::Null;
+    };
+    solver.solve_with_limits(advance_with_limits, limits, free_impulse, (tolerance, index(budget)))
 }
 
 /// `stiction_is_usable`.
@@ -401,9 +444,8 @@ pub unsafe extern "C" fn stiction_worst_violation(
     violation: *mut Violation,
 ) -> Status {
     let kernel = &shared!(memory).kernel;
-    let worst = || kernel.solution().violation(kernel.scene());
     // SAFETY: the caller's promise.
-    unsafe { tell(violation, || Ok(worst().into())) }
+    unsafe { tell(violation, || Ok(kernel.violation().into())) }
 }
 
 /// `stiction_last_culprit`.
@@ -427,7 +469,45 @@ pub unsafe extern "C" fn stiction_describe(memory: *const Solver, text: *mut c_c
         core::slice::from_raw_parts_mut(text.cast::<u8>(), bytes)
     };
     solver.describe(text);
-    Status::Solved
+    Status::Ok
+}
+
+/// `stiction_gap_offset`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_gap_offset(
+    distance: Real,
+    recovery: Real,
+    reach: Real,
+    step: Real,
+    offset: *mut Real,
+) -> Status {
+    let gap = Gap { distance, recovery, reach };
+    // SAFETY: the caller's promise.
+    unsafe { tell(offset, || Ok(gap.offset(step)?)) }
+}
+
+/// `stiction_contact_frame`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_contact_frame(normal: *const Real, frame: *mut [Real; K]) -> Status {
+    let normal = given!(normal, [Real; K]);
+    // Its columns are rows in C.
+    let axes = || Ok(contact_frame(&SVector::from(*normal))?.into());
+    // SAFETY: the caller's promise.
+    unsafe { tell(frame.cast::<[[Real; K]; K]>(), axes) }
+}
+
+/// `stiction_contact_rows`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_contact_rows(
+    normal: *const Real,
+    velocity: *const [Real; N],
+    turning: *const [Real; N],
+    jacobian: *mut [Real; N],
+) -> Status {
+    let (normal, velocity) = (given!(normal, [Real; K]), given!(velocity, [[Real; N]; K]));
+    let turning = if D > K { given!(turning, [[Real; N]; K]) } else { velocity };
+    // SAFETY: the caller's promise.
+    unsafe { tell(jacobian.cast::<[[Real; N]; D]>(), || rows_at(normal, velocity, turning)) }
 }
 
 /// `stiction_name`.
@@ -450,7 +530,7 @@ unsafe fn tell<T>(place: *mut T, value: impl FnOnce() -> Result<T, Status>) -> S
         Ok(value) => {
             // SAFETY: the caller's promise.
             unsafe { place.write(value) };
-            Status::Solved
+            Status::Ok
         }
         Err(status) => status,
     }
@@ -467,6 +547,26 @@ unsafe fn some<'a, T>(first: *const T, count: u32) -> Option<&'a [T]> {
         // SAFETY: the caller's promise.
         _ => Some(unsafe { core::slice::from_raw_parts(first, index(count)) }),
     }
+}
+
+/// The rows of a contact at a point: those of its velocity along the axes of its frame, then those that turn about them.
+fn rows_at(
+    normal: &[Real; K],
+    velocity: &[[Real; N]; K],
+    turning: &[[Real; N]; K],
+) -> Result<[[Real; N]; D], Status> {
+    let axes = contact_frame(&SVector::from(*normal))?.data.0;
+    let along = axes.iter().map(|axis| (axis, velocity));
+    let about = axes.iter().map(|axis| (axis, turning));
+    let mut rows = [[0.0; N]; D];
+    for (row, (axis, velocity)) in rows.iter_mut().zip(along.chain(about)) {
+        for (&share, velocity) in axis.iter().zip(velocity) {
+            for (entry, &v) in row.iter_mut().zip(velocity) {
+                *entry += share * v;
+            }
+        }
+    }
+    Ok(rows)
 }
 
 /// A contact from the rows of its Jacobian.

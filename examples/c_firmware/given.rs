@@ -34,6 +34,9 @@ impl From<&Surface> for stiction::Surface<Real> {
 /// An `enum stiction_law` as it comes from C, which may be any number.
 pub type LawNumber = u32;
 
+/// An `enum stiction_model` as it comes from C, which may be any number.
+pub type ModelNumber = u32;
+
 /// `stiction_joint_row`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]

@@ -7,6 +7,8 @@ use super::SIZES;
 pub const N: usize = size("STICTION_N");
 /// Rows of a contact.
 pub const D: usize = size("STICTION_D");
+/// Dimensions of the space that contacts stand in.
+pub const K: usize = if D == 2 { 2 } else { 3 };
 /// Most contacts.
 pub const C: usize = size("STICTION_C");
 /// Most joint rows.

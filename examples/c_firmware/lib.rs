@@ -10,11 +10,11 @@ mod solver;
 mod status;
 
 pub use calls::*;
-pub use given::{ContactImpulse, JointRow, LawNumber, RowImpulse, Surface};
-pub use header::{BYTES, C, D, L, N, R, Real, S};
+pub use given::{ContactImpulse, JointRow, LawNumber, ModelNumber, RowImpulse, Surface};
+pub use header::{BYTES, C, D, K, L, N, R, Real, S};
 pub use outcome::{ContactOutcome, RowOutcome, Solution, Violation};
 pub use solver::{Kernel, Solver};
-pub use status::{Culprit, Law, Mode, RowMode, Source, Status, turned};
+pub use status::{Culprit, Law, Mode, Model, RowMode, Source, Status, turned};
 
 /// The sizes, in the text of `stiction_sizes.h`.
 const SIZES: &str = include_str!("stiction_sizes.h");

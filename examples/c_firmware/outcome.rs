@@ -119,18 +119,30 @@ impl Solution {
 pub struct Violation {
     /// The fastest at which a closed gap closes, m/s.
     pub closing_speed: Real,
+    /// The largest normal impulse of a contact that opens, N s.
+    pub opening_impulse: Real,
     /// How far an impulse lies outside of its cone, N s.
     pub outside_cone: Real,
+    /// The fastest that a contact moves which friction could stop, m/s.
+    pub creep: Real,
+    /// The most friction that a sliding contact lacks, N s.
+    pub missing_friction: Real,
     /// The fastest at which a joint row goes where it must not, m/s or rad/s.
     pub row_speed: Real,
+    /// How far the impulse of a joint row is from where its speed puts it, N s or N m s.
+    pub row_impulse: Real,
 }
 
 impl From<stiction::Violation<Real>> for Violation {
     fn from(worst: stiction::Violation<Real>) -> Self {
         Self {
             closing_speed: worst.closing_speed,
+            opening_impulse: worst.opening_impulse,
             outside_cone: worst.outside_cone,
+            creep: worst.creep,
+            missing_friction: worst.missing_friction,
             row_speed: worst.row_speed,
+            row_impulse: worst.row_impulse,
         }
     }
 }

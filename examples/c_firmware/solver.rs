@@ -1,24 +1,32 @@
 //! What lives in the caller's memory.
 
-use super::given::{ContactImpulse, JointRow, RowImpulse};
+use super::given::{ContactImpulse, JointRow, ModelNumber, RowImpulse};
 use super::header::{BYTES, C, D, L, N, PHASES, Phases, R, Real, S, ending};
-use super::status::{Culprit, Status};
+use super::status::{self, Culprit, Status};
 use core::fmt::{self, Write};
 use core::mem::{align_of, size_of};
 use stiction::heapless::Vec;
 use stiction::nalgebra::SVector;
-use stiction::{Contact, Error, List, Scene, Settings};
+use stiction::{Contact, Error, List, Model, Scene, Settings};
 
 /// The kernel of the sizes in `stiction_sizes.h`.
 pub type Kernel = stiction::Kernel<Real, N, D, C, R, S, Phases>;
 pub(super) type Outcome = stiction::Solution<Real, N, D, C, R>;
 type Solve = for<'a> fn(&'a mut Kernel, &SVector<Real, N>, &Settings<Real>) -> Result<&'a Outcome, Error>;
+type SolveWithLimits = for<'a> fn(
+    &'a mut Kernel,
+    &[stiction::JointRow<Real, N>],
+    &SVector<Real, N>,
+    &Settings<Real>,
+) -> Result<&'a Outcome, Error>;
 
 /// What `stiction` is inside.
 #[repr(C)]
 pub struct Solver {
     /// [`Self::READY`] after `stiction_init`.
     ready: u32,
+    /// The law of contacts that solves obey.
+    model: Model,
     /// The last error.
     pub(super) error: Option<Refusal>,
     pub(super) kernel: Kernel,
@@ -51,6 +59,7 @@ impl Solver {
         // SAFETY: the caller's promise.
         unsafe {
             (&raw mut (*memory).kernel).write(const { Kernel::with_phases(PHASES) });
+            (&raw mut (*memory).model).write(Model::Coulomb);
             (&raw mut (*memory).error).write(None);
             (&raw mut (*memory).ready).write(Self::READY);
         }
@@ -67,6 +76,23 @@ impl Solver {
         // SAFETY: the caller's promise; before `stiction_init` the memory is some number as well.
         let ready = unsafe { (&raw const (*memory).ready).read() };
         if ready == Self::READY { Ok(()) } else { Err(Status::NotInitialised) }
+    }
+
+    /// Chooses the law of contacts.
+    pub(super) fn set_model(&mut self, number: ModelNumber) -> Status {
+        const COULOMB: u32 = status::Model::Coulomb as u32;
+        const RELAXATION: u32 = status::Model::ConvexRelaxation as u32;
+        self.model = match number {
+            COULOMB => Model::Coulomb,
+            RELAXATION => Model::ConvexRelaxation,
+            _ => return self.refuse(Refusal::Model),
+        };
+        Status::Ok
+    }
+
+    /// Settings of a call.
+    const fn settings(&self, tolerance: Real, budget: usize) -> Settings<Real> {
+        Settings { tolerance, budget, model: self.model }
     }
 
     /// Changes the scene, and remembers what was wrong with that.
@@ -112,25 +138,25 @@ impl Solver {
         tolerance: Real,
         budget: usize,
     ) -> Status {
-        let settings = settings(tolerance, budget);
+        let settings = self.settings(tolerance, budget);
         match solve(&mut self.kernel, &SVector::from(*free_impulse), &settings) {
             Ok(solution) => solution.status.into(),
             Err(error) => self.refuse(Refusal::Error(error)),
         }
     }
 
-    /// Solves with limits.
+    /// The same with limits.
     pub(super) fn solve_with_limits(
         &mut self,
+        solve: SolveWithLimits,
         limits: &[JointRow],
         free_impulse: &[Real; N],
-        tolerance: Real,
-        budget: usize,
+        (tolerance, budget): (Real, usize),
     ) -> Status {
-        let settings = settings(tolerance, budget);
+        let settings = self.settings(tolerance, budget);
         let free_impulse = SVector::from(*free_impulse);
         let solve = |limits: Vec<_, L>| {
-            let solution = self.kernel.solve_with_limits(&limits, &free_impulse, &settings);
+            let solution = solve(&mut self.kernel, &limits, &free_impulse, &settings);
             Ok(solution.map_err(Refusal::Error)?.status.into())
         };
         let result = limits_of(limits).and_then(solve);
@@ -138,7 +164,7 @@ impl Solver {
     }
 
     fn end(&mut self, result: Result<(), Error>) -> Status {
-        result.map_or_else(|error| self.refuse(Refusal::Error(error)), |()| Status::Solved)
+        result.map_or_else(|error| self.refuse(Refusal::Error(error)), |()| Status::Ok)
     }
 
     /// Remembers what is wrong with a call, and says it.
@@ -147,6 +173,7 @@ impl Solver {
         match refusal {
             Refusal::Error(error) => error.into(),
             Refusal::Law => Status::InvalidLaw,
+            Refusal::Model => Status::InvalidModel,
             Refusal::Limits => Status::LimitListFull,
         }
     }
@@ -173,9 +200,15 @@ pub(super) fn advance<'a>(
     Ok(kernel.solution())
 }
 
-/// Settings of a call.
-const fn settings(tolerance: Real, budget: usize) -> Settings<Real> {
-    Settings { budget, ..Settings::new(tolerance) }
+/// The same with limits.
+pub(super) fn advance_with_limits<'a>(
+    kernel: &'a mut Kernel,
+    limits: &[stiction::JointRow<Real, N>],
+    free_impulse: &SVector<Real, N>,
+    settings: &Settings<Real>,
+) -> Result<&'a Outcome, Error> {
+    kernel.advance_with_limits(limits, free_impulse, settings)?;
+    Ok(kernel.solution())
 }
 
 /// Limits in the form of the library.
@@ -194,6 +227,8 @@ pub(super) enum Refusal {
     Error(Error),
     /// A number that is no `enum stiction_law`.
     Law,
+    /// A number that is no `enum stiction_model`.
+    Model,
     /// More limits than there is room for.
     Limits,
 }
@@ -203,7 +238,7 @@ impl Refusal {
     pub(super) fn culprit(self) -> Culprit {
         match self {
             Self::Error(error) => error.into(),
-            Self::Law => Culprit::NONE,
+            Self::Law | Self::Model => Culprit::NONE,
             Self::Limits => Culprit::limit(L),
         }
     }
@@ -214,6 +249,7 @@ impl fmt::Display for Refusal {
         match self {
             Self::Error(error) => write!(f, "{error}"),
             Self::Law => write!(f, "a number that is no law of a joint row"),
+            Self::Model => write!(f, "a number that is no law of contacts"),
             Self::Limits => write!(f, "limits are full (room for {L})"),
         }
     }

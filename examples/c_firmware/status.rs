@@ -4,8 +4,6 @@ use super::header::{CALLS, number};
 use core::ffi::CStr;
 use stiction::{ContactMode, Error, Input, List, Part};
 
-const _: () = assert!(number(CALLS, "STICTION_OK") == Status::Solved as i32);
-
 /// An enum whose numbers and names are those of an enum in `stiction.h`.
 macro_rules! enum_of_the_header {
     ($(#[$doc:meta])* $Enum:ident: $($Variant:ident = $name:literal,)*) => {
@@ -33,6 +31,7 @@ macro_rules! enum_of_the_header {
 enum_of_the_header! {
     /// How a call ended, `enum stiction_status`.
     Status:
+    Ok = "STICTION_OK",
     Solved = "STICTION_SOLVED",
     OutOfBudget = "STICTION_OUT_OF_BUDGET",
     PrecisionLimit = "STICTION_PRECISION_LIMIT",
@@ -69,6 +68,14 @@ enum_of_the_header! {
     LimitListFull = "STICTION_LIMIT_LIST_FULL",
     SceneIncomplete = "STICTION_SCENE_INCOMPLETE",
     InvalidVelocityCount = "STICTION_INVALID_VELOCITY_COUNT",
+    InvalidModel = "STICTION_INVALID_MODEL",
+}
+
+enum_of_the_header! {
+    /// The law of contacts that a solve obeys, `enum stiction_model`.
+    Model:
+    Coulomb = "STICTION_COULOMB",
+    ConvexRelaxation = "STICTION_CONVEX_RELAXATION",
 }
 
 enum_of_the_header! {

@@ -40,12 +40,12 @@ typedef struct stiction {
 #define STICTION_CONST(matrix) ((const stiction_real(*)[STICTION_N])(matrix))
 #endif
 
-/* How a call ended: 0 done or solved; > 0 how else a solve ended; < 0 what was wrong. A call with an error has changed nothing,
+/* How a call ended: 0 done; > 0 how a solve ended; < 0 what was wrong. A call with an error has changed nothing,
    and the last solution is still there. After a contact or joint row that was refused no solve takes the scene until stiction_clear, after a
    mass matrix until another one is set: STICTION_SCENE_INCOMPLETE. */
 enum stiction_status {
-    STICTION_OK = 0,     /* of a call that does not solve */
-    STICTION_SOLVED = 0, /* the error is at most the tolerance */
+    STICTION_OK = 0,              /* of a call that does not solve */
+    STICTION_SOLVED = 6,          /* the error is at most the tolerance */
     STICTION_OUT_OF_BUDGET = 1,   /* the budget is used up: the best solution so far; stiction_resume goes on */
     STICTION_PRECISION_LIMIT = 2, /* the error is above the tolerance, and the number type allows hardly less */
     STICTION_INFEASIBLE = 3,      /* no velocity satisfies all contacts and joint rows: see their offsets, and do not use this */
@@ -75,16 +75,24 @@ enum stiction_status {
     STICTION_WRONG_SIZES = -25,               /* the library was built with another stiction_sizes.h: build all anew */
     STICTION_SURFACE_LIST_FULL = -27,         /* STICTION_S contacts have a surface already */
     STICTION_INVALID_LIMIT = -28,             /* bounds or compliance of a limit are refused as those of a joint row would be */
-    STICTION_LIMITS_LEFT_OUT = -29,           /* the solve that was paused had limits: call stiction_solve_with_limits again */
+    STICTION_LIMITS_LEFT_OUT = -29,           /* the solve that was paused has limits: stiction_resume_with_limits goes on */
     STICTION_LIMIT_LIST_FULL = -30,           /* more than STICTION_L limits */
     STICTION_SCENE_INCOMPLETE = -31,          /* said by a solve: a part of the scene was refused, and is missing */
     STICTION_INVALID_VELOCITY_COUNT = -32,    /* a scene has 1 to STICTION_N velocities */
+    STICTION_INVALID_PARAMETER = -18,         /* of stiction_gap_offset, _contact_frame and _contact_rows: an argument has no meaning */
+    STICTION_INVALID_MODEL = -33,             /* a number that is none of enum stiction_model */
     /* Errors of stiction that no call of this header can cause. */
     STICTION_INVALID_PENALTY = -12,
     STICTION_STALE_FACTOR = -13,
-    STICTION_INVALID_PARAMETER = -18,
 
     STICTION_STATUS_WIDTH = 0x7fffffff /* keeps the enum at 32 bits where compilers make enums short, as for Arm */
+};
+
+/* The law of contacts that a solve obeys. */
+enum stiction_model {
+    STICTION_COULOMB = 0,           /* Coulomb's law */
+    STICTION_CONVEX_RELAXATION = 1, /* a contact that slides opens with mu times its speed: to share out forces, where nothing slides */
+    STICTION_MODEL_WIDTH = 0x7fffffff
 };
 
 /* What a contact does. */
@@ -189,11 +197,15 @@ typedef struct stiction_row {
     stiction_real certificate; /* not 0 if the scene is infeasible or jammed and this row has a part in it */
 } stiction_row;
 
-/* The worst violations of the laws of contacts and joint rows. */
+/* The worst violations of Coulomb's law and of the laws of joint rows, each the largest of all contacts or rows. */
 typedef struct stiction_violation {
-    stiction_real closing_speed; /* the fastest at which a contact closes that has no gap left, m/s */
-    stiction_real outside_cone;  /* how far an impulse lies outside of its friction cone, N s */
-    stiction_real row_speed;     /* the fastest at which a joint row goes where it must not, m/s or rad/s: a stop gives way */
+    stiction_real closing_speed;    /* the fastest at which a contact closes that has no gap left, m/s */
+    stiction_real opening_impulse;  /* normal impulse of a contact that opens, N s: at most what would stop the opening */
+    stiction_real outside_cone;     /* how far an impulse lies outside of its friction cone, N s */
+    stiction_real creep;            /* how fast a contact moves along its tangents that friction could stop, m/s */
+    stiction_real missing_friction; /* how far friction is from mu r_N against the motion of a contact that slides, N s */
+    stiction_real row_speed;        /* the fastest at which a joint row goes where it must not, m/s or rad/s: a stop gives way */
+    stiction_real row_impulse;      /* how far a row's impulse is from where its speed puts it, N s or N m s: dry friction that does not act */
 } stiction_violation;
 
 /* What a solve has found: plain numbers, to be copied and kept at will. Without room for contacts or for joint rows the list is
@@ -224,6 +236,9 @@ static inline enum stiction_status stiction_init(stiction *s)
 /* Forgets the last solve: the next one starts cold. After a tick with wild numbers. The scene and the solution stay. */
 enum stiction_status stiction_reset(stiction *s);
 
+/* The law of contacts from the next solve on; after stiction_init it is Coulomb's. A solve that was paused begins anew under another law. */
+enum stiction_status stiction_set_model(stiction *s, enum stiction_model model);
+
 /* How many of STICTION_N velocities there are, from 1 on; after stiction_init all of them. One solver for several robots, or for one that
    picks something up. Of all matrices, rows and vectors over the velocities the first rows, columns and entries count; what stands behind
    them is not read, and 0 in a solution. A number that is not the last one removes M, contacts and joint rows. */
@@ -236,6 +251,26 @@ enum stiction_status stiction_set_mass(stiction *s, const stiction_real mass[STI
 enum stiction_status stiction_clear(stiction *s);
 enum stiction_status stiction_clear_contacts(stiction *s);
 enum stiction_status stiction_clear_rows(stiction *s);
+
+/* Dimensions of the space that contacts stand in. */
+#define STICTION_K (STICTION_D == 2 ? 2 : 3)
+
+/* Helpers that need no stiction, with the bits of those in Rust. What they refuse is STICTION_INVALID_PARAMETER, and nothing is written.
+
+   The offset of a contact's normal, or of a stop, from the `distance` to it: distance / step, m/s or rad/s. `recovery` is the largest speed
+   at which a penetration is pushed out, `reach` the largest offset, about the largest speed that is expected; both may be INFINITY. */
+enum stiction_status stiction_gap_offset(stiction_real distance, stiction_real recovery, stiction_real reach, stiction_real step,
+                                         stiction_real *offset);
+
+/* Axes of a contact with this unit normal, out of the obstacle: row 0 is the normal, the others are the tangents. Of a surface that moves
+   with velocity c the offset of row k is minus c along axis k. */
+enum stiction_status stiction_contact_frame(const stiction_real normal[STICTION_K], stiction_real frame[STICTION_K][STICTION_K]);
+
+/* The Jacobian of a contact at a point: `velocity` is the Jacobian of the point's velocity in the coordinates of the normal. With rows for
+   spin or roll (STICTION_D = 4 and 6) `turning` is that of the angular velocity, otherwise it is not read, and may be null. */
+enum stiction_status stiction_contact_rows(const stiction_real normal[STICTION_K], const stiction_real velocity[STICTION_K][STICTION_N],
+                                           const stiction_real turning[STICTION_K][STICTION_N],
+                                           stiction_real jacobian[STICTION_D][STICTION_N]);
 
 /* Contacts, anew at each tick if they come and go: Jacobian H_i, offset w_i (m/s: moving surface, gap over time step,
    restitution), friction coefficient or surface, and a number of your own that says which contact it is: a warm start follows it.
@@ -293,18 +328,25 @@ enum stiction_status stiction_resume(stiction *s, const stiction_real free_impul
                                      uint32_t budget);
 
 /* The same in small pieces, for a task below the control loop: works for `budget` on a solve, and writes no solution before its end,
-   which would take longer than a small budget. Returns STICTION_UNSOLVED until then. When time is over stiction_resume with a
-   budget of 0 writes down the best so far. */
+   which would take longer than a small budget. Returns STICTION_UNSOLVED until then. A budget of 0 counts as 1. When time is over
+   stiction_resume with a budget of 0 writes down the best so far. */
 enum stiction_status stiction_advance(stiction *s, const stiction_real free_impulse[STICTION_N], stiction_real tolerance,
                                       uint32_t budget);
 
 /* Solves with as many of these limits as are reached, at most STICTION_L of them: joint rows of STICTION_LIMIT that are not added to the
    scene, each with a key of its own. STICTION_R has to have room for those that are reached, behind the rows of the scene; they stand in
-   the solution behind them, and what does not stand there does not push. After a budget call this again. Its solutions are those of a scene
-   with all of the limits; one with an error may have left STICTION_UNSOLVED in place of the last solution. A list of none may be null. */
+   the solution behind them, and what does not stand there does not push. Solutions are those of a scene with all of the limits; a call
+   with an error may have left STICTION_UNSOLVED in place of the last solution. A list of none may be null. Resume and advance are as without
+   limits: those that the paused solve has reached have to be in the list as they were. */
 enum stiction_status stiction_solve_with_limits(stiction *s, const stiction_joint_row *limits, uint32_t limit_count,
                                                 const stiction_real free_impulse[STICTION_N], stiction_real tolerance,
                                                 uint32_t budget);
+enum stiction_status stiction_resume_with_limits(stiction *s, const stiction_joint_row *limits, uint32_t limit_count,
+                                                 const stiction_real free_impulse[STICTION_N], stiction_real tolerance,
+                                                 uint32_t budget);
+enum stiction_status stiction_advance_with_limits(stiction *s, const stiction_joint_row *limits, uint32_t limit_count,
+                                                  const stiction_real free_impulse[STICTION_N], stiction_real tolerance,
+                                                  uint32_t budget);
 
 /* May the last solution be used? It is solved, or the budget or the number type ended it at an error of at most `error`. If
    not, use the impulses of an earlier tick. After a solve with an error the last solution is that of an earlier tick. */

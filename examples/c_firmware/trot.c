@@ -45,8 +45,8 @@ int main(void)
     unsigned stack = 0, stack_exact = 0, stack_scene = 0;
     static float mass[STICTION_N][STICTION_N], jacobian[STICTION_D][STICTION_N];
     static stiction_solution good;
-    enum stiction_status status = stiction_init(&solver);
-    stiction_init(&exact);
+    enum stiction_status status = STICTION_SOLVED;
+    if (stiction_init(&solver) != STICTION_OK || stiction_init(&exact) != STICTION_OK) return 1;
 
     for (int step = 1; next < steps_end && status == STICTION_SOLVED; step++) {
         float push[STICTION_N], offset[STICTION_D], mu;

@@ -26,7 +26,7 @@ impl<T: Real> Limits<T> {
     }
 
     /// Contacts alone; the same with room for twelve joint rows; twelve limits far away; two of them reached, cold and from
-    /// the solution of a free impulse 1 % smaller. `None` if something does not succeed.
+    /// the solution of a free impulse 1 % smaller; the pieces of the cold one. `None` if something does not succeed.
     pub(crate) fn measure(&mut self, records: &[u8], counter: &mut Counter) -> Option<()> {
         self.step.read(&mut Records::new(records))?;
         let push = self.step.push;
@@ -52,6 +52,18 @@ impl<T: Real> Limits<T> {
         let mut found = None;
         let count = counter.count(|| found = self.tick(&two, &push))?;
         hprintln!("limits two_warm {}", count);
+        // The same from nothing in the smallest pieces, prepared.
+        self.lazy.solver_mut().reset();
+        let piece = Settings { budget: 1, ..Settings::default() };
+        let (mut sum, mut calls, mut longest, mut has_ended) = (0, 0, 0, false);
+        while ok && !has_ended {
+            let mut call =
+                || self.lazy.advance_with_limits(&two, &push, &piece).inspect(|&ended| has_ended = ended);
+            let count = counter.count(|| ok &= call().is_ok())?;
+            (sum, calls, longest) = (sum + count, calls + 1, count.max(longest));
+        }
+        hprintln!("limits slice_mean {}", sum.checked_div(calls)?);
+        hprintln!("limits slice {}", longest);
         hprintln!("limits ram_contacts {}", size_of_val(&self.contacts));
         hprintln!("limits ram {}", size_of_val(&self.lazy));
         (ok && found? == 2).then_some(())

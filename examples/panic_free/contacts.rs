@@ -85,7 +85,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         take(solver.advance(scene, factor, push, settings));
         let solution = solver.solution();
         black_box(solution.worst_contact(scene, factor, settings));
-        black_box(solution.violation(scene));
+        black_box(solution.violation(scene, factor));
         black_box(solution.contact_by_key(key));
         black_box((solution.is_solved(), solution.is_usable(number)));
         black_box(solution.work.total());

@@ -94,10 +94,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             take(kernel.advance_with_limits(black_box(&limits), push, settings));
         }
         take(kernel.prepare());
-        let (solution, scene) = (kernel.solution(), kernel.scene());
+        let solution = kernel.solution();
         black_box(solution.row_by_key(key));
         black_box(solution.contact_by_key(key));
-        black_box(solution.violation(scene));
+        black_box(kernel.violation());
         black_box((solution.is_solved(), solution.is_usable(number)));
         black_box(kernel.worst_contact(settings));
         differentiate(kernel.derivative(settings));

@@ -1,8 +1,8 @@
 //! Instructions of each stage of a tick, and deadlines that a chip would miss.
 //!
 //! QEMU counts instructions: with `-icount shift=3` an instruction takes 8 ns, a fifth of a count of the board's timer. A chip takes
-//! 1.53 to 1.76 cycles for an instruction of this crate, by the model of `examples/cycles` for a Cortex-M4F without wait states, and
-//! 2.0 to 2.5 with five wait states. So cycles are 1.8 times the instructions here, and 2.5 times with wait states. A deadline is
+//! 1.51 to 1.85 cycles for an instruction of this crate, by the model of `examples/cycles` for a Cortex-M4F without wait states, and
+//! 1.8 to 2.8 with five wait states. So cycles are 1.8 times the instructions here, and 2.5 times with wait states. A deadline is
 //! missed if a tick takes more cycles than a millisecond has at 168 MHz. On a board, read the core's cycle counter instead.
 
 use crate::controller::{Clock, Stage};

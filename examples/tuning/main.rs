@@ -16,13 +16,11 @@ use testbed::method::Method;
 use testbed::scene_file::{self, SceneFile};
 
 /// A constant, its value, and one without what it belongs to.
-const CONSTANTS: [(&str, f64, f64); 25] = [
+const CONSTANTS: [(&str, f64, f64); 24] = [
     ("open_threshold", 0.03, 1e30),
     ("grazing", 1e-4, 0.0),
     ("sticking", 1.0, -1.0),
-    ("sweep_rate", 0.5, 0.0),
-    ("fast_sweeps", 3.0, 0.0),
-    ("sweeps_before_path", 40.0, 0.0),
+    ("sweeps", 8.0, 0.0),
     ("newton_steps", 30.0, 255.0),
     ("merit_growth", 1e5, 1.0),
     ("chord_fall", 0.1, 0.0),
@@ -31,6 +29,7 @@ const CONSTANTS: [(&str, f64, f64); 25] = [
     ("hyperstatic_damping", 1e-3, 0.0),
     ("finish_damping", 0.1, 0.0),
     ("first_tau", 10.0, 1.0),
+    ("tau_share", 2.0, 1e30),
     ("first_gain", 10.0, 1.0),
     ("margin", 0.02, 0.5),
     ("correct_again", 0.95, 0.0),

@@ -150,7 +150,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
             step(&mut monitor, resolvent, iterates, extrapolation, self.slip_update);
         }
         let r = impulses(iterates);
-        monitor.finish(&r);
+        if !monitor.is_over() {
+            let mut u = Stacked::zero();
+            let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
+            monitor.keep(&r, &u, estimate);
+        }
+        monitor.finish();
         let mut u = Stacked::zero();
         for (u, iterate) in u.contacts.iter_mut().zip(&*iterates) {
             *u = iterate.u.into();
@@ -204,7 +209,7 @@ fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: us
     let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
     monitor.consider(&r, &u, estimate);
     while !monitor.is_over() && monitor.must_return() {
-        monitor.judge();
+        monitor.judge(&r, &u);
     }
 }
 

@@ -25,8 +25,8 @@ impl<T: Real> Margin<T> {
 
     /// Takes in an impulse that would change a mode.
     fn note(&mut self, impulse: T, alpha: T) {
-        let impulse = impulse.max(T::ZERO);
-        self.least = self.least.min(impulse * impulse / alpha);
+        let impulse = impulse.max(T::ZERO) / alpha.square_root();
+        self.least = self.least.min(impulse * impulse);
     }
 
     /// Takes in a contact.
@@ -43,8 +43,10 @@ impl<T: Real> Margin<T> {
         if alpha <= T::ZERO {
             return;
         }
-        self.impulse = self.impulse.max(square(r) / alpha);
-        self.motion = self.motion.max(square(u) * alpha);
+        // Roots first: squares of impulses and velocities may overflow.
+        let root = alpha.square_root();
+        self.impulse = self.impulse.max(square(&r.map(|x| x / root)));
+        self.motion = self.motion.max(square(&u.map(|x| x * root)));
         if mode == ContactMode::Open {
             let apart = *u_normal + (set.shift_factor - mu) * norm(u_tangent);
             return self.note(apart * alpha, alpha);
@@ -67,8 +69,9 @@ impl<T: Real> Margin<T> {
         if alpha <= T::ZERO || lower == upper {
             return;
         }
-        self.impulse = self.impulse.max(r * r / alpha);
-        self.motion = self.motion.max(u * u * alpha);
+        let root = alpha.square_root();
+        self.impulse = self.impulse.max(square(&[r / root]));
+        self.motion = self.motion.max(square(&[u * root]));
         self.note(
             match mode {
                 RowMode::Open | RowMode::AtLower => u * alpha,

@@ -19,7 +19,7 @@ use crate::linalg::zip::zip4;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::{ContactSet, RowSet};
-use crate::solution::{Settings, Solution, Status};
+use crate::solution::{Settings, Solution};
 use directions::times_transposed;
 use law::{Basis, LinearContact, LinearRow};
 use margin::Margin;
@@ -88,11 +88,12 @@ pub struct Derivative<
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Derivative<'a, T, N, D, C, R, S>
 {
-    /// The derivative of a solution of this scene, with the factor and the settings (their [`Settings::model`]) of its solve.
+    /// The derivative of a solution of this scene, with the factor and the [`Settings::model`] of its solve. [`Settings::tolerance`] is the
+    /// largest error of a solution whose solve has not reached its own tolerance ([`Solution::is_usable`]).
     ///
     /// # Errors
-    /// [`Error::StaleFactor`]; [`Error::NoSolution`] if nothing was solved, if the scene is infeasible or jammed, or if solution and scene
-    /// differ in their numbers of contacts or joint rows (reached limits of [`crate::Kernel::solve_with_limits`] are not in the scene).
+    /// [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or if solution and scene differ in the keys of their
+    /// contacts or joint rows (reached limits of [`crate::Kernel::solve_with_limits`] are not in the scene).
     pub fn new(
         scene: &'a Scene<T, N, D, C, R, S>,
         factor: &'a Factor<T, N, D, C, R>,
@@ -102,10 +103,11 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         if !factor.is_current(scene) {
             return Err(Error::StaleFactor);
         }
-        let counts = scene.counts();
-        let fits = solution.contacts.len() == counts.contacts && solution.rows.len() == counts.rows;
-        let unsolved = matches!(solution.status, Status::Unsolved | Status::Infeasible | Status::Jammed);
-        if unsolved || !fits || !solution.has_numbers() {
+        let found = solution.contacts.iter().map(|contact| contact.key);
+        let fits = found.eq(scene.contacts().iter().map(|contact| contact.key));
+        let found = solution.rows.iter().map(|row| row.key);
+        let rows_fit = found.eq(scene.rows().iter().map(|row| row.key));
+        if !solution.is_usable(settings.tolerance) || !fits || !rows_fit || !solution.has_numbers() {
             return Err(Error::NoSolution);
         }
         let mut derivative = Self {

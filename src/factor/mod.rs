@@ -192,6 +192,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         self.fingerprint = 0;
     }
 
+    /// Changes the entries of `W`, as bits that flip.
+    #[cfg(test)]
+    pub(crate) fn spoil(&mut self) {
+        for entry in self.delassus.contacts.as_flattened_mut().as_flattened_mut().as_flattened_mut() {
+            *entry += T::ONE;
+        }
+    }
+
     /// Number of dofs that contacts and joint rows move.
     pub(crate) const fn moved(&self) -> usize {
         self.moved

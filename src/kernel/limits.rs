@@ -81,7 +81,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Works on a solve with limits for one [`Settings::budget`] and returns true if it has ended, as [`Self::advance`].
     ///
-    /// The size of the pieces changes no bit. Each piece computes the rows of `W` of the reached limits again.
+    /// The size of the pieces changes no bit, and a budget of 0 counts as 1. Each piece computes the rows of `W` of the reached limits again.
     ///
     /// ```
     /// use nalgebra::{Matrix2, vector};
@@ -108,7 +108,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<bool, Error> {
-        self.run_with_limits((limits, free_impulse, settings), Start::Paused, false)
+        self.run_with_limits((limits, free_impulse, &settings.of_a_piece()), Start::Paused, false)
     }
 
     /// Works on a solve with limits, and returns true if it has ended. `writes`: writes a solution also at the end of the budget.
@@ -119,7 +119,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         writes: bool,
     ) -> Result<bool, Error> {
         check_entries::<T, N>(self.scene.used(data.1, 1), Input::FreeImpulse)?;
-        self.prepare()?;
+        let may_resume = start == Start::Paused && self.solver.has_limits();
+        self.prepare_for(if may_resume { Call::Resume } else { Call::Begin })?;
         let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
         let mut call = Call::Begin;
         let result = loop {
@@ -127,7 +128,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.scene.truncate_rows(scene_rows);
             self.factor.restore(&checkpoint);
             start = match (start, &result) {
-                (Start::Paused, Ok(None)) => Start::Pushed,
+                (Start::Paused, Ok(None)) => {
+                    self.prepare()?;
+                    Start::Pushed
+                }
                 // The limits that pushed in the last solve may take too many rows: try without them.
                 (Start::Pushed, Err(Error::ListFull { list: List::Rows, .. })) => Start::Violated,
                 _ => break result,
@@ -136,6 +140,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if result.is_err() && call == Call::Append {
             self.solver.invalidate();
         }
+        self.note_doubt(result.is_err());
         Ok(result? == Some(true))
     }
 

@@ -5,8 +5,8 @@ use crate::error::Error;
 use crate::factor::Factor;
 use crate::real::Real;
 use crate::scene::Scene;
-use crate::solution::{Settings, Solution};
-use crate::solver::{AllPhases, Phases, Solver};
+use crate::solution::{Settings, Solution, Violation};
+use crate::solver::{AllPhases, Call, Phases, Solver};
 use nalgebra::SVector;
 
 mod limits;
@@ -14,8 +14,9 @@ mod worst_case;
 
 /// A scene, its factor and its solver in one value, for a `static`.
 ///
-/// A kernel computes its factor again when `M`, a Jacobian, a compliance, or the velocities, contacts and joint rows in use have changed. The
-/// type parameter `P` names the [`Phases`] of its solver; the default is all phases.
+/// A kernel computes its factor again when `M`, a Jacobian, a compliance, or the velocities, contacts and joint rows in use have changed. It
+/// does so, too, when a solve begins after a call that has not solved its scene: a bit that has flipped in the memory of the factor spoils no second
+/// tick. The type parameter `P` names the [`Phases`] of its solver; the default is all phases.
 ///
 /// ```
 /// use nalgebra::{Matrix2, matrix, vector};
@@ -62,6 +63,8 @@ pub struct Kernel<
     scene: Scene<T, N, D, C, R, S>,
     factor: Factor<T, N, D, C, R>,
     solver: Solver<T, N, D, C, R, P>,
+    /// Has the last call not solved its scene? Then the factor may be to blame: its memory may have changed.
+    in_doubt: bool,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
@@ -80,7 +83,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// A new kernel: an empty scene, and a solver with these phases.
     #[must_use]
     pub const fn with_phases(phases: P) -> Self {
-        Self { scene: Scene::new(), factor: Factor::empty(), solver: Solver::with_phases(phases) }
+        let solver = Solver::with_phases(phases);
+        Self { scene: Scene::new(), factor: Factor::empty(), solver, in_doubt: false }
     }
 
     /// Makes the kernel as new: `N` velocities, no mass, no contacts and joint rows, no factor, nothing solved. It works in place, without a copy on the stack.
@@ -101,6 +105,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.scene.reset();
         self.factor.clear();
         self.solver.empty();
+        self.in_doubt = false;
     }
 
     /// Index of the contact with the largest residual in the last solution ([`Solution::worst_contact`]).
@@ -108,6 +113,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub fn worst_contact(&self, settings: &Settings<T>) -> Option<usize> {
         let solution = self.solution();
         solution.worst_contact(&self.scene, &self.factor, settings)
+    }
+
+    /// The largest violations of the laws in the last solution, in m/s and N·s ([`Solution::violation`]).
+    #[must_use]
+    pub fn violation(&self) -> Violation<T> {
+        self.solution().violation(&self.scene, &self.factor)
     }
 
     /// The scene.
@@ -143,9 +154,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        self.prepare()?;
-        let solver = &mut self.solver;
-        solver.solve(&self.scene, &self.factor, free_impulse, settings)
+        self.run(Call::Begin, (free_impulse, settings), true)?;
+        Ok(self.solver.solution())
     }
 
     /// Continues a solve whose budget was used up, as [`Solver::resume`].
@@ -157,9 +167,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        self.prepare()?;
-        let solver = &mut self.solver;
-        solver.resume(&self.scene, &self.factor, free_impulse, settings)
+        let call = self.solver.resumed(&self.scene, free_impulse, settings)?;
+        self.run(call, (free_impulse, settings), true)?;
+        Ok(self.solver.solution())
     }
 
     /// Works on a solve for one [`Settings::budget`] and returns true if it has ended, as [`Solver::advance`].
@@ -167,12 +177,30 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// # Errors
     /// As [`Factor::prepare`] and [`Solver::resume`].
     pub fn advance(&mut self, free_impulse: &SVector<T, N>, settings: &Settings<T>) -> Result<bool, Error> {
-        self.prepare()?;
-        let solver = &mut self.solver;
-        solver.advance(&self.scene, &self.factor, free_impulse, settings)
+        let call = self.solver.resumed(&self.scene, free_impulse, settings)?;
+        self.run(call, (free_impulse, &settings.of_a_piece()), false)
     }
 
-    /// Derivative of the last solution with respect to its data, as [`Derivative::new`]. The scene and the settings have to be those of the
+    /// Works on a solve, and returns true if it has ended. `writes`: writes a solution also at the end of the budget.
+    fn run(
+        &mut self,
+        call: Call,
+        (free_impulse, settings): (&SVector<T, N>, &Settings<T>),
+        writes: bool,
+    ) -> Result<bool, Error> {
+        self.prepare_for(call)?;
+        let data = (&self.scene, &self.factor, free_impulse, settings);
+        let result = self.solver.work(data, call, writes);
+        self.note_doubt(result.is_err());
+        result
+    }
+
+    /// Notes whether a call, which may be refused, has not solved its scene.
+    fn note_doubt(&mut self, is_refused: bool) {
+        self.in_doubt = is_refused || !self.solution().is_solved();
+    }
+
+    /// Derivative of the last solution with respect to its data, as [`Derivative::new`]. The scene and the model have to be those of the
     /// solve.
     ///
     /// # Errors
@@ -181,16 +209,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Derivative::new(&self.scene, &self.factor, self.solution(), settings)
     }
 
-    /// Computes the factor now if `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed. Without this
-    /// call the next solve does so.
+    /// Computes the factor now if `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed, or if the last call has not
+    /// solved its scene. Without this call the next solve does so.
     ///
     /// # Errors
     /// As [`Factor::prepare`].
     pub fn prepare(&mut self) -> Result<(), Error> {
+        self.prepare_for(Call::Begin)
+    }
+
+    /// Computes the factor if the scene has changed, or if it is in doubt and the call begins a solve.
+    fn prepare_for(&mut self, call: Call) -> Result<(), Error> {
         self.solver.invalidate_if_unsolved();
-        if self.factor.is_current(&self.scene) {
+        let in_doubt = self.in_doubt && call == Call::Begin;
+        if !in_doubt && self.factor.is_current(&self.scene) {
             return Ok(());
         }
+        self.in_doubt = false;
         self.factor.prepare(&self.scene)
     }
 }
@@ -202,3 +237,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -60,7 +60,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     const WITHOUT_BUDGET: usize = {
         let (n, m) = (N, Self::ROWS);
         let prepare = (n * n * n + 3 * m * n * (m + n)).div_euclid(2);
-        prepare + 330 * n * n + 220 * m * m + 1_500 * m + 12_000 + 2_000 * Self::MIXED
+        prepare + 330 * n * n + 220 * m * m + 1_500 * m + 16_000 + 2_000 * Self::MIXED
     };
 
     /// Number of rows if there are joint rows or surfaces, whose error takes longer; otherwise 0.

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Input};
 use crate::factor::Factor;
+use crate::linalg::cholesky::factorise;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::add;
 use crate::linalg::zip::{zip3, zip4};
@@ -140,10 +141,48 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
     }
 
-    /// Is the scene hyperstatic at these impulses: do the contacts that push and the joint rows that hold have
-    /// rows >= moved dofs + `D`? Then impulses can change without moving a body.
-    pub(crate) fn is_hyperstatic(&self, r: &Stacked<T, D, C, R>) -> bool {
-        self.makes_hyperstatic(self.sets.holding_rows(r))
+    /// Is the scene hyperstatic at these impulses: can they change without moving a body? `rows` is the number of rows whose impulses count
+    /// as unknown.
+    ///
+    /// It is with rows >= moved dofs + `D`. With fewer, but no fewer than moved dofs, it is if all contacts that push stick and their rows and
+    /// those that hold depend on one another, as those of a rod on two points. (Between slipping contacts the friction is known.)
+    pub(crate) fn is_hyperstatic(&self, r: &Stacked<T, D, C, R>, rows: usize) -> bool {
+        let moved = self.factor.moved();
+        if rows < moved || self.makes_hyperstatic(rows) {
+            return rows >= moved;
+        }
+        self.sets.free_rows(r) == self.sets.holding_rows(r) && (rows > moved || !self.has_full_rank(r))
+    }
+
+    /// Are the rows independent that push or hold at these impulses? A row that moves nothing does not count.
+    #[inline(never)]
+    fn has_full_rank(&self, r: &Stacked<T, D, C, R>) -> bool {
+        let mut holding = self.sets.holding(r);
+        let delassus = self.factor.delassus();
+        for (i, holding) in holding.contacts.iter_mut().enumerate() {
+            for (k, holds) in holding.iter_mut().enumerate() {
+                *holds &= delassus.inverse_mass(i, k) > T::ZERO;
+            }
+        }
+        for (j, holds) in holding.rows.iter_mut().enumerate() {
+            *holds &= delassus.row_inverse_mass(j) > T::ZERO;
+        }
+        let (mut matrix, mut rows) = ([[T::ZERO; N]; N], 0);
+        for index in (0..).zip(holding.iter()).filter_map(|(index, &holds)| holds.then_some(index)) {
+            let (mut x, mut u) = (Stacked::zero(), Stacked::zero());
+            if let Some(entry) = x.iter_mut().nth(index) {
+                *entry = T::ONE;
+            }
+            delassus.times(&x, &mut u, self.sets.counts());
+            let Some(row) = matrix.get_mut(rows) else { return false };
+            let entries = u.iter().zip(holding.iter()).filter_map(|(&u, &holds)| holds.then_some(u));
+            for (entry, u) in row.iter_mut().zip(entries) {
+                *entry = u;
+            }
+            rows += 1;
+        }
+        let mut factor = matrix;
+        factorise((&matrix, rows), T::EPSILON * T::literal(256.0), &mut factor, &mut [usize::MAX; N]).is_ok()
     }
 
     /// Would the scene be hyperstatic if all contacts and joint rows pushed?

@@ -103,13 +103,23 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         contacts.sum::<usize>() + self.counts.rows
     }
 
-    /// Number of rows whose impulses are unknown near the impulses `r`: the rows of contacts that push, and the joint rows between
-    /// their bounds. (The impulse of a row at its bound is known.)
+    /// The rows whose impulses are unknown near the impulses `r`: those of contacts that push, and the joint rows between their bounds. (The
+    /// impulse of a row at its bound is known.)
+    pub(crate) fn holding(&self, r: &Stacked<T, D, C, R>) -> Stacked<bool, D, C, R> {
+        let mut holding = Stacked { contacts: [[false; D]; C], rows: [false; R] };
+        for (holding, set, r) in zip3(&mut holding.contacts, self.contacts(), &r.contacts) {
+            let rows = if *r == [T::ZERO; D] { 0 } else { set.pushing_rows() };
+            holding.iter_mut().take(rows).for_each(|holds| *holds = true);
+        }
+        for (holds, set, &r) in zip3(&mut holding.rows, self.rows(), &r.rows) {
+            *holds = set.holds(r);
+        }
+        holding
+    }
+
+    /// Number of [`Self::holding`] rows.
     pub(crate) fn holding_rows(&self, r: &Stacked<T, D, C, R>) -> usize {
-        let contacts = self.contacts().iter().zip(&r.contacts);
-        let contacts = contacts.map(|(set, r)| if *r == [T::ZERO; D] { 0 } else { set.pushing_rows() });
-        let rows = self.rows().iter().zip(&r.rows);
-        contacts.sum::<usize>() + rows.filter(|(set, r)| set.holds(**r)).count()
+        self.holding(r).iter().filter(|&&holds| holds).count()
     }
 
     /// [`Self::holding_rows`], but one row for a contact that slips: its friction follows from its normal impulse.

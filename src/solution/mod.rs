@@ -55,19 +55,33 @@ impl fmt::Display for Status {
     }
 }
 
-/// The largest violations of the laws of contacts and joint rows, see [`Solution::violation`].
+/// The largest violations of Coulomb's law and of the laws of joint rows, see [`Solution::violation`].
+///
+/// Each field is the largest of all contacts or rows, and 0 if there is none. A contact or row breaks its law by a speed or by an impulse. Tangents
+/// of a contact with a [`crate::Surface`] are measured in rows that are scaled so that its cone is round: there spin and roll are speeds of a length.
+///
+/// A contact under a load is told apart by the friction that would stop it: within `mu r_N` the contact has to stick, beyond it slides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Violation<T> {
-    /// Largest closing speed of a closed contact (m/s): the largest `-u_N`.
+    /// Closing speed of a closed contact (m/s): `-u_N`.
     pub closing_speed: T,
-    /// Largest distance of an impulse from its friction cone (N·s): the largest `|r_T| - mu r_N`, or `-r_N`. The distance from an elliptic
-    /// cone is measured in rows that are scaled so that the cone is round.
+    /// Normal impulse of a contact that opens (N·s): the smaller of `r_N` and the impulse that would stop the opening, `alpha u_N`.
+    /// The convex relaxation opens what slides, and Coulomb's law does not.
+    pub opening_impulse: T,
+    /// Distance of an impulse from its friction cone (N·s): `|r_T| - mu r_N`, or `-r_N`.
     pub outside_cone: T,
-    /// Largest speed of a joint row against its law (rad/s, m/s): into a stop, against a bound, or any speed of a row that holds. The impulse
-    /// of a row always lies within its bounds.
+    /// Speed along its tangents of a contact that friction could stop (m/s): `|u_T|`.
+    pub creep: T,
+    /// Friction that a sliding contact lacks (N·s): the distance of `r_T` from `mu r_N` against the slide. It is small where friction is as
+    /// large as it can be, and points against the motion.
+    pub missing_friction: T,
+    /// Speed of a joint row against its law (rad/s, m/s): into a stop, against a bound, or any speed of a row that holds.
     pub row_speed: T,
+    /// Impulse of a joint row against its law (N·m·s, N·s): its distance from the bound at which its speed puts it, or that of a stop which
+    /// pushes what leaves it (as [`Self::opening_impulse`]). The impulse of a row always lies within its bounds.
+    pub row_impulse: T,
 }
 
 /// The outcome of a solve: velocity, impulses, modes, status and error.
@@ -126,6 +140,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
     /// True if the scene is solved, or if the budget or the precision ended the solve at an error of at most `error` (dimensionless).
     ///
     /// It is false for [`Status::Infeasible`] and [`Status::Jammed`]: contradictory walls make impulses large, and so the error small.
+    /// For the same reason it bounds no force of [`Model::ConvexRelaxation`]: large internal forces hide in their own error
+    /// ([`crate::guide::forces`]).
     #[must_use]
     pub fn is_usable(&self, error: T) -> bool {
         match self.status {

@@ -42,6 +42,9 @@ pub struct ContactSolution<T, const D: usize> {
 }
 
 /// The mode of a joint row.
+///
+/// A box is at a bound if `λ - alpha s` lies there or beyond, as in the natural map ([`crate::guide::error`]). `λ` itself is there up to the
+/// error: [`crate::Violation::row_impulse`] is how far it is off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -50,11 +53,11 @@ pub enum RowMode {
     Open,
     /// A limit that is reached and pushes.
     AtLimit,
-    /// A box at its lower bound: a saturated motor, a joint that slips against its friction.
+    /// A box at its lower bound, up to the error: a saturated motor, a joint that slips against its friction.
     AtLower,
-    /// A box at its upper bound.
+    /// A box at its upper bound, up to the error.
     AtUpper,
-    /// An equality, or a box between its bounds: `s` is 0.
+    /// An equality, or a box between its bounds: `s` is 0, up to the error.
     Holding,
 }
 

@@ -31,7 +31,7 @@ pub struct Settings<T> {
     /// Error up to which a solution counts as solved (dimensionless, not negative), see [`crate::Solution::error`].
     pub tolerance: T,
     /// Work that one call may do, in units of [`Work::total`]. A call ends between two pieces of work, so it exceeds its budget by at most
-    /// 19. With a budget of 0 it computes the error of the best known point. Below 1,000 it looks for no proof of a jam.
+    /// 19. With a budget of 0 it computes the error of the best known point; [`crate::Solver::advance`] takes it for 1. Below 1,000 it looks for no proof of a jam.
     /// [`crate::guide::tick`] derives a budget from the time of a tick.
     pub budget: usize,
     /// The contact law that is solved.
@@ -44,6 +44,13 @@ impl<T> Settings<T> {
     #[must_use]
     pub const fn new(tolerance: T) -> Self {
         Self { tolerance, budget: 1_000, model: Model::Coulomb }
+    }
+}
+
+impl<T: Copy> Settings<T> {
+    /// The settings of one of many calls, each of which does some work.
+    pub(crate) fn of_a_piece(&self) -> Self {
+        Self { budget: self.budget.max(1), ..*self }
     }
 }
 

@@ -40,15 +40,18 @@ pub(super) enum Progress {
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
-    /// Begins the central path near the impulses of the point, with a `tau` of 10 times the mean of `alpha |q|²`.
+    /// Begins the central path near the impulses of the point, with a `tau` of 10 times the mean of `alpha |q|²`, or less if the error of
+    /// the point is small.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn begin_path<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         self.path.jams = 0;
-        let tau = mean_energy(&monitor.problem.sets) * tuning::first_tau();
-        self.enter_path(monitor, tau, tuning::first_gain(), T::ONE);
+        // A solution that slides is far from one that rests.
+        let is_near = !monitor.record.is_rest_question_open();
+        let share = if is_near { self.point.estimate * tuning::tau_share() } else { T::ONE };
+        self.enter_path(monitor, far_tau(monitor) * share.min(T::ONE), tuning::first_gain(), T::ONE);
         self.back_to_path(monitor);
     }
 
@@ -222,7 +225,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let beta = value(&tuning::WEIGHTS.map(T::literal));
         // `tau` rises with each round of weights, so that no path repeats an earlier one.
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
-        self.enter_path(monitor, tau * tuning::tau_raise() * round, gain, beta);
+        let mut raised = tau * tuning::tau_raise() * round;
+        if jams == 0 {
+            raised = raised.max(far_tau(monitor)); // the first path may have begun too near its end
+        }
+        self.enter_path(monitor, raised, gain, beta);
         self.point.evaluate_impulses(monitor.problem);
         self.consider(monitor);
         let is_near = self.point.estimate < tuning::near() || monitor.must_return();
@@ -231,4 +238,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
         is_near
     }
+}
+
+/// The `tau` of a path that begins far from a solution.
+fn far_tau<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+    monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+) -> T {
+    mean_energy(&monitor.problem.sets) * tuning::first_tau()
 }

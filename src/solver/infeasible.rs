@@ -1,9 +1,7 @@
 //! The decision when to look for a proof that a scene is infeasible or jammed ([`crate::guide::error`]).
 
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::at_least;
 use crate::real::Real;
-use crate::scene::RowLaw;
 use crate::solution::Status;
 use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
 
@@ -46,40 +44,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Looks for a proof that friction jams the scene, if the impulses are doubtful and the velocities miss the offsets by more than a tenth.
-    /// The proof does not end the solve, because a solution may exist.
-    #[inline(never)]
-    fn look_for_jam(&mut self, present: &Stacked<T, D, C, R>) {
-        let scene = self.problem.scene;
-        let ratio = T::literal(DOUBTFUL_IMPULSE_RATIO);
-        let are_doubtful = [present, &self.record.best].iter().any(|r| self.problem.exceeds(r, ratio));
-        if !are_doubtful || !scene.is_conceivably_infeasible() {
-            return;
-        }
-        // The largest violation by the velocities, and by the offsets alone.
-        let mut closing = T::ZERO;
-        let mut asked = T::ZERO;
-        for (found, contact) in self.solution.contacts.iter().zip(scene.contacts()) {
-            if let (Some(&u), Some(&w)) = (found.velocity.iter().next(), contact.offset.iter().next()) {
-                (closing, asked) = (at_least(-u, closing), at_least(-w, asked));
-            }
-        }
-        for (found, row) in self.solution.rows.iter().zip(scene.rows()) {
-            let violation = |velocity: T| match row.law {
-                RowLaw::Limit => -velocity,
-                RowLaw::Equality => velocity.abs(),
-                RowLaw::Box { .. } => T::ZERO,
-            };
-            closing = at_least(violation(found.velocity), closing);
-            asked = at_least(violation(row.offset), asked);
-        }
-        let is_met = self.record.status == Status::Solved && closing * T::literal(10.0) <= asked;
-        if !is_met && let Some(proof) = self.problem.jam() {
-            self.write_certificate(&proof);
-            self.solution.status = Status::Jammed;
-        }
-    }
-
     /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check_infeasibility(&mut self, present: &Stacked<T, D, C, R>) {
@@ -94,8 +58,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.look_for_proof();
             if self.record.status == Status::Infeasible {
                 self.solution.status = Status::Infeasible;
-            } else if self.record.has_sought_proof && self.budget() >= JAM_BUDGET {
-                self.look_for_jam(present);
+                return;
+            }
+            let ratio = T::literal(DOUBTFUL_IMPULSE_RATIO);
+            let are_doubtful = self.record.has_doubted || self.problem.exceeds(present, ratio);
+            let may_be_jammed = self.record.status != Status::Solved && self.record.has_sought_proof;
+            // The proof does not end the solve, because a solution may exist.
+            if may_be_jammed
+                && are_doubtful
+                && self.budget() >= JAM_BUDGET
+                && let Some(proof) = self.problem.jam()
+            {
+                self.write_certificate(&proof);
+                self.solution.status = Status::Jammed;
             }
         }
     }

@@ -3,8 +3,8 @@
 //! [`crate::guide::method`] explains the phases and has a table of all transitions. In short:
 //!
 //! ```text
-//! Sweeps ── enough ──► Newton ── rejected ──► Sweeps ── slow ──► CentralPath ── jam ──► CentralPath (another one)
-//! Newton ── rejected, began at the last solution or at a guess ──► cold start, without a guess
+//! Sweeps ── enough ──► Newton ── rejected ──► CentralPath ── jam ──► CentralPath (another one)
+//! Newton ── rejected, began at the last solution or at a guess ──► Sweeps, from the best impulses
 //! CentralPath ── near the end, also after a jam ──► Newton
 //! Newton ── rejected ──► search for a proof of infeasibility, once in a solve
 //! solved, but a body leaves a rest ──► CentralPath of the relaxation: can all bodies stay?
@@ -26,7 +26,7 @@ use crate::solver::phases::Phases;
 use crate::solver::point::NewtonPoint;
 use crate::solver::record::RestQuestion;
 use crate::solver::rest::DISTURBED;
-use crate::solver::state::State;
+use crate::solver::state::{State, Sweeps};
 use crate::solver::sweeps::Pace;
 use crate::solver::warm_start::{WarmStart, WarmStartKind};
 
@@ -121,12 +121,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         match kind {
             _ if !P::NEWTON => {
                 self.state.apply_correction(monitor);
-                self.begin_sweeps(monitor)
+                self.begin_sweeps()
             }
             WarmStartKind::None if !corrected => self.begin_cold(monitor, true),
-            WarmStartKind::Isostatic if !corrected && !self.state.holds_jacobian => {
-                self.begin_sweeps(monitor)
-            }
+            WarmStartKind::Isostatic if !corrected && !self.state.holds_jacobian => self.begin_sweeps(),
             WarmStartKind::None | WarmStartKind::Isostatic => self.begin_newton(monitor, newton),
             WarmStartKind::Hyperstatic => {
                 if corrected {
@@ -209,11 +207,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Phase {
-        if P::CENTRAL_PATH && self.state.sweeps.lead_to_path {
-            return self.begin_path(monitor);
-        }
         if P::NEWTON {
-            return self.begin_newton(monitor, self.state.newton_after_sweeps());
+            self.state.end_sweeps(monitor);
+            return self.begin_newton(monitor, Newton::after_sweeps());
         }
         self.state.apply_correction(monitor);
         Phase::Sweeps
@@ -234,7 +230,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 Outcome::Accepted(newton) => Phase::Newton(newton),
                 Outcome::NoJacobian => {
                     self.forget();
-                    self.begin_sweeps(monitor)
+                    self.begin_sweeps()
                 }
                 Outcome::Rejected => self.after_rejection(monitor, newton.origin),
             },
@@ -304,9 +300,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             }
             Origin::Cold if P::CENTRAL_PATH => {
                 monitor.look_for_proof();
-                if monitor.problem.can_be_swept() && !monitor.record.is_rest_question_open() {
-                    self.state.sweep_before_path();
-                    return Phase::Sweeps;
+                if !monitor.record.is_rest_question_open() {
+                    self.state.go_to_best(monitor);
+                    if monitor.problem.can_be_swept() && monitor.solution.work.sweeps == 0 {
+                        return self.begin_sweeps();
+                    }
+                    monitor.judge_best();
+                    if monitor.is_over() {
+                        return Phase::Sweeps; // whose point needs no more than `r` and `u`
+                    }
                 }
                 self.begin_path(monitor)
             }
@@ -326,8 +328,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 if P::CENTRAL_PATH {
                     monitor.look_for_proof();
                 }
+                if monitor.problem.can_be_swept() {
+                    self.state.go_to_best(monitor);
+                    return self.begin_sweeps();
+                }
                 self.state.point.set_zero_impulse(monitor.problem);
-                self.begin_cold(monitor, false)
+                self.begin_newton(monitor, Newton::new())
             }
         }
     }
@@ -341,7 +347,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         if may_guess && monitor.problem.is_likely_to_stick() {
             self.begin_guess(monitor, Newton::guessed())
         } else if monitor.problem.begins_with_sweeps() {
-            self.begin_sweeps(monitor)
+            self.begin_sweeps()
         } else {
             self.begin_newton(monitor, Newton::new())
         }
@@ -359,11 +365,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     }
 
     /// Begins sweeps at the impulses and `u` of the point.
-    fn begin_sweeps<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> Phase {
-        self.state.begin_sweeps(monitor);
+    fn begin_sweeps(&mut self) -> Phase {
+        self.state.sweeps = Sweeps::none();
         Phase::Sweeps
     }
 

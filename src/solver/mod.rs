@@ -3,6 +3,7 @@
 
 use crate::error::Error;
 use crate::factor::Factor;
+use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::Scene;
@@ -181,11 +182,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     /// Scene, free impulse, tolerance and model have to be those of that solve: the solver compares their fingerprint. If they differ, if the
     /// last solve has ended, and after [`Self::reset`], this is [`Self::solve`].
     ///
-    /// Several calls give the same bits as one call, and the work of the solution is that of all calls. There are two exceptions.
+    /// Several calls give the same bits as one call, and the work of the solution is that of all calls. There are three exceptions.
     /// At the end of its budget a call may look for a proof that the scene is infeasible (once in a solve). So several calls may
     /// find a proof sooner. They may also find one for a scene that is infeasible by rounding alone, which one call solves with
-    /// large impulses. And if a solution is known at the end of a call, the solver no longer asks whether a body can stay at
-    /// rest.
+    /// large impulses. If a solution is known at the end of a call, the solver no longer asks whether a body can stay at
+    /// rest. And a call that ends unsolved computes the error of the best impulses: it may find that they solve the scene although their
+    /// estimate does not say so.
     ///
     /// # Errors
     /// As [`Self::solve`]; [`Error::LimitsLeftOut`] if the paused solve has limits: [`crate::Kernel::resume_with_limits`] continues it.
@@ -196,15 +198,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<&Solution<T, N, D, C, R>, Error> {
-        let call = self.resumed(|| fingerprint(scene, free_impulse, settings))?;
+        let call = self.resumed(scene, free_impulse, settings)?;
         self.run((scene, factor, free_impulse, settings), call)
     }
 
     /// Works for one [`Settings::budget`] on a solve, and writes a solution only at its end. Returns true if the solve has ended.
     ///
     /// It continues or begins a solve as [`Self::resume`] does, and is for solves in small pieces: a pause costs little more than the
-    /// velocities of the free motion. The size of the pieces changes no bit. Until the solve has ended, [`Self::solution`] is
-    /// [`crate::Status::Unsolved`]; [`Self::resume`] with a budget of 0 writes the best solution so far, with its error.
+    /// velocities of the free motion. The size of the pieces changes no bit. A budget of 0 counts as 1, so the solve ends. Until then,
+    /// [`Self::solution`] is [`crate::Status::Unsolved`]; [`Self::resume`] with a budget of 0 writes the best solution so far, with its error.
     ///
     /// # Errors
     /// As [`Self::resume`].
@@ -215,16 +217,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<bool, Error> {
-        let call = self.resumed(|| fingerprint(scene, free_impulse, settings))?;
-        self.work((scene, factor, free_impulse, settings), call, false)
+        let call = self.resumed(scene, free_impulse, settings)?;
+        self.work((scene, factor, free_impulse, &settings.of_a_piece()), call, false)
     }
 
-    /// The call that continues a paused solve of data with this fingerprint, or begins one. A paused solve with joint limits is refused.
-    fn resumed(&self, fingerprint: impl FnOnce() -> u64) -> Result<Call, Error> {
+    /// The call that continues a paused solve of this data, or begins one. A paused solve with joint limits is refused.
+    pub(crate) fn resumed<const S: usize>(
+        &self,
+        scene: &Scene<T, N, D, C, R, S>,
+        free_impulse: &SVector<T, N>,
+        settings: &Settings<T>,
+    ) -> Result<Call, Error> {
         if self.has_limits() {
             return Err(Error::LimitsLeftOut);
         }
-        Ok(self.record.resume(fingerprint))
+        Ok(self.record.resume(|| fingerprint(scene, free_impulse, settings)))
     }
 
     /// Notes that the solve has joint limits, the last rows of the scene, unless it has ended.
@@ -303,11 +310,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         while monitor.is_running() || writes && monitor.is_free_check_due() {
             self.method.advance(&mut monitor, &mut self.warm_start);
         }
+        let mut written = None;
         if writes || monitor.is_over() {
             if P::CENTRAL_PATH {
                 self.method.end_rest_question(&mut monitor);
             }
-            monitor.finish(self.method.impulses());
+            written = monitor.finish();
             // A search for a proof costs work.
             if P::CENTRAL_PATH && settings.budget > 0 {
                 monitor.check_infeasibility(self.method.impulses());
@@ -315,9 +323,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         } else {
             monitor.pause();
         }
-        let [u, r] = self.method.solution(&problem);
         let replaces = call != Call::Begin;
-        self.warm_start.keep(scene, u, r, replaces);
+        if let Some([u, r]) = &written {
+            // The present point of a search may be far worse than the best.
+            let mut augmented = Stacked::zero();
+            problem.sets.augment(u, &mut augmented);
+            self.warm_start.keep(scene, &augmented, r, replaces);
+        } else {
+            let [u, r] = self.method.solution(&problem);
+            self.warm_start.keep(scene, u, r, replaces);
+        }
         if call != Call::Resume {
             self.record.pause(|| fingerprint(scene, free_impulse, settings));
         }

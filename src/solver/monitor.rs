@@ -18,7 +18,7 @@ use nalgebra::SVector;
 /// Largest number of corrections of the velocities (iterative refinement). If they are not enough, rounding is to blame.
 const CORRECTIONS: u8 = 4;
 
-/// Work that an error with twice the digits takes from the budget.
+/// Work that an error with twice the digits takes from the budget, and one that is computed in vain.
 const EXACT_ERROR: usize = 20;
 
 /// Impulses above this many times the expected size are doubtful. (With a tenth of it, solved impacts would be searched for a proof; with
@@ -119,15 +119,25 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.record.status = status;
     }
 
-    /// Includes `|stop|` in the expected size of the impulses from now on ([`crate::guide::error`]). That changes all estimates, so the best
-    /// one is forgotten.
+    /// Includes `|stop|` in the expected size of the impulses from now on ([`crate::guide::error`]). That changes all estimates.
     pub(crate) fn count_stopping(&mut self) {
         self.problem.count_stopping();
         self.record.counts_stopping = true;
-        self.record.best_estimate = None;
+        self.estimate_best();
     }
 
-    /// Keeps impulses if their estimate is the least so far. If it is within the tolerance, a [check](Self::judge) of their error is due.
+    /// Computes the estimate of the best impulses again, by the natural map. If it is within the tolerance, their error was not.
+    pub(super) fn estimate_best(&mut self) {
+        if let Some(best) = self.best() {
+            let estimate = self.problem.velocities_and_estimate(&best, &mut Stacked::zero());
+            if estimate > self.settings.tolerance {
+                self.record.best_estimate = Some(estimate);
+            }
+        }
+    }
+
+    /// Keeps impulses if their estimate is the least so far. If it is within the tolerance, a [check](Self::judge) of their error is due, and
+    /// decides whether they are kept.
     pub(crate) fn consider(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, mut estimate: T) {
         let tolerance = self.settings.tolerance;
         if estimate <= tolerance && self.problem.has_unexpected_impulse(r) {
@@ -138,52 +148,87 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             self.count_stopping();
             estimate = self.problem.error_estimate(r, u);
         }
-        if self.record.best_estimate.is_some_and(|best| estimate >= best) {
-            return;
-        }
-        self.record.best = *r;
-        self.record.best_estimate = Some(estimate);
-        if estimate <= tolerance {
+        if estimate > tolerance {
+            self.keep(r, u, estimate);
+        } else if self.record.best_estimate.is_none_or(|best| estimate < best) {
             self.record.check = Check::Error;
         }
     }
 
-    /// Checks the error of the best impulses, which were the last that [`Self::consider`] saw. Ends the solve if they solve the scene.
+    /// Keeps impulses with the velocities `u` if their estimate is the least so far, unless they are absurd.
+    pub(crate) fn keep(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, estimate: T) {
+        let best = self.record.best_estimate;
+        if best.is_some_and(|best| estimate >= best && best.is_finite()) {
+            return;
+        }
+        if best.is_some() && self.is_absurd(r, u) {
+            self.record.has_doubted = true;
+            return;
+        }
+        self.record.best = *r;
+        self.record.best_estimate = Some(estimate);
+    }
+
+    /// Are these impulses doubtful, and do they throw a body or let walls close?
+    fn is_absurd(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
+        let ratio = T::literal(DOUBTFUL_IMPULSE_RATIO);
+        self.problem.throws(r, ratio) || self.problem.lets_walls_close(r, u, ratio)
+    }
+
+    /// Do these impulses let walls close, so that they are no solution whatever their error?
+    pub(super) fn must_refuse(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
+        self.problem.lets_walls_close(r, u, T::literal(DOUBTFUL_IMPULSE_RATIO))
+    }
+
+    /// Checks the error of impulses, the last that [`Self::consider`] saw. Ends the solve if they solve the scene.
     ///
     /// If the error exceeds the tolerance, a check with twice the digits is due. If that error exceeds the tolerance, too,
     /// `H v + w` and `W r + q` differ by rounding. The difference is then added to the constant terms of the velocities, and the
     /// search continues (iterative refinement).
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn judge(&mut self) {
-        let (r, mut u) = (self.record.best, Stacked::zero());
-        let mut is_solved = self.evaluate(&r);
+    pub(crate) fn judge(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) {
+        let mut is_solved = self.evaluate(r);
         if !is_solved && !self.problem.counts_stopping {
             self.count_stopping();
-            self.record.best_estimate = Some(self.problem.velocities_and_estimate(&r, &mut u));
-            is_solved = self.evaluate(&r);
+            is_solved = self.evaluate(r);
         }
         let check = mem::replace(&mut self.record.check, Check::None);
-        if is_solved {
+        if is_solved && self.must_refuse(r, u) {
+            self.record.has_doubted = true;
+            self.work_limit = self.work_limit.saturating_sub(EXACT_ERROR); // or each piece might be checked in vain
+        } else if is_solved {
+            self.record.best = *r;
             let is_finite = self.solution.has_numbers() && r.contact_square().is_finite();
             self.stop(if is_finite {
                 Status::Solved
             } else {
                 Status::PrecisionLimit // squares overflow
             });
-        } else if check == Check::Error {
-            // The best estimate may be that of a sweep, without the natural map.
-            let estimate = self.problem.velocities_and_estimate(&r, &mut u);
-            self.record.best_estimate = Some(estimate);
-            if estimate <= self.settings.tolerance {
-                self.record.check = Check::ExactError;
-            }
-        } else if self.record.corrections < CORRECTIONS {
-            self.record.corrections += 1;
-            self.record.best_estimate = Some(self.solution.error);
-            self.problem.velocities(&r, &mut u);
-            self.correct_velocities(&u);
         } else {
-            self.stop(Status::PrecisionLimit);
+            self.keep(r, u, self.solution.error);
+            if check == Check::Error {
+                // The estimate that asked for the check may be that of a sweep, without the natural map.
+                if self.problem.error_estimate(r, u) <= self.settings.tolerance {
+                    self.record.check = Check::ExactError;
+                }
+            } else if self.record.corrections < CORRECTIONS {
+                self.record.corrections += 1;
+                self.correct_velocities(r);
+            } else {
+                self.stop(Status::PrecisionLimit);
+            }
+        }
+    }
+
+    /// Ends the solve if the best impulses solve the scene although their estimate is above the tolerance: it may be that of rounding.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn judge_best(&mut self) {
+        let (r, mut u) = (self.record.best, Stacked::zero());
+        if self.evaluate(&r) && self.solution.has_numbers() && r.contact_square().is_finite() {
+            self.problem.velocities(&r, &mut u);
+            if !self.must_refuse(&r, &u) {
+                self.stop(Status::Solved);
+            }
         }
     }
 
@@ -201,8 +246,10 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
 
     /// Adds the difference of `H v + w` and `W r + q` to the constant terms of the velocities,
     /// [`ContactSet::base`](crate::sets::ContactSet).
-    fn correct_velocities(&mut self, u: &Stacked<T, D, C, R>) {
+    fn correct_velocities(&mut self, r: &Stacked<T, D, C, R>) {
         let scene = self.problem.scene;
+        let mut u = Stacked::zero();
+        self.problem.velocities(r, &mut u);
         let sets = self.problem.sets.contacts_mut();
         for (i, set, contact, &u) in zip4(0..C, sets, &self.solution.contacts, &u.contacts) {
             let velocity = scene.scaled_velocity(i, contact.velocity);
@@ -239,35 +286,25 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         }
     }
 
-    /// Writes the solution of the best impulses so far. The search may continue as if they had not been written.
-    ///
-    /// If the solve is not over, the present impulses and those that the last call wrote are candidates, too.
+    /// Writes the solution of the best impulses so far. The search may continue as if they had not been written. Unless the solve has ended,
+    /// returns the velocities and impulses that are written.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn finish(&mut self, present: &Stacked<T, D, C, R>) {
-        let was_written =
-            self.call == Call::Resume && matches!(self.solution.status, Status::OutOfBudget | Status::Jammed);
+    pub(crate) fn finish(&mut self) -> Option<[Stacked<T, D, C, R>; 2]> {
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,
             status => status,
         };
         if self.record.status == Status::Solved {
-            return;
+            return None;
         }
-        let mut r = self.record.best;
-        if self.record.status == Status::Unsolved {
-            let mut least = self.record.best_estimate;
-            let written = was_written.then(|| self.written_impulses());
-            for other in [Some(*present), written].into_iter().flatten() {
-                let mut u = Stacked::zero();
-                let estimate = self.problem.velocities_and_estimate(&other, &mut u);
-                if least.is_none_or(|least| estimate < least) {
-                    (r, least) = (other, Some(estimate));
-                }
-            }
+        let is_unsolved = self.record.status == Status::Unsolved;
+        if is_unsolved {
             self.problem.sets.copy_bases(&mut self.record.bases);
         }
         self.problem.count_stopping();
-        if self.problem.throws(&r, T::literal(DOUBTFUL_IMPULSE_RATIO)) {
+        let (mut r, mut u) = (self.record.best, Stacked::zero());
+        self.problem.velocities(&r, &mut u);
+        if self.is_absurd(&r, &u) {
             r = Stacked::zero();
         }
         // A solve that continues may compute it more exactly later.
@@ -276,27 +313,25 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.problem.evaluate(&r, wanted, self.solution);
         if !self.solution.has_numbers() {
             // Squares overflow: zero impulses are written.
-            let none = Stacked::zero();
-            self.problem.evaluate(&none, (T::ZERO, false), self.solution);
+            r = Stacked::zero();
+            self.problem.evaluate(&r, (T::ZERO, false), self.solution);
         }
+        if r.contact_square() == T::ZERO {
+            self.problem.velocities(&r, &mut u);
+        }
+        let is_finite = self.solution.has_numbers() && r.contact_square().is_finite();
+        if is_unsolved && is_finite && self.solution.error <= self.settings.tolerance {
+            // The estimate was that of rounding.
+            self.stop(Status::Solved);
+            self.solution.status = Status::Solved;
+        }
+        is_unsolved.then_some([u, r])
     }
 
     /// Pauses the search for a later call, and writes no solution.
     pub(crate) fn pause(&mut self) {
         self.problem.sets.copy_bases(&mut self.record.bases);
         self.solution.invalidate();
-    }
-
-    /// The impulses of the solution as it is written, in scaled rows.
-    fn written_impulses(&self) -> Stacked<T, D, C, R> {
-        let mut r = Stacked::zero();
-        for (i, r, contact) in zip3(0..C, &mut r.contacts, &self.solution.contacts) {
-            *r = self.problem.scene.scaled_impulse(i, contact.impulse).into();
-        }
-        for (r, row) in r.rows.iter_mut().zip(&self.solution.rows) {
-            *r = row.impulse;
-        }
-        r
     }
 }
 

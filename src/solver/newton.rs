@@ -27,7 +27,7 @@ pub(crate) struct Newton {
 /// The kind of point at which Newton's method began.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Origin {
-    /// At zero impulses, or after sweeps of a cold start: there is no colder start.
+    /// At zero impulses, or after sweeps: there is no other start.
     Cold,
     /// On the central path.
     Path,
@@ -67,6 +67,11 @@ impl Newton {
             sweeps_first: false,
             origin: Origin::Cold,
         }
+    }
+
+    /// Begins after sweeps.
+    pub(crate) fn after_sweeps() -> Self {
+        Self { reuse: true, ..Self::new() }
     }
 
     /// Begins on the central path.
@@ -205,7 +210,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         monitor.solution.work.newton_steps += 1;
         let problem = &*monitor.problem;
         let may_centre = matches!(newton.origin, Origin::LastSolution | Origin::Cold);
-        let centred = may_centre && problem.is_hyperstatic(&self.point.r);
+        let centred =
+            may_centre && problem.is_hyperstatic(&self.point.r, problem.sets.holding_rows(&self.point.r));
         let damping = newton.damping(self.point.estimate, centred);
         self.forget();
         let (jacobian, matrix) = (&mut self.jacobian, &mut self.matrix);

@@ -82,6 +82,8 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     pub(super) counts_stopping: bool,
     /// Was a proof of infeasibility looked for?
     pub(super) has_sought_proof: bool,
+    /// Were impulses refused because they are doubtful?
+    pub(super) has_doubted: bool,
     pub(super) milestone: Option<Milestone<T>>,
     pub(super) rest: RestQuestion,
 }
@@ -100,6 +102,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
             corrections: 0,
             bases: Stacked::zero(),
             has_sought_proof: false,
+            has_doubted: false,
             milestone: None,
             rest: RestQuestion::Closed,
         }
@@ -114,6 +117,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
         self.counts_stopping = false;
         self.corrections = 0;
         self.has_sought_proof = false;
+        self.has_doubted = false;
         self.milestone = None;
         self.rest = RestQuestion::Closed;
     }

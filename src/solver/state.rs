@@ -39,6 +39,18 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         self.holds_jacobian = false;
     }
 
+    /// Moves the point to the best impulses so far.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn go_to_best<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        if let Some(best) = monitor.best() {
+            self.point.r = best;
+            self.point.evaluate_impulses(monitor.problem);
+        }
+    }
+
     /// Shows the point to the monitor.
     pub(super) fn consider<const N: usize, const S: usize>(
         &self,
@@ -68,7 +80,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         if monitor.record.is_rest_question_open() {
             monitor.judge_rest(&self.point);
         } else {
-            monitor.judge();
+            monitor.judge(&self.point.r, &self.point.u);
         }
     }
 }
@@ -82,16 +94,12 @@ pub(crate) struct Sweeps<T, const C: usize> {
     pub(super) done: u16,
     /// Number of sweeps to make however slow they are.
     pub(super) at_least: u16,
-    /// Did the sweeps begin without impulses?
-    pub(super) is_cold: bool,
-    /// Does the central path follow the sweeps?
-    pub(super) lead_to_path: bool,
 }
 
 impl<T: Real, const C: usize> Sweeps<T, C> {
     /// The state before the first sweep.
     pub(crate) const fn none() -> Self {
-        Self { multipliers: [T::ZERO; C], done: 0, at_least: 0, is_cold: false, lead_to_path: false }
+        Self { multipliers: [T::ZERO; C], done: 0, at_least: 0 }
     }
 }
 

@@ -3,8 +3,8 @@
 //! The error after a sweep is estimated from the slip multipliers of the contacts, without roots. The natural map is computed only if this
 //! estimate is within the tolerance.
 //!
-//! A Newton step costs as much as five sweeps. Sweeps continue while they are fast, or while five more at the present rate reach the
-//! tolerance. After a rejected Newton step more sweeps pay, because the central path takes ten times as long.
+//! Eight sweeps are made at least: a Newton step takes as long as five, and with a short budget its result is often of no use. They continue
+//! while eight more at the present rate reach the tolerance.
 
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
@@ -12,16 +12,12 @@ use crate::real::Real;
 use crate::sets::sweep;
 use crate::solution::Model;
 use crate::solver::monitor::Monitor;
-use crate::solver::newton::Newton;
-use crate::solver::state::{State, Sweeps};
+use crate::solver::state::State;
 use crate::solver::tuning;
 use core::mem;
 
 /// Share of the tolerance up to which the estimate of a sweep needs no natural map to confirm it.
 const CLEAR: f64 = 0.5;
-
-/// Least number of sweeps before the central path: fewer do not tell their rate.
-const LEAST_BEFORE_PATH: usize = 3;
 
 /// The outcome of a sweep.
 pub(crate) enum Pace {
@@ -32,32 +28,11 @@ pub(crate) enum Pace {
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
-    /// Begins sweeps at the impulses and `u` of the point.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn begin_sweeps<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        self.sweeps = Sweeps { is_cold: monitor.problem.sets.are_least(&self.point.r), ..Sweeps::none() };
-    }
-
-    /// Newton's method as it follows the sweeps.
-    pub(super) fn newton_after_sweeps(&self) -> Newton {
-        if self.sweeps.is_cold { Newton::new() } else { Newton::warm(false) }
-    }
-
     /// Begins sweeps after a rejected Newton step: a few, and twice as many each next time.
     pub(super) fn sweep_for_longer(&mut self) {
         let first = u16::try_from(tuning::sweeps_at_jam()).unwrap_or(u16::MAX);
         self.sweeps.at_least = self.sweeps.at_least.saturating_mul(2).max(first);
         self.sweeps.done = 0;
-        self.sweeps.is_cold = true; // so that the next rejected step leads here, too
-    }
-
-    /// Begins sweeps that the central path follows.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn sweep_before_path(&mut self) {
-        self.sweeps = Sweeps { lead_to_path: true, ..Sweeps::none() };
     }
 
     /// Computes the velocities again if a check of the error may have corrected their constant terms.
@@ -123,25 +98,33 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
                 return Pace::Continue;
             }
             estimate = estimate.max(self.point.estimate);
+        } else {
+            monitor.keep(&self.point.r, &self.point.u, estimate);
         }
         let sweeps = &mut self.sweeps;
         sweeps.done = sweeps.done.saturating_add(1);
-        // The estimate of zero impulses tells no rate.
-        let first = sweeps.is_cold && sweeps.done == 1;
-        let rate = if first { T::ZERO } else { estimate / last };
-        let is_fast = rate < tuning::sweep_rate();
-        let after_five = estimate * rate * rate * rate * rate * rate;
+        let (rate, least) = (estimate / last, tuning::sweeps());
+        let after_as_many = (0..least).fold(estimate, |estimate, _| estimate * rate);
         let done = usize::from(sweeps.done);
-        let pays = if sweeps.lead_to_path {
-            let most = tuning::sweeps_before_path();
-            let at_the_end = (done..most).fold(estimate, |estimate, _| estimate * rate);
-            done < LEAST_BEFORE_PATH || done < most && at_the_end <= tolerance
-        } else {
-            is_fast && done < tuning::fast_sweeps()
-                || after_five <= tolerance
-                || sweeps.done < sweeps.at_least
-        };
-        if estimate > tolerance && pays { Pace::Continue } else { Pace::Enough }
+        if estimate > tolerance
+            && (done < least.max(usize::from(sweeps.at_least)) || after_as_many <= tolerance)
+        {
+            return Pace::Continue;
+        }
+        Pace::Enough
+    }
+
+    /// Compares the point after sweeps with the best impulses by the natural map, as later points are.
+    pub(super) fn end_sweeps<const N: usize, const S: usize>(
+        &self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        monitor.estimate_best();
+        let (r, u) = (&self.point.r, &self.point.u);
+        let estimate = monitor.problem.error_estimate(r, u);
+        if estimate > monitor.tolerance() {
+            monitor.keep(r, u, estimate);
+        }
     }
 }
 

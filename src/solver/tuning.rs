@@ -55,9 +55,6 @@ numbers! {
     /// Cold start: the guess is that all contacts stick if that needs no more than this share of their friction.
     sticking: 1.0;
 
-    /// Sweeps: one is fast if the estimate of the error falls to at most this share.
-    sweep_rate: 0.5;
-
     /// Newton: the step from the guess that all contacts stick may raise the merit by this factor.
     merit_growth: 1e5;
     /// Newton: chord steps follow as long as the merit falls to at most this share in each step.
@@ -72,6 +69,8 @@ numbers! {
 
     /// Central path: the first `tau` over the mean of `alpha |q|²`.
     first_tau: 10.0;
+    /// Central path: the first `tau` is smaller if the estimate of the error times this is below 1.
+    tau_share: 2.0;
     /// Central path: gain (weight of velocities against impulses) at the start of the first path.
     first_gain: 10.0;
     /// Central path: a step ends before this last share of the way to the boundary of the cones.
@@ -87,11 +86,9 @@ numbers! {
 }
 
 counts! {
-    /// Sweeps: largest number that follow because they are fast. (Others follow if five more reach the tolerance.)
-    fast_sweeps: 3;
-
-    /// Sweeps: largest number before the central path. They end as soon as this number would not reach the tolerance at the present rate.
-    sweeps_before_path: 40;
+    /// Sweeps: least number of a phase. They continue as long as this many more reach the tolerance at the present rate: a Newton step with
+    /// its solves takes as long.
+    sweeps: 8;
 
     /// Newton: largest number of steps in a row.
     newton_steps: 30;

@@ -202,7 +202,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         if !self.is_cold() && rest > tolerance {
             self.impulses(problem, false, &mut point.r);
             let unique =
-                problem.can_be_swept() && !problem.makes_hyperstatic(problem.sets.free_rows(&point.r));
+                problem.can_be_swept() && !problem.is_hyperstatic(&point.r, problem.sets.free_rows(&point.r));
             if unique && onwards {
                 self.extrapolate(problem, tolerance, point);
             } else if unique || !P::NEWTON {

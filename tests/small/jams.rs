@@ -1,6 +1,7 @@
 //! Friction that locks what is to be pushed apart: no finite impulses solve it, and the status says so.
 
 use crate::support::pad;
+use crate::support::random::{draws, numbers};
 use crate::support::sizes::{body_rows, point};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, vector};
 use stiction::{Contact, Error, Factor, Real, Scene, Settings, Solution, Solver, Status};
@@ -154,6 +155,88 @@ fn a_normal_of_rounding_is_immovable() -> Result<(), Error> {
         assert_eq!(solution.status, Status::Infeasible);
         assert_eq!(solution.certificate[0], vector![1.0, 0.0, 0.0]);
         assert!(solution.velocity[0].abs() <= 1e-9 && !solution.is_usable(1e-2));
+    }
+    Ok(())
+}
+
+/// Two walls of a wedge in the plane, at an angle to the vertical, that overlap with a body between them.
+fn overlapping_walls(angle: f64, mu: f64, overlaps: [f64; 2]) -> Result<point::Scene<f64>, Error> {
+    let (sine, cosine) = angle.sin_cos();
+    let mut scene = Scene::new();
+    scene.set_mass(&SMatrix::identity())?;
+    for (key, (side, overlap)) in (0..).zip([1.0, -1.0].into_iter().zip(overlaps)) {
+        let normal = Vector3::new(side * cosine, sine, 0.0);
+        let tangent = Vector3::new(-side * sine, cosine, 0.0);
+        let jacobian =
+            SMatrix::from_rows(&[normal.transpose(), tangent.transpose(), Vector3::z().transpose()]);
+        scene.push(&Contact { jacobian, offset: vector![-overlap, 0.0, 0.0], mu, key })?;
+    }
+    Ok(scene)
+}
+
+/// What a budget of 1,000 names is not solved with less, nor usable while a wall closes, in one call or in pieces.
+#[test]
+fn a_jam_is_solved_with_no_budget() -> Result<(), Error> {
+    let (push, mut jams) = (vector![0.01, -0.02, 0.0], 0);
+    for x in draws(numbers(4), 40) {
+        let angle = (31.0 + 29.0 * x[0]).to_radians();
+        let mu = angle.tan() * (1.5 + 0.5 * x[1]);
+        let scene = overlapping_walls(angle, mu, [0.5 + 0.4 * x[2], 0.5 + 0.4 * x[3]])?;
+        let factor = Factor::new(&scene)?;
+        for tolerance in [1e-2, 1e-3, 1e-6] {
+            if solve(&scene, &push, tolerance)?.status != Status::Jammed {
+                continue;
+            }
+            jams += 1;
+            for budget in [1, 10, 100, 300, 999] {
+                let settings = Settings { budget, ..Settings::new(tolerance) };
+                let mut solver = Solver::new();
+                for _ in 0..3 {
+                    let solution = solver.resume(&scene, &factor, &push, &settings)?;
+                    let closing = solution.contacts.iter().map(|contact| -contact.velocity[0]);
+                    let asked = scene.contacts().iter().map(|contact| -contact.offset[0]);
+                    let closes = closing.fold(0.0, f64::max) > 0.1 * asked.fold(0.0, f64::max);
+                    assert!(!solution.is_solved(), "{budget}: {:e}", solution.error);
+                    assert!(!solution.is_usable(1e-2) || !closes, "{budget}: {:e}", solution.error);
+                }
+            }
+        }
+    }
+    assert!(jams > 60, "{jams}");
+    Ok(())
+}
+
+/// A body gripped by three walls, two of which nearly oppose each other. The scene has a solution, with impulses of 1e5 times its weight; one
+/// that lets a wall close as if the body were not there is none, however small its error.
+#[test]
+fn no_solution_lets_a_wall_close_on_a_gripped_body() -> Result<(), Error> {
+    let rows = [
+        [[0.523, -0.201, -0.828, -0.006, -0.015, 0.0], [0.0, -0.972, 0.236, 0.087, 0.017, 0.068]],
+        [[-0.524, -0.034, 0.851, -0.01, 0.008, -0.006], [0.0, 0.999, 0.04, 0.097, -0.002, 0.051]],
+        [[0.634, -0.207, -0.746, 0.002, -0.003, 0.003], [0.0, -0.964, 0.267, 0.071, 0.017, 0.061]],
+    ];
+    let last = [
+        [-0.852, -0.124, -0.508, -0.004, -0.106, 0.032],
+        [-0.852, 0.021, -0.523, 0.006, 0.11, -0.005],
+        [-0.774, -0.169, -0.611, 0.002, -0.093, 0.023],
+    ];
+    let mut scene = body_rows::Scene::<f64>::new();
+    scene.set_mass(&Matrix6::from_diagonal(&vector![1.094, 1.094, 1.094, 0.006, 0.009, 0.02]))?;
+    for (key, (([normal, first], second), overlap)) in
+        (0..).zip(rows.into_iter().zip(last).zip([0.04, 0.03, 0.26]))
+    {
+        let jacobian = SMatrix::from_rows(&[normal, first, second].map(|row| SVector::from(row).transpose()));
+        scene.push(&Contact { jacobian, offset: vector![-overlap, 0.0, 0.0], mu: 0.57, key })?;
+    }
+    let (factor, push) = (Factor::new(&scene)?, SVector::ith(2, -0.005));
+    for tolerance in [1e-2, 1e-3, 1e-4, 1e-6, 1e-9] {
+        for budget in [1, 10, 100, 999, 1_000, 5_000] {
+            let settings = Settings { budget, ..Settings::new(tolerance) };
+            let mut solver = Solver::new();
+            let solution = solver.solve(&scene, &factor, &push, &settings)?;
+            let closing = solution.contacts.iter().map(|contact| -contact.velocity[0]).fold(0.0, f64::max);
+            assert!(!solution.is_usable(1e-2) || closing <= 0.026, "{tolerance:e}, {budget}: {closing}");
+        }
     }
     Ok(())
 }

@@ -7,6 +7,7 @@ mod support;
 mod alloc;
 mod cone;
 mod delassus;
+mod derivative;
 mod edits;
 mod errors;
 mod factor;

@@ -325,7 +325,7 @@ fn the_worst_contact_is_the_same_in_other_units() -> Result<(), Error> {
         // The first is pressed a little, the second slides fast and is pressed less.
         let push = vector![-1.0, 0.0, 0.0, -0.9, 3.0, 4.0] * unit;
         kernel.solve(&push, &settings)?;
-        let violation = kernel.solution().violation(kernel.scene()).outside_cone / unit;
+        let violation = kernel.violation().outside_cone / unit;
         found.push((kernel.worst_contact(&settings), violation));
     }
     assert_eq!(found[0], found[1]);

@@ -6,7 +6,7 @@ use crate::support::sizes::{block_rows, body_rows};
 use nalgebra::{Matrix2, SVector, matrix, vector};
 use stiction::{
     AdmmFactor, AdmmSolver, Contact, Error, Factor, JointRow, Model, RowLaw, Scene, Settings, Solution,
-    Status,
+    Status, Work,
 };
 
 /// A standing body of two contacts, and joints of three laws.
@@ -98,14 +98,16 @@ const CHANGES: [(&str, Change); 16] = [
 fn all_of<const N: usize, const D: usize, const C: usize, const R: usize>(
     solution: &Solution<f64, N, D, C, R>,
 ) -> String {
-    format!("{solution:?}") // each number to the last bit
+    // Each number to the last bit. The end of a call is a time to look for a proof.
+    let work = Work { proof_searches: 0, ..solution.work };
+    format!("{:?}", Solution { work, ..solution.clone() })
 }
 
 /// What a solve was paused with must not answer for other data: it is begun anew, with a warm start as always.
 #[test]
 fn a_paused_solve_of_other_data_is_begun_anew() -> Result<(), Error> {
     let settings = Settings { budget: 10_000, ..Settings::new(1e-10) };
-    for budget in [5, 30, 50] {
+    for budget in [5, 20, 30] {
         let pause = Settings { budget, ..settings };
         let (scene, push) = (small_scene()?, SVector::from(PUSH));
         let (factor, mut paused) = (Factor::new(&scene)?, Small::new());
@@ -186,7 +188,6 @@ fn a_solve_in_pieces_is_the_whole_solve() -> Result<(), Error> {
     // With other data it begins anew.
     kernel.advance(&push, &piece)?;
     kernel.scene_mut().set_friction(0, 0.2)?;
-    kernel.advance(&push, &none)?;
     let work = kernel.resume(&push, &none)?.work;
     assert_eq!(work.sweeps + work.newton_steps + work.chord_steps, 0);
     Ok(())
@@ -274,6 +275,43 @@ fn a_solve_with_limits_in_pieces_is_the_same() -> Result<(), Error> {
         }
     }
     assert!(pauses > 400 && appended > 10, "{pauses}, {appended}");
+    Ok(())
+}
+
+/// A loop that has spent its time, and goes on with pieces of nothing: they do some work.
+#[test]
+fn pieces_without_a_budget_end_a_solve() -> Result<(), Error> {
+    let settings = Settings::new(1e-9);
+    let piece = Settings { budget: 0, ..settings };
+    let (scene, push) = (small_scene()?, SVector::from(PUSH));
+    let factor = Factor::new(&scene)?;
+    let mut ends = 0;
+    for presumes_rest in [false, true] {
+        let (mut once, mut in_pieces) = (Small::new(), Small::new());
+        if presumes_rest {
+            once.presume_rest();
+            in_pieces.presume_rest();
+        }
+        once.solve(&scene, &factor, &push, &settings)?;
+        for _ in 0..1_000 {
+            if in_pieces.advance(&scene, &factor, &push, &piece)? {
+                ends += 1;
+                break;
+            }
+        }
+        assert_eq!(all_of(in_pieces.solution()), all_of(once.solution()));
+    }
+    let mut kernel = block_rows::Kernel::<f64>::new();
+    kernel.scene_mut().set_mass(&Matrix2::identity())?;
+    let (row, law) = (vector![1.0, 0.0], RowLaw::Limit);
+    let limits = [JointRow { row, offset: 0.25, law, compliance: 0.0, key: 3 }];
+    for _ in 0..1_000 {
+        if kernel.advance_with_limits(&limits, &vector![-1.0, 0.0], &piece)? {
+            ends += 1;
+            break;
+        }
+    }
+    assert_eq!(ends, 3);
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 //! What the tests of hard scenes ask of the kernel, and scenes made by hand.
 
 use nalgebra::{DMatrix, DVector, SVector};
-use stiction::{AdmmFactor, AdmmSolver, Error, Scene, Settings, Status};
+use stiction::{AdmmFactor, AdmmSolver, Error, Real, Scene, Settings, Solution, Status};
 use testbed::kernel::Constructor;
 use testbed::scene_file::SceneFile;
 use testbed::solve::{self, Answer, Outcome};
@@ -13,6 +13,34 @@ pub(crate) const F64: f64 = 1e-9;
 pub(crate) const DRAWN_F64: f64 = 1e-6;
 /// Error to be reached in f32.
 pub(crate) const F32: f64 = 1e-4;
+
+/// The error up to which a robot uses a solution that is not solved.
+pub(crate) const USABLE: f64 = 1e-2;
+
+/// How many solves ended solved, and how many with nothing to use; the others have an error between, or a proof.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tally {
+    pub(crate) solved: usize,
+    pub(crate) unusable: usize,
+}
+
+/// Does it say that there is no solution?
+pub(crate) fn is_proof(status: Status) -> bool {
+    matches!(status, Status::Infeasible | Status::Jammed)
+}
+
+impl Tally {
+    /// Counts a solution: can it be used?
+    pub(crate) fn add<T: Real, const N: usize, const D: usize, const C: usize, const R: usize>(
+        &mut self,
+        solution: &Solution<T, N, D, C, R>,
+    ) -> bool {
+        let is_usable = solution.is_usable(T::literal(USABLE));
+        self.solved += usize::from(solution.is_solved());
+        self.unusable += usize::from(!is_usable && !is_proof(solution.status));
+        is_usable
+    }
+}
 
 /// Is a count what it was, to one in fifty? A gain is to be written down as a loss is.
 pub(crate) fn is_unchanged((now, before): (usize, usize)) -> bool {

@@ -16,7 +16,7 @@ impl Machine {
         let mut told = MaybeUninit::uninit();
         match call(self.memory.solver(), told.as_mut_ptr()) {
             // SAFETY: what was told is whole.
-            Status::Solved => Ok(unsafe { told.assume_init() }),
+            Status::Ok => Ok(unsafe { told.assume_init() }),
             status => Err(status),
         }
     }
@@ -69,13 +69,28 @@ impl Machine {
         assert!(same(&read.velocity, solution.velocity.as_slice()));
         self.explain_contacts(&read);
         self.explain_rows(&read);
-        let solution = self.mirror.solution();
-        let worst = solution.violation(self.mirror.scene());
+        let worst = self.mirror.violation();
         // SAFETY: both pointers are good.
         let told: Violation =
             self.told(|s, to| unsafe { c::stiction_worst_violation(s, to) }).expect("it is there");
-        let told = [told.closing_speed, told.outside_cone, told.row_speed];
-        let worst = [worst.closing_speed, worst.outside_cone, worst.row_speed];
+        let told = [
+            told.closing_speed,
+            told.opening_impulse,
+            told.outside_cone,
+            told.creep,
+            told.missing_friction,
+            told.row_speed,
+            told.row_impulse,
+        ];
+        let worst = [
+            worst.closing_speed,
+            worst.opening_impulse,
+            worst.outside_cone,
+            worst.creep,
+            worst.missing_friction,
+            worst.row_speed,
+            worst.row_impulse,
+        ];
         assert!(same(&told, &worst));
         self.explain_error();
     }
@@ -159,7 +174,7 @@ impl Machine {
         for bytes in [0, 1, 2, 11] {
             // SAFETY: pointers are good.
             let status = unsafe { c::stiction_describe(solver, text.as_mut_ptr().cast(), bytes) };
-            assert_eq!(status, Status::Solved);
+            assert_eq!(status, Status::Ok);
             assert!(text[bytes..].iter().all(|&byte| byte == 1), "it writes beyond {bytes} bytes");
             assert!(bytes == 0 || text[bytes - 1] == 0);
             text = [1; 64];
@@ -167,9 +182,9 @@ impl Machine {
         // SAFETY: pointers are good.
         let culprit = unsafe {
             let mut culprit = Culprit { row: 99, ..Culprit::NONE };
-            assert_eq!(c::stiction_last_culprit(solver, &raw mut culprit), Status::Solved);
+            assert_eq!(c::stiction_last_culprit(solver, &raw mut culprit), Status::Ok);
             let status = c::stiction_describe(solver, text.as_mut_ptr().cast(), text.len());
-            assert_eq!(status, Status::Solved);
+            assert_eq!(status, Status::Ok);
             culprit
         };
         let other = if self.no_law { "a number that is no law of a joint row" } else { "no error" };

@@ -46,7 +46,7 @@ impl Machine {
         for (bytes, solution_bytes, expected) in [
             (room - 8, solution, Status::WrongSizes),
             (room, solution + 4, Status::WrongSizes),
-            (room, solution, Status::Solved),
+            (room, solution, Status::Ok),
         ] {
             // SAFETY: the memory is as large as C declares it.
             let status = unsafe { c::stiction_init_sized(self.memory.solver(), bytes, solution_bytes) };
@@ -132,7 +132,7 @@ impl Machine {
                 let call = |s| unsafe { c::stiction_clear(s) };
                 let reached = self.both(fault, 0, call, |k| {
                     k.scene_mut().clear();
-                    Ok(Status::Solved)
+                    Ok(Status::Ok)
                 });
                 if reached {
                     self.surfaces.clear();
@@ -143,7 +143,7 @@ impl Machine {
                 let call = |s| unsafe { c::stiction_reset(s) };
                 self.both(fault, 0, call, |k| {
                     k.solver_mut().reset();
-                    Ok(Status::Solved)
+                    Ok(Status::Ok)
                 })
             }
             Step::Impulses(contacts, rows) => self.impulses(contacts, rows, fault),
@@ -190,7 +190,7 @@ impl Machine {
                 let call = |s| unsafe { c::stiction_clear_contacts(s) };
                 let reached = self.both(fault, 0, call, |k| {
                     k.scene_mut().clear_contacts();
-                    Ok(Status::Solved)
+                    Ok(Status::Ok)
                 });
                 if reached {
                     self.surfaces.clear();
@@ -233,7 +233,7 @@ impl Machine {
                 let call = |s| unsafe { c::stiction_clear_rows(s) };
                 self.both(fault, 0, call, |k| {
                     k.scene_mut().clear_rows();
-                    Ok(Status::Solved)
+                    Ok(Status::Ok)
                 })
             }
             _ => false,
@@ -247,7 +247,7 @@ impl Machine {
         // SAFETY: pointers are null or good.
         let call = |s| unsafe { c::stiction_add_contact(s, jacobian, offset, contact.mu, key) };
         let before = self.mirror.scene().contacts().len();
-        let reached = self.both(fault, 2, call, |k| k.scene_mut().push(&contact).map(|_| Status::Solved));
+        let reached = self.both(fault, 2, call, |k| k.scene_mut().push(&contact).map(|_| Status::Ok));
         if self.mirror.scene().contacts().len() > before {
             self.surfaces.push(None);
         }
@@ -264,7 +264,7 @@ impl Machine {
         let call = |s| unsafe { c::stiction_add_contact_on(s, jacobian, offset, given, key) };
         let before = self.mirror.scene().contacts().len();
         let reached =
-            self.both(fault, 3, call, |k| k.scene_mut().push_on(&contact, &surface).map(|_| Status::Solved));
+            self.both(fault, 3, call, |k| k.scene_mut().push_on(&contact, &surface).map(|_| Status::Ok));
         if let Some(contact) = self.mirror.scene().contacts().get(before) {
             self.surfaces.push(Some((&surface, contact.mu)));
         }
@@ -279,7 +279,7 @@ impl Machine {
         let call = |s| unsafe { c::stiction_add_row(s, given) };
         self.both(fault, 1, call, |k| match fault {
             Fault::Law(_) => Ok(Status::InvalidLaw),
-            _ => k.scene_mut().push_row(&row).map(|_| Status::Solved),
+            _ => k.scene_mut().push_row(&row).map(|_| Status::Ok),
         })
     }
 
@@ -338,10 +338,22 @@ impl Machine {
                 Fault::Null(2) if count == 0 => Fault::No,
                 fault => fault,
             };
+            let calls = [
+                c::stiction_solve_with_limits,
+                c::stiction_resume_with_limits,
+                c::stiction_advance_with_limits,
+            ];
+            let which = budget.work / 4 % 3;
             // SAFETY: pointers are null or good.
-            let call =
-                |s| unsafe { c::stiction_solve_with_limits(s, first, count as u32, given, tolerance, work) };
-            self.both(fault, 2, call, |k| Ok(k.solve_with_limits(&rows, &push, &settings)?.status.into()))
+            let call = |s| unsafe { calls[which](s, first, count as u32, given, tolerance, work) };
+            self.both(fault, 2, call, |k| {
+                match which {
+                    0 => k.solve_with_limits(&rows, &push, &settings).map(|_| ())?,
+                    1 => k.resume_with_limits(&rows, &push, &settings).map(|_| ())?,
+                    _ => k.advance_with_limits(&rows, &push, &settings).map(|_| ())?,
+                }
+                Ok(k.solution().status.into())
+            })
         } else {
             // SAFETY: pointers are null or good.
             let call = |s| unsafe { c::stiction_solve(s, given, tolerance, work) };
@@ -414,5 +426,5 @@ impl Machine {
 }
 
 fn done(result: Result<(), Error>) -> Result<Status, Error> {
-    result.map(|()| Status::Solved)
+    result.map(|()| Status::Ok)
 }

@@ -49,6 +49,9 @@ impl Lengths {
 /// Impulses that are found again are off by no more than this share of the largest: those of `f32` are rounded.
 const SAME: f64 = 1e-5;
 
+/// What is found again has an error of up to twice the tolerance and this: its impulses were rounded, and its scene may be a reduced one.
+const ROUNDED: f64 = 1e-6;
+
 /// A kernel that finds a solution again and differentiates it.
 trait Differentiable {
     /// Finds the solution again from its impulses; goes the way from the numbers of `from` to those of `to`.
@@ -112,8 +115,9 @@ fn differentiate_by<const N: usize, const D: usize, const C: usize, const R: usi
     let row = |(j, &r)| (key(problem.rows.keys, j), r);
     let known_rows: Vec<_> = row_impulses.iter().enumerate().map(row).collect();
     kept.kernel_mut().solver_mut().set_impulses(&known, &known_rows)?;
-    let settings = Settings { budget: 1, ..*settings }; // to judge them
-    let mut error = kept.solve(&settings, false)?.error;
+    let mut settings = Settings { budget: 1, ..*settings }; // to judge them
+    let error = kept.solve(&settings, false)?.error;
+    settings.tolerance = ROUNDED + 2.0 * settings.tolerance;
     let kernel = kept.kernel_mut();
     let found = kernel.solution();
     let found = (found.contacts.iter().flat_map(|contact| contact.impulse.as_slice()))
@@ -122,8 +126,10 @@ fn differentiate_by<const N: usize, const D: usize, const C: usize, const R: usi
     for (found, given) in found.zip(impulses.iter().chain(row_impulses)) {
         (off, largest) = (off.max((found - given).abs()), largest.max(given.abs()));
     }
-    if off > SAME * largest {
-        error = f64::INFINITY; // they are of another scene
+    if off > SAME * largest || !kernel.solution().is_usable(settings.tolerance) {
+        // They are of another scene, or of no solution.
+        let error = f64::INFINITY;
+        return Ok(Facts { error, margin: 0.0, unique_impulses: false, unique_velocity: false });
     }
     let derivative = kernel.derivative(&settings)?;
     match way {

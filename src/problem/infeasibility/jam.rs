@@ -8,13 +8,13 @@
 
 use crate::cone::FrictionCone;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::square;
+use crate::linalg::vector::{at_least, square};
 use crate::linalg::zip::{zip3, zip5};
 use crate::problem::Problem;
 use crate::problem::infeasibility::search::Demand;
 use crate::problem::infeasibility::{dot, is_strong, weigh};
 use crate::real::Real;
-use crate::scene::Scaling;
+use crate::scene::{RowLaw, Scaling};
 use nalgebra::SVector;
 
 /// Most projections onto the cones.
@@ -170,6 +170,39 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mass = self.scene.reference_mass();
         x.iter_mut().for_each(|x| *x *= mass);
         energy * mass
+    }
+
+    /// Do these impulses let walls close: are they more than `most` times the expected impulses, while contacts or joint rows violate their
+    /// laws by more than a tenth of what the offsets ask for? `u` are their velocities. Offsets below a thousandth of the free velocities are noise.
+    #[inline(never)]
+    pub(crate) fn lets_walls_close(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, most: T) -> bool {
+        let scene = self.scene;
+        if !self.exceeds(r, most) || !scene.is_conceivably_infeasible() {
+            return false;
+        }
+        // Largest energies `alpha s²` of violations `s`: by the velocities, by the offsets, and of the free velocities.
+        let [mut closing, mut asked, mut free] = [T::ZERO; 3];
+        let contacts = zip3(scene.contacts(), self.sets.contacts(), &u.contacts);
+        for (contact, set, u) in contacts {
+            let normal = |x: &[T]| x.first().copied().unwrap_or(T::ZERO);
+            let [u, w, q] = [u.as_slice(), contact.offset.as_slice(), set.q.as_slice()].map(normal);
+            let energy = |violation: T| set.alpha * violation * violation;
+            closing = at_least(energy(at_least(-u, T::ZERO)), closing);
+            asked = at_least(energy(at_least(-w, T::ZERO)), asked);
+            free = at_least(energy(q), free);
+        }
+        for (row, set, &u) in zip3(scene.rows(), self.sets.rows(), &u.rows) {
+            let violation = |velocity: T| match row.law {
+                RowLaw::Limit => at_least(-velocity, T::ZERO),
+                RowLaw::Equality => velocity,
+                RowLaw::Box { .. } => T::ZERO,
+            };
+            let energy = |violation: T| set.alpha * violation * violation;
+            closing = at_least(energy(violation(u)), closing);
+            asked = at_least(energy(violation(row.offset)), asked);
+            free = at_least(energy(set.q), free);
+        }
+        closing * T::literal(100.0) > asked && asked * T::literal(1e6) > free
     }
 
     /// Do these impulses throw the bodies? Then they exceed `most` times the expected impulses, and the bodies have four times the energy

@@ -8,7 +8,7 @@ use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::ContactSet;
 use crate::sets::contact::natural_map;
-use crate::solution::{RowMode, Settings, Solution, Violation};
+use crate::solution::{RowMode, RowSolution, Settings, Solution, Violation};
 use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Solution<T, N, D, C, R> {
@@ -60,9 +60,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         worst
     }
 
-    /// The largest violations of the laws of contacts and joint rows, in the units of the scene: an error that a mechanic would
-    /// measure. Pass the scene of the solve, which has the cones. A contact in whose place the scene has another key counts with
-    /// its closing speed alone.
+    /// The largest violations of Coulomb's law and of the laws of joint rows, in the units of the scene: what a mechanic would measure.
+    /// Pass the scene and the factor of the solve. [`crate::Kernel::violation`] needs neither.
+    ///
+    /// A contact in whose place the scene has another key counts with its closing speed alone, and such a joint row with its speed alone:
+    /// also a reached limit of [`crate::Kernel::solve_with_limits`], which is not in the scene.
     ///
     /// ```
     /// # use nalgebra::{Matrix2, matrix, vector};
@@ -74,34 +76,90 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
     /// let settings = Settings { budget: 0, ..Settings::new(1e-9) };
     /// kernel.solve(&vector![0.0, -0.2], &settings)?;
     /// // Nothing has pushed it yet: it falls through the floor.
-    /// assert_eq!(kernel.solution().violation(kernel.scene()).closing_speed, 0.1);
+    /// assert_eq!(kernel.violation().closing_speed, 0.1);
     /// # Ok::<(), stiction::Error>(())
     /// ```
     #[must_use]
-    pub fn violation<const S: usize>(&self, scene: &Scene<T, N, D, C, R, S>) -> Violation<T> {
-        let mut worst = Violation { closing_speed: T::ZERO, outside_cone: T::ZERO, row_speed: T::ZERO };
-        for row in &self.rows {
-            let against = match row.mode {
-                RowMode::Open | RowMode::AtLimit | RowMode::AtLower => -row.velocity,
-                RowMode::AtUpper => row.velocity,
-                RowMode::Holding => row.velocity.abs(),
-            };
-            worst.row_speed = worst.row_speed.max(against);
-        }
+    pub fn violation<const S: usize>(
+        &self,
+        scene: &Scene<T, N, D, C, R, S>,
+        factor: &Factor<T, N, D, C, R>,
+    ) -> Violation<T> {
+        let mut worst = Violation::<T>::none();
         for (i, found) in self.contacts.iter().enumerate() {
-            let (normal, _) = split(&found.velocity);
-            worst.closing_speed = worst.closing_speed.max(-normal);
+            worst.closing_speed = worst.closing_speed.max(-split(&found.velocity).0);
             let contact = scene.contacts().get(i);
-            let Some(contact) = contact.filter(|contact| contact.key == found.key) else {
-                continue;
-            };
-            let impulse = scene.scaled_impulse(i, found.impulse);
-            let unit = unit_of(&[impulse]);
-            let (normal, _) = split(&impulse);
-            let excess = norm(split(&(impulse * unit)).1) / unit - contact.mu * normal.max(T::ZERO);
-            worst.outside_cone = worst.outside_cone.max(excess).max(-normal);
+            if let Some(contact) = contact.filter(|contact| contact.key == found.key) {
+                let (u, r) =
+                    (scene.scaled_velocity(i, found.velocity), scene.scaled_impulse(i, found.impulse));
+                worst.add_contact(contact.mu, factor.mean_effective_mass(i), &u, &r);
+            }
+        }
+        for (j, found) in self.rows.iter().enumerate() {
+            worst.add_row_speed(found);
+            let row = scene.rows().get(j);
+            if let Some(row) = row.filter(|row| row.key == found.key) {
+                worst.add_row_impulse(row.law.bounds(), factor.row_effective_mass(j), found);
+            }
         }
         worst
+    }
+}
+
+impl<T: Real> Violation<T> {
+    /// No violation.
+    const fn none() -> Self {
+        Self {
+            closing_speed: T::ZERO,
+            opening_impulse: T::ZERO,
+            outside_cone: T::ZERO,
+            creep: T::ZERO,
+            missing_friction: T::ZERO,
+            row_speed: T::ZERO,
+            row_impulse: T::ZERO,
+        }
+    }
+
+    /// Takes in a contact, in scaled rows.
+    fn add_contact<const D: usize>(&mut self, mu: T, alpha: T, u: &SVector<T, D>, r: &SVector<T, D>) {
+        let alpha_u = u * alpha;
+        let unit = unit_of(&[alpha_u, *r]);
+        let (scaled_r, scaled_alpha_u) = (r * unit, alpha_u * unit);
+        let ((load, friction), (opening, _)) = (split(&scaled_r), split(&scaled_alpha_u));
+        let excess = norm(friction) - mu * load.max(T::ZERO);
+        self.outside_cone = self.outside_cone.max(excess.max(-load) / unit);
+        self.opening_impulse = self.opening_impulse.max(load.min(opening) / unit);
+
+        // The friction that would stop the contact. Of a contact that slides it lies outside of the disk `mu r_N`.
+        let stopping = scaled_r - scaled_alpha_u;
+        let (size, most) = (norm(split(&stopping).1), mu * load.max(T::ZERO));
+        if size > most {
+            let missing = stopping * (most / size) - scaled_r;
+            self.missing_friction = self.missing_friction.max(norm(split(&missing).1) / unit);
+        } else {
+            self.creep = self.creep.max(norm(split(u).1));
+        }
+    }
+
+    /// Takes in the speed of a joint row.
+    fn add_row_speed(&mut self, found: &RowSolution<T>) {
+        let against = match found.mode {
+            RowMode::Open | RowMode::AtLimit | RowMode::AtLower => -found.velocity,
+            RowMode::AtUpper => found.velocity,
+            RowMode::Holding => found.velocity.abs(),
+        };
+        self.row_speed = self.row_speed.max(against);
+    }
+
+    /// Takes in the impulse of a joint row.
+    fn add_row_impulse(&mut self, [lower, upper]: [T; 2], alpha: T, found: &RowSolution<T>) {
+        let off = match found.mode {
+            RowMode::Open | RowMode::Holding => T::ZERO,
+            RowMode::AtLimit => found.impulse.min(found.velocity * alpha),
+            RowMode::AtLower => found.impulse - lower,
+            RowMode::AtUpper => upper - found.impulse,
+        };
+        self.row_impulse = self.row_impulse.max(off);
     }
 }
 
