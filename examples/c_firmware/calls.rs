@@ -28,6 +28,17 @@ macro_rules! given {
     };
 }
 
+/// The limits behind a pointer.
+macro_rules! limits {
+    ($pointer:expr, $count:expr) => {
+        // SAFETY: the caller's promise. One more than fits is as many as are looked at.
+        match unsafe { some($pointer, $count.min(L as u32 + 1)) } {
+            Some(limits) => limits,
+            None => return Status::Null,
+        }
+    };
+}
+
 /// The solver behind a pointer, or the status that says why there is none.
 macro_rules! solver {
     ($pointer:expr) => {
@@ -329,10 +340,7 @@ pub unsafe extern "C" fn stiction_solve_with_limits(
     budget: u32,
 ) -> Status {
     let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
-    // SAFETY: the caller's promise. One more than fits is as many as are looked at.
-    let Some(limits) = (unsafe { some(limits, limit_count.min(L as u32 + 1)) }) else {
-        return Status::Null;
-    };
+    let limits = limits!(limits, limit_count);
     solver.solve_with_limits(Kernel::solve_with_limits, limits, free_impulse, (tolerance, index(budget)))
 }
 
@@ -347,10 +355,7 @@ pub unsafe extern "C" fn stiction_resume_with_limits(
     budget: u32,
 ) -> Status {
     let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
-    // SAFETY: the caller's promise. One more than fits is as many as are looked at.
-    let Some(limits) = (unsafe { some(limits, limit_count.min(L as u32 + 1)) }) else {
-        return Status::Null;
-    };
+    let limits = limits!(limits, limit_count);
     solver.solve_with_limits(Kernel::resume_with_limits, limits, free_impulse, (tolerance, index(budget)))
 }
 
@@ -365,10 +370,7 @@ pub unsafe extern "C" fn stiction_advance_with_limits(
     budget: u32,
 ) -> Status {
     let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
-    // SAFETY: the caller's promise. One more than fits is as many as are looked at.
-    let Some(limits) = (unsafe { some(limits, limit_count.min(L as u32 + 1)) }) else {
-        return Status::Null;
-    };
+    let limits = limits!(limits, limit_count);
     solver.solve_with_limits(advance_with_limits, limits, free_impulse, (tolerance, index(budget)))
 }
 

@@ -64,38 +64,39 @@ fn call(operation: usize, argument: usize) {
     }
 }
 
+/// The table of vectors, and a start-up of these instructions.
+#[cfg(target_arch = "arm")]
+macro_rules! start {
+    ($($instruction:literal),*) => {
+        core::arch::global_asm!(
+            ".section .vectors, \"a\"",
+            ".word STACK, start",
+            ".rept 14",
+            ".word fault",
+            ".endr",
+            ".section .text.start, \"ax\"",
+            ".global start",
+            ".thumb_func",
+            "start:",
+            $($instruction,)*
+            "bl started",
+        );
+    };
+}
+
 #[cfg(all(target_arch = "arm", not(target_abi = "eabihf")))]
-core::arch::global_asm!(
-    ".section .vectors, \"a\"",
-    ".word STACK, start",
-    ".rept 14",
-    ".word fault",
-    ".endr",
-    ".section .text.start, \"ax\"",
-    ".global start",
-    ".thumb_func",
-    "start: bl started",
-);
+start!();
 
 // With access to the coprocessors 10 and 11, the registers of numbers.
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-core::arch::global_asm!(
-    ".section .vectors, \"a\"",
-    ".word STACK, start",
-    ".rept 14",
-    ".word fault",
-    ".endr",
-    ".section .text.start, \"ax\"",
-    ".global start",
-    ".thumb_func",
-    "start: movw r0, #0xed88",
+start!(
+    "movw r0, #0xed88",
     "movt r0, #0xe000",
     "ldr r1, [r0]",
     "orr r1, r1, #0xf00000",
     "str r1, [r0]",
     "dsb",
-    "isb",
-    "bl started",
+    "isb"
 );
 
 // With the registers of numbers in use, if there are any.

@@ -148,10 +148,9 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     /// those that hold depend on one another, as those of a rod on two points. (Between slipping contacts the friction is known.)
     pub(crate) fn is_hyperstatic(&self, r: &Stacked<T, D, C, R>, rows: usize) -> bool {
         let moved = self.factor.moved();
-        if rows < moved || self.makes_hyperstatic(rows) {
-            return rows >= moved;
-        }
-        self.sets.free_rows(r) == self.sets.holding_rows(r) && (rows > moved || !self.has_full_rank(r))
+        let all_stick = || self.sets.free_rows(r) == self.sets.holding_rows(r);
+        let are_dependent = || rows > moved || rows == moved && !self.has_full_rank(r);
+        self.makes_hyperstatic(rows) || rows >= moved && all_stick() && are_dependent()
     }
 
     /// Are the rows independent that push or hold at these impulses? A row that moves nothing does not count.

@@ -47,31 +47,29 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check_infeasibility(&mut self, present: &Stacked<T, D, C, R>) {
+        let is_doubtful = |r| self.problem.exceeds(r, T::literal(DOUBTFUL_IMPULSE_RATIO));
         let convincing = match self.record.status {
-            Status::Solved => {
-                let doubtful = T::literal(DOUBTFUL_IMPULSE_RATIO);
-                !self.problem.exceeds(&self.record.best, doubtful)
-            }
+            Status::Solved => !is_doubtful(&self.record.best),
             status => status == Status::Infeasible,
         };
-        if !convincing {
-            self.look_for_proof();
-            if self.record.status == Status::Infeasible {
-                self.solution.status = Status::Infeasible;
-                return;
-            }
-            let ratio = T::literal(DOUBTFUL_IMPULSE_RATIO);
-            let are_doubtful = self.record.has_doubted || self.problem.exceeds(present, ratio);
-            let may_be_jammed = self.record.status != Status::Solved && self.record.has_sought_proof;
-            // The proof does not end the solve, because a solution may exist.
-            if may_be_jammed
-                && are_doubtful
-                && self.budget() >= JAM_BUDGET
-                && let Some(proof) = self.problem.jam()
-            {
-                self.write_certificate(&proof);
-                self.solution.status = Status::Jammed;
-            }
+        if convincing {
+            return;
+        }
+        let has_doubted = self.record.has_doubted || is_doubtful(present);
+        self.look_for_proof();
+        if self.record.status == Status::Infeasible {
+            self.solution.status = Status::Infeasible;
+            return;
+        }
+        let may_be_jammed =
+            self.record.status != Status::Solved && self.record.has_sought_proof && has_doubted;
+        // The proof does not end the solve, because a solution may exist.
+        if may_be_jammed
+            && self.budget() >= JAM_BUDGET
+            && let Some(proof) = self.problem.jam()
+        {
+            self.write_certificate(&proof);
+            self.solution.status = Status::Jammed;
         }
     }
 }

@@ -171,8 +171,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
 
     /// Are these impulses doubtful, and do they throw a body or let walls close?
     fn is_absurd(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
-        let ratio = T::literal(DOUBTFUL_IMPULSE_RATIO);
-        self.problem.throws(r, ratio) || self.problem.lets_walls_close(r, u, ratio)
+        self.problem.throws(r, T::literal(DOUBTFUL_IMPULSE_RATIO)) || self.must_refuse(r, u)
     }
 
     /// Do these impulses let walls close, so that they are no solution whatever their error?
@@ -198,8 +197,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             self.work_limit = self.work_limit.saturating_sub(EXACT_ERROR); // or each piece might be checked in vain
         } else if is_solved {
             self.record.best = *r;
-            let is_finite = self.solution.has_numbers() && r.contact_square().is_finite();
-            self.stop(if is_finite {
+            self.stop(if self.has_numbers(r) {
                 Status::Solved
             } else {
                 Status::PrecisionLimit // squares overflow
@@ -220,11 +218,16 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         }
     }
 
+    /// Are the solution that is written, of these impulses, and their square finite?
+    fn has_numbers(&self, r: &Stacked<T, D, C, R>) -> bool {
+        self.solution.has_numbers() && r.contact_square().is_finite()
+    }
+
     /// Ends the solve if the best impulses solve the scene although their estimate is above the tolerance: it may be that of rounding.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn judge_best(&mut self) {
         let (r, mut u) = (self.record.best, Stacked::zero());
-        if self.evaluate(&r) && self.solution.has_numbers() && r.contact_square().is_finite() {
+        if self.evaluate(&r) && self.has_numbers(&r) {
             self.problem.velocities(&r, &mut u);
             if !self.must_refuse(&r, &u) {
                 self.stop(Status::Solved);
@@ -304,23 +307,23 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.problem.count_stopping();
         let (mut r, mut u) = (self.record.best, Stacked::zero());
         self.problem.velocities(&r, &mut u);
-        if self.is_absurd(&r, &u) {
+        let is_absurd = self.is_absurd(&r, &u);
+        if is_absurd {
             r = Stacked::zero();
         }
         // A solve that continues may compute it more exactly later.
         let exactly = self.record.status == Status::PrecisionLimit;
         let wanted = (self.settings.tolerance, exactly);
         self.problem.evaluate(&r, wanted, self.solution);
-        if !self.solution.has_numbers() {
-            // Squares overflow: zero impulses are written.
+        let overflows = !self.solution.has_numbers(); // of squares: zero impulses are written
+        if overflows {
             r = Stacked::zero();
             self.problem.evaluate(&r, (T::ZERO, false), self.solution);
         }
-        if r.contact_square() == T::ZERO {
+        if is_absurd || overflows {
             self.problem.velocities(&r, &mut u);
         }
-        let is_finite = self.solution.has_numbers() && r.contact_square().is_finite();
-        if is_unsolved && is_finite && self.solution.error <= self.settings.tolerance {
+        if is_unsolved && self.solution.error <= self.settings.tolerance && self.has_numbers(&r) {
             // The estimate was that of rounding.
             self.stop(Status::Solved);
             self.solution.status = Status::Solved;

@@ -252,6 +252,11 @@ fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Resul
 }
 
 /// A stop that a joint runs through, a loop that opens and a motor that is pushed back are violations, too.
+/// A joint row of one velocity.
+fn row_of(law: RowLaw<f64>) -> JointRow<f64, 1> {
+    JointRow { row: vector![1.0], offset: 0.0, law, compliance: 0.0, key: 0 }
+}
+
 #[test]
 fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
     let (lower, upper) = (-1.0, 1.0);
@@ -266,13 +271,7 @@ fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
     ] {
         let mut kernel = joint::Kernel::<f64>::new();
         kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
-        kernel.scene_mut().push_row(&JointRow {
-            row: vector![1.0],
-            offset: 0.0,
-            law,
-            compliance: 0.0,
-            key: 0,
-        })?;
+        kernel.scene_mut().push_row(&row_of(law))?;
         kernel.solve(&vector![push], &none)?;
         assert_eq!(kernel.violation().row_speed, speed, "{law:?}");
         kernel.solve(&vector![push], &Settings::new(1e-12))?;
@@ -313,14 +312,7 @@ fn a_violation_is_also_friction_that_does_not_act_and_an_impulse_at_a_distance()
     // Dry friction of 1 N·m·s that does not act at 3 rad/s, and a stop that pushes what leaves it.
     let mut kernel = joint::Kernel::<f64>::new();
     kernel.scene_mut().set_mass(&Matrix1::new(1.0))?;
-    let law = RowLaw::Box { lower: -1.0, upper: 1.0 };
-    let index = kernel.scene_mut().push_row(&JointRow {
-        row: vector![1.0],
-        offset: 0.0,
-        law,
-        compliance: 0.0,
-        key: 0,
-    })?;
+    let index = kernel.scene_mut().push_row(&row_of(RowLaw::Box { lower: -1.0, upper: 1.0 }))?;
     for (speed, wanted) in [(3.0, 1.0), (-3.0, 1.0), (0.5, 0.0)] {
         kernel.solve(&vector![speed], &Settings { budget: 0, ..settings })?;
         assert_eq!(kernel.violation().row_impulse, wanted, "{speed}");

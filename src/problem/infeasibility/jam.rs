@@ -182,25 +182,23 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         // Largest energies `alpha s²` of violations `s`: by the velocities, by the offsets, and of the free velocities.
         let [mut closing, mut asked, mut free] = [T::ZERO; 3];
-        let contacts = zip3(scene.contacts(), self.sets.contacts(), &u.contacts);
-        for (contact, set, u) in contacts {
-            let normal = |x: &[T]| x.first().copied().unwrap_or(T::ZERO);
-            let [u, w, q] = [u.as_slice(), contact.offset.as_slice(), set.q.as_slice()].map(normal);
-            let energy = |violation: T| set.alpha * violation * violation;
-            closing = at_least(energy(at_least(-u, T::ZERO)), closing);
-            asked = at_least(energy(at_least(-w, T::ZERO)), asked);
-            free = at_least(energy(q), free);
-        }
-        for (row, set, &u) in zip3(scene.rows(), self.sets.rows(), &u.rows) {
-            let violation = |velocity: T| match row.law {
+        let mut take_in = |alpha: T, law: RowLaw<T>, [u, offset, q]: [T; 3]| {
+            let energy = |violation: T| alpha * violation * violation;
+            let violation = |velocity: T| match law {
                 RowLaw::Limit => at_least(-velocity, T::ZERO),
                 RowLaw::Equality => velocity,
                 RowLaw::Box { .. } => T::ZERO,
             };
-            let energy = |violation: T| set.alpha * violation * violation;
             closing = at_least(energy(violation(u)), closing);
-            asked = at_least(energy(violation(row.offset)), asked);
-            free = at_least(energy(set.q), free);
+            asked = at_least(energy(violation(offset)), asked);
+            free = at_least(energy(q), free);
+        };
+        for (contact, set, u) in zip3(scene.contacts(), self.sets.contacts(), &u.contacts) {
+            let normal = |x: &[T]| x.first().copied().unwrap_or(T::ZERO);
+            take_in(set.alpha, RowLaw::Limit, [u, contact.offset.as_slice(), set.q.as_slice()].map(normal));
+        }
+        for (row, set, &u) in zip3(scene.rows(), self.sets.rows(), &u.rows) {
+            take_in(set.alpha, row.law, [u, row.offset, set.q]);
         }
         closing * T::literal(100.0) > asked && asked * T::literal(1e6) > free
     }
