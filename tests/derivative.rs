@@ -12,7 +12,7 @@ use testbed::generate::{self, Class};
 use testbed::mixed::MixedFile;
 use testbed::scene_file;
 
-const SETTINGS: Settings<f64> = Settings::new(1e-13);
+const SETTINGS: Settings<f64> = Settings::new(1e-14);
 
 /// How far a scene moves to find its direction: bounds stay in order.
 const END: f64 = 1.0 / 1024.0;
@@ -181,8 +181,7 @@ fn compare<const N: usize, const D: usize, const C: usize, const R: usize>(
         };
         tally.compared += 1;
         tally.worst = tally.worst.max(error);
-        // A difference over a short reach has the rounding of two solves.
-        if error > 1e-6_f64.max(1e-9 / reach) || misfit > 1e-6 {
+        if error > 1e-6 || misfit > 1e-6 {
             tally.failures.push(format!(
                 "{} {model:?} {what:?}: {error:.1e}, misfit {misfit:.1e}, margin {:.1e} {:?}",
                 file.name,
