@@ -54,6 +54,7 @@ fn solve(file: &SceneFile, budget: usize) -> ([Answer; 2], usize, usize) {
 
 #[test]
 fn a_split_solve_gives_the_same_bits() {
+    let mut sooner = 0;
     for file in bundled_scenes() {
         let (whole, calls, _) = solve(&file, 100_000);
         assert_eq!(calls, 2, "{}", file.name); // one cold, one warm
@@ -67,6 +68,7 @@ fn a_split_solve_gives_the_same_bits() {
                     // The question whether a body can stay at rest ends with a call, with a solution. And the end of a call computes
                     // the error of the best impulses, whatever their estimate. The next solve then starts elsewhere.
                     if split.work.total() < whole.work.total() && split.status == Status::Solved {
+                        sooner += 1;
                         break;
                     }
                     let (split, whole) = (bits(split), bits(whole));
@@ -77,6 +79,7 @@ fn a_split_solve_gives_the_same_bits() {
             assert!(dearest < budget + 20, "{}: {dearest}", file.name);
         }
     }
+    assert!(sooner <= 13, "{sooner} of some 120 pairs"); // the others have equal bits
 }
 
 /// What a wild tick leaves behind is forgotten with the rest.

@@ -10,6 +10,7 @@ pub(crate) const MU: f64 = 0.6;
 pub(crate) const WEIGHTS: [f64; 6] = [1.0, 1.0, 1.0, 625.0, 625.0, 625.0];
 /// Least normal force of a contact (N).
 pub(crate) const LEAST: Vector3<f64> = vector![0.3, 0.0, 0.0];
+
 /// How a tick is solved.
 #[derive(Clone, Copy)]
 pub(crate) struct Recipe {
