@@ -14,7 +14,7 @@ type Numbers = Vec<f64>;
 
 /// The sizes that are compiled, for a solver of all phases and, where that is said, for those of fewer. A scene goes into the first that has
 /// room. Each number of rows a contact has a size that a scene fills; the dense variants of `examples/worst_case` fill them all.
-const ROOMS: [(Size, &str); 13] = [
+const ROOMS: [(Size, &str); 14] = [
     // Contacts alone.
     ([3, 2, 1, 0, 0], ALL),
     ([6, 2, 4, 0, 0], ALL),
@@ -26,6 +26,7 @@ const ROOMS: [(Size, &str); 13] = [
     ([2, 3, 0, 6, 0], ALL),
     ([6, 2, 2, 5, 2], LEAN),
     ([6, 3, 5, 0, 5], ALL),
+    ([10, 3, 3, 6, 3], LEAN),
     ([8, 3, 8, 5, 8], LEAN),
     ([6, 4, 1, 0, 1], LEAN),
     ([6, 6, 1, 0, 1], ALL),

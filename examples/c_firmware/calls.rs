@@ -10,7 +10,7 @@
 use super::given::{ContactImpulse, JointRow, LawNumber, ModelNumber, RowImpulse, Surface};
 use super::header::{C, D, K, L, N, R, Real};
 use super::outcome::{ContactOutcome, RowOutcome, Solution, Violation};
-use super::solver::{Kernel, Refusal, Solver, advance, advance_with_limits};
+use super::solver::{FloatKernel, Kernel, Refusal, Solver, advance, advance_with_limits};
 use super::status::{Culprit, Status, turned};
 use core::ffi::{CStr, c_char};
 use stiction::nalgebra::{SMatrix, SVector};
@@ -288,9 +288,12 @@ pub unsafe extern "C" fn stiction_set_impulses(
 
 /// `stiction_budget_within`.
 #[unsafe(no_mangle)]
-pub extern "C" fn stiction_budget_within(microseconds: u32, megahertz: u32) -> u32 {
-    let budget = Kernel::budget_within(index(microseconds), index(megahertz));
-    u32::try_from(budget).unwrap_or(u32::MAX)
+pub extern "C" fn stiction_budget_within(microseconds: u32, megahertz: u32, wait_percent: u32) -> u32 {
+    // The sizes and phases of this kernel, whose number type the bound does not know.
+    const IS_BOUNDED: bool = size_of::<Real>() == size_of::<f32>();
+    let [microseconds, megahertz, wait_percent] = [microseconds, megahertz, wait_percent].map(index);
+    let budget = FloatKernel::budget_within(microseconds, megahertz, wait_percent);
+    if IS_BOUNDED { u32::try_from(budget).unwrap_or(u32::MAX) } else { 0 }
 }
 
 /// `stiction_solve`.

@@ -11,6 +11,8 @@ use stiction::{Contact, Error, List, Model, Scene, Settings};
 
 /// The kernel of the sizes in `stiction_sizes.h`.
 pub type Kernel = stiction::Kernel<Real, N, D, C, R, S, Phases>;
+/// The same in `float`, for which the time of a call is bounded.
+pub type FloatKernel = stiction::Kernel<f32, N, D, C, R, S, Phases>;
 pub(super) type Outcome = stiction::Solution<Real, N, D, C, R>;
 type Solve = for<'a> fn(&'a mut Kernel, &SVector<Real, N>, &Settings<Real>) -> Result<&'a Outcome, Error>;
 type SolveWithLimits = for<'a> fn(

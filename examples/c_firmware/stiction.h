@@ -315,8 +315,10 @@ enum stiction_status stiction_set_impulses(stiction *s, const stiction_contact_i
                                            const stiction_row_impulse *rows, uint32_t row_count);
 
 /* The largest budget with which a call takes at most so many microseconds at a clock of so many megahertz, in float on a Cortex-M4F with
-   all velocities, contacts and joint rows in use: preparing included, filling and the passes of limits not; 0 if there is not enough time. */
-uint32_t stiction_budget_within(uint32_t microseconds, uint32_t megahertz);
+   all velocities, contacts and joint rows in use: preparing included, filling and the passes of limits not. wait_percent: cycles in which
+   the core waits for its memory, as a share of those in which it works (0, or 55 with five wait states of the flash and no cache).
+   0 if there is not enough time, and always for double. */
+uint32_t stiction_budget_within(uint32_t microseconds, uint32_t megahertz, uint32_t wait_percent);
 
 /* Solves for a free impulse M v_free (N s) to an error of `tolerance`; 1e-4 suits float. A call does at most `budget` work
    and 19 more: a Newton step counts 10, a sweep 2. If the budget has ended, resume goes on, with the same scene, free impulse and

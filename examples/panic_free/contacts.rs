@@ -117,7 +117,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         kernel.solver_mut().reset();
         kernel.scene_mut().clear_contacts();
         kernel.reset();
-        let (microseconds, megahertz) = black_box((2_000, 168));
-        black_box(Kernel::<T, N, D, C, 0, S>::budget_within(microseconds, megahertz));
+        let (microseconds, megahertz, wait_percent) = black_box((2_000, 168, 55));
+        black_box(Kernel::<f32, N, D, C, 0, S>::budget_within(microseconds, megahertz, wait_percent));
     }
 }

@@ -101,9 +101,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         black_box((solution.is_solved(), solution.is_usable(number)));
         black_box(kernel.worst_contact(settings));
         differentiate(kernel.derivative(settings));
-        let (microseconds, megahertz) = black_box((2_000, 168));
-        let budget = Kernel::<T, N, D, C, R, S>::budget_within(microseconds, megahertz);
-        black_box(budget);
+        let (microseconds, megahertz, wait_percent) = black_box((2_000, 168, 55));
+        black_box(Kernel::<f32, N, D, C, R, S>::budget_within(microseconds, megahertz, wait_percent));
         kernel.solver_mut().reset();
         kernel.reset();
     }

@@ -1,8 +1,9 @@
 //! How long a call takes at most, held to `Kernel::worst_cycles`: on an emulated Cortex-M4F (`.ci/firmware` runs it).
 //!
 //! Scenes of each size come from `bake by-size`, by the variable `SCENES`. All are solved as they are, disturbed by little and by much, and
-//! with numbers where there were zeros; to tolerances from 1e-2 to 1e-30, cold, warm and going on. A line is `phases size budget promise
-//! instructions`, where the promise is in cycles and the last column is the dearest call, preparing included.
+//! with numbers where there were zeros; to tolerances from 1e-2 to 1e-30, cold, warm and going on. From the dearest call of each budget hill
+//! climbing looks for a dearer one. A line is `phases size budget promise instructions`, where the promise is in cycles and the last column
+//! is the dearest call, preparing included; of slices, whose lines begin with `phases:slice`, the dearest after `prepare`.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
@@ -29,12 +30,18 @@ mod worst_case {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::hprintln;
     use stiction::{
-        AllPhases, Contact, Error, Kernel, Phases, Scene, Settings, Surface, SweepsAndNewton, SweepsOnly,
+        AllPhases, Contact, Error, Kernel, Model, Phases, Scene, Settings, Surface, SweepsAndNewton,
+        SweepsOnly,
     };
 
     /// Cycles that are fewer than the instructions that the counter can count.
     const COUNTED: usize = 16_000_000 * 18 / 10;
-    const BUDGETS: [usize; 7] = [0, 1, 10, 30, 100, 300, 1_000];
+    const BUDGETS: [usize; 8] = [0, 1, 10, 20, 40, 100, 300, 1_000];
+    const SLICE_BUDGETS: [usize; 3] = [1, 10, 40];
+    /// Slices of a tick that are measured.
+    const SLICES: usize = 12;
+    /// Steps of hill climbing on the data of the dearest call.
+    const CLIMB: usize = 200;
     const TOLERANCES: [f32; 5] = [1e-4, 1e-30, 1e-6, 1e-2, 3e-7];
     /// By how much a scene is disturbed, in one variant after the other.
     const DISTURBED: [f32; 6] = [0.0, 1e-3, 0.1, 0.5, 3.0, 30.0];
@@ -45,6 +52,54 @@ mod worst_case {
         exit(false)
     }
 
+    /// What a kernel of a size is measured with.
+    struct Bench<'a, P, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> {
+        kernel: Kernel<f32, N, D, C, R, S, P>,
+        push: Push<N, D, C, R, S>,
+        counter: &'a mut Counter,
+    }
+
+    impl<P: Phases, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
+        Bench<'_, P, N, D, C, R, S>
+    {
+        /// The dearest call of a cold tick and a warm one, each solved and resumed; of a tick in slices the dearest after its first.
+        /// `None` if the scene is refused.
+        fn dearest(&mut self, tick: &Tick<N, D, C, R>, budget: usize, in_slices: bool) -> Option<u32> {
+            let settings = Settings { budget, ..tick.settings };
+            let mut given = tick.given.clone();
+            let mut random = Random(1);
+            let mut dearest = 0;
+            self.kernel.solver_mut().reset();
+            for is_warm in [false, true] {
+                if is_warm {
+                    given.disturb(0.01, &mut random); // a tick later
+                }
+                given.fill(self.kernel.scene_mut(), self.push)?;
+                if in_slices {
+                    self.kernel.prepare().ok()?;
+                }
+                for _ in 0..if in_slices { SLICES } else { 2 } {
+                    let free_impulse = black_box(given.push());
+                    let kernel = &mut self.kernel;
+                    let mut is_over = false;
+                    let count = self.counter.count(|| {
+                        is_over = if in_slices {
+                            kernel.advance(free_impulse, &settings).unwrap_or(true)
+                        } else {
+                            black_box(kernel.resume(free_impulse, &settings).is_ok()) // the first is a solve
+                        };
+                    });
+                    let count = count.unwrap_or(u32::MAX); // more than can be counted
+                    dearest = dearest.max(count);
+                    if is_over && in_slices {
+                        break;
+                    }
+                }
+            }
+            Some(dearest)
+        }
+    }
+
     /// Measures all scenes of a size and some phases; `None` if the counter overflows or a scene is refused.
     #[inline(never)]
     fn measure<P: Phases, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
@@ -53,46 +108,77 @@ mod worst_case {
         push: Push<N, D, C, R, S>,
         counter: &mut Counter,
     ) -> Option<()> {
-        let mut kernel = Kernel::<f32, N, D, C, R, S, P>::with_phases(phases);
+        let mut bench = Bench { kernel: Kernel::with_phases(phases), push, counter };
         let mut random = Random(1);
-        for budget in BUDGETS {
-            let promise = Kernel::<f32, N, D, C, R, S, P>::worst_cycles(budget);
+        let whole = BUDGETS.iter().map(|&budget| (budget, false));
+        for (budget, in_slices) in whole.chain(SLICE_BUDGETS.iter().map(|&budget| (budget, true))) {
+            let promise = if in_slices {
+                Kernel::<f32, N, D, C, R, S, P>::worst_slice_cycles(budget)
+            } else {
+                Kernel::<f32, N, D, C, R, S, P>::worst_cycles(budget)
+            };
             if promise > COUNTED {
-                break;
+                continue;
             }
+            let mut worst: Option<Tick<N, D, C, R>> = None;
             let mut dearest = 0;
             for (k, numbers) in scenes.iter().enumerate() {
                 for (variant, &share) in DISTURBED.iter().chain(&DISTURBED).enumerate() {
+                    let tolerance = *TOLERANCES.get((k + variant) % TOLERANCES.len())?;
                     let mut given = Given::<N, D, C, R>::read(numbers, S > 0)?;
                     given.disturb(share, &mut random);
                     if variant >= DISTURBED.len() {
                         given.make_dense(&mut random);
                     }
-                    let tolerance = *TOLERANCES.get((k + variant) % TOLERANCES.len())?;
-                    let settings = Settings { budget, ..Settings::new(tolerance) };
-                    kernel.solver_mut().reset();
-                    given.fill(kernel.scene_mut(), push)?;
-                    for call in 0..4 {
-                        if call == 2 {
-                            given.disturb(0.01, &mut random);
-                            given.fill(kernel.scene_mut(), push)?; // a tick later
-                        }
-                        let free_impulse = black_box(given.push());
-                        let count = counter.count(|| {
-                            let solved = if call % 2 == 0 {
-                                kernel.solve(free_impulse, &settings)
-                            } else {
-                                kernel.resume(free_impulse, &settings)
-                            };
-                            black_box(solved.is_ok());
-                        })?;
-                        dearest = dearest.max(count);
+                    let tick = Tick { given, settings: Settings::new(tolerance) };
+                    let count = bench.dearest(&tick, budget, in_slices)?;
+                    if count > dearest {
+                        (dearest, worst) = (count, Some(tick));
                     }
                 }
             }
-            hprintln!("{} {},{},{},{},{} {} {} {}", name, N, D, C, R, S, budget, promise, dearest);
+            // Hill climbing from there.
+            let mut worst = worst?;
+            for _ in 0..CLIMB {
+                let mut tick = worst.clone();
+                tick.change(&mut random);
+                if let Some(count) = bench.dearest(&tick, budget, in_slices)
+                    && count > dearest
+                {
+                    (dearest, worst) = (count, tick);
+                }
+            }
+            let slice = if in_slices { ":slice" } else { "" };
+            hprintln!("{}{} {},{},{},{},{} {} {} {}", name, slice, N, D, C, R, S, budget, promise, dearest);
         }
         Some(())
+    }
+
+    /// A scene and how it is solved.
+    #[derive(Clone)]
+    struct Tick<const N: usize, const D: usize, const C: usize, const R: usize> {
+        given: Given<N, D, C, R>,
+        settings: Settings<f32>,
+    }
+
+    impl<const N: usize, const D: usize, const C: usize, const R: usize> Tick<N, D, C, R> {
+        /// Changes a few numbers at random.
+        fn change(&mut self, random: &mut Random) {
+            for _ in 0..=random.below(4) {
+                match random.below(8) {
+                    0 => {
+                        let tolerance = TOLERANCES.get(random.below(TOLERANCES.len()));
+                        self.settings.tolerance = tolerance.copied().unwrap_or(1e-4);
+                    }
+                    1 => {
+                        let is_relaxed = random.below(4) == 0;
+                        self.settings.model =
+                            if is_relaxed { Model::ConvexRelaxation } else { Model::Coulomb };
+                    }
+                    _ => self.given.change(random),
+                }
+            }
+        }
     }
 
     /// How a contact is added, which differs by size.

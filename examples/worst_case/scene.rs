@@ -6,6 +6,7 @@ use nalgebra::{SMatrix, SVector};
 use stiction::{Contact, JointRow, RowLaw, Scene, Surface};
 
 /// A scene and its free impulse (N·s).
+#[derive(Clone)]
 pub(crate) struct Given<const N: usize, const D: usize, const C: usize, const R: usize> {
     mass: SMatrix<f32, N, N>,
     push: SVector<f32, N>,
@@ -22,6 +23,18 @@ impl Random {
     pub(crate) fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (self.0 >> 16) as u16 as f32 / 32768.0 - 1.0
+    }
+
+    /// A number below `n`, or 0.
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        self.next();
+        (self.0 >> 12) as usize % n.max(1)
+    }
+
+    /// Often a plain number, sometimes a large or a small one.
+    fn number(&mut self) -> f32 {
+        let [sign, small] = [self.next(), self.next()];
+        [0.0, 1.0, -1.0, 1e-3 * sign, 1e3 * sign, sign, small, sign * small][self.below(8)]
     }
 }
 
@@ -130,6 +143,44 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize> Given<N, D,
             row.row.iter_mut().for_each(|entry| *entry = random.next());
         }
         self.counts[1] = R;
+    }
+
+    /// Changes one number or one contact at random.
+    pub(crate) fn change(&mut self, random: &mut Random) {
+        let (c, other, row) = (random.below(C), random.below(C), random.below(R));
+        let (i, axis, number) = (random.below(N), random.below(D), random.number());
+        match random.below(8) {
+            0 => self.push[i] = number,
+            1 => self.push[i] *= 1.0 + 0.2 * random.next(),
+            2 => {
+                let scale = [0.1, 0.5, 2.0, 10.0][random.below(4)]; // of a mass: `M` stays positive definite
+                self.mass.row_mut(i).scale_mut(scale);
+                self.mass.column_mut(i).scale_mut(scale);
+            }
+            3 if R > 0 => self.rows[row].row[i] = number,
+            4 if R > 0 => {
+                self.rows[row].offset = number;
+                self.rows[row].law = match random.below(3) {
+                    0 => RowLaw::Limit,
+                    1 => RowLaw::Equality,
+                    _ => RowLaw::Box { lower: -number.abs(), upper: 1.0 },
+                };
+            }
+            5 if C > 0 => self.contacts[c].0.offset[axis] = number,
+            6 if C > 1 => {
+                let (mut twin, surface) = self.contacts[other].clone();
+                twin.key = self.contacts[c].0.key;
+                twin.jacobian *= [1.0, -1.0][random.below(2)];
+                self.contacts[c] = (twin, surface);
+            }
+            7 if C > 0 => {
+                let (contact, surface) = &mut self.contacts[c];
+                contact.mu = [0.0, 0.1, 0.5, 1.0, 100.0][random.below(5)];
+                surface.friction = [contact.mu, contact.mu * random.next().abs()];
+            }
+            _ if C > 0 => self.contacts[c].0.jacobian[(axis, i)] = number,
+            _ => {}
+        }
     }
 
     /// Fills a scene; `None` if it refuses.

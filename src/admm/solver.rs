@@ -12,6 +12,7 @@ use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Solution};
+use crate::solver::AllPhases;
 use crate::solver::monitor::Monitor;
 use crate::solver::record::{Call, Record, fingerprint};
 use crate::solver::warm_start::WarmStart;
@@ -155,7 +156,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
             let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
             monitor.keep(&r, &u, estimate);
         }
-        monitor.finish();
+        monitor.finish::<AllPhases>();
         let mut u = Stacked::zero();
         for (u, iterate) in u.contacts.iter_mut().zip(&*iterates) {
             *u = iterate.u.into();
@@ -209,7 +210,7 @@ fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: us
     let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
     monitor.consider(&r, &u, estimate);
     while !monitor.is_over() && monitor.must_return() {
-        monitor.judge(&r, &u);
+        monitor.judge::<AllPhases>(&r, &u);
     }
 }
 

@@ -142,7 +142,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         warm_start: &mut WarmStart<T, D, C, R>,
     ) {
         if monitor.must_return() {
-            self.state.judge(monitor);
+            self.state.judge::<P, N, S>(monitor);
             if monitor.is_check_due() {
                 return;
             }

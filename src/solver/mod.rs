@@ -315,7 +315,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
             if P::CENTRAL_PATH {
                 self.method.end_rest_question(&mut monitor);
             }
-            written = monitor.finish();
+            written = monitor.finish::<P>();
             // A search for a proof costs work.
             if P::CENTRAL_PATH && settings.budget > 0 {
                 monitor.check_infeasibility(self.method.impulses());

@@ -10,6 +10,7 @@ use crate::linalg::zip::{zip3, zip4};
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Settings, Solution, Status, Work};
+use crate::solver::phases::Phases;
 use crate::solver::record::{Call, Check, Milestone, Record};
 use crate::solver::tuning;
 use core::mem;
@@ -18,7 +19,8 @@ use nalgebra::SVector;
 /// Largest number of corrections of the velocities (iterative refinement). If they are not enough, rounding is to blame.
 const CORRECTIONS: u8 = 4;
 
-/// Work that an error with twice the digits takes from the budget, and one that is computed in vain.
+/// Work that an error with twice the digits takes from the budget, and one that is computed in vain: of a solution that is refused, or above
+/// the tolerance where no better one is computed.
 const EXACT_ERROR: usize = 20;
 
 /// Impulses above this many times the expected size are doubtful. (With a tenth of it, solved impacts would be searched for a proof; with
@@ -42,6 +44,8 @@ pub(crate) struct Monitor<
     settings: &'s Settings<T>,
     /// Total work of the solve at which the call ends.
     work_limit: usize,
+    /// Has the solution the best impulses so far, with their plain error?
+    holds_best: bool,
     call: Call,
 }
 
@@ -71,7 +75,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             solution.work = Work::none();
         }
         let work_limit = solution.work.total().saturating_add(settings.budget);
-        Self { problem, solution, record, settings, work_limit, call }
+        Self { problem, solution, record, settings, work_limit, holds_best: false, call }
     }
 
     /// The tolerance of the call.
@@ -165,13 +169,14 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             self.record.has_doubted = true;
             return;
         }
+        self.holds_best = false;
         self.record.best = *r;
         self.record.best_estimate = Some(estimate);
     }
 
     /// Are these impulses doubtful, and do they throw a body or let walls close?
     fn is_absurd(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
-        self.problem.throws(r, T::literal(DOUBTFUL_IMPULSE_RATIO)) || self.must_refuse(r, u)
+        self.problem.throws(r, u, T::literal(DOUBTFUL_IMPULSE_RATIO)) || self.must_refuse(r, u)
     }
 
     /// Do these impulses let walls close, so that they are no solution whatever their error?
@@ -181,20 +186,21 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
 
     /// Checks the error of impulses, the last that [`Self::consider`] saw. Ends the solve if they solve the scene.
     ///
-    /// If the error exceeds the tolerance, a check with twice the digits is due. If that error exceeds the tolerance, too,
-    /// `H v + w` and `W r + q` differ by rounding. The difference is then added to the constant terms of the velocities, and the
-    /// search continues (iterative refinement).
+    /// If the error exceeds the tolerance, sweeps alone go on. For other phases a check with twice the digits is due. If that error exceeds
+    /// the tolerance, too, `H v + w` and `W r + q` differ by rounding. The difference is then added to the constant terms of the velocities,
+    /// and the search continues (iterative refinement).
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn judge(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) {
-        let mut is_solved = self.evaluate(r);
+    pub(crate) fn judge<P: Phases>(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) {
+        let exactly = P::EXACT_ERRORS && self.record.check == Check::ExactError;
+        let mut is_solved = self.evaluate(r, exactly);
         if !is_solved && !self.problem.counts_stopping {
             self.count_stopping();
-            is_solved = self.evaluate(r);
+            is_solved = self.evaluate(r, exactly);
         }
         let check = mem::replace(&mut self.record.check, Check::None);
         if is_solved && self.must_refuse(r, u) {
             self.record.has_doubted = true;
-            self.work_limit = self.work_limit.saturating_sub(EXACT_ERROR); // or each piece might be checked in vain
+            self.charge(EXACT_ERROR); // or each piece might be checked in vain
         } else if is_solved {
             self.record.best = *r;
             self.stop(if self.has_numbers(r) {
@@ -204,7 +210,10 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             });
         } else {
             self.keep(r, u, self.solution.error);
-            if check == Check::Error {
+            self.holds_best = !exactly && self.record.best == *r;
+            if !P::EXACT_ERRORS {
+                self.charge(EXACT_ERROR);
+            } else if check == Check::Error {
                 // The estimate that asked for the check may be that of a sweep, without the natural map.
                 if self.problem.error_estimate(r, u) <= self.settings.tolerance {
                     self.record.check = Check::ExactError;
@@ -218,6 +227,11 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         }
     }
 
+    /// Takes work from the budget of the call.
+    fn charge(&mut self, work: usize) {
+        self.work_limit = self.work_limit.saturating_sub(work);
+    }
+
     /// Are the solution that is written, of these impulses, and their square finite?
     fn has_numbers(&self, r: &Stacked<T, D, C, R>) -> bool {
         self.solution.has_numbers() && r.contact_square().is_finite()
@@ -227,7 +241,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn judge_best(&mut self) {
         let (r, mut u) = (self.record.best, Stacked::zero());
-        if self.evaluate(&r) && self.has_numbers(&r) {
+        if self.evaluate(&r, false) && self.has_numbers(&r) {
             self.problem.velocities(&r, &mut u);
             if !self.must_refuse(&r, &u) {
                 self.stop(Status::Solved);
@@ -235,13 +249,14 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         }
     }
 
-    /// Writes the solution of impulses, with its error as exactly as the due check asks. Returns true if the error is within the tolerance.
-    pub(super) fn evaluate(&mut self, r: &Stacked<T, D, C, R>) -> bool {
+    /// Writes the solution of impulses, with its error, in twice the digits if that is asked. Returns true if the error is within the
+    /// tolerance.
+    pub(super) fn evaluate(&mut self, r: &Stacked<T, D, C, R>, exactly: bool) -> bool {
         let tolerance = self.settings.tolerance;
-        let exactly = self.record.check == Check::ExactError;
         if exactly {
-            self.work_limit = self.work_limit.saturating_sub(EXACT_ERROR);
+            self.charge(EXACT_ERROR);
         }
+        self.holds_best = false;
         let wanted = (tolerance, exactly);
         self.problem.evaluate(r, wanted, self.solution);
         self.solution.error <= tolerance
@@ -292,7 +307,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     /// Writes the solution of the best impulses so far. The search may continue as if they had not been written. Unless the solve has ended,
     /// returns the velocities and impulses that are written.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn finish(&mut self) -> Option<[Stacked<T, D, C, R>; 2]> {
+    pub(crate) fn finish<P: Phases>(&mut self) -> Option<[Stacked<T, D, C, R>; 2]> {
         self.solution.status = match self.record.status {
             Status::Unsolved => Status::OutOfBudget,
             status => status,
@@ -312,9 +327,11 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             r = Stacked::zero();
         }
         // A solve that continues may compute it more exactly later.
-        let exactly = self.record.status == Status::PrecisionLimit;
-        let wanted = (self.settings.tolerance, exactly);
-        self.problem.evaluate(&r, wanted, self.solution);
+        let exactly = P::EXACT_ERRORS && self.record.status == Status::PrecisionLimit;
+        if is_absurd || exactly || !self.holds_best {
+            let wanted = (self.settings.tolerance, exactly);
+            self.problem.evaluate(&r, wanted, self.solution);
+        }
         let overflows = !self.solution.has_numbers(); // of squares: zero impulses are written
         if overflows {
             r = Stacked::zero();

@@ -25,6 +25,9 @@ pub trait Phases: Copy + Debug + sealed::Sealed {
     /// Is there the central path, and the search for a proof that a scene is infeasible?
     #[doc(hidden)]
     const CENTRAL_PATH: bool;
+    /// Is an error that exceeds the tolerance computed again with twice the digits?
+    #[doc(hidden)]
+    const EXACT_ERRORS: bool;
 }
 
 /// All phases: sweeps, Newton's method, the central path where Newton's method fails, and proofs that a scene is infeasible.
@@ -35,24 +38,28 @@ pub struct AllPhases;
 #[derive(Clone, Copy, Debug)]
 pub struct SweepsAndNewton;
 
-/// Sweeps alone, for few contacts with unique impulses and coarse tolerances: they converge linearly at best. An infeasible scene uses up
-/// its budget. The solver takes as much RAM as one of all phases.
+/// Sweeps alone, for few contacts with unique impulses, coarse tolerances and short deadlines: they converge linearly at best. An infeasible
+/// scene uses up its budget. No error is computed with twice the digits, so in `f32` a tolerance below 1e-5 is out of reach. The solver takes
+/// as much RAM as one of all phases.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepsOnly;
 
 impl Phases for AllPhases {
     const NEWTON: bool = true;
     const CENTRAL_PATH: bool = true;
+    const EXACT_ERRORS: bool = true;
 }
 
 impl Phases for SweepsAndNewton {
     const NEWTON: bool = true;
     const CENTRAL_PATH: bool = false;
+    const EXACT_ERRORS: bool = true;
 }
 
 impl Phases for SweepsOnly {
     const NEWTON: bool = false;
     const CENTRAL_PATH: bool = false;
+    const EXACT_ERRORS: bool = false;
 }
 
 mod sealed {

@@ -220,8 +220,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     pub(super) fn judge_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
         let estimate = self.coulomb_estimate(point);
         self.problem.set_shift(true);
-        let is_solved =
-            self.evaluate(&point.r) && self.solution.has_numbers() && !self.must_refuse(&point.r, &point.u);
+        let exactly = self.record.check == Check::ExactError;
+        let is_solved = self.evaluate(&point.r, exactly)
+            && self.solution.has_numbers()
+            && !self.must_refuse(&point.r, &point.u);
         let check = mem::replace(&mut self.record.check, Check::None);
         if is_solved {
             self.record.best = point.r;

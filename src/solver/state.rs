@@ -5,6 +5,7 @@ use crate::real::Real;
 use crate::sets::jacobian::Jacobian;
 use crate::sets::pairs::Pairs;
 use crate::solver::monitor::Monitor;
+use crate::solver::phases::Phases;
 use crate::solver::point::NewtonPoint;
 
 /// The state of a solve, for all phases.
@@ -73,14 +74,14 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Makes the check of the error that is due.
-    pub(super) fn judge<const N: usize, const S: usize>(
+    pub(super) fn judge<P: Phases, const N: usize, const S: usize>(
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         if monitor.record.is_rest_question_open() {
             monitor.judge_rest(&self.point);
         } else {
-            monitor.judge(&self.point.r, &self.point.u);
+            monitor.judge::<P>(&self.point.r, &self.point.u);
         }
     }
 }

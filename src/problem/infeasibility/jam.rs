@@ -8,8 +8,8 @@
 
 use crate::cone::FrictionCone;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::{at_least, square};
-use crate::linalg::zip::{zip3, zip5};
+use crate::linalg::vector::at_least;
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
 use crate::problem::infeasibility::search::Demand;
 use crate::problem::infeasibility::{dot, is_strong, weigh};
@@ -204,24 +204,31 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Do these impulses throw the bodies? Then they exceed `most` times the expected impulses, and the bodies have four times the energy
-    /// of the free motion and of the velocities that the offsets ask for.
+    /// of the free motion and of the velocities that the offsets ask for. `u` are their velocities.
     #[inline(never)]
-    pub(crate) fn throws(&self, r: &Stacked<T, D, C, R>, most: T) -> bool {
+    pub(crate) fn throws(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, most: T) -> bool {
         if !self.exceeds(r, most) {
             return false;
         }
-        let mut allowed = self.factor.energy(&self.whitened);
-        for (i, contact, set) in zip3(0..C, self.scene.contacts(), self.sets.contacts()) {
+        let free = self.factor.energy(&self.whitened);
+        // `rᵀ (H v + H v_free)` more are those of the impulses, the energy of springs included.
+        let [mut asked, mut gained] = [T::ZERO; 2];
+        let mut take_in = |alpha: T, [r, u, q, offset]: [T; 4]| {
+            asked += alpha * offset * offset;
+            gained += r * (u - offset + (q - offset));
+        };
+        let contacts = zip3(&r.contacts, &u.contacts, self.sets.contacts());
+        for (i, (r, u, set), contact) in zip3(0..C, contacts, self.scene.contacts()) {
             let offset = self.scene.scaled_velocity(i, contact.offset);
-            allowed += set.alpha * square(offset.as_slice());
+            for (&r, &u, &q, &offset) in zip4(r, u, &set.q, &offset) {
+                take_in(set.alpha, [r, u, q, offset]);
+            }
         }
-        for (row, set) in self.scene.rows().iter().zip(self.sets.rows()) {
-            allowed += set.alpha * row.offset * row.offset;
+        for (&r, &u, set, row) in zip4(&r.rows, &u.rows, self.sets.rows(), self.scene.rows()) {
+            take_in(set.alpha, [r, u, set.q, row.offset]);
         }
-        let mut momentum = self.whitened;
-        self.factor.add_whitened(r, &mut momentum);
-        let energy = self.factor.energy(&momentum);
-        energy > allowed * T::literal(4.0) || !energy.is_finite()
+        let energy = free + gained;
+        energy > (free + asked) * T::literal(4.0) || !energy.is_finite()
     }
 }
 

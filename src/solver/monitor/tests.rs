@@ -2,6 +2,7 @@
 #![allow(clippy::indexing_slicing, clippy::float_cmp)]
 
 use crate::linalg::stacked::Stacked;
+use crate::solver::AllPhases;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::monitor::Monitor;
 use crate::solver::tuning;
@@ -19,7 +20,7 @@ fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C, 0, 0>, r: &Stacked<f64, D, C
     let estimate = monitor.problem.velocities_and_estimate(r, &mut u);
     monitor.consider(r, &u, estimate);
     if monitor.must_return() {
-        monitor.judge(r, &u);
+        monitor.judge::<AllPhases>(r, &u);
     }
 }
 
@@ -30,7 +31,7 @@ fn the_solution_ends_a_solve() -> Result<(), Error> {
         assert!(monitor.is_running());
         show(monitor, &carried(0.25));
         assert!(monitor.is_over());
-        monitor.finish();
+        monitor.finish::<AllPhases>();
         assert_eq!(monitor.solution.status, Status::Solved);
         assert!(monitor.solution.error <= 1e-9);
     })
@@ -42,7 +43,7 @@ fn the_best_of_what_was_shown_is_kept() -> Result<(), Error> {
         for share in [0.1, 0.24, 0.4, 0.0] {
             show(monitor, &carried(share));
         }
-        let written = monitor.finish();
+        let written = monitor.finish::<AllPhases>();
         assert_eq!(monitor.solution.status, Status::OutOfBudget);
         assert_eq!(monitor.solution.contacts[2].impulse.x, 0.24);
         assert_eq!(written.map(|[_, r]| r), Some(carried(0.24)));
@@ -90,7 +91,7 @@ fn walls_that_close_are_proved() -> Result<(), Error> {
     }
     with_monitor(&scene, &pressed(0.0), |monitor| {
         show(monitor, &carried(0.0));
-        monitor.finish();
+        monitor.finish::<AllPhases>();
         monitor.check_infeasibility(&carried(0.0));
         assert_eq!(monitor.solution.status, Status::Infeasible);
         assert_eq!(monitor.solution.work.proof_searches, 1);

@@ -2,6 +2,7 @@
 #![allow(clippy::indexing_slicing)]
 
 use crate::Error;
+use crate::solver::AllPhases;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Chord, Newton, Outcome};
@@ -29,7 +30,7 @@ fn step(
 ) -> Outcome {
     let outcome = state.step(monitor, newton);
     while monitor.must_return() && !monitor.is_over() {
-        state.judge(monitor);
+        state.judge::<AllPhases, _, _>(monitor);
     }
     outcome
 }
