@@ -40,8 +40,10 @@ mod worst_case {
     const SLICE_BUDGETS: [usize; 3] = [1, 10, 40];
     /// Slices of a tick that are measured.
     const SLICES: usize = 12;
-    /// Steps of hill climbing on the data of the dearest call.
-    const CLIMB: usize = 200;
+    /// Steps of hill climbing on the data of the dearest call of a budget: those of large budgets take long.
+    const fn steps(budget: usize) -> usize {
+        6_000_usize.div_euclid(budget + 60)
+    }
     const TOLERANCES: [f32; 5] = [1e-4, 1e-30, 1e-6, 1e-2, 3e-7];
     /// By how much a scene is disturbed, in one variant after the other.
     const DISTURBED: [f32; 6] = [0.0, 1e-3, 0.1, 0.5, 3.0, 30.0];
@@ -139,7 +141,7 @@ mod worst_case {
             }
             // Hill climbing from there.
             let mut worst = worst?;
-            for _ in 0..CLIMB {
+            for _ in 0..steps(budget) {
                 let mut tick = worst.clone();
                 tick.change(&mut random);
                 if let Some(count) = bench.dearest(&tick, budget, in_slices)

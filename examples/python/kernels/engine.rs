@@ -1,4 +1,4 @@
-//! A kernel of one compiled size behind an interface for all: fills it, padded, and reads its solution.
+//! A kernel of one compiled size behind an interface for all: fills it and reads its solution.
 
 use crate::problem::{Friction, Out, Outcome, Problem};
 use crate::{room, sizes};
@@ -89,19 +89,14 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
         &mut self.kernel
     }
 
-    /// Pads `M` with unit masses, which nothing moves.
     fn set_mass(&mut self, n: usize, mass: &[T]) -> Result<(), Error> {
-        let mut padded = SMatrix::<T, N, N>::zeros();
-        for (j, column) in padded.data.0.iter_mut().enumerate() {
-            if j < n {
-                for (entry, row) in column.iter_mut().zip(mass.chunks_exact(n)) {
-                    *entry = row[j];
-                }
-            } else {
-                column[j] = T::ONE;
+        let mut leading = SMatrix::<T, N, N>::zeros();
+        for (j, column) in leading.data.0[..n].iter_mut().enumerate() {
+            for (entry, row) in column.iter_mut().zip(mass.chunks_exact(n)) {
+                *entry = row[j];
             }
         }
-        self.kernel.scene_mut().set_mass(&padded)
+        self.kernel.scene_mut().set_mass(&leading)
     }
 
     fn push_contacts(&mut self, problem: &Problem<'_, T>) -> Result<(), Error> {
@@ -189,6 +184,7 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
 {
     fn load(&mut self, problem: &Problem<'_, T>) -> Result<(), Error> {
         self.kernel.scene_mut().clear();
+        self.kernel.scene_mut().set_velocities(problem.n)?;
         self.free_impulse = SVector::zeros();
         self.set_mass(problem.n, problem.mass)?;
         self.free_impulse.as_mut_slice()[..problem.n].copy_from_slice(problem.free_impulse);

@@ -1,4 +1,4 @@
-//! Kernels of a table of sizes behind one interface: filled from slices, padded, and read into slices.
+//! Kernels of a table of sizes behind one interface: filled from slices and read into slices.
 
 pub mod derivative;
 pub mod engine;

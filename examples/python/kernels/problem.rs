@@ -1,4 +1,4 @@
-//! A scene in slices, row by row and without padding, and the places its solution goes to.
+//! A scene in slices, row by row, and the places its solution goes to.
 
 use stiction::{Error, Input, List, Real, Status, Work};
 

@@ -42,7 +42,7 @@ def solve(
         rows: joint limits, dry friction, motors, loops.
         compliance: of each contact along the normal and along the tangents, ``(c, 2)``, 1/kg; ``None`` is rigid.
         relaxed: solve the convex relaxation instead, in which a contact that slides lifts off.
-        dtype: ``float64``, or ``float32`` with the bits of a microcontroller, if ``n`` is compiled: :attr:`Kernel.size`.
+        dtype: ``float64``, or ``float32`` with the bits of a microcontroller.
 
     Returns:
         The solution, whatever its status.

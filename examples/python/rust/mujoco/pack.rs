@@ -124,8 +124,8 @@ impl Pack {
         }
     }
 
-    /// Changes to coordinates of unit masses: to those that the rows move, or to as many as there are rows, if these fit a smaller
-    /// kernel.
+    /// Changes to coordinates of unit masses: to those that the rows move, or to as many as there are rows, if these are at most two thirds
+    /// or no kernel has room for all.
     pub(super) fn reduce(&mut self, inertia: &Inertia) {
         let n = self.dofs.len();
         let count = (self.jacobian.len() + self.row_jacobian.len()) / n;
@@ -143,9 +143,8 @@ impl Pack {
         all.for_each(|row| unit(row, &mut rows));
         let is_moved = |&j: &usize| rows[j..].iter().step_by(n).any(|&entry| entry != 0.0);
         let moved: Vec<_> = (0..n).filter(is_moved).collect();
-        let room = |velocities| sizes::room(velocities, self.dim);
-        let is_few = room(moved.len()) <= room(count);
-        if room(moved.len().min(count)) == room(n) {
+        let is_few = moved.len() <= count;
+        if 3 * moved.len().min(count) > 2 * n && sizes::has_room(n, self.dim) {
             return;
         }
         let mut free = Vec::with_capacity(n);
