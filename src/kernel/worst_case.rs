@@ -23,11 +23,11 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize, const S: us
     /// ```
     #[must_use]
     pub const fn budget_within(microseconds: usize, megahertz: usize, wait_percent: usize) -> usize {
-        // The rounding down of two quotients would lose cycles; products of three numbers would overflow.
         let cycles = microseconds.saturating_mul(megahertz);
+        // `100 cycles / share` in two parts: the product may need more than 32 bits.
         let share = wait_percent.saturating_add(100);
-        let (hundreds, rest) = (cycles.div_euclid(share), cycles.rem_euclid(share));
-        let cycles = hundreds.saturating_mul(100).saturating_add((rest * 100).div_euclid(share));
+        let (whole, rest) = (cycles.div_euclid(share), cycles.rem_euclid(share));
+        let cycles = whole.saturating_mul(100).saturating_add(rest.saturating_mul(100).div_euclid(share));
         let spare = cycles.saturating_sub(Self::PREPARE + Self::CALL + Self::ONCE);
         let budget = spare.div_euclid(Self::UNIT);
         if budget < JAM_BUDGET {

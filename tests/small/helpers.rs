@@ -251,12 +251,12 @@ fn a_violation_is_the_worst_of_all_contacts_in_the_units_of_the_scene() -> Resul
     Ok(())
 }
 
-/// A stop that a joint runs through, a loop that opens and a motor that is pushed back are violations, too.
 /// A joint row of one velocity.
 fn row_of(law: RowLaw<f64>) -> JointRow<f64, 1> {
     JointRow { row: vector![1.0], offset: 0.0, law, compliance: 0.0, key: 0 }
 }
 
+/// A stop that a joint runs through, a loop that opens and a motor that is pushed back are violations, too.
 #[test]
 fn a_violation_is_that_of_joint_rows_as_well() -> Result<(), Error> {
     let (lower, upper) = (-1.0, 1.0);
@@ -417,6 +417,7 @@ fn is_the_largest_that_fits<const N: usize, const D: usize, const C: usize, cons
     assert_eq!(budget(0, 168, 0), 0);
     assert!(budget(usize::MAX, usize::MAX, 0) > budget(1_000_000, 168, 0));
     assert_eq!(budget(1_000_000, 168, usize::MAX), 0);
+    assert_eq!(budget(usize::MAX / 2, 1, usize::MAX), 0);
 }
 
 /// The quadruped of the guide.
