@@ -64,7 +64,7 @@ mod worst_case {
     impl<P: Phases, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
         Bench<'_, P, N, D, C, R, S>
     {
-        /// The dearest call of a cold tick and a warm one, each solved and resumed; of a tick in slices the dearest after its first.
+        /// Instructions of the dearest call of a cold tick and a warm one, each solved and resumed, or prepared and then solved in slices.
         /// `None` if the scene is refused.
         fn dearest(&mut self, tick: &Tick<N, D, C, R>, budget: usize, in_slices: bool) -> Option<u32> {
             let settings = Settings { budget, ..tick.settings };
@@ -102,7 +102,7 @@ mod worst_case {
         }
     }
 
-    /// Measures all scenes of a size and some phases; `None` if the counter overflows or a scene is refused.
+    /// Measures all scenes of a size and some phases; `None` if a scene is refused.
     #[inline(never)]
     fn measure<P: Phases, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         (name, phases): (&str, P),
