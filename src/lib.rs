@@ -102,6 +102,7 @@ mod factor;
 pub mod guide;
 mod kernel;
 mod linalg;
+mod loads;
 mod parameter;
 mod problem;
 mod real;
@@ -117,6 +118,7 @@ pub use derivative::{Derivative, Inputs, Outputs};
 pub use error::{Error, Input, List, Part};
 pub use factor::{AdmmFactor, Factor};
 pub use kernel::Kernel;
+pub use loads::LeastImpulses;
 pub use real::Real;
 pub use scene::{Contact, JointRow, RowLaw, Scene, Surface, contact_frame};
 pub use solution::{

@@ -166,9 +166,9 @@ impl<
 
     fn settings(budget: Budget) -> Settings<T> {
         Settings {
-            tolerance: T::literal(budget.tolerance),
             budget: budget.work,
             model: if budget.relaxed { Model::ConvexRelaxation } else { Model::Coulomb },
+            ..Settings::new(T::literal(budget.tolerance))
         }
     }
 

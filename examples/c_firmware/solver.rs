@@ -94,7 +94,7 @@ impl Solver {
 
     /// Settings of a call.
     const fn settings(&self, tolerance: Real, budget: usize) -> Settings<Real> {
-        Settings { tolerance, budget, model: self.model }
+        Settings { tolerance, budget, model: self.model, still: self.still }
     }
 
     /// Changes the scene, and remembers what was wrong with that.

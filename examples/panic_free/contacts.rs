@@ -84,7 +84,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         take(solver.resume(scene, factor, push, settings));
         take(solver.advance(scene, factor, push, settings));
         let solution = solver.solution();
-        black_box(solution.worst_contact(scene, factor, settings));
+        black_box(solution.worst_contact(scene, factor));
         black_box(solution.violation(scene, factor));
         black_box(solution.contact_by_key(key));
         black_box((solution.is_solved(), solution.is_usable(number)));
@@ -111,7 +111,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         take(kernel.solve(push, settings));
         take(kernel.resume(push, settings));
         take(kernel.advance(push, settings));
-        black_box(kernel.worst_contact(settings));
+        black_box(kernel.worst_contact());
         differentiate(kernel.derivative(settings));
         black_box(kernel.solution().error);
         kernel.solver_mut().reset();

@@ -99,7 +99,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         black_box(solution.contact_by_key(key));
         black_box(kernel.violation());
         black_box((solution.is_solved(), solution.is_usable(number)));
-        black_box(kernel.worst_contact(settings));
+        black_box(kernel.worst_contact());
         differentiate(kernel.derivative(settings));
         let (microseconds, megahertz, wait_percent) = black_box((2_000, 168, 55));
         black_box(Kernel::<f32, N, D, C, R, S>::budget_within(microseconds, megahertz, wait_percent));
@@ -120,7 +120,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         take(solver.solve(scene, factor, push, settings));
         take(solver.resume(scene, factor, push, settings));
         take(solver.advance(scene, factor, push, settings));
-        black_box(solver.solution().worst_contact(scene, factor, settings));
+        black_box(solver.solution().worst_contact(scene, factor));
         solver.reset();
     }
 }

@@ -44,7 +44,7 @@ pub(crate) fn solve(
         Update::OuterLoop => (Model::Coulomb, SlipUpdate::OuterLoop),
         Update::Never => (Model::ConvexRelaxation, SlipUpdate::EveryIteration),
     };
-    let settings = Settings { tolerance, budget, model };
+    let settings = Settings { budget, model, ..Settings::new(tolerance) };
     try_solve(file, method, slip_update, &settings).expect("bundled scenes are valid")
 }
 

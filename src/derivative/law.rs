@@ -90,7 +90,7 @@ impl<T: Real, const D: usize> LinearContact<T, D> {
             law.slip(set, model, (u, r), scale);
             return law;
         }
-        for k in (0..D).filter(|&k| moves(k)) {
+        for k in (0..set.pushing_rows()).filter(|&k| moves(k)) {
             let mut row = [T::ZERO; D];
             if let Some(entry) = row.get_mut(k) {
                 *entry = scale;

@@ -88,28 +88,19 @@ pub struct Derivative<
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Derivative<'a, T, N, D, C, R, S>
 {
-    /// The derivative of a solution of this scene, with the factor and the [`Settings::model`] of its solve. [`Settings::tolerance`] is the
-    /// largest error of a solution whose solve has not reached its own tolerance ([`Solution::is_usable`]).
+    /// The derivative of a solution of this scene, with the factor of its solve. [`Settings::tolerance`] is the largest error of a solution whose
+    /// solve has not reached its own tolerance ([`Solution::is_usable`]).
     ///
     /// # Errors
-    /// [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or if solution and scene differ in the keys of their
-    /// contacts or joint rows (reached limits of [`crate::Kernel::solve_with_limits`] are not in the scene).
+    /// [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or if it is that of another scene: of another `M` or
+    /// another Jacobian, or with other keys of contacts or joint rows (reached limits of [`crate::Kernel::solve_with_limits`] are not in the scene).
     pub fn new(
         scene: &'a Scene<T, N, D, C, R, S>,
         factor: &'a Factor<T, N, D, C, R>,
         solution: &Solution<T, N, D, C, R>,
         settings: &Settings<T>,
     ) -> Result<Self, Error> {
-        if !factor.is_current(scene) {
-            return Err(Error::StaleFactor);
-        }
-        let found = solution.contacts.iter().map(|contact| contact.key);
-        let fits = found.eq(scene.contacts().iter().map(|contact| contact.key));
-        let found = solution.rows.iter().map(|row| row.key);
-        let rows_fit = found.eq(scene.rows().iter().map(|row| row.key));
-        if !solution.is_usable(settings.tolerance) || !fits || !rows_fit || !solution.has_numbers() {
-            return Err(Error::NoSolution);
-        }
+        check_solution(scene, factor, solution, settings)?;
         let mut derivative = Self {
             scene,
             factor,
@@ -119,7 +110,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             margin: Margin::none(),
             moves_freely: false,
         };
-        let unknowns = derivative.linearise(solution, settings);
+        let unknowns = derivative.linearise(solution);
         derivative.lu.begin(unknowns);
         derivative.assemble().ok_or(Error::NoSolution)?;
         // A smaller pivot is mere rounding. The floor is at most half of the digits, however large the rounding of `W`.
@@ -130,17 +121,17 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// Linearises the laws, and returns the number of unknowns of the system.
-    fn linearise(&mut self, solution: &Solution<T, N, D, C, R>, settings: &Settings<T>) -> usize {
+    fn linearise(&mut self, solution: &Solution<T, N, D, C, R>) -> usize {
         let (scene, factor) = (self.scene, self.factor);
         let mut unknowns = 0;
         let laws = &mut self.contacts;
         for (i, law, contact, found) in zip4(0..C, laws, scene.contacts(), &solution.contacts) {
             let alpha = factor.mean_effective_mass(i);
-            let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
+            let set = ContactSet::<T, D>::new(contact, solution.model, alpha, zeros());
             let u = scene.scaled_velocity(i, found.velocity.into());
             let r = scene.scaled_impulse(i, found.impulse.into());
             let moves = |k| factor.delassus().inverse_mass(i, k) > T::ZERO;
-            *law = LinearContact::new(&set, settings.model, found.mode, (&u, &r), moves);
+            *law = LinearContact::new(&set, solution.model, found.mode, (&u, &r), moves);
             self.margin.add_contact(&set, found.mode, (&u, &r));
             unknowns += law.count;
         }
@@ -220,4 +211,32 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     pub const fn has_unique_velocity(&self) -> bool {
         !self.moves_freely
     }
+}
+
+/// Checks that a solution is usable, and that it belongs to this scene, factor and model.
+pub(crate) fn check_solution<
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+>(
+    scene: &Scene<T, N, D, C, R, S>,
+    factor: &Factor<T, N, D, C, R>,
+    solution: &Solution<T, N, D, C, R>,
+    settings: &Settings<T>,
+) -> Result<(), Error> {
+    if !factor.is_current(scene) {
+        return Err(Error::StaleFactor);
+    }
+    let found = solution.contacts.iter().map(|contact| contact.key);
+    let fits = found.eq(scene.contacts().iter().map(|contact| contact.key));
+    let found = solution.rows.iter().map(|row| row.key);
+    let rows_fit = found.eq(scene.rows().iter().map(|row| row.key));
+    let fits = fits && solution.data == factor.fingerprint();
+    if !solution.is_usable(settings.tolerance) || !fits || !rows_fit || !solution.has_numbers() {
+        return Err(Error::NoSolution);
+    }
+    Ok(())
 }

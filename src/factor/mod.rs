@@ -240,6 +240,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         if trace > T::ZERO { T::count(D) / trace } else { T::ZERO }
     }
 
+    /// Fingerprint of the `M` and `H` that this was computed from.
+    pub(crate) const fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    /// Harmonic mean of the [mean effective masses](Self::mean_effective_mass) of all contacts that move; 0 if there is none.
+    pub(crate) fn common_effective_mass(&self) -> T {
+        let (mut sum, mut count) = (T::ZERO, 0);
+        for trace in (0..self.counts.contacts).map(|contact| self.delassus.trace(contact)) {
+            sum += trace;
+            count += if trace > T::ZERO { D } else { 0 };
+        }
+        if sum > T::ZERO { T::count(count) / sum } else { T::ZERO }
+    }
+
     /// Effective mass `alpha_j = 1 / W_jj` of a joint row; 0 for a row that nothing moves.
     pub(crate) fn row_effective_mass(&self, row: usize) -> T {
         let w = self.delassus.row_inverse_mass(row);

@@ -14,16 +14,24 @@ use crate::real::Real;
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Factor<T, N, D, C, R> {
     /// Whitened contacts `X_i`, for the contacts in use.
     #[inline]
-    fn whitened_contacts(&self) -> &[[[T; D]; N]] {
+    pub(crate) fn whitened_contacts(&self) -> &[[[T; D]; N]] {
         self.whitened.get(..self.counts.contacts).unwrap_or_default()
     }
 
     /// Whitened joint rows, for the rows in use.
     #[inline]
     fn whitened_rows(&self) -> impl Iterator<Item = &[T]> {
-        let whitened = self.whitened_rows.get(..self.counts.rows);
-        let whitened = whitened.unwrap_or_default().iter();
-        whitened.map(|row| row.as_flattened())
+        self.whitened_row_columns().iter().map(|row| row.as_flattened())
+    }
+
+    /// Whitened joint rows, each as a matrix of one column.
+    pub(crate) fn whitened_row_columns(&self) -> &[[[T; 1]; N]] {
+        self.whitened_rows.get(..self.counts.rows).unwrap_or_default()
+    }
+
+    /// Reciprocals of the pivots of `M`: `P` in `gᵀ M⁻¹ g = xᵀ P x`, for the velocities in use.
+    pub(crate) fn reciprocal_pivots(&self) -> impl Iterator<Item = T> {
+        diagonal_of(&self.mass).take(self.velocities())
     }
 
     /// Whitens `g` in place, and clears what the scene does not use: solves `Lᵀ D⁻¹ x = g`.

@@ -3,6 +3,7 @@
 use crate::derivative::Derivative;
 use crate::error::Error;
 use crate::factor::Factor;
+use crate::loads::LeastImpulses;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Solution, Violation};
@@ -110,9 +111,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Index of the contact with the largest residual in the last solution ([`Solution::worst_contact`]).
     #[must_use]
-    pub fn worst_contact(&self, settings: &Settings<T>) -> Option<usize> {
+    pub fn worst_contact(&self) -> Option<usize> {
         let solution = self.solution();
-        solution.worst_contact(&self.scene, &self.factor, settings)
+        solution.worst_contact(&self.scene, &self.factor)
     }
 
     /// The largest violations of the laws in the last solution, in m/s and N·s ([`Solution::violation`]).
@@ -207,6 +208,39 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// As [`Derivative::new`].
     pub fn derivative(&self, settings: &Settings<T>) -> Result<Derivative<'_, T, N, D, C, R, S>, Error> {
         Derivative::new(&self.scene, &self.factor, self.solution(), settings)
+    }
+
+    /// The least impulses of the last solution, those of springs of equal stiffness, as [`LeastImpulses::new`].
+    ///
+    /// # Errors
+    /// As [`LeastImpulses::new`].
+    pub fn least_impulses(&self, settings: &Settings<T>) -> Result<LeastImpulses<T, D, C, R>, Error> {
+        LeastImpulses::new(&self.scene, &self.factor, self.solution(), settings)
+    }
+
+    /// How near to slipping the last solution is ([`Solution::slip_reserve`]): the least share of friction with which what sticks still sticks.
+    ///
+    /// # Errors
+    /// As [`LeastImpulses::new`].
+    pub fn slip_reserve(&self, settings: &Settings<T>) -> Result<T, Error> {
+        self.solution().slip_reserve(&self.scene, &self.factor, settings)
+    }
+
+    /// The largest factor on a further impulse with which what sticks still sticks, by the relaxation ([`Solution::load_reserve`]).
+    ///
+    /// # Errors
+    /// As [`Solution::load_reserve`].
+    pub fn load_reserve(&self, load: &SVector<T, N>, settings: &Settings<T>) -> Result<T, Error> {
+        self.solution().load_reserve(&self.scene, &self.factor, load, settings)
+    }
+
+    /// The least share of friction with which all bodies could stay at rest ([`Scene::rest_reserve`]).
+    ///
+    /// # Errors
+    /// As [`Scene::rest_reserve`] and [`Factor::prepare`].
+    pub fn rest_reserve(&mut self, free_impulse: &SVector<T, N>, settings: &Settings<T>) -> Result<T, Error> {
+        self.prepare()?;
+        self.scene.rest_reserve(&self.factor, free_impulse, settings)
     }
 
     /// Computes the factor now if `M`, a Jacobian, a compliance, or the contacts and joint rows in use have changed, or if the last call has not

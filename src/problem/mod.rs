@@ -33,6 +33,8 @@ pub(crate) struct Problem<
     /// `p = M v_free`, minus the `f` of the note.
     pub(crate) free_impulse: &'a SVector<T, N>,
     pub(crate) model: Model,
+    /// [`Settings::still`] (m/s).
+    pub(crate) still: T,
     /// The whitened free impulse: `p` multiplied by the inverse Cholesky factor of `M`.
     pub(crate) whitened: [T; N],
     pub(crate) sets: Sets<T, D, C, R>,
@@ -66,8 +68,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         settings: &Settings<T>,
     ) -> Result<(), Error> {
         scene.check_complete()?;
-        let tolerance = settings.tolerance;
-        if !tolerance.is_finite() || tolerance < T::ZERO {
+        let mut limits = [settings.tolerance, settings.still].into_iter();
+        if limits.any(|limit| !limit.is_finite() || limit < T::ZERO) {
             return Err(Error::InvalidTolerance);
         }
         check_entries::<T, N>(scene.used(free_impulse, 1), Input::FreeImpulse)?;
@@ -91,6 +93,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             factor,
             free_impulse,
             model,
+            still: T::ZERO,
             whitened: [T::ZERO; N],
             sets: Sets::of(scene.counts()),
             r0_norm: T::ZERO,

@@ -150,6 +150,11 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         self.compliance.iter().any(|&compliance| compliance > T::ZERO)
     }
 
+    /// The largest compliance of a row, in scaled rows.
+    pub(crate) fn largest_compliance(&self) -> T {
+        self.compliance.into_iter().fold(T::ZERO, T::max)
+    }
+
     /// The physical velocity that compliance adds for a physical impulse, `R r`.
     pub(crate) fn compliance_velocity(&self, r: &[T; D]) -> [T; D] {
         let mut added = self.compliance;

@@ -104,6 +104,10 @@ pub struct Solution<T: Real, const N: usize, const D: usize, const C: usize, con
     pub rows: Vec<RowSolution<T>, R>,
     /// How the solve ended.
     pub status: Status,
+    /// The contact law that was solved.
+    pub model: Model,
+    /// Fingerprint of the `M` and `H` of the solve.
+    pub(crate) data: u64,
     /// Proof of [`Status::Infeasible`] or [`Status::Jammed`], otherwise empty: a vector `d_i` for each contact, in its friction cone and
     /// normal first. With the numbers `d_j` of [`Self::row_certificate`] it satisfies `Σ H_iᵀ d_i + Σ d_j row_jᵀ = 0` and
     /// `Σ w_i · d_i + Σ d_j offset_j < 0` (Farkas' lemma). The tangents of an infeasible scene are zero.
@@ -198,6 +202,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
             velocity: zeros(),
             contacts: Vec::new(),
             status: Status::Unsolved,
+            model: Model::Coulomb,
+            data: 0,
             certificate: Vec::new(),
             row_certificate: Vec::new(),
             rows: Vec::new(),

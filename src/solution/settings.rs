@@ -8,7 +8,7 @@ use crate::real::Real;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Model {
     /// Coulomb's law, with the De Saxcé shift `mu |u_T|` (default).
-    Coulomb,
+    Coulomb = 0, // so that a new solver is all zeros
     /// Its convex relaxation, without the shift: a sliding contact separates with normal speed `mu |u_T|`. The error then measures the
     /// relaxed law. [`crate::guide::forces`] shares out forces with it.
     ConvexRelaxation,
@@ -36,14 +36,17 @@ pub struct Settings<T> {
     pub budget: usize,
     /// The contact law that is solved.
     pub model: Model,
+    /// Speed along its tangents up to which a contact counts as one that sticks ([`crate::ContactMode`], m/s); 0 by default. It changes names
+    /// and no motion.
+    pub still: T,
 }
 
-impl<T> Settings<T> {
+impl<T: Real> Settings<T> {
     /// Settings for Coulomb's law with a budget of 1,000, which solves 99.5 % of the random scenes of [`crate::guide::reports::scenes`]; most
     /// of those are made to be hard.
     #[must_use]
     pub const fn new(tolerance: T) -> Self {
-        Self { tolerance, budget: 1_000, model: Model::Coulomb }
+        Self { tolerance, budget: 1_000, model: Model::Coulomb, still: T::ZERO }
     }
 }
 

@@ -300,6 +300,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
             self.record.begin();
         }
         let mut problem = Problem::new(scene, factor, free_impulse, settings.model);
+        problem.still = settings.still;
         problem.fill(true);
         let (solution, record) = (&mut self.solution, &mut self.record);
         let mut monitor = Monitor::new(&mut problem, settings, solution, record, call);

@@ -57,7 +57,7 @@ fn solve<T: Real, const N: usize, const C: usize, const R: usize>(
 ) {
     let (push, tolerance) = (vector(push), T::literal(budget.tolerance));
     let n = kernel.scene().velocities();
-    let settings = Settings { tolerance, budget: budget.work, model: Model::Coulomb };
+    let settings = Settings { budget: budget.work, ..Settings::new(tolerance) };
     let rows = kernel.scene().rows().to_vec();
     let was_paused = kernel.solution().status == Status::OutOfBudget;
     let mut in_pieces = kernel.clone();

@@ -432,7 +432,7 @@ fn a_contact_that_nothing_moves_is_met_or_infeasible() -> Result<(), Error> {
         scene.set_offset(1, &offset)?;
         let mut solver = Solver::new();
         let solution = solver.solve(&scene, &factor, &push, &settings)?;
-        let worst = solution.worst_contact(&scene, &factor, &settings);
+        let worst = solution.worst_contact(&scene, &factor);
         let error = error_of(&scene, &push, solution, Law::Coulomb);
         if is_met {
             assert!(solution.is_solved() && error <= 1e-9);

@@ -339,11 +339,11 @@ fn a_contact_of_another_key_is_not_measured_by_what_stands_in_its_place() -> Res
     kernel.scene_mut().clear();
     kernel.scene_mut().push(&floor(0.0, 8))?;
     assert_eq!(kernel.violation().outside_cone, 0.0);
-    assert_eq!(kernel.worst_contact(&settings), None);
+    assert_eq!(kernel.worst_contact(), None);
     kernel.scene_mut().clear();
     kernel.scene_mut().push(&floor(0.0, 7))?;
     assert!(close(kernel.violation().outside_cone, 0.4));
-    assert_eq!(kernel.worst_contact(&settings), Some(0));
+    assert_eq!(kernel.worst_contact(), Some(0));
     Ok(())
 }
 

@@ -122,13 +122,13 @@ fn the_contact_that_is_farthest_off_is_named() -> Result<(), Error> {
         let mut kernel = EMPTY.clone();
         fill(kernel.scene_mut(), 0.5)?;
         assert!(kernel.solve(&push, &settings)?.is_solved());
-        let before = kernel.worst_contact(&settings);
+        let before = kernel.worst_contact();
         let residual = kernel.solution().error;
         assert!(before.is_none() || residual > 0.0);
         kernel.scene_mut().set_friction(slippery, 0.0)?;
-        assert_eq!(kernel.worst_contact(&settings), Some(slippery));
+        assert_eq!(kernel.worst_contact(), Some(slippery));
     }
-    assert_eq!(EMPTY.worst_contact(&settings), None);
+    assert_eq!(EMPTY.worst_contact(), None);
     Ok(())
 }
 

@@ -17,6 +17,7 @@ mod jams;
 mod kernel;
 mod large_friction;
 mod limits;
+mod loads;
 mod parameters;
 mod physics;
 mod promise;

@@ -100,7 +100,9 @@ fn all_of<const N: usize, const D: usize, const C: usize, const R: usize>(
 ) -> String {
     // Each number to the last bit. The end of a call is a time to look for a proof.
     let work = Work { proof_searches: 0, ..solution.work };
-    format!("{:?}", Solution { work, ..solution.clone() })
+    let mut solution = solution.clone();
+    solution.work = work;
+    format!("{solution:?}")
 }
 
 /// What a solve was paused with must not answer for other data: it is begun anew, with a warm start as always.

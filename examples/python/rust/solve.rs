@@ -19,9 +19,9 @@ pub(crate) fn settings<T: Number>(given: &SettingsArguments<'_>) -> PyResult<Set
     let wrong = |name: &str, error: PyErr| PyValueError::new_err(format!("{name}: {error}"));
     let tolerance: f64 = tolerance.extract().map_err(|error| wrong("tol", error))?;
     Ok(Settings {
-        tolerance: T::literal(tolerance),
         budget: budget.extract().map_err(|error| wrong("budget", error))?,
         model: if *relaxed { Model::ConvexRelaxation } else { Model::Coulomb },
+        ..Settings::new(T::literal(tolerance))
     })
 }
 

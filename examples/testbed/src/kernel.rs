@@ -120,8 +120,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Compiled<T, N, D, 
     }
 }
 
-fn rounded<T: Real>(settings: &Settings<f64>) -> Settings<T> {
-    Settings { tolerance: T::literal(settings.tolerance), budget: settings.budget, model: settings.model }
+pub(crate) fn rounded_settings<T: Real>(settings: &Settings<f64>) -> Settings<T> {
+    Settings {
+        tolerance: T::literal(settings.tolerance),
+        budget: settings.budget,
+        model: settings.model,
+        still: T::literal(settings.still),
+    }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compiled<T, N, D, C> {
@@ -161,7 +166,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
     fn solve(&mut self, method: Method, settings: &Settings<f64>) -> Result<(), Error> {
         self.method = method;
         let (scene, factors, push) = black_box((&self.scene, &self.factors, &self.push));
-        let solution = method.run(&mut self.solvers, scene, factors, push, &rounded(settings))?;
+        let solution = method.run(&mut self.solvers, scene, factors, push, &rounded_settings(settings))?;
         black_box(solution);
         Ok(())
     }
@@ -169,7 +174,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> Kernel for Compile
     fn resume(&mut self, settings: &Settings<f64>) -> Result<(), Error> {
         self.method = Method::Default;
         let solver = &mut self.solvers.default;
-        solver.resume(&self.scene, &self.factors.default, &self.push, &rounded(settings))?;
+        solver.resume(&self.scene, &self.factors.default, &self.push, &rounded_settings(settings))?;
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Scene files with joint rows, compliance and shapes of friction, and their solve.
 
-use crate::kernel::Answer;
+use crate::kernel::{Answer, rounded_settings};
 use crate::measure;
 use crate::scene_file::{matrix, parse, vector};
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -277,11 +277,7 @@ fn solve_all_in<T: Real, const N: usize, const D: usize, const C: usize, const R
     settings: &Settings<f64>,
 ) -> Vec<Result<Answer, String>> {
     let mut kernel = Box::new(Kernel::<T, N, D, C, R, C>::new());
-    let settings = Settings {
-        tolerance: T::literal(settings.tolerance),
-        budget: settings.budget,
-        model: settings.model,
-    };
+    let settings = rounded_settings(settings);
     let mut solve = |file: &MixedFile| {
         kernel.scene_mut().clear();
         let limits = file.fill(kernel.scene_mut())?;
@@ -302,11 +298,7 @@ pub fn solve_in<T: Real, const N: usize, const D: usize, const C: usize, const R
     let mut kernel = Box::new(Kernel::<T, N, D, C, R, C>::new());
     let limits = file.fill(kernel.scene_mut())?;
     let push = file.free_impulse();
-    let settings = Settings {
-        tolerance: T::literal(settings.tolerance),
-        budget: settings.budget,
-        model: settings.model,
-    };
+    let settings = rounded_settings(settings);
     let mut times = Times { prepare_ns: f64::INFINITY, solve_ns: f64::INFINITY };
     for _ in 0..repeat.max(1) {
         // So that there is something to prepare.

@@ -80,7 +80,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             dynamics.plain.reduce_size(rounding.momentum);
             solution.error = self.error(&dynamics, &u, judged, &rounding);
             if solution.error <= tolerance {
-                self.write(written, judged, &u, solution);
+                self.write(written, judged, &u, tolerance, solution);
                 return;
             }
         }
@@ -94,7 +94,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.refine(v, written, (&mut u, &mut dynamics), &mut rounding);
             solution.error = self.error(&dynamics, &u, judged, &rounding);
         }
-        self.write(written, judged, &u, solution);
+        self.write(written, judged, &u, tolerance, solution);
     }
 
     /// Adds to `u = H v + w` the velocities of compliance.
@@ -166,8 +166,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         written: &Stacked<T, D, C, R>,
         judged: &Stacked<T, D, C, R>,
         u: &Stacked<T, D, C, R>,
+        tolerance: T,
         solution: &mut Solution<T, N, D, C, R>,
     ) {
+        solution.data = self.factor.fingerprint();
+        solution.model = self.model;
+        // Slower than this is not told apart from rest: what the tolerance allows, or the error if that is larger.
+        let share = solution.error.max(tolerance);
+        let size = self.expected_size.max(judged.contact_square().square_root());
         solution.contacts.clear();
         let (sets, contacts) = (self.sets.contacts(), self.scene.contacts());
         for (set, contact, &velocity, &impulse, &r) in
@@ -179,7 +185,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 key: contact.key,
                 impulse: impulse.into(),
                 velocity: velocity.into(),
-                mode: natural_map::mode(set, &u.into(), &r.into()),
+                mode: natural_map::mode(set, (&u, &r), (share * size, self.still)),
             });
         }
         solution.rows.clear();

@@ -8,15 +8,15 @@ use crate::real::Real;
 use crate::scene::Scene;
 use crate::sets::ContactSet;
 use crate::sets::contact::natural_map;
-use crate::solution::{RowMode, RowSolution, Settings, Solution, Violation};
+use crate::solution::{RowMode, RowSolution, Solution, Violation};
 use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Solution<T, N, D, C, R> {
-    /// Index of the contact with the largest error, or `None` if all are exact. Pass the scene, factor and settings of the
+    /// Index of the contact with the largest error, or `None` if all are exact. Pass the scene and the factor of the
     /// solve; a contact in whose place the scene has another key does not count.
     ///
     /// The error of a contact is the largest entry of `r_i - Π_K(r_i - alpha_i û_i)` (N·s), see [`crate::guide::error`].
-    /// [`crate::Kernel::worst_contact`] needs the settings alone.
+    /// [`crate::Kernel::worst_contact`] needs neither.
     ///
     /// ```
     /// # use nalgebra::{Matrix2, matrix, vector};
@@ -27,7 +27,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
     /// # scene.push(&Contact { jacobian: matrix![0.0, 1.0; 1.0, 0.0], offset: vector![0.0, 0.0], mu: 0.5, key: 0 })?;
     /// let settings = Settings { budget: 0, ..Settings::new(1e-9) };
     /// kernel.solve(&vector![0.0, -0.2], &settings)?;
-    /// assert_eq!(kernel.worst_contact(&settings), Some(0)); // nothing has pushed it yet
+    /// assert_eq!(kernel.worst_contact(), Some(0)); // nothing has pushed it yet
     /// # Ok::<(), stiction::Error>(())
     /// ```
     #[must_use]
@@ -35,7 +35,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         &self,
         scene: &Scene<T, N, D, C, R, S>,
         factor: &Factor<T, N, D, C, R>,
-        settings: &Settings<T>,
     ) -> Option<usize> {
         let (mut largest, mut worst) = (T::ZERO, None);
         for (i, contact, found) in zip3(0..C, scene.contacts(), &self.contacts) {
@@ -43,7 +42,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
                 continue;
             }
             let alpha = factor.mean_effective_mass(i);
-            let set = ContactSet::<T, D>::new(contact, settings.model, alpha, zeros());
+            let set = ContactSet::<T, D>::new(contact, self.model, alpha, zeros());
             let velocity = scene.scaled_velocity(i, found.velocity);
             let impulse = scene.scaled_impulse(i, found.impulse);
             if set.is_immovable_and_violated(&velocity) {

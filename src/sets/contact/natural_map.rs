@@ -12,16 +12,6 @@ use crate::sets::ContactSet;
 use crate::solution::ContactMode;
 use nalgebra::SVector;
 
-/// Argument `r - alpha û` of the natural map of one contact.
-#[inline]
-fn argument<T: Real, const D: usize>(
-    set: &ContactSet<T, D>,
-    u: &SVector<T, D>,
-    r: &SVector<T, D>,
-) -> SVector<T, D> {
-    r - set.augmented(u) * set.alpha
-}
-
 /// Rounding of the natural map of a slipping contact, over its impulse and `eps`: 1/2 for each of the twenty operations counted in
 /// [`crate::guide::error`].
 const SLIP_ROUNDING: f64 = 10.0;
@@ -130,20 +120,19 @@ fn alart_curnier_square<T: Real, const D: usize>(
     normal * normal + tangential
 }
 
-/// The mode of a contact, from the argument of the natural map.
+/// The mode of a contact. It slips if it moves along its tangents faster than `still`, and if more than the impulse `noise` would stop it.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn mode<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
-    u: &SVector<T, D>,
-    r: &SVector<T, D>,
+    (u, r): (&[T; D], &[T; D]),
+    (noise, still): (T, T),
 ) -> ContactMode {
-    if r.iter().all(|&r| r == T::ZERO) {
-        ContactMode::Open
-    } else if set.cone.is_interior(&argument(set, u, r)) {
-        ContactMode::Stick
-    } else {
-        ContactMode::Slip
+    if *r == [T::ZERO; D] {
+        return ContactMode::Open;
     }
+    let speed = norm(u.get(1..).unwrap_or_default());
+    let slips = speed > still && set.alpha * speed > noise;
+    if slips { ContactMode::Slip } else { ContactMode::Stick }
 }
 
 /// Residual as a share of the expected impulses, above which it is an error however large the impulses are.

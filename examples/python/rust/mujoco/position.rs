@@ -118,7 +118,7 @@ impl PositionPass {
         );
         self.pack.reduce(scene.inertia);
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
-            let settings = Settings { tolerance: TOLERANCE, budget: BUDGET, model };
+            let settings = Settings { budget: BUDGET, model, ..Settings::new(TOLERANCE) };
             let name = (island.dofs[0], Pass::Position);
             let problem = self.pack.problem();
             let outcome = engines.solve(name, &problem, &settings, is_first, &mut self.answer);

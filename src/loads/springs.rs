@@ -1,0 +1,420 @@
+//! The springs of contacts and joint rows, all of one stiffness, and the motion that loads them.
+//!
+//! Of all impulses `r` that carry a momentum `b`, those of least `Σ |r_i|² / m_i` belong to one small motion `ν` of all bodies: contact `i` is a
+//! spring of stiffness `m_i`, and `r_i` is the impulse nearest to `m_i u_i(ν)` in its set. With whitened momenta (`X` is the whitened `Hᵀ`,
+//! `P` has the reciprocal pivots of `M`) the motion solves
+//!
+//! `F(ν) = X r(ν) + ε ν - b = 0`, `r_i(ν) = Π_i(k_i (X_iᵀ P ν + a_i))`,
+//!
+//! the gradient of a convex function. Newton's method finds it; its matrix `X k ∂Π Xᵀ + ε P⁻¹` is symmetric. The small `ε` stands for a decision on
+//! rank: what less than its root would move does not move. It costs momentum `ε ν`, which further rounds ask for again.
+//!
+//! A contact with compliance `c` has `k = 1 / (1/m + c/ε)` and `a = c r / ε`: its velocity says what it bears.
+
+use crate::cone::FrictionCone;
+use crate::factor::Factor;
+use crate::linalg::blocks::{product, row_times};
+use crate::linalg::cholesky::factorise;
+use crate::linalg::stacked::Stacked;
+use crate::linalg::substitution::{solve_lower, solve_upper};
+use crate::linalg::vector::{norm, quotient, square};
+use crate::linalg::zip::{zip3, zip4};
+use crate::real::Real;
+use nalgebra::SVector;
+
+/// Newton steps of a round at most. The hardest of 500 bodies at rest took 11.
+const MOST_STEPS: usize = 30;
+
+/// Share of a load that a reserve may miss, over its accuracy.
+const MISSED: f64 = 0.01;
+
+/// Rounds at most.
+const MOST_ROUNDS: usize = 8;
+
+/// What a contact may bear at its velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Bearing<T, const D: usize> {
+    /// The impulse that it has: nothing, for an open contact.
+    Known,
+    /// Any impulse of its cone: it sticks.
+    Cone,
+    /// An impulse along the unit vector on the boundary of its cone that opposes its slip.
+    Ray([T; D]),
+}
+
+/// The spring of a contact, in scaled rows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ContactSpring<T: Real, const D: usize> {
+    pub(super) bearing: Bearing<T, D>,
+    pub(super) cone: FrictionCone<T>,
+    /// `k_i`
+    pub(super) stiffness: T,
+    /// `a_i`
+    pub(super) anchor: [T; D],
+}
+
+/// The spring of a joint row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RowSpring<T> {
+    /// The least and the largest impulse; both are its own if the row moves.
+    pub(super) bounds: [T; 2],
+    /// `k_j`, 0 if its impulse is known.
+    pub(super) stiffness: T,
+    /// `a_j`
+    pub(super) anchor: T,
+}
+
+impl<T: Real, const D: usize> ContactSpring<T, D> {
+    /// A contact that bears nothing.
+    pub(super) const fn none() -> Self {
+        Self {
+            bearing: Bearing::Known,
+            cone: FrictionCone::frictionless(),
+            stiffness: T::ZERO,
+            anchor: [T::ZERO; D],
+        }
+    }
+
+    /// Impulse of the spring where the contact moves by `u`, before the projection.
+    fn pull(&self, u: &[T; D]) -> [T; D] {
+        let mut z = *u;
+        for (z, &anchor) in z.iter_mut().zip(&self.anchor) {
+            *z = (*z + anchor) * self.stiffness;
+        }
+        z
+    }
+
+    /// The nearest impulse that the contact may bear. It is 0 for one whose impulse is known.
+    pub(super) fn project(&self, z: [T; D]) -> [T; D] {
+        match &self.bearing {
+            Bearing::Known => [T::ZERO; D],
+            Bearing::Cone => self.cone.nearest(&z.into()).into(),
+            Bearing::Ray(ray) => {
+                let length = product(ray, &z).max(T::ZERO);
+                ray.map(|ray| ray * length)
+            }
+        }
+    }
+
+    /// The derivative of [`Self::project`] times the stiffness: a symmetric block. `is_free` takes the whole cone for its inside.
+    fn slope(&self, z: &[T; D], is_free: bool) -> [[T; D]; D] {
+        let mut block = [[T::ZERO; D]; D];
+        let k = self.stiffness;
+        match &self.bearing {
+            Bearing::Known => {}
+            Bearing::Ray(ray) => {
+                if is_free || product(ray, z) > T::ZERO {
+                    for (row, &x) in block.iter_mut().zip(ray) {
+                        *row = ray.map(|y| x * y * k);
+                    }
+                }
+            }
+            Bearing::Cone => {
+                let z = SVector::from(*z);
+                if is_free || self.cone.has(&z) {
+                    for (i, row) in block.iter_mut().enumerate() {
+                        if let Some(entry) = row.get_mut(i) {
+                            *entry = k;
+                        }
+                    }
+                } else {
+                    self.slope_of_boundary(&z, &mut block);
+                }
+            }
+        }
+        block
+    }
+
+    /// [`Self::slope`] where `z` is projected onto the boundary of the cone, or onto 0.
+    fn slope_of_boundary(&self, z: &SVector<T, D>, block: &mut [[T; D]; D]) {
+        let Some((&normal, tangent)) = z.as_slice().split_first() else { return };
+        let (mu, length) = (self.cone.friction(), norm(tangent));
+        let along = self.cone.along(normal, length);
+        if along <= T::ZERO || length <= T::ZERO {
+            return;
+        }
+        let k = self.stiffness;
+        let ray = k * self.cone.shrink();
+        let turn = k * mu * along / length;
+        // `(1, mu e)`, the direction of the boundary.
+        let mut direction = [T::ONE; D];
+        for (direction, &z) in direction.iter_mut().skip(1).zip(tangent) {
+            *direction = mu * (z / length);
+        }
+        for (i, row, &x, &e) in zip4(0..D, block, &direction, z) {
+            for (j, entry, &y, &f) in zip4(0..D, row, &direction, z) {
+                *entry = ray * x * y;
+                if i > 0 && j > 0 {
+                    let identity = if i == j { T::ONE } else { T::ZERO };
+                    *entry += turn * (identity - (e / length) * (f / length));
+                }
+            }
+        }
+    }
+}
+
+impl<T: Real> RowSpring<T> {
+    /// A row that bears nothing.
+    pub(super) const fn none() -> Self {
+        Self { bounds: [T::ZERO; 2], stiffness: T::ZERO, anchor: T::ZERO }
+    }
+
+    /// The nearest impulse within the bounds; 0 for a row whose impulse is known.
+    pub(super) fn project(&self, z: T) -> T {
+        if self.stiffness == T::ZERO {
+            return T::ZERO;
+        }
+        let [lower, upper] = self.bounds;
+        z.max(lower).min(upper)
+    }
+
+    /// The derivative of [`Self::project`] times the stiffness.
+    fn slope(&self, z: T, is_free: bool) -> T {
+        let [lower, upper] = self.bounds;
+        if is_free || lower < z && z < upper { self.stiffness } else { T::ZERO }
+    }
+}
+
+/// Contacts and joint rows as springs, and the motion `ν` that loads them.
+pub(super) struct Springs<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize> {
+    pub(super) factor: &'a Factor<T, N, D, C, R>,
+    pub(super) contacts: [ContactSpring<T, D>; C],
+    pub(super) rows: [RowSpring<T>; R],
+    /// `ε`
+    pub(super) softness: T,
+    /// `b`, the whitened momentum that is to be carried.
+    pub(super) load: [T; N],
+    /// `ν`, a whitened momentum.
+    pub(super) motion: [T; N],
+    /// `r(ν)`
+    pub(super) impulses: Stacked<T, D, C, R>,
+    /// `X r(ν)`
+    pub(super) carried: [T; N],
+    /// The Cholesky factor of the last matrix.
+    lower: [[T; N]; N],
+    /// Is the last matrix that of all springs, none of them at the boundary of its set?
+    is_of_all: bool,
+}
+
+/// A point of the search.
+struct Point<T, const N: usize> {
+    /// `F(ν)`, whitened.
+    gradient: [T; N],
+    /// The convex function.
+    value: T,
+    /// Is each impulse its spring's, without a projection?
+    is_free: bool,
+}
+
+impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Springs<'a, T, N, D, C, R> {
+    /// Springs that bear nothing yet.
+    pub(super) fn new(factor: &'a Factor<T, N, D, C, R>, softness: T) -> Self {
+        Self {
+            factor,
+            contacts: [ContactSpring::none(); C],
+            rows: [RowSpring::none(); R],
+            softness,
+            load: [T::ZERO; N],
+            motion: [T::ZERO; N],
+            impulses: Stacked::zero(),
+            carried: [T::ZERO; N],
+            lower: [[T::ZERO; N]; N],
+            is_of_all: false,
+        }
+    }
+
+    /// Finds the motion under which the springs carry the load, from the present one, and returns the share of the load that they miss.
+    /// It works until that is at most `share`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn settle(&mut self, share: T) -> T {
+        let size = self.factor.energy(&self.load);
+        // Rounding of the sums, which large impulses that cancel each other make.
+        let noise = T::EPSILON * T::literal(16.0);
+        let floor = noise * noise * self.stored();
+        let goal = share * share * size + floor;
+        let exact = (share * T::literal(0.125)).min(T::EPSILON.square_root());
+        let stop = exact * exact * size + floor;
+        let mut target = self.load;
+        self.motion = [T::ZERO; N];
+        let mut point = self.point(&target);
+        let mut last = T::INFINITY;
+        for _ in 0..MOST_ROUNDS {
+            self.descend(&target, &mut point, stop);
+            let missed = self.missed();
+            let energy = self.factor.energy(&missed);
+            // If a round brings it no nearer, the springs cannot carry the load.
+            if energy <= goal || energy > last * T::literal(0.64) {
+                break;
+            }
+            last = energy;
+            for (target, gradient, &missed) in zip3(&mut target, &mut point.gradient, &missed) {
+                *target += missed;
+                *gradient -= missed;
+            }
+            point.value = self.point(&target).value;
+        }
+        quotient(self.factor.energy(&self.missed()), size).square_root()
+    }
+
+    /// Can the springs carry the load, for a reserve of this accuracy? A friction that misses a share of the load is a larger share of itself.
+    pub(super) fn carry(&mut self, accuracy: T) -> bool {
+        let share = accuracy * T::literal(MISSED);
+        self.settle(share) <= share
+    }
+
+    /// The largest share of its cone in `whole` that a contact uses.
+    pub(super) fn largest_use(&self, whole: &[ContactSpring<T, D>; C]) -> T {
+        let mut largest = T::ZERO;
+        for (spring, r) in whole.iter().zip(&self.impulses.contacts) {
+            if let (Bearing::Cone, [load, tangent @ ..]) = (&spring.bearing, r.as_slice()) {
+                let (grip, rub) = (spring.cone.friction() * *load, norm(tangent));
+                if rub > T::ZERO {
+                    largest = largest.max(quotient(rub, grip));
+                }
+            }
+        }
+        largest
+    }
+
+    /// What the springs miss of the load, whitened.
+    pub(super) fn missed(&self) -> [T; N] {
+        let mut missed = self.load;
+        for (missed, &carried) in missed.iter_mut().zip(&self.carried) {
+            *missed -= carried;
+        }
+        missed
+    }
+
+    /// `Σ |r_i|² / k_i`
+    fn stored(&self) -> T {
+        let mut energy = T::ZERO;
+        for (spring, r) in self.contacts.iter().zip(&self.impulses.contacts) {
+            if spring.stiffness > T::ZERO {
+                energy += square(r) / spring.stiffness;
+            }
+        }
+        for (spring, &r) in self.rows.iter().zip(&self.impulses.rows) {
+            if spring.stiffness > T::ZERO {
+                energy += r * r / spring.stiffness;
+            }
+        }
+        energy
+    }
+
+    /// Newton's method for `F = 0`, with a line search.
+    fn descend(&mut self, target: &[T; N], point: &mut Point<T, N>, stop: T) {
+        for _ in 0..MOST_STEPS {
+            if self.factor.energy(&point.gradient) <= stop || self.factorise(point).is_none() {
+                return;
+            }
+            let mut step = point.gradient.map(|x| -x);
+            let n = self.factor.velocities();
+            solve_upper(&self.lower, &mut step, n);
+            solve_lower(&self.lower, &mut step, n);
+            let mut slope = T::ZERO;
+            for (step, gradient) in step.iter().zip(&point.gradient) {
+                slope += *step * *gradient;
+            }
+            for (step, reciprocal) in step.iter_mut().zip(self.factor.reciprocal_pivots()).take(n) {
+                *step /= reciprocal;
+            }
+            let start = self.motion;
+            let mut length = T::ONE;
+            loop {
+                for (motion, start, step) in zip3(&mut self.motion, &start, &step) {
+                    *motion = *start + *step * length;
+                }
+                let next = self.point(target);
+                let slack = T::EPSILON * T::literal(64.0) * (next.value.abs() + point.value.abs());
+                let limit = point.value + slope * length * T::literal(1e-4) + slack;
+                if next.value <= limit || length < T::literal(1e-3) {
+                    *point = next;
+                    break;
+                }
+                length *= T::literal(0.5);
+            }
+        }
+    }
+
+    /// Impulses and gradient at the present motion.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn point(&mut self, target: &[T; N]) -> Point<T, N> {
+        let (half, mut value, mut is_free) = (T::literal(0.5), T::ZERO, true);
+        let mut u = Stacked::zero();
+        let energy = self.factor.contact_velocity(&self.motion, &mut u);
+        for (spring, u, r) in zip3(&self.contacts, &u.contacts, &mut self.impulses.contacts) {
+            if spring.bearing == Bearing::Known {
+                continue;
+            }
+            let z = spring.pull(u);
+            *r = spring.project(z);
+            is_free &= *r == z || matches!(spring.bearing, Bearing::Ray(_)) && *r != [T::ZERO; D];
+            value += (product(&z, r) - half * square(r)) / spring.stiffness;
+        }
+        for (spring, &u, r) in zip3(&self.rows, &u.rows, &mut self.impulses.rows) {
+            if spring.stiffness > T::ZERO {
+                let z = (u + spring.anchor) * spring.stiffness;
+                *r = spring.project(z);
+                is_free &= *r == z;
+                value += (z * *r - half * *r * *r) / spring.stiffness;
+            }
+        }
+        self.carried = [T::ZERO; N];
+        self.factor.add_whitened(&self.impulses, &mut self.carried);
+        let mut gradient = self.carried;
+        for (gradient, motion, target, reciprocal) in
+            zip4(&mut gradient, &self.motion, target, self.factor.reciprocal_pivots())
+        {
+            *gradient += self.softness * *motion - *target;
+            value -= *motion * reciprocal * *target;
+        }
+        Point { gradient, value: value + half * self.softness * energy, is_free }
+    }
+
+    /// Factorises the matrix at the present motion. The first one, and any where no spring is at a boundary, is that of all springs.
+    fn factorise(&mut self, point: &Point<T, N>) -> Option<()> {
+        let is_first = self.motion.iter().all(|&x| x == T::ZERO);
+        let is_of_all = is_first || point.is_free;
+        if is_of_all && self.is_of_all {
+            return Some(());
+        }
+        let n = self.factor.velocities();
+        let mut matrix = [[T::ZERO; N]; N];
+        for (k, row, reciprocal) in zip3(0..n, &mut matrix, self.factor.reciprocal_pivots()) {
+            *row.get_mut(k)? = self.softness / reciprocal;
+        }
+        let mut u = Stacked::zero();
+        if !is_of_all {
+            self.factor.contact_velocity(&self.motion, &mut u);
+        }
+        for (spring, u, columns) in zip3(&self.contacts, &u.contacts, self.factor.whitened_contacts()) {
+            if spring.bearing != Bearing::Known {
+                add_outer(&spring.slope(&spring.pull(u), is_of_all), columns, &mut matrix);
+            }
+        }
+        for (spring, &u, column) in zip3(&self.rows, &u.rows, self.factor.whitened_row_columns()) {
+            let slope = spring.slope((u + spring.anchor) * spring.stiffness, is_of_all);
+            if slope > T::ZERO {
+                add_outer(&[[slope]], column, &mut matrix);
+            }
+        }
+        self.is_of_all = is_of_all;
+        factorise((&matrix, n), T::ZERO, &mut self.lower, &mut [usize::MAX; N]).ok()
+    }
+}
+
+/// `A += X B Xᵀ` in the lower triangle. The rows of `columns` are those of `X`.
+fn add_outer<T: Real, const N: usize, const K: usize>(
+    block: &[[T; K]; K],
+    columns: &[[T; K]; N],
+    matrix: &mut [[T; N]; N],
+) {
+    for (a, row, x) in zip3(1.., matrix, columns) {
+        if *x != [T::ZERO; K] {
+            let x = row_times(x, block);
+            for (entry, y) in row.iter_mut().zip(columns).take(a) {
+                *entry += product(&x, y);
+            }
+        }
+    }
+}
