@@ -14,7 +14,7 @@ use crate::real::Real;
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Factor<T, N, D, C, R> {
     /// Whitened contacts `X_i`, for the contacts in use.
     #[inline]
-    pub(crate) fn whitened_contacts(&self) -> &[[[T; D]; N]] {
+    fn whitened_contacts(&self) -> &[[[T; D]; N]] {
         self.whitened.get(..self.counts.contacts).unwrap_or_default()
     }
 
@@ -22,6 +22,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     #[inline]
     fn whitened_rows(&self) -> impl Iterator<Item = &[T]> {
         self.whitened_row_columns().iter().map(|row| row.as_flattened())
+    }
+
+    /// Whitened contacts with the groups of their nonzero rows.
+    pub(crate) fn supported_contacts(
+        &self,
+    ) -> impl Iterator<Item = (&[[T; D]; N], impl Iterator<Item = usize> + Clone)> {
+        let supports = self.supports.iter().map(|support| support.groups::<N>(self.velocities()));
+        self.whitened_contacts().iter().zip(supports)
     }
 
     /// Whitened joint rows, each as a matrix of one column.

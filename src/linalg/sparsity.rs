@@ -49,7 +49,7 @@ impl Support {
 
     /// The groups of `N` columns that may have entries; columns from `n` on have none.
     #[inline]
-    pub(crate) fn groups<const N: usize>(self, n: usize) -> impl Iterator<Item = usize> {
+    pub(crate) fn groups<const N: usize>(self, n: usize) -> impl Iterator<Item = usize> + Clone {
         let count = N.div_euclid(GROUP);
         let mut bits = if is_dense(N) { u16::MAX } else { self.bits };
         if count < KNOWN {

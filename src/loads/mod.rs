@@ -19,6 +19,7 @@ use heapless::Vec;
 use nalgebra::SVector;
 use springs::{Bearing, RowSpring, Springs};
 
+mod free;
 mod reserve;
 mod springs;
 
@@ -72,7 +73,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> LeastImpulses<T, D
         settings: &Settings<T>,
     ) -> Result<Self, Error> {
         let mut least = Self { contacts: Vec::new(), rows: Vec::new(), momentum_error: T::ZERO };
-        let mut springs = bearing(scene, factor, solution, settings, Compliance::Kept)?;
+        let mut springs = Springs::new(factor);
+        springs.take_on(scene, solution, settings, Compliance::Kept)?;
         least.momentum_error = springs.settle(settings.tolerance);
         for (i, contact, spring) in zip3(0..C, &solution.contacts, &springs.contacts) {
             let mut impulse = contact.impulse;
@@ -89,11 +91,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> LeastImpulses<T, D
     }
 }
 
-/// `ε` of [`springs`]: a share of the largest stiffness.
-fn softness<T: Real>() -> T {
-    T::EPSILON.square_root() * T::literal(0.25)
-}
-
 /// Stiffness `k` and anchor `a` of a spring that stands for an effective mass, in series with a compliance that is given over `ε`.
 fn in_series<T: Real, const K: usize>(mass: T, compliance: T, r: [T; K]) -> (T, [T; K]) {
     (mass / (T::ONE + compliance * mass), r.map(|r| r * compliance))
@@ -108,44 +105,57 @@ enum Compliance {
     Ignored,
 }
 
-/// The springs of a solution, loaded with the momentum that its own impulses carry.
-fn bearing<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
-    scene: &Scene<T, N, D, C, R, S>,
-    factor: &'a Factor<T, N, D, C, R>,
-    solution: &Solution<T, N, D, C, R>,
-    settings: &Settings<T>,
-    compliance: Compliance,
-) -> Result<Springs<'a, T, N, D, C, R>, Error> {
-    check_solution(scene, factor, solution, settings)?;
-    let mut springs = Springs::new(factor, softness());
-    let over_softness = match compliance {
-        Compliance::Kept => T::ONE / springs.softness,
-        Compliance::Ignored => T::ZERO,
-    };
-    let noise = Noise::of(factor, solution, settings);
-    let mass = factor.common_effective_mass();
-    let mut raw = Stacked::zero();
-    let contacts = zip5(0..C, &mut springs.contacts, scene.contacts(), &solution.contacts, &mut raw.contacts);
-    for (i, spring, contact, found, raw) in contacts {
-        let r: [T; D] = scene.scaled_impulse(i, found.impulse.into());
-        let u: [T; D] = scene.scaled_velocity(i, found.velocity.into());
-        let compliance = scene.scaling(i).map_or(T::ZERO, Scaling::largest_compliance);
-        spring.bearing = noise.bearing((factor.mean_effective_mass(i), contact.mu), &u, found.mode);
-        spring.cone = FrictionCone::new(contact.mu).unwrap_or(FrictionCone::frictionless());
-        (spring.stiffness, spring.anchor) = in_series(mass, compliance * over_softness, r);
-        *raw = spring.project(r);
-    }
-    let rows = zip5(0..R, &mut springs.rows, scene.rows(), &solution.rows, &mut raw.rows);
-    for (j, spring, row, found, raw) in rows {
-        let set = RowSet::new(row, factor.row_effective_mass(j), T::ZERO);
-        if set.is_free() && noise.holds(set.alpha, found) {
-            let (stiffness, [anchor]) = in_series(set.alpha, row.compliance * over_softness, [found.impulse]);
-            *spring = RowSpring { bounds: set.bounds, stiffness, anchor };
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Springs<'_, T, N, D, C, R> {
+    /// Takes on the contacts and joint rows of a solution, loaded with the momentum that its own impulses carry.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn take_on<const S: usize>(
+        &mut self,
+        scene: &Scene<T, N, D, C, R, S>,
+        solution: &Solution<T, N, D, C, R>,
+        settings: &Settings<T>,
+        compliance: Compliance,
+    ) -> Result<(), Error> {
+        let factor = self.factor;
+        check_solution(scene, factor, solution, settings)?;
+        let over_softness = match compliance {
+            Compliance::Kept => T::ONE / self.softness,
+            Compliance::Ignored => T::ZERO,
+        };
+        let noise = Noise::of(factor, solution, settings);
+        let mass = factor.common_effective_mass();
+        let weight = if mass > T::ZERO { T::ONE / mass } else { T::ZERO };
+        let (mut raw, mut energy) = (Stacked::zero(), T::ZERO);
+        let contacts = zip5(0..C, &mut self.contacts, scene.contacts(), &solution.contacts, &mut raw.contacts);
+        for (i, spring, contact, found, raw) in contacts {
+            let r: [T; D] = scene.scaled_impulse(i, found.impulse.into());
+            let u: [T; D] = scene.scaled_velocity(i, found.velocity.into());
+            let compliance = scene.scaling(i).map_or(T::ZERO, Scaling::largest_compliance);
+            spring.bearing = noise.bearing((factor.mean_effective_mass(i), contact.mu), &u, found.mode);
+            spring.cone = FrictionCone::new(contact.mu).unwrap_or(FrictionCone::frictionless());
+            (spring.stiffness, spring.anchor) = in_series(mass, compliance * over_softness, r);
+            self.pushes_at_rest |= compliance * over_softness > T::ZERO;
+            *raw = spring.project(r);
+            energy += square(raw) * weight;
         }
-        *raw = spring.project(found.impulse);
+        let rows = zip5(0..R, &mut self.rows, scene.rows(), &solution.rows, &mut raw.rows);
+        for (j, spring, row, found, raw) in rows {
+            let set = RowSet::new(row, factor.row_effective_mass(j), T::ZERO);
+            if set.is_free() && noise.holds(set.alpha, found) {
+                let compliance = row.compliance * over_softness;
+                let (stiffness, [anchor]) = in_series(set.alpha, compliance, [found.impulse]);
+                *spring = RowSpring { bounds: set.bounds, stiffness, anchor };
+                self.pushes_at_rest |= spring.pushes();
+            }
+            *raw = spring.project(found.impulse);
+            energy += *raw * *raw * factor.delassus().row_inverse_mass(j);
+        }
+        let rounding = T::EPSILON * T::literal(16.0);
+        self.noise = rounding * rounding * energy;
+        self.most_missed = self.softness * energy * T::literal(16.0);
+        factor.add_whitened(&raw, &mut self.load);
+        self.known = Some(raw);
+        Ok(())
     }
-    factor.add_whitened(&raw, &mut springs.load);
-    Ok(springs)
 }
 
 /// Motions that are noise: no larger than the error of the solution allows.

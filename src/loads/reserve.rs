@@ -4,7 +4,7 @@
 //! towards that boundary, so Newton's method from the side where they cannot finds it in a few trials.
 
 use super::springs::{Bearing, ContactSpring, RowSpring, Springs};
-use super::{Compliance, bearing, softness};
+use super::Compliance;
 use crate::cone::FrictionCone;
 use crate::error::{Error, Input};
 use crate::factor::Factor;
@@ -41,7 +41,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         factor: &Factor<T, N, D, C, R>,
         settings: &Settings<T>,
     ) -> Result<T, Error> {
-        let mut springs = bearing(scene, factor, self, settings, Compliance::Ignored)?;
+        let mut springs = Springs::new(factor);
+        springs.take_on(scene, self, settings, Compliance::Ignored)?;
         Ok(least_share(&mut springs, T::ONE, resolution(settings)))
     }
 
@@ -61,7 +62,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         settings: &Settings<T>,
     ) -> Result<T, Error> {
         check_entries::<T, N>(scene.used(load, 1), Input::FreeImpulse)?;
-        let mut springs = bearing(scene, factor, self, settings, Compliance::Ignored)?;
+        let mut springs = Springs::new(factor);
+        springs.take_on(scene, self, settings, Compliance::Ignored)?;
+        springs.known = None; // they carry the present load alone
         let [mut load] = load.data.0;
         factor.whiten(&mut load);
         Ok(largest_load(&mut springs, &load, resolution(settings)))
@@ -87,7 +90,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if !factor.is_current(self) {
             return Err(Error::StaleFactor);
         }
-        let mut springs = Springs::new(factor, softness());
+        let mut springs = Springs::new(factor);
         let mass = factor.common_effective_mass();
         for (i, spring, contact) in zip3(0..C, &mut springs.contacts, self.contacts()) {
             if factor.mean_effective_mass(i) > T::ZERO {
@@ -103,6 +106,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let set = RowSet::new(row, factor.row_effective_mass(j), T::ZERO);
             if set.is_free() {
                 *spring = RowSpring { bounds: set.bounds, stiffness: set.alpha, anchor: T::ZERO };
+                springs.pushes_at_rest |= spring.pushes();
             }
         }
         let [mut load] = free_impulse.data.0;
@@ -200,35 +204,50 @@ fn boundary<T: Real>(
     mut trial: impl FnMut(T) -> Trial<T>,
 ) -> T {
     let half = T::literal(0.5);
-    let mut guess = match trial(low) {
-        Trial::Holds(value) => return value.max(low),
-        Trial::Fails(guess) => guess,
-    };
-    let (mut has_held, mut width) = (false, T::INFINITY);
+    let mut value = if high.is_finite() { high } else { low };
+    // Newton's guess from `low`, once that was tried.
+    let mut guess = None;
+    let mut width = T::INFINITY;
     for step in 0..MOST_TRIALS {
-        let value = if high.is_finite() {
-            let accuracy = resolution * high.abs().max(T::literal(1e-3));
-            if high - low <= accuracy {
-                break;
+        let mut bound = None;
+        let has_held = match trial(value) {
+            Trial::Holds(down_to) => {
+                high = down_to.max(low);
+                bound = (high < value).then_some(high);
+                true
             }
-            // Newton's guess is to lie within the accuracy of both ends.
-            let beside = accuracy * T::literal(0.375);
-            let value = if has_held { guess - beside } else { guess + beside };
-            let stalls = step % 3 == 2 && high - low > width * half;
-            if step % 3 == 2 {
-                width = high - low;
+            Trial::Fails(next) => {
+                (low, guess) = (value, Some(next));
+                false
             }
-            if !stalls && low < value && value < high { value } else { (low + high) * half }
-        } else if low >= most {
-            break;
-        } else {
-            let farther = low.max(T::literal(0.25)) * T::literal(4.0);
-            (guess + guess * resolution * T::literal(0.25)).min(farther)
         };
-        match trial(value) {
-            Trial::Holds(value) => (high, has_held) = (value.max(low), true),
-            Trial::Fails(next) => (low, guess, has_held) = (value, next, false),
+        let accuracy = resolution * high.abs().max(T::literal(1e-3));
+        if high.is_finite() && high - low <= accuracy {
+            return high;
         }
+        // Where impulses say how far they hold, that may be the end of it. Newton's guess is to lie within the accuracy of both ends.
+        let beside = accuracy * T::literal(0.375);
+        let next = match (bound, guess) {
+            (Some(bound), _) => Some(bound - beside),
+            (None, Some(guess)) if has_held => Some(guess - beside),
+            (None, Some(guess)) if high.is_finite() => Some(guess + beside),
+            (None, Some(guess)) => {
+                let farther = low.max(T::literal(0.25)) * T::literal(4.0);
+                Some((guess + guess * resolution * T::literal(0.25)).min(farther))
+            }
+            (None, None) => None,
+        };
+        let stalls = step % 3 == 2 && high - low > width * half;
+        if step % 3 == 2 {
+            width = high - low;
+        }
+        value = match next {
+            None => low,
+            Some(_) if !high.is_finite() && low >= most => return high,
+            Some(next) if !high.is_finite() || !stalls && low < next && next < high => next,
+            Some(_) if guess.is_none() => low,
+            Some(_) => (low + high) * half,
+        };
     }
     high
 }

@@ -11,14 +11,15 @@
 //!
 //! A contact with compliance `c` has `k = 1 / (1/m + c/ε)` and `a = c r / ε`: its velocity says what it bears.
 
-use crate::cone::FrictionCone;
+use crate::cone::{FrictionCone, split};
 use crate::factor::Factor;
 use crate::linalg::blocks::{product, row_times};
 use crate::linalg::cholesky::factorise;
+use crate::linalg::sparsity::{GROUP, Support};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::substitution::{solve_lower, solve_upper};
 use crate::linalg::vector::{norm, quotient, square};
-use crate::linalg::zip::{zip3, zip4};
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use nalgebra::SVector;
 
@@ -96,60 +97,58 @@ impl<T: Real, const D: usize> ContactSpring<T, D> {
         }
     }
 
-    /// The derivative of [`Self::project`] times the stiffness: a symmetric block. `is_free` takes the whole cone for its inside.
-    fn slope(&self, z: &[T; D], is_free: bool) -> [[T; D]; D] {
-        let mut block = [[T::ZERO; D]; D];
+    /// Adds `X B Xᵀ` to the lower triangle of a matrix, where `B` is the derivative of [`Self::project`] times the stiffness. The rows of
+    /// `columns` are those of `X`. `is_free` takes the whole cone for its inside.
+    fn add_slope<const N: usize>(
+        &self,
+        z: &[T; D],
+        is_free: bool,
+        (columns, groups): (&[[T; D]; N], impl Iterator<Item = usize> + Clone),
+        matrix: &mut [[T; N]; N],
+    ) {
         let k = self.stiffness;
         match &self.bearing {
             Bearing::Known => {}
             Bearing::Ray(ray) => {
                 if is_free || product(ray, z) > T::ZERO {
-                    for (row, &x) in block.iter_mut().zip(ray) {
-                        *row = ray.map(|y| x * y * k);
-                    }
+                    let column = columns.each_ref().map(|column| [product(column, ray)]);
+                    add_outer(|x| x.map(|x| x * k), (&column, groups), matrix);
                 }
             }
             Bearing::Cone => {
                 let z = SVector::from(*z);
                 if is_free || self.cone.has(&z) {
-                    for (i, row) in block.iter_mut().enumerate() {
-                        if let Some(entry) = row.get_mut(i) {
-                            *entry = k;
-                        }
-                    }
-                } else {
-                    self.slope_of_boundary(&z, &mut block);
+                    add_outer(|x| x.map(|x| x * k), (columns, groups), matrix);
+                } else if let Some(block) = self.slope_of_boundary(&z) {
+                    add_outer(|x| row_times(x, &block), (columns, groups), matrix);
                 }
             }
         }
-        block
     }
 
-    /// [`Self::slope`] where `z` is projected onto the boundary of the cone, or onto 0.
-    fn slope_of_boundary(&self, z: &SVector<T, D>, block: &mut [[T; D]; D]) {
-        let Some((&normal, tangent)) = z.as_slice().split_first() else { return };
+    /// The derivative where `z` is projected onto the boundary of the cone, times the stiffness; `None` if it is projected onto 0.
+    fn slope_of_boundary(&self, z: &SVector<T, D>) -> Option<[[T; D]; D]> {
+        let (normal, tangent) = split(z);
         let (mu, length) = (self.cone.friction(), norm(tangent));
         let along = self.cone.along(normal, length);
         if along <= T::ZERO || length <= T::ZERO {
-            return;
+            return None;
         }
-        let k = self.stiffness;
-        let ray = k * self.cone.shrink();
-        let turn = k * mu * along / length;
-        // `(1, mu e)`, the direction of the boundary.
-        let mut direction = [T::ONE; D];
-        for (direction, &z) in direction.iter_mut().skip(1).zip(tangent) {
-            *direction = mu * (z / length);
-        }
-        for (i, row, &x, &e) in zip4(0..D, block, &direction, z) {
-            for (j, entry, &y, &f) in zip4(0..D, row, &direction, z) {
-                *entry = ray * x * y;
-                if i > 0 && j > 0 {
-                    let identity = if i == j { T::ONE } else { T::ZERO };
-                    *entry += turn * (identity - (e / length) * (f / length));
-                }
+        let ray = self.stiffness * self.cone.shrink();
+        let turn = self.stiffness * mu * along / length;
+        let slide: [T; D] = (*z * (T::ONE / length)).into(); // behind the normal
+        let mut block = [[T::ZERO; D]; D];
+        for (i, row, &e) in zip3(0..D, &mut block, &slide) {
+            for (j, entry, &f) in zip3(0..D, row, &slide) {
+                *entry = match (i, j) {
+                    (0, 0) => ray,
+                    (0, _) => ray * mu * f,
+                    (_, 0) => ray * mu * e,
+                    _ => (ray * mu * mu - turn) * (e * f) + if i == j { turn } else { T::ZERO },
+                };
             }
         }
+        Some(block)
     }
 }
 
@@ -168,10 +167,15 @@ impl<T: Real> RowSpring<T> {
         z.max(lower).min(upper)
     }
 
-    /// The derivative of [`Self::project`] times the stiffness.
-    fn slope(&self, z: T, is_free: bool) -> T {
+    /// Is an impulse between the bounds?
+    fn is_inside(&self, z: T) -> bool {
         let [lower, upper] = self.bounds;
-        if is_free || lower < z && z < upper { self.stiffness } else { T::ZERO }
+        lower < z && z < upper
+    }
+
+    /// Has the spring an impulse where nothing moves?
+    pub(super) fn pushes(&self) -> bool {
+        self.stiffness > T::ZERO && self.project(self.anchor * self.stiffness) != T::ZERO
     }
 }
 
@@ -182,8 +186,16 @@ pub(super) struct Springs<'a, T: Real, const N: usize, const D: usize, const C: 
     pub(super) rows: [RowSpring<T>; R],
     /// `ε`
     pub(super) softness: T,
+    /// Square of what rounding misses of the load, where large impulses cancel each other.
+    pub(super) noise: T,
+    /// May a spring have an impulse where nothing moves?
+    pub(super) pushes_at_rest: bool,
+    /// Square of what springs that can carry the load miss of it in a round.
+    pub(super) most_missed: T,
     /// `b`, the whitened momentum that is to be carried.
     pub(super) load: [T; N],
+    /// Impulses that carry it, if some are known.
+    pub(super) known: Option<Stacked<T, D, C, R>>,
     /// `ν`, a whitened momentum.
     pub(super) motion: [T; N],
     /// `r(ν)`
@@ -191,7 +203,7 @@ pub(super) struct Springs<'a, T: Real, const N: usize, const D: usize, const C: 
     /// `X r(ν)`
     pub(super) carried: [T; N],
     /// The Cholesky factor of the last matrix.
-    lower: [[T; N]; N],
+    pub(super) lower: [[T; N]; N],
     /// Is the last matrix that of all springs, none of them at the boundary of its set?
     is_of_all: bool,
 }
@@ -208,13 +220,17 @@ struct Point<T, const N: usize> {
 
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Springs<'a, T, N, D, C, R> {
     /// Springs that bear nothing yet.
-    pub(super) fn new(factor: &'a Factor<T, N, D, C, R>, softness: T) -> Self {
+    pub(super) fn new(factor: &'a Factor<T, N, D, C, R>) -> Self {
         Self {
             factor,
             contacts: [ContactSpring::none(); C],
             rows: [RowSpring::none(); R],
-            softness,
+            softness: T::EPSILON.square_root() * T::literal(0.125),
+            noise: T::ZERO,
+            pushes_at_rest: false,
+            most_missed: T::INFINITY,
             load: [T::ZERO; N],
+            known: None,
             motion: [T::ZERO; N],
             impulses: Stacked::zero(),
             carried: [T::ZERO; N],
@@ -223,37 +239,47 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
     }
 
-    /// Finds the motion under which the springs carry the load, from the present one, and returns the share of the load that they miss.
-    /// It works until that is at most `share`.
+    /// Finds the motion under which the springs carry the load, and returns the share of the load that they miss. It works until that is at
+    /// most `share`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn settle(&mut self, share: T) -> T {
         let size = self.factor.energy(&self.load);
-        // Rounding of the sums, which large impulses that cancel each other make.
-        let noise = T::EPSILON * T::literal(16.0);
-        let floor = noise * noise * self.stored();
-        let goal = share * share * size + floor;
-        let exact = (share * T::literal(0.125)).min(T::EPSILON.square_root());
-        let stop = exact * exact * size + floor;
+        let goal = share * share * size + self.noise;
+        if let Some(missed) = self.carry_freely(goal) {
+            return quotient(missed, size).square_root();
+        }
+        let stop = goal * T::literal(0.25);
         let mut target = self.load;
         self.motion = [T::ZERO; N];
-        let mut point = self.point(&target);
+        let mut point = if self.pushes_at_rest { self.point(&target) } else { self.origin() };
         let mut last = T::INFINITY;
         for _ in 0..MOST_ROUNDS {
             self.descend(&target, &mut point, stop);
             let missed = self.missed();
             let energy = self.factor.energy(&missed);
-            // If a round brings it no nearer, the springs cannot carry the load.
-            if energy <= goal || energy > last * T::literal(0.64) {
+            // If a round brings it no nearer, the springs cannot carry the load; nor can they if they miss more than `ε` accounts for.
+            if energy <= goal || energy > (last * T::literal(0.64)).min(self.most_missed) {
+                last = energy;
                 break;
             }
             last = energy;
-            for (target, gradient, &missed) in zip3(&mut target, &mut point.gradient, &missed) {
+            let pivots = self.factor.reciprocal_pivots();
+            for (target, gradient, &missed, motion, reciprocal) in
+                zip5(&mut target, &mut point.gradient, &missed, &self.motion, pivots)
+            {
                 *target += missed;
                 *gradient -= missed;
+                point.value -= *motion * reciprocal * missed;
             }
-            point.value = self.point(&target).value;
         }
-        quotient(self.factor.energy(&self.missed()), size).square_root()
+        quotient(last, size).square_root()
+    }
+
+    /// The point where nothing moves, if no spring is anchored and no row has to push.
+    fn origin(&mut self) -> Point<T, N> {
+        self.impulses = Stacked::zero();
+        self.carried = [T::ZERO; N];
+        Point { gradient: self.load.map(|x| -x), value: T::ZERO, is_free: true }
     }
 
     /// Can the springs carry the load, for a reserve of this accuracy? A friction that misses a share of the load is a larger share of itself.
@@ -285,26 +311,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         missed
     }
 
-    /// `Σ |r_i|² / k_i`
-    fn stored(&self) -> T {
-        let mut energy = T::ZERO;
-        for (spring, r) in self.contacts.iter().zip(&self.impulses.contacts) {
-            if spring.stiffness > T::ZERO {
-                energy += square(r) / spring.stiffness;
-            }
-        }
-        for (spring, &r) in self.rows.iter().zip(&self.impulses.rows) {
-            if spring.stiffness > T::ZERO {
-                energy += r * r / spring.stiffness;
-            }
-        }
-        energy
-    }
-
     /// Newton's method for `F = 0`, with a line search.
     fn descend(&mut self, target: &[T; N], point: &mut Point<T, N>, stop: T) {
+        let mut last = T::INFINITY;
         for _ in 0..MOST_STEPS {
-            if self.factor.energy(&point.gradient) <= stop || self.factorise(point).is_none() {
+            let size = self.factor.energy(&point.gradient);
+            if size <= stop || last <= size || self.factorise(point).is_none() {
                 return;
             }
             let mut step = point.gradient.map(|x| -x);
@@ -328,6 +340,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
                 let slack = T::EPSILON * T::literal(64.0) * (next.value.abs() + point.value.abs());
                 let limit = point.value + slope * length * T::literal(1e-4) + slack;
                 if next.value <= limit || length < T::literal(1e-3) {
+                    // Where the value is rounding, the gradient says whether steps still help.
+                    last = if -slope <= slack { size * T::literal(0.25) } else { T::INFINITY };
                     *point = next;
                     break;
                 }
@@ -387,15 +401,13 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         if !is_of_all {
             self.factor.contact_velocity(&self.motion, &mut u);
         }
-        for (spring, u, columns) in zip3(&self.contacts, &u.contacts, self.factor.whitened_contacts()) {
-            if spring.bearing != Bearing::Known {
-                add_outer(&spring.slope(&spring.pull(u), is_of_all), columns, &mut matrix);
-            }
+        for (spring, u, columns) in zip3(&self.contacts, &u.contacts, self.factor.supported_contacts()) {
+            spring.add_slope(&spring.pull(u), is_of_all, columns, &mut matrix);
         }
         for (spring, &u, column) in zip3(&self.rows, &u.rows, self.factor.whitened_row_columns()) {
-            let slope = spring.slope((u + spring.anchor) * spring.stiffness, is_of_all);
-            if slope > T::ZERO {
-                add_outer(&[[slope]], column, &mut matrix);
+            if is_of_all || spring.is_inside((u + spring.anchor) * spring.stiffness) {
+                let all = Support::all().groups::<N>(n);
+                add_outer(|[x]| [*x * spring.stiffness], (column, all), &mut matrix);
             }
         }
         self.is_of_all = is_of_all;
@@ -403,18 +415,32 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 }
 
-/// `A += X B Xᵀ` in the lower triangle. The rows of `columns` are those of `X`.
+/// `A += X B Xᵀ` in the lower triangle, and beside the diagonal. The rows of `columns` are those of `X`; those outside the support are zero.
+#[inline]
 fn add_outer<T: Real, const N: usize, const K: usize>(
-    block: &[[T; K]; K],
-    columns: &[[T; K]; N],
+    times: impl Fn(&[T; K]) -> [T; K],
+    (columns, groups): (&[[T; K]; N], impl Iterator<Item = usize> + Clone),
     matrix: &mut [[T; N]; N],
 ) {
-    for (a, row, x) in zip3(1.., matrix, columns) {
-        if *x != [T::ZERO; K] {
-            let x = row_times(x, block);
-            for (entry, y) in row.iter_mut().zip(columns).take(a) {
-                *entry += product(&x, y);
+    let add = |x: &[T; K], row: &mut [T], columns: &[[T; K]]| {
+        for (entry, y) in row.iter_mut().zip(columns) {
+            *entry += product(x, y);
+        }
+    };
+    let (whole, rest) = columns.as_chunks::<GROUP>();
+    let (rows, last) = matrix.as_chunks_mut::<GROUP>();
+    for a in groups.clone() {
+        let (Some(rows), Some(own)) = (rows.get_mut(a), whole.get(a)) else { continue };
+        for (row, x) in rows.iter_mut().zip(own) {
+            let (x, row) = (times(x), row.as_chunks_mut::<GROUP>().0);
+            for b in groups.clone().take_while(|&b| b <= a) {
+                if let (Some(row), Some(columns)) = (row.get_mut(b), whole.get(b)) {
+                    add(&x, row, columns);
+                }
             }
         }
+    }
+    for (row, x) in last.iter_mut().zip(rest) {
+        add(&times(x), row, columns);
     }
 }

@@ -348,19 +348,22 @@ fn a_contact_of_another_key_is_not_measured_by_what_stands_in_its_place() -> Res
 }
 
 #[test]
-fn what_pushes_without_friction_slips_where_it_has_tangents() -> Result<(), Error> {
+fn what_pushes_without_friction_slips_where_it_has_tangents_and_moves() -> Result<(), Error> {
     fn mode<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         mut kernel: Kernel<f64, N, D, C, R, S>,
+        slide: f64,
     ) -> Result<ContactMode, Error> {
         kernel.scene_mut().set_mass(&SMatrix::identity())?;
         let jacobian = SMatrix::identity();
         kernel.scene_mut().push(&Contact { jacobian, offset: SVector::zeros(), mu: 0.0, key: 0 })?;
-        let solution =
-            kernel.solve(&SVector::from_fn(|k, _| if k == 0 { -1.0 } else { 0.0 }), &Settings::new(1e-12))?;
-        Ok(solution.contacts[0].mode)
+        let push = SVector::from_fn(|k, _| if k == 0 { -1.0 } else { slide });
+        let settings = Settings { still: 1e-3, ..Settings::new(1e-12) };
+        Ok(kernel.solve(&push, &settings)?.contacts[0].mode)
     }
-    assert_eq!(mode(point::Kernel::new())?, ContactMode::Slip);
-    assert_eq!(mode(joints::Kernel::new())?, ContactMode::Stick);
+    for (slide, moves) in [(0.0, ContactMode::Stick), (1e-4, ContactMode::Stick), (1e-2, ContactMode::Slip)] {
+        assert_eq!(mode(point::Kernel::new(), slide)?, moves);
+        assert_eq!(mode(joints::Kernel::new(), slide)?, ContactMode::Stick);
+    }
     Ok(())
 }
 
