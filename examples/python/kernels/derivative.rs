@@ -1,6 +1,7 @@
 //! Derivatives of solutions, in double precision, by kernels of a few sizes.
 
 use crate::engine::{Compiled, Engine, with_room};
+use crate::loads::{self, Asked};
 use crate::problem::{Needs, Problem};
 use std::cell::RefCell;
 use stiction::nalgebra::SVector;
@@ -54,6 +55,15 @@ const ROUNDED: f64 = 1e-6;
 
 /// A kernel that finds a solution again and differentiates it.
 trait Differentiable {
+    /// Finds the solution again from its impulses, and tells what it bears; `None` if it is not found.
+    fn bear(
+        &mut self,
+        problem: &Problem<'_, f64>,
+        settings: &Settings<f64>,
+        impulses: [&[f64]; 2],
+        asked: &Asked<'_>,
+    ) -> Result<Option<Vec<f64>>, Error>;
+
     /// Finds the solution again from its impulses; goes the way from the numbers of `from` to those of `to`.
     fn differentiate(
         &mut self,
@@ -83,6 +93,16 @@ fn put<'a>(places: &mut impl Iterator<Item = &'a mut f64>, part: &[f64]) {
 impl<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> Differentiable
     for Compiled<f64, N, D, C, R, S>
 {
+    fn bear(
+        &mut self,
+        problem: &Problem<'_, f64>,
+        settings: &Settings<f64>,
+        impulses: [&[f64]; 2],
+        asked: &Asked<'_>,
+    ) -> Result<Option<Vec<f64>>, Error> {
+        with_room::<Self, _>(|| loads::bear(self, problem, settings, impulses, asked))
+    }
+
     fn differentiate(
         &mut self,
         problem: &Problem<'_, f64>,
@@ -107,30 +127,11 @@ fn differentiate_by<const N: usize, const D: usize, const C: usize, const R: usi
 ) -> Result<Facts, Error> {
     let (mut from, mut to) = (from.iter().copied(), to.iter_mut());
     let (n, contacts, rows) = (problem.n, problem.contacts(), problem.rows.lower.len());
-    kept.reset();
-    kept.load(problem)?;
-    let key = |keys: &[u32], i: usize| keys.get(i).copied().unwrap_or(0);
-    let contact = |(i, r)| (key(problem.keys, i), SVector::from_column_slice(r));
-    let known: Vec<_> = impulses.chunks_exact(D).enumerate().map(contact).collect();
-    let row = |(j, &r)| (key(problem.rows.keys, j), r);
-    let known_rows: Vec<_> = row_impulses.iter().enumerate().map(row).collect();
-    kept.kernel_mut().solver_mut().set_impulses(&known, &known_rows)?;
-    let mut settings = Settings { budget: 1, ..*settings }; // to judge them
-    let error = kept.solve(&settings, false)?.error;
-    settings.tolerance = ROUNDED + 2.0 * settings.tolerance;
-    let kernel = kept.kernel_mut();
-    let found = kernel.solution();
-    let found = (found.contacts.iter().flat_map(|contact| contact.impulse.as_slice()))
-        .chain(found.rows.iter().map(|row| &row.impulse));
-    let (mut off, mut largest) = (0.0_f64, 0.0_f64);
-    for (found, given) in found.zip(impulses.iter().chain(row_impulses)) {
-        (off, largest) = (off.max((found - given).abs()), largest.max(given.abs()));
-    }
-    if off > SAME * largest || !kernel.solution().is_usable(settings.tolerance) {
-        // They are of another scene, or of no solution.
+    let Some((error, settings)) = find_again(kept, problem, settings, [impulses, row_impulses])? else {
         let error = f64::INFINITY;
         return Ok(Facts { error, margin: 0.0, unique_impulses: false, unique_velocity: false });
-    }
+    };
+    let kernel = kept.kernel_mut();
     let derivative = kernel.derivative(&settings)?;
     match way {
         Way::Forward => {
@@ -182,6 +183,36 @@ fn differentiate_by<const N: usize, const D: usize, const C: usize, const R: usi
     })
 }
 
+/// Finds a solution again from its impulses. Returns its error, and settings under which it is usable; `None` if the impulses are of another scene, or of
+/// no solution.
+pub(crate) fn find_again<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+    kept: &mut Compiled<f64, N, D, C, R, S>,
+    problem: &Problem<'_, f64>,
+    settings: &Settings<f64>,
+    [impulses, row_impulses]: [&[f64]; 2],
+) -> Result<Option<(f64, Settings<f64>)>, Error> {
+    kept.reset();
+    kept.load(problem)?;
+    let key = |keys: &[u32], i: usize| keys.get(i).copied().unwrap_or(0);
+    let contact = |(i, r)| (key(problem.keys, i), SVector::from_column_slice(r));
+    let known: Vec<_> = impulses.chunks_exact(D).enumerate().map(contact).collect();
+    let row = |(j, &r)| (key(problem.rows.keys, j), r);
+    let known_rows: Vec<_> = row_impulses.iter().enumerate().map(row).collect();
+    kept.kernel_mut().solver_mut().set_impulses(&known, &known_rows)?;
+    let mut settings = Settings { budget: 1, ..*settings }; // to judge them
+    let error = kept.solve(&settings, false)?.error;
+    settings.tolerance = ROUNDED + 2.0 * settings.tolerance;
+    let found = kept.kernel_mut().solution();
+    let is_usable = found.is_usable(settings.tolerance);
+    let found = (found.contacts.iter().flat_map(|contact| contact.impulse.as_slice()))
+        .chain(found.rows.iter().map(|row| &row.impulse));
+    let (mut off, mut largest) = (0.0_f64, 0.0_f64);
+    for (found, given) in found.zip(impulses.iter().chain(row_impulses)) {
+        (off, largest) = (off.max((found - given).abs()), largest.max(given.abs()));
+    }
+    Ok((off <= SAME * largest && is_usable).then_some((error, settings)))
+}
+
 /// Sizes and their constructors; all of them are sizes of the table.
 macro_rules! sizes {
     ($(($n:literal, $d:literal, $c:literal, $r:literal, $s:literal): $push:expr;)*) => {
@@ -217,6 +248,27 @@ pub fn differentiate(
     impulses: [&[f64]; 2],
     (way, from, to): (Way, &[f64], &mut [f64]),
 ) -> Result<Facts, String> {
+    with_kernel(problem, |kernel| kernel.differentiate(problem, settings, impulses, way, from, to))
+}
+
+/// Tells what a solution of a scene bears at its impulses, by a kernel of this thread; `None` if they are of another scene, or of no solution.
+///
+/// # Errors
+/// What is refused, with the name of its argument first.
+pub fn bear(
+    problem: &Problem<'_, f64>,
+    settings: &Settings<f64>,
+    impulses: [&[f64]; 2],
+    asked: &Asked<'_>,
+) -> Result<Option<Vec<f64>>, String> {
+    with_kernel(problem, |kernel| kernel.bear(problem, settings, impulses, asked))
+}
+
+/// Lets a function use this thread's kernel for a scene.
+fn with_kernel<V>(
+    problem: &Problem<'_, f64>,
+    call: impl FnOnce(&mut dyn Differentiable) -> Result<V, Error>,
+) -> Result<V, String> {
     let needs = problem.needs();
     let holds = |size: &Needs| {
         needs.n <= size.n
@@ -226,15 +278,13 @@ pub fn differentiate(
     };
     let place = SIZES.iter().position(|(size, _)| holds(size)).ok_or_else(|| {
         format!(
-            "solution: no kernel differentiates {} velocities, {} contacts of {} rows and {} joint rows; add a line to kernels/derivative.rs",
+            "solution: no kernel looks into {} velocities, {} contacts of {} rows and {} joint rows; add a line to kernels/derivative.rs",
             needs.n, needs.contacts, needs.dim, needs.rows
         )
     })?;
     KERNELS.with_borrow_mut(|kernels| {
         kernels.resize_with(SIZES.len(), || None);
         let kernel = kernels[place].get_or_insert_with(SIZES[place].1);
-        kernel
-            .differentiate(problem, settings, impulses, way, from, to)
-            .map_err(|error| crate::problem::refusal(&error))
+        call(kernel.as_mut()).map_err(|error| crate::problem::refusal(&error))
     })
 }

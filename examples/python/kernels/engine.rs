@@ -55,6 +55,9 @@ pub trait Engine<T>: Send + Sync {
 
     /// Writes the last solution.
     fn read(&self, out: &mut Out<'_, T>);
+
+    /// Writes the least impulses of the last solution, if it has any.
+    fn read_least(&self, settings: &Settings<T>, out: &mut Out<'_, T>);
 }
 
 type Push<T, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> =
@@ -243,6 +246,17 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
             };
         }
         copy_or_zero(out.row_certificate, &solution.row_certificate);
+    }
+
+    fn read_least(&self, settings: &Settings<T>, out: &mut Out<'_, T>) {
+        with_room::<Self, _>(|| {
+            if let Ok(least) = self.kernel.least_impulses(settings) {
+                for (place, impulse) in out.r.chunks_exact_mut(D).zip(&least.contacts) {
+                    place.copy_from_slice(impulse.as_slice());
+                }
+                out.row_impulses.copy_from_slice(&least.rows);
+            }
+        });
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod derivative;
 pub mod engine;
+pub mod loads;
 pub mod problem;
 pub mod room;
 pub mod sizes;

@@ -1,5 +1,6 @@
 //! Arrays as they come from Python: their shapes checked, each complaint with the name of its argument.
 
+use crate::solve::Loaded;
 use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -19,7 +20,7 @@ struct Array<'py, T: Element> {
     is_batch: bool,
 }
 
-impl<'py, T: Element> Array<'py, T> {
+impl<'py, T: Element + Copy> Array<'py, T> {
     fn new(name: &'static str, array: &Bound<'py, PyAny>, is_batch: bool) -> PyResult<Self> {
         let values = match array.extract::<PyReadonlyArrayDyn<'py, T>>() {
             Ok(values) if values.is_c_contiguous() && values.as_slice().is_ok() => values, // and aligned
@@ -68,6 +69,18 @@ impl<'py, T: Element> Array<'py, T> {
         }
         let names: Vec<_> = shapes.iter().map(|shape| format!("{shape:?}")).collect();
         Err(self.wrong(&names.join(" or ")))
+    }
+
+    /// Continues a fingerprint with the bits of all its numbers, in four hashes that need not wait for each other.
+    fn print(&self, hash: u64, bits: impl Fn(T) -> u64) -> u64 {
+        let next = |hash: u64, bits: u64| (hash.rotate_left(32) ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mut hashes = [hash, 1, 2, 3];
+        for numbers in self.values.as_slice().unwrap_or_default().chunks(4) {
+            for (hash, &number) in hashes.iter_mut().zip(numbers) {
+                *hash = next(*hash, bits(number));
+            }
+        }
+        hashes.into_iter().fold(0, next)
     }
 
     /// That of a scene; of all, if the leading axis has length 1.
@@ -189,6 +202,26 @@ impl<'py, T: Number> Arrays<'py, T> {
                 "{name}: a leading axis of length {own} beside one of {lead}; 1 is broadcast"
             ))),
         }
+    }
+
+    /// A fingerprint of all of them, in single precision if they were solved in that.
+    pub(crate) fn fingerprint(&self, single: bool) -> u64 {
+        #[allow(clippy::cast_possible_truncation)]
+        let bits = |number: T| {
+            let number: f64 = number.into();
+            if single { u64::from((number as f32).to_bits()) } else { number.to_bits() }
+        };
+        let own = self.dynamics.iter().chain([&self.offsets, &self.friction]).chain(&self.compliance);
+        let rows = self.joint.iter().flat_map(|rows| rows.numbers.iter().chain([&rows.jacobian]));
+        let numbers = own.chain(rows).fold(0, |hash, array| array.print(hash, bits));
+        let keys = self.keys.iter().chain(self.joint.iter().map(|rows| &rows.keys));
+        keys.fold(numbers, |hash, array| array.print(hash, u64::from))
+    }
+
+    /// What a solution remembers of them.
+    pub(crate) fn loaded(&self) -> Loaded {
+        let sizes = [self.n, self.contacts, self.dim, self.rows];
+        Loaded { sizes, fingerprint: self.fingerprint(size_of::<T>() == 4) }
     }
 
     /// A scene of them.

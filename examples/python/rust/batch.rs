@@ -20,7 +20,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// Scenes that a thread takes at once, at least.
 const PORTION: usize = 16;
 
-/// Solves all scenes of a batch, each from nothing, into arrays that Python has made:
+/// Solves all scenes of a batch, each from nothing, returns their fingerprint, and writes into arrays that Python has made:
 /// `(v, r, u, modes, certificate, row impulses, row velocities, row modes, row certificate, status, error, work)`.
 #[pyfunction]
 pub(crate) fn solve_batch<'py>(
@@ -30,7 +30,7 @@ pub(crate) fn solve_batch<'py>(
     threads: usize,
     out: &Bound<'py, PyTuple>,
     single: bool,
-) -> PyResult<()> {
+) -> PyResult<u64> {
     if single {
         solve_all::<f32>(py, scenes, &settings, threads, out)
     } else {
@@ -54,11 +54,12 @@ fn solve_all<T: Number>(
     given: &SettingsArguments<'_>,
     threads: usize,
     out: &Bound<'_, PyTuple>,
-) -> PyResult<()> {
+) -> PyResult<u64> {
     let arrays = Arrays::<T>::new(scenes, true)?;
     let (n, c, k, count) = (arrays.n, arrays.contacts, arrays.rows, arrays.lead);
+    let fingerprint = arrays.loaded().fingerprint;
     if count == 0 {
-        return Ok(());
+        return Ok(fingerprint);
     }
     let index = sizes::index::<T>(&arrays.problem(0).needs()).map_err(PyValueError::new_err)?;
     let (mut v, mut r, mut u) = (writable::<T>(out, 0)?, writable::<T>(out, 1)?, writable::<T>(out, 2)?);
@@ -125,7 +126,7 @@ fn solve_all<T: Number>(
     };
     let refused = waited(py, &pool, &stopped, solve)?;
     match refused {
-        None => Ok(()),
+        None => Ok(fingerprint),
         Some((scene, error)) => {
             let text = value_error(&error).value(py).to_string();
             Err(PyValueError::new_err(format!("{text} (scene {scene} of the batch)")))

@@ -13,6 +13,12 @@ use stiction_kernels::derivative::{Lengths, Way, differentiate};
 /// The numbers that come out, and margin, whether impulses and velocity are unique, and the error of each scene.
 type Answer<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
+/// The fingerprint of a scene or of a batch, in single precision if it was solved in that.
+#[pyfunction]
+pub(crate) fn fingerprint(scenes: &Bound<'_, PyTuple>, is_batch: bool, single: bool) -> PyResult<u64> {
+    Ok(Arrays::<f64>::new(scenes, is_batch)?.fingerprint(single))
+}
+
 /// Goes forward from changes of the data, or backward from weights of the solution, a line of numbers for each scene. Impulses are
 /// those of the solutions, of contacts and of joint rows. `asked` are the numbers, and whether the way is backward.
 #[pyfunction]

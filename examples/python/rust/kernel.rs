@@ -2,7 +2,7 @@
 
 use crate::arrays::Arrays;
 use crate::arrays::Number;
-use crate::solve::{SettingsArguments, run, settings, solved, value_error};
+use crate::solve::{Loaded, SettingsArguments, run, settings, solved, value_error};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -15,8 +15,8 @@ use stiction_kernels::sizes::{self, Size};
 /// A kernel of one number type.
 struct Kept<T> {
     engine: Box<dyn Engine<T>>,
-    /// Velocities, contacts, rows of a contact and joint rows of the scene in it, if there is one.
-    loaded: Option<[usize; 4]>,
+    /// The scene in it, if there is one.
+    loaded: Option<Loaded>,
 }
 
 enum Either {
@@ -116,16 +116,16 @@ impl Kernel {
                 arrays.n, arrays.contacts, arrays.dim, arrays.rows
             )));
         }
-        let sizes = [arrays.n, arrays.contacts, arrays.dim, arrays.rows];
+        let loaded = arrays.loaded();
         let settings = settings(given)?;
         solved(py, |answer| {
             let mut kept = lock(kept);
             kept.loaded = None; // half a scene, if it is refused
-            let mut out = answer.out(sizes);
+            let mut out = answer.out(loaded.sizes);
             let outcome = run(kept.engine.as_mut(), &problem, &settings, &mut out)
                 .map_err(|error| value_error(&error))?;
-            kept.loaded = Some(sizes);
-            Ok((sizes, outcome))
+            kept.loaded = Some(loaded);
+            Ok((loaded, outcome))
         })
     }
 }
@@ -145,15 +145,15 @@ fn resumed<'py, T: Number>(
     let settings = settings(given)?;
     solved(py, |answer| {
         let mut kept = lock(kept); // once: another thread may load another scene
-        let sizes = kept.loaded.ok_or_else(|| {
+        let loaded = kept.loaded.ok_or_else(|| {
             PyValueError::new_err(
                 "there is no scene to go on with: the last one was refused, or there was none",
             )
         })?;
         let outcome = kept.engine.solve(&settings, true);
         let outcome = outcome.map_err(|error| value_error(&error))?;
-        kept.engine.read(&mut answer.out(sizes));
-        Ok((sizes, outcome))
+        kept.engine.read(&mut answer.out(loaded.sizes));
+        Ok((loaded, outcome))
     })
 }
 

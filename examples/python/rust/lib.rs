@@ -8,6 +8,7 @@ mod arrays;
 mod batch;
 mod derivative;
 mod kernel;
+mod loads;
 mod mujoco;
 mod solve;
 
@@ -23,5 +24,7 @@ fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(batch::solve_batch, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch_shape, module)?)?;
     module.add_function(wrap_pyfunction!(derivative::derivative, module)?)?;
+    module.add_function(wrap_pyfunction!(derivative::fingerprint, module)?)?;
+    module.add_function(wrap_pyfunction!(loads::bear, module)?)?;
     Ok(())
 }

@@ -29,18 +29,18 @@ pub(crate) fn value_error(error: &Error) -> PyErr {
     PyValueError::new_err(refusal(error))
 }
 
-/// Runs a solve without the interpreter's lock, and makes a tuple of its solution, whose sizes the solve tells:
+/// Runs a solve without the interpreter's lock, and makes a tuple of its solution and its fingerprint; the solve tells sizes and fingerprint. The solution is
 /// `(v, r, u, modes, certificate, status, error, work, row impulses, row velocities, row modes, row certificate)`.
 pub(crate) fn solved<T: Number>(
     py: Python<'_>,
-    solve: impl FnOnce(&mut Answer<T>) -> PyResult<([usize; 4], Outcome)> + Send,
+    solve: impl FnOnce(&mut Answer<T>) -> PyResult<(Loaded, Outcome)> + Send,
 ) -> PyResult<Bound<'_, PyTuple>> {
     let mut answer = Answer::default();
-    let ([_, contacts, dim, _], outcome) = py.detach(|| solve(&mut answer))?;
+    let (Loaded { sizes: [_, contacts, dim, _], fingerprint }, outcome) = py.detach(|| solve(&mut answer))?;
     let vector = |numbers: &[T]| PyArray1::from_slice(py, numbers);
     let modes = |modes: &[i8]| PyArray1::from_slice(py, modes);
     let [impulses, velocities, row_certificate] = &answer.rows;
-    (
+    let parts = (
         vector(&answer.v),
         vector(&answer.r).reshape([contacts, dim])?,
         vector(&answer.u).reshape([contacts, dim])?,
@@ -53,8 +53,16 @@ pub(crate) fn solved<T: Number>(
         vector(velocities),
         modes(&answer.row_modes),
         vector(row_certificate),
-    )
-        .into_pyobject(py)
+    );
+    (parts, fingerprint).into_pyobject(py)
+}
+
+/// The scene in a kernel.
+#[derive(Clone, Copy)]
+pub(crate) struct Loaded {
+    /// Velocities, contacts, rows of a contact and joint rows.
+    pub(crate) sizes: [usize; 4],
+    pub(crate) fingerprint: u64,
 }
 
 /// Loads, solves and reads.
@@ -99,11 +107,11 @@ pub(crate) fn solve<'py>(
         let problem = arrays.problem(0);
         let settings = self::settings(given)?;
         let index = sizes::index::<T>(&problem.needs()).map_err(PyValueError::new_err)?;
-        let sizes = [arrays.n, arrays.contacts, arrays.dim, arrays.rows];
+        let loaded = arrays.loaded();
         solved(py, |answer| {
-            let mut out = answer.out(sizes);
+            let mut out = answer.out(loaded.sizes);
             let outcome = with_engine(index, |engine| run(engine, &problem, &settings, &mut out));
-            Ok((sizes, outcome.map_err(|error| value_error(&error))?))
+            Ok((loaded, outcome.map_err(|error| value_error(&error))?))
         })
     }
     if single { cold::<f32>(py, scene, &settings) } else { cold::<f64>(py, scene, &settings) }

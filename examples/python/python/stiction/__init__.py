@@ -14,6 +14,7 @@ in SI units, rows with the normal first. :func:`solve` solves one scene, :func:`
 from ._batch import BatchSolution, solve_batch
 from ._derivative import Facts, Gradient, RowChange, SolutionChange
 from ._kernel import Kernel, solve, solve_delassus
+from ._loads import LeastImpulses, rest_reserve
 from ._solution import Solution
 from ._stiction import SIZES
 from ._types import Mode, RowMode, Rows, Status, Work
@@ -24,6 +25,7 @@ __all__ = [
     "Facts",
     "Gradient",
     "Kernel",
+    "LeastImpulses",
     "Mode",
     "RowChange",
     "RowMode",
@@ -32,6 +34,7 @@ __all__ = [
     "SolutionChange",
     "Status",
     "Work",
+    "rest_reserve",
     "solve",
     "solve_batch",
     "solve_delassus",

@@ -125,6 +125,6 @@ def solve_batch(
         if place.shape != shape or place.dtype != kind or not place.flags.c_contiguous or not place.flags.writeable:
             raise ValueError(f"out.{name}: not a contiguous array of shape {list(shape)} and type {np.dtype(kind)}")
     settings = (tol, budget, bool(relaxed))
-    _stiction.solve_batch(scenes, settings, workers, places, number.itemsize == 4)
-    object.__setattr__(out, "_solved", (scenes, settings))
+    fingerprint = _stiction.solve_batch(scenes, settings, workers, places, number.itemsize == 4)
+    object.__setattr__(out, "_solved", (scenes, settings, fingerprint))
     return out

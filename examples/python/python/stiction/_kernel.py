@@ -185,8 +185,10 @@ class Kernel:
         geoms). Of several with one key the first follows the first. Without keys they follow each other by their order.
         """
         scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, keys, rows, self._number)
-        self._scene, settings = scene, (tol, budget, bool(relaxed))
-        return solution(self._kernel.solve(scene, settings), scene, settings)
+        settings = (tol, budget, bool(relaxed))
+        parts = self._kernel.solve(scene, settings)
+        self._scene = scene  # now that it is in the kernel
+        return solution(parts, scene, settings)
 
     def resume(self, *, tol: float = 1e-6, budget: int = 1000, relaxed: bool = False) -> Solution:
         """Go on with a solve that ended as ``Status.OUT_OF_BUDGET``, with the same ``tol``, for ``budget`` more.

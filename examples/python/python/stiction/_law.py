@@ -120,7 +120,7 @@ class Law:
         d = w.shape[2]
         found = BatchSolution.empty(len(p), len(dofs), len(contacts), d, len(rows))
         found.v[:], found.r[:], found.row_impulses[:] = motion.v[dofs], motion.r[contacts, :d], motion.row_impulses[rows]
-        object.__setattr__(found, "_solved", (scene, (self.tol, 1000, False)))
+        object.__setattr__(found, "_solved", (scene, (self.tol, 1000, False), None))
         return found.jvp(free_impulse=p, w=u[:, :, :d], rows=RowChange(offset=s))
 
 

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from ._arrays import Scene
 from ._derivative import Differentiable
+from ._loads import Bearing
 from ._types import Array, Status, Work
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(Differentiable):
+class Solution(Differentiable, Bearing):
     """A velocity, its impulses, and how far they are from the law."""
 
     #: Velocity at the end of the step, ``(n,)``, m/s and rad/s; empty after :func:`stiction.solve_delassus`.
@@ -56,12 +57,13 @@ class Solution(Differentiable):
 
 def solution(parts: tuple[Any, ...], scene: Scene | None, settings: tuple[Any, ...]) -> Solution:
     """Make a solution of what the compiled side returns, for a scene that was solved with these settings."""
+    parts, fingerprint = parts
     made = object.__new__(Solution)
     # All fields at once: a frozen class sets them one by one, which takes as long as a solve.
     values = dict(zip(_FIELDS, parts, strict=True))
     values["status"] = _STATUS[values["status"]]
     values["work"] = Work(*values["work"])
-    values["_solved"] = (scene, settings)
+    values["_solved"] = (scene, settings, fingerprint)
     object.__setattr__(made, "__dict__", values)
     return made
 

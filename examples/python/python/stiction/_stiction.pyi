@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from ._arrays import Scene
 
-__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "check_version", "derivative", "rollout", "solve", "solve_batch"]
+__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "bear", "check_version", "derivative", "fingerprint", "rollout", "solve", "solve_batch"]
 
 SIZES: list[tuple[int, int, int, int, int]]
 
@@ -44,7 +44,14 @@ def rollout(
 ) -> None: ...
 def solve(scene: Scene, settings: _Settings, single: bool) -> tuple[Any, ...]: ...
 def batch_shape(scenes: Scene, single: bool) -> tuple[int, int, int, int, int]: ...
-def solve_batch(scenes: Scene, settings: _Settings, threads: int, out: tuple[NDArray[Any], ...], single: bool) -> None: ...
+def solve_batch(scenes: Scene, settings: _Settings, threads: int, out: tuple[NDArray[Any], ...], single: bool) -> int: ...
+def bear(
+    scene: Scene,
+    given: _Settings,
+    impulses: tuple[NDArray[Any], NDArray[Any]],
+    asked: tuple[str, float, float, NDArray[Any]],
+) -> NDArray[Any]: ...
+def fingerprint(scenes: Scene, is_batch: bool, single: bool) -> int: ...
 def derivative(
     scenes: Scene,
     given: _Settings,

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use stiction::Settings;
+use stiction::{Settings, Status};
 use stiction_kernels::engine::Engine;
 use stiction_kernels::problem::{Answer, Needs, Outcome, Problem};
 use stiction_kernels::sizes;
@@ -25,14 +25,14 @@ struct Slot {
 pub(super) struct Engines(HashMap<(usize, Pass), Slot>);
 
 impl Engines {
-    /// Solves a problem from where the island's last solve ended, or `cold`. `None` if no compiled size holds it, or its numbers are
+    /// Solves a problem from where the island's last solve ended, or `cold`. `shares` asks for the least impulses. `None` if no compiled size holds it, or its numbers are
     /// out of range.
     pub(super) fn solve(
         &mut self,
         (island, pass): (usize, Pass),
         problem: &Problem<'_, f64>,
         settings: &Settings<f64>,
-        cold: bool,
+        (cold, shares): (bool, bool),
         answer: &mut Answer<f64>,
     ) -> Option<Outcome> {
         let now = problem.needs();
@@ -61,12 +61,11 @@ impl Engines {
         }
         slot.engine.load(problem).ok()?;
         let outcome = slot.engine.solve(settings, false).ok()?;
-        slot.engine.read(&mut answer.out([
-            problem.n,
-            problem.contacts(),
-            problem.dim,
-            problem.rows.lower.len(),
-        ]));
+        let sizes = [problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()];
+        slot.engine.read(&mut answer.out(sizes));
+        if shares && outcome.status == Status::Solved {
+            slot.engine.read_least(settings, &mut answer.out(sizes));
+        }
         Some(outcome)
     }
 

@@ -252,7 +252,8 @@ impl VelocityPass {
         self.ask(scene, island, softness);
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
-        let outcome = engines.solve(name, &self.pack.problem(), settings, false, &mut answer)?;
+        let shares = softness == Softness::Rigid && can_be_shared(scene, island);
+        let outcome = engines.solve(name, &self.pack.problem(), settings, (false, shares), &mut answer)?;
         self.pack.expand(scene.inertia, &mut answer);
         Some((outcome, answer))
     }
@@ -290,6 +291,11 @@ impl VelocityPass {
         let change = impulses.map(|(touch, r)| largest(r) * touch.mobility.sqrt()).fold(0.0, f64::max);
         change <= LARGEST_CHANGE * speed || change == 0.0
     }
+}
+
+/// May impulses of an island be internal, so that they can be shared in many ways? One contact alone is not.
+fn can_be_shared(scene: &Scene<'_>, island: &Island) -> bool {
+    scene.touches(island).count() + scene.rows(island).count() > 1
 }
 
 /// Is it proved that the question has no answer?
