@@ -146,7 +146,7 @@ pub enum Error {
     },
     /// The penalty `rho` is not a positive number the factorisation can use.
     InvalidPenalty,
-    /// The tolerance asked for is NaN, infinite or negative.
+    /// [`crate::Settings::tolerance`] or [`crate::Settings::still`] is NaN, infinite or negative.
     InvalidTolerance,
     /// The scene has refused a part, which is now missing. For a contact or joint row call [`crate::Scene::clear`] (or
     /// [`crate::Scene::clear_contacts`], [`crate::Scene::clear_rows`]) and fill it again. For a mass
@@ -268,7 +268,9 @@ impl fmt::Display for Error {
             }
             Self::NoSuchContact { contact } => write!(f, "there is no contact {contact}"),
             Self::InvalidPenalty => write!(f, "penalty rho is not a usable positive number"),
-            Self::InvalidTolerance => write!(f, "tolerance is negative or not finite"),
+            Self::InvalidTolerance => {
+                write!(f, "tolerance or speed of what is still is negative or not finite")
+            }
             Self::SceneIncomplete { part } => {
                 write!(f, "scene is incomplete: a {part} was refused")
             }

@@ -6,6 +6,7 @@
 //! | add joint limits, motors, dry friction, loops, rolling; solve several robots with one kernel | [`rows`] |
 //! | keep a deadline; act on a tick that ends unsolved | [`tick`] |
 //! | use another language | [`python`], [`c`] |
+//! | get forces one can use; see how near to slipping it is | [`loads`] |
 //! | share out forces over feet | [`forces`] |
 //! | differentiate a solution | [`derivatives`] |
 //! | solve many scenes, on cores or a cluster | [`many`] |
@@ -29,6 +30,7 @@ macro_rules! links {
 [Kanno's note]: crate::guide::note
 [Many scenes]: crate::guide::many
 [Many scenes, measured]: crate::guide::reports::scenes
+[Near slipping]: crate::guide::loads
 [On a microcontroller]: crate::guide::reports::firmware
 [Python, measured]: crate::guide::reports::python
 [Reports]: crate::guide::reports
@@ -61,6 +63,10 @@ pub mod c {}
 #[doc = links!()]
 #[doc = include_str!("guide/forces.md")]
 pub mod forces {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/loads.md")]
+pub mod loads {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/derivatives.md")]

@@ -182,6 +182,7 @@ impl<
         assert!(solution.work.total() <= settings.budget + 27, "{:?}", solution.work);
         is_true::<T, N, D, C, R, S, K>(&self.beside, scene, &push, solution, &settings);
         K::check(&mut self.beside, scene, &push, &settings);
+        self.look_into(&push, &settings);
         self.paused = Some((push, budget.tolerance, budget.relaxed));
         Self::is_as_new(&before, &push, &settings);
         // The end of a budget ends the rest question. (An error in twice the digits takes 20 from it, five times at most.)
@@ -191,6 +192,22 @@ impl<
         for few in [1, 17] {
             Self::is_split((*before).clone(), solution, &push, &Settings { budget: few, ..settings });
         }
+    }
+
+    /// What a solution bears are numbers, and carry what its own impulses carry.
+    fn look_into(&self, push: &nalgebra::SVector<T, N>, settings: &Settings<T>) {
+        if let Ok(least) = self.kernel.least_impulses(settings) {
+            let numbers = least.contacts.iter().flatten().chain(&least.rows);
+            assert!(numbers.copied().all(|x| x.is_finite()) && least.momentum_error >= T::ZERO);
+        }
+        let percent = Settings { tolerance: T::literal(0.01), ..*settings };
+        for reserve in [self.kernel.slip_reserve(&percent), self.kernel.load_reserve(push, &percent)] {
+            assert!(reserve.is_err() || reserve.is_ok_and(|reserve| reserve >= T::ZERO));
+        }
+        assert!(
+            self.kernel.slip_reserve(&percent).is_ok_and(|share| share <= T::ONE)
+                || !self.kernel.solution().is_usable(percent.tolerance)
+        );
     }
 
     /// After a reset a solver gives the bits of a new one, whatever it has solved before.

@@ -92,6 +92,13 @@ pub unsafe extern "C" fn stiction_set_model(memory: *mut Solver, model: ModelNum
     solver!(memory).set_model(model)
 }
 
+/// `stiction_set_still`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_set_still(memory: *mut Solver, speed: Real) -> Status {
+    solver!(memory).set_still(speed);
+    Status::Ok
+}
+
 /// `stiction_set_velocities`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn stiction_set_velocities(memory: *mut Solver, velocities: u32) -> Status {
@@ -451,6 +458,65 @@ pub unsafe extern "C" fn stiction_worst_violation(
     let kernel = &shared!(memory).kernel;
     // SAFETY: the caller's promise.
     unsafe { tell(violation, || Ok(kernel.violation().into())) }
+}
+
+/// `stiction_read_least`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_read_least(
+    memory: *const Solver,
+    tolerance: Real,
+    solution: *mut Solution,
+) -> Status {
+    let solver = shared!(memory);
+    let settings = solver.settings(tolerance, 0);
+    let read = || {
+        let least = solver.kernel.least_impulses(&settings)?;
+        Ok(Solution::of(solver.kernel.solution()).with(&least))
+    };
+    // SAFETY: the caller's promise.
+    unsafe { tell(solution, read) }
+}
+
+/// `stiction_slip_reserve`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_slip_reserve(
+    memory: *const Solver,
+    accuracy: Real,
+    share: *mut Real,
+) -> Status {
+    let solver = shared!(memory);
+    let settings = solver.settings(accuracy, 0);
+    // SAFETY: the caller's promise.
+    unsafe { tell(share, || Ok(solver.kernel.slip_reserve(&settings)?)) }
+}
+
+/// `stiction_load_reserve`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_load_reserve(
+    memory: *const Solver,
+    load: *const Real,
+    accuracy: Real,
+    factor: *mut Real,
+) -> Status {
+    let (solver, load) = (shared!(memory), given!(load, [Real; N]));
+    let settings = solver.settings(accuracy, 0);
+    // SAFETY: the caller's promise.
+    unsafe { tell(factor, || Ok(solver.kernel.load_reserve(&SVector::from(*load), &settings)?)) }
+}
+
+/// `stiction_rest_reserve`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stiction_rest_reserve(
+    memory: *mut Solver,
+    free_impulse: *const Real,
+    accuracy: Real,
+    share: *mut Real,
+) -> Status {
+    let (solver, free_impulse) = (solver!(memory), given!(free_impulse, [Real; N]));
+    let settings = solver.settings(accuracy, 0);
+    let free_impulse = SVector::from(*free_impulse);
+    // SAFETY: the caller's promise.
+    unsafe { tell(share, || Ok(solver.kernel.rest_reserve(&free_impulse, &settings)?)) }
 }
 
 /// `stiction_last_culprit`.

@@ -3,6 +3,7 @@
 use super::header::{C, D, N, R, Real};
 use super::solver::Outcome;
 use super::status::{Mode, RowMode, Status};
+use stiction::LeastImpulses;
 
 /// `stiction_contact`.
 #[derive(Clone, Copy, Debug)]
@@ -91,6 +92,18 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// The same with other impulses, whose momentum error is that of the solution.
+    pub(super) fn with(mut self, least: &LeastImpulses<Real, D, C, R>) -> Self {
+        for (place, impulse) in self.contacts.iter_mut().zip(&least.contacts) {
+            place.impulse = (*impulse).into();
+        }
+        for (place, &impulse) in self.rows.iter_mut().zip(&least.rows) {
+            place.impulse = impulse;
+        }
+        self.error = least.momentum_error;
+        self
+    }
+
     pub(super) fn of(solution: &Outcome) -> Self {
         let number = |x: usize| u32::try_from(x).unwrap_or(u32::MAX);
         let mut read = Self {

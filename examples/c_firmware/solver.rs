@@ -29,6 +29,8 @@ pub struct Solver {
     ready: u32,
     /// The law of contacts that solves obey.
     model: Model,
+    /// Speed up to which a contact counts as one that sticks.
+    still: Real,
     /// The last error.
     pub(super) error: Option<Refusal>,
     pub(super) kernel: Kernel,
@@ -62,6 +64,7 @@ impl Solver {
         unsafe {
             (&raw mut (*memory).kernel).write(const { Kernel::with_phases(PHASES) });
             (&raw mut (*memory).model).write(Model::Coulomb);
+            (&raw mut (*memory).still).write(0.0);
             (&raw mut (*memory).error).write(None);
             (&raw mut (*memory).ready).write(Self::READY);
         }
@@ -92,8 +95,13 @@ impl Solver {
         Status::Ok
     }
 
+    /// Chooses the speed up to which a contact counts as one that sticks; a solve refuses what is none.
+    pub(super) const fn set_still(&mut self, speed: Real) {
+        self.still = speed;
+    }
+
     /// Settings of a call.
-    const fn settings(&self, tolerance: Real, budget: usize) -> Settings<Real> {
+    pub(super) const fn settings(&self, tolerance: Real, budget: usize) -> Settings<Real> {
         Settings { tolerance, budget, model: self.model, still: self.still }
     }
 

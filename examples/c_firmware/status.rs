@@ -69,6 +69,7 @@ enum_of_the_header! {
     SceneIncomplete = "STICTION_SCENE_INCOMPLETE",
     InvalidVelocityCount = "STICTION_INVALID_VELOCITY_COUNT",
     InvalidModel = "STICTION_INVALID_MODEL",
+    NoSolution = "STICTION_NO_SOLUTION",
 }
 
 enum_of_the_header! {
@@ -176,6 +177,7 @@ impl From<Error> for Status {
             Error::InvalidPenalty => Self::InvalidPenalty,
             Error::InvalidTolerance => Self::InvalidTolerance,
             Error::StaleFactor => Self::StaleFactor,
+            Error::NoSolution => Self::NoSolution,
             Error::DelassusOutOfRange { .. } => Self::DelassusOutOfRange,
             Error::RowOutOfRange { .. } => Self::RowOutOfRange,
             Error::InvalidBounds { .. } => Self::InvalidBounds,

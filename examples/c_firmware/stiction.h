@@ -81,9 +81,10 @@ enum stiction_status {
     STICTION_INVALID_VELOCITY_COUNT = -32,    /* a scene has 1 to STICTION_N velocities */
     STICTION_INVALID_PARAMETER = -18,         /* of stiction_gap_offset, _contact_frame and _contact_rows: an argument has no meaning */
     STICTION_INVALID_MODEL = -33,             /* a number that is none of enum stiction_model */
-    /* Errors of stiction that no call of this header can cause. */
+    STICTION_NO_SOLUTION = -34,               /* the last solution is not as exact as asked, or not one of the scene as it is now */
+    STICTION_STALE_FACTOR = -13,              /* M, a Jacobian or the contacts have changed since the last solve */
+    /* An error of stiction that no call of this header can cause. */
     STICTION_INVALID_PENALTY = -12,
-    STICTION_STALE_FACTOR = -13,
 
     STICTION_STATUS_WIDTH = 0x7fffffff /* keeps the enum at 32 bits where compilers make enums short, as for Arm */
 };
@@ -239,6 +240,10 @@ enum stiction_status stiction_reset(stiction *s);
 /* The law of contacts from the next solve on; after stiction_init it is Coulomb's. A solve that was paused begins anew under another law. */
 enum stiction_status stiction_set_model(stiction *s, enum stiction_model model);
 
+/* Speed along its tangents, m/s, up to which a contact counts as one that sticks, from the next call on; 0 after stiction_init. It changes
+   the mode of contacts and no motion. */
+enum stiction_status stiction_set_still(stiction *s, stiction_real speed);
+
 /* How many of STICTION_N velocities there are, from 1 on; after stiction_init all of them. One solver for several robots, or for one that
    picks something up. Of all matrices, rows and vectors over the velocities the first rows, columns and entries count; what stands behind
    them is not read, and 0 in a solution. A number that is not the last one removes M, contacts and joint rows. */
@@ -366,6 +371,23 @@ enum stiction_status stiction_row_by_key(const stiction *s, uint32_t key, sticti
 
 /* How far the last solution is from what contacts and joint rows allow, in the units of the scene. Before they change. */
 enum stiction_status stiction_worst_violation(const stiction *s, stiction_violation *violation);
+
+/* Of all impulses that obey the law with the velocity of the last solution, those of springs of equal stiffness: unique, and the same whatever
+   came before. Copies the last solution with them; `error` is the share of the momentum that they miss, at most `tolerance` if rounding
+   allows that. STICTION_NO_SOLUTION if the last solution has a larger error than `tolerance`, or is not that of the scene as it is now
+   (reached limits are not in the scene); STICTION_STALE_FACTOR if that has changed since. */
+enum stiction_status stiction_read_least(const stiction *s, stiction_real tolerance, stiction_solution *solution);
+
+/* How near to slipping the last solution is, to a relative `accuracy` (0.01 suits float). slip_reserve: the least share of the friction of all
+   that sticks with which it still sticks; 0.8, and a fifth may go. load_reserve: the largest factor on a further impulse `load` with which
+   all that sticks still sticks, by the convex relaxation: Coulomb's law may let go earlier; INFINITY if nothing lets go. rest_reserve asks for no
+   solution: the least share of friction with which all could stay at rest under a free impulse; above 1 something slides, INFINITY if
+   something tips or falls. */
+enum stiction_status stiction_slip_reserve(const stiction *s, stiction_real accuracy, stiction_real *share);
+enum stiction_status stiction_load_reserve(const stiction *s, const stiction_real load[STICTION_N], stiction_real accuracy,
+                                           stiction_real *factor);
+enum stiction_status stiction_rest_reserve(stiction *s, const stiction_real free_impulse[STICTION_N], stiction_real accuracy,
+                                           stiction_real *share);
 
 /* What the last error was about, of a call that may change or solve something. Null pointers are not remembered. */
 enum stiction_status stiction_last_culprit(const stiction *s, stiction_culprit *culprit);

@@ -303,6 +303,35 @@ static void relaxation(void)
     CHECK(stiction_read(s, &solution) == STICTION_OK && near(solution.contacts[0].impulse[0], 2));
 }
 
+/* Two contacts at one point share 2 N s, pushed along by half of what their friction bears. */
+static void loads(void)
+{
+    if (STICTION_C < 2 || STICTION_D == 1) return;
+    const stiction_real accuracy = (stiction_real)0.001;
+    stiction_real share = 0;
+    point(0.5);
+    CHECK(stiction_slip_reserve(s, accuracy, &share) == STICTION_STALE_FACTOR && share == 0);
+    CHECK(add(h, offset, 0.5, 43) == STICTION_OK && solve(-2, 0.5, 1000) == STICTION_SOLVED);
+    CHECK(stiction_read_least(s, TOLERANCE, &solution) == STICTION_OK && near(solution.error, 0));
+    CHECK(near(solution.contacts[0].impulse[0], 1) && near(solution.contacts[1].impulse[0], 1));
+    CHECK(near(solution.contacts[0].impulse[1], -0.25) && near(solution.contacts[1].impulse[1], -0.25));
+    CHECK(stiction_slip_reserve(s, accuracy, &share) == STICTION_OK && fabs((double)share - 0.5) < 0.001);
+    CHECK(stiction_rest_reserve(s, free_impulse, accuracy, &share) == STICTION_OK && fabs((double)share - 0.5) < 0.001);
+    stiction_real push[STICTION_N] = {0, 1};
+    CHECK(stiction_load_reserve(s, push, accuracy, &share) == STICTION_OK && fabs((double)share - 0.5) < 0.001);
+    push[0] = -1, push[1] = 0;
+    CHECK(stiction_load_reserve(s, push, accuracy, &share) == STICTION_OK && isinf(share));
+    push[0] = NAN;
+    CHECK(stiction_load_reserve(s, push, accuracy, &share) == STICTION_NOT_FINITE && isinf(share));
+    CHECK(stiction_read_least(s, NAN, &solution) == STICTION_INVALID_TOLERANCE);
+    /* It slides at 0.25 m/s, which is still where that is said. */
+    CHECK(solve(-2, 1.5, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK);
+    CHECK(solution.contacts[0].mode == STICTION_SLIP && stiction_set_still(s, (stiction_real)0.3) == STICTION_OK);
+    CHECK(solve(-2, 1.5, 1000) == STICTION_SOLVED && stiction_read(s, &solution) == STICTION_OK);
+    CHECK(solution.contacts[0].mode == STICTION_STICK && stiction_set_still(s, -1) == STICTION_OK);
+    CHECK(solve(-2, 1.5, 1000) == STICTION_INVALID_TOLERANCE && stiction_set_still(s, 0) == STICTION_OK);
+}
+
 /* A bit flips in a number of the factor: of masses of 2 kg there are halves all over. What comes is not called solved if it is wrong, and
    the tick after that is right again, with the same data. */
 static void flips(void)
@@ -666,6 +695,7 @@ static void helpers(void)
 static void nothing(stiction *none, enum stiction_status status)
 {
     char text[8];
+    stiction_real share;
     stiction_culprit culprit;
     stiction_contact contact;
     stiction_row row;
@@ -693,6 +723,9 @@ static void nothing(stiction *none, enum stiction_status status)
     CHECK(stiction_resume_with_limits(none, &joint_row, 1, free_impulse, 1, 9) == status);
     CHECK(stiction_advance_with_limits(none, &joint_row, 1, free_impulse, 1, 9) == status);
     CHECK(!stiction_is_usable(none, 1) && stiction_read(none, &solution) == status);
+    CHECK(stiction_set_still(none, 0) == status && stiction_read_least(none, 1, &solution) == status);
+    CHECK(stiction_slip_reserve(none, 1, &share) == status && stiction_load_reserve(none, free_impulse, 1, &share) == status);
+    CHECK(stiction_rest_reserve(none, free_impulse, 1, &share) == status);
     CHECK(stiction_contact_at(none, 0, &contact) == status && stiction_contact_by_key(none, 0, &contact) == status);
     CHECK(stiction_row_at(none, 0, &row) == status && stiction_row_by_key(none, 0, &row) == status);
     CHECK(stiction_contact_index(none, 0) == status && stiction_row_index(none, 0) == status);
@@ -702,6 +735,7 @@ static void nothing(stiction *none, enum stiction_status status)
 
 static void nulls(void)
 {
+    stiction_real share;
     const stiction_surface surface = {.spin = 0};
     nothing(NULL, STICTION_NULL);
     CHECK(stiction_init(NULL) == STICTION_NULL && stiction_set_mass(s, NULL) == STICTION_NULL);
@@ -723,6 +757,9 @@ static void nulls(void)
     CHECK(stiction_advance_with_limits(s, NULL, 1, free_impulse, 1, 9) == STICTION_NULL);
     CHECK(stiction_contact_at(s, 0, NULL) == STICTION_NULL && stiction_contact_by_key(s, 0, NULL) == STICTION_NULL);
     CHECK(stiction_row_at(s, 0, NULL) == STICTION_NULL && stiction_row_by_key(s, 0, NULL) == STICTION_NULL);
+    CHECK(stiction_read_least(s, 1, NULL) == STICTION_NULL && stiction_slip_reserve(s, 1, NULL) == STICTION_NULL);
+    CHECK(stiction_load_reserve(s, NULL, 1, &share) == STICTION_NULL && stiction_load_reserve(s, free_impulse, 1, NULL) == STICTION_NULL);
+    CHECK(stiction_rest_reserve(s, NULL, 1, &share) == STICTION_NULL && stiction_rest_reserve(s, free_impulse, 1, NULL) == STICTION_NULL);
     CHECK(stiction_read(s, NULL) == STICTION_NULL && stiction_worst_violation(s, NULL) == STICTION_NULL);
     CHECK(stiction_last_culprit(s, NULL) == STICTION_NULL && stiction_describe(s, NULL, 9) == STICTION_NULL);
 }
@@ -743,6 +780,7 @@ int main(void)
     one_by_one();
     violations();
     relaxation();
+    loads();
     flips();
     pieces();
     velocities();

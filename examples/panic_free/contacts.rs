@@ -6,8 +6,8 @@ use core::fmt::Write;
 use core::hint::black_box;
 use nalgebra::{SMatrix, SVector};
 use stiction::{
-    Acceleration, AdmmFactor, AdmmSolver, Contact, Factor, FrictionCone, Kernel, Real, Scene, Settings,
-    SlipUpdate, Solver, Surface,
+    Acceleration, AdmmFactor, AdmmSolver, Contact, Factor, FrictionCone, Kernel, LeastImpulses, Real, Scene,
+    Settings, SlipUpdate, Solver, Surface,
 };
 
 pub(crate) struct Bench<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> {
@@ -86,6 +86,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Be
         let solution = solver.solution();
         black_box(solution.worst_contact(scene, factor));
         black_box(solution.violation(scene, factor));
+        black_box(LeastImpulses::new(scene, factor, solution, settings).is_ok());
+        black_box(solution.slip_reserve(scene, factor, settings).is_ok());
+        black_box(solution.load_reserve(scene, factor, push, settings).is_ok());
+        black_box(scene.rest_reserve(factor, push, settings).is_ok());
         black_box(solution.contact_by_key(key));
         black_box((solution.is_solved(), solution.is_usable(number)));
         black_box(solution.work.total());

@@ -101,6 +101,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         black_box((solution.is_solved(), solution.is_usable(number)));
         black_box(kernel.worst_contact());
         differentiate(kernel.derivative(settings));
+        black_box(kernel.least_impulses(settings).is_ok());
+        black_box(kernel.slip_reserve(settings).is_ok());
+        black_box(kernel.load_reserve(push, settings).is_ok());
+        black_box(kernel.rest_reserve(push, settings).is_ok());
         let (microseconds, megahertz, wait_percent) = black_box((2_000, 168, 55));
         black_box(Kernel::<f32, N, D, C, R, S>::budget_within(microseconds, megahertz, wait_percent));
         kernel.solver_mut().reset();

@@ -14,7 +14,7 @@ use crate::linalg::blocks::product;
 use crate::linalg::cholesky::axpy;
 use crate::linalg::lu::Lu;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::vector::zeros;
+use crate::linalg::vector::{norm, zeros};
 use crate::linalg::zip::zip4;
 use crate::real::Real;
 use crate::scene::Scene;
@@ -112,6 +112,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         };
         let unknowns = derivative.linearise(solution);
         derivative.lu.begin(unknowns);
+        derivative.weigh();
         derivative.assemble().ok_or(Error::NoSolution)?;
         // A smaller pivot is mere rounding. The floor is at most half of the digits, however large the rounding of `W`.
         let floor = factor.uncertainty().min(T::EPSILON.square_root());
@@ -143,6 +144,25 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             unknowns += law.count();
         }
         unknowns
+    }
+
+    /// Sets the weights of unknowns: impulses over the root of the stiffness of their springs, as of [`crate::LeastImpulses`].
+    fn weigh(&mut self) {
+        let factor = self.factor;
+        let mass = factor.common_effective_mass().square_root();
+        let mut weights = self.lu.weights_mut().iter_mut();
+        for law in &self.contacts {
+            for (z, weight) in law.basis(Basis::Z).zip(&mut weights) {
+                *weight = norm(z) / mass;
+            }
+        }
+        for (j, law) in self.rows.iter().enumerate() {
+            if law.count() > 0
+                && let Some(weight) = weights.next()
+            {
+                *weight = law.scale / factor.row_effective_mass(j).square_root();
+            }
+        }
     }
 
     /// Fills `A = Yᵀ W Z + c` row by row: `Zᵀ` times `W` times a column of `Y`.
@@ -198,8 +218,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.margin.value()
     }
 
-    /// Are the impulses unique? In a hyperstatic scene they are not, so they have no derivative: [`Self::forward`] returns the least change of
-    /// impulses (in the sum of `|dr|²` over the mass that each contact and row feels, to a factor of 4), and [`Self::adjoint`] its gradient.
+    /// Are the impulses unique? In a hyperstatic scene they are not, so they have no derivative: [`Self::forward`] returns the least change, which is
+    /// that of the [`crate::LeastImpulses`] while none of these is on the boundary of its cone, and [`Self::adjoint`] returns its gradient.
     #[must_use]
     pub fn has_unique_impulses(&self) -> bool {
         self.lu.rank() == self.lu.size()

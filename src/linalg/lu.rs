@@ -2,8 +2,8 @@
 //!
 //! `P A Q = L U` has as many pivots as `A` has rank. Pivots are diagonal entries where these are large enough, otherwise the
 //! largest entries (complete pivoting). A solve ignores equations without a pivot. Unknowns without a pivot are free; a solve
-//! chooses them so that the solution is the shortest. The columns of the free unknowns store the matrices for that choice
-//! ([`Lu::find_null_space`]).
+//! chooses them so that the solution is the shortest, each unknown times its weight. The columns of the free unknowns store the matrices for that
+//! choice ([`Lu::find_null_space`]).
 
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::real::Real;
@@ -18,6 +18,8 @@ pub(crate) struct Lu<T, const D: usize, const C: usize, const R: usize> {
     rows: Stacked<usize, D, C, R>,
     /// Index in `A` of each column of `P A Q`.
     columns: Stacked<usize, D, C, R>,
+    /// Weight of each column of `A` in the length of a solution.
+    weights: Stacked<T, D, C, R>,
     size: usize,
     rank: usize,
 }
@@ -30,6 +32,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
             reciprocals: Stacked::zero(),
             rows: Stacked { contacts: [[0; D]; C], rows: [0; R] },
             columns: Stacked { contacts: [[0; D]; C], rows: [0; R] },
+            weights: Stacked::zero(),
             size: 0,
             rank: 0,
         }
@@ -42,6 +45,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
             *row = index;
         }
         self.columns = self.rows;
+    }
+
+    /// The weights of the columns, to be filled in before [`Self::factorise`].
+    pub(crate) const fn weights_mut(&mut self) -> &mut Stacked<T, D, C, R> {
+        &mut self.weights
+    }
+
+    /// The weight of a column of `P A Q`.
+    fn weight(&self, column: usize) -> Option<T> {
+        self.weights.at(*self.columns.at(column)?).copied()
     }
 
     /// A row of `A`, to be filled in before [`Self::factorise`].
@@ -139,8 +152,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         Some(())
     }
 
-    /// Computes a basis of the null space, the columns of `N = (-T, I)` with `T = U₁⁻¹ U₂`. `U₁` has the columns of `U` with a
-    /// pivot, `U₂` the free ones. `T` replaces `U₂`. Below it stands the factor `L D Lᵀ` of `Nᵀ N = I + Tᵀ T`, stored as `D Lᵀ`,
+    /// Computes a basis of the null space, the columns of `N = (-T, I)` with `T = U₁⁻¹ U₂`, over unknowns times their weights. `U₁` has the columns of `U`
+    /// with a pivot, `U₂` the free ones. `T` replaces `U₂`. Below it stands the factor `L D Lᵀ` of `Nᵀ N = I + Tᵀ T`, stored as `D Lᵀ`,
     /// with the reciprocals of `D` in `reciprocals`.
     #[cold]
     #[inline(never)]
@@ -156,6 +169,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
                 *row.at_mut(c)? *= reciprocal;
             }
             *self.matrix.row_mut(i)? = row;
+        }
+        for i in 0..rank {
+            let weight = self.weight(i)?;
+            for c in rank..size {
+                let share = weight / self.weight(c)?;
+                *self.matrix.row_mut(i)?.at_mut(c)? *= share;
+            }
         }
         for a in rank..size {
             let mut gram = *self.matrix.row(a)?;
@@ -188,13 +208,23 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         }
         let mut null = Stacked::zero();
         for (i, &column) in self.columns.iter().enumerate().take(size) {
-            *null.at_mut(column)? =
+            let weighted =
                 if i < rank { -self.matrix.row(i)?.dot(&free, rank..size) } else { *free.at(i)? };
+            *null.at_mut(column)? = weighted / self.weight(i)?;
         }
         (rank < size).then_some(null)
     }
 
-    /// Projects `x` onto the complement of the null space: `x - N (Nᵀ N)⁻¹ Nᵀ x` with `N = (-T, 1)`.
+    /// Multiplies by the weights, or divides by them.
+    fn scale(&self, x: &mut Stacked<T, D, C, R>, divides: bool) -> Option<()> {
+        for (i, x) in x.iter_mut().enumerate().take(self.size) {
+            let weight = self.weight(i)?;
+            *x = if divides { *x / weight } else { *x * weight };
+        }
+        Some(())
+    }
+
+    /// Projects `x`, each entry times its weight, onto the complement of the null space: `x - N (Nᵀ N)⁻¹ Nᵀ x` with `N = (-T, 1)`.
     fn remove_null_space(&self, x: &mut Stacked<T, D, C, R>) -> Option<()> {
         let (size, rank) = (self.size, self.rank);
         let mut share = *x;
@@ -246,7 +276,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         }
         self.back_substitute(&mut x)?;
         if self.rank < self.size {
+            self.scale(&mut x, false)?;
             self.remove_null_space(&mut x)?;
+            self.scale(&mut x, true)?;
         }
         let mut ordered = Stacked::zero();
         for (&column, &x) in self.columns.iter().zip(x.iter()).take(self.size) {
@@ -263,7 +295,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
             *y = *c.at(column)?;
         }
         if self.rank < self.size {
+            self.scale(&mut y, true)?;
             self.remove_null_space(&mut y)?;
+            self.scale(&mut y, false)?;
         }
         for i in 0..self.rank {
             let known = *y.at(i)? * *self.reciprocals.at(i)?;

@@ -12,7 +12,7 @@ use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 
 /// Rounds at most.
-const MOST_ROUNDS: usize = 4;
+const MOST_ROUNDS: usize = 6;
 
 /// The system over the unknowns in use, at most as many as velocities.
 struct System<T, const N: usize> {
@@ -44,12 +44,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn carry_freely(&mut self, goal: T) -> Option<T> {
         let known = self.known.filter(|_| !self.pushes_at_rest)?;
-        let mut system = System {
-            matrix: [[T::ZERO; N]; N],
-            impulses: [T::ZERO; N],
-            weights: [T::ZERO; N],
-            count: 0,
-        };
+        let mut system =
+            System { matrix: [[T::ZERO; N]; N], impulses: [T::ZERO; N], weights: [T::ZERO; N], count: 0 };
         self.fill(&known, &mut system)?;
         let System { matrix, impulses: rest, weights, count } = &mut system;
         for (k, row, weight) in zip3(0..*count, &mut *matrix, &mut *weights) {
@@ -75,7 +71,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
                 break;
             }
         }
-        if missed <= goal && self.subtract(&known, rest).is_some() { Some(missed.max(T::ZERO)) } else { None }
+        self.subtract(&known, rest)?;
+        Some(missed.max(T::ZERO))
     }
 
     /// Fills the system; `None` if there is no room for all unknowns.

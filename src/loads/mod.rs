@@ -8,6 +8,7 @@ use crate::cone::FrictionCone;
 use crate::derivative::check_solution;
 use crate::error::Error;
 use crate::factor::Factor;
+use crate::linalg::blocks::product;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{norm, square};
 use crate::linalg::zip::{zip3, zip5};
@@ -65,7 +66,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> LeastImpulses<T, D
     /// A contact with compliance keeps what its spring bears. If its rows differ in compliance, all count as the softest.
     ///
     /// # Errors
-    /// [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or belongs to another scene.
+    /// [`Error::InvalidTolerance`]; [`Error::StaleFactor`]; [`Error::NoSolution`] if the solution is not usable at that error, or belongs to another
+    /// scene (as [`crate::Derivative::new`]), or if numbers overflow.
     pub fn new<const N: usize, const S: usize>(
         scene: &Scene<T, N, D, C, R, S>,
         factor: &Factor<T, N, D, C, R>,
@@ -74,8 +76,11 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> LeastImpulses<T, D
     ) -> Result<Self, Error> {
         let mut least = Self { contacts: Vec::new(), rows: Vec::new(), momentum_error: T::ZERO };
         let mut springs = Springs::new(factor);
-        springs.take_on(scene, solution, settings, Compliance::Kept)?;
+        springs.take_on(scene, solution, settings, Question::Share)?;
         least.momentum_error = springs.settle(settings.tolerance);
+        if least.momentum_error > settings.tolerance {
+            least.momentum_error = springs.restore();
+        }
         for (i, contact, spring) in zip3(0..C, &solution.contacts, &springs.contacts) {
             let mut impulse = contact.impulse;
             if spring.bearing != Bearing::Known {
@@ -87,22 +92,29 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> LeastImpulses<T, D
         for (row, spring, &r) in zip3(&solution.rows, &springs.rows, &springs.impulses.rows) {
             let _ = least.rows.push(if spring.stiffness > T::ZERO { r } else { row.impulse });
         }
+        let mut numbers = least.contacts.iter().flatten().chain(&least.rows);
+        if numbers.any(|number| !number.is_finite()) || !least.momentum_error.is_finite() {
+            return Err(Error::NoSolution);
+        }
         Ok(least)
     }
 }
+
+/// Least cosine of an impulse and the direction against a slip, for which that direction counts as known: an angle of 0.8°.
+const DIRECTION: f64 = 0.9999;
 
 /// Stiffness `k` and anchor `a` of a spring that stands for an effective mass, in series with a compliance that is given over `ε`.
 fn in_series<T: Real, const K: usize>(mass: T, compliance: T, r: [T; K]) -> (T, [T; K]) {
     (mass / (T::ONE + compliance * mass), r.map(|r| r * compliance))
 }
 
-/// What the compliance of a scene does to its springs.
-#[derive(Clone, Copy)]
-enum Compliance {
-    /// It says what they bear.
-    Kept,
-    /// Nothing: all are rigid.
-    Ignored,
+/// What is asked of springs.
+#[derive(Clone, Copy, PartialEq)]
+enum Question {
+    /// To carry what the impulses of the solution carry; where there is compliance, as it says.
+    Share,
+    /// Whether they could carry it, rigid. What is outside of a set by an error does not count.
+    Reserve,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Springs<'_, T, N, D, C, R> {
@@ -113,28 +125,32 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
         scene: &Scene<T, N, D, C, R, S>,
         solution: &Solution<T, N, D, C, R>,
         settings: &Settings<T>,
-        compliance: Compliance,
+        question: Question,
     ) -> Result<(), Error> {
         let factor = self.factor;
+        settings.check()?;
         check_solution(scene, factor, solution, settings)?;
-        let over_softness = match compliance {
-            Compliance::Kept => T::ONE / self.softness,
-            Compliance::Ignored => T::ZERO,
+        let over_softness = match question {
+            Question::Share => T::ONE / self.softness,
+            Question::Reserve => T::ZERO,
         };
         let noise = Noise::of(factor, solution, settings);
         let mass = factor.common_effective_mass();
         let weight = if mass > T::ZERO { T::ONE / mass } else { T::ZERO };
         let (mut raw, mut energy) = (Stacked::zero(), T::ZERO);
-        let contacts = zip5(0..C, &mut self.contacts, scene.contacts(), &solution.contacts, &mut raw.contacts);
+        let contacts =
+            zip5(0..C, &mut self.contacts, scene.contacts(), &solution.contacts, &mut raw.contacts);
         for (i, spring, contact, found, raw) in contacts {
             let r: [T; D] = scene.scaled_impulse(i, found.impulse.into());
             let u: [T; D] = scene.scaled_velocity(i, found.velocity.into());
             let compliance = scene.scaling(i).map_or(T::ZERO, Scaling::largest_compliance);
-            spring.bearing = noise.bearing((factor.mean_effective_mass(i), contact.mu), &u, found.mode);
+            spring.bearing = noise.bearing((factor.mean_effective_mass(i), contact.mu), (&u, &r), found.mode);
             spring.cone = FrictionCone::new(contact.mu).unwrap_or(FrictionCone::frictionless());
             (spring.stiffness, spring.anchor) = in_series(mass, compliance * over_softness, r);
             self.pushes_at_rest |= compliance * over_softness > T::ZERO;
-            *raw = spring.project(r);
+            if spring.bearing != Bearing::Known {
+                *raw = if question == Question::Share { r } else { spring.project(r) };
+            }
             energy += square(raw) * weight;
         }
         let rows = zip5(0..R, &mut self.rows, scene.rows(), &solution.rows, &mut raw.rows);
@@ -145,8 +161,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
                 let (stiffness, [anchor]) = in_series(set.alpha, compliance, [found.impulse]);
                 *spring = RowSpring { bounds: set.bounds, stiffness, anchor };
                 self.pushes_at_rest |= spring.pushes();
+                *raw = found.impulse;
             }
-            *raw = spring.project(found.impulse);
             energy += *raw * *raw * factor.delassus().row_inverse_mass(j);
         }
         let rounding = T::EPSILON * T::literal(16.0);
@@ -197,7 +213,12 @@ impl<T: Real> Noise<T> {
     }
 
     /// What a contact may bear.
-    fn bearing<const D: usize>(&self, (alpha, mu): (T, T), u: &[T; D], mode: ContactMode) -> Bearing<T, D> {
+    fn bearing<const D: usize>(
+        &self,
+        (alpha, mu): (T, T),
+        (u, r): (&[T; D], &[T; D]),
+        mode: ContactMode,
+    ) -> Bearing<T, D> {
         let [normal, tangent @ ..] = u.as_slice() else { return Bearing::Known };
         if alpha <= T::ZERO || mode == ContactMode::Open && !self.hides(alpha, *normal) {
             return Bearing::Known;
@@ -211,13 +232,14 @@ impl<T: Real> Noise<T> {
         if mu > T::ZERO && !(slips && speed > self.still) {
             return Bearing::Cone;
         }
-        let mut ray = [T::ONE; D];
-        let size = (T::ONE + mu * mu).square_root();
-        for (k, ray) in ray.iter_mut().enumerate() {
-            let against = if speed > T::ZERO { -mu * (u.get(k).copied().unwrap_or(T::ZERO) / speed) } else { T::ZERO };
-            *ray = if k == 0 { T::ONE } else { against } / size;
+        let mut ray = u.map(|u| if speed > T::ZERO { -mu * (u / speed) } else { T::ZERO });
+        if let Some(first) = ray.first_mut() {
+            *first = T::ONE;
         }
-        Bearing::Ray(ray)
+        let (size, length) = (norm(&ray), norm(r));
+        // Of a slide whose direction is noise the impulse knows it better.
+        let is_noise = product(&ray, r) < size * length * T::literal(DIRECTION);
+        Bearing::Ray(if is_noise { r.map(|r| r / length) } else { ray.map(|x| x / size) })
     }
 
     /// Does a joint row hold, so that any impulse within its bounds obeys its law?

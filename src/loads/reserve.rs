@@ -3,8 +3,8 @@
 //! Both are the boundary of a convex question: can the springs of [`super::springs`] carry the load? What they miss, `|F|`, falls nearly linearly
 //! towards that boundary, so Newton's method from the side where they cannot finds it in a few trials.
 
+use super::Question;
 use super::springs::{Bearing, ContactSpring, RowSpring, Springs};
-use super::Compliance;
 use crate::cone::FrictionCone;
 use crate::error::{Error, Input};
 use crate::factor::Factor;
@@ -42,8 +42,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         settings: &Settings<T>,
     ) -> Result<T, Error> {
         let mut springs = Springs::new(factor);
-        springs.take_on(scene, self, settings, Compliance::Ignored)?;
-        Ok(least_share(&mut springs, T::ONE, resolution(settings)))
+        springs.take_on(scene, self, settings, Question::Reserve)?;
+        number(least_share(&mut springs, T::ONE, resolution(settings)))
     }
 
     /// The largest factor on a further impulse `load` (over the velocities, N·s), with which the same velocity still obeys the convex relaxation
@@ -63,11 +63,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
     ) -> Result<T, Error> {
         check_entries::<T, N>(scene.used(load, 1), Input::FreeImpulse)?;
         let mut springs = Springs::new(factor);
-        springs.take_on(scene, self, settings, Compliance::Ignored)?;
+        springs.take_on(scene, self, settings, Question::Reserve)?;
         springs.known = None; // they carry the present load alone
         let [mut load] = load.data.0;
         factor.whiten(&mut load);
-        Ok(largest_load(&mut springs, &load, resolution(settings)))
+        number(largest_load(&mut springs, &load, resolution(settings)))
     }
 }
 
@@ -79,13 +79,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// the scene. Offsets play no part.
     ///
     /// # Errors
-    /// [`Error::StaleFactor`]; [`Error::NotFinite`].
+    /// [`Error::InvalidTolerance`]; [`Error::StaleFactor`]; [`Error::NotFinite`]; [`Error::NoSolution`] if numbers overflow.
     pub fn rest_reserve(
         &self,
         factor: &Factor<T, N, D, C, R>,
         free_impulse: &SVector<T, N>,
         settings: &Settings<T>,
     ) -> Result<T, Error> {
+        settings.check()?;
         check_entries::<T, N>(self.used(free_impulse, 1), Input::FreeImpulse)?;
         if !factor.is_current(self) {
             return Err(Error::StaleFactor);
@@ -112,8 +113,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let [mut load] = free_impulse.data.0;
         factor.whiten(&mut load);
         springs.load = load.map(|x| -x);
-        Ok(least_share(&mut springs, T::INFINITY, resolution(settings)))
+        number(least_share(&mut springs, T::INFINITY, resolution(settings)))
     }
+}
+
+/// A reserve, unless numbers have overflowed.
+fn number<T: Real>(reserve: T) -> Result<T, Error> {
+    let is_number = reserve >= T::ZERO;
+    if is_number { Ok(reserve) } else { Err(Error::NoSolution) }
 }
 
 /// Accuracy of a reserve, relative.
@@ -149,8 +156,11 @@ fn least_share<T: Real, const N: usize, const D: usize, const C: usize, const R:
         let mut u = Stacked::zero();
         let energy = springs.factor.contact_velocity(&missed, &mut u);
         let mut rub = T::ZERO;
-        for (spring, whole, r, u) in zip4(&springs.contacts, &whole, &springs.impulses.contacts, &u.contacts) {
-            if let (Bearing::Cone, [load, ..], [_, tangent @ ..]) = (&spring.bearing, r.as_slice(), u.as_slice()) {
+        for (spring, whole, r, u) in zip4(&springs.contacts, &whole, &springs.impulses.contacts, &u.contacts)
+        {
+            if let (Bearing::Cone, [load, ..], [_, tangent @ ..]) =
+                (&spring.bearing, r.as_slice(), u.as_slice())
+            {
                 rub += whole.cone.friction() * *load * norm(tangent);
             }
         }

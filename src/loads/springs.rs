@@ -18,7 +18,7 @@ use crate::linalg::cholesky::factorise;
 use crate::linalg::sparsity::{GROUP, Support};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::substitution::{solve_lower, solve_upper};
-use crate::linalg::vector::{norm, quotient, square};
+use crate::linalg::vector::{add, norm, quotient, square};
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use nalgebra::SVector;
@@ -282,6 +282,63 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         Point { gradient: self.load.map(|x| -x), value: T::ZERO, is_free: true }
     }
 
+    /// Adds the least impulses that carry what is missed, also where they leave the sets: a slide is as exact as its solution, and momentum more
+    /// so. Returns the share of the load that is still missed.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn restore(&mut self) -> T {
+        for spring in &mut self.contacts {
+            if matches!(spring.bearing, Bearing::Ray(_)) && spring.cone.friction() > T::ZERO {
+                spring.bearing = Bearing::Cone;
+            }
+        }
+        self.is_of_all = false;
+        self.carried = [T::ZERO; N];
+        self.factor.add_whitened(&self.impulses, &mut self.carried);
+        let point = Point { gradient: self.load, value: T::ZERO, is_free: true };
+        if self.factorise(&point).is_some() {
+            for _ in 0..MOST_ROUNDS {
+                let mut motion = self.missed();
+                if self.factor.energy(&motion) <= self.noise {
+                    break;
+                }
+                self.solve(&mut motion);
+                self.yield_to(&motion);
+            }
+        }
+        quotient(self.factor.energy(&self.missed()), self.factor.energy(&self.load)).square_root()
+    }
+
+    /// Solves with the last matrix, in place. The result is a whitened momentum.
+    fn solve(&self, x: &mut [T; N]) {
+        let n = self.factor.velocities();
+        solve_upper(&self.lower, x, n);
+        solve_lower(&self.lower, x, n);
+        for (x, reciprocal) in x.iter_mut().zip(self.factor.reciprocal_pivots()) {
+            *x /= reciprocal;
+        }
+    }
+
+    /// Adds the impulses of springs that a motion strains, without a projection.
+    fn yield_to(&mut self, motion: &[T; N]) {
+        let mut strain = Stacked::zero();
+        self.factor.contact_velocity(motion, &mut strain);
+        let contacts = zip3(&self.contacts, &mut strain.contacts, &mut self.impulses.contacts);
+        for (spring, strain, r) in contacts {
+            let z = strain.map(|u| u * spring.stiffness);
+            *strain = match &spring.bearing {
+                Bearing::Known => [T::ZERO; D],
+                Bearing::Cone => z,
+                Bearing::Ray(ray) => ray.map(|x| x * product(ray, &z)),
+            };
+            add(r, strain);
+        }
+        for (spring, strain, r) in zip3(&self.rows, &mut strain.rows, &mut self.impulses.rows) {
+            *strain *= spring.stiffness;
+            *r += *strain;
+        }
+        self.factor.add_whitened(&strain, &mut self.carried);
+    }
+
     /// Can the springs carry the load, for a reserve of this accuracy? A friction that misses a share of the load is a larger share of itself.
     pub(super) fn carry(&mut self, accuracy: T) -> bool {
         let share = accuracy * T::literal(MISSED);
@@ -320,15 +377,11 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
                 return;
             }
             let mut step = point.gradient.map(|x| -x);
-            let n = self.factor.velocities();
-            solve_upper(&self.lower, &mut step, n);
-            solve_lower(&self.lower, &mut step, n);
+            self.solve(&mut step);
             let mut slope = T::ZERO;
-            for (step, gradient) in step.iter().zip(&point.gradient) {
-                slope += *step * *gradient;
-            }
-            for (step, reciprocal) in step.iter_mut().zip(self.factor.reciprocal_pivots()).take(n) {
-                *step /= reciprocal;
+            for (step, gradient, reciprocal) in zip3(&step, &point.gradient, self.factor.reciprocal_pivots())
+            {
+                slope += *step * reciprocal * *gradient;
             }
             let start = self.motion;
             let mut length = T::ONE;

@@ -68,10 +68,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         settings: &Settings<T>,
     ) -> Result<(), Error> {
         scene.check_complete()?;
-        let mut limits = [settings.tolerance, settings.still].into_iter();
-        if limits.any(|limit| !limit.is_finite() || limit < T::ZERO) {
-            return Err(Error::InvalidTolerance);
-        }
+        settings.check()?;
         check_entries::<T, N>(scene.used(free_impulse, 1), Input::FreeImpulse)?;
         if !factor.is_current(scene) {
             return Err(Error::StaleFactor);

@@ -5,18 +5,18 @@ use nalgebra::SVector;
 
 /// The mode of a contact: open, sticking or slipping.
 ///
-/// No tolerance takes part in the choice. A contact without impulse is open. A contact whose `r_i - alpha_i û_i` lies strictly inside the
-/// friction cone sticks, even if its velocity is as large as the error allows. Every other contact slips, also a frictionless one that
-/// pushes. A contact with `D` = 1 has no tangent: it sticks if it pushes.
+/// A contact without impulse is open. It slips if it moves along its tangents: faster than [`crate::Settings::still`], and faster than the larger of
+/// tolerance and error allows (`alpha |u_T|` as a share of all impulses). Otherwise it sticks, also if its impulse lies on the boundary of its cone. A
+/// contact with `D` = 1 has no tangent: it sticks if it pushes. [`crate::guide::loads`] says how near to slipping it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ContactMode {
     /// No impulse, exactly zero.
     Open,
-    /// An impulse inside the friction cone, and no relative velocity up to the error, in the rows that have friction.
+    /// An impulse, and no velocity along the tangents, up to the error.
     Stick,
-    /// An impulse on the boundary of the friction cone, up to the error.
+    /// A velocity along the tangents, and an impulse on the boundary of the friction cone against it, up to the error.
     Slip,
 }
 

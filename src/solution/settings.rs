@@ -1,5 +1,6 @@
 //! Settings of a solve (tolerance, budget, contact law), and the work of a solve.
 
+use crate::error::Error;
 use crate::real::Real;
 
 /// The contact law that is solved.
@@ -47,6 +48,15 @@ impl<T: Real> Settings<T> {
     #[must_use]
     pub const fn new(tolerance: T) -> Self {
         Self { tolerance, budget: 1_000, model: Model::Coulomb, still: T::ZERO }
+    }
+}
+
+impl<T: Real> Settings<T> {
+    /// Are tolerance and speed numbers that are not negative?
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let mut limits = [self.tolerance, self.still].into_iter();
+        let refused = limits.any(|limit| !limit.is_finite() || limit < T::ZERO);
+        if refused { Err(Error::InvalidTolerance) } else { Ok(()) }
     }
 }
 

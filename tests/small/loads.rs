@@ -2,7 +2,10 @@
 
 use crate::support::random::{draws, numbers};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3, vector};
-use stiction::{Contact, ContactMode, Error, JointRow, Kernel, Real, RowLaw, Scene, Settings, contact_frame};
+use stiction::{
+    Contact, ContactMode, Error, Inputs, JointRow, Kernel, Model, Real, RowLaw, Scene, Settings,
+    contact_frame,
+};
 
 /// Room for all scenes of this file: spatial bodies, two fingers, cables.
 type Room<T> = Kernel<T, 8, 3, 8, 8>;
@@ -47,7 +50,8 @@ impl Case {
         scene.clear();
         scene.set_velocities(self.mass.len())?;
         let n = self.mass.len();
-        let mass = SMatrix::<T, 8, 8>::from_fn(|i, j| T::literal(if i == j && i < n { self.mass[i] } else { 0.0 }));
+        let mass =
+            SMatrix::<T, 8, 8>::from_fn(|i, j| T::literal(if i == j && i < n { self.mass[i] } else { 0.0 }));
         scene.set_mass(&mass)?;
         for (key, (rows, mu)) in (0..).zip(&self.contacts) {
             let jacobian = SMatrix::from_fn(|i, j| T::literal(rows.get((i, j)).copied().unwrap_or(0.0)));
@@ -57,7 +61,9 @@ impl Case {
             let law = match *law {
                 RowLaw::Limit => RowLaw::Limit,
                 RowLaw::Equality => RowLaw::Equality,
-                RowLaw::Box { lower, upper } => RowLaw::Box { lower: T::literal(lower), upper: T::literal(upper) },
+                RowLaw::Box { lower, upper } => {
+                    RowLaw::Box { lower: T::literal(lower), upper: T::literal(upper) }
+                }
             };
             let row = SVector::from_fn(|i, _| T::literal(row.get(i).copied().unwrap_or(0.0)));
             scene.push_row(&JointRow { row, offset: T::ZERO, law, compliance: T::ZERO, key })?;
@@ -105,7 +111,8 @@ fn least<T: Real>(case: &Case, push: &[f64], tolerance: f64) -> Result<[Vec<f64>
     assert!(f64_of(least.momentum_error) <= tolerance, "{}", f64_of(least.momentum_error));
     let loads = least.contacts.iter().map(|r| f64_of(r[0])).collect();
     let rubs = least.contacts.iter().map(|r| f64_of(r[1]).hypot(f64_of(r[2])));
-    let used = rubs.zip(&least.contacts).zip(&case.contacts).map(|((rub, r), (_, mu))| rub / (mu * f64_of(r[0])));
+    let used =
+        rubs.zip(&least.contacts).zip(&case.contacts).map(|((rub, r), (_, mu))| rub / (mu * f64_of(r[0])));
     Ok([loads, used.collect(), least.rows.iter().map(|&r| f64_of(r)).collect()])
 }
 
@@ -129,22 +136,35 @@ fn shares<T: Real>(tolerance: f64, close: f64) -> Result<(), Error> {
     let fit = plane.clone().svd(true, true).solve(&loads, 1e-12).expect("a plane");
     near("six feet", (plane * fit).as_slice(), loads.as_slice(), close);
     // A beam on three supports.
-    let beam = Case::on_feet(1.0, [0.005, 0.08, 0.08], &[[-0.5, 0.0, -0.02], [0.0, 0.0, -0.02], [0.5, 0.0, -0.02]], 0.5);
+    let beam = Case::on_feet(
+        1.0,
+        [0.005, 0.08, 0.08],
+        &[[-0.5, 0.0, -0.02], [0.0, 0.0, -0.02], [0.5, 0.0, -0.02]],
+        0.5,
+    );
     let [loads, ..] = least::<T>(&beam, &[0.0, 0.0, -G, 0.0, 0.0, 0.0], tolerance)?;
     near("beam", &loads, &[G / 3.0; 3], close);
     // A rod: friction is shared as the load.
-    let [_, used, _] = least::<T>(&rod(), &[0.3 * 0.5 * G, 0.0, -G, 0.0, -0.02 * 0.3 * 0.5 * G, 0.0], tolerance)?;
+    let [_, used, _] =
+        least::<T>(&rod(), &[0.3 * 0.5 * G, 0.0, -G, 0.0, -0.02 * 0.3 * 0.5 * G, 0.0], tolerance)?;
     near("rod, use", &used, &[0.3; 2], close);
     // A box near its limit: the back feet are on their cones, the front ones carry the rest.
     let k = 0.95;
-    let [loads, used, _] = least::<T>(&box_(), &[k * 0.5 * 2.0 * G, 0.0, -2.0 * G, 0.0, 0.0, 0.0], tolerance)?;
+    let [loads, used, _] =
+        least::<T>(&box_(), &[k * 0.5 * 2.0 * G, 0.0, -2.0 * G, 0.0, 0.0, 0.0], tolerance)?;
     let back = 2.0 * G / 4.0 * (1.0 - k * 0.5 * 0.05 / 0.1);
     let front = G - back;
     near("box at .95", &loads, &[front, front, back, back], close);
     let use_of_front = (k * 0.5 * G - 0.5 * back) / (0.5 * front);
     near("box at .95, use", &used, &[use_of_front, use_of_front, 1.0, 1.0], close);
     // Between two walls the one that is pushed bears alone.
-    let walls = Case::body(1.0, [0.01; 3], &[[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]], &[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], 0.5);
+    let walls = Case::body(
+        1.0,
+        [0.01; 3],
+        &[[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]],
+        &[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        0.5,
+    );
     let [loads, ..] = least::<T>(&walls, &[3.0, 0.0, 0.0, 0.0, 0.0, 0.0], tolerance)?;
     near("walls", &loads, &[3.0, 0.0], close);
     Ok(())
@@ -194,10 +214,9 @@ fn ladder(angle: f64, [floor, wall]: [f64; 2]) -> (Kernel<f64, 3, 2, 2>, f64) {
     let scene = kernel.scene_mut();
     scene.set_mass(&Matrix3::from_diagonal(&vector![10.0, 10.0, 10.0 / 3.0])).expect("a mass");
     let row = |n: [f64; 2], r: [f64; 2]| [n[0], n[1], r[0] * n[1] - r[1] * n[0]];
-    for (key, n, e, r, mu) in [
-        (0, [0.0, 1.0], [1.0, 0.0], [c, -s], floor),
-        (1, [1.0, 0.0], [0.0, 1.0], [-c, s], wall),
-    ] {
+    for (key, n, e, r, mu) in
+        [(0, [0.0, 1.0], [1.0, 0.0], [c, -s], floor), (1, [1.0, 0.0], [0.0, 1.0], [-c, s], wall)]
+    {
         let rows = [row(n, r), row(e, r)];
         let jacobian = SMatrix::from_fn(|i, j| rows[i][j]);
         scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu, key }).expect("a contact");
@@ -221,7 +240,10 @@ fn a_reserve_is_the_friction_that_statics_asks_for() -> Result<(), Error> {
     let both = |name: &str, found: [f64; 2], expected: f64| {
         for found in found {
             println!("{name}: {found} {:.1e}", found - expected);
-            assert!(found >= expected - 1e-6 && found <= expected + 1.1e-4 * expected.max(1e-2), "{name}: {found}, {expected}");
+            assert!(
+                found >= expected - 1e-6 && found <= expected + 1.1e-4 * expected.max(1e-2),
+                "{name}: {found}, {expected}"
+            );
         }
     };
     for k in [0.2, 0.8, 0.99] {
@@ -242,7 +264,13 @@ fn a_reserve_is_the_friction_that_statics_asks_for() -> Result<(), Error> {
         both("ladder", [kernel.slip_reserve(&settings)?, kernel.rest_reserve(&push, &settings)?], expected);
     }
     // Two fingers pinch, each on a slide of its own with a force of 10 N.
-    let mut pinch = Case::body(0.4, [1e-4; 3], &[[0.03, 0.0, 0.0], [-0.03, 0.0, 0.0]], &[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], 0.5);
+    let mut pinch = Case::body(
+        0.4,
+        [1e-4; 3],
+        &[[0.03, 0.0, 0.0], [-0.03, 0.0, 0.0]],
+        &[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        0.5,
+    );
     pinch.mass.extend([0.1, 0.1]);
     for (finger, (rows, _)) in pinch.contacts.iter_mut().enumerate() {
         let mut wider = DMatrix::zeros(3, 8);
@@ -250,9 +278,14 @@ fn a_reserve_is_the_friction_that_statics_asks_for() -> Result<(), Error> {
         wider[(0, 6 + finger)] = -1.0;
         *rows = wider;
     }
-    both("pinch", reserve(&pinch, &[0.0, 0.0, -0.4 * G, 0.0, 0.0, 0.0, 10.0, 10.0])?, 0.4 * G / (2.0 * 0.5 * 10.0));
+    both(
+        "pinch",
+        reserve(&pinch, &[0.0, 0.0, -0.4 * G, 0.0, 0.0, 0.0, 10.0, 10.0])?,
+        0.4 * G / (2.0 * 0.5 * 10.0),
+    );
     // Pushed above its centre, it tips, whatever the friction; pushed too hard, it needs more friction than it has.
-    let (mut kernel, push) = box_().solved::<f64>(&[0.4 * 2.0 * G, 0.0, -2.0 * G, 0.0, 0.4 * 2.0 * G * 0.3], 1e-10)?;
+    let (mut kernel, push) =
+        box_().solved::<f64>(&[0.4 * 2.0 * G, 0.0, -2.0 * G, 0.0, 0.4 * 2.0 * G * 0.3], 1e-10)?;
     assert_eq!(kernel.rest_reserve(&push, &settings)?, f64::INFINITY);
     let (mut kernel, push) = box_().solved::<f64>(&[1.2 * 0.5 * 2.0 * G, 0.0, -2.0 * G], 1e-10)?;
     let share = kernel.rest_reserve(&push, &settings)?;
@@ -338,7 +371,8 @@ fn the_past_plays_no_part() -> Result<(), Error> {
                 for (a, b) in first.contacts.iter().zip(&least.contacts) {
                     assert!((a - b).norm() <= 1e-6 * size, "{a} {b}");
                 }
-                let off = raw.contacts.iter().zip(&other.contacts).map(|(a, b)| (a.impulse - b.impulse).norm());
+                let off =
+                    raw.contacts.iter().zip(&other.contacts).map(|(a, b)| (a.impulse - b.impulse).norm());
                 apart = apart.max(off.fold(0.0, f64::max) / size);
                 compared += 1;
             }
@@ -346,5 +380,97 @@ fn the_past_plays_no_part() -> Result<(), Error> {
     }
     println!("{compared} pairs; impulses of the solutions differ by up to {apart}");
     assert!(compared > 100 && apart > 0.1);
+    Ok(())
+}
+
+#[test]
+fn with_a_little_more_friction_a_body_rests_and_with_a_little_less_it_moves() -> Result<(), Error> {
+    // By the relaxation: bodies that friction wedges may slide by Coulomb's law before.
+    let exact = Settings { budget: 20_000, model: Model::ConvexRelaxation, ..Settings::new(1e-9) };
+    let (mut kernel, mut rested) = (Box::new(Room::<f64>::new()), 0);
+    for x in draws(numbers(60), 60) {
+        let (mut case, push) = any_body(&x);
+        let push = SVector::<f64, 8>::from_fn(|i, _| push.get(i).copied().unwrap_or(0.0));
+        case.fill(kernel.scene_mut())?;
+        let share = kernel.rest_reserve(&push, &Settings::new(1e-4))?;
+        if kernel.solve(&push, &exact)?.velocity.norm() < 1e-9 {
+            let own = kernel.slip_reserve(&Settings::new(1e-4))?;
+            assert!((own - share).abs() <= 2e-4 * share.max(1e-3), "{own} {share}");
+        }
+        if !(1e-3..1.5).contains(&share) {
+            continue;
+        }
+        for (times, rests) in [(1.0 + 1e-3, true), (1.0 - 1e-3, false)] {
+            case.contacts.iter_mut().for_each(|(_, mu)| *mu = 0.6 * share * times);
+            case.fill(kernel.scene_mut())?;
+            let solution = kernel.solve(&push, &exact)?;
+            if solution.is_solved() {
+                assert_eq!(solution.velocity.norm() < 1e-6, rests, "{share} {times}: {}", solution.velocity.norm());
+                rested += 1;
+            }
+        }
+    }
+    assert!(rested > 60, "{rested}");
+    Ok(())
+}
+
+#[test]
+fn the_derivative_is_that_of_the_least_impulses() -> Result<(), Error> {
+    let settings = Settings { budget: 5_000, ..Settings::new(1e-10) };
+    let places = [[0.31, 0.02], [-0.12, 0.27], [-0.25, -0.08], [0.04, -0.22], [0.17, 0.13], [-0.15, -0.12]];
+    let case = Case::on_feet(3.0, [0.1; 3], &places.map(|[x, y]| [x, y, -0.2]), 0.6);
+    let push = [1.0, 0.5, -3.0 * G, 0.1, -0.2, 0.1];
+    let (kernel, _) = case.solved::<f64>(&push, 1e-10)?;
+    let derivative = kernel.derivative(&settings)?;
+    assert!(!derivative.has_unique_impulses());
+    for entry in 0..6 {
+        let near = |step: f64| -> Result<_, Error> {
+            let mut push = push;
+            push[entry] += step;
+            case.solved::<f64>(&push, 1e-10)?.0.least_impulses(&settings)
+        };
+        let (more, less) = (near(1e-3)?, near(-1e-3)?);
+        let mut change = Inputs::<f64, 8, 3, 8, 8>::zero();
+        change.free_impulse[entry] = 1.0;
+        let response = derivative.forward(&change);
+        for (i, (more, less)) in more.contacts.iter().zip(&less.contacts).enumerate() {
+            let slope = (more - less) / 2e-3;
+            assert!(
+                (slope - response.impulses[i]).norm() < 1e-6,
+                "{entry}: {slope} {}",
+                response.impulses[i]
+            );
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_solution_of_another_scene_bears_nothing() -> Result<(), Error> {
+    let settings = Settings::new(1e-9);
+    let (mut kernel, push) = box_().solved::<f64>(&[3.0, 0.0, -2.0 * G], 1e-9)?;
+    assert!(kernel.least_impulses(&settings).is_ok() && kernel.derivative(&settings).is_ok());
+    let wrong = Settings { still: f64::NAN, ..settings };
+    assert_eq!(kernel.least_impulses(&wrong).err(), Some(Error::InvalidTolerance));
+    assert_eq!(kernel.slip_reserve(&Settings::new(-1.0)).err(), Some(Error::InvalidTolerance));
+    assert_eq!(kernel.rest_reserve(&push, &Settings::new(f64::NAN)).err(), Some(Error::InvalidTolerance));
+    // The same contacts by their keys, of another shape: first with the old factor, then with a new one.
+    let jacobian = kernel.scene().contacts()[0].jacobian * 2.0;
+    kernel.scene_mut().set_jacobian(0, &jacobian)?;
+    assert_eq!(kernel.least_impulses(&settings).err(), Some(Error::StaleFactor));
+    kernel.prepare()?;
+    assert_eq!(kernel.least_impulses(&settings).err(), Some(Error::NoSolution));
+    assert_eq!(kernel.slip_reserve(&settings).err(), Some(Error::NoSolution));
+    assert_eq!(kernel.load_reserve(&push, &settings).err(), Some(Error::NoSolution));
+    assert_eq!(kernel.derivative(&settings).err(), Some(Error::NoSolution));
+    // A relaxed solution is differentiated as one, whatever the settings say now.
+    let relaxed = Settings { model: Model::ConvexRelaxation, ..settings };
+    kernel.solve(&(push * 3.0), &relaxed)?;
+    let response = |settings: &Settings<f64>| -> Result<_, Error> {
+        let mut change = Inputs::<f64, 8, 3, 8, 8>::zero();
+        change.friction[0] = 1.0;
+        Ok(kernel.derivative(settings)?.forward(&change).velocity)
+    };
+    assert_eq!(response(&settings)?, response(&relaxed)?);
     Ok(())
 }

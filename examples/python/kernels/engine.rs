@@ -1,7 +1,7 @@
 //! A kernel of one compiled size behind an interface for all: fills it and reads its solution.
 
 use crate::problem::{Friction, Out, Outcome, Problem};
-use crate::{room, sizes};
+use crate::{loads, room, sizes};
 use std::cell::RefCell;
 use std::thread::LocalKey;
 use stiction::nalgebra::{SMatrix, SVector};
@@ -19,10 +19,17 @@ pub trait Number: Real + Default + Into<f64> + Send + Sync + 'static {
 
     /// The sizes that are compiled, in the order in which they are tried.
     fn sizes() -> &'static [sizes::Entry<Self>];
+
+    /// Writes the least impulses of a kernel's last solution, if it has any; in double precision alone, in which models are stepped.
+    fn read_least<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+        kernel: &Kernel<Self, N, D, C, R, S>,
+        settings: &Settings<Self>,
+        out: &mut Out<'_, Self>,
+    );
 }
 
 macro_rules! number {
-    ($($t:ty: $sizes:path),*) => {$(
+    ($($t:ty: $sizes:path, $read_least:path),*) => {$(
         impl Number for $t {
             fn engines() -> &'static LocalKey<Engines<Self>> {
                 thread_local! {
@@ -34,10 +41,25 @@ macro_rules! number {
             fn sizes() -> &'static [sizes::Entry<Self>] {
                 $sizes
             }
+
+            fn read_least<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+                kernel: &Kernel<Self, N, D, C, R, S>,
+                settings: &Settings<Self>,
+                out: &mut Out<'_, Self>,
+            ) {
+                $read_least(kernel, settings, out);
+            }
         }
     )*};
 }
-number!(f32: sizes::SINGLE, f64: sizes::DOUBLE);
+number!(f32: sizes::SINGLE, read_none, f64: sizes::DOUBLE, loads::read_least);
+
+fn read_none<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+    _: &Kernel<f32, N, D, C, R, S>,
+    _: &Settings<f32>,
+    _: &mut Out<'_, f32>,
+) {
+}
 
 /// A kernel of one size.
 pub trait Engine<T>: Send + Sync {
@@ -56,7 +78,7 @@ pub trait Engine<T>: Send + Sync {
     /// Writes the last solution.
     fn read(&self, out: &mut Out<'_, T>);
 
-    /// Writes the least impulses of the last solution, if it has any.
+    /// Writes the least impulses of the last solution, if it has any ([`Number::read_least`]).
     fn read_least(&self, settings: &Settings<T>, out: &mut Out<'_, T>);
 }
 
@@ -249,14 +271,7 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
     }
 
     fn read_least(&self, settings: &Settings<T>, out: &mut Out<'_, T>) {
-        with_room::<Self, _>(|| {
-            if let Ok(least) = self.kernel.least_impulses(settings) {
-                for (place, impulse) in out.r.chunks_exact_mut(D).zip(&least.contacts) {
-                    place.copy_from_slice(impulse.as_slice());
-                }
-                out.row_impulses.copy_from_slice(&least.rows);
-            }
-        });
+        with_room::<Self, _>(|| T::read_least(&self.kernel, settings, out));
     }
 }
 

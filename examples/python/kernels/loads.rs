@@ -2,9 +2,12 @@
 
 use crate::derivative::find_again;
 use crate::engine::{Compiled, Engine};
-use crate::problem::Problem;
+use crate::problem::{Out, Problem};
 use stiction::nalgebra::SVector;
-use stiction::{Error, Settings};
+use stiction::{Error, Kernel, Settings};
+
+/// Least impulses of a step miss at most this share of its momentum, or those of the solution stay.
+const MOMENTUM: f64 = 1e-13;
 
 /// What is asked of a solution.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +20,24 @@ pub enum Asked<'a> {
     LoadReserve(f64, &'a [f64]),
     /// The least share of friction with which all could rest, to this accuracy. It asks for no solution.
     RestReserve(f64),
+}
+
+/// Writes the least impulses of a kernel's last solution, if it has any.
+pub(crate) fn read_least<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
+    kernel: &Kernel<f64, N, D, C, R, S>,
+    settings: &Settings<f64>,
+    out: &mut Out<'_, f64>,
+) {
+    // As exact as it gets: who compares impulses with the motion is to see no difference.
+    let settings = Settings { tolerance: 0.0, ..*settings };
+    if let Ok(least) = kernel.least_impulses(&settings)
+        && least.momentum_error <= MOMENTUM
+    {
+        for (place, impulse) in out.r.chunks_exact_mut(D).zip(&least.contacts) {
+            place.copy_from_slice(impulse.as_slice());
+        }
+        out.row_impulses.copy_from_slice(&least.rows);
+    }
 }
 
 /// Finds a solution again from its impulses, and tells what it bears; `None` if it is not found.

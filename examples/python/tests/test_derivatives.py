@@ -144,7 +144,7 @@ def test_more_velocities_than_any_kernel() -> None:
     rows = Rows(J[None], lower=-0.2, upper=0.3)
     batch = stiction.solve_batch(M[None], H[None], np.stack([push, 1.1 * push]), w[None], mu[None], rows=rows, **TIGHT)
     assert np.allclose(batch.jvp(mu=1.0).v[0], found.jvp(mu=1.0).v, atol=1e-9)
-    with pytest.raises(ValueError, match="^solution: no kernel differentiates 90 velocities"):
+    with pytest.raises(ValueError, match="^solution: no kernel looks into 90 velocities"):
         stiction.solve(M, np.concatenate([H, H, H]), push, np.tile(w, (3, 1)), np.tile(mu, 3)).jvp(mu=1.0)
 
 
@@ -185,6 +185,10 @@ speed = lambda mu, push: solve(M, H, push, w, mu)[0][0]
 by_mu, by_push = jax.grad(speed, argnums=(0, 1))(mu, push)
 gradient = stiction.solve(M, H, push, w, mu, tol=1e-9).vjp(v=[1.0, 0, 0])
 assert np.allclose(by_mu, gradient.mu) and np.allclose(by_push, gradient.free_impulse)
+_, forward = jax.jvp(speed, (mu, push), (np.ones(1), np.array([1.0, 2, 3])))
+assert np.allclose(forward, by_mu[0] + by_push @ [1.0, 2, 3])
+for way in (jax.jacfwd, jax.jacrev):
+    assert np.allclose(jax.jit(way(speed))(mu, push), by_mu)
 both = jax.vmap(jax.grad(speed), in_axes=(0, None))(np.array([[0.8], [0.5]]), push)
 assert np.allclose(both, [[-0.01], [-0.01]])
 """

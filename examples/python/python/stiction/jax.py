@@ -1,13 +1,21 @@
-"""A solve that JAX differentiates, backward. Who imports this module imports JAX."""
+"""A solve that JAX differentiates, forward and backward. Who imports this module imports JAX."""
 
 from __future__ import annotations
 
+from functools import partial
+from itertools import compress
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from jax.custom_derivatives import SymbolicZero
+from jax.extend.core import Primitive
+from jax.interpreters import ad, batching, mlir
 
 from ._kernel import solve as _solve
+
+_NAMES = ("M", "H", "free_impulse", "w", "mu")
 
 
 def _solved(arrays: tuple[Any, ...]) -> Any:
@@ -24,7 +32,7 @@ def _call(host: Any, shapes: Any, *arrays: Any) -> Any:
     return jax.pure_callback(cast, structures, *arrays, vmap_method="sequential")
 
 
-@jax.custom_vjp
+@jax.custom_jvp
 def solve(M: Any, H: Any, free_impulse: Any, w: Any, mu: Any) -> tuple[Any, Any]:
     """Velocity and impulses of :func:`stiction.solve` to 1e-9, for arrays of JAX: ``w`` is ``(c, d)``, ``mu`` ``(c,)``."""
 
@@ -36,16 +44,53 @@ def solve(M: Any, H: Any, free_impulse: Any, w: Any, mu: Any) -> tuple[Any, Any]
     return v, r
 
 
-def _forward(*arrays: Any) -> tuple[Any, Any]:
-    return solve(*arrays), arrays
+@partial(solve.defjvp, symbolic_zeros=True)
+def _changed(arrays: Any, changes: Any) -> tuple[Any, Any]:
+    moves = tuple(not isinstance(change, SymbolicZero) for change in changes)
+    v, r = _CHANGE.bind(*arrays, *compress(changes, moves), moves=moves)
+    return solve(*arrays), (v, r)
 
 
-def _backward(arrays: Any, weights: Any) -> tuple[Any, ...]:
-    def host(v: Any, r: Any, *arrays: Any) -> tuple[Any, ...]:
-        found = _solved(arrays).vjp(v=np.asarray(v, np.float64), r=np.asarray(r, np.float64))
-        return found.M, found.H, found.free_impulse, found.w, found.mu
-
-    return tuple(_call(host, arrays, *weights, *arrays))
+#: How velocity and impulses move with those arrays that do: linear in their changes, which come after all arrays.
+_CHANGE = Primitive("stiction_change")
+_CHANGE.multiple_results = True
 
 
-solve.defvjp(_forward, _backward)
+@_CHANGE.def_impl
+def _forward(*operands: Any, moves: tuple[bool, ...]) -> Any:
+    def host(*given: Any) -> tuple[Any, Any]:
+        changes = (np.asarray(change, np.float64) for change in given[len(_NAMES) :])
+        found = _solved(given[: len(_NAMES)]).jvp(**dict(zip(compress(_NAMES, moves), changes, strict=True)))
+        return found.v, found.r
+
+    return _call(host, operands[2:4], *operands)
+
+
+def _backward(weights: Any, *operands: Any, moves: tuple[bool, ...]) -> list[Any]:
+    """How a sum of velocities and impulses moves with the arrays: the transpose."""
+    arrays = operands[: len(_NAMES)]
+
+    def host(v: Any, r: Any, *given: Any) -> tuple[Any, ...]:
+        found = _solved(given).vjp(v=np.asarray(v, np.float64), r=np.asarray(r, np.float64))
+        return tuple(getattr(found, name) for name in compress(_NAMES, moves))
+
+    v, r = (ad.instantiate_zeros(weight) for weight in weights)
+    gradients = _call(host, tuple(compress(arrays, moves)), v, r, *arrays)
+    asked = (ad.is_undefined_primal(change) for change in operands[len(_NAMES) :])
+    return [None] * len(_NAMES) + [gradient if is_asked else None for gradient, is_asked in zip(gradients, asked, strict=True)]
+
+
+def _batched(operands: Any, axes: Any, *, moves: tuple[bool, ...]) -> Any:
+    """One after the other."""
+    size = next(operand.shape[axis] for operand, axis in zip(operands, axes, strict=True) if axis is not None)
+    leading = [
+        jnp.broadcast_to(operand, (size, *operand.shape)) if axis is None else jnp.moveaxis(operand, axis, 0)
+        for operand, axis in zip(operands, axes, strict=True)
+    ]
+    return jax.lax.map(lambda own: _CHANGE.bind(*own, moves=moves), tuple(leading)), [0, 0]
+
+
+_CHANGE.def_abstract_eval(lambda *operands, moves: list(operands[2:4]))
+ad.primitive_transposes[_CHANGE] = _backward
+batching.primitive_batchers[_CHANGE] = _batched
+mlir.register_lowering(_CHANGE, mlir.lower_fun(_forward, multiple_results=True))

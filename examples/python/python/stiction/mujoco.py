@@ -135,6 +135,7 @@ class Stepper:
         """
         cold = copy.copy(self)
         cold._settings = (min(self._settings[0], 1e-10), self._settings[1])
+        cold._own.keep_impulses()
         return derivatives(cold, data, eps, self._settings[0])
 
     def _count(self, numbers: tuple[int, int, float, int, int, int, tuple[int, float, int]]) -> None:

@@ -63,6 +63,11 @@ impl Stepper {
         })
     }
 
+    /// From now on impulses are those at which solves end: the motion is differentiated with these.
+    fn keep_impulses(&mut self) {
+        self.own.keep_impulses();
+    }
+
     fn step1(&mut self, py: Python<'_>, data: usize) -> PyResult<()> {
         self.run(py, data, |own, data| {
             own.step1(data);

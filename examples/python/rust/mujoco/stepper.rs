@@ -199,6 +199,11 @@ impl Stepper {
         }
     }
 
+    /// From now on impulses are those at which solves end.
+    pub(super) fn keep_impulses(&mut self) {
+        self.velocity_pass.keeps_impulses = true;
+    }
+
     /// What comes after controls are set.
     ///
     /// # Errors

@@ -82,6 +82,8 @@ pub(super) struct VelocityPass {
     spare: Answer<f64>,
     /// Islands in which something that is moved from outside is blocked, and for how many steps.
     blocked: HashMap<usize, u32>,
+    /// Are impulses those at which solves end, and not the least ones?
+    pub(super) keeps_impulses: bool,
 }
 
 /// What is solved.
@@ -252,7 +254,7 @@ impl VelocityPass {
         self.ask(scene, island, softness);
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
-        let shares = softness == Softness::Rigid && can_be_shared(scene, island);
+        let shares = softness == Softness::Rigid && !self.keeps_impulses && can_be_shared(scene, island);
         let outcome = engines.solve(name, &self.pack.problem(), settings, (false, shares), &mut answer)?;
         self.pack.expand(scene.inertia, &mut answer);
         Some((outcome, answer))
