@@ -56,6 +56,7 @@
 //! | `solver` | [`Solver`]: **`method` decides what comes next**, also after a rejected step; sweeps, Newton, central path, warm start; `phases` can be left out | |
 //! | `solution`, `error` | solution, status, settings and budget; errors | |
 //! | `derivative` | derivatives of a solution, forward and adjoint ([`guide::derivatives`]) | |
+//! | `loads` | least impulses, and how near to slipping a solution is ([`guide::loads`]) | |
 //! | `kernel` | scene, factor and solver in one value; joint limits by demand; the time of a call | |
 //! | `linalg` | small dense linear algebra | |
 //! | [`time_stepping`] | free impulse, gaps, restitution, joint limits, motors | |

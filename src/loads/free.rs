@@ -8,11 +8,15 @@ use crate::linalg::blocks::product;
 use crate::linalg::cholesky::{axpy, factorise};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::substitution::{solve_lower, solve_upper};
+use crate::linalg::vector::square;
 use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 
 /// Rounds at most.
-const MOST_ROUNDS: usize = 6;
+const MOST_ROUNDS: usize = 3;
+
+/// Internal impulses up to this share of all leave no rounding behind that matters.
+const NEGLIGIBLE: f64 = 1e-3;
 
 /// The system over the unknowns in use, at most as many as velocities.
 struct System<T, const N: usize> {
@@ -23,6 +27,15 @@ struct System<T, const N: usize> {
     /// `ε / k`
     weights: [T; N],
     count: usize,
+}
+
+/// `x - y`
+fn difference<T: Real, const N: usize>(x: &[T; N], y: &[T; N]) -> [T; N] {
+    let mut difference = *x;
+    for (x, &y) in difference.iter_mut().zip(y) {
+        *x -= y;
+    }
+    difference
 }
 
 impl<T: Real, const N: usize> System<T, N> {
@@ -47,32 +60,47 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
         let mut system =
             System { matrix: [[T::ZERO; N]; N], impulses: [T::ZERO; N], weights: [T::ZERO; N], count: 0 };
         self.fill(&known, &mut system)?;
-        let System { matrix, impulses: rest, weights, count } = &mut system;
+        let System { matrix, impulses, weights, count } = &mut system;
         for (k, row, weight) in zip3(0..*count, &mut *matrix, &mut *weights) {
             *weight *= self.softness;
             *row.get_mut(k)? += *weight;
         }
         factorise((matrix, *count), T::ZERO, &mut self.lower, &mut [usize::MAX; N]).ok()?;
+        let known = *impulses;
+        let mut internal = known;
+        let negligible = T::literal(NEGLIGIBLE * NEGLIGIBLE);
         let mut missed = T::INFINITY;
         for _ in 0..MOST_ROUNDS {
-            let mut next = *rest;
-            for (next, &weight) in next.iter_mut().zip(&*weights) {
-                *next *= weight;
+            self.find_internal(&mut internal, (weights, *count));
+            *impulses = difference(&known, &internal);
+            // Large internal impulses leave rounding of theirs behind.
+            if square(&internal) > negligible * square(impulses) {
+                internal = *impulses;
+                self.find_internal(&mut internal, (weights, *count));
+                *impulses = difference(impulses, &internal);
             }
-            solve_upper(&self.lower, &mut next, *count);
-            solve_lower(&self.lower, &mut next, *count);
-            missed = T::ZERO;
-            for (rest, &next, &weight) in zip3(&mut *rest, &next, &*weights).take(*count) {
-                // `W ε q = ε (s - ε q) / k`
-                missed += next * ((*rest - next) * weight);
-                *rest = next;
-            }
+            self.write(impulses)?;
+            self.carried = [T::ZERO; N];
+            self.factor.add_whitened(&self.impulses, &mut self.carried);
+            missed = self.factor.energy(&self.missed());
             if missed <= goal {
                 break;
             }
+            internal = difference(&known, impulses);
         }
-        self.subtract(&known, rest)?;
-        Some(missed.max(T::ZERO))
+        Some(missed)
+    }
+
+    /// Leaves of impulses, over the unknowns, what is internal: `ε q`, twice.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn find_internal(&self, impulses: &mut [T; N], (weights, count): (&[T; N], usize)) {
+        for _ in 0..2 {
+            for (impulse, &weight) in impulses.iter_mut().zip(weights) {
+                *impulse *= weight;
+            }
+            solve_upper(&self.lower, impulses, count);
+            solve_lower(&self.lower, impulses, count);
+        }
     }
 
     /// Fills the system; `None` if there is no room for all unknowns.
@@ -134,29 +162,29 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
         rest
     }
 
-    /// Subtracts what is internal from known impulses; `None` if that leaves a set.
+    /// Writes the impulses of the unknowns; `None` if one is outside of its set.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn subtract(&mut self, known: &Stacked<T, D, C, R>, internal: &[T; N]) -> Option<()> {
-        let mut internal = internal.iter();
-        for (spring, known, r) in zip3(&self.contacts, &known.contacts, &mut self.impulses.contacts) {
+    fn write(&mut self, impulses: &[T; N]) -> Option<()> {
+        let mut impulses = impulses.iter();
+        for (spring, r) in self.contacts.iter().zip(&mut self.impulses.contacts) {
             match &spring.bearing {
                 Bearing::Known => {}
                 Bearing::Cone => {
-                    for (r, &known, &internal) in zip3(&mut *r, known, internal.by_ref()) {
-                        *r = known - internal;
+                    for (r, &impulse) in r.iter_mut().zip(impulses.by_ref()) {
+                        *r = impulse;
                     }
                     spring.cone.has(&(*r).into()).then_some(())?;
                 }
                 Bearing::Ray(ray) => {
-                    let length = product(ray, known) - *internal.next()?;
+                    let length = *impulses.next()?;
                     (length >= T::ZERO).then_some(())?;
                     *r = ray.map(|ray| ray * length);
                 }
             }
         }
-        for (spring, &known, r) in zip3(&self.rows, &known.rows, &mut self.impulses.rows) {
+        for (spring, r) in self.rows.iter().zip(&mut self.impulses.rows) {
             if spring.stiffness > T::ZERO {
-                *r = known - *internal.next()?;
+                *r = *impulses.next()?;
                 (spring.project(*r) == *r).then_some(())?;
             }
         }

@@ -64,7 +64,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         check_entries::<T, N>(scene.used(load, 1), Input::FreeImpulse)?;
         let mut springs = Springs::new(factor);
         springs.take_on(scene, self, settings, Question::Reserve)?;
-        springs.known = None; // they carry the present load alone
+        // Known impulses carry the present load alone, and say nothing of how much others miss.
+        (springs.known, springs.most_missed) = (None, T::INFINITY);
         let [mut load] = load.data.0;
         factor.whiten(&mut load);
         number(largest_load(&mut springs, &load, resolution(settings)))

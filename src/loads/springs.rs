@@ -29,6 +29,9 @@ const MOST_STEPS: usize = 30;
 /// Share of a load that a reserve may miss, over its accuracy.
 const MISSED: f64 = 0.01;
 
+/// Largest impulses that correct missed momentum, over it: larger ones would be internal.
+const LARGEST_CORRECTION: f64 = 64.0;
+
 /// Rounds at most.
 const MOST_ROUNDS: usize = 8;
 
@@ -298,11 +301,14 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         if self.factorise(&point).is_some() {
             for _ in 0..MOST_ROUNDS {
                 let mut motion = self.missed();
-                if self.factor.energy(&motion) <= self.noise {
+                let energy = self.factor.energy(&motion);
+                if energy <= self.noise {
                     break;
                 }
                 self.solve(&mut motion);
-                self.yield_to(&motion);
+                if !self.yield_to(&motion, energy * T::literal(LARGEST_CORRECTION * LARGEST_CORRECTION)) {
+                    break;
+                }
             }
         }
         quotient(self.factor.energy(&self.missed()), self.factor.energy(&self.load)).square_root()
@@ -318,25 +324,30 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
     }
 
-    /// Adds the impulses of springs that a motion strains, without a projection.
-    fn yield_to(&mut self, motion: &[T; N]) {
-        let mut strain = Stacked::zero();
+    /// Adds the impulses of springs that a motion strains, without a projection, unless they store more than an energy.
+    fn yield_to(&mut self, motion: &[T; N], most: T) -> bool {
+        let (mut strain, mut energy) = (Stacked::zero(), T::ZERO);
         self.factor.contact_velocity(motion, &mut strain);
-        let contacts = zip3(&self.contacts, &mut strain.contacts, &mut self.impulses.contacts);
-        for (spring, strain, r) in contacts {
-            let z = strain.map(|u| u * spring.stiffness);
-            *strain = match &spring.bearing {
+        for (spring, strain) in self.contacts.iter().zip(&mut strain.contacts) {
+            let u = match &spring.bearing {
                 Bearing::Known => [T::ZERO; D],
-                Bearing::Cone => z,
-                Bearing::Ray(ray) => ray.map(|x| x * product(ray, &z)),
+                Bearing::Cone => *strain,
+                Bearing::Ray(ray) => ray.map(|x| x * product(ray, strain)),
             };
-            add(r, strain);
+            energy += square(&u) * spring.stiffness;
+            *strain = u.map(|u| u * spring.stiffness);
         }
-        for (spring, strain, r) in zip3(&self.rows, &mut strain.rows, &mut self.impulses.rows) {
+        for (spring, strain) in self.rows.iter().zip(&mut strain.rows) {
+            energy += *strain * *strain * spring.stiffness;
             *strain *= spring.stiffness;
-            *r += *strain;
         }
-        self.factor.add_whitened(&strain, &mut self.carried);
+        let is_small = energy <= most;
+        if is_small {
+            add(self.impulses.contacts.as_flattened_mut(), strain.contacts.as_flattened());
+            add(&mut self.impulses.rows, &strain.rows);
+            self.factor.add_whitened(&strain, &mut self.carried);
+        }
+        is_small
     }
 
     /// Can the springs carry the load, for a reserve of this accuracy? A friction that misses a share of the load is a larger share of itself.

@@ -5,7 +5,7 @@ use super::kind::{Kind, at, double, mass, vector};
 use super::mixed::{Mixed, Record, is_measurable, proof_of};
 use super::steps::{self, Budget, Step};
 use proptest::prelude::*;
-use stiction::{JointRow, Kernel, Model, Real, RowLaw, RowSolution, Settings, Status};
+use stiction::{JointRow, Kernel, Real, RowLaw, RowSolution, Settings, Status};
 use testbed::mixed::Joint;
 use testbed::mixed_measure;
 

@@ -306,6 +306,10 @@ fn a_load_reserve_is_the_force_at_which_a_box_slides_or_tips() -> Result<(), Err
     push[2] = -1.0;
     assert_eq!(kernel.load_reserve(&push, &settings)?, f64::INFINITY);
     push[2] = 1.0;
+    // The same in single precision.
+    let single = Settings::new(1e-3);
+    let (weak, _) = box_().solved::<f32>(&[0.0, 0.0, -2.0 * G], 1e-5)?;
+    assert_eq!(weak.load_reserve(&(push.cast::<f32>() * -1.0), &single)?, f32::INFINITY);
     near("lifts", &[kernel.load_reserve(&push, &settings)?], &[2.0 * G], 2e-5);
     Ok(())
 }
@@ -405,7 +409,12 @@ fn with_a_little_more_friction_a_body_rests_and_with_a_little_less_it_moves() ->
             case.fill(kernel.scene_mut())?;
             let solution = kernel.solve(&push, &exact)?;
             if solution.is_solved() {
-                assert_eq!(solution.velocity.norm() < 1e-6, rests, "{share} {times}: {}", solution.velocity.norm());
+                assert_eq!(
+                    solution.velocity.norm() < 1e-6,
+                    rests,
+                    "{share} {times}: {}",
+                    solution.velocity.norm()
+                );
                 rested += 1;
             }
         }

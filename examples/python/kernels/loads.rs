@@ -6,8 +6,8 @@ use crate::problem::{Out, Problem};
 use stiction::nalgebra::SVector;
 use stiction::{Error, Kernel, Settings};
 
-/// Least impulses of a step miss at most this share of its momentum, or those of the solution stay.
-const MOMENTUM: f64 = 1e-13;
+/// Share of the tolerance that least impulses are to miss of the momentum of a step. If they miss more than the tolerance, those of the solution stay.
+const MOMENTUM: f64 = 0.01;
 
 /// What is asked of a solution.
 #[derive(Clone, Copy, Debug)]
@@ -28,10 +28,9 @@ pub(crate) fn read_least<const N: usize, const D: usize, const C: usize, const R
     settings: &Settings<f64>,
     out: &mut Out<'_, f64>,
 ) {
-    // As exact as it gets: who compares impulses with the motion is to see no difference.
-    let settings = Settings { tolerance: 0.0, ..*settings };
-    if let Ok(least) = kernel.least_impulses(&settings)
-        && least.momentum_error <= MOMENTUM
+    let exact = Settings { tolerance: settings.tolerance * MOMENTUM, ..*settings };
+    if let Ok(least) = kernel.least_impulses(&exact)
+        && least.momentum_error <= settings.tolerance
     {
         for (place, impulse) in out.r.chunks_exact_mut(D).zip(&least.contacts) {
             place.copy_from_slice(impulse.as_slice());

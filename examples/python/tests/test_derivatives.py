@@ -186,7 +186,7 @@ by_mu, by_push = jax.grad(speed, argnums=(0, 1))(mu, push)
 gradient = stiction.solve(M, H, push, w, mu, tol=1e-9).vjp(v=[1.0, 0, 0])
 assert np.allclose(by_mu, gradient.mu) and np.allclose(by_push, gradient.free_impulse)
 _, forward = jax.jvp(speed, (mu, push), (np.ones(1), np.array([1.0, 2, 3])))
-assert np.allclose(forward, by_mu[0] + by_push @ [1.0, 2, 3])
+assert np.allclose(forward, by_mu[0] + by_push @ np.array([1.0, 2, 3]))
 for way in (jax.jacfwd, jax.jacrev):
     assert np.allclose(jax.jit(way(speed))(mu, push), by_mu)
 both = jax.vmap(jax.grad(speed), in_axes=(0, None))(np.array([[0.8], [0.5]]), push)

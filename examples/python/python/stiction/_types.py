@@ -31,8 +31,11 @@ class Status(IntEnum):
 class Mode(IntEnum):
     """What a contact does."""
 
+    #: It has no impulse.
     OPEN = 0
+    #: It has one, and does not move along its tangents by more than the tolerance allows.
     STICK = 1
+    #: It moves along its tangents.
     SLIP = 2
 
 
