@@ -65,6 +65,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
             *weight *= self.softness;
             *row.get_mut(k)? += *weight;
         }
+        self.is_of_all = false; // the place of the last matrix is taken
         factorise((matrix, *count), T::ZERO, &mut self.lower, &mut [usize::MAX; N]).ok()?;
         let known = *impulses;
         let mut internal = known;

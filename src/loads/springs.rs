@@ -29,6 +29,9 @@ const MOST_STEPS: usize = 30;
 /// Share of a load that a reserve may miss, over its accuracy.
 const MISSED: f64 = 0.01;
 
+/// Length of a step below which no step helps.
+const SHORTEST_STEP: f64 = 1e-10;
+
 /// Largest impulses that correct missed momentum, over it: larger ones would be internal.
 const LARGEST_CORRECTION: f64 = 64.0;
 
@@ -208,7 +211,7 @@ pub(super) struct Springs<'a, T: Real, const N: usize, const D: usize, const C: 
     /// The Cholesky factor of the last matrix.
     pub(super) lower: [[T; N]; N],
     /// Is the last matrix that of all springs, none of them at the boundary of its set?
-    is_of_all: bool,
+    pub(super) is_of_all: bool,
 }
 
 /// A point of the search.
@@ -379,21 +382,16 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         missed
     }
 
-    /// Newton's method for `F = 0`, with a line search.
+    /// Newton's method for `F = 0`, with a line search. Where the value is mere rounding, the gradient has to fall.
     fn descend(&mut self, target: &[T; N], point: &mut Point<T, N>, stop: T) {
-        let mut last = T::INFINITY;
         for _ in 0..MOST_STEPS {
             let size = self.factor.energy(&point.gradient);
-            if size <= stop || last <= size || self.factorise(point).is_none() {
+            if size <= stop || self.factorise(point).is_none() {
                 return;
             }
             let mut step = point.gradient.map(|x| -x);
             self.solve(&mut step);
-            let mut slope = T::ZERO;
-            for (step, gradient, reciprocal) in zip3(&step, &point.gradient, self.factor.reciprocal_pivots())
-            {
-                slope += *step * reciprocal * *gradient;
-            }
+            let slope = self.slope(&step, &point.gradient);
             let start = self.motion;
             let mut length = T::ONE;
             loop {
@@ -401,17 +399,36 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
                     *motion = *start + *step * length;
                 }
                 let next = self.point(target);
-                let slack = T::EPSILON * T::literal(64.0) * (next.value.abs() + point.value.abs());
-                let limit = point.value + slope * length * T::literal(1e-4) + slack;
-                if next.value <= limit || length < T::literal(1e-3) {
-                    // Where the value is rounding, the gradient says whether steps still help.
-                    last = if -slope <= slack { size * T::literal(0.25) } else { T::INFINITY };
+                let rounding = T::EPSILON * T::literal(64.0) * (next.value.abs() + point.value.abs());
+                let is_rounding = -slope <= rounding;
+                let helps = if is_rounding {
+                    self.factor.energy(&next.gradient) <= size * T::literal(0.25)
+                } else {
+                    next.value <= point.value + slope * length * T::literal(1e-4) + rounding
+                };
+                if helps {
                     *point = next;
                     break;
                 }
-                length *= T::literal(0.5);
+                if is_rounding || length < T::literal(SHORTEST_STEP) {
+                    self.motion = start;
+                    *point = self.point(target);
+                    return;
+                }
+                // A secant of the slope, which springs at the boundaries of their sets make steep.
+                let steepens = slope - self.slope(&step, &next.gradient);
+                length *= (slope / steepens).min(T::literal(0.5)).max(T::literal(0.0625));
             }
         }
+    }
+
+    /// Slope of the convex function along a step where it has this gradient.
+    fn slope(&self, step: &[T; N], gradient: &[T; N]) -> T {
+        let mut slope = T::ZERO;
+        for (step, gradient, reciprocal) in zip3(step, gradient, self.factor.reciprocal_pivots()) {
+            slope += *step * reciprocal * *gradient;
+        }
+        slope
     }
 
     /// Impulses and gradient at the present motion.

@@ -1,4 +1,5 @@
 //! Least impulses and reserves against closed forms: what each foot of a table bears, when a ladder slips.
+#![allow(clippy::float_cmp)] // with infinity, and of equal bits
 
 use crate::support::random::{draws, numbers};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3, vector};
@@ -327,7 +328,8 @@ fn what_stands_sticks_though_a_corner_uses_all_its_friction() -> Result<(), Erro
 
 /// Bodies at rest on 4 to 8 points of rough ground, some of them tilted, with a push that they may or may not withstand.
 fn any_body(x: &[f64]) -> (Case, [f64; 6]) {
-    let count = 4 + (x[0].abs() * 4.0) as usize % 5;
+    let count =
+        [4, 5, 6, 7, 8].into_iter().rfind(|&count| f64::from(count) <= 4.0 + 5.0 * x[0].abs()).unwrap_or(4);
     let mut draw = x[1..].iter().copied();
     let mut next = || draw.next().expect("enough numbers");
     let feet: Vec<_> = (0..count).map(|_| [0.3 * next(), 0.3 * next(), -0.1]).collect();
@@ -370,7 +372,7 @@ fn the_past_plays_no_part() -> Result<(), Error> {
             }
         }
         if let [(raw, first), others @ ..] = &found[..] {
-            let size = first.contacts.iter().map(|r| r.norm_squared()).sum::<f64>().sqrt();
+            let size = first.contacts.iter().map(SVector::norm_squared).sum::<f64>().sqrt();
             for (other, least) in others {
                 for (a, b) in first.contacts.iter().zip(&least.contacts) {
                     assert!((a - b).norm() <= 1e-6 * size, "{a} {b}");
@@ -410,7 +412,7 @@ fn with_a_little_more_friction_a_body_rests_and_with_a_little_less_it_moves() ->
             let solution = kernel.solve(&push, &exact)?;
             if solution.is_solved() {
                 assert_eq!(
-                    solution.velocity.norm() < 1e-6,
+                    solution.velocity.norm() < 1e-5,
                     rests,
                     "{share} {times}: {}",
                     solution.velocity.norm()
