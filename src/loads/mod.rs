@@ -59,7 +59,7 @@ pub struct LeastImpulses<T: Real, const D: usize, const C: usize, const R: usize
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> LeastImpulses<T, D, C, R> {
-    /// The least impulses of a solution of this scene, with its factor. A contact that slips slower than [`Settings::still`] counts as one that
+    /// The least impulses of a solution of this scene, with its factor. A contact that slips or opens slower than [`Settings::still`] counts as one that
     /// sticks. [`Settings::tolerance`] is the momentum error that is allowed, and the largest error of a solution that has not reached its own
     /// tolerance ([`Solution::is_usable`]).
     ///
@@ -226,7 +226,8 @@ impl<T: Real> Noise<T> {
         mode: ContactMode,
     ) -> Bearing<T, D> {
         let [normal, tangent @ ..] = u.as_slice() else { return Bearing::Known };
-        if alpha <= T::ZERO || mode == ContactMode::Open && !self.hides(alpha, *normal) {
+        let opens = mode == ContactMode::Open && *normal > self.still && !self.hides(alpha, *normal);
+        if alpha <= T::ZERO || opens {
             return Bearing::Known;
         }
         let speed = norm(tangent);

@@ -38,7 +38,7 @@ pub struct Settings<T> {
     /// The contact law that is solved.
     pub model: Model,
     /// Speed along its tangents up to which a contact counts as one that sticks ([`crate::ContactMode`], m/s); 0 by default. It changes names
-    /// and no motion.
+    /// and no motion. In [`crate::LeastImpulses`] a contact that opens no faster may push.
     pub still: T,
 }
 

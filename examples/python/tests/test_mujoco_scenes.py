@@ -111,7 +111,7 @@ def test_each_step_obeys_the_law_and_gains_no_energy(scene: str, h: float) -> No
     assert done.stepper.unsolved == 0 and done.stepper.contradictions == 0 and done.stepper.fallbacks == 0
     assert done.judge.momentum < TOLERANCE
     # Least impulses count the creep of a contact in full, of which an impulse on the cone counts less. (Jacobians made twice differ by rounding.)
-    assert done.judge.law < 2 * TOLERANCE
+    assert done.judge.law < 4 * TOLERANCE
     assert done.judge.fed < 1e-9
     assert done.judge.growth() < rounding + rate * h
 

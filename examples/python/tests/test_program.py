@@ -33,7 +33,7 @@ def test_the_code_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:
         exec(block, names)
         if "Stepper(" in block:
             steppers.append(names["stepper"])
-    assert len(blocks) == 5
+    assert len(blocks) == 6
     assert names["solution"].solved and names["solution"].modes[0] == stiction.Mode.SLIP
     assert names["change"].facts.has_unique_impulses and names["gradient"].mu[0] < 0
     assert len(steppers) == 2 and all(stepper.steps > 900 and stepper.unsolved == 0 for stepper in steppers)

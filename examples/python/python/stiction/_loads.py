@@ -37,7 +37,7 @@ class Bearing:
         """Share loads as springs of equal stiffness do: unique, and the same whatever came before.
 
         Args:
-            still: speed along its tangents up to which a contact counts as one that sticks, m/s.
+            still: speed up to which a contact that slips or opens counts as one that sticks, m/s.
 
         Raises:
             ValueError: the scene was not solved, or its arrays have changed.
