@@ -3,7 +3,8 @@
 //! From impulses `s` that carry the load, `r = s - ε q` with `(W + ε / k) q = s / k`: what is internal to `s` goes. A further round takes `ε q` for
 //! `s`; what is missed of the load falls by a factor of `ε` each time.
 
-use super::springs::{Bearing, Springs};
+use super::spring::Bearing;
+use super::springs::Springs;
 use crate::linalg::blocks::product;
 use crate::linalg::cholesky::{axpy, factorise};
 use crate::linalg::stacked::Stacked;

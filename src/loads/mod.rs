@@ -18,10 +18,12 @@ use crate::sets::RowSet;
 use crate::solution::{ContactMode, RowMode, RowSolution, Settings, Solution};
 use heapless::Vec;
 use nalgebra::SVector;
-use springs::{Bearing, RowSpring, Springs};
+use spring::{Bearing, RowSpring};
+use springs::Springs;
 
 mod free;
 mod reserve;
+mod spring;
 mod springs;
 
 /// The least impulses of a solution: of all that obey the law with its velocity, those of springs of equal stiffness.

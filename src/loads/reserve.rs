@@ -4,7 +4,8 @@
 //! towards that boundary, so Newton's method from the side where they cannot finds it in a few trials.
 
 use super::Question;
-use super::springs::{Bearing, ContactSpring, RowSpring, Springs};
+use super::spring::{Bearing, ContactSpring, RowSpring};
+use super::springs::Springs;
 use crate::cone::FrictionCone;
 use crate::error::{Error, Input};
 use crate::factor::Factor;

@@ -4,7 +4,7 @@
 use crate::support::random::{draws, numbers};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3, vector};
 use stiction::{
-    Contact, ContactMode, Error, Inputs, JointRow, Kernel, Model, Real, RowLaw, Scene, Settings,
+    Contact, ContactMode, Error, Inputs, JointRow, Kernel, Model, Real, RowLaw, Scene, Settings, Surface,
     contact_frame,
 };
 
@@ -483,5 +483,62 @@ fn a_solution_of_another_scene_bears_nothing() -> Result<(), Error> {
         Ok(kernel.derivative(settings)?.forward(&change).velocity)
     };
     assert_eq!(response(&settings)?, response(&relaxed)?);
+    Ok(())
+}
+
+#[test]
+fn compliance_says_what_a_row_bears() -> Result<(), Error> {
+    let mut case = cables(4);
+    let mut kernel = Box::new(Room::<f64>::new());
+    case.rows.truncate(4);
+    case.fill(kernel.scene_mut())?;
+    let tensions =
+        |kernel: &Room<f64>| kernel.solution().rows.iter().map(|row| row.impulse).collect::<Vec<_>>();
+    let settings = Settings { budget: 5_000, ..Settings::new(1e-11) };
+    // Two cables across from each other give way: they bear less, and their compliance says how much.
+    for row in [0, 3] {
+        kernel.scene_mut().set_row_compliance(row, 0.01)?;
+    }
+    kernel.solve(&vector![0.0, 0.0, -98.1, 0.0, 0.0, 0.0, 0.0, 0.0], &settings)?;
+    let found = tensions(&kernel);
+    assert!(kernel.solution().is_solved() && found[0] < 0.9 * found[1], "{found:?}");
+    near("soft cables", &kernel.least_impulses(&settings)?.rows, &found, 1e-5);
+    Ok(())
+}
+
+#[test]
+fn contacts_with_spin_and_roll_share_as_well() -> Result<(), Error> {
+    let mut kernel = Box::new(Kernel::<f64, 6, 6, 2, 0, 2>::new());
+    kernel.scene_mut().set_mass(&SMatrix::identity())?;
+    for key in 0..2 {
+        let contact = Contact { jacobian: SMatrix::identity(), offset: SVector::zeros(), mu: 0.5, key };
+        let surface = Surface { spin: 0.2, roll: [0.1, 0.1], ..Surface::isotropic(0.5) };
+        kernel.scene_mut().push_on(&contact, &surface)?;
+    }
+    kernel.solver_mut().set_impulses(&[(0, vector![2.0, -0.2, 0.0, 0.0, 0.0, 0.0])], &[])?;
+    let push = vector![-2.0, 0.2, 0.1, 0.05, 0.01, 0.02];
+    let settings = Settings::new(1e-9);
+    assert!(kernel.solve(&push, &settings)?.is_solved());
+    for impulse in &kernel.least_impulses(&settings)?.contacts {
+        assert!((impulse + push * 0.5).norm() < 1e-7, "{impulse}");
+    }
+    let used = vector![0.2 / 0.5, 0.1 / 0.5, 0.05 / 0.2, 0.01 / 0.1, 0.02 / 0.1].norm() / 2.0;
+    near("all rows", &[kernel.slip_reserve(&Settings::new(1e-4))?], &[used], 1.1e-4);
+    Ok(())
+}
+
+#[test]
+fn what_creeps_bears_as_what_stands() -> Result<(), Error> {
+    // 1 % too much for friction: all corners slide, slowly.
+    let (mut kernel, _) = box_().solved::<f64>(&[1.01 * 0.5 * 2.0 * G, 0.0, -2.0 * G], 1e-9)?;
+    let modes = |kernel: &Room<f64>| {
+        kernel.solution().contacts.iter().map(|contact| contact.mode).collect::<Vec<_>>()
+    };
+    assert_eq!(modes(&kernel), [ContactMode::Slip; 4]);
+    let still = Settings { still: 0.1, budget: 5_000, ..Settings::new(1e-9) };
+    let push = vector![1.01 * 0.5 * 2.0 * G, 0.0, -2.0 * G, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let slides = kernel.solve(&push, &still)?.velocity[0];
+    assert!(slides > 0.01 && slides < 0.1, "{slides}");
+    assert_eq!(modes(&kernel), [ContactMode::Stick; 4]);
     Ok(())
 }
