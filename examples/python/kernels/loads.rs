@@ -9,9 +9,6 @@ use stiction::{Error, Kernel, Settings};
 /// Share of the tolerance that least impulses are to miss of the momentum of a step. If they miss more than the tolerance, those of the solution stay.
 const MOMENTUM: f64 = 0.01;
 
-/// Speed (m/s) up to which a contact of a step bears as one that is closed and sticks: positions are rounded.
-const STILL: f64 = 1e-6;
-
 /// What is asked of a solution.
 #[derive(Clone, Copy, Debug)]
 pub enum Asked<'a> {
@@ -31,7 +28,7 @@ pub(crate) fn read_least<const N: usize, const D: usize, const C: usize, const R
     settings: &Settings<f64>,
     out: &mut Out<'_, f64>,
 ) {
-    let exact = Settings { tolerance: settings.tolerance * MOMENTUM, still: STILL, ..*settings };
+    let exact = Settings { tolerance: settings.tolerance * MOMENTUM, ..*settings };
     if let Ok(least) = kernel.least_impulses(&exact)
         && least.momentum_error <= settings.tolerance
     {

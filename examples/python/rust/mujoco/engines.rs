@@ -25,14 +25,15 @@ struct Slot {
 pub(super) struct Engines(HashMap<(usize, Pass), Slot>);
 
 impl Engines {
-    /// Solves a problem from where the island's last solve ended, or `cold`. `shares` asks for the least impulses. `None` if no compiled size holds it, or its numbers are
+    /// Solves a problem from where the island's last solve ended, or `cold`. `still` asks for the least impulses, and is the speed up to
+    /// which contacts bear as those that stick. `None` if no compiled size holds it, or its numbers are
     /// out of range.
     pub(super) fn solve(
         &mut self,
         (island, pass): (usize, Pass),
         problem: &Problem<'_, f64>,
         settings: &Settings<f64>,
-        (cold, shares): (bool, bool),
+        (cold, still): (bool, Option<f64>),
         answer: &mut Answer<f64>,
     ) -> Option<Outcome> {
         let now = problem.needs();
@@ -63,8 +64,8 @@ impl Engines {
         let outcome = slot.engine.solve(settings, false).ok()?;
         let sizes = [problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()];
         slot.engine.read(&mut answer.out(sizes));
-        if shares && outcome.status == Status::Solved {
-            slot.engine.read_least(settings, &mut answer.out(sizes));
+        if let Some(still) = still.filter(|_| outcome.status == Status::Solved) {
+            slot.engine.read_least(&Settings { still, ..*settings }, &mut answer.out(sizes));
         }
         Some(outcome)
     }

@@ -121,7 +121,7 @@ impl PositionPass {
             let settings = Settings { budget: BUDGET, model, ..Settings::new(TOLERANCE) };
             let name = (island.dofs[0], Pass::Position);
             let problem = self.pack.problem();
-            let outcome = engines.solve(name, &problem, &settings, (is_first, false), &mut self.answer);
+            let outcome = engines.solve(name, &problem, &settings, (is_first, None), &mut self.answer);
             if outcome.is_some_and(|outcome| outcome.error <= USABLE)
                 && self.answer.v.iter().all(|z| z.is_finite())
             {

@@ -25,6 +25,8 @@ const KEPT: f64 = 1e-3;
 const WRITTEN: f64 = 1e-6;
 /// Contacts of a face as near as this are one.
 const NEAR: f64 = 1e-2;
+/// What is slower bears as if it stood, over the speed of a fall by the model's length.
+const STILL: f64 = 1e-6;
 /// A limit is passed from here on (m or rad; over the model's length if that is more than 1 m).
 const PASSED: f64 = 1e-12;
 /// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`).
@@ -259,8 +261,14 @@ impl Stepper {
         let touches = listed(&around, &self.taken, found);
         let rows = rows::list(&around, rates, [data.qvel(), &self.inertia.velocity], &mut found.limits);
         let (h, nv, scale) = (self.model.step(), self.model.sizes.velocities, self.scale());
-        let scene =
-            Scene { inertia: &self.inertia, touches: &touches, rows: &rows, h, reach: h * scale.speed };
+        let scene = Scene {
+            inertia: &self.inertia,
+            touches: &touches,
+            rows: &rows,
+            h,
+            reach: h * scale.speed,
+            still: STILL * scale.speed,
+        };
         let mut motion = Motion {
             velocity: self.inertia.velocity.clone(),
             impulses: vec![[0.0; 6]; touches.len()],

@@ -94,6 +94,8 @@ pub(super) struct Scene<'a> {
     pub(super) h: f64,
     /// What is open by more than this is not closed in a step (m, rad).
     pub(super) reach: f64,
+    /// A contact that opens or slips no faster bears as one that sticks (m/s): positions are rounded.
+    pub(super) still: f64,
 }
 
 impl<'a> Scene<'a> {
@@ -255,7 +257,8 @@ impl VelocityPass {
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
         let shares = softness == Softness::Rigid && !self.keeps_impulses && can_be_shared(scene, island);
-        let outcome = engines.solve(name, &self.pack.problem(), settings, (false, shares), &mut answer)?;
+        let still = shares.then_some(scene.still);
+        let outcome = engines.solve(name, &self.pack.problem(), settings, (false, still), &mut answer)?;
         self.pack.expand(scene.inertia, &mut answer);
         Some((outcome, answer))
     }
