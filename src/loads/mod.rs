@@ -246,8 +246,9 @@ impl<T: Real> Noise<T> {
             *first = T::ONE;
         }
         let (size, length) = (norm(&ray), norm(r));
-        // Of a slide whose direction is noise the impulse knows it better.
-        let is_noise = product(&ray, r) < size * length * T::literal(DIRECTION);
+        // Of a slide whose direction is noise the impulse knows it better, unless it is noise as well.
+        let knows_better = length > self.impulse * T::literal(64.0);
+        let is_noise = knows_better && product(&ray, r) < size * length * T::literal(DIRECTION);
         Bearing::Ray(if is_noise { r.map(|r| r / length) } else { ray.map(|x| x / size) })
     }
 

@@ -7,7 +7,7 @@ use stiction::nalgebra::SVector;
 use stiction::{Error, Kernel, Settings};
 
 /// Share of the tolerance that least impulses are to miss of the momentum of a step. If they miss more than the tolerance, those of the solution stay.
-const MOMENTUM: f64 = 0.01;
+const MOMENTUM: f64 = 0.1;
 
 /// What is asked of a solution.
 #[derive(Clone, Copy, Debug)]

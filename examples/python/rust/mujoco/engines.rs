@@ -14,6 +14,22 @@ pub(super) enum Pass {
     Position,
 }
 
+/// Asks for least impulses, where they may differ from those at which a solve ends.
+#[derive(Clone, Copy)]
+pub(super) struct Least {
+    /// A contact that opens or slips no faster bears as one that sticks (m/s).
+    pub(super) still: f64,
+    /// With at least as many unknown impulses, but for two, some may be internal.
+    pub(super) dofs: usize,
+}
+
+/// Rows of contacts that push and joint rows that hold: their impulses are unknown.
+fn unknowns(answer: &Answer<f64>, dim: usize) -> usize {
+    let contacts = answer.modes.iter().filter(|&&mode| mode != 0).count();
+    let rows = answer.row_modes.iter().filter(|&&mode| mode == 1 || mode == 4).count();
+    dim * contacts + rows
+}
+
 struct Slot {
     needs: Needs,
     index: usize,
@@ -25,15 +41,14 @@ struct Slot {
 pub(super) struct Engines(HashMap<(usize, Pass), Slot>);
 
 impl Engines {
-    /// Solves a problem from where the island's last solve ended, or `cold`. `still` asks for the least impulses, and is the speed up to
-    /// which contacts bear as those that stick. `None` if no compiled size holds it, or its numbers are
+    /// Solves a problem from where the island's last solve ended, or `cold`. `least` asks for the least impulses. `None` if no compiled size holds it, or its numbers are
     /// out of range.
     pub(super) fn solve(
         &mut self,
         (island, pass): (usize, Pass),
         problem: &Problem<'_, f64>,
         settings: &Settings<f64>,
-        (cold, still): (bool, Option<f64>),
+        (cold, least): (bool, Option<Least>),
         answer: &mut Answer<f64>,
     ) -> Option<Outcome> {
         let now = problem.needs();
@@ -64,7 +79,10 @@ impl Engines {
         let outcome = slot.engine.solve(settings, false).ok()?;
         let sizes = [problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()];
         slot.engine.read(&mut answer.out(sizes));
-        if let Some(still) = still.filter(|_| outcome.status == Status::Solved) {
+        if let Some(Least { still, dofs }) = least
+            && outcome.status == Status::Solved
+            && unknowns(answer, problem.dim) + 3 > dofs
+        {
             slot.engine.read_least(&Settings { still, ..*settings }, &mut answer.out(sizes));
         }
         Some(outcome)

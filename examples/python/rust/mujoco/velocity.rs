@@ -3,14 +3,14 @@
 //! Overlaps ask for no speed here, so without motion from outside standing still is allowed: nothing contradicts, and no overlap
 //! becomes momentum.
 
-use super::engines::{Engines, Pass};
+use super::engines::{Engines, Least, Pass};
 use super::inertia::Inertia;
 use super::islands::Island;
 use super::pack::Pack;
 use super::rows::{Kind, Row};
 use super::sweeps;
 use super::touch::{Touch, largest};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use stiction::{Settings, Status, Work};
 use stiction_kernels::problem::{Answer, Outcome};
 
@@ -256,9 +256,9 @@ impl VelocityPass {
         self.ask(scene, island, softness);
         let name = (island.dofs[0], Pass::Velocity);
         let mut answer = std::mem::take(&mut self.spare);
-        let shares = softness == Softness::Rigid && !self.keeps_impulses && can_be_shared(scene, island);
-        let still = shares.then_some(scene.still);
-        let outcome = engines.solve(name, &self.pack.problem(), settings, (false, still), &mut answer)?;
+        let shares = softness == Softness::Rigid && !self.keeps_impulses;
+        let least = shares.then(|| Least { still: scene.still, dofs: sharing_dofs(scene, island) });
+        let outcome = engines.solve(name, &self.pack.problem(), settings, (false, least), &mut answer)?;
         self.pack.expand(scene.inertia, &mut answer);
         Some((outcome, answer))
     }
@@ -298,9 +298,11 @@ impl VelocityPass {
     }
 }
 
-/// May impulses of an island be internal, so that they can be shared in many ways? One contact alone is not.
-fn can_be_shared(scene: &Scene<'_>, island: &Island) -> bool {
-    scene.touches(island).count() + scene.rows(island).count() > 1
+/// The number of velocities between which impulses of an island are shared: 0 if two geoms touch in several places.
+fn sharing_dofs(scene: &Scene<'_>, island: &Island) -> usize {
+    let mut pairs = HashSet::new();
+    let repeats = scene.touches(island).any(|touch| !pairs.insert(touch.face.geoms));
+    if repeats { 0 } else { island.dofs.len() }
 }
 
 /// Is it proved that the question has no answer?
