@@ -26,7 +26,7 @@ const WRITTEN: f64 = 1e-6;
 /// Contacts of a face as near as this are one.
 const NEAR: f64 = 1e-2;
 /// What is slower bears as if it stood, over the speed of a fall by the model's length.
-const STILL: f64 = 1e-6;
+const STILL: f64 = 1e-9;
 /// A limit is passed from here on (m or rad; over the model's length if that is more than 1 m).
 const PASSED: f64 = 1e-12;
 /// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`).
