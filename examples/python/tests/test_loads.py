@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from field import G, Array, scene
+from field import Array, G, scene
 
 import stiction
 
@@ -125,11 +125,17 @@ def test_a_solution_knows_the_arrays_that_were_solved() -> None:
     mass = M * 2
     M *= 2  # where it stands: nothing of the impulses tells
     changed = pytest.raises(ValueError, match="^solution: the arrays that were solved have changed")
-    for call in (found.least, found.slip_reserve, lambda: found.load_reserve(p), lambda: found.vjp(v=p), lambda: found.jvp(free_impulse=p)):
+    for call in (
+        found.least,
+        found.slip_reserve,
+        lambda: found.load_reserve(p),
+        lambda: found.vjp(v=p),
+        lambda: found.jvp(free_impulse=p),
+    ):
         with changed:
             call()
     M /= 2
-    assert (M == mass / 2).all() and found.least().momentum_error < 1e-8
+    assert (mass / 2 == M).all() and found.least().momentum_error < 1e-8
     batch = stiction.solve_batch(M[None], H[None], p[None], w[None], np.full((1, 4), 0.5), tol=1e-9)
     assert batch.vjp(v=p[None]).M.shape == (1, 6, 6)
     p[0] += 1e-9

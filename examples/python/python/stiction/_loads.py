@@ -20,7 +20,7 @@ class LeastImpulses:
     r: Array
     #: Of joint rows, ``(k,)``, N·s or N·m·s.
     row_impulses: Array
-    #: The share of its friction that each contact uses, ``(c,)``: ``|r_T| / (mu r_N)``, and 0 where nothing is used. 1 is no warning.
+    #: The share of its friction that each contact uses, ``(c,)``: ``|r_T| / (mu r_N)``, or 0. 1 is no warning.
     use: Array
     #: The share of the momentum of the solution's impulses that they miss.
     momentum_error: float
@@ -60,9 +60,9 @@ class Bearing:
         return float(self._told("slip", still, accuracy)[0])
 
     def load_reserve(self, load: ArrayLike, *, accuracy: float = 1e-4, still: float = 0.0) -> float:
-        """Tell the largest factor on a further impulse ``load`` ``(n,)`` with which all that sticks still sticks, by the convex relaxation.
+        """Tell the largest factor on a further impulse ``load`` ``(n,)`` with which all that sticks still sticks.
 
-        Coulomb's law may let go earlier.
+        It is that of the convex relaxation: Coulomb's law may let go earlier.
 
         Args:
             load: over the velocities, N·s, N·m·s.
@@ -90,7 +90,9 @@ def _use(r: Array, mu: Any) -> Array:
     tangents, own = r[:, 1:], np.asarray(mu, np.float64)
     own = own[:, None] if own.ndim == 1 else own
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.nan_to_num(np.linalg.norm(np.where(tangents == 0.0, 0.0, tangents / own), axis=1) / r[:, 0], nan=0.0, posinf=np.inf)
+        rub: Array = np.linalg.norm(np.where(tangents == 0.0, 0.0, tangents / own), axis=1)
+        used: Array = np.where(rub == 0.0, 0.0, rub / r[:, 0])
+    return used
 
 
 def rest_reserve(

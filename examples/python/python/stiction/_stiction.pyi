@@ -5,7 +5,19 @@ from numpy.typing import NDArray
 
 from ._arrays import Scene
 
-__all__ = ["SIZES", "Kernel", "Stepper", "batch_shape", "bear", "check_version", "derivative", "fingerprint", "rollout", "solve", "solve_batch"]
+__all__ = [
+    "SIZES",
+    "Kernel",
+    "Stepper",
+    "batch_shape",
+    "bear",
+    "check_version",
+    "derivative",
+    "fingerprint",
+    "rollout",
+    "solve",
+    "solve_batch",
+]
 
 SIZES: list[tuple[int, int, int, int, int]]
 

@@ -47,7 +47,7 @@ def solve(M: Any, H: Any, free_impulse: Any, w: Any, mu: Any) -> tuple[Any, Any]
 @partial(solve.defjvp, symbolic_zeros=True)
 def _changed(arrays: Any, changes: Any) -> tuple[Any, Any]:
     moves = tuple(not isinstance(change, SymbolicZero) for change in changes)
-    v, r = _CHANGE.bind(*arrays, *compress(changes, moves), moves=moves)
+    v, r = _CHANGE.bind(*arrays, *compress(changes, moves), moves=moves)  # type: ignore[no-untyped-call]
     return solve(*arrays), (v, r)
 
 
@@ -56,7 +56,7 @@ _CHANGE = Primitive("stiction_change")
 _CHANGE.multiple_results = True
 
 
-@_CHANGE.def_impl
+@_CHANGE.def_impl  # type: ignore[untyped-decorator]
 def _forward(*operands: Any, moves: tuple[bool, ...]) -> Any:
     def host(*given: Any) -> tuple[Any, Any]:
         changes = (np.asarray(change, np.float64) for change in given[len(_NAMES) :])
@@ -74,9 +74,9 @@ def _backward(weights: Any, *operands: Any, moves: tuple[bool, ...]) -> list[Any
         found = _solved(given).vjp(v=np.asarray(v, np.float64), r=np.asarray(r, np.float64))
         return tuple(getattr(found, name) for name in compress(_NAMES, moves))
 
-    v, r = (ad.instantiate_zeros(weight) for weight in weights)
+    v, r = (ad.instantiate_zeros(weight) for weight in weights)  # type: ignore[no-untyped-call]
     gradients = _call(host, tuple(compress(arrays, moves)), v, r, *arrays)
-    asked = (ad.is_undefined_primal(change) for change in operands[len(_NAMES) :])
+    asked = (ad.is_undefined_primal(change) for change in operands[len(_NAMES) :])  # type: ignore[no-untyped-call]
     return [None] * len(_NAMES) + [gradient if is_asked else None for gradient, is_asked in zip(gradients, asked, strict=True)]
 
 
@@ -87,10 +87,11 @@ def _batched(operands: Any, axes: Any, *, moves: tuple[bool, ...]) -> Any:
         jnp.broadcast_to(operand, (size, *operand.shape)) if axis is None else jnp.moveaxis(operand, axis, 0)
         for operand, axis in zip(operands, axes, strict=True)
     ]
-    return jax.lax.map(lambda own: _CHANGE.bind(*own, moves=moves), tuple(leading)), [0, 0]
+    bind = partial(_CHANGE.bind, moves=moves)
+    return jax.lax.map(lambda own: bind(*own), tuple(leading)), [0, 0]
 
 
-_CHANGE.def_abstract_eval(lambda *operands, moves: list(operands[2:4]))
+_CHANGE.def_abstract_eval(lambda *operands, moves: list(operands[2:4]))  # type: ignore[no-untyped-call]
 ad.primitive_transposes[_CHANGE] = _backward
 batching.primitive_batchers[_CHANGE] = _batched
 mlir.register_lowering(_CHANGE, mlir.lower_fun(_forward, multiple_results=True))
