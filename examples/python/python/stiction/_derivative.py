@@ -68,7 +68,7 @@ class Facts:
 
     #: The least impulse that would change a mode, as a share of the largest; near 0 derivatives are one-sided.
     margin: Array
-    #: Are impulses determined by the data? If not, theirs are the changes of ``Solution.least``, while these are inside their cones.
+    #: Are impulses determined by the data? If not, theirs are those of ``Solution.least``, while these are inside their cones.
     has_unique_impulses: Array
     #: Is the velocity?
     has_unique_velocity: Array
