@@ -85,9 +85,6 @@ pub struct Derivative<
     moves_freely: bool,
 }
 
-/// Largest quotient of two weights.
-const LARGEST_WEIGHT: f64 = 8.0;
-
 impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Derivative<'a, T, N, D, C, R, S>
 {
@@ -149,21 +146,8 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         unknowns
     }
 
-    /// Sets the weights of unknowns: impulses over the root of the stiffness of their springs, as of [`crate::LeastImpulses`]. If these differ much,
-    /// weights would enlarge what little the null space moves, and all are 1: unknowns are over the roots of effective masses already.
+    /// Sets the weights of unknowns: impulses over the root of the stiffness of their springs, as of [`crate::LeastImpulses`].
     fn weigh(&mut self) {
-        self.set_weights();
-        let weights = self.lu.weights_mut();
-        let (mut least, mut largest) = (T::INFINITY, T::ZERO);
-        for &weight in weights.iter().filter(|&&weight| weight > T::ZERO) {
-            (least, largest) = (least.min(weight), largest.max(weight));
-        }
-        if largest > least * T::literal(LARGEST_WEIGHT) {
-            weights.iter_mut().for_each(|weight| *weight = T::ONE);
-        }
-    }
-
-    fn set_weights(&mut self) {
         let factor = self.factor;
         let mass = factor.common_effective_mass().square_root();
         let mut weights = self.lu.weights_mut().iter_mut();
@@ -235,8 +219,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     }
 
     /// Are the impulses unique? In a hyperstatic scene they are not, so they have no derivative: [`Self::forward`] returns the least change, which is
-    /// that of the [`crate::LeastImpulses`] while none of these is on the boundary of its cone (and effective masses differ by less than a factor of 64),
-    /// and [`Self::adjoint`] returns its gradient.
+    /// that of the [`crate::LeastImpulses`] while none of these is on the boundary of its cone, and [`Self::adjoint`] returns its gradient.
     #[must_use]
     pub fn has_unique_impulses(&self) -> bool {
         self.lu.rank() == self.lu.size()

@@ -203,7 +203,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Lu<T, D, C, R> {
         let mut free = Stacked::<T, D, C, R>::zero();
         let mut part = T::ONE;
         for c in rank..size {
-            *free.at_mut(c)? = part;
+            *free.at_mut(c)? = part * self.weight(c)?;
             part *= T::literal(-0.9);
         }
         let mut null = Stacked::zero();
