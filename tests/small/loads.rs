@@ -2,6 +2,7 @@
 #![allow(clippy::float_cmp)] // with infinity, and of equal bits
 
 use crate::support::random::{draws, numbers};
+use crate::support::sizes::{cart, rolling};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3, vector};
 use stiction::{
     Contact, ContactMode, Error, Inputs, JointRow, Kernel, Model, Real, RowLaw, Scene, Settings, Surface,
@@ -208,27 +209,33 @@ fn they_share_it_in_single_precision() -> Result<(), Error> {
     cables_share::<f32>(1e-5, 3e-3)
 }
 
-/// The ladder of the school book, in the plane, on a floor and a wall. Its friction may fall to the `s` with `tan = (1 - s² a b) / (2 s a)`.
-fn ladder(angle: f64, [floor, wall]: [f64; 2]) -> (Kernel<f64, 3, 2, 2>, f64) {
+/// The ladder of the school book, in the plane (x, height, angle), on a floor and a wall. Its friction may fall to the `s` with
+/// `tan = (1 - s² a b) / (2 s a)`.
+fn ladder(angle: f64, [floor, wall]: [f64; 2]) -> Result<(Box<cart::Kernel<f64>>, f64), Error> {
     let (c, s) = (angle.cos(), angle.sin());
-    let mut kernel = Kernel::new();
+    let mut kernel = Box::new(cart::Kernel::new());
     let scene = kernel.scene_mut();
-    scene.set_mass(&Matrix3::from_diagonal(&vector![10.0, 10.0, 10.0 / 3.0])).expect("a mass");
+    scene.set_velocities(3)?;
+    scene.set_mass(&SMatrix::from_diagonal(&vector![10.0, 10.0, 10.0 / 3.0, 0.0, 0.0, 0.0]))?;
     let row = |n: [f64; 2], r: [f64; 2]| [n[0], n[1], r[0] * n[1] - r[1] * n[0]];
     for (key, n, e, r, mu) in
         [(0, [0.0, 1.0], [1.0, 0.0], [c, -s], floor), (1, [1.0, 0.0], [0.0, 1.0], [-c, s], wall)]
     {
         let rows = [row(n, r), row(e, r)];
-        let jacobian = SMatrix::from_fn(|i, j| rows[i][j]);
-        scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu, key }).expect("a contact");
+        let jacobian = SMatrix::from_fn(|i, j| rows[i].get(j).copied().unwrap_or(0.0));
+        scene.push(&Contact { jacobian, offset: vector![0.0, 0.0], mu, key })?;
     }
     let (mut low, mut high) = (1e-9, 10.0);
     for _ in 0..100 {
         let share = 0.5 * (low + high);
         let tan = (1.0 - share * share * floor * wall) / (2.0 * share * floor);
-        if tan > angle.tan() { low = share } else { high = share }
+        if tan > angle.tan() {
+            low = share;
+        } else {
+            high = share;
+        }
     }
-    (kernel, high)
+    Ok((kernel, high))
 }
 
 #[test]
@@ -259,8 +266,8 @@ fn a_reserve_is_the_friction_that_statics_asks_for() -> Result<(), Error> {
     both("rod turned", reserve(&rod(), &[0.0, 0.0, -G, 0.0, 0.0, 0.7 * 0.5 * G * 0.5])?, 0.7);
     both("nothing to hold", reserve(&box_(), &[0.0, 0.0, -2.0 * G])?, 0.0);
     for degrees in [50.0_f64, 60.0, 70.0] {
-        let (mut kernel, expected) = ladder(degrees.to_radians(), [0.8, 0.6]);
-        let push = vector![0.0, -10.0 * G, 0.0];
+        let (mut kernel, expected) = ladder(degrees.to_radians(), [0.8, 0.6])?;
+        let push = vector![0.0, -10.0 * G, 0.0, 0.0, 0.0, 0.0];
         assert!(kernel.solve(&push, &Settings { budget: 5_000, ..Settings::new(1e-10) })?.is_solved());
         both("ladder", [kernel.slip_reserve(&settings)?, kernel.rest_reserve(&push, &settings)?], expected);
     }
@@ -508,7 +515,7 @@ fn compliance_says_what_a_row_bears() -> Result<(), Error> {
 
 #[test]
 fn contacts_with_spin_and_roll_share_as_well() -> Result<(), Error> {
-    let mut kernel = Box::new(Kernel::<f64, 6, 6, 2, 0, 2>::new());
+    let mut kernel = Box::new(rolling::Kernel::<f64>::new());
     kernel.scene_mut().set_mass(&SMatrix::identity())?;
     for key in 0..2 {
         let contact = Contact { jacobian: SMatrix::identity(), offset: SVector::zeros(), mu: 0.5, key };
