@@ -111,6 +111,15 @@ const RESTORED: f64 = 1e3;
 /// Least cosine of an impulse and the direction against a slip, for which that direction counts as known: an angle of 0.8°.
 const DIRECTION: f64 = 0.9999;
 
+/// Least impulse that may know the direction of a slide, over impulses that are noise.
+const KNOWS_DIRECTION: f64 = 64.0;
+
+/// Rounding error of the momentum that impulses carry, over the epsilon of a number and the root of their energy.
+const ROUNDING: f64 = 16.0;
+
+/// Square of what springs that can carry a load miss of it in a round, over `ε` and the energy of its impulses.
+const MOST_MISSED: f64 = 16.0;
+
 /// Stiffness `k` and anchor `a` of a spring that stands for an effective mass, in series with a compliance that is given over `ε`.
 fn in_series<T: Real, const K: usize>(mass: T, compliance: T, r: [T; K]) -> (T, [T; K]) {
     (mass / (T::ONE + compliance * mass), r.map(|r| r * compliance))
@@ -173,9 +182,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Sp
             }
             energy += *raw * *raw * factor.delassus().row_inverse_mass(j);
         }
-        let rounding = T::EPSILON * T::literal(16.0);
+        let rounding = T::EPSILON * T::literal(ROUNDING);
         self.noise = rounding * rounding * energy;
-        self.most_missed = self.softness * energy * T::literal(16.0);
+        self.most_missed = self.softness * energy * T::literal(MOST_MISSED);
         factor.add_whitened(&raw, &mut self.load);
         self.known = Some(raw);
         Ok(())
@@ -247,7 +256,7 @@ impl<T: Real> Noise<T> {
         }
         let (size, length) = (norm(&ray), norm(r));
         // Of a slide whose direction is noise the impulse knows it better, unless it is noise as well.
-        let knows_better = length > self.impulse * T::literal(64.0);
+        let knows_better = length > self.impulse * T::literal(KNOWS_DIRECTION);
         let is_noise = knows_better && product(&ray, r) < size * length * T::literal(DIRECTION);
         Bearing::Ray(if is_noise { r.map(|r| r / length) } else { ray.map(|x| x / size) })
     }

@@ -33,9 +33,9 @@ pub(super) struct ContactSpring<T: Real, const D: usize> {
 /// The spring of a joint row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RowSpring<T> {
-    /// The least and the largest impulse; both are its own if the row moves.
+    /// The least and the largest impulse (N·s, N·m·s).
     pub(super) bounds: [T; 2],
-    /// `k_j`, 0 if its impulse is known.
+    /// `k_j`, 0 if its impulse is known because the row moves.
     pub(super) stiffness: T,
     /// `a_j`
     pub(super) anchor: T,

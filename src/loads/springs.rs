@@ -34,6 +34,12 @@ const SHORTEST_STEP: f64 = 1e-10;
 /// Largest impulses that correct missed momentum, over it: larger ones would be internal.
 const LARGEST_CORRECTION: f64 = 64.0;
 
+/// Largest energy of what a round misses, over that of the round before: a larger one is no progress.
+const PROGRESS: f64 = 0.64;
+
+/// Share of the decrease that the slope promises, with which a step is content.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
 /// Rounds at most.
 const MOST_ROUNDS: usize = 8;
 
@@ -116,7 +122,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             let missed = self.missed();
             let energy = self.factor.energy(&missed);
             // If a round brings it no nearer, the springs cannot carry the load; nor can they if they miss more than `ε` accounts for.
-            if energy <= goal || energy > (last * T::literal(0.64)).min(self.most_missed) {
+            if energy <= goal || energy > (last * T::literal(PROGRESS)).min(self.most_missed) {
                 last = energy;
                 break;
             }
@@ -256,7 +262,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
                 let helps = if is_rounding {
                     self.factor.energy(&next.gradient) <= size * T::literal(0.25)
                 } else {
-                    next.value <= point.value + slope * length * T::literal(1e-4) + rounding
+                    next.value <= point.value + slope * length * T::literal(SUFFICIENT_DECREASE) + rounding
                 };
                 if helps {
                     *point = next;
