@@ -73,6 +73,8 @@ class Stepper:
         #: Steps in which an island had more contacts than any kernel has room for, so that all gave way a little. They are not
         #: solved, with an infinite error.
         self.crowded = 0
+        #: Steps in which something moved farther than contacts are looked for on its way.
+        self.blind = 0
         #: How the last step ended.
         self.status = Status.UNSOLVED
         #: Its error.
@@ -100,6 +102,14 @@ class Stepper:
     def reset(self) -> None:
         """Forget the last step, as after ``mj_resetData``: the next one starts cold."""
         self._own.reset()
+
+    def state(self) -> NDArray[np.float64]:
+        """What the next step takes from those before it, beside MuJoCo's state. The next solve starts cold, here and where it is set."""
+        return np.array(self._own.state())
+
+    def set_state(self, data: mujoco.MjData, state: ArrayLike) -> None:
+        """Go on as after :meth:`state`, with data whose ``mjSTATE_INTEGRATION`` is that of then."""
+        self._own.set_state(data._address, [float(x) for x in np.asarray(state)])
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> None:
         """Advance ``data`` by one step, or several; ``step1`` and ``step2`` in one.
@@ -138,9 +148,9 @@ class Stepper:
         cold._own.keep_impulses()
         return derivatives(cold, data, eps, self._settings[0])
 
-    def _count(self, numbers: tuple[int, int, float, int, int, int, tuple[int, float, int]]) -> None:
+    def _count(self, numbers: tuple[int, int, float, int, int, int, int, tuple[int, float, int]]) -> None:
         """Add what a call has counted."""
-        steps, unsolved, worst_error, contradictions, fallbacks, crowded, (status, self.error, self.work) = numbers
+        steps, unsolved, worst_error, contradictions, fallbacks, crowded, blind, (status, self.error, self.work) = numbers
         self.status = _STATUS[status]
         self.steps += steps
         self.unsolved += unsolved
@@ -148,6 +158,7 @@ class Stepper:
         self.contradictions += contradictions
         self.fallbacks += fallbacks
         self.crowded += crowded
+        self.blind += blind
 
 
 class Rollout(NamedTuple):

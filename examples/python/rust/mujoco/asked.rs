@@ -1,5 +1,6 @@
 //! What the position pass asks of an island: how far each contact and each row is to come back in the step.
 
+use super::creep::Creep;
 use super::islands::Island;
 use super::rows::{Kind, Row};
 use super::touch::dot;
@@ -11,6 +12,8 @@ const SHARE: f64 = 0.8;
 /// Compliance of contacts and of other rows, over what moves them.
 const CONTACT: f64 = 1e-4;
 const ROW: f64 = 0.02;
+/// Compliance of contacts that keep the impulses of the velocity pass.
+const PRESSED: f64 = 1e-5;
 /// A row is moved as little as if it were at least this share of a free point.
 const LEAST: f64 = 1e-2;
 /// Rows that move less than this share of a free point have no lever: they are left as they are.
@@ -29,6 +32,10 @@ const LITTLE: f64 = 0.1;
 pub(super) struct Asked {
     pub(super) touches: Vec<Demand>,
     pub(super) rows: Vec<Demand>,
+    /// Do contacts keep the impulses of the velocity pass, and change these?
+    pub(super) is_pressed: bool,
+    /// How fast they are taken back along tangents, all together.
+    crept: f64,
     scratch: Vec<f64>,
 }
 
@@ -39,6 +46,9 @@ pub(super) struct Demand {
     /// The velocity that is left to it.
     pub(super) offset: f64,
     pub(super) compliance: f64,
+    /// The velocity along tangents of a contact, and the impulses that it starts from.
+    pub(super) slip: [f64; 2],
+    pub(super) start: [f64; 3],
 }
 
 /// The model's own length (m) and speed (m/s).
@@ -51,6 +61,8 @@ pub(super) struct Scale {
 /// How an island moves.
 pub(super) struct Moving<'a> {
     pub(super) motion: &'a Motion,
+    /// How far contacts that stick have crept (m).
+    pub(super) creeps: &'a [Creep],
     pub(super) scale: Scale,
     /// Is a velocity one of turning?
     pub(super) turns: &'a [bool],
@@ -59,6 +71,11 @@ pub(super) struct Moving<'a> {
 }
 
 impl Moving<'_> {
+    /// Does a contact of an island creep?
+    fn creeps_in(&self, island: &Island) -> bool {
+        island.touches.iter().any(|&place| self.creeps[place].counts)
+    }
+
     /// Is a row asked to close?
     fn asks(&self, row: &Row) -> bool {
         row.kind != Kind::Friction && !(self.is_blocked && row.spring.is_some())
@@ -84,7 +101,7 @@ impl Asked {
             let row = &scene.rows[demand.place];
             add(&row.jacobian, demand.offset, row.kind == Kind::Equality);
         }
-        done > LITTLE * asked
+        done > LITTLE * asked || asked < self.crept
     }
 
     /// Lists what is asked at the end of a motion.
@@ -92,6 +109,9 @@ impl Asked {
         let (h, Moving { motion, scale, .. }) = (scene.h, moving);
         self.touches.clear();
         self.rows.clear();
+        self.is_pressed = moving.creeps_in(island);
+        let own = island.touches.iter().map(|&place| moving.creeps[place]).filter(|creep| creep.counts);
+        self.crept = own.map(|creep| creep.along[0].hypot(creep.along[1]) / h).sum();
         let soft = |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
         let lever = |response: f64, mobility: f64| {
             if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 }
@@ -108,10 +128,21 @@ impl Asked {
                 let most = h * fastest * lever(touch.response, touch.mobility);
                 open = (open + old) - (SHARE * old).min(most);
             }
+            let (mut slip, mut start) = ([0.0; 2], [0.0; 3]);
+            if self.is_pressed {
+                let tangents = touch.rows.chunks_exact(touch.rows.len() / touch.dim).skip(1);
+                for (i, (slip, row)) in slip.iter_mut().zip(tangents).enumerate() {
+                    *slip = dot(row, &motion.velocity) + touch.outside[1 + i] + touch.surface[i];
+                    *slip += moving.creeps[place].along[i] / h;
+                }
+                start.copy_from_slice(&motion.impulses[place][..3]);
+            }
             self.touches.push(Demand {
                 place,
                 offset: open / h,
-                compliance: soft(CONTACT, touch.response, touch.mobility),
+                compliance: soft(if self.is_pressed { PRESSED } else { CONTACT }, touch.response, touch.mobility),
+                slip,
+                start,
             });
         }
         for (&place, row) in island.rows.iter().zip(scene.rows(island)) {
@@ -129,7 +160,7 @@ impl Asked {
             } else if open < 0.0 {
                 open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever(response, row.mobility));
             }
-            self.rows.push(Demand { place, offset: open / h, compliance: soft(ROW, response, row.mobility) });
+            self.rows.push(Demand { place, offset: open / h, compliance: soft(ROW, response, row.mobility), slip: [0.0; 2], start: [0.0; 3] });
         }
         self.slow_down(scene, moving);
     }
@@ -172,7 +203,7 @@ pub(super) fn is_needed(scene: &Scene<'_>, island: &Island, moving: &Moving<'_>)
     let left = LEFT * moving.scale.length;
     let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &moving.motion.velocity);
     let (mut touches, rows) = (scene.touches(island), scene.rows(island));
-    touches.any(|touch| after(touch.gap, touch.normal_row()) < -left)
+    moving.creeps_in(island) || touches.any(|touch| after(touch.gap, touch.normal_row()) < -left)
         || rows.filter(|row| moving.asks(row)).any(|row| {
             let after = after(row.gap, &row.jacobian);
             after < -left || row.kind == Kind::Equality && after > left

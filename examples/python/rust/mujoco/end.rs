@@ -91,11 +91,11 @@ impl Lookout<'_> {
     }
 
     /// Looks for what overlaps after the step; where things move far, for what overlaps first on the way.
-    pub(super) fn look(&self, step: &Step<'_>, scratch: &mut Data) -> Vec<Seen> {
+    pub(super) fn look(&self, step: &Step<'_>, scratch: &mut Data) -> (Vec<Seen>, bool) {
         let h = self.model.step();
         self.pose(step, scratch, h);
         let moved = moved(self.model, step.data, scratch);
-        let mut poses = self.facts.poses(&moved);
+        let (mut poses, is_blind) = self.facts.poses(&moved);
         loop {
             let mut is_doubtful = false;
             for pose in 1..=poses {
@@ -116,11 +116,11 @@ impl Lookout<'_> {
                 }
                 // Where it goes from there is not known yet.
                 if !seen.is_empty() {
-                    return seen;
+                    return (seen, is_blind);
                 }
             }
             if !is_doubtful || poses >= MOST_POSES {
-                return Vec::new();
+                return (Vec::new(), is_blind);
             }
             // Entered so deep that its side is not known: looked at on the way.
             poses = (4 * poses).min(MOST_POSES);

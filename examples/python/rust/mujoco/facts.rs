@@ -67,16 +67,19 @@ impl Facts {
 
     /// At how many poses of a step contacts are looked for, if geoms move by so much: one at the end, more if something moves by
     /// more than its thickness and that of the thinnest geom.
-    pub(super) fn poses(&self, moved: &[Moved]) -> u32 {
+    pub(super) fn poses(&self, moved: &[Moved]) -> (u32, bool) {
         let most = (moved.iter().zip(&self.thickness).zip(&self.moves))
             .filter(|&(_, &moves)| moves)
             .map(|((moved, thickness), _)| moved.most / (thickness + self.thinnest))
             .fold(1.0, f64::max);
-        (1..MOST_POSES).find(|&poses| f64::from(poses) >= most).unwrap_or(MOST_POSES)
+        let enough = (1..=MOST_FAR).find(|&poses| f64::from(poses) >= most);
+        (enough.unwrap_or(MOST_FAR), enough.is_none())
     }
 }
 
-/// The most poses of a step that contacts are looked for at.
+/// The most poses of a step that contacts are looked for at as far as things move; what needs more is counted.
+const MOST_FAR: u32 = 256;
+/// And as deep as things have entered.
 pub(super) const MOST_POSES: u32 = 16;
 
 /// Which velocities are those of turning.

@@ -4,6 +4,7 @@
 //! belongs together, `velocity` and `position` for the two passes, and `end` for what was not foreseen.
 
 mod asked;
+mod creep;
 mod crowd;
 mod end;
 mod engines;
@@ -85,6 +86,14 @@ impl Stepper {
 
     fn reset(&mut self) {
         self.own.reset();
+    }
+
+    fn state(&mut self) -> Vec<f64> {
+        self.own.state()
+    }
+
+    fn set_state(&mut self, py: Python<'_>, data: usize, state: Vec<f64>) -> PyResult<()> {
+        self.run(py, data, |own, data| own.set_state(data, &state).ok_or("state: of another model"))
     }
 
     /// What each contact of MuJoCo's list does; -1 of one that took no part.

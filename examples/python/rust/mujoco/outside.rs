@@ -64,6 +64,66 @@ impl Follower {
         *last = moved;
     }
 
+    /// Has something been moved since the end of the last step?
+    pub(super) fn moves(&self) -> bool {
+        let moves = |last: &Outside| last.moves_mocap() || last.joints.iter().any(|&moved| moved != 0.0);
+        self.last.as_ref().is_some_and(moves)
+    }
+
+    /// How a body of motion capture has moved since the end of the last step: along, about, and where it is.
+    pub(super) fn moved(&self, mocap: usize, data: &Data) -> [Vector3<f64>; 3] {
+        let [along, about] = self.last.as_ref().map_or_else(Default::default, |last| last.mocap[mocap]);
+        [along, about, data.mocap_pos()[mocap].into()]
+    }
+
+    /// How far positions were written to since then.
+    pub(super) fn written(&self) -> &[f64] {
+        self.last.as_ref().map_or(&[], |last| &last.joints)
+    }
+
+    /// Writes what is known of the last steps.
+    pub(super) fn write(&self, out: &mut Vec<f64>) {
+        out.push(f64::from(u8::from(self.end.is_some())));
+        if let Some(((_, time), positions, poses)) = &self.end {
+            out.push(*time);
+            out.extend(positions);
+            poses.iter().for_each(|(place, turned)| out.extend(place.iter().chain(turned)));
+        }
+        out.push(f64::from(u8::from(self.last.is_some())));
+        if let Some(last) = &self.last {
+            last.mocap.iter().flatten().for_each(|moved| out.extend(moved.iter()));
+            out.extend(&last.joints);
+        }
+    }
+
+    /// Takes over what was written, as of this data.
+    pub(super) fn read(&mut self, model: &Model, data: &Data, own: &mut impl Iterator<Item = f64>) -> Option<()> {
+        let (nq, nv, mocaps) = (data.qpos().len(), model.sizes.velocities, model.sizes.mocaps);
+        self.reset();
+        if own.next()? > 0.0 {
+            let time = own.next()?;
+            let positions: Vec<f64> = own.by_ref().take(nq).collect();
+            let mut poses = Vec::new();
+            for _ in 0..mocaps {
+                let mut next = || own.next();
+                poses.push(([next()?, next()?, next()?], [next()?, next()?, next()?, next()?]));
+            }
+            self.end = Some(((data.place(), time), positions, poses));
+        }
+        if own.next()? > 0.0 {
+            let mut mocap = Vec::new();
+            for _ in 0..mocaps {
+                let mut next = || own.next();
+                mocap.push([
+                    Vector3::new(next()?, next()?, next()?),
+                    Vector3::new(next()?, next()?, next()?),
+                ]);
+            }
+            self.last = Some(Outside { mocap, joints: own.by_ref().take(nv).collect() });
+        }
+        Some(())
+    }
+
     /// Remembers the end of a step.
     pub(super) fn keep(&mut self, data: &Data) {
         let (end, positions, poses) = self.end.get_or_insert_default();

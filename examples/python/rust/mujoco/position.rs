@@ -15,6 +15,7 @@ use stiction_kernels::problem::Answer;
 
 /// A correction is solved to this error, for this much work, and used up to that one.
 const TOLERANCE: f64 = 1e-4;
+const PRESSED: f64 = 1e-8;
 const BUDGET: usize = 1_000;
 const USABLE: f64 = 1e-2;
 /// More contacts and rows than so many are swept first.
@@ -27,7 +28,7 @@ pub(super) struct PositionPass {
     settler: Settler,
     asked: Asked,
     /// Islands that hardly gave way, by their first velocities, and for how many steps they are left as they are.
-    locked: HashMap<usize, u32>,
+    pub(super) locked: HashMap<usize, u32>,
 }
 
 impl PositionPass {
@@ -73,15 +74,17 @@ impl PositionPass {
 
     /// Sweeps over what is asked, if it is much; `false` if that finds nothing.
     fn sweep(&mut self, scene: &Scene<'_>, island: &Island, correction: &mut [f64]) -> bool {
-        let Asked { touches, rows, .. } = &self.asked;
-        if touches.len() + rows.len() <= FEW {
+        let Asked { touches, rows, is_pressed, .. } = &self.asked;
+        if touches.len() + rows.len() <= FEW && !is_pressed {
             return false;
         }
         let (settler, coordinates) = (&mut self.settler, (scene.inertia, &island.dofs[..]));
         settler.begin(island.dofs.len());
         for demand in touches {
             let touch = &scene.touches[demand.place];
-            settler.contact(coordinates, touch, (demand.offset, demand.compliance));
+            let [one, other] = demand.slip;
+            let offset = [demand.offset, one, other];
+            settler.contact(coordinates, touch, (offset, demand.compliance, demand.start));
         }
         for demand in rows {
             let row = &scene.rows[demand.place];
@@ -103,10 +106,24 @@ impl PositionPass {
         is_first: bool,
         correction: &mut [f64],
     ) -> bool {
-        let Asked { touches, rows, .. } = &self.asked;
-        self.pack.begin(scene.inertia, &island.dofs, 3, None);
+        let Asked { touches, rows, is_pressed, .. } = &self.asked;
+        let start = is_pressed.then(|| {
+            let mut start = vec![0.0; correction.len()];
+            for demand in touches {
+                let rows = &scene.touches[demand.place].rows;
+                for (row, impulse) in rows.chunks_exact(start.len()).zip(demand.start) {
+                    start.iter_mut().zip(row).for_each(|(sum, entry)| *sum -= impulse * entry);
+                }
+            }
+            start
+        });
+        self.pack.begin(scene.inertia, &island.dofs, 3, start.as_deref());
         for demand in touches {
-            let offset = [demand.offset, 0.0, 0.0, 0.0, 0.0, 0.0];
+            let own = [demand.offset, demand.slip[0], demand.slip[1]];
+            let mut offset = [0.0; 6];
+            for ((offset, own), start) in offset.iter_mut().zip(own).zip(demand.start) {
+                *offset = own - demand.compliance * start;
+            }
             self.pack.contact(&scene.touches[demand.place], offset);
         }
         for demand in rows {
@@ -118,10 +135,12 @@ impl PositionPass {
         );
         self.pack.reduce(scene.inertia);
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
-            let settings = Settings { budget: BUDGET, model, ..Settings::new(TOLERANCE) };
+            let tolerance = if *is_pressed { PRESSED } else { TOLERANCE };
+            let settings = Settings { budget: BUDGET, model, ..Settings::new(tolerance) };
             let name = (island.dofs[0], Pass::Position);
             let problem = self.pack.problem();
-            let outcome = engines.solve(name, &problem, &settings, (is_first, None), &mut self.answer);
+            let cold = is_first && !is_pressed;
+            let outcome = engines.solve(name, &problem, &settings, (cold, None), &mut self.answer);
             if outcome.is_some_and(|outcome| outcome.error <= USABLE)
                 && self.answer.v.iter().all(|z| z.is_finite())
             {

@@ -1,7 +1,7 @@
 //! Joint rows of a step: equalities, dry friction, limits.
 
 use super::facts::mobility;
-use super::ffi::{CONNECT, Data, JOINT, Model, SITE, WELD};
+use super::ffi::{CONNECT, Data, Model, SITE, WELD};
 use super::outside::Outside;
 use super::touch::{Around, dot};
 use std::collections::HashSet;
@@ -98,7 +98,7 @@ pub(super) fn list(
                     first = (id, constraint);
                 }
                 let (number, rate) = (constraint - first.1, rates.get(constraint).copied().unwrap_or(0.0));
-                let mobility = equality_mobility(model, id as usize, number);
+                let mobility = equality_mobility(model, id as usize, number, row);
                 (key(sort, number, id), Kind::Equality, data.efc_pos()[constraint], rate, mobility)
             }
             LIMIT_JOINT | LIMIT_TENDON => {
@@ -197,19 +197,18 @@ fn bodies(model: &Model, equality: usize) -> impl Iterator<Item = usize> {
 }
 
 /// Of a row of an equality, as MuJoCo has it of its bodies, joints and tendons.
-fn equality_mobility(model: &Model, equality: usize, row: usize) -> f64 {
-    let sum = |of: &dyn Fn(usize) -> f64| objects(model, equality).map(of).sum::<f64>();
+fn equality_mobility(model: &Model, equality: usize, number: usize, row: &[f64]) -> f64 {
     let sum_of_bodies = |of: &dyn Fn(usize) -> f64| bodies(model, equality).map(of).sum::<f64>();
     match model.eq_type()[equality] {
         kind @ (CONNECT | WELD) => {
-            if kind == CONNECT || row < 3 {
+            if kind == CONNECT || number < 3 {
                 sum_of_bodies(&|body| mobility(model, body))
             } else {
                 let scale = model.weld_scale(equality);
                 sum_of_bodies(&|body| model.body_invweight0()[2 * body + 1]) * scale * scale
             }
         }
-        JOINT => sum(&|id| model.dof_invweight0()[model.jnt_dofadr()[id].unsigned_abs() as usize]),
-        _ => sum(&|id| model.tendon_invweight0()[id]),
+        // With the ratio of a gear, which may be of other units.
+        _ => row.iter().zip(model.dof_invweight0()).map(|(entry, own)| entry * entry * own).sum(),
     }
 }

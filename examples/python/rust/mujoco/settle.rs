@@ -14,6 +14,7 @@ struct Line {
     compliance: f64,
     offset: f64,
     impulse: f64,
+    start: f64,
 }
 
 /// What bounds lines.
@@ -56,16 +57,17 @@ impl Settler {
         &mut self,
         (inertia, dofs): (&Inertia, &[usize]),
         row: &[f64],
-        (stretch, offset, compliance): (f64, f64, f64),
+        (stretch, offset, compliance, start): (f64, f64, f64, f64),
     ) {
-        let start = self.matrix.len();
+        let first = self.matrix.len();
         inertia.to_unit(dofs, row, &mut self.matrix);
-        let own = &mut self.matrix[start..];
+        let own = &mut self.matrix[first..];
         for own in own.iter_mut() {
             *own *= stretch;
         }
         let compliance = compliance * stretch * stretch;
-        self.lines.push(Line { stiffness: dot(own, own) + compliance, compliance, offset, impulse: 0.0 });
+        let stiffness = dot(own, own) + compliance;
+        self.lines.push(Line { stiffness, compliance, offset, impulse: start, start });
     }
 
     /// Adds the lines of a contact.
@@ -73,17 +75,17 @@ impl Settler {
         &mut self,
         place: (&Inertia, &[usize]),
         touch: &Touch,
-        (offset, compliance): (f64, f64),
+        (offset, compliance, start): ([f64; 3], f64, [f64; 3]),
     ) {
         let nv = touch.rows.len() / touch.dim;
         let mut rows = touch.rows.chunks_exact(nv);
         if let Some(row) = rows.next() {
-            self.line(place, row, (1.0, offset, compliance));
+            self.line(place, row, (1.0, offset[0], compliance, start[0]));
         }
         let first = self.lines.len();
         if touch.dim > 1 && touch.mu() > 0.0 {
-            for (row, &mu) in rows.zip(&touch.friction[..2]) {
-                self.line(place, row, (mu, 0.0, compliance));
+            for (i, (row, &mu)) in rows.zip(&touch.friction[..2]).enumerate() {
+                self.line(place, row, (mu, mu * offset[1 + i], compliance, start[1 + i] / mu));
             }
         }
         let tangents = self.lines.len() - first;
@@ -100,7 +102,7 @@ impl Settler {
 
     /// Adds the line of a row.
     pub(super) fn row(&mut self, place: (&Inertia, &[usize]), row: &Row, (offset, compliance): (f64, f64)) {
-        self.line(place, &row.jacobian, (1.0, offset, compliance));
+        self.line(place, &row.jacobian, (1.0, offset, compliance, 0.0));
         let least = if row.kind == Kind::Equality { -f64::INFINITY } else { 0.0 };
         self.laws.push(Law::Row { least });
     }
@@ -112,7 +114,7 @@ impl Settler {
             return 0.0; // nothing moves it
         }
         let speed = dot(&self.matrix[i * self.n..][..self.n], &self.motion) + line.offset;
-        line.impulse - (speed + line.compliance * line.impulse) / stiffness
+        line.impulse - (speed + line.compliance * (line.impulse - line.start)) / stiffness
     }
 
     /// Sets an impulse; the square of what that changes, in the metric of the line alone.
@@ -138,7 +140,7 @@ impl Settler {
         for done in 0..SWEEPS {
             let change = self.sweep_once();
             let size: f64 =
-                (self.lines.iter()).map(|line| line.stiffness * line.impulse * line.impulse).sum();
+                (self.lines.iter()).map(|line| line.stiffness * (line.impulse - line.start).powi(2)).sum();
             // What further sweeps would change at this rate.
             let (rate, most) = (change / last, tolerance * size.sqrt());
             let left = |change: f64| change * rate / (1.0 - rate);

@@ -1,6 +1,7 @@
 //! A step: motion from outside, MuJoCo's first half, the two passes, a look at the end, MuJoCo's second half.
 
 use super::asked::{Moving, Scale};
+use super::creep;
 use super::crowd::thin;
 use super::end::{self, Lookout, Seen, There};
 use super::engines::Engines;
@@ -41,6 +42,8 @@ const SAME: f64 = 1e-9;
 pub(super) struct Report {
     pub(super) ends: Ends,
     pub(super) is_crowded: bool,
+    /// Did something move farther than contacts are looked for?
+    pub(super) is_blind: bool,
 }
 
 /// What a step has found that was not there as it began.
@@ -79,6 +82,7 @@ pub(super) struct Stepper {
     taken: HashSet<usize>,
     /// The contacts of the last step.
     live: Vec<Face>,
+    is_blind: bool,
     /// What each contact of MuJoCo's list does; -1 of one that took no part.
     pub(super) modes: Vec<i8>,
 }
@@ -95,6 +99,7 @@ impl Stepper {
             position_pass: PositionPass::default(),
             taken: HashSet::new(),
             live: Vec::new(),
+            is_blind: false,
             modes: Vec::new(),
             model,
         }
@@ -107,6 +112,45 @@ impl Stepper {
         self.position_pass.reset();
         self.follower.reset();
         self.live.clear();
+    }
+
+    /// What the next step takes from those before, but for where solves start: from here on these start from nothing.
+    pub(super) fn state(&mut self) -> Vec<f64> {
+        self.engines.reset();
+        let mut out = Vec::new();
+        self.follower.write(&mut out);
+        #[allow(clippy::cast_precision_loss)] // numbers of geoms and velocities
+        for own in [&self.velocity_pass.blocked, &self.position_pass.locked] {
+            let mut own: Vec<_> = own.iter().collect();
+            own.sort_unstable();
+            out.push(own.len() as f64);
+            own.iter().for_each(|&(&name, &steps)| out.extend([name as f64, f64::from(steps)]));
+        }
+        #[allow(clippy::cast_precision_loss)]
+        for Face { geoms, normal } in &self.live {
+            out.extend(geoms.map(|geom| geom as f64));
+            out.extend(normal.iter());
+        }
+        out
+    }
+
+    /// Takes a state over, as of this data; `None` if it is of another model.
+    pub(super) fn set_state(&mut self, data: &Data, state: &[f64]) -> Option<()> {
+        self.reset();
+        let mut own = state.iter().copied();
+        self.follower.read(&self.model, data, &mut own)?;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        for to in [&mut self.velocity_pass.blocked, &mut self.position_pass.locked] {
+            for _ in 0..own.next()? as usize {
+                to.insert(own.next()? as usize, own.next()? as u32);
+            }
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        while let Some(first) = own.next() {
+            let geoms = [first as usize, own.next()? as usize];
+            self.live.push(Face { geoms, normal: Vector3::new(own.next()?, own.next()?, own.next()?) });
+        }
+        Some(())
     }
 
     fn scale(&self) -> Scale {
@@ -221,6 +265,7 @@ impl Stepper {
         let h = self.model.step();
         let rates = rows::equality_rates(&self.model, data, &mut self.scratch, &self.follower.now);
         let (mut found, mut round) = (Found::default(), 0);
+        self.is_blind = false;
         let trial = loop {
             let trial = self.attempt(data, &rates, &mut found, settings, round == 0);
             round += 1;
@@ -239,7 +284,7 @@ impl Stepper {
         self.live.clear();
         self.live.extend(touches.iter().map(|touch| touch.face));
         self.follower.keep(data);
-        Ok(Report { ends, is_crowded })
+        Ok(Report { ends, is_crowded, is_blind: self.is_blind })
     }
 
     /// Solves the step with what has been found.
@@ -276,18 +321,23 @@ impl Stepper {
             rows: vec![0.0; rows.len()],
         };
         let (mut ends, mut correction, mut is_crowded) = (Ends::NONE, vec![0.0; nv], false);
-        for mut island in islands(&self.inertia, &touches, &rows, nv) {
+        let mut islands = islands(&self.inertia, &touches, &rows, nv);
+        for island in &mut islands {
             is_crowded |= thin(&mut island.touches, &touches, scale.length);
             let engines = &mut self.engines;
-            self.velocity_pass.solve(&scene, &island, engines, settings, &mut motion, &mut ends);
+            self.velocity_pass.solve(&scene, island, engines, settings, &mut motion, &mut ends);
+        }
+        let creeps = creep::list(&around, &touches, &motion, &mut self.scratch);
+        for island in &islands {
             let motion = Moving {
                 motion: &motion,
+                creeps: &creeps,
                 scale,
                 turns: &self.facts.turns,
-                is_blocked: self.velocity_pass.is_blocked(&island),
+                is_blocked: self.velocity_pass.is_blocked(island),
             };
             let correct = &mut correction;
-            self.position_pass.solve(&scene, &island, engines, &motion, is_first, correct);
+            self.position_pass.solve(&scene, island, &mut self.engines, &motion, is_first, correct);
         }
         Trial { touches, rows, motion, correction, ends, is_crowded }
     }
@@ -306,7 +356,8 @@ impl Stepper {
         }
         let lookout = lookout(&self.model, &self.facts);
         let step = end::Step { data, velocity: &total, touches, taken: &self.taken, takes_anew };
-        let seen = lookout.look(&step, &mut self.scratch);
+        let (seen, is_blind) = lookout.look(&step, &mut self.scratch);
+        self.is_blind |= is_blind;
         let finds_more = !seen.is_empty();
         found.last = total;
         let mut has_more = false;

@@ -12,11 +12,12 @@ pub(super) struct Tally {
     contradictions: usize,
     fallbacks: usize,
     crowded: usize,
+    blind: usize,
     last: Option<(Status, f64, usize)>,
 }
 
 /// A [`Tally`] for Python: the six counts in order; status, error and work of the last step.
-pub(super) type Numbers = (usize, usize, f64, usize, usize, usize, (i64, f64, usize));
+pub(super) type Numbers = (usize, usize, f64, usize, usize, usize, usize, (i64, f64, usize));
 
 impl Tally {
     pub(super) fn add(&mut self, report: &Report) {
@@ -25,6 +26,7 @@ impl Tally {
         self.contradictions += usize::from(ends.contradicts);
         self.fallbacks += usize::from(ends.gave_way);
         self.crowded += usize::from(report.is_crowded);
+        self.blind += usize::from(report.is_blind);
         if ends.status != Status::Solved {
             self.unsolved += 1;
             self.worst_error = self.worst_error.max(ends.error);
@@ -35,6 +37,6 @@ impl Tally {
     pub(super) fn numbers(&self) -> Numbers {
         let (status, error, work) = self.last.unwrap_or((Status::Unsolved, 0.0, 0));
         let last = (status as i64, error, work);
-        (self.steps, self.unsolved, self.worst_error, self.contradictions, self.fallbacks, self.crowded, last)
+        (self.steps, self.unsolved, self.worst_error, self.contradictions, self.fallbacks, self.crowded, self.blind, last)
     }
 }

@@ -81,7 +81,7 @@ pub(super) struct VelocityPass {
     pack: Pack,
     spare: Answer<f64>,
     /// Islands in which something that is moved from outside is blocked, and for how many steps.
-    blocked: HashMap<usize, u32>,
+    pub(super) blocked: HashMap<usize, u32>,
     /// Are impulses those at which solves end, and not the least ones?
     pub(super) keeps_impulses: bool,
 }

@@ -34,7 +34,6 @@ pub(super) const BALL: i32 = 1;
 pub(super) const SLIDE: i32 = 2;
 pub(super) const CONNECT: i32 = 0;
 pub(super) const WELD: i32 = 1;
-pub(super) const JOINT: i32 = 2;
 pub(super) const SITE: i32 = 7;
 
 type Address = *mut u8;
