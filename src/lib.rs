@@ -125,6 +125,7 @@ pub use scene::{Contact, JointRow, RowLaw, Scene, Surface, contact_frame};
 pub use solution::{
     ContactMode, ContactSolution, Model, RowMode, RowSolution, Settings, Solution, Status, Violation, Work,
 };
+pub use solver::warm_start::WarmStart;
 pub use solver::{AllPhases, Phases, Solver, SweepsAndNewton, SweepsOnly};
 
 pub use heapless;

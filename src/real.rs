@@ -57,6 +57,16 @@ pub trait Real: RealField + Copy + sealed::Sealed {
     #[must_use]
     fn hash(self, hash: u64) -> u64;
 
+    /// Its bits.
+    #[doc(hidden)]
+    #[must_use]
+    fn to_word(self) -> u64;
+
+    /// The number of these bits.
+    #[doc(hidden)]
+    #[must_use]
+    fn from_word(word: u64) -> Self;
+
     /// A small count.
     #[doc(hidden)]
     #[must_use]
@@ -130,6 +140,17 @@ macro_rules! real {
             #[inline]
             fn hash_four(hashes: &mut [u64; 4], numbers: [Self; 4]) {
                 $hash_four(hashes, numbers);
+            }
+
+            #[inline]
+            fn to_word(self) -> u64 {
+                u64::from(self.to_bits())
+            }
+
+            #[inline]
+            #[allow(clippy::cast_possible_truncation)]
+            fn from_word(word: u64) -> Self {
+                Self::from_bits(word as $bits)
             }
 
             #[inline]

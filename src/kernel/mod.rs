@@ -133,6 +133,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         &mut self.scene
     }
 
+    /// Its solver, with the warm start of the next solve.
+    #[must_use]
+    pub const fn solver(&self) -> &Solver<T, N, D, C, R, P> {
+        &self.solver
+    }
+
     /// The solver, for [`Solver::reset`] and [`Solver::set_impulses`].
     pub const fn solver_mut(&mut self) -> &mut Solver<T, N, D, C, R, P> {
         &mut self.solver

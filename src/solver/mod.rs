@@ -137,6 +137,20 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         Ok(())
     }
 
+    /// Where the next solve starts.
+    #[must_use]
+    pub const fn warm_start(&self) -> &WarmStart<T, D, C, R> {
+        &self.warm_start
+    }
+
+    /// Starts the next solve where another solver would start it. What is kept beside that, as a matrix of the last solve, is forgotten: the solver that
+    /// it comes from goes on with the same bits if it is given its own.
+    pub fn set_warm_start(&mut self, warm_start: WarmStart<T, D, C, R>) {
+        self.warm_start = warm_start;
+        self.record.forget();
+        self.method.forget();
+    }
+
     /// Declares that nothing moved before the next solve. That solve returns a solution at rest if Coulomb's law has one.
     ///
     /// Call it before the first solve, or after [`Self::reset`]: a cold solve of a body at rest may find another solution, in which it slides

@@ -18,6 +18,7 @@ use nalgebra::SVector;
 use table::{Entry, Table};
 
 mod table;
+mod words;
 
 /// Impulses more than this many times the expected size are no start.
 const MAX_IMPULSE_RATIO: f64 = 1e8;
@@ -36,9 +37,19 @@ pub(crate) enum WarmStartKind {
     Hyperstatic,
 }
 
-/// The velocities `ũ` and impulses `r` of the last solve, and the impulses of the solve before.
+/// Where the next solve starts: velocities and impulses of the last solve by key, and the impulses of the solve before.
+///
+/// A solver that is given it ([`crate::Solver::set_warm_start`]) goes on as the one that it comes from.
+///
+/// ```
+/// # use stiction::{Kernel, WarmStart};
+/// let kernel = Kernel::<f32, 6, 3, 4>::new();
+/// let words = kernel.solver().warm_start().words().collect::<Vec<u64>>(); // for a file, or another process
+/// let mut other = Kernel::<f32, 6, 3, 4>::new();
+/// other.solver_mut().set_warm_start(WarmStart::from_words(words).expect("of the same sizes"));
+/// ```
 #[derive(Clone, Debug)]
-pub(crate) struct WarmStart<T, const D: usize, const C: usize, const R: usize> {
+pub struct WarmStart<T, const D: usize, const C: usize, const R: usize> {
     contacts: Table<T, D, C>,
     rows: Table<T, 1, R>,
     /// Did the caller declare that nothing moved before the next solve?

@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use std::thread::LocalKey;
 use stiction::nalgebra::{SMatrix, SVector};
 use stiction::{
-    Contact, ContactMode, Error, JointRow, Kernel, Real, RowLaw, RowMode, Scene, Settings, Surface,
+    Contact, ContactMode, Error, JointRow, Kernel, Real, RowLaw, RowMode, Scene, Settings, Surface, WarmStart,
 };
 
 /// A kernel for each size, as far as this thread has needed them.
@@ -71,6 +71,12 @@ pub trait Engine<T>: Send + Sync {
 
     /// Forgets the last solve.
     fn reset(&mut self);
+
+    /// Where the next solve starts, for [`Self::set_warm_start`] of an engine of any size with contacts of as many rows.
+    fn warm_start(&self) -> Vec<u64>;
+
+    /// Starts the next solve there; `false` if there is no room for it.
+    fn set_warm_start(&mut self, words: &[u64]) -> bool;
 
     /// Starts the next solve at impulses of contacts with these keys.
     fn start(&mut self, keys: &[u32], impulses: &[T]) -> Result<(), Error>;
@@ -230,6 +236,15 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
 
     fn reset(&mut self) {
         self.kernel.solver_mut().reset();
+    }
+
+    fn warm_start(&self) -> Vec<u64> {
+        self.kernel.solver().warm_start().words().collect()
+    }
+
+    fn set_warm_start(&mut self, words: &[u64]) -> bool {
+        let warm_start = WarmStart::from_words(words.iter().copied());
+        warm_start.map(|warm_start| self.kernel.solver_mut().set_warm_start(warm_start)).is_some()
     }
 
     fn start(&mut self, keys: &[u32], impulses: &[T]) -> Result<(), Error> {

@@ -11,7 +11,7 @@ pub(super) struct Entry<T, const L: usize> {
     pub(super) u: [T; L],
     pub(super) r: [T; L],
     /// `r` of the solve before, if `solves > 1`. (An `Option` in an `Option` would not be all zeros.)
-    before: [T; L],
+    pub(super) before: [T; L],
     /// Number of solves in a row that had this contact or row; 0 if its impulse was given, and `u` is not known.
     pub(super) solves: u32,
 }

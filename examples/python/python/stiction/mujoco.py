@@ -103,13 +103,24 @@ class Stepper:
         """Forget the last step, as after ``mj_resetData``: the next one starts cold."""
         self._own.reset()
 
-    def state(self) -> NDArray[np.float64]:
-        """What the next step takes from those before it, beside MuJoCo's state. The next solve starts cold, here and where it is set."""
-        return np.array(self._own.state())
+    def state(self) -> NDArray[np.uint64]:
+        """What the next step takes from those before it, beside MuJoCo's ``mjSTATE_INTEGRATION``: for :meth:`set_state`.
+
+        From here on this stepper goes on as one that is given the state, bit by bit: a matrix that it kept is computed anew.
+        """
+        return np.array(self._own.state(), np.uint64)
 
     def set_state(self, data: mujoco.MjData, state: ArrayLike) -> None:
-        """Go on as after :meth:`state`, with data whose ``mjSTATE_INTEGRATION`` is that of then."""
-        self._own.set_state(data._address, [float(x) for x in np.asarray(state)])
+        """Go on as after :meth:`state`.
+
+        Args:
+            data: has the ``mjSTATE_INTEGRATION`` of then; copies of it are recognised.
+            state: of a stepper of this model, also of another process.
+
+        Raises:
+            ValueError: the state is that of another model.
+        """
+        self._own.set_state(data._address, np.asarray(state, np.uint64).tolist())
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> None:
         """Advance ``data`` by one step, or several; ``step1`` and ``step2`` in one.

@@ -1,7 +1,9 @@
 //! What the position pass asks of an island: how far each contact and each row is to come back in the step.
 
 use super::creep::Creep;
+use super::facts::has_lever;
 use super::islands::Island;
+use super::locks::{Locks, Name};
 use super::rows::{Kind, Row};
 use super::touch::dot;
 use super::velocity::{Motion, Scene};
@@ -16,15 +18,13 @@ const ROW: f64 = 0.02;
 const PRESSED: f64 = 1e-5;
 /// A row is moved as little as if it were at least this share of a free point.
 const LEAST: f64 = 1e-2;
-/// Rows that move less than this share of a free point have no lever: they are left as they are.
-const NO_LEVER: f64 = 1e-6;
 /// The fastest recovery of an overlap, over the model's own speed.
 const RECOVERY: f64 = 0.2;
 /// How fast joints turn to close what is far open, over the model's speed over its length.
 const TURN: f64 = 4.0;
 /// Errors in lengths that are left as they are, over the model's own length.
 const LEFT: f64 = 1e-9;
-/// An island that does less than this share of what is asked is locked: it is asked again after [`ASK_AGAIN`] steps.
+/// What does less than this share of what is asked of it does not give way.
 const LITTLE: f64 = 0.1;
 
 /// What is asked of an island.
@@ -34,15 +34,13 @@ pub(super) struct Asked {
     pub(super) rows: Vec<Demand>,
     /// Do contacts keep the impulses of the velocity pass, and change these?
     pub(super) is_pressed: bool,
-    /// How fast they are taken back along tangents, all together.
-    crept: f64,
-    scratch: Vec<f64>,
 }
 
 /// What is asked of a contact or a row.
 pub(super) struct Demand {
-    /// Its place among those of the scene.
+    /// Its place among those of the scene, and its number among those of the island.
     pub(super) place: usize,
+    number: usize,
     /// The velocity that is left to it.
     pub(super) offset: f64,
     pub(super) compliance: f64,
@@ -83,41 +81,53 @@ impl Moving<'_> {
 }
 
 impl Asked {
-    /// Does a correction do more than a little of it?
-    pub(super) fn gives_way(&self, scene: &Scene<'_>, correction: &[f64]) -> bool {
-        let (mut asked, mut done) = (0.0, 0.0);
-        let mut add = |row: &[f64], offset: f64, is_equality: bool| {
-            let wrong = |speed: f64| {
-                if is_equality { speed.abs() } else { (-speed).max(0.0) }
-            };
-            asked += wrong(offset);
-            done += wrong(offset) - wrong(offset + dot(row, correction));
+    /// Locks what a correction does not do more than a little of; `true` if there is something.
+    pub(super) fn lock(
+        &self,
+        scene: &Scene<'_>,
+        island: &Island,
+        moving: &Moving<'_>,
+        correction: &[f64],
+        locks: &mut Locks,
+    ) -> bool {
+        let (left, before) = (LEFT * moving.scale.length / scene.h, locks.0.len());
+        let refuses = |row: &[f64], offset: f64, is_equality: bool| {
+            let wrong = |speed: f64| if is_equality { speed.abs() } else { (-speed).max(0.0) };
+            let asked = wrong(offset);
+            asked > left && asked - wrong(offset + dot(row, correction)) < LITTLE * asked
         };
         for demand in &self.touches {
-            let row = scene.touches[demand.place].normal_row();
-            add(row, demand.offset, false);
+            if refuses(scene.touches[demand.place].normal_row(), demand.offset, false) {
+                locks.add(Name::of_touch(scene, island, demand.number));
+            }
         }
         for demand in &self.rows {
             let row = &scene.rows[demand.place];
-            add(&row.jacobian, demand.offset, row.kind == Kind::Equality);
+            if refuses(&row.jacobian, demand.offset, row.kind == Kind::Equality) {
+                locks.add(Name::Row(row.key));
+            }
         }
-        done > LITTLE * asked || asked < self.crept
+        locks.0.len() > before
     }
 
     /// Lists what is asked at the end of a motion.
-    pub(super) fn list(&mut self, scene: &Scene<'_>, island: &Island, moving: &Moving<'_>) {
+    pub(super) fn list(
+        &mut self,
+        scene: &Scene<'_>,
+        island: &Island,
+        moving: &Moving<'_>,
+        locks: &Locks,
+    ) {
         let (h, Moving { motion, scale, .. }) = (scene.h, moving);
         self.touches.clear();
         self.rows.clear();
         self.is_pressed = moving.creeps_in(island);
-        let own = island.touches.iter().map(|&place| moving.creeps[place]).filter(|creep| creep.counts);
-        self.crept = own.map(|creep| creep.along[0].hypot(creep.along[1]) / h).sum();
         let soft = |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
         let lever = |response: f64, mobility: f64| {
             if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 }
         };
-        for (&place, touch) in island.touches.iter().zip(scene.touches(island)) {
-            if touch.response < NO_LEVER * touch.mobility {
+        for (number, (&place, touch)) in island.touches.iter().zip(scene.touches(island)).enumerate() {
+            if !has_lever(touch.response, touch.mobility) {
                 continue;
             }
             let mut open = touch.gap + h * dot(touch.normal_row(), &motion.velocity);
@@ -127,6 +137,9 @@ impl Asked {
                 let old = (-open - touch.curve).max(0.0);
                 let most = h * fastest * lever(touch.response, touch.mobility);
                 open = (open + old) - (SHARE * old).min(most);
+                if locks.holds_touch(scene, island, number) {
+                    open = 0.0;
+                }
             }
             let (mut slip, mut start) = ([0.0; 2], [0.0; 3]);
             if self.is_pressed {
@@ -139,28 +152,38 @@ impl Asked {
             }
             self.touches.push(Demand {
                 place,
+                number,
                 offset: open / h,
                 compliance: soft(if self.is_pressed { PRESSED } else { CONTACT }, touch.response, touch.mobility),
                 slip,
                 start,
             });
         }
-        for (&place, row) in island.rows.iter().zip(scene.rows(island)) {
-            let response = scene.inertia.response(&row.jacobian, &mut self.scratch);
-            if !moving.asks(row) || response < NO_LEVER * row.mobility {
+        for (number, (&place, row)) in island.rows.iter().zip(scene.rows(island)).enumerate() {
+            if !moving.asks(row) {
                 continue;
             }
             let mut open = row.gap + h * dot(&row.jacobian, &motion.velocity);
             if row.kind == Kind::Equality {
                 let most = h * scale.speed;
                 if open.abs() <= most {
-                    let most = most * lever(response, row.mobility).sqrt();
+                    let most = most * lever(row.response, row.mobility).sqrt();
                     open = open.clamp(-most, most);
                 }
             } else if open < 0.0 {
-                open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever(response, row.mobility));
+                open = (SHARE * open).max(-h * RECOVERY * scale.speed * lever(row.response, row.mobility));
             }
-            self.rows.push(Demand { place, offset: open / h, compliance: soft(ROW, response, row.mobility), slip: [0.0; 2], start: [0.0; 3] });
+            if locks.holds_row(row.key) && (row.kind == Kind::Equality || open < 0.0) {
+                open = 0.0;
+            }
+            self.rows.push(Demand {
+                place,
+                number,
+                offset: open / h,
+                compliance: soft(ROW, row.response, row.mobility),
+                slip: [0.0; 2],
+                start: [0.0; 3],
+            });
         }
         self.slow_down(scene, moving);
     }
@@ -198,14 +221,17 @@ impl Asked {
     }
 }
 
-/// Does something overlap, or is something open, by more than what is left?
-pub(super) fn is_needed(scene: &Scene<'_>, island: &Island, moving: &Moving<'_>) -> bool {
+/// Does something overlap, or is something open, by more than what is left, and is not locked?
+pub(super) fn is_needed(scene: &Scene<'_>, island: &Island, moving: &Moving<'_>, locks: &Locks) -> bool {
     let left = LEFT * moving.scale.length;
     let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &moving.motion.velocity);
-    let (mut touches, rows) = (scene.touches(island), scene.rows(island));
-    moving.creeps_in(island) || touches.any(|touch| after(touch.gap, touch.normal_row()) < -left)
+    let (mut touches, rows) = (scene.touches(island).enumerate(), scene.rows(island));
+    moving.creeps_in(island)
+        || touches.any(|(number, touch)| {
+            after(touch.gap, touch.normal_row()) < -left && !locks.holds_touch(scene, island, number)
+        })
         || rows.filter(|row| moving.asks(row)).any(|row| {
             let after = after(row.gap, &row.jacobian);
-            after < -left || row.kind == Kind::Equality && after > left
+            (after < -left || row.kind == Kind::Equality && after > left) && !locks.holds_row(row.key)
         })
 }

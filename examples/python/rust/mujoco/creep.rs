@@ -71,9 +71,15 @@ pub(super) fn list(around: &Around<'_>, touches: &[Touch], motion: &Motion, scra
             }
         });
         let mut is_led = false;
+        let is_put = follower.is_first() && !touch.is_moved();
+        let mocap = |body: usize| {
+            let mocap = facts.mocap(body).filter(|_| !is_put)?;
+            let [along, turn] = follower.moved.mocap[mocap];
+            Some([along, turn, data.mocap_pos()[mocap].into()])
+        };
         for (path, geom) in paths.iter_mut().zip(geoms) {
             let body = model.geom_bodyid()[geom].unsigned_abs() as usize;
-            if let Some([along, turn, centre]) = facts.mocap(body).map(|mocap| follower.moved(mocap, data)) {
+            if let Some([along, turn, centre]) = mocap(body) {
                 let turn = nalgebra::Rotation3::from_scaled_axis(turn).into_inner();
                 let back = |place: Vector3<f64>| centre - along + turn.transpose() * (place - centre);
                 *path = Path { from: back(path.to), to: path.to, turn };
@@ -113,7 +119,7 @@ pub(super) fn list(around: &Around<'_>, touches: &[Touch], motion: &Motion, scra
             rolled.norm() * tilted.norm() * size(0).min(size(1))
         };
         let crept = apart(point);
-        let written = follower.written();
+        let written = &follower.moved.joints;
         for i in 0..2 {
             let axis = turn * frame[1 + i];
             let row = &touch.rows[(1 + i) * nv..][..nv];

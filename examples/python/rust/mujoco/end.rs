@@ -2,7 +2,7 @@
 
 use super::facts::{Facts, MOST_POSES, body_of, is_side_of_prism};
 use super::ffi::{ContactRef, Data, Model, OwnedContact};
-use super::touch::{Face, Touch, dot};
+use super::touch::{Face, Touch, dot, pose};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashSet;
 
@@ -258,9 +258,8 @@ fn came_along<'a>(
 ) -> impl Iterator<Item = Vector3<f64>> + 'a {
     let geoms = if touch.is_new { &[][..] } else { &touch.face.geoms[..] };
     let along = |&geom: &usize| {
-        let frame = |data: &Data| Matrix3::from_row_slice(&data.geom_xmat()[geom]);
-        let place = |data: &Data| Vector3::from(data.geom_xpos()[geom]);
-        place(after) + frame(after) * frame(before).transpose() * (touch.place - place(before))
+        let ((frame, from), (turned, to)) = (pose(before, geom), pose(after, geom));
+        to + turned * frame.transpose() * (touch.place - from)
     };
     std::iter::once(touch.place).chain(geoms.iter().map(along))
 }

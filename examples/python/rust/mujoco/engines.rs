@@ -1,5 +1,6 @@
 //! Kernels of the islands, each of the smallest compiled size that holds what it has seen.
 
+use super::state::{Reader, Writer};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use stiction::{Settings, Status};
@@ -66,7 +67,10 @@ impl Engines {
         let slot = match place {
             Entry::Occupied(slot) if slot.get().index == index => slot.into_mut(),
             place => {
-                let engine = sizes::engine(index);
+                let mut engine = sizes::engine(index);
+                if let Entry::Occupied(slot) = &place {
+                    engine.set_warm_start(&slot.get().engine.warm_start());
+                }
                 let slot = Slot { needs, index, engine };
                 place.insert_entry(slot).into_mut()
             }
@@ -86,6 +90,39 @@ impl Engines {
             slot.engine.read_least(&Settings { still, ..*settings }, &mut answer.out(sizes));
         }
         Some(outcome)
+    }
+
+    /// Writes where solves start. From here on they go on as those of an engine that starts there.
+    pub(super) fn write(&mut self, out: &mut Writer) {
+        let mut slots: Vec<_> = self.0.iter_mut().collect();
+        slots.sort_unstable_by_key(|&(&(island, pass), _)| (island, pass == Pass::Position));
+        out.count(slots.len());
+        for ((island, pass), Slot { needs, engine, .. }) in slots {
+            out.count(*island);
+            let flags = [*pass == Pass::Position, needs.surfaces].map(u64::from);
+            flags.iter().for_each(|&flag| out.word(flag));
+            [needs.n, needs.dim, needs.contacts, needs.rows].iter().for_each(|&count| out.count(count));
+            let start = engine.warm_start();
+            engine.set_warm_start(&start);
+            out.block(&start);
+        }
+    }
+
+    /// Takes them over; `None` if these are none.
+    pub(super) fn read(words: &mut Reader<'_>) -> Option<Self> {
+        let mut slots = HashMap::new();
+        for _ in 0..words.count()? {
+            let island = words.count()?;
+            let pass = if words.word()? == 0 { Pass::Velocity } else { Pass::Position };
+            let surfaces = words.word()? != 0;
+            let [n, dim, contacts, rows] = [words.count()?, words.count()?, words.count()?, words.count()?];
+            let needs = Needs { n, dim, contacts, rows, surfaces };
+            let index = sizes::index::<f64>(&needs).ok()?;
+            let mut engine = sizes::engine(index);
+            engine.set_warm_start(&words.block()?).then_some(())?;
+            slots.insert((island, pass), Slot { needs, index, engine });
+        }
+        Some(Self(slots))
     }
 
     /// Forgets the last solves, and how large they were.

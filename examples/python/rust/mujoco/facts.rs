@@ -107,6 +107,15 @@ pub(super) fn mobility(model: &Model, body: usize) -> f64 {
     model.body_invweight0()[2 * body]
 }
 
+/// Does an impulse along a row of this response move it, beside a free point of this mobility? If not, what it has of entries is
+/// rounding, as out of the plane of a planar linkage, or nothing moves that way, as of an arm that is stretched.
+pub(super) fn has_lever(response: f64, mobility: f64) -> bool {
+    response >= NO_LEVER * mobility
+}
+
+/// Square of the least lever, over that of a free point.
+const NO_LEVER: f64 = 1e-6;
+
 /// The body of a geom.
 pub(super) fn body_of(model: &Model, geom: usize) -> usize {
     model.geom_bodyid()[geom].unsigned_abs() as usize

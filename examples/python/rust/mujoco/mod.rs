@@ -12,12 +12,14 @@ mod facts;
 mod ffi;
 mod inertia;
 mod islands;
+mod locks;
 mod outside;
 mod pack;
 mod position;
 pub(crate) mod rollout;
 mod rows;
 mod settle;
+mod state;
 mod stepper;
 mod sweeps;
 mod tally;
@@ -88,12 +90,12 @@ impl Stepper {
         self.own.reset();
     }
 
-    fn state(&mut self) -> Vec<f64> {
-        self.own.state()
+    fn state(&mut self) -> Vec<u64> {
+        state::write(&mut self.own)
     }
 
-    fn set_state(&mut self, py: Python<'_>, data: usize, state: Vec<f64>) -> PyResult<()> {
-        self.run(py, data, |own, data| own.set_state(data, &state).ok_or("state: of another model"))
+    fn set_state(&mut self, py: Python<'_>, data: usize, state: Vec<u64>) -> PyResult<()> {
+        self.run(py, data, |own, data| state::read(own, data, &state).ok_or("state: of another model"))
     }
 
     /// What each contact of MuJoCo's list does; -1 of one that took no part.

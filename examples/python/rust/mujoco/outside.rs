@@ -1,13 +1,17 @@
 //! What is moved from outside: bodies of motion capture, and positions that are written between steps.
+//!
+//! A pose has no velocity. What has moved in the last two steps has that of the shorter one; what has moved in one alone is a jump, and
+//! has none, unless what touches it goes along.
 
 use super::ffi::{Data, Model};
+use super::state::{Reader, Writer};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Velocities from outside.
 #[derive(Clone, Default)]
 pub(super) struct Outside {
     /// Of bodies of motion capture: along (m/s), about (rad/s).
-    mocap: Vec<[Vector3<f64>; 2]>,
+    pub(super) mocap: Vec<[Vector3<f64>; 2]>,
     /// Of what is written to `qpos`.
     pub(super) joints: Vec<f64>,
 }
@@ -16,122 +20,135 @@ pub(super) struct Outside {
 /// brings along what it meets.
 #[derive(Default)]
 pub(super) struct Follower {
-    /// The end of the last step: whose and when, positions, poses of motion capture.
     end: Option<End>,
-    /// What moved between the last steps.
+    /// What moved between the last steps, and since then.
     last: Option<Outside>,
+    pub(super) moved: Outside,
     pub(super) now: Outside,
+    /// Where bodies of motion capture are before anybody has moved them.
+    initial: Vec<Pose>,
     /// Which velocities were written to.
     pub(super) is_written: Vec<bool>,
 }
 
 type Pose = ([f64; 3], [f64; 4]);
-type End = ((usize, f64), Vec<f64>, Vec<Pose>);
+
+/// The end of a step: whose and when, positions, velocities, poses of motion capture.
+#[derive(Default)]
+struct End {
+    place: usize,
+    time: f64,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    poses: Vec<Pose>,
+}
 
 impl Follower {
+    /// Of a model, with data that nobody has written to.
+    pub(super) fn new(data: &Data) -> Self {
+        Self { initial: poses(data).collect(), ..Self::default() }
+    }
+
     /// Forgets what was.
     pub(super) fn reset(&mut self) {
         (self.end, self.last) = (None, None);
     }
 
-    /// Was the last step one of this data, which has not been reset since?
+    /// Was the last step one of this data, which has not been reset since, or of one that it is a copy of?
     pub(super) fn follows(&self, data: &Data) -> bool {
-        self.end.as_ref().is_some_and(|(end, ..)| *end == (data.place(), data.time()))
+        self.end.as_ref().is_some_and(|end| {
+            let is_copy = || data.qpos() == end.positions && data.qvel() == end.velocities;
+            end.time == data.time() && (end.place == data.place() || is_copy())
+        })
     }
 
     /// Looks at the poses before a step.
     pub(super) fn look(&mut self, model: &Model, data: &Data, smallest: f64) {
-        let (nv, mocaps, h) = (model.sizes.velocities, model.sizes.mocaps, model.step());
-        let mut moved = Outside { mocap: vec![[Vector3::zeros(); 2]; mocaps], joints: vec![0.0; nv] };
-        if let Some((_, positions, poses)) = &self.end {
+        let (nv, h) = (model.sizes.velocities, model.step());
+        let still = || Outside { mocap: vec![Default::default(); model.sizes.mocaps], joints: vec![0.0; nv] };
+        let mut moved = still();
+        let poses = match &self.end {
+            Some(end) => &end.poses,
+            None => &self.initial,
+        };
+        if self.end.is_some() || data.time() == 0.0 {
             for ((moved, &before), now) in moved.mocap.iter_mut().zip(poses).zip(self::poses(data)) {
                 *moved = difference(before, now);
             }
-            if data.qpos() != positions {
-                model.difference(positions, data.qpos(), &mut moved.joints);
-            }
+        }
+        if let Some(End { positions, .. }) = &self.end
+            && data.qpos() != positions
+        {
+            model.difference(positions, data.qpos(), &mut moved.joints);
         }
         self.is_written.clear();
         self.is_written.extend(moved.joints.iter().map(|moved| moved.abs() > smallest));
-        let still = || Outside { mocap: vec![[Vector3::zeros(); 2]; mocaps], joints: vec![0.0; nv] };
-        let last = self.last.get_or_insert_with(still);
+        let last = self.last.take().unwrap_or_else(still);
         let pairs = moved.mocap.iter().zip(&last.mocap);
         self.now.mocap = pairs.map(|(a, b)| [0, 1].map(|i| shorter(a[i], b[i]) / h)).collect();
         let pairs = moved.joints.iter().zip(&last.joints);
         self.now.joints = pairs
             .map(|(&a, &b)| if a * b > 0.0 { a.signum() * a.abs().min(b.abs()) / h } else { 0.0 })
             .collect();
-        *last = moved;
+        // Where things are put before the first step says nothing of the second.
+        self.last = Some(if self.end.is_some() { moved.clone() } else { still() });
+        self.moved = moved;
     }
 
     /// Has something been moved since the end of the last step?
     pub(super) fn moves(&self) -> bool {
-        let moves = |last: &Outside| last.moves_mocap() || last.joints.iter().any(|&moved| moved != 0.0);
-        self.last.as_ref().is_some_and(moves)
+        self.moved.moves_mocap() || self.moved.joints.iter().any(|&moved| moved != 0.0)
     }
 
-    /// How a body of motion capture has moved since the end of the last step: along, about, and where it is.
-    pub(super) fn moved(&self, mocap: usize, data: &Data) -> [Vector3<f64>; 3] {
-        let [along, about] = self.last.as_ref().map_or_else(Default::default, |last| last.mocap[mocap]);
-        [along, about, data.mocap_pos()[mocap].into()]
-    }
-
-    /// How far positions were written to since then.
-    pub(super) fn written(&self) -> &[f64] {
-        self.last.as_ref().map_or(&[], |last| &last.joints)
+    /// Is this the first step? What is moved before it is put there, unless what it touches goes along.
+    pub(super) fn is_first(&self) -> bool {
+        self.end.is_none()
     }
 
     /// Writes what is known of the last steps.
-    pub(super) fn write(&self, out: &mut Vec<f64>) {
-        out.push(f64::from(u8::from(self.end.is_some())));
-        if let Some(((_, time), positions, poses)) = &self.end {
-            out.push(*time);
-            out.extend(positions);
-            poses.iter().for_each(|(place, turned)| out.extend(place.iter().chain(turned)));
+    pub(super) fn write(&self, out: &mut Writer) {
+        out.word(self.end.is_some().into());
+        if let Some(End { time, positions, velocities, poses, .. }) = &self.end {
+            out.numbers([time].into_iter().chain(positions).chain(velocities));
+            poses.iter().for_each(|(place, turned)| out.numbers(place.iter().chain(turned)));
         }
-        out.push(f64::from(u8::from(self.last.is_some())));
-        if let Some(last) = &self.last {
-            last.mocap.iter().flatten().for_each(|moved| out.extend(moved.iter()));
-            out.extend(&last.joints);
+        out.word(self.last.is_some().into());
+        if let Some(Outside { mocap, joints }) = &self.last {
+            out.numbers(mocap.iter().flatten().flatten().chain(joints));
         }
     }
 
-    /// Takes over what was written, as of this data.
-    pub(super) fn read(&mut self, model: &Model, data: &Data, own: &mut impl Iterator<Item = f64>) -> Option<()> {
-        let (nq, nv, mocaps) = (data.qpos().len(), model.sizes.velocities, model.sizes.mocaps);
-        self.reset();
-        if own.next()? > 0.0 {
-            let time = own.next()?;
-            let positions: Vec<f64> = own.by_ref().take(nq).collect();
-            let mut poses = Vec::new();
-            for _ in 0..mocaps {
-                let mut next = || own.next();
-                poses.push(([next()?, next()?, next()?], [next()?, next()?, next()?, next()?]));
-            }
-            self.end = Some(((data.place(), time), positions, poses));
+    /// What is known of the last steps, of this data.
+    pub(super) fn read(&self, model: &Model, data: &Data, words: &mut Reader<'_>) -> Option<Self> {
+        let (nv, mocaps, initial) = (model.sizes.velocities, model.sizes.mocaps, self.initial.clone());
+        let mut own = Self { initial, ..Self::default() };
+        if words.word()? != 0 {
+            let time = words.number()?;
+            let mut all = |count| (0..count).map(|_| words.number()).collect::<Option<Vec<_>>>();
+            let (positions, velocities) = (all(data.qpos().len())?, all(nv)?);
+            let poses = (0..mocaps).map(|_| Some((words.numbers()?, words.numbers()?)));
+            let poses = poses.collect::<Option<_>>()?;
+            own.end = Some(End { place: data.place(), time, positions, velocities, poses });
         }
-        if own.next()? > 0.0 {
-            let mut mocap = Vec::new();
-            for _ in 0..mocaps {
-                let mut next = || own.next();
-                mocap.push([
-                    Vector3::new(next()?, next()?, next()?),
-                    Vector3::new(next()?, next()?, next()?),
-                ]);
-            }
-            self.last = Some(Outside { mocap, joints: own.by_ref().take(nv).collect() });
+        if words.word()? != 0 {
+            let mocap = (0..mocaps).map(|_| Some([words.vector()?, words.vector()?]));
+            let mocap = mocap.collect::<Option<_>>()?;
+            let joints = (0..nv).map(|_| words.number()).collect::<Option<_>>()?;
+            own.last = Some(Outside { mocap, joints });
         }
-        Some(())
+        Some(own)
     }
 
     /// Remembers the end of a step.
     pub(super) fn keep(&mut self, data: &Data) {
-        let (end, positions, poses) = self.end.get_or_insert_default();
-        *end = (data.place(), data.time());
-        positions.clear();
-        positions.extend_from_slice(data.qpos());
-        poses.clear();
-        poses.extend(self::poses(data));
+        let end = self.end.get_or_insert_default();
+        (end.place, end.time) = (data.place(), data.time());
+        for (kept, now) in [(&mut end.positions, data.qpos()), (&mut end.velocities, data.qvel())] {
+            kept.clear();
+            kept.extend_from_slice(now);
+        }
+        end.poses.clear();
+        end.poses.extend(poses(data));
     }
 }
 
@@ -141,11 +158,12 @@ impl Outside {
         self.mocap.iter().flatten().any(|velocity| *velocity != Vector3::zeros())
     }
 
-    /// Velocity of a point that is fixed to a body of motion capture.
-    pub(super) fn velocity(&self, mocap: Option<usize>, data: &Data, place: [f64; 3]) -> Vector3<f64> {
-        mocap.map_or_else(Vector3::zeros, |mocap| {
+    /// Velocity of a point that is fixed to a body of motion capture, and how fast that turns.
+    pub(super) fn velocity(&self, mocap: Option<usize>, data: &Data, place: [f64; 3]) -> [Vector3<f64>; 2] {
+        mocap.map_or_else(Default::default, |mocap| {
             let [along, about] = self.mocap[mocap];
-            along + about.cross(&(Vector3::from(place) - Vector3::from(data.mocap_pos()[mocap])))
+            let arm = Vector3::from(place) - Vector3::from(data.mocap_pos()[mocap]);
+            [along + about.cross(&arm), about]
         })
     }
 

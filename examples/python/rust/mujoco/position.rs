@@ -7,9 +7,9 @@ use super::asked::{Asked, Moving, is_needed};
 use super::engines::{Engines, Pass};
 use super::islands::Island;
 use super::pack::Pack;
+use super::locks::Locks;
 use super::settle::Settler;
-use super::velocity::{ASK_AGAIN, Scene};
-use std::collections::HashMap;
+use super::velocity::Scene;
 use stiction::{Model as Law, Settings};
 use stiction_kernels::problem::Answer;
 
@@ -18,6 +18,8 @@ const TOLERANCE: f64 = 1e-4;
 const PRESSED: f64 = 1e-8;
 const BUDGET: usize = 1_000;
 const USABLE: f64 = 1e-2;
+/// How often what does not give way is left out.
+const ATTEMPTS: usize = 3;
 /// More contacts and rows than so many are swept first.
 const FEW: usize = 8;
 
@@ -27,16 +29,16 @@ pub(super) struct PositionPass {
     answer: Answer<f64>,
     settler: Settler,
     asked: Asked,
-    /// Islands that hardly gave way, by their first velocities, and for how many steps they are left as they are.
-    pub(super) locked: HashMap<usize, u32>,
+    pub(super) locks: Locks,
 }
 
 impl PositionPass {
     pub(super) fn reset(&mut self) {
-        self.locked.clear();
+        self.locks.0.clear();
     }
 
-    /// Adds an island's correction to `correction`; in the first round of a step from nothing.
+    /// Adds an island's correction to `correction`; in the first round of a step from nothing. What does not give way is left as it is, and
+    /// pushes nothing.
     pub(super) fn solve(
         &mut self,
         scene: &Scene<'_>,
@@ -46,30 +48,24 @@ impl PositionPass {
         is_first: bool,
         correction: &mut [f64],
     ) {
-        if !is_needed(scene, island, moving) || is_first && self.is_locked(scene, island) {
-            return;
+        let is_driven = scene.touches(island).any(|touch| touch.is_driven) || scene.is_moved(island);
+        for _ in 0..ATTEMPTS {
+            if !is_needed(scene, island, moving, &self.locks) {
+                return;
+            }
+            self.asked.list(scene, island, moving, &self.locks);
+            let is_found = self.sweep(scene, island, correction)
+                || self.solve_exactly(scene, island, engines, is_first, correction);
+            let locks = &mut self.locks;
+            let is_refused = !is_driven && self.asked.lock(scene, island, moving, correction, locks);
+            if is_found && !is_refused {
+                return;
+            }
+            island.dofs.iter().for_each(|&dof| correction[dof] = 0.0);
+            if !is_found {
+                return;
+            }
         }
-        self.asked.list(scene, island, moving);
-        let is_found = self.sweep(scene, island, correction)
-            || self.solve_exactly(scene, island, engines, is_first, correction);
-        if is_found && self.asked.gives_way(scene, correction) {
-            self.locked.remove(&island.dofs[0]);
-        } else {
-            self.locked.insert(island.dofs[0], ASK_AGAIN - 1);
-        }
-    }
-
-    /// Is an island locked, and left as it is in this step? Not if something moves it from outside.
-    fn is_locked(&mut self, scene: &Scene<'_>, island: &Island) -> bool {
-        let Some(steps) = self.locked.remove(&island.dofs[0]) else {
-            return false;
-        };
-        let is_driven = scene.touches(island).any(|touch| touch.is_driven);
-        if steps == 0 || is_driven || scene.is_moved(island) {
-            return false;
-        }
-        self.locked.insert(island.dofs[0], steps - 1);
-        true
     }
 
     /// Sweeps over what is asked, if it is much; `false` if that finds nothing.

@@ -1,6 +1,6 @@
 //! Joint rows of a step: equalities, dry friction, limits.
 
-use super::facts::mobility;
+use super::facts::{has_lever, mobility};
 use super::ffi::{CONNECT, Data, Model, SITE, WELD};
 use super::outside::Outside;
 use super::touch::{Around, dot};
@@ -10,9 +10,6 @@ use std::collections::HashSet;
 const EQUALITY: i32 = 0;
 const LIMIT_JOINT: i32 = 3;
 const LIMIT_TENDON: i32 = 4;
-
-/// Entries of rows up to this are none (m, rad): their squares would be lost.
-const NO_LEVER: f64 = 1e-30;
 
 /// Of a key, what names the equality, joint or tendon.
 const ID: u32 = 0xff_ffff;
@@ -39,8 +36,9 @@ pub(super) struct Row {
     pub(super) outside: f64,
     /// The most impulse of dry friction.
     pub(super) most: f64,
-    /// How much an impulse moves what the row is about if nothing else holds it.
+    /// How much an impulse moves what the row is about if nothing else holds it, and how much it moves the row.
     pub(super) mobility: f64,
+    pub(super) response: f64,
     /// Of an equality with a body of motion capture: how fast it opens or closes where that is blocked, by MuJoCo's own law of
     /// it (`solref`, `solimp`).
     pub(super) spring: Option<f64>,
@@ -78,16 +76,16 @@ fn constraints<'a>(model: &Model, data: &'a Data) -> impl Iterator<Item = (usize
         .map(|(constraint, (&kind, row))| (constraint, kind, row))
 }
 
-/// Lists the rows; of limits those that are `reached`, or may be with one of these velocities.
+/// Lists the rows that have a lever; of limits those that are `reached`, or may be with one of these velocities.
 pub(super) fn list(
     around: &Around<'_>,
     rates: &[f64],
     velocities: [&[f64]; 2],
     reached: &mut HashSet<u32>,
 ) -> Vec<Row> {
-    let Around { model, data, follower, .. } = around;
+    let Around { model, data, follower, inertia, .. } = around;
     let h = model.step();
-    let mut rows = Vec::new();
+    let (mut rows, mut scratch) = (Vec::new(), Vec::new());
     let mut first = (u32::MAX, 0);
     for (constraint, sort, row) in constraints(model, data) {
         let id = data.efc_id()[constraint].unsigned_abs();
@@ -117,6 +115,13 @@ pub(super) fn list(
             }
             _ => (key(sort, 0, id), Kind::Friction, 0.0, 0.0, 1.0),
         };
+        let response = match kind {
+            Kind::Friction => mobility,
+            Kind::Equality | Kind::Limit => inertia.response(row, &mut scratch),
+        };
+        if !has_lever(response, mobility) {
+            continue;
+        }
         let most = h * data.efc_frictionloss()[constraint];
         let spring = (sort == EQUALITY && is_led(around, id as usize)).then(|| {
             let [stiffness, damping, impedance, _] = data.efc_kbip()[constraint];
@@ -127,11 +132,12 @@ pub(super) fn list(
             constraint,
             key,
             kind,
-            jacobian: row.iter().map(|&entry| if entry.abs() > NO_LEVER { entry } else { 0.0 }).collect(),
+            jacobian: row.to_vec(),
             gap,
             outside,
             most,
             mobility,
+            response,
             spring,
         });
     }

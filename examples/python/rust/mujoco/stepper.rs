@@ -12,7 +12,7 @@ use super::islands::islands;
 use super::outside::Follower;
 use super::position::PositionPass;
 use super::rows::{self, Row};
-use super::touch::{Around, Face, Touch, largest};
+use super::touch::{Around, Face, Live, Touch, largest};
 use super::velocity::{Ends, Motion, Scene, VelocityPass};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashSet};
@@ -73,15 +73,15 @@ pub(super) struct Stepper {
     pub(super) model: Model,
     facts: Facts,
     scratch: Data,
-    follower: Follower,
+    pub(super) follower: Follower,
     inertia: Inertia,
-    engines: Engines,
-    velocity_pass: VelocityPass,
-    position_pass: PositionPass,
+    pub(super) engines: Engines,
+    pub(super) velocity_pass: VelocityPass,
+    pub(super) position_pass: PositionPass,
     /// Contacts that take part, by their places in MuJoCo's list.
     taken: HashSet<usize>,
     /// The contacts of the last step.
-    live: Vec<Face>,
+    pub(super) live: Vec<Live>,
     is_blind: bool,
     /// What each contact of MuJoCo's list does; -1 of one that took no part.
     pub(super) modes: Vec<i8>,
@@ -89,10 +89,11 @@ pub(super) struct Stepper {
 
 impl Stepper {
     pub(super) fn new(model: Model) -> Self {
+        let scratch = Data::scratch(&model);
         Self {
             facts: Facts::new(&model),
-            scratch: Data::scratch(&model),
-            follower: Follower::default(),
+            follower: Follower::new(&scratch),
+            scratch,
             inertia: Inertia::default(),
             engines: Engines::default(),
             velocity_pass: VelocityPass::default(),
@@ -112,45 +113,6 @@ impl Stepper {
         self.position_pass.reset();
         self.follower.reset();
         self.live.clear();
-    }
-
-    /// What the next step takes from those before, but for where solves start: from here on these start from nothing.
-    pub(super) fn state(&mut self) -> Vec<f64> {
-        self.engines.reset();
-        let mut out = Vec::new();
-        self.follower.write(&mut out);
-        #[allow(clippy::cast_precision_loss)] // numbers of geoms and velocities
-        for own in [&self.velocity_pass.blocked, &self.position_pass.locked] {
-            let mut own: Vec<_> = own.iter().collect();
-            own.sort_unstable();
-            out.push(own.len() as f64);
-            own.iter().for_each(|&(&name, &steps)| out.extend([name as f64, f64::from(steps)]));
-        }
-        #[allow(clippy::cast_precision_loss)]
-        for Face { geoms, normal } in &self.live {
-            out.extend(geoms.map(|geom| geom as f64));
-            out.extend(normal.iter());
-        }
-        out
-    }
-
-    /// Takes a state over, as of this data; `None` if it is of another model.
-    pub(super) fn set_state(&mut self, data: &Data, state: &[f64]) -> Option<()> {
-        self.reset();
-        let mut own = state.iter().copied();
-        self.follower.read(&self.model, data, &mut own)?;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        for to in [&mut self.velocity_pass.blocked, &mut self.position_pass.locked] {
-            for _ in 0..own.next()? as usize {
-                to.insert(own.next()? as usize, own.next()? as u32);
-            }
-        }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        while let Some(first) = own.next() {
-            let geoms = [first as usize, own.next()? as usize];
-            self.live.push(Face { geoms, normal: Vector3::new(own.next()?, own.next()?, own.next()?) });
-        }
-        Some(())
     }
 
     fn scale(&self) -> Scale {
@@ -184,6 +146,7 @@ impl Stepper {
         self.taken.clear();
         let lookout = lookout(&self.model, &self.facts);
         let mut taken = Vec::new();
+        let near = NEAR * lookout.length;
         let mut found = vec![false; self.live.len()];
         for (index, contact) in data.contacts().enumerate() {
             if contact.is_excluded() || lookout.is_ghost(data, contact) {
@@ -191,8 +154,9 @@ impl Stepper {
             }
             let (face, mut is_live) = (Face::of(contact), false);
             for (live, found) in self.live.iter().zip(&mut found) {
-                if live.is(&face) {
-                    (is_live, *found) = (true, true);
+                if live.face.is(&face) {
+                    is_live = true;
+                    *found = *found || live.is_near(data, contact.place(), near);
                 }
             }
             if is_live || contact.gap(lookout.grown) < -lookout.slop {
@@ -220,7 +184,7 @@ impl Stepper {
         for contact in self.scratch.contacts() {
             let face = Face::of(contact);
             let is_field = |&geom: &usize| model.geom_type()[geom] == HFIELD;
-            let is_live = self.live.iter().any(|live| live.is(&face));
+            let is_live = self.live.iter().any(|live| live.face.is(&face));
             if contact.is_excluded() || face.geoms.iter().any(is_field) || !is_live {
                 continue;
             }
@@ -275,6 +239,7 @@ impl Stepper {
         };
         let Trial { touches, rows, motion, correction, ends, is_crowded } = trial;
         self.write(data, &touches, &rows, &motion);
+        let lives: Vec<_> = touches.iter().map(|touch| Live::of(touch, data)).collect();
         data.sensor_acc(&self.model);
         data.check_acceleration(&self.model);
         data.euler(&self.model);
@@ -282,7 +247,7 @@ impl Stepper {
             self.model.integrate(data.qpos_mut(), &correction, h);
         }
         self.live.clear();
-        self.live.extend(touches.iter().map(|touch| touch.face));
+        self.live.extend(lives);
         self.follower.keep(data);
         Ok(Report { ends, is_crowded, is_blind: self.is_blind })
     }
@@ -320,6 +285,9 @@ impl Stepper {
             modes: vec![-1; touches.len()],
             rows: vec![0.0; rows.len()],
         };
+        if is_first {
+            self.position_pass.locks.count_down();
+        }
         let (mut ends, mut correction, mut is_crowded) = (Ends::NONE, vec![0.0; nv], false);
         let mut islands = islands(&self.inertia, &touches, &rows, nv);
         for island in &mut islands {

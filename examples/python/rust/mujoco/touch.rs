@@ -3,8 +3,8 @@
 use super::facts::{Facts, body_of, mobility};
 use super::ffi::{ContactRef, Data, Model};
 use super::inertia::Inertia;
-use super::outside::Follower;
-use nalgebra::Vector3;
+use super::outside::{Follower, Outside};
+use nalgebra::{Matrix3, Vector3};
 
 /// What contacts and rows are made from.
 pub(super) struct Around<'a> {
@@ -63,6 +63,36 @@ impl Face {
     }
 }
 
+/// A contact of the last step: its face, and where it is on its geoms.
+pub(super) struct Live {
+    pub(super) face: Face,
+    pub(super) places: [Vector3<f64>; 2],
+}
+
+impl Live {
+    pub(super) fn of(touch: &Touch, data: &Data) -> Self {
+        let on = |geom: usize| {
+            let (frame, centre) = pose(data, geom);
+            frame.transpose() * (touch.place - centre)
+        };
+        Self { face: touch.face, places: touch.face.geoms.map(on) }
+    }
+
+    /// Is a place near the one that has come along with a geom?
+    pub(super) fn is_near(&self, data: &Data, place: [f64; 3], near: f64) -> bool {
+        let place = Vector3::from(place);
+        self.face.geoms.iter().zip(&self.places).any(|(&geom, own)| {
+            let (frame, centre) = pose(data, geom);
+            (centre + frame * own - place).norm() < near
+        })
+    }
+}
+
+/// The rotation of a geom, and its centre.
+pub(super) fn pose(data: &Data, geom: usize) -> (Matrix3<f64>, Vector3<f64>) {
+    (Matrix3::from_row_slice(&data.geom_xmat()[geom]), data.geom_xpos()[geom].into())
+}
+
 impl Touch {
     /// Takes a contact of MuJoCo's list; `rows` in place of those at the start of the step.
     pub(super) fn new(
@@ -79,13 +109,27 @@ impl Touch {
         let (frame, place) = (contact.frame(), contact.place());
         let bodies = contact.geoms().map(|geom| body_of(model, geom));
         let mocaps = bodies.map(|body| facts.mocap(body));
-        let [first, second] = mocaps.map(|mocap| follower.now.velocity(mocap, data, place));
-        let mut outside = [0.0; 6];
-        for (i, axis) in frame.iter().enumerate().take(dim) {
-            outside[i] = Vector3::from(*axis).dot(&(second - first));
-        }
-        for (own, row) in outside.iter_mut().zip(rows.chunks_exact(nv)) {
-            *own += dot(row, &follower.now.joints);
+        let along = |outside: &Outside, time: f64| {
+            let [first, second] = mocaps.map(|mocap| outside.velocity(mocap, data, place));
+            let velocity = [second[0] - first[0], second[1] - first[1]];
+            let mut along = [0.0; 6];
+            for (i, (along, row)) in along.iter_mut().zip(rows.chunks_exact(nv)).enumerate() {
+                let of_bodies = Vector3::from(frame[i % 3]).dot(&velocity[i / 3]);
+                *along = (of_bodies + dot(row, &outside.joints)) / time;
+            }
+            along
+        };
+        // What has just begun to move has its velocity if what it touches has it, too.
+        let speed = |outside: &[f64; 6]| {
+            let of_row = |(row, outside): (&[f64], &f64)| (dot(row, data.qvel()) + outside).powi(2);
+            rows.chunks_exact(nv).zip(outside).take(3).map(of_row).sum::<f64>()
+        };
+        let mut outside = along(&follower.now, 1.0);
+        if follower.moves() {
+            let begun = along(&follower.moved, model.step());
+            if begun != outside && speed(&begun) < speed(&outside) {
+                outside = begun;
+            }
         }
         let writes = |row: &[f64]| {
             row.iter().zip(&follower.is_written).any(|(&entry, &written)| written && entry != 0.0)
