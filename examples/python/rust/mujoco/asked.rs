@@ -1,7 +1,7 @@
 //! What the position pass asks of an island: how far each contact and each row is to come back in the step.
 
-use super::creep::Creep;
-use super::facts::has_lever;
+use super::creep::{Creep, holds};
+use super::facts::{SLOP, has_lever};
 use super::islands::Island;
 use super::locks::{Locks, Name};
 use super::rows::{Kind, Row};
@@ -22,7 +22,7 @@ const LEAST: f64 = 1e-2;
 const RECOVERY: f64 = 0.2;
 /// How fast joints turn to close what is far open, over the model's speed over its length.
 const TURN: f64 = 4.0;
-/// Errors in lengths that are left as they are, over the model's own length.
+/// What is open of rows up to this is left as it is, over the model's own length.
 const LEFT: f64 = 1e-9;
 /// What does less than this share of what is asked of it does not give way.
 const LITTLE: f64 = 0.1;
@@ -69,6 +69,11 @@ pub(super) struct Moving<'a> {
 }
 
 impl Moving<'_> {
+    /// Is there a contact of an island that sticks and bears?
+    pub(super) fn holds_in(&self, island: &Island) -> bool {
+        island.touches.iter().any(|&place| holds(self.motion, place))
+    }
+
     /// Does a contact of an island creep?
     fn creeps_in(&self, island: &Island) -> bool {
         island.touches.iter().any(|&place| self.creeps[place].counts)
@@ -117,11 +122,12 @@ impl Asked {
         island: &Island,
         moving: &Moving<'_>,
         locks: &Locks,
+        is_pressed: bool,
     ) {
         let (h, Moving { motion, scale, .. }) = (scene.h, moving);
         self.touches.clear();
         self.rows.clear();
-        self.is_pressed = moving.creeps_in(island);
+        self.is_pressed = is_pressed;
         let soft = |factor: f64, response: f64, mobility: f64| factor * response.max(LEAST * mobility);
         let lever = |response: f64, mobility: f64| {
             if mobility > 0.0 { (response / mobility).min(1.0) } else { 1.0 }
@@ -136,7 +142,8 @@ impl Asked {
                 // What is from the step itself is taken back in it.
                 let old = (-open - touch.curve).max(0.0);
                 let most = h * fastest * lever(touch.response, touch.mobility);
-                open = (open + old) - (SHARE * old).min(most);
+                let back = if old > SLOP * scale.length { (SHARE * old).min(most) } else { 0.0 };
+                open = (open + old) - back;
                 if locks.holds_touch(scene, island, number) {
                     open = 0.0;
                 }
@@ -223,12 +230,12 @@ impl Asked {
 
 /// Does something overlap, or is something open, by more than what is left, and is not locked?
 pub(super) fn is_needed(scene: &Scene<'_>, island: &Island, moving: &Moving<'_>, locks: &Locks) -> bool {
-    let left = LEFT * moving.scale.length;
+    let [left, slop] = [LEFT, SLOP].map(|share| share * moving.scale.length);
     let after = |gap: f64, row: &[f64]| gap + scene.h * dot(row, &moving.motion.velocity);
     let (mut touches, rows) = (scene.touches(island).enumerate(), scene.rows(island));
     moving.creeps_in(island)
         || touches.any(|(number, touch)| {
-            after(touch.gap, touch.normal_row()) < -left && !locks.holds_touch(scene, island, number)
+            after(touch.gap, touch.normal_row()) < -slop && !locks.holds_touch(scene, island, number)
         })
         || rows.filter(|row| moving.asks(row)).any(|row| {
             let after = after(row.gap, &row.jacobian);

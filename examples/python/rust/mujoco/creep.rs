@@ -39,13 +39,18 @@ pub(super) struct Creep {
     pub(super) counts: bool,
 }
 
+/// Does a contact stick, and bear something?
+pub(super) fn holds(motion: &Motion, place: usize) -> bool {
+    motion.modes[place] == STICK && motion.impulses[place][0] > 0.0
+}
+
 /// The displacements along tangents beyond those that velocities foresee.
 pub(super) fn list(around: &Around<'_>, touches: &[Touch], motion: &Motion, scratch: &mut Data) -> Vec<Creep> {
     let Around { model, data, facts, follower, .. } = around;
     let (h, length) = (model.step(), model.size());
     let mut creeps = vec![Creep::default(); touches.len()];
     let is_one = |place: usize| touches[place].mu() > 0.0 && motion.impulses[place][0] > 0.0;
-    let sticks = |place: usize| motion.modes[place] == STICK && is_one(place);
+    let sticks = |place: usize| touches[place].mu() > 0.0 && holds(motion, place);
     let turns = motion.velocity.iter().zip(&facts.turns).filter(|&(_, &turns)| turns);
     let fastest = turns.fold(0.0_f64, |most, (v, _)| most.max(v.abs()));
     let is_straight = (h * fastest).powi(2) < LEFT;

@@ -95,6 +95,9 @@ fn turns(model: &Model) -> Vec<bool> {
     turns
 }
 
+/// Overlaps up to this are none, over the model's own length.
+pub(super) const SLOP: f64 = 1e-7;
+
 /// How fast a length of the model falls from itself (m/s): `sqrt(g L)`.
 pub(super) fn speed_scale(model: &Model) -> f64 {
     let gravity = Vector3::from(model.gravity()).norm();

@@ -1,7 +1,8 @@
 //! The position pass: what overlaps, or is open, is taken back by a motion that is not kept as a velocity.
 //!
-//! `M' z = Hᵀ r'` is solved with friction and a little compliance, from nothing: of many contacts by sweeps if these converge, else by
-//! the same kernel. Positions then move by `h (v + z)`.
+//! `M' z = Hᵀ r'` is solved with friction and a little compliance: of many contacts by sweeps if these converge, else by the same kernel.
+//! Where a contact sticks, `r'` is a change of the impulses that press: their sum obeys the cones, so what is held stays held. Else it begins
+//! from nothing. Positions then move by `h (v + z)`.
 
 use super::asked::{Asked, Moving, is_needed};
 use super::engines::{Engines, Pass};
@@ -13,11 +14,12 @@ use super::velocity::Scene;
 use stiction::{Model as Law, Settings};
 use stiction_kernels::problem::Answer;
 
-/// A correction is solved to this error, for this much work, and used up to that one.
+/// A correction is solved to this error, or to that one if it is a small change of what presses; for this much work; and used up to so
+/// many times its error.
 const TOLERANCE: f64 = 1e-4;
 const PRESSED: f64 = 1e-8;
 const BUDGET: usize = 1_000;
-const USABLE: f64 = 1e-2;
+const USABLE: f64 = 100.0;
 /// How often what does not give way is left out.
 const ATTEMPTS: usize = 3;
 /// More contacts and rows than so many are swept first.
@@ -49,13 +51,21 @@ impl PositionPass {
         correction: &mut [f64],
     ) {
         let is_driven = scene.touches(island).any(|touch| touch.is_driven) || scene.is_moved(island);
+        let mut is_pressed = moving.holds_in(island);
         for _ in 0..ATTEMPTS {
             if !is_needed(scene, island, moving, &self.locks) {
                 return;
             }
-            self.asked.list(scene, island, moving, &self.locks);
-            let is_found = self.sweep(scene, island, correction)
-                || self.solve_exactly(scene, island, engines, is_first, correction);
+            let mut is_found;
+            loop {
+                self.asked.list(scene, island, moving, &self.locks, is_pressed);
+                is_found = self.sweep(scene, island, correction)
+                    || self.solve_exactly(scene, island, engines, is_first, correction);
+                if is_found || !is_pressed {
+                    break;
+                }
+                is_pressed = false;
+            }
             let locks = &mut self.locks;
             let is_refused = !is_driven && self.asked.lock(scene, island, moving, correction, locks);
             if is_found && !is_refused {
@@ -86,7 +96,7 @@ impl PositionPass {
             let row = &scene.rows[demand.place];
             settler.row(coordinates, row, (demand.offset, demand.compliance));
         }
-        let is_found = settler.sweep(TOLERANCE);
+        let is_found = settler.sweep(tolerance(*is_pressed));
         if is_found {
             settler.write(coordinates, correction);
         }
@@ -131,13 +141,12 @@ impl PositionPass {
         );
         self.pack.reduce(scene.inertia);
         for model in [Law::Coulomb, Law::ConvexRelaxation] {
-            let tolerance = if *is_pressed { PRESSED } else { TOLERANCE };
-            let settings = Settings { budget: BUDGET, model, ..Settings::new(tolerance) };
+            let settings = Settings { budget: BUDGET, model, ..Settings::new(tolerance(*is_pressed)) };
             let name = (island.dofs[0], Pass::Position);
             let problem = self.pack.problem();
             let cold = is_first && !is_pressed;
             let outcome = engines.solve(name, &problem, &settings, (cold, None), &mut self.answer);
-            if outcome.is_some_and(|outcome| outcome.error <= USABLE)
+            if outcome.is_some_and(|outcome| outcome.error <= USABLE * tolerance(*is_pressed))
                 && self.answer.v.iter().all(|z| z.is_finite())
             {
                 self.pack.expand(scene.inertia, &mut self.answer);
@@ -147,4 +156,8 @@ impl PositionPass {
         }
         false
     }
+}
+
+fn tolerance(is_pressed: bool) -> f64 {
+    if is_pressed { PRESSED } else { TOLERANCE }
 }

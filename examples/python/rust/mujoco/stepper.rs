@@ -5,7 +5,7 @@ use super::creep;
 use super::crowd::thin;
 use super::end::{self, Lookout, Seen, There};
 use super::engines::Engines;
-use super::facts::{Facts, speed_scale};
+use super::facts::{Facts, SLOP, speed_scale};
 use super::ffi::{Data, HFIELD, Model, OwnedContact};
 use super::inertia::Inertia;
 use super::islands::islands;
@@ -18,10 +18,9 @@ use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashSet};
 use stiction::Settings;
 
-/// Lengths over the model's own: contacts are listed up to this gap; overlaps up to this are none; contacts of the last step are
-/// listed up to this gap; a position that is written moves something from here on.
+/// Lengths over the model's own: contacts are listed up to this gap; contacts of the last step are listed up to this gap; a position
+/// that is written moves something from here on.
 const BAND: f64 = 1e-6;
-const SLOP: f64 = 1e-7;
 const KEPT: f64 = 1e-3;
 const WRITTEN: f64 = 1e-6;
 /// Contacts of a face as near as this are one.
