@@ -63,7 +63,7 @@ class Law:
     def __init__(self, terms: Terms, bounds: Bounds, contacts: Array, tol: float) -> None:
         """Take the contacts of these places, and all rows; ``tol`` is the error of motions."""
         self.terms, self.bounds, self.tol = terms, bounds, tol
-        self.islands = list(_islands(terms, contacts))
+        self.islands = list(islands(terms, contacts))
         self.facts = Facts(np.array(np.inf), np.array(True), np.array(True))
 
     def solved(self) -> Motion:
@@ -124,7 +124,7 @@ class Law:
         return found.jvp(free_impulse=p, w=u[:, :, :d], rows=RowChange(offset=s))
 
 
-def _islands(terms: Terms, contacts: Array) -> Iterator[tuple[Array, Array, Array]]:
+def islands(terms: Terms, contacts: Array) -> Iterator[tuple[Array, Array, Array]]:
     """Velocities, contacts and joint rows that move each other, as places in the lists."""
     c, nv = len(contacts), len(terms.mass)
     touched = np.concatenate([(terms.H[contacts] != 0).any(axis=1), terms.J != 0])

@@ -23,6 +23,7 @@ _D = 6  # rows that a contact may have
 # As the compiled side has them, over the model's mean size: gaps up to which contacts are listed, overlaps that count as none, and
 # how deep lies what rests.
 _BAND, _SLOP, _DEPTH = 1e-6, 1e-7, 3e-9
+_NO_LEVER = 1e-4  # a row that has no force and moves less than this beside its equality's others
 _LEVER = 1e-5  # a normal is held by this share of what moves its bodies when they are free
 
 
@@ -133,6 +134,10 @@ class Near:
         fastest = np.min([J @ v for v in (end.qvel, self.start.qvel, np.linalg.solve(mass, impulse))], axis=0)
         limits = np.isin(kind, _LIMITS)
         kept = (kind < _LIMITS[0]) | limits & ((gap <= 0) | (gap + h * fastest < 0))
+        rows, forces = self._names(end)[:, :2], end.efc_force
+        moves = np.einsum("jn,nj->j", J, np.linalg.solve(mass, J.T))
+        for i in np.flatnonzero((kind == _EQUALITY) & (forces == 0)):  # what has no lever takes no part
+            kept[i] = moves[i] > _NO_LEVER * moves[(rows == rows[i]).all(axis=1)].max()
         self.names, self.is_limit, self.row_gap = self._names(end)[kept], limits[kept], gap[kept]
         most = np.where(kind == _EQUALITY, np.inf, h * end.efc_frictionloss)[kept]
         bounds = np.where(self.is_limit, 0.0, -most), np.where(self.is_limit, np.inf, most)

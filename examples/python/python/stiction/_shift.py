@@ -6,18 +6,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._law import Bounds, Law, Motion, Terms
+from ._law import Bounds, Law, Motion, Terms, islands
 from ._types import Array
 
 if TYPE_CHECKING:
     from ._near import Near
 
-# As the compiled side has them: the share of an overlap that is taken back; compliance of contacts and of rows, over what moves
-# them, and the least of that, over what moves their bodies when they are free; the fastest recovery, over the model's own speed;
-# what has no lever; errors that are left, over the model's length.
-_SHARE, _CONTACT, _ROW, _LEAST, _RECOVERY, _NO_LEVER, _LEFT = 0.8, 1e-4, 0.02, 1e-2, 0.2, 1e-6, 1e-9
+# As the compiled side has them: the share of an overlap that is taken back; compliance of contacts, of those that press, and of rows,
+# over what moves them, and the least of that, over what moves their bodies when they are free; the fastest recovery, over the model's
+# own speed; what has no lever; what is open of rows, and overlaps, that are left, over the model's length.
+_SHARE, _CONTACT, _PRESSED, _ROW, _LEAST, _RECOVERY, _NO_LEVER, _LEFT = 0.8, 1e-4, 1e-5, 0.02, 1e-2, 0.2, 1e-6, 1e-9
+_SLOP = 1e-7
 # It is solved to little accuracy, and differs from what the step has moved by as much as this, over the largest.
 _SAME = 1e-3
+_STICKS = 1e-9  # slip up to which a contact sticks, over the model's length in a step
 
 
 class Shift:
@@ -30,19 +32,23 @@ class Shift:
             np.einsum("cn,nc->c", rows, np.linalg.solve(terms.mass, rows.T)) for rows in (terms.H[:, 0], terms.J)
         )
         # Friction loss has no part in it, nor has what nothing moves.
-        is_row = (near.is_limit | np.isinf(bounds.upper)) & (row_response > _NO_LEVER**2 * row_response.max(initial=0.0))
-        self.rows, contacts = np.flatnonzero(is_row), contacts[(response >= _NO_LEVER * near.mobility)[contacts]]
+        self.rows = np.flatnonzero(near.is_limit | np.isinf(bounds.upper))
+        contacts = contacts[(response >= _NO_LEVER * near.mobility)[contacts]]
         speed = np.sqrt((np.linalg.norm(near.model.opt.gravity) or 9.81) * near.size)
         most = self.h * _RECOVERY * speed * np.minimum(response / np.maximum(near.mobility, 1e-300), 1.0)
         self.open = terms.gap + self.h * terms.H[:, 0] @ self.v
         # What is from the step itself is taken back in it.
         old = np.maximum(-self.open - np.where(near.is_new, np.maximum(-terms.gap, 0.0), near.curve), 0.0)
-        is_old, is_fast = (self.open < 0) & (old > _LEFT * near.size), _SHARE * old > most
-        self.offset = np.where(is_old, self.open + old - np.minimum(_SHARE * old, most), self.open) / self.h
-        self.slope = np.where(is_old, np.where(is_fast, 0.0, _SHARE), 1.0) / self.h
+        is_old, is_fast, is_left = (self.open < 0) & (old > 0), _SHARE * old > most, old <= _SLOP * near.size
+        back = np.where(is_left, 0.0, np.minimum(_SHARE * old, most))
+        self.offset = np.where(is_old, self.open + old - back, self.open) / self.h
+        self.slope = np.where(is_old, np.where(is_fast | is_left, 0.0, _SHARE), 1.0) / self.h
         row_open = terms.row_gap[self.rows] + self.h * terms.J[self.rows] @ self.v
         self.row_slope = np.where(near.is_limit[self.rows] & (row_open < 0), _SHARE, 1.0) / self.h
-        soft = _CONTACT * np.maximum(response, _LEAST * near.mobility)
+        self.start = self._start(near, terms, motion, contacts)
+        is_pressed = self.start[:, 0] > 0
+        soft = np.where(is_pressed, _PRESSED, _CONTACT) * np.maximum(response, _LEAST * near.mobility)
+        self.soft, self.slips = soft, is_pressed[:, None] & (np.arange(terms.w.shape[1]) % 3 > 0) & (np.arange(terms.w.shape[1]) < 3)
         own = Bounds(
             friction=bounds.friction * (np.arange(bounds.friction.shape[1]) < 2),
             dim=np.minimum(bounds.dim, 3),
@@ -55,6 +61,15 @@ class Shift:
         self.motion = self.law.solved()
         self.size = len(self.equations(terms))
 
+    def _start(self, near: Near, terms: Terms, motion: Motion, contacts: Array) -> Array:
+        """Impulses that press: those of islands in which a contact sticks; the motion changes these, others begin from nothing."""
+        start, slip = np.zeros_like(terms.w), np.linalg.norm((terms.H @ motion.v + terms.w)[:, 1:3], axis=1)
+        holds = (motion.r[:, 0] > 0) & (slip < _STICKS * near.size / near.h)
+        for _, own, _ in islands(terms._replace(J=terms.J[self.rows]), contacts):
+            if holds[own].any():
+                start[own, :3] = motion.r[own, :3]
+        return start
+
     def hold(self, near: Near) -> None:
         """Hold it if it is not what the step has moved by."""
         off = np.abs(self.motion.v - near.shift).max()
@@ -62,10 +77,12 @@ class Shift:
 
     def terms(self, terms: Terms) -> Terms:
         """What its law is asked about."""
-        d, J, w = terms.H.shape[1], terms.J[self.rows], np.zeros_like(terms.w)
-        w[:, 0] = self.offset + self.slope * (terms.gap + self.h * terms.H[:, 0] @ self.v - self.open)
+        d, J = terms.H.shape[1], terms.J[self.rows]
+        w = np.where(self.slips, terms.H @ self.v + terms.w, 0.0) - self.soft[:, None] * self.start
+        w[:, 0] += self.offset + self.slope * (terms.gap + self.h * terms.H[:, 0] @ self.v - self.open)
         offset = self.row_slope * (terms.row_gap[self.rows] + self.h * J @ self.v)
-        return terms._replace(impulse=0 * terms.impulse, H=terms.H * (np.arange(d) < 3)[:, None], w=w, J=J, offset=offset)
+        impulse = -np.einsum("cdn,cd->n", terms.H, self.start)
+        return terms._replace(impulse=impulse, H=terms.H * (np.arange(d) < 3)[:, None], w=w, J=J, offset=offset)
 
     def equations(self, terms: Terms) -> Array:
         """Its equations, with the velocity of the step."""
@@ -77,6 +94,7 @@ class Shift:
             return 0 * by
         terms, changes = self.law.terms, changes.copy()
         c, d, nv = terms.H.shape
-        changes[:, nv : nv + c * d : d] += self.h * self.slope * (by @ terms.H[:, 0].T)
+        normals = self.h * self.slope[:, None] * (np.arange(d) == 0)
+        changes[:, nv : nv + c * d] += ((self.slips + normals) * np.einsum("cdn,bn->bcd", terms.H, by)).reshape(len(by), -1)
         changes[:, nv + c * d : nv + c * d + len(self.rows)] += self.h * self.row_slope * (by @ terms.J.T)
         return self.law.velocity(self.motion, changes)

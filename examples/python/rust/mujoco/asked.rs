@@ -96,10 +96,16 @@ impl Asked {
         locks: &mut Locks,
     ) -> bool {
         let (left, before) = (LEFT * moving.scale.length / scene.h, locks.0.len());
+        let wrong = |speed: f64, is_equality: bool| if is_equality { speed.abs() } else { (-speed).max(0.0) };
+        let is_equality = |demand: &Demand| scene.rows[demand.place].kind == Kind::Equality;
+        let of_touches = self.touches.iter().map(|demand| wrong(demand.offset, false));
+        let of_rows = self.rows.iter().map(|demand| wrong(demand.offset, is_equality(demand)));
+        // What is asked little beside others may have to wait for these.
+        let most = of_touches.chain(of_rows).fold(0.0, f64::max);
         let refuses = |row: &[f64], offset: f64, is_equality: bool| {
-            let wrong = |speed: f64| if is_equality { speed.abs() } else { (-speed).max(0.0) };
-            let asked = wrong(offset);
-            asked > left && asked - wrong(offset + dot(row, correction)) < LITTLE * asked
+            let asked = wrong(offset, is_equality);
+            let done = asked - wrong(offset + dot(row, correction), is_equality);
+            asked > left.max(LITTLE * most) && done < LITTLE * asked
         };
         for demand in &self.touches {
             if refuses(scene.touches[demand.place].normal_row(), demand.offset, false) {

@@ -29,8 +29,10 @@ const NEAR: f64 = 1e-2;
 const STILL: f64 = 1e-9;
 /// A limit is passed from here on (m or rad; over the model's length if that is more than 1 m).
 const PASSED: f64 = 1e-12;
-/// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`).
+/// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`); or up to so much
+/// higher, or corners of a face would be open by rounding.
 const DEPTH: f64 = 3e-9;
+const CLOSED: f64 = 1e-9;
 /// How often a step is solved again with what was found at its end, and how often contacts found are then taken anew.
 const ROUNDS: usize = 12;
 const ANEW: usize = 4;
@@ -415,6 +417,7 @@ fn listed(around: &Around<'_>, taken: &HashSet<usize>, found: &Found) -> Vec<Tou
         } else {
             let curve = found.curves.get(&index).copied().unwrap_or(0.0);
             let gap = around.data.contact(index).gap(grown) + depth - curve;
+            let gap = if gap < CLOSED * length { gap.min(0.0) } else { gap };
             let mut touch = Touch::new(around, index, gap, None, &mut scratch)?;
             touch.curve = curve;
             Some(touch)
