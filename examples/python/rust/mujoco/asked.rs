@@ -96,26 +96,30 @@ impl Asked {
         locks: &mut Locks,
     ) -> bool {
         let (left, before) = (LEFT * moving.scale.length / scene.h, locks.0.len());
-        let wrong = |speed: f64, is_equality: bool| if is_equality { speed.abs() } else { (-speed).max(0.0) };
-        let is_equality = |demand: &Demand| scene.rows[demand.place].kind == Kind::Equality;
-        let of_touches = self.touches.iter().map(|demand| wrong(demand.offset, false));
-        let of_rows = self.rows.iter().map(|demand| wrong(demand.offset, is_equality(demand)));
-        // What is asked little beside others may have to wait for these.
-        let most = of_touches.chain(of_rows).fold(0.0, f64::max);
-        let refuses = |row: &[f64], offset: f64, is_equality: bool| {
-            let asked = wrong(offset, is_equality);
-            let done = asked - wrong(offset + dot(row, correction), is_equality);
-            asked > left.max(LITTLE * most) && done < LITTLE * asked
+        // How much is asked, and done.
+        let of_touch = |demand: &Demand| {
+            let wrong = |speed: f64| (-speed).max(0.0);
+            let after = demand.offset + dot(scene.touches[demand.place].normal_row(), correction);
+            [wrong(demand.offset), wrong(demand.offset) - wrong(after)]
         };
-        for demand in &self.touches {
-            if refuses(scene.touches[demand.place].normal_row(), demand.offset, false) {
-                locks.add(Name::of_touch(scene, island, demand.number));
-            }
-        }
-        for demand in &self.rows {
+        let of_row = |demand: &Demand| {
             let row = &scene.rows[demand.place];
-            if refuses(&row.jacobian, demand.offset, row.kind == Kind::Equality) {
-                locks.add(Name::Row(row.key));
+            let wrong = |speed: f64| if row.kind == Kind::Equality { speed.abs() } else { (-speed).max(0.0) };
+            let after = demand.offset + dot(&row.jacobian, correction);
+            [wrong(demand.offset), wrong(demand.offset) - wrong(after)]
+        };
+        let all = self.touches.iter().map(of_touch).chain(self.rows.iter().map(of_row));
+        // What is asked little beside others may have to wait for these.
+        let least = left.max(LITTLE * all.fold(0.0, |most, [asked, _]| f64::max(most, asked)));
+        let refuses = |[asked, done]: [f64; 2]| asked > least && done < LITTLE * asked;
+        for demand in self.touches.iter().filter(|demand| refuses(of_touch(demand))) {
+            locks.add(Name::of_touch(scene, island, demand.number));
+        }
+        let equality = |demand: &Demand| scene.rows[demand.place].equality();
+        for rows in self.rows.chunk_by(|one, other| equality(one).is_some() && equality(one) == equality(other)) {
+            let sum = rows.iter().map(of_row).fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
+            if refuses(sum) {
+                rows.iter().for_each(|demand| locks.add(Name::Row(scene.rows[demand.place].key)));
             }
         }
         locks.0.len() > before
