@@ -1,16 +1,19 @@
-//! What sticks keeps its place: how far contacts that stuck have moved along their tangents nevertheless, as a step goes along a
-//! straight line, and as what moves from outside was foreseen by its last velocity.
+//! What sticks keeps its place: how far contacts that stick have moved along their tangents nevertheless, as a step goes along a straight
+//! line, and as what moves from outside was foreseen by its last velocity.
 
+use super::facts::body_of;
 use super::ffi::Data;
-use super::touch::{Around, Touch, dot, largest};
+use super::islands::Island;
+use super::touch::{Around, Live, NEAR, Touch, dot, largest, pose};
 use super::velocity::Motion;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 /// `Mode::Stick`.
 const STICK: i8 = 1;
-/// What is left as it is, over the model's length.
-pub(super) const LEFT: f64 = 1e-9;
-
+/// What is left as it is, over the model's length; it adds up from step to step.
+const LEFT: f64 = 1e-7;
+/// Square of an angle (rad) up to which a path is straight.
+const STRAIGHT: f64 = 1e-9;
 /// What counts was closed as the step began, up to this gap over the model's length.
 const CLOSED: f64 = 1e-4;
 
@@ -44,109 +47,124 @@ pub(super) fn holds(motion: &Motion, place: usize) -> bool {
     motion.modes[place] == STICK && motion.impulses[place][0] > 0.0
 }
 
-/// The displacements along tangents beyond those that velocities foresee.
-pub(super) fn list(around: &Around<'_>, touches: &[Touch], motion: &Motion, scratch: &mut Data) -> Vec<Creep> {
-    let Around { model, data, facts, follower, .. } = around;
-    let (h, length) = (model.step(), model.size());
-    let mut creeps = vec![Creep::default(); touches.len()];
-    let is_one = |place: usize| touches[place].mu() > 0.0 && motion.impulses[place][0] > 0.0;
-    let sticks = |place: usize| touches[place].mu() > 0.0 && holds(motion, place);
-    let turns = motion.velocity.iter().zip(&facts.turns).filter(|&(_, &turns)| turns);
-    let fastest = turns.fold(0.0_f64, |most, (v, _)| most.max(v.abs()));
-    let is_straight = (h * fastest).powi(2) < LEFT;
-    if !(0..touches.len()).any(sticks) || is_straight && !follower.moves() {
-        return creeps;
-    }
-    scratch.copy_pose(data);
-    model.integrate(scratch.qpos_mut(), &motion.velocity, h);
-    scratch.kinematics(model);
-    let nv = model.sizes.velocities;
-    for place in (0..touches.len()).filter(|&place| is_one(place)) {
-        let touch = &touches[place];
-        let contact = data.contact(touch.index);
-        let (geoms, frame) = (contact.geoms(), contact.frame().map(Vector3::from));
-        // Where the point was before what is moved from outside has moved.
-        let mut point = touch.place;
-        let mut paths = geoms.map(|geom| {
-            let matrix = |data: &Data| Matrix3::from_row_slice(&data.geom_xmat()[geom]);
-            Path {
-                from: data.geom_xpos()[geom].into(),
-                to: scratch.geom_xpos()[geom].into(),
-                turn: matrix(scratch) * matrix(data).transpose(),
-            }
-        });
-        let mut is_led = false;
-        let is_put = follower.is_first() && !touch.is_moved();
-        let mocap = |body: usize| {
-            let mocap = facts.mocap(body).filter(|_| !is_put)?;
-            let [along, turn] = follower.moved.mocap[mocap];
-            Some([along, turn, data.mocap_pos()[mocap].into()])
-        };
-        for (path, geom) in paths.iter_mut().zip(geoms) {
-            let body = model.geom_bodyid()[geom].unsigned_abs() as usize;
-            if let Some([along, turn, centre]) = mocap(body) {
-                let turn = nalgebra::Rotation3::from_scaled_axis(turn).into_inner();
-                let back = |place: Vector3<f64>| centre - along + turn.transpose() * (place - centre);
-                *path = Path { from: back(path.to), to: path.to, turn };
-                (point, is_led) = (back(touch.place), true);
-            }
-        }
-        let relative = paths[1].turn * paths[0].turn.transpose();
-        let rolled = turned(&relative);
-        let apart = |point: Vector3<f64>| {
-            if touch.is_new {
-                paths[0].start(point) - paths[1].start(point)
-            } else {
-                paths[1].end(point) - paths[0].end(point)
-            }
-        };
-        if touch.is_new {
-            point = touch.place;
-        }
-        let cornered = geoms.map(|geom| facts.has_corners(geom));
-        let size = |i: usize| match model.geom_rbound()[geoms[i]] {
-            0.0 => f64::INFINITY,
-            radius => radius,
-        };
-        // Directions come along with what is flat, or larger.
-        let flat = match cornered {
-            [true, false] => 0,
-            [false, true] => 1,
-            _ => usize::from(size(1) > size(0)),
-        };
-        let turn = if touch.is_new || is_led { Matrix3::identity() } else { paths[flat].turn };
-        let normal = turn * frame[0];
-        // What is round may roll, which is no creep: what surely is none of rolling counts.
-        let doubt = if cornered == [true; 2] {
-            0.0
-        } else {
-            let tilted = rolled - normal * normal.dot(&rolled);
-            rolled.norm() * tilted.norm() * size(0).min(size(1))
-        };
-        let crept = apart(point);
-        let written = &follower.moved.joints;
-        for i in 0..2 {
-            let axis = turn * frame[1 + i];
-            let row = &touch.rows[(1 + i) * nv..][..nv];
-            let foreseen = dot(row, &motion.velocity) + touch.outside[1 + i];
-            creeps[place].along[i] = axis.dot(&crept) + dot(row, written) - h * foreseen;
-        }
-        let own = &mut creeps[place].along;
-        let share = (1.0 - doubt / own[0].hypot(own[1]).max(f64::MIN_POSITIVE)).max(0.0);
-        own.iter_mut().for_each(|own| *own *= share);
-        let is_closed = !touch.is_new && touch.gap.abs() < CLOSED * length;
-        creeps[place].counts = is_closed && sticks(place) && largest(&creeps[place].along) > LEFT * length;
-    }
-    creeps
+/// How contacts have crept at the end of a step, and whether `scratch` is at the pose to which its velocity leads.
+pub(super) struct Creeps {
+    pub(super) of_touches: Vec<Creep>,
+    pub(super) is_posed: bool,
 }
 
-/// About what, and how far, a rotation turns (rad).
-fn turned(rotation: &Matrix3<f64>) -> Vector3<f64> {
-    let double = Vector3::new(
-        rotation[(2, 1)] - rotation[(1, 2)],
-        rotation[(0, 2)] - rotation[(2, 0)],
-        rotation[(1, 0)] - rotation[(0, 1)],
-    );
-    let (sine, cosine) = (0.5 * double.norm(), 0.5 * (rotation.trace() - 1.0));
-    if sine > 0.0 { double * (0.5 * sine.atan2(cosine) / sine) } else { Vector3::zeros() }
+/// The displacements along tangents beyond those that velocities foresee, and what is left of the steps before.
+pub(super) fn list(
+    around: &Around<'_>,
+    (touches, live): (&[Touch], &[Live]),
+    motion: &Motion,
+    scratch: &mut Data,
+) -> Creeps {
+    let Around { model, data, facts, follower, .. } = around;
+    let (h, length) = (model.step(), model.size());
+    let bears = |place: usize| touches[place].mu() > 0.0 && motion.impulses[place][0] > 0.0;
+    let sticks = |place: usize| bears(place) && holds(motion, place);
+    let turns = motion.velocity.iter().zip(&facts.turns).filter(|&(_, &turns)| turns);
+    let fastest = turns.fold(0.0_f64, |most, (v, _)| most.max(v.abs()));
+    let is_straight = (h * fastest).powi(2) < STRAIGHT && !follower.moves();
+    let mut creeps = vec![Creep::default(); touches.len()];
+    let is_posed = !is_straight && (0..touches.len()).any(sticks);
+    if is_posed {
+        scratch.copy_pose(data);
+        model.integrate(scratch.qpos_mut(), &motion.velocity, h);
+        scratch.kinematics(model);
+    }
+    for (place, (creep, touch)) in creeps.iter_mut().zip(touches).enumerate() {
+        if !bears(place) {
+            continue;
+        }
+        if is_posed {
+            creep.along = of_step(around, touch, motion, scratch);
+        }
+        let frame = data.contact(touch.index).frame();
+        if let Some(live) = live.iter().find(|live| live.is(touch, data, NEAR * length)) {
+            for (along, axis) in creep.along.iter_mut().zip(&frame[1..]) {
+                *along += Vector3::from(*axis).dot(&live.crept);
+            }
+        }
+        let is_closed = !touch.is_new && touch.gap.abs() < CLOSED * length;
+        creep.counts = is_closed && sticks(place) && largest(&creep.along) > LEFT * length;
+    }
+    Creeps { of_touches: creeps, is_posed }
+}
+
+impl Creeps {
+    /// What contacts of an island have crept has been taken back.
+    pub(super) fn taken_back(&mut self, island: &Island) {
+        island.touches.iter().for_each(|&place| self.of_touches[place].along = [0.0; 2]);
+    }
+
+    /// What is left of a contact's creep (m).
+    pub(super) fn left(&self, data: &Data, touch: &Touch, motion: &Motion, place: usize) -> Vector3<f64> {
+        if !holds(motion, place) {
+            return Vector3::zeros();
+        }
+        let axes = data.contact(touch.index).frame();
+        let along = self.of_touches[place].along.iter().zip(&axes[1..]);
+        along.map(|(along, axis)| Vector3::from(*axis) * *along).sum()
+    }
+}
+
+/// The displacement of a contact along its tangents in a step, beyond the one that its velocity foresees (m).
+fn of_step(around: &Around<'_>, touch: &Touch, motion: &Motion, scratch: &Data) -> [f64; 2] {
+    let Around { model, data, facts, follower, .. } = around;
+    let (h, nv, contact) = (model.step(), model.sizes.velocities, data.contact(touch.index));
+    let (geoms, frame) = (contact.geoms(), contact.frame().map(Vector3::from));
+    // Where the point was before what is moved from outside has moved.
+    let mut point = touch.place;
+    let mut paths = geoms.map(|geom| {
+        let ((from_frame, from), (to_frame, to)) = (pose(data, geom), pose(scratch, geom));
+        Path { from, to, turn: to_frame * from_frame.transpose() }
+    });
+    let mut is_led = false;
+    // What is put somewhere before the first step has not moved there.
+    let is_put = follower.is_first() && !touch.is_moved();
+    for (path, geom) in paths.iter_mut().zip(geoms) {
+        if let Some(mocap) = facts.mocap(body_of(model, geom)).filter(|_| !is_put) {
+            let ([along, turn], centre) = (follower.moved.mocap[mocap], Vector3::from(data.mocap_pos()[mocap]));
+            let turn = Rotation3::from_scaled_axis(turn).into_inner();
+            let back = |place: Vector3<f64>| centre - along + turn.transpose() * (place - centre);
+            *path = Path { from: back(path.to), to: path.to, turn };
+            (point, is_led) = (back(touch.place), true);
+        }
+    }
+    let apart = if touch.is_new {
+        paths[0].start(touch.place) - paths[1].start(touch.place)
+    } else {
+        paths[1].end(point) - paths[0].end(point)
+    };
+    let cornered = geoms.map(|geom| facts.has_corners(geom));
+    let size = geoms.map(|geom| match model.geom_rbound()[geom] {
+        0.0 => f64::INFINITY,
+        radius => radius,
+    });
+    // Directions come along with what is flat, or larger.
+    let flat = match cornered {
+        [true, false] => 0,
+        [false, true] => 1,
+        _ => usize::from(size[1] > size[0]),
+    };
+    let turn = if touch.is_new || is_led { Matrix3::identity() } else { paths[flat].turn };
+    let mut along = [0.0; 2];
+    for (i, along) in along.iter_mut().enumerate() {
+        let row = &touch.rows[(1 + i) * nv..][..nv];
+        let foreseen = dot(row, &motion.velocity) + touch.outside[1 + i];
+        *along = (turn * frame[1 + i]).dot(&apart) + dot(row, &follower.moved.joints) - h * foreseen;
+    }
+    if cornered != [true; 2] {
+        // What is round may roll, which is no creep: what surely is none of rolling counts.
+        let relative = Rotation3::from_matrix_unchecked(paths[1].turn * paths[0].turn.transpose());
+        let rolled = UnitQuaternion::from_rotation_matrix(&relative).scaled_axis();
+        let normal = turn * frame[0];
+        let tilted = rolled - normal * normal.dot(&rolled);
+        let doubt = rolled.norm() * tilted.norm() * size[0].min(size[1]);
+        let share = (1.0 - doubt / along[0].hypot(along[1]).max(f64::MIN_POSITIVE)).max(0.0);
+        along.iter_mut().for_each(|along| *along *= share);
+    }
+    along
 }

@@ -91,9 +91,12 @@ impl Lookout<'_> {
     }
 
     /// Looks for what overlaps after the step; where things move far, for what overlaps first on the way.
-    pub(super) fn look(&self, step: &Step<'_>, scratch: &mut Data) -> (Vec<Seen>, bool) {
+    /// Says as well whether something moves too far for that. `is_posed` says that `scratch` is at the pose after the step.
+    pub(super) fn look(&self, step: &Step<'_>, scratch: &mut Data, is_posed: bool) -> (Vec<Seen>, bool) {
         let h = self.model.step();
-        self.pose(step, scratch, h);
+        if !is_posed {
+            self.pose(step, scratch, h);
+        }
         let moved = moved(self.model, step.data, scratch);
         let (mut poses, is_blind) = self.facts.poses(&moved);
         loop {

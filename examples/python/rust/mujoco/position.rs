@@ -40,7 +40,7 @@ impl PositionPass {
     }
 
     /// Adds an island's correction to `correction`; in the first round of a step from nothing. What does not give way is left as it is, and
-    /// pushes nothing.
+    /// pushes nothing. `true` if contacts that stick are back where they were.
     pub(super) fn solve(
         &mut self,
         scene: &Scene<'_>,
@@ -49,12 +49,12 @@ impl PositionPass {
         moving: &Moving<'_>,
         is_first: bool,
         correction: &mut [f64],
-    ) {
+    ) -> bool {
         let is_driven = scene.touches(island).any(|touch| touch.is_driven) || scene.is_moved(island);
         let mut is_pressed = moving.holds_in(island);
         for _ in 0..ATTEMPTS {
             if !is_needed(scene, island, moving, &self.locks) {
-                return;
+                return false;
             }
             let mut is_found;
             loop {
@@ -69,13 +69,14 @@ impl PositionPass {
             let locks = &mut self.locks;
             let is_refused = !is_driven && self.asked.lock(scene, island, moving, correction, locks);
             if is_found && !is_refused {
-                return;
+                return is_pressed;
             }
             island.dofs.iter().for_each(|&dof| correction[dof] = 0.0);
             if !is_found {
-                return;
+                break;
             }
         }
+        false
     }
 
     /// Sweeps over what is asked, if it is much; `false` if that finds nothing.

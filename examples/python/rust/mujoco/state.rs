@@ -87,9 +87,9 @@ pub(super) fn write(stepper: &mut Stepper) -> Vec<u64> {
     }
     write_locks(&stepper.position_pass.locks, &mut out);
     out.count(stepper.live.len());
-    for Live { face: Face { geoms, normal }, places } in &stepper.live {
+    for Live { face: Face { geoms, normal }, places, crept } in &stepper.live {
         geoms.iter().for_each(|&geom| out.count(geom));
-        [normal, &places[0], &places[1]].iter().for_each(|vector| out.numbers(vector.iter()));
+        [normal, &places[0], &places[1], crept].iter().for_each(|vector| out.numbers(vector.iter()));
     }
     stepper.engines.write(&mut out);
     out.0
@@ -113,7 +113,7 @@ pub(super) fn read(stepper: &mut Stepper, data: &Data, words: &[u64]) -> Option<
         let own = [words.count()?, words.count()?];
         own.iter().all(|&geom| geom < geoms).then_some(())?;
         let (normal, places) = (words.vector()?, [words.vector()?, words.vector()?]);
-        live.push(Live { face: Face { geoms: own, normal }, places });
+        live.push(Live { face: Face { geoms: own, normal }, places, crept: words.vector()? });
     }
     let engines = Engines::read(&mut words)?;
     words.0.is_empty().then_some(())?;

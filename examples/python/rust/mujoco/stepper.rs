@@ -1,7 +1,7 @@
 //! A step: motion from outside, MuJoCo's first half, the two passes, a look at the end, MuJoCo's second half.
 
 use super::asked::{Moving, Scale};
-use super::creep;
+use super::creep::{self, Creeps};
 use super::crowd::thin;
 use super::end::{self, Lookout, Seen, There};
 use super::engines::Engines;
@@ -12,7 +12,7 @@ use super::islands::islands;
 use super::outside::Follower;
 use super::position::PositionPass;
 use super::rows::{self, Row};
-use super::touch::{Around, Face, Live, Touch, largest};
+use super::touch::{Around, Face, Live, NEAR, Touch, largest};
 use super::velocity::{Ends, Motion, Scene, VelocityPass};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashSet};
@@ -23,8 +23,6 @@ use stiction::Settings;
 const BAND: f64 = 1e-6;
 const KEPT: f64 = 1e-3;
 const WRITTEN: f64 = 1e-6;
-/// Contacts of a face as near as this are one.
-const NEAR: f64 = 1e-2;
 /// What is slower bears as if it stood, over the speed of a fall by the model's length.
 const STILL: f64 = 1e-9;
 /// A limit is passed from here on (m or rad; over the model's length if that is more than 1 m).
@@ -65,6 +63,7 @@ struct Trial {
     touches: Vec<Touch>,
     rows: Vec<Row>,
     motion: Motion,
+    creeps: Creeps,
     correction: Vec<f64>,
     ends: Ends,
     is_crowded: bool,
@@ -238,9 +237,12 @@ impl Stepper {
                 break trial;
             }
         };
-        let Trial { touches, rows, motion, correction, ends, is_crowded } = trial;
+        let Trial { touches, rows, motion, creeps, correction, ends, is_crowded } = trial;
         self.write(data, &touches, &rows, &motion);
-        let lives: Vec<_> = touches.iter().map(|touch| Live::of(touch, data)).collect();
+        let lives = touches.iter().enumerate().map(|(place, touch)| {
+            Live::of(touch, data, creeps.left(data, touch, &motion, place))
+        });
+        let lives: Vec<_> = lives.collect();
         data.sensor_acc(&self.model);
         data.check_acceleration(&self.model);
         data.euler(&self.model);
@@ -296,24 +298,26 @@ impl Stepper {
             let engines = &mut self.engines;
             self.velocity_pass.solve(&scene, island, engines, settings, &mut motion, &mut ends);
         }
-        let creeps = creep::list(&around, &touches, &motion, &mut self.scratch);
+        let mut creeps = creep::list(&around, (&touches, &self.live), &motion, &mut self.scratch);
         for island in &islands {
             let motion = Moving {
                 motion: &motion,
-                creeps: &creeps,
+                creeps: &creeps.of_touches,
                 scale,
                 turns: &self.facts.turns,
                 is_blocked: self.velocity_pass.is_blocked(island),
             };
             let correct = &mut correction;
-            self.position_pass.solve(&scene, island, &mut self.engines, &motion, is_first, correct);
+            if self.position_pass.solve(&scene, island, &mut self.engines, &motion, is_first, correct) {
+                creeps.taken_back(island);
+            }
         }
-        Trial { touches, rows, motion, correction, ends, is_crowded }
+        Trial { touches, rows, motion, creeps, correction, ends, is_crowded }
     }
 
     /// Looks at where a trial leads, and adds what it has not seen; `false` if there is nothing.
     fn finds_more(&mut self, data: &mut Data, trial: &Trial, found: &mut Found, takes_anew: bool) -> bool {
-        let Trial { motion, correction, touches, .. } = trial;
+        let Trial { motion, correction, touches, creeps, .. } = trial;
         let least = PASSED * self.model.size().max(1.0);
         let limits = &mut found.limits;
         if rows::passed(&self.model, data, &motion.velocity, least, limits) {
@@ -325,7 +329,8 @@ impl Stepper {
         }
         let lookout = lookout(&self.model, &self.facts);
         let step = end::Step { data, velocity: &total, touches, taken: &self.taken, takes_anew };
-        let (seen, is_blind) = lookout.look(&step, &mut self.scratch);
+        let is_posed = creeps.is_posed && correction.iter().all(|&z| z == 0.0);
+        let (seen, is_blind) = lookout.look(&step, &mut self.scratch, is_posed);
         self.is_blind |= is_blind;
         let finds_more = !seen.is_empty();
         found.last = total;

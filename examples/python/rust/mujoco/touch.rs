@@ -63,19 +63,28 @@ impl Face {
     }
 }
 
-/// A contact of the last step: its face, and where it is on its geoms.
+/// Contacts of a face as near as this are one, over the model's length.
+pub(super) const NEAR: f64 = 1e-2;
+
+/// A contact of the last step: its face, where it is on its geoms, and how far it has crept along it (m).
 pub(super) struct Live {
     pub(super) face: Face,
     pub(super) places: [Vector3<f64>; 2],
+    pub(super) crept: Vector3<f64>,
 }
 
 impl Live {
-    pub(super) fn of(touch: &Touch, data: &Data) -> Self {
+    pub(super) fn of(touch: &Touch, data: &Data, crept: Vector3<f64>) -> Self {
         let on = |geom: usize| {
             let (frame, centre) = pose(data, geom);
             frame.transpose() * (touch.place - centre)
         };
-        Self { face: touch.face, places: touch.face.geoms.map(on) }
+        Self { face: touch.face, places: touch.face.geoms.map(on), crept }
+    }
+
+    /// Is it this contact?
+    pub(super) fn is(&self, touch: &Touch, data: &Data, near: f64) -> bool {
+        self.face.is(&touch.face) && self.is_near(data, touch.place.into(), near)
     }
 
     /// Is a place near the one that has come along with a geom?
