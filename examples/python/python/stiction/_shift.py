@@ -39,7 +39,8 @@ class Shift:
         self.open = terms.gap + self.h * terms.H[:, 0] @ self.v
         # What is from the step itself is taken back in it.
         old = np.maximum(-self.open - np.where(near.is_new, np.maximum(-terms.gap, 0.0), near.curve), 0.0)
-        is_old, is_fast, is_left = (self.open < 0) & (old > 0), _SHARE * old > most, old <= _SLOP * near.size
+        is_left = old <= _SLOP * near.size
+        is_old, is_fast = (self.open < 0) & ~(is_left & near.is_new), _SHARE * old > most
         back = np.where(is_left, 0.0, np.minimum(_SHARE * old, most))
         self.offset = np.where(is_old, self.open + old - back, self.open) / self.h
         self.slope = np.where(is_old, np.where(is_fast | is_left, 0.0, _SHARE), 1.0) / self.h
