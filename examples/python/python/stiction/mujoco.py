@@ -58,7 +58,7 @@ class Stepper:
         """
         _check(model)
         _check_settings(tol, budget)
-        self.model = model
+        self._model = model
         self._settings = (float(tol), int(budget))
         #: Steps taken.
         self.steps = 0
@@ -86,13 +86,20 @@ class Stepper:
         self._own = _stiction.Stepper(_library(), model._address)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what is compiled: a copy, also of another process, starts cold, with the counts there are."""
-        return {name: own for name, own in vars(self).items() if name != "_own"}
+        """Take along what :meth:`state` has: with its data, or a copy of that, a copy goes on as this one does."""
+        return {**{name: own for name, own in vars(self).items() if name != "_own"}, "_state": self._own.state()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take the model over anew."""
+        words = state.pop("_state")
         vars(self).update(state)
-        self._own = _stiction.Stepper(_library(), self.model._address)
+        self._own = _stiction.Stepper(_library(), self._model._address)
+        self._own.set_state(None, words)
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The model that is stepped."""
+        return self._model
 
     @property
     def modes(self) -> list[int]:
@@ -155,6 +162,7 @@ class Stepper:
             ValueError: there is no derivative; it says why.
         """
         cold = copy.copy(self)
+        cold.reset()
         cold._settings = (min(self._settings[0], 1e-10), self._settings[1])
         cold._own.keep_impulses()
         return derivatives(cold, data, eps, self._settings[0])

@@ -90,12 +90,15 @@ impl Stepper {
         self.own.reset();
     }
 
+    /// What the next step takes from those before it; from here on this goes on as one that takes it over.
     fn state(&mut self) -> Vec<u64> {
         state::write(&mut self.own)
     }
 
-    fn set_state(&mut self, py: Python<'_>, data: usize, state: Vec<u64>) -> PyResult<()> {
-        self.run(py, data, |own, data| state::read(own, data, &state).ok_or("state: of another model"))
+    /// Goes on with the data of this address, or with any that is where it ended.
+    fn set_state(&mut self, data: Option<usize>, state: Vec<u64>) -> PyResult<()> {
+        let taken = state::read(&mut self.own, data.unwrap_or(0), &state);
+        taken.ok_or_else(|| PyValueError::new_err("state: none of a stepper of this model"))
     }
 
     /// What each contact of MuJoCo's list does; -1 of one that took no part.

@@ -118,17 +118,17 @@ impl Follower {
         }
     }
 
-    /// What is known of the last steps, of this data.
-    pub(super) fn read(&self, model: &Model, data: &Data, words: &mut Reader<'_>) -> Option<Self> {
+    /// What is known of the last steps, of the data of this address.
+    pub(super) fn read(&self, model: &Model, place: usize, words: &mut Reader<'_>) -> Option<Self> {
         let (nv, mocaps, initial) = (model.sizes.velocities, model.sizes.mocaps, self.initial.clone());
         let mut own = Self { initial, ..Self::default() };
         if words.word()? != 0 {
             let time = words.number()?;
             let mut all = |count| (0..count).map(|_| words.number()).collect::<Option<Vec<_>>>();
-            let (positions, velocities) = (all(data.qpos().len())?, all(nv)?);
+            let (positions, velocities) = (all(model.sizes.positions)?, all(nv)?);
             let poses = (0..mocaps).map(|_| Some((words.numbers()?, words.numbers()?)));
             let poses = poses.collect::<Option<_>>()?;
-            own.end = Some(End { place: data.place(), time, positions, velocities, poses });
+            own.end = Some(End { place, time, positions, velocities, poses });
         }
         if words.word()? != 0 {
             let mocap = (0..mocaps).map(|_| Some([words.vector()?, words.vector()?]));

@@ -1,7 +1,6 @@
 //! What the next step takes from those before it, as words.
 
 use super::engines::Engines;
-use super::ffi::Data;
 use super::locks::{Locks, Name};
 use super::stepper::Stepper;
 use super::touch::{Face, Live};
@@ -95,13 +94,13 @@ pub(super) fn write(stepper: &mut Stepper) -> Vec<u64> {
     out.0
 }
 
-/// Takes a state over; `None` if it is none of this model.
-pub(super) fn read(stepper: &mut Stepper, data: &Data, words: &[u64]) -> Option<()> {
+/// Takes a state over, of the data of this address; `None` if it is none of this model.
+pub(super) fn read(stepper: &mut Stepper, place: usize, words: &[u64]) -> Option<()> {
     let mut words = Reader(words);
     for size in sizes(stepper) {
         (words.count()? == size).then_some(())?;
     }
-    let follower = stepper.follower.read(&stepper.model, data, &mut words)?;
+    let follower = stepper.follower.read(&stepper.model, place, &mut words)?;
     let mut blocked = HashMap::new();
     for _ in 0..words.count()? {
         blocked.insert(words.count()?, u32::try_from(words.word()?).ok()?);
