@@ -1,6 +1,6 @@
 """MuJoCo's models, kinematics, collision, actuators and sensors, with exact Coulomb friction in its place.
 
-Needs the package ``mujoco``, 4.0.
+Needs the package ``mujoco``, 3.3 to 4.0.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays, _stiction
 from ._transition import Derivatives, derivatives
 from ._types import Status
+from ._versions import flag
 
 __all__ = ["Derivatives", "Rollout", "Stepper", "patch", "rollout"]
 
 _STATUS = tuple(Status)
 _BLOCK = 1000  # steps between looks at signals
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
-_ENABLE = mujoco.mjtEnableBit
 _INTEGRATOR = mujoco.mjtIntegrator
+_REFUSED = ("SLEEP", "SPECULATIVE", "OVERRIDE")  # flags; earlier versions lack some
 
 
 class Stepper:
@@ -274,14 +275,19 @@ def _check_settings(tol: float, budget: int) -> None:
 
 def _check(model: mujoco.MjModel) -> None:
     """Refuse what does not map."""
+    if not isinstance(model, mujoco.MjModel):
+        raise TypeError(f"model: a mujoco.MjModel is wanted, as mujoco.MjModel.from_xml_path gives one, not {type(model).__name__}")
     _stiction.check_version(_library())  # others lack some of the names below
+    enabled = [bool(model.opt.enableflags & flag(mujoco.mjtEnableBit, f"mjENBL_{name}")) for name in _REFUSED]
+    sleeps, speculates, overrides = enabled
     refused = {
-        "option integrator: discrete does not map": model.opt.integrator == _INTEGRATOR.mjINT_DISCRETE,
-        "flag sleep: bodies that sleep have no contacts here; disable it": model.opt.enableflags & _ENABLE.mjENBL_SLEEP,
-        "flag speculative: its distances are made for soft contacts; disable it, a Stepper looks ahead by itself": (
-            model.opt.enableflags & _ENABLE.mjENBL_SPECULATIVE
+        "option integrator: discrete does not map": model.opt.integrator == getattr(_INTEGRATOR, "mjINT_DISCRETE", None),
+        "flag sleep: bodies that sleep have no contacts here; disable it": sleeps,
+        "flag speculative: its distances are made for soft contacts; disable it, a Stepper looks ahead by itself": speculates,
+        "flag override: margins belong to the Stepper; disable it": overrides,
+        "geom surfacevel: contacts know it from MuJoCo 4.0 on": (
+            not hasattr(mujoco.MjContact, "surfacevel") and np.any(getattr(model, "geom_surfacevel", 0.0))
         ),
-        "flag override: margins belong to the Stepper; disable it": model.opt.enableflags & _ENABLE.mjENBL_OVERRIDE,
         "flex: deformable bodies have more contacts than are solved here": model.nflex > 0,
         "it has no velocities": model.nv == 0,
     }
