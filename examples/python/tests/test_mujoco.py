@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import mujoco
@@ -362,6 +363,43 @@ def test_what_does_not_map_is_refused() -> None:
             Stepper(build(FLOOR + BOX)[0], tol=tol)
     with pytest.raises(ValueError, match="^budget"):
         Stepper(build(FLOOR + BOX)[0], budget=-1)
+
+
+def test_wrong_arguments_are_refused() -> None:
+    for wrong in ("a.xml", mujoco.MjSpec(), None):
+        with pytest.raises(TypeError, match="^model: a mujoco.MjModel is wanted"):
+            Stepper(wrong)
+    model, data = build(FLOOR + BOX)
+    stepper = Stepper(model)
+    with pytest.raises(ValueError, match="^nstep: -1"):
+        stepper.step(data, -1)
+
+
+def test_data_of_another_model_is_refused() -> None:
+    """Signatures do not tell how many numbers a sensor has."""
+    models = [build(FLOOR + BOX, f'<sensor><user dim="{dim}"/></sensor>') for dim in (20_000, 1)]
+    stepper = Stepper(models[0][0])
+    stepper.step(models[0][1])
+    stepper.step(copy.copy(models[0][1]))
+    for _, data in (models[1], build(FLOOR + BOX + BOX)):
+        for call in (stepper.step, stepper.step1, stepper.step2):
+            with pytest.raises(ValueError, match="^data: of another model"):
+                call(data)
+
+
+@pytest.mark.parametrize("name", ["dof_frictionloss", "jnt_range", "dof_armature", "geom_friction", "eq_data", "body_mass"])
+def test_numbers_that_are_none_do_not_panic(name: str) -> None:
+    """A ``PanicException`` is no ``Exception``: this would not catch it."""
+    links = '<body pos="0 0 1"><joint axis="0 1 0" frictionloss=".1" range="-1 1"/><geom size=".1"/></body>'
+    weld = '<body name="box" pos="0 0 .2"><freejoint/><geom size=".1"/></body>'
+    model, data = build(FLOOR + BOX + links + weld, '<equality><connect body1="box" anchor="0 0 .1"/></equality>')
+    stepper = Stepper(model)
+    getattr(model, name)[:] = np.nan
+    try:
+        stepper.step(data, 5)
+    except (ValueError, RuntimeError):
+        return
+    assert stepper.steps == 5
 
 
 def test_another_version_of_mujoco_is_refused_before_its_names_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

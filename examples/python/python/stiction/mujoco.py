@@ -106,8 +106,10 @@ class Stepper:
         """Advance ``data`` by one step, or several; ``step1`` and ``step2`` in one.
 
         Raises:
-            ValueError: the data belongs to another model, or the mass matrix is not positive definite.
+            ValueError: the data belongs to another model, the mass matrix is not positive definite, or ``nstep`` is negative.
         """
+        if nstep < 0:
+            raise ValueError(f"nstep: {nstep!r} is no number of steps")
         for first in range(0, nstep, _BLOCK):
             self._count(self._own.step(data._address, min(_BLOCK, nstep - first), self._settings))
 
