@@ -89,10 +89,10 @@ pub(crate) fn rollout(
                 })
                 .collect::<Result<_, _>>()?;
             drop(sender);
-            let mut heard = Ok(());
+            let mut heard: PyResult<()> = Ok(());
             while let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(PATIENCE) {
-                let signals: PyResult<()> = Python::attach(|py| py.check_signals());
-                heard = heard.and(signals);
+                let ask = |py: Python<'_>| py.check_signals();
+                heard = heard.and(Python::attach(ask));
                 stopped.store(heard.is_err(), Ordering::Relaxed);
             }
             let ends = threads
