@@ -18,7 +18,6 @@ import mujoco
 import numpy as np
 import scenes
 from metaworld.policies import ENV_POLICY_MAP
-from metaworld.sawyer_xyz_env import SawyerMocapBase
 from PIL import Image
 
 import stiction.mujoco
@@ -152,14 +151,9 @@ def count() -> None:
         print(f"kinds of tasks, {name}: {len(fails)} of {len(ENV_POLICY_MAP)} are not done: {', '.join(fails)}")
 
 
-def reset_welds(env: SawyerMocapBase) -> None:
-    """As metaworld has it; MuJoCo 4 has a number more."""
-    env.model.eq_data[env.model.eq_type == mujoco.mjtEq.mjEQ_WELD, :11] = (0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 5)
-
-
 def main() -> None:
     """Run and draw."""
-    SawyerMocapBase.reset_mocap_welds = reset_welds
+    stiction.mujoco.compat()
     if "--count" in sys.argv:
         count()
         return

@@ -98,12 +98,9 @@ pub struct Compiled<T: Real, const N: usize, const D: usize, const C: usize, con
     push: Push<T, N, D, C, R, S>,
 }
 
-/// Kernels of more bytes than this are made and run where there is room on the stack.
-const LARGE: usize = 1 << 19;
-
 /// Runs what needs room for a kernel on the stack.
 pub(crate) fn with_room<K, R: Send>(work: impl FnOnce() -> R + Send) -> R {
-    if size_of::<K>() <= LARGE { work() } else { room::with_room(work) }
+    room::with_room(size_of::<K>(), work)
 }
 
 impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
@@ -217,7 +214,7 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
         self.kernel.scene_mut().clear();
         self.kernel.scene_mut().set_velocities(problem.n)?;
         self.free_impulse = SVector::zeros();
-        self.set_mass(problem.n, problem.mass)?;
+        with_room::<SMatrix<T, N, N>, _>(|| self.set_mass(problem.n, problem.mass))?;
         self.free_impulse.as_mut_slice()[..problem.n].copy_from_slice(problem.free_impulse);
         self.push_contacts(problem)?;
         self.push_rows(problem)

@@ -16,7 +16,7 @@ use stiction_kernels::problem::{Out, Outcome};
 use stiction_kernels::{room, sizes};
 
 /// How often Ctrl-C is asked for.
-const PATIENCE: Duration = Duration::from_millis(50);
+pub(crate) const PATIENCE: Duration = Duration::from_millis(50);
 /// Scenes that a thread takes at once, at least.
 const PORTION: usize = 16;
 

@@ -65,6 +65,16 @@ def jacobian(model: mujoco.MjModel, data: mujoco.MjData, contact: mujoco.MjConta
     return rows
 
 
+def mass_of(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """The mass matrix; before 3.10 MuJoCo takes it by another call."""
+    mass = np.zeros((model.nv, model.nv))
+    if mujoco.mj_version() < 3_010_000:
+        mujoco.mj_fullM(model, mass, data.qM)
+    else:
+        mujoco.mj_fullM(model, data, mass)
+    return mass
+
+
 def less(x: Array, doubt: Array | float) -> Array:
     """A vector shorter, entry by entry, by what may be said against it."""
     rest: Array = np.sign(x) * np.maximum(np.abs(x) - doubt, 0.0)
@@ -98,8 +108,7 @@ class Judge:
     def judge(self, after: mujoco.MjData, modes: list[int], listed: int) -> None:
         """Compare with the state after it, and the forces that are said to have acted; so many contacts were listed before."""
         model, mine, h = self.model, self.data, self.model.opt.timestep
-        mass = np.zeros((model.nv, model.nv))
-        mujoco.mj_fullM(model, mine, mass)
+        mass = mass_of(model, mine)
         mass += h * np.diag(model.dof_damping)
         push = h * mine.qfrc_smooth
         change = mass @ (after.qvel - mine.qvel) - push

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
-from scene_judge import Ends, less
+from scene_judge import Ends, less, mass_of
 
 from stiction import Mode, Status, _stiction
 from stiction.mujoco import Stepper
@@ -21,7 +22,12 @@ WEIGHT = 2 * 9.81
 
 def build(world: str, rest: str = "", option: str = "", h: float = 0.002) -> tuple[mujoco.MjModel, mujoco.MjData]:
     xml = f'<mujoco><option timestep="{h}" {option}/><worldbody>{world}</worldbody>{rest}</mujoco>'
-    model = mujoco.MjModel.from_xml_string(xml)
+    try:
+        model = mujoco.MjModel.from_xml_string(xml)
+    except ValueError as error:
+        if "unrecognized attribute" in str(error) and mujoco.mj_version() < 4_000_000:
+            pytest.skip(str(error))  # of a later version
+        raise
     return model, mujoco.MjData(model)
 
 
@@ -29,8 +35,7 @@ def judged_step(stepper: Stepper, data: mujoco.MjData) -> float:
     """Take a step and return how far it is from momentum and law: the largest violation over the largest impulse."""
     model, h = stepper.model, stepper.model.opt.timestep
     stepper.step1(data)
-    nv, v, q, mass, listed = model.nv, data.qvel.copy(), data.qpos.copy(), np.zeros((model.nv, model.nv)), data.ncon
-    mujoco.mj_fullM(model, data, mass)
+    nv, v, q, mass, listed = model.nv, data.qvel.copy(), data.qpos.copy(), mass_of(model, data), data.ncon
     stepper.step2(data)
     J, kind = data.efc_J.reshape(data.nefc, nv), data.efc_type
     mass += h * np.diag(model.dof_damping)
@@ -56,7 +61,8 @@ def judged_step(stepper: Stepper, data: mujoco.MjData) -> float:
         doubt += sum(np.abs(part.T @ r[rows]) for part in off)
         speed, mu = H @ data.qvel, np.ones(contact.dim)
         speed[0] += max(contact.dist / h, 0.0)
-        speed[1:4] += contact.surfacevel[: contact.dim - 1]
+        if hasattr(contact, "surfacevel"):
+            speed[1:4] += contact.surfacevel[: contact.dim - 1]
         mu[1:] = contact.friction[: contact.dim - 1]
         speed, impulse = speed * mu, r[rows] / mu  # rows in which the cone has mu = 1
         speed[0] += np.linalg.norm(speed[1:])
@@ -98,6 +104,10 @@ MODELS = {
 @pytest.mark.parametrize("h", [0.001, 0.01])
 def test_each_step_obeys_the_law(name: str, h: float) -> None:
     model, data = build(MODELS[name], h=h)
+    if name == "moving surface" and not hasattr(mujoco.MjContact, "surfacevel"):
+        with pytest.raises(ValueError, match="surfacevel"):
+            Stepper(model)
+        return
     stepper = Stepper(model, tol=1e-10)
     if model.njnt and model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE:
         data.qvel[:6] = [1.0, 0.3, 0.0, *((3.0, 2.0, 3.0) if name == "falling" else (0.0, 0.0, 3.0))]
@@ -105,7 +115,9 @@ def test_each_step_obeys_the_law(name: str, h: float) -> None:
         assert judged_step(stepper, data) < 1e-6
         if name == "tower":
             data.qvel[:2] += 1e-3
-    assert stepper.unsolved == 0 and stepper.contradictions == 0
+    # Before 3.4 MuJoCo lists other contacts of boxes, some nearly twice: of 600 steps up to 5 end above 1e-10, in the bound above.
+    assert stepper.unsolved <= (5 if mujoco.mj_version() < 340 else 0)
+    assert stepper.contradictions == 0
 
 
 @pytest.mark.parametrize("steps", [0, 3])
@@ -198,6 +210,16 @@ def test_equalities_hold() -> None:
         for _ in range(300):
             assert judged_step(stepper, data) < 1e-6
         assert abs(data.ten_length[0]) < 0.1 + 1e-3
+
+
+def test_an_equality_of_sites_holds_their_bodies() -> None:
+    """There are more sites than bodies."""
+    sites = "".join(f'<site name="{name}" pos="{name}e-1 0 0"/>' for name in range(6))
+    world = f'<site name="hook" pos=".5 0 1"/><body pos="0 0 1"><freejoint/><geom size=".1"/>{sites}</body>'
+    model, data = build(world, '<equality><connect site1="hook" site2="5"/></equality>')
+    stepper = Stepper(model, tol=1e-10)
+    stepper.step(data, 200)
+    assert stepper.unsolved == 0 and np.linalg.norm(data.site_xpos[-1] - data.site_xpos[0]) < 2e-4 and data.qpos[2] < 0.9
 
 
 @pytest.mark.parametrize("turned", ["", 'euler="20 40 70"'])
@@ -325,12 +347,14 @@ def test_a_step_without_budget_is_counted() -> None:
 
 def test_what_does_not_map_is_refused() -> None:
     cases: dict[str, Any] = {
-        "sleep": build(FLOOR + BOX, '<option><flag sleep="enable"/></option>'),
         "override": build(FLOOR + BOX, '<option><flag override="enable"/></option>'),
         "velocities": build(FLOOR),
     }
-    cases["discrete"] = build(FLOOR + BOX)
-    cases["discrete"][0].opt.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    if hasattr(mujoco.mjtEnableBit, "mjENBL_SLEEP"):
+        cases["sleep"] = build(FLOOR + BOX, '<option><flag sleep="enable"/></option>')
+    if hasattr(mujoco.mjtIntegrator, "mjINT_DISCRETE"):
+        cases["discrete"] = build(FLOOR + BOX)
+        cases["discrete"][0].opt.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     for name, (model, _) in cases.items():
         with pytest.raises(ValueError, match=name):
             Stepper(model)
@@ -339,6 +363,43 @@ def test_what_does_not_map_is_refused() -> None:
             Stepper(build(FLOOR + BOX)[0], tol=tol)
     with pytest.raises(ValueError, match="^budget"):
         Stepper(build(FLOOR + BOX)[0], budget=-1)
+
+
+def test_wrong_arguments_are_refused() -> None:
+    for wrong in ("a.xml", mujoco.MjSpec(), None):
+        with pytest.raises(TypeError, match="^model: a mujoco.MjModel is wanted"):
+            Stepper(wrong)
+    model, data = build(FLOOR + BOX)
+    stepper = Stepper(model)
+    with pytest.raises(ValueError, match="^nstep: -1"):
+        stepper.step(data, -1)
+
+
+def test_data_of_another_model_is_refused() -> None:
+    """Signatures do not tell how many numbers a sensor has."""
+    models = [build(FLOOR + BOX, f'<sensor><user dim="{dim}"/></sensor>') for dim in (20_000, 1)]
+    stepper = Stepper(models[0][0])
+    stepper.step(models[0][1])
+    stepper.step(copy.copy(models[0][1]))
+    for _, data in (models[1], build(FLOOR + BOX + BOX)):
+        for call in (stepper.step, stepper.step1, stepper.step2):
+            with pytest.raises(ValueError, match="^data: of another model"):
+                call(data)
+
+
+@pytest.mark.parametrize("name", ["dof_frictionloss", "jnt_range", "dof_armature", "geom_friction", "eq_data", "body_mass"])
+def test_numbers_that_are_none_do_not_panic(name: str) -> None:
+    """A ``PanicException`` is no ``Exception``: this would not catch it."""
+    links = '<body pos="0 0 1"><joint axis="0 1 0" frictionloss=".1" range="-1 1"/><geom size=".1"/></body>'
+    weld = '<body name="box" pos="0 0 .2"><freejoint/><geom size=".1"/></body>'
+    model, data = build(FLOOR + BOX + links + weld, '<equality><connect body1="box" anchor="0 0 .1"/></equality>')
+    stepper = Stepper(model)
+    getattr(model, name)[:] = np.nan
+    try:
+        stepper.step(data, 5)
+    except (ValueError, RuntimeError):
+        return
+    assert stepper.steps == 5
 
 
 def test_another_version_of_mujoco_is_refused_before_its_names_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

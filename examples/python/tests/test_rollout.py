@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import copy
 import pickle
+import signal
+import subprocess
+import sys
+import time
 import warnings
 from pathlib import Path
 
@@ -79,6 +83,29 @@ def test_an_error_of_mujoco_ends_a_call_and_not_the_process(monkeypatch: pytest.
     monkeypatch.setattr(mujoco, "mj_stateSize", lambda model, _: size(model, STATE))
     with pytest.raises(RuntimeError, match="^MuJoCo: .*state"):
         rollout(model, state[None], controls)
+
+
+INTERRUPTED = """
+from test_rollout import quadruped, rollout
+model, state, controls = quadruped()
+print("begun", flush=True)
+try:
+    rollout(model, state[None], controls[:, :1].repeat(100_000, 1))
+except KeyboardInterrupt:
+    print("stopped", flush=True)
+"""
+
+
+def test_a_rollout_stops_on_a_signal() -> None:
+    """It would take minutes."""
+    command, folder = [sys.executable, "-c", INTERRUPTED], Path(__file__).parent
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout and process.stdout.readline() == "begun\n"
+        time.sleep(1.0)
+        assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        start = time.monotonic()
+        assert process.stdout.readline() == "stopped\n" and time.monotonic() - start < 1.0
 
 
 @pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda own: pickle.loads(pickle.dumps(own))])

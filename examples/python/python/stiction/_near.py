@@ -10,12 +10,13 @@ import numpy as np
 
 from ._law import Bounds, Motion, Terms
 from ._types import Array, Mode
+from ._versions import MARGINS_ADD, is_damped, mass_matrix, solve_as_one, surface_velocities, velocity_derivative
 
 if TYPE_CHECKING:
     from .mujoco import Stepper
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-_ROW, _DISABLE, _INTEGRATOR = mujoco.mjtConstraint, mujoco.mjtDisableBit, mujoco.mjtIntegrator
+_ROW, _INTEGRATOR = mujoco.mjtConstraint, mujoco.mjtIntegrator
 _EQUALITY, _OF_DOF = int(_ROW.mjCNSTR_EQUALITY), int(_ROW.mjCNSTR_FRICTION_DOF)
 _LIMITS = (int(_ROW.mjCNSTR_LIMIT_JOINT), int(_ROW.mjCNSTR_LIMIT_TENDON))
 _D = 6  # rows that a contact may have
@@ -78,13 +79,14 @@ class Near:
     def _model(self, given: mujoco.MjModel) -> tuple[mujoco.MjModel, float]:
         """A model that lists what is near as well, with the Stepper's options; by how much more (m)."""
         model = copy.copy(given)
-        model.opt.disableflags |= _DISABLE.mjDSBL_ISLAND
+        solve_as_one(model)
         model.opt.ccd_tolerance, model.opt.ccd_iterations = 1e-12 * self.size, 200
         if model.opt.integrator != _INTEGRATOR.mjINT_EULER:
             model.opt.integrator = _INTEGRATOR.mjINT_IMPLICITFAST
         grown = _BAND * self.size + 10 * self.eps * self.extent
-        model.geom_margin[:] += grown / 2
-        model.body_margin[:] += grown / 2
+        of_each = grown / 2 if MARGINS_ADD else grown
+        model.geom_margin[:] += of_each
+        model.body_margin[:] += of_each
         model.pair_margin[:] += grown
         far = self.end.efc_pos[np.isin(self.end.efc_type, _LIMITS)].max(initial=0.0) + grown
         model.jnt_margin[:] += far
@@ -99,22 +101,20 @@ class Near:
 
     def _smooth(self, **changed: Array) -> tuple[Array, Array, Array]:
         """The mass matrix with what is implicit in it, the free impulse, and the next activations, of a changed state."""
-        model, data, nv = self.model, self.scratch, self.model.nv
+        model, data = self.model, self.scratch
         mujoco.mj_setState(model, data, self.state, _STATE)
         for name, numbers in changed.items():
             getattr(data, name)[:] = numbers
         mujoco.mj_step1(model, data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
-        mass, force, velocity = np.zeros((nv, nv)), data.qfrc_smooth.copy(), data.qvel.copy()
-        mujoco.mj_fullM(model, data, mass)
+        mass, force, velocity = mass_matrix(model, data), data.qfrc_smooth.copy(), data.qvel.copy()
         is_implicit = model.opt.integrator != _INTEGRATOR.mjINT_EULER
         (mujoco.mj_implicit if is_implicit else mujoco.mj_Euler)(model, data)  # for activations and qDeriv; contacts stay
         if is_implicit and not self.is_damped:
-            D = np.zeros((nv, nv))
-            D[np.repeat(np.arange(nv), model.D_rownnz), model.D_colind] = data.qDeriv
+            D = velocity_derivative(model, data)
             mass -= self.h / 2 * (D + D.T)
-        elif not model.opt.disableflags & (_DISABLE.mjDSBL_EULERDAMP | _DISABLE.mjDSBL_DAMPER):
+        elif is_damped(model):
             mass += self.h * np.diag(model.dof_damping)
         return mass, mass @ velocity + self.h * force, data.act.copy()
 
@@ -128,7 +128,7 @@ class Near:
             dim, first = dims[i], contact.efc_address[place]
             H[i, :dim], r[i, :dim] = J[first : first + dim], h * end.efc_force[first : first + dim]
             friction[i, : dim - 1] = contact.friction[place, : dim - 1]
-            w[i, 1 : min(dim, 4)] = contact.surfacevel[place, : min(dim, 4) - 1]
+            w[i, 1 : min(dim, 4)] = surface_velocities(end)[place, : min(dim, 4) - 1]
         w[:, 0] = np.maximum(self.gap, 0.0) / h
         kind, gap = end.efc_type, self._limit_gaps(end)
         fastest = np.min([J @ v for v in (end.qvel, self.start.qvel, np.linalg.solve(mass, impulse))], axis=0)
@@ -202,7 +202,7 @@ class Near:
             i, dim, contact = touch.place, touch.dim, self._data(touch).contact
             place = self.again(touch, 1e-5 * self.size + 20 * self.eps * self.extent)
             terms.H[i, :dim] = self._rows(touch, place)
-            terms.w[i, 1 : min(dim, 4)] = contact.surfacevel[place, : min(dim, 4) - 1]
+            terms.w[i, 1 : min(dim, 4)] = surface_velocities(self._data(touch))[place, : min(dim, 4) - 1]
             gap = contact.dist[place] - contact.includemargin[place] + self.grown + _DEPTH * self.size
             if touch.is_new:
                 gap -= self.h * float(terms.H[i, 0] @ way)

@@ -1,6 +1,6 @@
 """MuJoCo's models, kinematics, collision, actuators and sensors, with exact Coulomb friction in its place.
 
-Needs the package ``mujoco``, 4.0.
+Needs the package ``mujoco``, 3.3 to 4.0.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays, _stiction
 from ._transition import Derivatives, derivatives
 from ._types import Status
+from ._versions import flag
 
-__all__ = ["Derivatives", "Rollout", "Stepper", "patch", "rollout"]
+__all__ = ["Derivatives", "Rollout", "Stepper", "compat", "patch", "rollout"]
 
 _STATUS = tuple(Status)
 _BLOCK = 1000  # steps between looks at signals
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
-_ENABLE = mujoco.mjtEnableBit
 _INTEGRATOR = mujoco.mjtIntegrator
+_REFUSED = ("SLEEP", "SPECULATIVE", "OVERRIDE")  # flags; earlier versions lack some
 
 
 class Stepper:
@@ -133,8 +134,10 @@ class Stepper:
         """Advance ``data`` by one step, or several; ``step1`` and ``step2`` in one.
 
         Raises:
-            ValueError: the data belongs to another model, or the mass matrix is not positive definite.
+            ValueError: the data belongs to another model, the mass matrix is not positive definite, or ``nstep`` is negative.
         """
+        if nstep < 0:
+            raise ValueError(f"nstep: {nstep!r} is no number of steps")
         for first in range(0, nstep, _BLOCK):
             self._count(self._own.step(data._address, min(_BLOCK, nstep - first), self._settings))
 
@@ -237,55 +240,36 @@ def rollout(
     return done
 
 
-class _Glide:
-    """Moves bodies of motion capture evenly over the frames of an environment's step, so that they have a velocity and carry."""
-
-    def __init__(self, stepper: Stepper) -> None:
-        self.stepper, self.end = stepper, (-1.0, np.zeros((0, 3)))
-
-    def step(self, data: mujoco.MjData, frames: int) -> None:
-        """Take so many steps, to the place that is written."""
-        (time, start), goal = self.end, data.mocap_pos.copy()
-        if time != data.time or np.array_equal(start, goal):  # a reset, or nothing moves
-            self.stepper.step(data, frames)
-        else:
-            for frame in range(1, frames + 1):
-                data.mocap_pos[:] = start + (goal - start) * (frame / frames)
-                self.stepper.step(data)
-        self.end = (data.time, goal)
-
-
 def patch(env: Any, *, tol: float = 1e-6, budget: int = 1000) -> Stepper:
-    """Make an environment of gymnasium, gymnasium-robotics or metaworld step through this law; wrappers may be around it.
+    """Make an environment step through this law; wrappers may be around it.
 
-    Bodies of motion capture move evenly over the frames of a step, where MuJoCo has them jump.
+    It is one of gymnasium, gymnasium-robotics, metaworld, dm_control (suite, composer) or robosuite. Bodies of motion capture move
+    evenly over the frames of a step, where MuJoCo has them jump. A copy of the environment, by ``copy.deepcopy`` or ``pickle``,
+    steps through this law as well, by a stepper of its own. Packages that need another MuJoCo than the one that is installed may
+    work after :func:`compat`.
 
     Returns:
-        The stepper, which counts what is not solved. A reset of the environment is noticed.
+        The stepper, which counts what is not solved. A reset of the environment is noticed, and models that it builds anew.
 
     Raises:
         ValueError: it has no model of MuJoCo that it steps as these do.
     """
-    bare = getattr(env, "unwrapped", env)
-    model, data = getattr(bare, "model", None), getattr(bare, "data", None)
-    if not isinstance(model, mujoco.MjModel) or not isinstance(data, mujoco.MjData):
-        raise ValueError("env: no environment with a model and data of MuJoCo")
-    stepper = Stepper(model, tol=tol, budget=budget)
+    from ._patch import patch_bare
 
-    glide = _Glide(stepper)
+    return patch_bare(getattr(env, "unwrapped", env), tol, budget)
 
-    def simulate(ctrl: ArrayLike, n_frames: int) -> None:
-        bare.data.ctrl[:] = ctrl
-        glide.step(bare.data, n_frames)
-        mujoco.mj_rnePostConstraint(bare.model, bare.data)
 
-    if hasattr(bare, "_step_mujoco_simulation"):
-        bare._step_mujoco_simulation = simulate
-    elif hasattr(bare, "_mujoco_step"):
-        bare._mujoco_step = lambda _action: glide.step(bare.data, bare.n_substeps)
-    else:
-        raise ValueError("env: steps MuJoCo in a way that is not known; call Stepper.step in place of mujoco.mj_step")
-    return stepper
+def compat() -> list[str]:
+    """Mend in memory what packages get wrong with the MuJoCo that is installed, before their environments are made.
+
+    These are dm_control 1.0.50, gymnasium-robotics 1.4.2, metaworld 3.1.1 and robosuite 1.5.2, as far as they are installed.
+
+    Returns:
+        What was changed, a line each.
+    """
+    from ._compat import mend
+
+    return mend()
 
 
 def _library() -> Path:
@@ -304,14 +288,19 @@ def _check_settings(tol: float, budget: int) -> None:
 
 def _check(model: mujoco.MjModel) -> None:
     """Refuse what does not map."""
+    if not isinstance(model, mujoco.MjModel):
+        raise TypeError(f"model: a mujoco.MjModel is wanted, as mujoco.MjModel.from_xml_path gives one, not {type(model).__name__}")
     _stiction.check_version(_library())  # others lack some of the names below
+    enabled = [bool(model.opt.enableflags & flag(mujoco.mjtEnableBit, f"mjENBL_{name}")) for name in _REFUSED]
+    sleeps, speculates, overrides = enabled
     refused = {
-        "option integrator: discrete does not map": model.opt.integrator == _INTEGRATOR.mjINT_DISCRETE,
-        "flag sleep: bodies that sleep have no contacts here; disable it": model.opt.enableflags & _ENABLE.mjENBL_SLEEP,
-        "flag speculative: its distances are made for soft contacts; disable it, a Stepper looks ahead by itself": (
-            model.opt.enableflags & _ENABLE.mjENBL_SPECULATIVE
+        "option integrator: discrete does not map": model.opt.integrator == getattr(_INTEGRATOR, "mjINT_DISCRETE", None),
+        "flag sleep: bodies that sleep have no contacts here; disable it": sleeps,
+        "flag speculative: its distances are made for soft contacts; disable it, a Stepper looks ahead by itself": speculates,
+        "flag override: margins belong to the Stepper; disable it": overrides,
+        "geom surfacevel: contacts know it from MuJoCo 4.0 on": (
+            not hasattr(mujoco.MjContact, "surfacevel") and np.any(getattr(model, "geom_surfacevel", 0.0))
         ),
-        "flag override: margins belong to the Stepper; disable it": model.opt.enableflags & _ENABLE.mjENBL_OVERRIDE,
         "flex: deformable bodies have more contacts than are solved here": model.nflex > 0,
         "it has no velocities": model.nv == 0,
     }

@@ -119,17 +119,11 @@ impl Inertia {
 
     /// `M - h D`, made symmetric.
     fn add_derivative(&mut self, model: &Model, data: &mut Data, h: f64) {
-        let (n, columns) = (self.n, model.derivative_columns());
-        let entries = data.velocity_derivative(model);
-        for i in 0..n {
-            let [first, count] =
-                [model.d_rowadr()[i], model.d_rownnz()[i]].map(|x| x.unsigned_abs() as usize);
-            for place in first..first + count {
-                let j = columns[place].unsigned_abs() as usize;
-                let half = 0.5 * h * entries[place];
-                self.matrix[i * n + j] -= half;
-                self.matrix[j * n + i] -= half;
-            }
+        let n = self.n;
+        for (i, j, entry) in data.velocity_derivative(model) {
+            let half = 0.5 * h * entry;
+            self.matrix[i * n + j] -= half;
+            self.matrix[j * n + i] -= half;
         }
     }
 

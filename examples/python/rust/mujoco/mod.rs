@@ -150,6 +150,6 @@ fn opened(library: &Path, model: usize) -> PyResult<stepper::Stepper> {
     let library = open(library)?;
     // SAFETY: Python says so, and holds the model as long as this.
     #[allow(unsafe_code)]
-    let model = unsafe { Model::new(library, model) };
-    Ok(stepper::Stepper::new(model))
+    let model = unsafe { Model::new(Arc::clone(&library), model) };
+    heard(library.watched(|| Ok(stepper::Stepper::new(model))))
 }

@@ -3,10 +3,13 @@
 use super::ffi::Data;
 use super::tally::Tally;
 use super::{heard, opened, settings_of};
+use crate::batch::PATIENCE;
 use numpy::{PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use stiction_kernels::room;
 
 /// What is known of one copy, and where its results go: its first state, its controls; its states, readings of sensors, and number
@@ -23,7 +26,7 @@ struct Copy<'a> {
 /// each step, and how many steps of a copy were not solved, `to` where they belong. `kind` is the `mjtState` of a state.
 ///
 /// # Errors
-/// An array is not contiguous, MuJoCo gives up, or a mass matrix is not positive definite.
+/// An array is not contiguous, MuJoCo gives up, a mass matrix is not positive definite, or a signal was heard.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn rollout(
@@ -58,12 +61,14 @@ pub(crate) fn rollout(
     let steppers = (0..threads.clamp(1, copies.max(1)))
         .map(|_| opened(&library, model))
         .collect::<PyResult<Vec<_>>>()?;
+    let stopped = AtomicBool::new(false);
     let work = |mut stepper: super::stepper::Stepper| {
         room::note();
-        let (library, mut data) = (stepper.model.library(), Data::scratch(&stepper.model));
+        let library = stepper.model.library();
         let done = library.watched(|| {
+            let mut data = Data::scratch(&stepper.model);
             while let Some(copy) = next() {
-                run(&mut stepper, &mut data, copy, kind, settings)?;
+                run(&mut stepper, &mut data, copy, kind, settings, &stopped)?;
             }
             Ok(())
         });
@@ -71,17 +76,29 @@ pub(crate) fn rollout(
     };
     py.detach(|| {
         std::thread::scope(|scope| {
+            let (sender, receiver) = channel::<()>();
             let threads: Vec<_> = steppers
                 .into_iter()
                 .map(|stepper| {
                     let thread = std::thread::Builder::new().stack_size(room::STACK);
-                    thread.spawn_scoped(scope, || work(stepper))
+                    let (work, sender) = (&work, sender.clone());
+                    thread.spawn_scoped(scope, move || {
+                        let _sender = sender; // it ends with the thread
+                        work(stepper)
+                    })
                 })
                 .collect::<Result<_, _>>()?;
+            drop(sender);
+            let mut heard: PyResult<()> = Ok(());
+            while let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(PATIENCE) {
+                let ask = |py: Python<'_>| py.check_signals();
+                heard = heard.and(Python::attach(ask));
+                stopped.store(heard.is_err(), Ordering::Relaxed);
+            }
             let ends = threads
                 .into_iter()
                 .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
-            ends.collect::<Vec<_>>().into_iter().collect::<PyResult<()>>()
+            heard.and(ends.collect::<Vec<_>>().into_iter().collect::<PyResult<()>>())
         })
     })
 }
@@ -92,12 +109,16 @@ fn run(
     copy: Copy<'_>,
     kind: i32,
     settings: (f64, usize),
+    stopped: &AtomicBool,
 ) -> Result<(), &'static str> {
     let (mut tally, settings) = (Tally::default(), settings_of(settings));
     stepper.reset();
     data.set_state(&stepper.model, copy.first, kind);
     let (nu, sensors) = (stepper.model.sizes.controls, stepper.model.sizes.readings);
     for (step, state) in copy.states.chunks_exact_mut(copy.first.len()).enumerate() {
+        if stopped.load(Ordering::Relaxed) {
+            break;
+        }
         data.ctrl_mut().copy_from_slice(&copy.controls[step * nu..][..nu]);
         stepper.step1(data);
         tally.add(&stepper.step2(data, &settings)?);

@@ -73,7 +73,8 @@ pub(super) fn sweep(problem: &Problem<'_, f64>) -> Answer<f64> {
             }
         }
         for (j, line) in rows.iter_mut().enumerate() {
-            let wanted = line.wanted(&velocity).clamp(problem.rows.lower[j], problem.rows.upper[j]);
+            // `clamp` panics at a bound that is no number.
+            let wanted = line.wanted(&velocity).min(problem.rows.upper[j]).max(problem.rows.lower[j]);
             line.set(wanted, &mut velocity);
         }
     }

@@ -96,8 +96,9 @@ impl ContactRef<'_> {
         self.of(self.data.library.layout.contact.friction)
     }
 
+    /// Before 4.0 no surface moves.
     pub(in super::super) fn surface_velocity(self) -> [f64; 3] {
-        self.of(self.data.library.layout.contact.surfacevel)
+        self.data.library.layout.contact.surfacevel.map_or([0.0; 3], |offset| self.of(offset))
     }
 
     pub(in super::super) fn dim(self) -> usize {
@@ -134,8 +135,35 @@ impl Data {
             is_own: false,
         };
         // SAFETY: as MuJoCo's header says.
-        let signature: u64 = unsafe { read(own.at, own.library.layout.data.signature) };
-        (signature == model.signature()).then_some(own).ok_or("data: of another model")
+        let signature =
+            own.library.layout.data.signature.map(|offset| unsafe { read::<u64>(own.at, offset) });
+        let is_its_own = signature == model.signature() && model.shape.get() == Some(&own.shape());
+        is_its_own.then_some(own).ok_or("data: of another model")
+    }
+
+    /// How many bytes its arrays take, and where among these they are: the same of all data of a model.
+    fn shape(&self) -> Vec<usize> {
+        let layout = &self.library.layout.data;
+        // SAFETY: as MuJoCo's header says.
+        let of = |offset: usize| unsafe { read::<usize>(self.at, offset) };
+        let (bytes, first) = (of(layout.nbuffer), of(layout.buffer));
+        let arrays = [
+            layout.qpos,
+            layout.qvel,
+            layout.ctrl,
+            layout.sensordata,
+            layout.mocap_pos,
+            layout.mocap_quat,
+            layout.qacc,
+            layout.qderiv,
+            layout.qfrc_smooth,
+            layout.qfrc_constraint,
+            layout.ten_velocity,
+            layout.geom_xpos,
+            layout.geom_xmat,
+        ];
+        let places = arrays.map(|array| of(array).wrapping_sub(first));
+        places.into_iter().chain([bytes]).collect()
     }
 
     /// New data of a model.
@@ -143,7 +171,9 @@ impl Data {
         // SAFETY: `mj_makeData` reads the model.
         let at = unsafe { (model.library.functions.make_data)(model.address()) };
         assert!(!at.is_null(), "MuJoCo has no memory for another mjData");
-        Self { library: Arc::clone(&model.library), at, sizes: model.sizes, is_own: true }
+        let own = Self { library: Arc::clone(&model.library), at, sizes: model.sizes, is_own: true };
+        model.shape.get_or_init(|| own.shape());
+        own
     }
 
     /// Takes over another's state and results.
@@ -238,20 +268,54 @@ impl Data {
         (!is_full).then_some(place)
     }
 
-    /// The derivative of smooth forces by velocity, without that of Coriolis forces: entries as `D_rowadr` says.
-    pub(in super::super) fn velocity_derivative(&mut self, model: &Model) -> &[f64] {
-        // SAFETY: it writes `qDeriv`, which has that many entries.
-        unsafe {
+    /// The derivative of smooth forces by velocity, without that of Coriolis forces: row, column and entry.
+    pub(in super::super) fn velocity_derivative(
+        &mut self,
+        model: &Model,
+    ) -> impl Iterator<Item = (usize, usize, f64)> {
+        let (own, of_model, n) =
+            (&self.library.layout.data, &self.library.layout.model, self.sizes.velocities);
+        // Before 3.3.6 the data says which entries there are.
+        let place = |in_model: Option<usize>, in_data: Option<usize>| {
+            let of_model = in_model.map(|offset| (model.original(), offset));
+            of_model.or(in_data.map(|offset| (self.at.cast_const(), offset)))
+        };
+        let places = [
+            place(of_model.d_rownnz, own.d_rownnz),
+            place(of_model.d_rowadr, own.d_rowadr),
+            place(of_model.d_colind, own.d_colind),
+        ];
+        let [counts, firsts, columns] =
+            places.map(|place| place.unwrap_or_else(|| unreachable!("each version has them")));
+        // SAFETY: MuJoCo's header gives types and sizes, and `qDeriv` has an entry for each column.
+        let (counts, firsts, columns, entries) = unsafe {
             (self.library.functions.smooth_velocity)(model.address(), self.at, 0);
-            array(self.at, self.library.layout.data.qderiv, model.derivative_entries())
-        }
+            let counts: &[i32] = array(counts.0, counts.1, n);
+            let firsts: &[i32] = array(firsts.0, firsts.1, n);
+            let all =
+                n.checked_sub(1).map_or(0, |last| (firsts[last] + counts[last]).unsigned_abs() as usize);
+            (counts, firsts, array::<i32>(columns.0, columns.1, all), array::<f64>(self.at, own.qderiv, all))
+        };
+        counts.iter().zip(firsts).enumerate().flat_map(move |(row, (count, first))| {
+            let first = first.unsigned_abs() as usize;
+            (first..first + count.unsigned_abs() as usize)
+                .map(move |place| (row, columns[place].unsigned_abs() as usize, entries[place]))
+        })
     }
 
     /// Writes the mass matrix, row by row.
     pub(in super::super) fn mass(&self, model: &Model, mass: &mut Vec<f64>) {
         mass.resize(self.sizes.velocities * self.sizes.velocities, 0.0);
-        // SAFETY: there is room for it.
-        unsafe { (self.library.functions.full_mass)(model.address(), self.at, mass.as_mut_ptr()) };
+        let full: Address = mass.as_mut_ptr().cast();
+        let layout = self.library.layout;
+        // SAFETY: there is room for it; before 3.10 the function takes the matrix of the data behind what it fills.
+        unsafe {
+            let [second, third] = match layout.data.qm {
+                Some(offset) if !layout.mass_of_data => [full, read(self.at, offset)],
+                _ => [self.at, full],
+            };
+            (self.library.functions.full_mass)(model.address(), second, third);
+        }
     }
 
     /// Jacobians (three rows each) of a point of a body, and of its rotation.

@@ -4,37 +4,18 @@
 #![allow(unsafe_code)]
 
 mod data;
+mod failure;
 mod layout;
 mod model;
 
 pub(super) use data::{ContactRef, Data, OwnedContact};
-use layout::{LAYOUTS, Layout};
+use failure::Handlers;
+pub(super) use layout::{BALL, BOX, CONNECT, EULER, FREE, HFIELD, JOINT, MESH, PLANE, SITE, SLIDE, WELD};
+use layout::{DENSE, ELLIPTIC, IMPLICITFAST, LAYOUTS, Layout};
 pub(super) use model::Model;
-use std::cell::Cell;
 use std::ffi::{CStr, c_char, c_int};
 use std::path::Path;
 use std::sync::Arc;
-
-/// `mjtIntegrator`, `mjtDisableBit`, `mjtGeom`, `mjtEq`, `mjtObj`: what is asked for.
-pub(super) const EULER: i32 = 0;
-pub(super) const IMPLICITFAST: i32 = 3;
-pub(super) const DAMPER: i32 = 1 << 6;
-pub(super) const EULERDAMP: i32 = 1 << 15;
-const ISLAND: i32 = 1 << 18;
-/// `mjCONE_ELLIPTIC`, `mjJAC_DENSE`.
-const ELLIPTIC: i32 = 1;
-const DENSE: i32 = 0;
-pub(super) const PLANE: i32 = 0;
-pub(super) const HFIELD: i32 = 1;
-pub(super) const BOX: i32 = 6;
-pub(super) const MESH: i32 = 7;
-/// `mjtJoint`.
-pub(super) const FREE: i32 = 0;
-pub(super) const BALL: i32 = 1;
-pub(super) const SLIDE: i32 = 2;
-pub(super) const CONNECT: i32 = 0;
-pub(super) const WELD: i32 = 1;
-pub(super) const SITE: i32 = 7;
 
 type Address = *mut u8;
 
@@ -68,7 +49,7 @@ functions! {
     sensor_acc as b"mj_sensorAcc": fn(Address, Address);
     euler as b"mj_Euler": fn(Address, Address);
     smooth_velocity as b"mjd_smooth_vel": fn(Address, Address, c_int);
-    full_mass as b"mj_fullM": fn(Address, Address, *mut f64);
+    full_mass as b"mj_fullM": fn(Address, Address, Address);
     jacobian as b"mj_jac": fn(Address, Address, *mut f64, *mut f64, *const f64, c_int);
     add_contact as b"mj_addContact": fn(Address, Address, Address) -> c_int;
     differentiate as b"mj_differentiatePos": fn(Address, *mut f64, f64, *const f64, *const f64);
@@ -79,49 +60,14 @@ functions! {
     reset_data as b"mj_resetData": fn(Address, Address);
     set_state as b"mj_setState": fn(Address, Address, *const f64, c_int);
     get_state as b"mj_getState": fn(Address, Address, *mut f64, c_int);
-    set_log_handler as b"_mjPRIVATE_setTlsLogHandler": fn(Option<LogHandler>) -> Option<LogHandler>;
-    global_log_handler as b"_mjPRIVATE_getGlobalLogHandler": fn() -> Option<LogHandler>;
-}
-
-/// The first fields of an `mjLogMessage`.
-#[repr(C)]
-struct LogMessage {
-    level: c_int,
-    _topic: c_int,
-    subject: [c_char; 1024],
-}
-
-type LogHandler = unsafe extern "C-unwind" fn(*const LogMessage);
-
-/// What MuJoCo said as it gave up.
-struct Failure(String);
-
-thread_local! {
-    /// What takes messages that are no errors.
-    static WARNINGS: Cell<Option<LogHandler>> = const { Cell::new(None) };
-}
-
-/// `mjLOG_ERROR`: MuJoCo ends the process behind it.
-const ERROR: c_int = 3;
-
-unsafe extern "C-unwind" fn raise(message: *const LogMessage) {
-    // SAFETY: MuJoCo's header says so.
-    let LogMessage { level, subject, .. } = unsafe { &*message };
-    if *level >= ERROR {
-        // SAFETY: MuJoCo ends it by 0.
-        let text = unsafe { CStr::from_ptr(subject.as_ptr()) }.to_string_lossy().into_owned();
-        std::panic::resume_unwind(Box::new(Failure(text)));
-    }
-    if let Some(handler) = WARNINGS.get() {
-        // SAFETY: it is MuJoCo's own.
-        unsafe { handler(message) };
-    }
 }
 
 /// The loaded library.
 pub(super) struct Library {
     functions: Functions,
+    handlers: Handlers,
     layout: &'static Layout,
+    version: c_int,
     /// Keeps the functions where they are.
     _open: libloading::Library,
 }
@@ -142,18 +88,22 @@ impl Library {
             let (version, name) = (version.map_err(said)?(), name.map_err(said)?());
             (version, CStr::from_ptr(name).to_string_lossy().into_owned())
         };
-        let layout = LAYOUTS.iter().find(|layout| layout.version == version);
+        let layout = LAYOUTS.iter().find(|layout| layout.versions.contains(&version));
         let layout = layout.ok_or_else(|| {
-            let known = LAYOUTS.iter().map(|layout| {
-                let of = |unit: i32| layout.version / unit % 1_000;
-                format!("{}.{}.{}", of(1_000_000), of(1_000), of(1))
+            let versions = LAYOUTS.iter().flat_map(|layout| layout.versions);
+            let known = versions.map(|&version| {
+                // Up to 3.4 a number has a digit for each part.
+                let unit = if version < 1_000 { 10 } else { 1_000 };
+                format!("{}.{}.{}", version / unit / unit, version / unit % unit, version % unit)
             });
             let known = known.collect::<Vec<_>>().join(", ");
             format!("MuJoCo {name}: the Stepper knows {known}")
         })?;
         // SAFETY: as its path says, and of a version that has all of them.
         let functions = unsafe { Functions::load(&library) }.map_err(|error| error.to_string())?;
-        Ok(Arc::new(Self { functions, layout, _open: library }))
+        // SAFETY: as above.
+        let handlers = unsafe { Handlers::load(&library) }.map_err(|error| error.to_string())?;
+        Ok(Arc::new(Self { functions, handlers, layout, version, _open: library }))
     }
 
     /// Runs what calls the library, so that an error there ends the call and not the process.
@@ -161,18 +111,7 @@ impl Library {
     /// # Errors
     /// What MuJoCo said.
     pub(super) fn watched<R>(&self, call: impl FnOnce() -> R) -> Result<R, String> {
-        // SAFETY: these functions have these types.
-        let before = unsafe {
-            WARNINGS.set((self.functions.global_log_handler)());
-            (self.functions.set_log_handler)(Some(raise))
-        };
-        let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(call));
-        // SAFETY: as above.
-        unsafe { (self.functions.set_log_handler)(before) };
-        done.map_err(|panic| match panic.downcast::<Failure>() {
-            Ok(failure) => failure.0,
-            Err(panic) => std::panic::resume_unwind(panic),
-        })
+        self.handlers.watched(call)
     }
 }
 

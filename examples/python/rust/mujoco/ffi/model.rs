@@ -1,7 +1,7 @@
 //! A model as the Stepper needs it: the arrays are those of the user, options and margins its own.
 
-use super::{Address, DAMPER, DENSE, ELLIPTIC, EULER, EULERDAMP, IMPLICITFAST, ISLAND, Library, array, read};
-use std::sync::Arc;
+use super::{Address, DENSE, ELLIPTIC, EULER, IMPLICITFAST, Library, array, read};
+use std::sync::{Arc, OnceLock};
 
 /// Sizes of a model.
 #[derive(Clone, Copy)]
@@ -19,6 +19,9 @@ pub(in super::super) struct Sizes {
     pairs: usize,
 }
 
+/// From this version on the margins of two geoms add up; before, the larger counted. (No header says so.)
+const MARGINS_ADD: i32 = 3_005_000;
+
 /// A copy of the struct `mjModel`, not of what it points to: what the user changes in an array is seen, and what is set here is not
 /// seen by the user, nor by others who step the same model.
 pub(in super::super) struct Model {
@@ -28,6 +31,8 @@ pub(in super::super) struct Model {
     pub(in super::super) sizes: Sizes,
     /// Margins of geoms, bodies, pairs, joints and tendons.
     margins: [Vec<f64>; 5],
+    /// What its data has in memory: see `Data::shape`.
+    pub(super) shape: OnceLock<Vec<usize>>,
 }
 
 // SAFETY: the model is only read, and Python keeps it alive as long as its Stepper.
@@ -73,8 +78,6 @@ arrays! {
     geom_margin: f64, geoms * 1;
     body_margin: f64, bodies * 1;
     pair_margin: f64, pairs * 1;
-    d_rownnz: i32, velocities * 1;
-    d_rowadr: i32, velocities * 1;
 }
 
 impl Model {
@@ -83,8 +86,14 @@ impl Model {
     pub(in super::super) unsafe fn new(library: Arc<Library>, address: usize) -> Self {
         let original = address as *const u8;
         let layout = &library.layout.model;
-        // SAFETY: the caller's; sizes are `int64_t`.
-        let size = |offset: usize| usize::try_from(unsafe { read::<i64>(original, offset) }).unwrap_or(0);
+        // SAFETY: the caller's; sizes are `int` or `int64_t`.
+        let size = |offset: usize| unsafe {
+            let size = match library.layout.size_bytes {
+                4 => i64::from(read::<i32>(original, offset)),
+                _ => read::<i64>(original, offset),
+            };
+            usize::try_from(size).unwrap_or(0)
+        };
         let sizes = Sizes {
             positions: size(layout.nq),
             velocities: size(layout.nv),
@@ -100,21 +109,26 @@ impl Model {
         };
         let counts = [sizes.geoms, sizes.bodies, sizes.pairs, sizes.joints, sizes.tendons];
         let copy = vec![0; layout.size.div_ceil(8)].into_boxed_slice();
-        let mut own = Self { original, copy, sizes, margins: counts.map(|count| vec![0.0; count]), library };
+        let margins = counts.map(|count| vec![0.0; count]);
+        let mut own = Self { original, copy, sizes, margins, shape: OnceLock::new(), library };
         own.refresh();
         own
     }
 
     /// Takes options and pointers as they are now, and what the Stepper needs in their place.
     pub(in super::super) fn refresh(&mut self) {
-        let layout = &self.library.layout.model;
+        let own = self.library.layout;
+        let layout = &own.model;
         let (tolerance, iterations) = (1e-12 * self.size(), 200_i32);
-        let disabled = self.disabled() | EULERDAMP | ISLAND; // damping is in the matrix of the solver, which has islands of its own
+        // Damping is in the matrix of the solver, which has islands of its own.
+        let disabled = self.disabled() | own.euler_damping_off | own.islands_off;
+        let enabled = self.of::<i32>(layout.opt_enableflags) & !own.islands_on;
         // SAFETY: both are an `mjModel`, and what is written is what its header has there.
         unsafe {
             let copy = self.copy.as_mut_ptr().cast::<u8>();
             copy.copy_from_nonoverlapping(self.original, layout.size);
             copy.add(layout.opt_disableflags).cast::<i32>().write_unaligned(disabled);
+            copy.add(layout.opt_enableflags).cast::<i32>().write_unaligned(enabled);
             copy.add(layout.opt_cone).cast::<i32>().write_unaligned(ELLIPTIC);
             copy.add(layout.opt_jacobian).cast::<i32>().write_unaligned(DENSE);
             copy.add(layout.opt_ccd_tolerance).cast::<f64>().write_unaligned(tolerance);
@@ -139,9 +153,10 @@ impl Model {
     pub(in super::super) fn grow_margins(&mut self, contacts: f64, limits: [f64; 2]) {
         let mut margins = std::mem::take(&mut self.margins);
         let [geoms, bodies, pairs, joints, tendons] = &mut margins;
+        let of_each = if self.library.version < MARGINS_ADD { contacts } else { 0.5 * contacts };
         for (margins, own, more) in [
-            (geoms, self.geom_margin(), 0.5 * contacts),
-            (bodies, self.body_margin(), 0.5 * contacts),
+            (geoms, self.geom_margin(), of_each),
+            (bodies, self.body_margin(), of_each),
             (pairs, self.pair_margin(), contacts),
             (joints, self.jnt_margin(), limits[0]),
             (tendons, self.tendon_margin(), limits[1]),
@@ -160,9 +175,9 @@ impl Model {
         self.copy.as_ptr().cast_mut().cast()
     }
 
-    pub(super) fn signature(&self) -> u64 {
-        // SAFETY: as MuJoCo's header says.
-        unsafe { read(self.original, self.library.layout.model.signature) }
+    /// Names what it was compiled from; versions before 3.3.1 have none.
+    pub(super) fn signature(&self) -> Option<u64> {
+        self.library.layout.model.signature.map(|offset| self.of(offset))
     }
 
     fn of<T: Copy>(&self, offset: usize) -> T {
@@ -189,7 +204,7 @@ impl Model {
 
     /// Is damping of joints implicit?
     pub(in super::super) fn damps(&self) -> bool {
-        self.disabled() & (EULERDAMP | DAMPER) == 0
+        self.disabled() & (self.library.layout.euler_damping_off | self.library.layout.damper_off) == 0
     }
 
     /// The mean size of its bodies (m): what is small beside it is small.
@@ -197,16 +212,8 @@ impl Model {
         self.of(self.library.layout.model.stat_meansize)
     }
 
-    /// Columns of the velocity derivative, row by row as `D_rowadr` says.
-    pub(in super::super) fn derivative_columns(&self) -> &[i32] {
-        let count = self.derivative_entries();
-        // SAFETY: MuJoCo's header gives type and size.
-        unsafe { array(self.original, self.library.layout.model.d_colind, count) }
-    }
-
-    pub(super) fn derivative_entries(&self) -> usize {
-        let last = self.sizes.velocities.checked_sub(1);
-        last.map_or(0, |last| (self.d_rowadr()[last] + self.d_rownnz()[last]).unsigned_abs() as usize)
+    pub(super) fn original(&self) -> *const u8 {
+        self.original
     }
 
     /// Body of a site.
