@@ -75,7 +75,7 @@ CONSTANTS = {
     **{"EULER": "mjINT_EULER", "IMPLICITFAST": "mjINT_IMPLICITFAST", "ELLIPTIC": "mjCONE_ELLIPTIC", "DENSE": "mjJAC_DENSE"},
     **{"PLANE": "mjGEOM_PLANE", "HFIELD": "mjGEOM_HFIELD", "BOX": "mjGEOM_BOX", "MESH": "mjGEOM_MESH"},
     **{"FREE": "mjJNT_FREE", "BALL": "mjJNT_BALL", "SLIDE": "mjJNT_SLIDE"},
-    **{"CONNECT": "mjEQ_CONNECT", "WELD": "mjEQ_WELD", "JOINT": "mjEQ_JOINT", "SITE": "mjOBJ_SITE"},
+    **{"CONNECT": "mjEQ_CONNECT", "WELD": "mjEQ_WELD", "SITE": "mjOBJ_SITE"},
 }
 
 # Types of functions, as `ffi` calls them. (`unsigned` and `int` are passed alike; `mjd_smooth_vel` is in no header.)

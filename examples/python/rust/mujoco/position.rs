@@ -97,7 +97,7 @@ impl PositionPass {
             let row = &scene.rows[demand.place];
             settler.row(coordinates, row, (demand.offset, demand.compliance));
         }
-        let is_found = settler.sweep(tolerance(*is_pressed));
+        let is_found = *is_pressed && settler.hold() || settler.sweep(tolerance(*is_pressed));
         if is_found {
             settler.write(coordinates, correction);
         }

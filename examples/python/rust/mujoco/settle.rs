@@ -3,10 +3,15 @@
 use super::inertia::Inertia;
 use super::rows::{Kind, Row};
 use super::touch::{Touch, dot};
+use nalgebra::{DMatrix, DVector};
 
 /// The most sweeps, and after how many it is asked whether these will be enough.
 const SWEEPS: usize = 200;
 const FIRST: usize = 20;
+
+/// The most lines that are held at once, and how fast what does not press may be entered, over the fastest motion: that is rounding.
+const MOST_HELD: usize = 48;
+const ENTERED: f64 = 1e-9;
 
 /// A line on the way: what an impulse along it moves, and what has been done.
 struct Line {
@@ -105,6 +110,61 @@ impl Settler {
         self.line(place, &row.jacobian, (1.0, offset, compliance, 0.0));
         let least = if row.kind == Kind::Equality { -f64::INFINITY } else { 0.0 };
         self.laws.push(Law::Row { least });
+    }
+
+    /// Stops at once what presses, and keeps the rest as it is; `false` if that is not the answer: something would pull, slip or be entered.
+    pub(super) fn hold(&mut self) -> bool {
+        self.motion.clear();
+        self.motion.resize(self.n, 0.0);
+        let mut held = Vec::new();
+        self.each_law(|law, lines, i| match *law {
+            Law::Contact { tangents, .. } if lines[i].start > 0.0 => held.extend(i..=i + tangents),
+            Law::Row { least } if least < 0.0 || lines[i].offset < 0.0 => held.push(i),
+            _ => {}
+        });
+        if held.is_empty() || held.len() > MOST_HELD {
+            return false;
+        }
+        let row = |i: usize| &self.matrix[i * self.n..][..self.n];
+        let mut system = DMatrix::from_fn(held.len(), held.len(), |i, j| dot(row(held[i]), row(held[j])));
+        held.iter().enumerate().for_each(|(i, &line)| system[(i, i)] += self.lines[line].compliance);
+        let asked = DVector::from_iterator(held.len(), held.iter().map(|&line| -self.lines[line].offset));
+        let Some(factor) = system.cholesky() else {
+            return false;
+        };
+        for (&line, change) in held.iter().zip(&factor.solve(&asked)) {
+            self.set(line, self.lines[line].start + change);
+        }
+        let slowest = -ENTERED * self.motion.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let mut holds = true;
+        self.each_law(|law, lines, i| {
+            let opens = || dot(&self.matrix[i * self.n..][..self.n], &self.motion) + lines[i].offset >= slowest;
+            holds &= match *law {
+                Law::Contact { tangents: 2, .. } if lines[i].start > 0.0 => {
+                    lines[i + 1].impulse.hypot(lines[i + 2].impulse) <= lines[i].impulse
+                }
+                Law::Contact { .. } if lines[i].start > 0.0 => lines[i].impulse >= 0.0,
+                Law::Row { least } if least < 0.0 => true,
+                Law::Row { .. } if lines[i].offset < 0.0 => lines[i].impulse >= 0.0,
+                Law::Contact { .. } | Law::Row { .. } => opens(),
+            };
+        });
+        if !holds {
+            self.lines.iter_mut().for_each(|line| line.impulse = line.start);
+        }
+        holds
+    }
+
+    /// Tells each law with all lines, and where its own begin.
+    fn each_law(&self, mut tell: impl FnMut(&Law, &[Line], usize)) {
+        let mut i = 0;
+        for law in &self.laws {
+            tell(law, &self.lines, i);
+            i += match law {
+                Law::Contact { tangents, .. } => 1 + tangents,
+                Law::Row { .. } => 1,
+            };
+        }
     }
 
     /// The impulse that would stop a line of this stiffness.

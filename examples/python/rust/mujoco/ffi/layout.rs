@@ -14,7 +14,6 @@ pub(in super::super) const BALL: i32 = 1;
 pub(in super::super) const SLIDE: i32 = 2;
 pub(in super::super) const CONNECT: i32 = 0;
 pub(in super::super) const WELD: i32 = 1;
-pub(in super::super) const JOINT: i32 = 2;
 pub(in super::super) const SITE: i32 = 6;
 
 /// What a version does not have.

@@ -10,7 +10,7 @@ mod model;
 
 pub(super) use data::{ContactRef, Data, OwnedContact};
 use failure::Handlers;
-pub(super) use layout::{BALL, BOX, CONNECT, EULER, FREE, HFIELD, JOINT, MESH, PLANE, SITE, SLIDE, WELD};
+pub(super) use layout::{BALL, BOX, CONNECT, EULER, FREE, HFIELD, MESH, PLANE, SITE, SLIDE, WELD};
 use layout::{DENSE, ELLIPTIC, IMPLICITFAST, LAYOUTS, Layout};
 pub(super) use model::Model;
 use std::ffi::{CStr, c_char, c_int};
