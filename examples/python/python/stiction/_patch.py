@@ -31,7 +31,7 @@ class Law:
         if self.stepper.model is not model:
             tol, budget = self.settings
             fresh = Stepper(model, tol=tol, budget=budget)
-            self.stepper.model, self.stepper._own, self.end = fresh.model, fresh._own, (-1.0, np.zeros((0, 3)))
+            self.stepper._model, self.stepper._own, self.end = fresh.model, fresh._own, (-1.0, np.zeros((0, 3)))
         return self.stepper
 
     def step(self, model: mujoco.MjModel, data: mujoco.MjData, frames: int) -> None:
