@@ -12,7 +12,8 @@ use super::sweeps;
 use super::touch::{Touch, largest};
 use std::collections::{HashMap, HashSet};
 use stiction::{Settings, Status, Work};
-use stiction_kernels::problem::{Answer, Outcome};
+use stiction_kernels::problem::{Answer, Needs, Outcome};
+use stiction_kernels::sizes;
 
 /// A normal row without lever is held as if its bodies were free, by this share of what would move them.
 const LEVER: f64 = 1e-5;
@@ -213,7 +214,14 @@ impl VelocityPass {
     }
 
     fn fill(&mut self, scene: &Scene<'_>, island: &Island) {
-        let dim = if scene.touches(island).all(|touch| touch.dim <= 3) { 3 } else { 6 };
+        let most = scene.touches(island).map(|touch| touch.dim).max();
+        let (n, contacts, rows) = (island.dofs.len(), island.touches.len(), island.rows.len());
+        let in_four = Needs { n, dim: 4, contacts, rows, surfaces: true };
+        let dim = match most.unwrap_or(0) {
+            ..=3 => 3,
+            4 if sizes::has_size(&in_four) => 4,
+            _ => 6,
+        };
         self.pack.begin(scene.inertia, &island.dofs, dim, Some(&scene.inertia.impulse));
         for touch in scene.touches(island) {
             self.pack.contact(touch, offset(touch, scene.h));
