@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector, matrix, vector};
 use std::sync::Mutex;
 use stiction::{
     AdmmFactor, AdmmSolver, Contact, ContactMode, Error, Factor, Input, List, Scene, Settings, Solution,
-    Solver, Status,
+    Solver, Status, WarmStart,
 };
 use testbed::measure::{Law, error_of};
 
@@ -59,6 +59,35 @@ fn a_problem_like_the_last_costs_less_than_cold() -> Result<(), Error> {
     let warm = cost(warm.solve(&scene, &factor, &changed, &settings())?);
     let cold = cost(cold.solve(&scene, &factor, &changed, &settings())?);
     assert!(warm < cold, "restart: warm {warm}, cold {cold}");
+    Ok(())
+}
+
+#[test]
+fn a_warm_start_as_words_goes_on_with_the_same_bits() -> Result<(), Error> {
+    let (scene, [push, changed]) = sliding_box()?;
+    let factor = Factor::new(&scene)?;
+    let mut solver = Solver::new();
+    for push in [&push, &changed] {
+        solver.solve(&scene, &factor, push, &settings())?;
+    }
+    let words: Vec<u64> = solver.warm_start().words().collect();
+    let (mut other, mut cold) = (Solver::new(), Solver::new());
+    let read = |words: &[u64]| WarmStart::from_words(words.iter().copied());
+    for solver in [&mut solver, &mut other] {
+        solver.set_warm_start(read(&words).expect("of these sizes"));
+    }
+    let here = solver.solve(&scene, &factor, &push, &settings())?;
+    let there = other.solve(&scene, &factor, &push, &settings())?;
+    assert_eq!((&here.velocity, here.work), (&there.velocity, there.work));
+    assert!(cost(there) < cost(cold.solve(&scene, &factor, &push, &settings())?));
+    // Neither too few words, nor too many, nor numbers that are none.
+    let mut infinite = words.clone();
+    *infinite.last_mut().expect("there are some") = f64::INFINITY.to_bits();
+    let longer: Vec<u64> = words.iter().copied().chain([0]).collect();
+    for wrong in [&words[1..], &words[..words.len() - 1], &longer, &infinite] {
+        assert!(WarmStart::<f64, 3, 4, 0>::from_words(wrong.iter().copied()).is_none());
+    }
+    assert!(WarmStart::<f64, 3, 3, 0>::from_words(words.iter().copied()).is_none(), "four contacts");
     Ok(())
 }
 

@@ -22,7 +22,7 @@ __all__ = [
 SIZES: list[tuple[int, int, int, int, int]]
 
 _Settings = tuple[Any, Any, bool]
-_Counts = tuple[int, int, float, int, int, int, tuple[int, float, int]]
+_Counts = tuple[int, int, float, int, int, int, int, tuple[int, float, int]]
 
 @final
 class Kernel:

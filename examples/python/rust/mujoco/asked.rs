@@ -116,10 +116,14 @@ impl Asked {
             locks.add(Name::of_touch(scene, island, demand.number));
         }
         let equality = |demand: &Demand| scene.rows[demand.place].equality();
-        for rows in self.rows.chunk_by(|one, other| equality(one).is_some() && equality(one) == equality(other)) {
+        for rows in
+            self.rows.chunk_by(|one, other| equality(one).is_some() && equality(one) == equality(other))
+        {
             let sum = rows.iter().map(of_row).fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
             if refuses(sum) {
-                rows.iter().for_each(|demand| locks.add(Name::Row(scene.rows[demand.place].key)));
+                for demand in rows {
+                    locks.add(Name::Row(scene.rows[demand.place].key));
+                }
             }
         }
         locks.0.len() > before
@@ -171,7 +175,11 @@ impl Asked {
                 place,
                 number,
                 offset: open / h,
-                compliance: soft(if self.is_pressed { PRESSED } else { CONTACT }, touch.response, touch.mobility),
+                compliance: soft(
+                    if self.is_pressed { PRESSED } else { CONTACT },
+                    touch.response,
+                    touch.mobility,
+                ),
                 slip,
                 start,
             });

@@ -126,7 +126,8 @@ fn of_step(around: &Around<'_>, touch: &Touch, motion: &Motion, scratch: &Data) 
     let is_put = follower.is_first() && !touch.is_moved();
     for (path, geom) in paths.iter_mut().zip(geoms) {
         if let Some(mocap) = facts.mocap(body_of(model, geom)).filter(|_| !is_put) {
-            let ([along, turn], centre) = (follower.moved.mocap[mocap], Vector3::from(data.mocap_pos()[mocap]));
+            let ([along, turn], centre) =
+                (follower.moved.mocap[mocap], Vector3::from(data.mocap_pos()[mocap]));
             let turn = Rotation3::from_scaled_axis(turn).into_inner();
             let back = |place: Vector3<f64>| centre - along + turn.transpose() * (place - centre);
             *path = Path { from: back(path.to), to: path.to, turn };
@@ -164,7 +165,7 @@ fn of_step(around: &Around<'_>, touch: &Touch, motion: &Motion, scratch: &Data) 
         let tilted = rolled - normal * normal.dot(&rolled);
         let doubt = rolled.norm() * tilted.norm() * size[0].min(size[1]);
         let share = (1.0 - doubt / along[0].hypot(along[1]).max(f64::MIN_POSITIVE)).max(0.0);
-        along.iter_mut().for_each(|along| *along *= share);
+        along = along.map(|along| along * share);
     }
     along
 }

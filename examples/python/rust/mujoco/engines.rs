@@ -100,8 +100,8 @@ impl Engines {
         for ((island, pass), Slot { needs, engine, .. }) in slots {
             out.count(*island);
             let flags = [*pass == Pass::Position, needs.surfaces].map(u64::from);
-            flags.iter().for_each(|&flag| out.word(flag));
-            [needs.n, needs.dim, needs.contacts, needs.rows].iter().for_each(|&count| out.count(count));
+            out.words(flags);
+            out.words([needs.n, needs.dim, needs.contacts, needs.rows].map(|count| count as u64));
             let start = engine.warm_start();
             engine.set_warm_start(&start);
             out.block(&start);

@@ -58,7 +58,7 @@ impl Follower {
     pub(super) fn follows(&self, data: &Data) -> bool {
         self.end.as_ref().is_some_and(|end| {
             let is_copy = || data.qpos() == end.positions && data.qvel() == end.velocities;
-            end.time == data.time() && (end.place == data.place() || is_copy())
+            end.time.to_bits() == data.time().to_bits() && (end.place == data.place() || is_copy())
         })
     }
 
@@ -110,7 +110,7 @@ impl Follower {
         out.word(self.end.is_some().into());
         if let Some(End { time, positions, velocities, poses, .. }) = &self.end {
             out.numbers([time].into_iter().chain(positions).chain(velocities));
-            poses.iter().for_each(|(place, turned)| out.numbers(place.iter().chain(turned)));
+            out.numbers(poses.iter().flat_map(|(place, turned)| place.iter().chain(turned)));
         }
         out.word(self.last.is_some().into());
         if let Some(Outside { mocap, joints }) = &self.last {

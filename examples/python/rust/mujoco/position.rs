@@ -7,8 +7,8 @@
 use super::asked::{Asked, Moving, is_needed};
 use super::engines::{Engines, Pass};
 use super::islands::Island;
-use super::pack::Pack;
 use super::locks::Locks;
+use super::pack::Pack;
 use super::settle::Settler;
 use super::velocity::Scene;
 use stiction::{Model as Law, Settings};

@@ -138,7 +138,8 @@ impl Settler {
         let slowest = -ENTERED * self.motion.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let mut holds = true;
         self.each_law(|law, lines, i| {
-            let opens = || dot(&self.matrix[i * self.n..][..self.n], &self.motion) + lines[i].offset >= slowest;
+            let opens =
+                || dot(&self.matrix[i * self.n..][..self.n], &self.motion) + lines[i].offset >= slowest;
             holds &= match *law {
                 Law::Contact { tangents: 2, .. } if lines[i].start > 0.0 => {
                     lines[i + 1].impulse.hypot(lines[i + 2].impulse) <= lines[i].impulse

@@ -52,6 +52,10 @@ impl Writer {
         self.0.push(word);
     }
 
+    pub(super) fn words(&mut self, words: impl IntoIterator<Item = u64>) {
+        self.0.extend(words);
+    }
+
     pub(super) fn count(&mut self, count: usize) {
         self.0.push(count as u64);
     }
@@ -75,7 +79,7 @@ fn sizes(stepper: &Stepper) -> [usize; 3] {
 /// Writes the state. From here on the stepper goes on as one that takes it over.
 pub(super) fn write(stepper: &mut Stepper) -> Vec<u64> {
     let mut out = Writer::default();
-    sizes(stepper).iter().for_each(|&size| out.count(size));
+    out.words(sizes(stepper).map(|size| size as u64));
     stepper.follower.write(&mut out);
     let mut blocked: Vec<_> = stepper.velocity_pass.blocked.iter().collect();
     blocked.sort_unstable();
@@ -87,8 +91,8 @@ pub(super) fn write(stepper: &mut Stepper) -> Vec<u64> {
     write_locks(&stepper.position_pass.locks, &mut out);
     out.count(stepper.live.len());
     for Live { face: Face { geoms, normal }, places, crept } in &stepper.live {
-        geoms.iter().for_each(|&geom| out.count(geom));
-        [normal, &places[0], &places[1], crept].iter().for_each(|vector| out.numbers(vector.iter()));
+        out.words(geoms.map(|geom| geom as u64));
+        out.numbers([normal, &places[0], &places[1], crept].into_iter().flatten());
     }
     stepper.engines.write(&mut out);
     out.0
@@ -130,7 +134,7 @@ fn write_locks(Locks(locks): &Locks, out: &mut Writer) {
             Name::Touch([one, other], number) => [0, one as u64, other as u64, number as u64],
             Name::Row(key) => [1, key.into(), 0, 0],
         };
-        words.iter().for_each(|&word| out.word(word));
+        out.words(words);
         out.word(steps.into());
     }
 }

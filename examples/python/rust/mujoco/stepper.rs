@@ -239,9 +239,10 @@ impl Stepper {
         };
         let Trial { touches, rows, motion, creeps, correction, ends, is_crowded } = trial;
         self.write(data, &touches, &rows, &motion);
-        let lives = touches.iter().enumerate().map(|(place, touch)| {
-            Live::of(touch, data, creeps.left(data, touch, &motion, place))
-        });
+        let lives = touches
+            .iter()
+            .enumerate()
+            .map(|(place, touch)| Live::of(touch, data, creeps.left(data, touch, &motion, place)));
         let lives: Vec<_> = lives.collect();
         data.sensor_acc(&self.model);
         data.check_acceleration(&self.model);

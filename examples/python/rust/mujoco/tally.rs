@@ -37,6 +37,15 @@ impl Tally {
     pub(super) fn numbers(&self) -> Numbers {
         let (status, error, work) = self.last.unwrap_or((Status::Unsolved, 0.0, 0));
         let last = (status as i64, error, work);
-        (self.steps, self.unsolved, self.worst_error, self.contradictions, self.fallbacks, self.crowded, self.blind, last)
+        (
+            self.steps,
+            self.unsolved,
+            self.worst_error,
+            self.contradictions,
+            self.fallbacks,
+            self.crowded,
+            self.blind,
+            last,
+        )
     }
 }

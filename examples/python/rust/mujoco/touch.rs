@@ -136,7 +136,7 @@ impl Touch {
         let mut outside = along(&follower.now, 1.0);
         if follower.moves() {
             let begun = along(&follower.moved, model.step());
-            if begun != outside && speed(&begun) < speed(&outside) {
+            if speed(&begun) < speed(&outside) {
                 outside = begun;
             }
         }
