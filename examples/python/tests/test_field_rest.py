@@ -202,6 +202,23 @@ def test_a_shaken_grasp_does_not_slip(h: float) -> None:
     assert np.abs(seen() - before).max() < 1e-6 and pressing == pytest.approx([20, 20], rel=1e-6) and s.is_clean()
 
 
+@pytest.mark.parametrize("h", [0.002, 0.005])
+def test_a_pinched_capsule_stays(h: float) -> None:
+    """Round, of 45 g, between pads of mu 0.7 whose servos go on for 2 mm: at 16 N each, friction bears 50 times its weight."""
+    surface = 'friction=".7 .005 .0001" condim="4"'
+    pad = '<body pos="{} 0 0"><joint name="{}" type="slide" axis="{} 0 0" damping="5"/>'
+    pad += f'<geom type="box" size=".008 .02 .02" mass=".1" {surface}/></body>'
+    capsule = f'<freejoint/><geom type="capsule" size=".004 .015" euler="90 0 0" mass=".045" {surface}/>'
+    world = pad.format(-0.014, "l", 1) + pad.format(0.014, "r", -1) + f"<body>{capsule}</body>"
+    servo = '<position joint="{}" kp="8000" kv="20" forcerange="-40 40"/>'
+    s = scene(world, f"<actuator>{servo.format('l')}{servo.format('r')}</actuator>", 'integrator="implicitfast"', h=h)
+    s.data.ctrl[:] = 0.004
+    s.run(0.2)
+    start = s.data.qpos.copy()
+    assert passed(s, 1000) < PASS * s.model.stat.meansize
+    assert np.abs(s.data.qpos - start).max() < 1e-8 and start[4] > -1e-3 and s.is_clean()
+
+
 def holding(condim: int, h: float) -> Scene:
     """An arm of four stiffly damped joints that is welded to a pose, and holds a block; one joint is 0.6 rad below its limit.
 
