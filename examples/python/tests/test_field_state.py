@@ -148,9 +148,9 @@ def shot(speed: float, height: float, shape: str = 'size=".005"') -> Scene:
     return s
 
 
-@pytest.mark.parametrize("speed", [5, 45, 60, 120, 300])
+@pytest.mark.parametrize("speed", [5, 45, 60, 120, 300, 700])
 def test_what_is_shot_at_a_thin_plate_stops_at_it(speed: float) -> None:
-    """Up to 0.6 m a step, from 20 heights: 0.001 + 0.005 m is where it touches."""
+    """Up to 1.4 m a step, from 20 heights: 0.001 + 0.005 m is where it touches."""
     for height in 0.5 + 0.3 * np.random.default_rng(0).random(20):
         s = shot(speed, height)
         s.step(int(1.5 / speed / s.h) + 4)
@@ -167,6 +167,14 @@ def test_what_is_too_fast_to_be_seen_is_counted(shape: str) -> None:
     slow = shot(200, 0.7, shape)
     slow.step(10)
     assert slow.stepper.blind == 0 and slow.data.qpos[2] > 0
+
+
+@pytest.mark.parametrize(("speed", "blind"), [(760, 0), (780, 1)])
+def test_256_poses_are_looked_at(speed: float, blind: int) -> None:
+    """One for each 6 mm, the thickness of both: to 768 m/s at 2 ms."""
+    s = shot(speed, 50.0)
+    s.step(3)
+    assert s.stepper.blind == 3 * blind
 
 
 @pytest.mark.parametrize("speed", [5, 20])
