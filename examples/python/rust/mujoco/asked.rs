@@ -44,9 +44,10 @@ pub(super) struct Demand {
     /// The velocity that is left to it.
     pub(super) offset: f64,
     pub(super) compliance: f64,
-    /// The velocity along tangents of a contact, and the impulses that it starts from.
+    /// The velocity along tangents of a contact, whether it has friction in this pass, and the normal impulse that it starts from.
     pub(super) slip: [f64; 2],
-    pub(super) start: [f64; 3],
+    pub(super) rubs: bool,
+    pub(super) start: f64,
 }
 
 /// The model's own length (m) and speed (m/s).
@@ -162,14 +163,14 @@ impl Asked {
                     open = 0.0;
                 }
             }
-            let (mut slip, mut start) = ([0.0; 2], [0.0; 3]);
+            let (mut slip, mut rubs, mut start) = ([0.0; 2], true, 0.0);
             if self.is_pressed {
                 let tangents = touch.rows.chunks_exact(touch.rows.len() / touch.dim).skip(1);
                 for (i, (slip, row)) in slip.iter_mut().zip(tangents).enumerate() {
                     *slip = dot(row, &motion.velocity) + touch.outside[1 + i] + touch.surface[i];
                     *slip += moving.creeps[place].along[i] / h;
                 }
-                start.copy_from_slice(&motion.impulses[place][..3]);
+                (rubs, start) = (holds(motion, place), motion.impulses[place][0]);
             }
             self.touches.push(Demand {
                 place,
@@ -181,6 +182,7 @@ impl Asked {
                     touch.mobility,
                 ),
                 slip,
+                rubs,
                 start,
             });
         }
@@ -207,7 +209,8 @@ impl Asked {
                 offset: open / h,
                 compliance: soft(ROW, row.response, row.mobility),
                 slip: [0.0; 2],
-                start: [0.0; 3],
+                rubs: false,
+                start: 0.0,
             });
         }
         self.slow_down(scene, moving);

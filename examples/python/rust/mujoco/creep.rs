@@ -151,17 +151,19 @@ fn of_step(around: &Around<'_>, touch: &Touch, motion: &Motion, scratch: &Data) 
         _ => usize::from(size[1] > size[0]),
     };
     let turn = if touch.is_new || is_led { Matrix3::identity() } else { paths[flat].turn };
+    // Along the face as it is then; by axes as they are now, by which a correction moves.
+    let normal = turn * frame[0];
+    let apart = apart - normal * normal.dot(&apart);
     let mut along = [0.0; 2];
     for (i, along) in along.iter_mut().enumerate() {
         let row = &touch.rows[(1 + i) * nv..][..nv];
         let foreseen = dot(row, &motion.velocity) + touch.outside[1 + i];
-        *along = (turn * frame[1 + i]).dot(&apart) + dot(row, &follower.moved.joints) - h * foreseen;
+        *along = frame[1 + i].dot(&apart) + dot(row, &follower.moved.joints) - h * foreseen;
     }
     if cornered != [true; 2] {
         // What is round may roll, which is no creep: what surely is none of rolling counts.
         let relative = Rotation3::from_matrix_unchecked(paths[1].turn * paths[0].turn.transpose());
         let rolled = UnitQuaternion::from_rotation_matrix(&relative).scaled_axis();
-        let normal = turn * frame[0];
         let tilted = rolled - normal * normal.dot(&rolled);
         let doubt = rolled.norm() * tilted.norm() * size[0].min(size[1]);
         let share = (1.0 - doubt / along[0].hypot(along[1]).max(f64::MIN_POSITIVE)).max(0.0);

@@ -66,12 +66,17 @@ impl Facts {
     }
 
     /// At how many poses of a step contacts are looked for, if geoms move by so much: one at the end, more if something moves by
-    /// more than its thickness and that of the thinnest geom.
+    /// more than its thickness and that of the thinnest geom, or two move so against each other. And whether these are not enough.
     pub(super) fn poses(&self, moved: &[Moved]) -> (u32, bool) {
-        let most = (moved.iter().zip(&self.thickness).zip(&self.moves))
-            .filter(|&(_, &moves)| moves)
-            .map(|((moved, thickness), _)| moved.most / (thickness + self.thinnest))
-            .fold(1.0, f64::max);
+        let geoms = || (moved.iter().zip(&self.thickness).zip(&self.moves)).filter(|&(_, &moves)| moves);
+        let of = |by: f64, thickness: f64| by / (thickness + self.thinnest);
+        let alone = geoms().map(|((moved, &thickness), _)| of(moved.most, thickness)).fold(1.0, f64::max);
+        let pairs = geoms().enumerate().flat_map(|(i, ((one, &thin), _))| {
+            let others = geoms().take(i);
+            others.map(move |((other, &thick), _)| (one.most + other.most) / (thin + thick))
+        });
+        let farthest = geoms().fold(0.0, |most, ((moved, _), _)| f64::max(most, moved.most));
+        let most = if of(2.0 * farthest, self.thinnest) > 1.0 { pairs.fold(alone, f64::max) } else { alone };
         let enough = (1..=MOST_FAR).find(|&poses| f64::from(poses) >= most);
         (enough.unwrap_or(MOST_FAR), enough.is_none())
     }

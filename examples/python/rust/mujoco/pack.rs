@@ -75,8 +75,8 @@ impl Pack {
         }
     }
 
-    /// Adds a contact with these velocities along its rows.
-    pub(super) fn contact(&mut self, touch: &Touch, offset: [f64; 6]) {
+    /// Adds a contact with these velocities along its rows; without friction unless it `rubs`.
+    pub(super) fn contact(&mut self, touch: &Touch, offset: [f64; 6], rubs: bool) {
         let dim = touch.dim.min(self.dim);
         let nv = touch.rows.len() / touch.dim;
         for row in touch.rows.chunks_exact(nv).take(dim) {
@@ -86,8 +86,9 @@ impl Pack {
         self.jacobian.resize(contact * self.dim * self.dofs.len(), 0.0);
         self.offsets.extend_from_slice(&offset[..dim]);
         self.offsets.resize(contact * self.dim, 0.0);
-        self.round.push(touch.mu());
-        self.shaped.extend_from_slice(&touch.friction[..dim - 1]);
+        let friction = touch.friction.map(|friction| if rubs { friction } else { 0.0 });
+        self.round.push(if rubs { touch.mu() } else { 0.0 });
+        self.shaped.extend_from_slice(&friction[..dim - 1]);
         self.shaped.resize(contact * (self.dim - 1), 0.0);
         self.is_shaped |= touch.dim > 1 && touch.friction[0].to_bits() != touch.friction[1].to_bits();
         let [first, second] = touch.face.geoms.map(|geom| u32::try_from(geom).unwrap_or(u32::MAX));

@@ -1,8 +1,8 @@
 //! The position pass: what overlaps, or is open, is taken back by a motion that is not kept as a velocity.
 //!
 //! `M' z = Hᵀ r'` is solved with friction and a little compliance: of many contacts by sweeps if these converge, else by the same kernel.
-//! Where a contact sticks, `r'` is a change of the impulses that press: their sum obeys the cones, so what is held stays held. Else it begins
-//! from nothing. Positions then move by `h (v + z)`.
+//! Where a contact sticks, normal impulses are changes of those that press, so that what is held stays held: of the friction that they allow the
+//! pass has all, and what slips has none. Else it begins from nothing. Positions then move by `h (v + z)`.
 
 use super::asked::{Asked, Moving, is_needed};
 use super::engines::{Engines, Pass};
@@ -91,7 +91,7 @@ impl PositionPass {
             let touch = &scene.touches[demand.place];
             let [one, other] = demand.slip;
             let offset = [demand.offset, one, other];
-            settler.contact(coordinates, touch, (offset, demand.compliance, demand.start));
+            settler.contact(coordinates, touch, (offset, demand.compliance), demand.rubs, demand.start);
         }
         for demand in rows {
             let row = &scene.rows[demand.place];
@@ -116,22 +116,18 @@ impl PositionPass {
         let Asked { touches, rows, is_pressed, .. } = &self.asked;
         let start = is_pressed.then(|| {
             let mut start = vec![0.0; correction.len()];
-            for demand in touches {
-                let rows = &scene.touches[demand.place].rows;
-                for (row, impulse) in rows.chunks_exact(start.len()).zip(demand.start) {
-                    start.iter_mut().zip(row).for_each(|(sum, entry)| *sum -= impulse * entry);
-                }
+            for demand in touches.iter().filter(|demand| demand.start != 0.0) {
+                let row = scene.touches[demand.place].normal_row();
+                start.iter_mut().zip(row).for_each(|(sum, entry)| *sum -= demand.start * entry);
             }
             start
         });
         self.pack.begin(scene.inertia, &island.dofs, 3, start.as_deref());
         for demand in touches {
-            let own = [demand.offset, demand.slip[0], demand.slip[1]];
-            let mut offset = [0.0; 6];
-            for ((offset, own), start) in offset.iter_mut().zip(own).zip(demand.start) {
-                *offset = own - demand.compliance * start;
-            }
-            self.pack.contact(&scene.touches[demand.place], offset);
+            let [one, other] = demand.slip;
+            let normal = demand.offset - demand.compliance * demand.start;
+            let offset = [normal, one, other, 0.0, 0.0, 0.0];
+            self.pack.contact(&scene.touches[demand.place], offset, demand.rubs);
         }
         for demand in rows {
             self.pack.row(&scene.rows[demand.place]);

@@ -80,17 +80,19 @@ impl Settler {
         &mut self,
         place: (&Inertia, &[usize]),
         touch: &Touch,
-        (offset, compliance, start): ([f64; 3], f64, [f64; 3]),
+        (offset, compliance): ([f64; 3], f64),
+        rubs: bool,
+        start: f64,
     ) {
         let nv = touch.rows.len() / touch.dim;
         let mut rows = touch.rows.chunks_exact(nv);
         if let Some(row) = rows.next() {
-            self.line(place, row, (1.0, offset[0], compliance, start[0]));
+            self.line(place, row, (1.0, offset[0], compliance, start));
         }
         let first = self.lines.len();
-        if touch.dim > 1 && touch.mu() > 0.0 {
+        if rubs && touch.dim > 1 && touch.mu() > 0.0 {
             for (i, (row, &mu)) in rows.zip(&touch.friction[..2]).enumerate() {
-                self.line(place, row, (mu, mu * offset[1 + i], compliance, start[1 + i] / mu));
+                self.line(place, row, (mu, mu * offset[1 + i], compliance, 0.0));
             }
         }
         let tangents = self.lines.len() - first;

@@ -224,7 +224,7 @@ impl VelocityPass {
         };
         self.pack.begin(scene.inertia, &island.dofs, dim, Some(&scene.inertia.impulse));
         for touch in scene.touches(island) {
-            self.pack.contact(touch, offset(touch, scene.h));
+            self.pack.contact(touch, offset(touch, scene.h), true);
         }
         for row in scene.rows(island) {
             self.pack.row(row);
