@@ -4,6 +4,7 @@ use super::inertia::Inertia;
 use super::rows::{Kind, Row};
 use super::touch::{Touch, dot};
 use nalgebra::{DMatrix, DVector};
+use std::collections::HashMap;
 
 /// The most sweeps, and after how many it is asked whether these will be enough.
 const SWEEPS: usize = 200;
@@ -30,6 +31,8 @@ enum Law {
         tangents: usize,
         /// The largest stiffness of a direction between the two.
         stiffness: f64,
+        /// What touches.
+        geoms: [usize; 2],
     },
     /// A row.
     Row {
@@ -104,7 +107,7 @@ impl Settler {
             }
             _ => 0.0,
         };
-        self.laws.push(Law::Contact { tangents, stiffness });
+        self.laws.push(Law::Contact { tangents, stiffness, geoms: touch.face.geoms });
     }
 
     /// Adds the line of a row.
@@ -114,7 +117,8 @@ impl Settler {
         self.laws.push(Law::Row { least });
     }
 
-    /// Stops at once what presses, and keeps the rest as it is; `false` if that is not the answer: something would pull, slip or be entered.
+    /// Stops at once what presses, and keeps the rest as it is; `false` if that is not the answer: a face would pull or slip, or
+    /// something would be entered.
     pub(super) fn hold(&mut self) -> bool {
         self.motion.clear();
         self.motion.resize(self.n, 0.0);
@@ -138,20 +142,25 @@ impl Settler {
             self.set(line, self.lines[line].start + change);
         }
         let slowest = -ENTERED * self.motion.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-        let mut holds = true;
+        let (mut holds, mut faces) = (true, HashMap::new());
         self.each_law(|law, lines, i| {
             let opens =
                 || dot(&self.matrix[i * self.n..][..self.n], &self.motion) + lines[i].offset >= slowest;
-            holds &= match *law {
-                Law::Contact { tangents: 2, .. } if lines[i].start > 0.0 => {
-                    lines[i + 1].impulse.hypot(lines[i + 2].impulse) <= lines[i].impulse
+            match *law {
+                Law::Contact { tangents, geoms, .. } if lines[i].start > 0.0 => {
+                    // Which corner of a face bears is for the velocity pass to say.
+                    let [press, rub] = faces.entry(geoms).or_insert([0.0; 2]);
+                    *press += lines[i].impulse;
+                    if tangents == 2 {
+                        *rub += lines[i + 1].impulse.hypot(lines[i + 2].impulse);
+                    }
                 }
-                Law::Contact { .. } if lines[i].start > 0.0 => lines[i].impulse >= 0.0,
-                Law::Row { least } if least < 0.0 => true,
-                Law::Row { .. } if lines[i].offset < 0.0 => lines[i].impulse >= 0.0,
-                Law::Contact { .. } | Law::Row { .. } => opens(),
-            };
+                Law::Row { least } if least < 0.0 => {}
+                Law::Row { .. } if lines[i].offset < 0.0 => holds &= lines[i].impulse >= 0.0,
+                Law::Contact { .. } | Law::Row { .. } => holds &= opens(),
+            }
         });
+        holds &= faces.values().all(|&[press, rub]| rub <= press);
         if !holds {
             self.lines.iter_mut().for_each(|line| line.impulse = line.start);
         }
@@ -225,7 +234,7 @@ impl Settler {
         let (mut i, mut change) = (0, 0.0);
         for law in 0..self.laws.len() {
             match self.laws[law] {
-                Law::Contact { tangents, stiffness } => {
+                Law::Contact { tangents, stiffness, .. } => {
                     let normal = self.wanted(i, self.lines[i].stiffness).max(0.0);
                     // What is open stays so.
                     if normal > 0.0 || self.lines[i].impulse > 0.0 {
