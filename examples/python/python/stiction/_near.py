@@ -136,8 +136,8 @@ class Near:
         kept = (kind < _LIMITS[0]) | limits & ((gap <= 0) | (gap + h * fastest < 0))
         rows, forces = self._names(end)[:, :2], end.efc_force
         moves = np.einsum("jn,nj->j", J, np.linalg.solve(mass, J.T))
-        for i in np.flatnonzero((kind == _EQUALITY) & (forces == 0)):  # what has no lever takes no part
-            kept[i] = moves[i] > _NO_LEVER * moves[(rows == rows[i]).all(axis=1)].max()
+        for idle in np.flatnonzero((kind == _EQUALITY) & (forces == 0)):  # what has no lever takes no part
+            kept[idle] = moves[idle] > _NO_LEVER * moves[(rows == rows[idle]).all(axis=1)].max()
         self.names, self.is_limit, self.row_gap = self._names(end)[kept], limits[kept], gap[kept]
         most = np.where(kind == _EQUALITY, np.inf, h * end.efc_frictionloss)[kept]
         bounds = np.where(self.is_limit, 0.0, -most), np.where(self.is_limit, np.inf, most)

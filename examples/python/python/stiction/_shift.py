@@ -12,9 +12,9 @@ from ._types import Array
 if TYPE_CHECKING:
     from ._near import Near
 
-# As the compiled side has them: the share of an overlap that is taken back; compliance of contacts, of those that press, and of rows,
-# over what moves them, and the least of that, over what moves their bodies when they are free; the fastest recovery, over the model's
-# own speed; what has no lever; what is open of rows, and overlaps, that are left, over the model's length.
+# As the compiled side has them: the share of an overlap that is taken back; compliance of contacts, of those that press, and of
+# rows, over what moves them, and the least of that, over what moves their bodies when they are free; the fastest recovery, over the
+# model's own speed; what has no lever; what is open of rows, and overlaps, that are left, over the model's length.
 _SHARE, _CONTACT, _PRESSED, _ROW, _LEAST, _RECOVERY, _NO_LEVER, _LEFT = 0.8, 1e-4, 1e-5, 0.02, 1e-2, 0.2, 1e-6, 1e-9
 _SLOP = 1e-7
 # It is solved to little accuracy, and differs from what the step has moved by as much as this, over the largest.
@@ -46,12 +46,15 @@ class Shift:
         self.slope = np.where(is_old, np.where(is_fast | is_left, 0.0, _SHARE), 1.0) / self.h
         row_open = terms.row_gap[self.rows] + self.h * terms.J[self.rows] @ self.v
         self.row_slope = np.where(near.is_limit[self.rows] & (row_open < 0), _SHARE, 1.0) / self.h
-        self.start = self._start(near, terms, motion, contacts)
+        self.start, holds = self._start(near, terms, motion, contacts)
         is_pressed = self.start[:, 0] > 0
         soft = np.where(is_pressed, _PRESSED, _CONTACT) * np.maximum(response, _LEAST * near.mobility)
-        self.soft, self.slips = soft, is_pressed[:, None] & (np.arange(terms.w.shape[1]) % 3 > 0) & (np.arange(terms.w.shape[1]) < 3)
+        self.soft, self.slips = (
+            soft,
+            (is_pressed & holds)[:, None] & (np.arange(terms.w.shape[1]) % 3 > 0) & (np.arange(terms.w.shape[1]) < 3),
+        )
         own = Bounds(
-            friction=bounds.friction * (np.arange(bounds.friction.shape[1]) < 2),
+            friction=bounds.friction * (np.arange(bounds.friction.shape[1]) < 2) * (holds | ~is_pressed)[:, None],
             dim=np.minimum(bounds.dim, 3),
             compliance=np.stack([soft, soft], axis=1),
             lower=bounds.lower[self.rows],
@@ -62,14 +65,14 @@ class Shift:
         self.motion = self.law.solved()
         self.size = len(self.equations(terms))
 
-    def _start(self, near: Near, terms: Terms, motion: Motion, contacts: Array) -> Array:
-        """Impulses that press: those of islands in which a contact sticks; the motion changes these, others begin from nothing."""
+    def _start(self, near: Near, terms: Terms, motion: Motion, contacts: Array) -> tuple[Array, Array]:
+        """Impulses that press, in islands in which a contact sticks; the motion changes these, others begin from nothing. And what sticks."""
         start, slip = np.zeros_like(terms.w), np.linalg.norm((terms.H @ motion.v + terms.w)[:, 1:3], axis=1)
         holds = (motion.r[:, 0] > 0) & (slip < _STICKS * near.size / near.h)
         for _, own, _ in islands(terms._replace(J=terms.J[self.rows]), contacts):
             if holds[own].any():
-                start[own, :3] = motion.r[own, :3]
-        return start
+                start[own, 0] = motion.r[own, 0]
+        return start, holds
 
     def hold(self, near: Near) -> None:
         """Hold it if it is not what the step has moved by."""
