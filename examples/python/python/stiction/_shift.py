@@ -49,10 +49,7 @@ class Shift:
         self.start, holds = self._start(near, terms, motion, contacts)
         is_pressed = self.start[:, 0] > 0
         soft = np.where(is_pressed, _PRESSED, _CONTACT) * np.maximum(response, _LEAST * near.mobility)
-        self.soft, self.slips = (
-            soft,
-            (is_pressed & holds)[:, None] & (np.arange(terms.w.shape[1]) % 3 > 0) & (np.arange(terms.w.shape[1]) < 3),
-        )
+        self.soft, self.slips = soft, (is_pressed & holds)[:, None] & np.isin(np.arange(terms.w.shape[1]), (1, 2))
         own = Bounds(
             friction=bounds.friction * (np.arange(bounds.friction.shape[1]) < 2) * (holds | ~is_pressed)[:, None],
             dim=np.minimum(bounds.dim, 3),
@@ -66,7 +63,7 @@ class Shift:
         self.size = len(self.equations(terms))
 
     def _start(self, near: Near, terms: Terms, motion: Motion, contacts: Array) -> tuple[Array, Array]:
-        """Impulses that press, in islands in which a contact sticks; the motion changes these, others begin from nothing. And what sticks."""
+        """Impulses that press, in islands in which a contact sticks, for the motion to change; and which contacts stick."""
         start, slip = np.zeros_like(terms.w), np.linalg.norm((terms.H @ motion.v + terms.w)[:, 1:3], axis=1)
         holds = (motion.r[:, 0] > 0) & (slip < _STICKS * near.size / near.h)
         for _, own, _ in islands(terms._replace(J=terms.J[self.rows]), contacts):
