@@ -25,6 +25,7 @@ mod resume;
 mod rows;
 mod squeezes;
 mod surfaces;
+mod tray;
 mod units;
 mod warm_start;
 mod wheels;
