@@ -105,8 +105,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if !self.is_doubtful(r) || !self.scene.is_conceivably_infeasible() {
             return false;
         }
-        let Energies { violated, asked, free, .. } = self.energies(r, u);
-        asked > free * T::literal(LEAST_SHARE) && violated > asked * T::literal(LARGEST_SHARE)
+        let Energies { violated, asked, free, pushed, .. } = self.energies(r, u);
+        let largest = at_least(asked * T::literal(LARGEST_SHARE), rounding(rounding(pushed)));
+        asked > free * T::literal(LEAST_SHARE) && violated > largest
     }
 
     /// The energies of impulses, with their velocities `u`.
