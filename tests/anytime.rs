@@ -203,15 +203,14 @@ fn worse<T: Real>(cases: &[Case], tolerance: f64) -> Result<[usize; 3], Error> {
     Ok(worse)
 }
 
-/// The error of what has no answer may rise, in seven of a thousand scenes: it does in three of 463 in each precision. Two are piles, whose best impulses look
-/// usable and give energy, so that zero impulses are shown. The others jam. In `f32` the impulses of one grow from 170 to 650,000, of an infinite
-/// error; in `f64` the other reaches one more limit, which makes it another scene.
+/// The error of what has no answer may rise, in three of a thousand scenes: it does in one of 463 in each precision. Both jam. In `f32` the
+/// impulses of one grow from 170 to 650,000, of an infinite error; in `f64` the other reaches one more limit, which makes it another scene.
 #[test]
 fn more_budget_makes_nothing_worse() -> Result<(), Error> {
     let cases = cases().map(|(_, cases)| cases).into_iter().flatten().collect::<Vec<_>>();
     for [solved, answered, error] in [worse::<f32>(&cases, 1e-4)?, worse::<f64>(&cases, 1e-6)?] {
         assert_eq!([solved, answered], [0, 0]);
-        assert!(1_000 * error <= 7 * cases.len(), "{error} of {}", cases.len());
+        assert!(1_000 * error <= 3 * cases.len(), "{error} of {}", cases.len());
     }
     Ok(())
 }

@@ -18,10 +18,6 @@ use nalgebra::SVector;
 mod infeasibility;
 pub(crate) mod judge;
 
-/// Impulses above this many times the expected size are doubtful. (With a tenth of it, solved impacts would be searched for a proof; with
-/// five times as much, slow walls would count as solved.)
-pub(crate) const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
-
 /// The data of one solve.
 pub(crate) struct Problem<
     'a,
@@ -309,17 +305,15 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         r: &Stacked<T, D, C, R>,
         noise: &[[T; 2]],
     ) -> T {
-        self.sets.contact_error(self.expected_size, u, r, noise, &|| self.carried())
-    }
-
-    /// The impulse that one dof asks for ([`Scene::carried_impulse`]), computed once.
-    pub(crate) fn carried(&self) -> T {
-        self.carried.get().unwrap_or_else(|| {
-            let [free] = &self.free_impulse.data.0;
-            let carried = self.scene.carried_impulse(&self.sets, free);
-            self.carried.set(Some(carried));
-            carried
-        })
+        let carried = || {
+            self.carried.get().unwrap_or_else(|| {
+                let [free] = &self.free_impulse.data.0;
+                let carried = self.scene.carried_impulse(&self.sets, free);
+                self.carried.set(Some(carried));
+                carried
+            })
+        };
+        self.sets.contact_error(self.expected_size, u, r, noise, &carried)
     }
 
     /// Are impulses more than `times` times as large as expected?

@@ -3,7 +3,7 @@
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::solution::Status;
-use crate::solver::monitor::Monitor;
+use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
 
 /// Least budget with which the solver looks for a proof of a jam. The search takes as long as hundreds of sweeps.
 pub(crate) const JAM_BUDGET: usize = 1_000;
@@ -47,14 +47,15 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn check_infeasibility(&mut self, present: &Stacked<T, D, C, R>) {
+        let is_doubtful = |r| self.problem.exceeds(r, T::literal(DOUBTFUL_IMPULSE_RATIO));
         let convincing = match self.record.status {
-            Status::Solved => !self.problem.is_doubtful(&self.record.best),
+            Status::Solved => !is_doubtful(&self.record.best),
             status => status == Status::Infeasible,
         };
         if convincing {
             return;
         }
-        let has_doubted = self.record.has_doubted || self.problem.is_doubtful(present);
+        let has_doubted = self.record.has_doubted || is_doubtful(present);
         self.look_for_proof();
         if self.record.status == Status::Infeasible {
             self.solution.status = Status::Infeasible;

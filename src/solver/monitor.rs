@@ -23,8 +23,9 @@ const CORRECTIONS: u8 = 4;
 /// the tolerance where no better one is computed.
 const EXACT_ERROR: usize = 20;
 
-/// An estimate below which a caller may use impulses of an unsolved solve.
-const USABLE: f64 = 2e-2;
+/// Impulses above this many times the expected size are doubtful. (With a tenth of it, solved impacts would be searched for a proof; with
+/// five times as much, slow walls would count as solved.)
+pub(super) const DOUBTFUL_IMPULSE_RATIO: f64 = 20.0;
 
 /// The monitor of one call that works on a solve.
 pub(crate) struct Monitor<
@@ -140,7 +141,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     }
 
     /// Keeps impulses if their estimate is the least so far. If it is within the tolerance, a [check](Self::judge) of their error is due, and
-    /// decides whether they are kept, unless they must be refused.
+    /// decides whether they are kept.
     pub(crate) fn consider(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, mut estimate: T) {
         let tolerance = self.settings.tolerance;
         if estimate <= tolerance && self.problem.has_unexpected_impulse(r) {
@@ -154,11 +155,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         if estimate > tolerance {
             self.keep(r, u, estimate);
         } else if self.record.best_estimate.is_none_or(|best| estimate < best) {
-            if self.problem.must_refuse(r) {
-                self.record.has_doubted = true;
-            } else {
-                self.record.check = Check::Error;
-            }
+            self.record.check = Check::Error;
         }
     }
 
@@ -177,9 +174,14 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.record.best_estimate = Some(estimate);
     }
 
-    /// Do doubtful impulses throw a body or let walls close?
+    /// Are these impulses doubtful, and do they throw a body or let walls close?
     fn is_absurd(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
-        self.problem.throws(r, u) || self.problem.lets_walls_close(r, u)
+        self.problem.throws(r, u, T::literal(DOUBTFUL_IMPULSE_RATIO)) || self.must_refuse(r, u)
+    }
+
+    /// Do these impulses let walls close, so that they are no solution whatever their error?
+    pub(super) fn must_refuse(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
+        self.problem.lets_walls_close(r, u, T::literal(DOUBTFUL_IMPULSE_RATIO))
     }
 
     /// Checks the error of impulses, the last that [`Self::consider`] saw. Ends the solve if they solve the scene.
@@ -196,7 +198,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             is_solved = self.evaluate(r, exactly);
         }
         let check = mem::replace(&mut self.record.check, Check::None);
-        if is_solved && self.problem.must_refuse(r) {
+        if is_solved && self.must_refuse(r, u) {
             self.record.has_doubted = true;
             self.charge(EXACT_ERROR); // or each piece might be checked in vain
         } else if is_solved {
@@ -238,9 +240,12 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     /// Ends the solve if the best impulses solve the scene although their estimate is above the tolerance: it may be that of rounding.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn judge_best(&mut self) {
-        let r = self.record.best;
-        if self.evaluate(&r, false) && self.has_numbers(&r) && !self.problem.must_refuse(&r) {
-            self.stop(Status::Solved);
+        let (r, mut u) = (self.record.best, Stacked::zero());
+        if self.evaluate(&r, false) && self.has_numbers(&r) {
+            self.problem.velocities(&r, &mut u);
+            if !self.must_refuse(&r, &u) {
+                self.stop(Status::Solved);
+            }
         }
     }
 
@@ -317,8 +322,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.problem.count_stopping();
         let (mut r, mut u) = (self.record.best, Stacked::zero());
         self.problem.velocities(&r, &mut u);
-        let looks_usable = self.record.best_estimate.is_some_and(|estimate| estimate <= T::literal(USABLE));
-        let is_absurd = self.is_absurd(&r, &u) || looks_usable && self.problem.must_refuse(&r);
+        let is_absurd = self.is_absurd(&r, &u);
         if is_absurd {
             r = Stacked::zero();
         }

@@ -16,11 +16,11 @@ use crate::cone::split;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{norm, square};
 use crate::linalg::zip::zip3;
-use crate::problem::{DOUBTFUL_IMPULSE_RATIO, Problem};
+use crate::problem::Problem;
 use crate::real::Real;
 use crate::sets::point::NewtonPoint;
 use crate::solution::{Model, Status};
-use crate::solver::monitor::Monitor;
+use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
 use crate::solver::record::{Check, Record, RestQuestion};
 use core::mem;
 use nalgebra::SVector;
@@ -223,7 +223,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let exactly = self.record.check == Check::ExactError;
         let is_solved = self.evaluate(&point.r, exactly)
             && self.solution.has_numbers()
-            && !self.problem.must_refuse(&point.r);
+            && !self.must_refuse(&point.r, &point.u);
         let check = mem::replace(&mut self.record.check, Check::None);
         if is_solved {
             self.record.best = point.r;

@@ -23,7 +23,6 @@ mod physics;
 mod promise;
 mod resume;
 mod rows;
-mod squeezes;
 mod surfaces;
 mod tray;
 mod units;

@@ -8,12 +8,13 @@
 
 use crate::cone::FrictionCone;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::zip::{zip3, zip5};
+use crate::linalg::vector::at_least;
+use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
 use crate::problem::infeasibility::search::Demand;
 use crate::problem::infeasibility::{dot, is_strong, weigh};
 use crate::real::Real;
-use crate::scene::Scaling;
+use crate::scene::{RowLaw, Scaling};
 use nalgebra::SVector;
 
 /// Most projections onto the cones.
@@ -169,6 +170,65 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mass = self.scene.reference_mass();
         x.iter_mut().for_each(|x| *x *= mass);
         energy * mass
+    }
+
+    /// Do these impulses let walls close: are they more than `most` times the expected impulses, while contacts or joint rows violate their
+    /// laws by more than a tenth of what the offsets ask for? `u` are their velocities. Offsets below a thousandth of the free velocities are noise.
+    #[inline(never)]
+    pub(crate) fn lets_walls_close(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, most: T) -> bool {
+        let scene = self.scene;
+        if !self.exceeds(r, most) || !scene.is_conceivably_infeasible() {
+            return false;
+        }
+        // Largest energies `alpha s²` of violations `s`: by the velocities, by the offsets, and of the free velocities.
+        let [mut closing, mut asked, mut free] = [T::ZERO; 3];
+        let mut take_in = |alpha: T, law: RowLaw<T>, [u, offset, q]: [T; 3]| {
+            let energy = |violation: T| alpha * violation * violation;
+            let violation = |velocity: T| match law {
+                RowLaw::Limit => at_least(-velocity, T::ZERO),
+                RowLaw::Equality => velocity,
+                RowLaw::Box { .. } => T::ZERO,
+            };
+            closing = at_least(energy(violation(u)), closing);
+            asked = at_least(energy(violation(offset)), asked);
+            free = at_least(energy(q), free);
+        };
+        for (contact, set, u) in zip3(scene.contacts(), self.sets.contacts(), &u.contacts) {
+            let normal = |x: &[T]| x.first().copied().unwrap_or(T::ZERO);
+            take_in(set.alpha, RowLaw::Limit, [u, contact.offset.as_slice(), set.q.as_slice()].map(normal));
+        }
+        for (row, set, &u) in zip3(scene.rows(), self.sets.rows(), &u.rows) {
+            take_in(set.alpha, row.law, [u, row.offset, set.q]);
+        }
+        closing * T::literal(100.0) > asked && asked * T::literal(1e6) > free
+    }
+
+    /// Do these impulses throw the bodies? Then they exceed `most` times the expected impulses, and the bodies have four times the energy
+    /// of the free motion and of the velocities that the offsets ask for. `u` are their velocities.
+    #[inline(never)]
+    pub(crate) fn throws(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, most: T) -> bool {
+        if !self.exceeds(r, most) {
+            return false;
+        }
+        let free = self.factor.energy(&self.whitened);
+        // `rᵀ (H v + H v_free)` more are those of the impulses, the energy of springs included.
+        let [mut asked, mut gained] = [T::ZERO; 2];
+        let mut take_in = |alpha: T, [r, u, q, offset]: [T; 4]| {
+            asked += alpha * offset * offset;
+            gained += r * (u - offset + (q - offset));
+        };
+        let contacts = zip3(&r.contacts, &u.contacts, self.sets.contacts());
+        for (i, (r, u, set), contact) in zip3(0..C, contacts, self.scene.contacts()) {
+            let offset = self.scene.scaled_velocity(i, contact.offset);
+            for (&r, &u, &q, &offset) in zip4(r, u, &set.q, &offset) {
+                take_in(set.alpha, [r, u, q, offset]);
+            }
+        }
+        for (&r, &u, set, row) in zip4(&r.rows, &u.rows, self.sets.rows(), self.scene.rows()) {
+            take_in(set.alpha, [r, u, set.q, row.offset]);
+        }
+        let energy = free + gained;
+        energy > (free + asked) * T::literal(4.0) || !energy.is_finite()
     }
 }
 

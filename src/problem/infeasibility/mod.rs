@@ -19,7 +19,6 @@ use crate::real::Real;
 use crate::scene::{RowLaw, Scene};
 use search::{Demand, Search};
 
-mod absurd;
 mod jam;
 mod search;
 
