@@ -10,6 +10,7 @@ use super::islands::Island;
 use super::locks::Locks;
 use super::pack::Pack;
 use super::settle::Settler;
+use super::touch::Touch;
 use super::velocity::Scene;
 use stiction::{Model as Law, Settings};
 use stiction_kernels::problem::Answer;
@@ -20,6 +21,8 @@ const TOLERANCE: f64 = 1e-4;
 const PRESSED: f64 = 1e-8;
 const BUDGET: usize = 1_000;
 const USABLE: f64 = 100.0;
+/// Overlaps by more than this share of the model's length may be jams.
+const DEEP: f64 = 1e-3;
 /// How often what does not give way is left out.
 const ATTEMPTS: usize = 3;
 /// More contacts and rows than so many are swept first.
@@ -51,11 +54,15 @@ impl PositionPass {
         correction: &mut [f64],
     ) -> bool {
         let is_driven = scene.touches(island).any(|touch| touch.is_driven) || scene.is_moved(island);
-        let mut is_pressed = moving.holds_in(island);
         for _ in 0..ATTEMPTS {
             if !is_needed(scene, island, moving, &self.locks) {
                 return false;
             }
+            // What presses in a jam is no measure of friction.
+            let is_deep = |(number, touch): (usize, &Touch)| {
+                touch.gap < -DEEP * moving.scale.length && !self.locks.holds_touch(scene, island, number)
+            };
+            let mut is_pressed = moving.holds_in(island) && !scene.touches(island).enumerate().any(is_deep);
             let mut is_found;
             loop {
                 self.asked.list(scene, island, moving, &self.locks, is_pressed);
