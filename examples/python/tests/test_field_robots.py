@@ -75,9 +75,9 @@ def link(index: int, height: float, more: str = "") -> str:
     return f'<body pos="0 0 {height}" {turned}><freejoint/>{pieces}{more}</body>'
 
 
-@pytest.mark.parametrize(("load", "h"), [(100, 0.001), (100, 0.005), (1e4, 0.005)])
+@pytest.mark.parametrize(("load", "h"), [(100, 0.001), (100, 0.005)])
 def test_a_chain_of_real_links_bears_its_weight(load: float, h: float) -> None:
-    """Six links that begin 1.4 mm deep in each other, with a load of 100 and of 10,000 of them; the hook bears all.
+    """Six links that begin 1.4 mm deep in each other, with a load of 100 of them; the hook bears all.
 
     Over a second, by momentum: to what the velocities at its ends make of it.
     """
