@@ -6,6 +6,7 @@
 
 use super::asked::{Asked, Moving, is_needed};
 use super::engines::{Engines, Pass};
+use super::facts::has_lever;
 use super::islands::Island;
 use super::locks::Locks;
 use super::pack::Pack;
@@ -60,7 +61,9 @@ impl PositionPass {
             }
             // What presses in a jam is no measure of friction.
             let is_deep = |(number, touch): (usize, &Touch)| {
-                touch.gap < -DEEP * moving.scale.length && !self.locks.holds_touch(scene, island, number)
+                touch.gap < -DEEP * moving.scale.length
+                    && has_lever(touch.response, touch.mobility)
+                    && !self.locks.holds_touch(scene, island, number)
             };
             let mut is_pressed = moving.holds_in(island) && !scene.touches(island).enumerate().any(is_deep);
             let mut is_found;
