@@ -141,11 +141,6 @@ pub fn most_contacts(dim: usize) -> usize {
     of_dim::<f64>(dim).map(|size| size.contacts).max().unwrap_or(0)
 }
 
-/// Has a kernel of `f64` room for a scene?
-pub fn has_size(needs: &Needs) -> bool {
-    DOUBLE.iter().any(|(size, _)| size.holds(needs))
-}
-
 /// Has a kernel of `f64` of so many rows a contact room for so many velocities?
 pub fn has_room(velocities: usize, dim: usize) -> bool {
     of_dim::<f64>(dim).any(|size| size.n >= velocities)

@@ -177,13 +177,27 @@ def test_256_poses_are_looked_at(speed: float, blind: int) -> None:
     assert s.stepper.blind == 3 * blind
 
 
+def met(speed: float, start: float) -> Scene:
+    """Two balls of 5 mm, each so far from the middle, that have flown at each other for as long as it takes them to meet."""
+    ball = '<body pos="{} 0 0"><freejoint/><geom size=".005" mass=".01"/></body>'
+    s = scene(ball.format(-start) + ball.format(start), option='gravity="0 0 0"')
+    s.data.qvel[[0, 6]] = speed, -speed
+    s.step(round(0.7 / speed / s.h) + 3)
+    return s
+
+
 @pytest.mark.parametrize("speed", [5, 20])
 def test_balls_that_meet_in_flight_meet(speed: float) -> None:
-    """Two of 5 mm against each other, 8 cm a step at most: the law takes all of their speed, and they touch."""
-    ball = '<body pos="{} 0 0"><freejoint/><geom size=".005" mass=".01"/></body>'
+    """8 cm a step at most: the law takes all of their speed, and they touch."""
     for start in np.linspace(0.4, 0.65, 10):
-        s = scene(ball.format(-start) + ball.format(start), option='gravity="0 0 0"')
-        s.data.qvel[[0, 6]] = speed, -speed
-        s.step(round(0.7 / speed / s.h) + 3)
+        s = met(speed, start)
         assert np.abs(s.data.qvel).max() < 1e-6 and s.data.qpos[7] - s.data.qpos[0] == pytest.approx(0.01, abs=1e-6)
         assert abs(s.data.qpos[7] + s.data.qpos[0]) < 1e-6 and s.is_clean() and s.stepper.blind == 0
+
+
+@pytest.mark.parametrize("speed", [50, 100, 200])
+def test_balls_that_meet_at_any_speed_do_not_pass(speed: float) -> None:
+    """Two against each other move twice as far between poses as each by itself."""
+    for start in np.linspace(0.4, 0.65, 40):
+        s = met(speed, start)
+        assert s.data.qpos[0] < s.data.qpos[7] or s.stepper.blind

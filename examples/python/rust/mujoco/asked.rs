@@ -30,7 +30,7 @@ const LITTLE: f64 = 0.1;
 /// What is asked of an island.
 #[derive(Default)]
 pub(super) struct Asked {
-    pub(super) touches: Vec<Demand>,
+    pub(super) touches: Vec<(Demand, Grip)>,
     pub(super) rows: Vec<Demand>,
     /// Do contacts keep the impulses of the velocity pass, and change these?
     pub(super) is_pressed: bool,
@@ -38,16 +38,24 @@ pub(super) struct Asked {
 
 /// What is asked of a contact or a row.
 pub(super) struct Demand {
-    /// Its place among those of the scene, and its number among those of the island.
+    /// Its place among those of the scene.
     pub(super) place: usize,
-    number: usize,
-    /// The velocity that is left to it.
+    /// The velocity that is left to it; of a contact along its normal.
     pub(super) offset: f64,
     pub(super) compliance: f64,
-    /// The velocity along tangents of a contact, whether it has friction in this pass, and the normal impulse that it starts from.
+}
+
+/// What else is asked of a contact.
+#[derive(Clone, Copy)]
+pub(super) struct Grip {
+    /// The velocities along its tangents.
     pub(super) slip: [f64; 2],
+    /// Has it friction in this pass?
     pub(super) rubs: bool,
+    /// The normal impulse that it starts from.
     pub(super) start: f64,
+    /// Its number among those of the island.
+    number: usize,
 }
 
 /// The model's own length (m) and speed (m/s).
@@ -98,23 +106,22 @@ impl Asked {
     ) -> bool {
         let (left, before) = (LEFT * moving.scale.length / scene.h, locks.0.len());
         // How much is asked, and done.
-        let of_touch = |demand: &Demand| {
-            let wrong = |speed: f64| (-speed).max(0.0);
-            let after = demand.offset + dot(scene.touches[demand.place].normal_row(), correction);
-            [wrong(demand.offset), wrong(demand.offset) - wrong(after)]
+        let of = |offset: f64, row: &[f64], is_equality: bool| {
+            let wrong = |speed: f64| if is_equality { speed.abs() } else { (-speed).max(0.0) };
+            [wrong(offset), wrong(offset) - wrong(offset + dot(row, correction))]
         };
+        let of_touch = |demand: &Demand| of(demand.offset, scene.touches[demand.place].normal_row(), false);
         let of_row = |demand: &Demand| {
             let row = &scene.rows[demand.place];
-            let wrong = |speed: f64| if row.kind == Kind::Equality { speed.abs() } else { (-speed).max(0.0) };
-            let after = demand.offset + dot(&row.jacobian, correction);
-            [wrong(demand.offset), wrong(demand.offset) - wrong(after)]
+            of(demand.offset, &row.jacobian, row.kind == Kind::Equality)
         };
-        let all = self.touches.iter().map(of_touch).chain(self.rows.iter().map(of_row));
+        let of_touches = self.touches.iter().map(|(demand, _)| of_touch(demand));
+        let all = of_touches.chain(self.rows.iter().map(of_row));
         // What is asked little beside others may have to wait for these.
         let least = left.max(LITTLE * all.fold(0.0, |most, [asked, _]| f64::max(most, asked)));
         let refuses = |[asked, done]: [f64; 2]| asked > least && done < LITTLE * asked;
-        for demand in self.touches.iter().filter(|demand| refuses(of_touch(demand))) {
-            locks.add(Name::of_touch(scene, island, demand.number));
+        for (_, grip) in self.touches.iter().filter(|(demand, _)| refuses(of_touch(demand))) {
+            locks.add(Name::of_touch(scene, island, grip.number));
         }
         let equality = |demand: &Demand| scene.rows[demand.place].equality();
         for rows in
@@ -163,30 +170,20 @@ impl Asked {
                     open = 0.0;
                 }
             }
-            let (mut slip, mut rubs, mut start) = ([0.0; 2], true, 0.0);
-            if self.is_pressed {
+            let mut grip = Grip { slip: [0.0; 2], rubs: true, start: 0.0, number };
+            if is_pressed {
                 let tangents = touch.rows.chunks_exact(touch.rows.len() / touch.dim).skip(1);
-                for (i, (slip, row)) in slip.iter_mut().zip(tangents).enumerate() {
+                for (i, (slip, row)) in grip.slip.iter_mut().zip(tangents).enumerate() {
                     *slip = dot(row, &motion.velocity) + touch.outside[1 + i] + touch.surface[i];
                     *slip += moving.creeps[place].along[i] / h;
                 }
-                (rubs, start) = (holds(motion, place), motion.impulses[place][0]);
+                (grip.rubs, grip.start) = (holds(motion, place), motion.impulses[place][0]);
             }
-            self.touches.push(Demand {
-                place,
-                number,
-                offset: open / h,
-                compliance: soft(
-                    if self.is_pressed { PRESSED } else { CONTACT },
-                    touch.response,
-                    touch.mobility,
-                ),
-                slip,
-                rubs,
-                start,
-            });
+            let factor = if is_pressed { PRESSED } else { CONTACT };
+            let compliance = soft(factor, touch.response, touch.mobility);
+            self.touches.push((Demand { place, offset: open / h, compliance }, grip));
         }
-        for (number, (&place, row)) in island.rows.iter().zip(scene.rows(island)).enumerate() {
+        for (&place, row) in island.rows.iter().zip(scene.rows(island)) {
             if !moving.asks(row) {
                 continue;
             }
@@ -203,15 +200,8 @@ impl Asked {
             if locks.holds_row(row.key) && (row.kind == Kind::Equality || open < 0.0) {
                 open = 0.0;
             }
-            self.rows.push(Demand {
-                place,
-                number,
-                offset: open / h,
-                compliance: soft(ROW, row.response, row.mobility),
-                slip: [0.0; 2],
-                rubs: false,
-                start: 0.0,
-            });
+            let compliance = soft(ROW, row.response, row.mobility);
+            self.rows.push(Demand { place, offset: open / h, compliance });
         }
         self.slow_down(scene, moving);
     }

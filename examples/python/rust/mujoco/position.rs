@@ -65,17 +65,14 @@ impl PositionPass {
                     && has_lever(touch.response, touch.mobility)
                     && !self.locks.holds_touch(scene, island, number)
             };
-            let mut is_pressed = moving.holds_in(island) && !scene.touches(island).enumerate().any(is_deep);
-            let mut is_found;
-            loop {
+            let may_press = moving.holds_in(island) && !scene.touches(island).enumerate().any(is_deep);
+            let mut find = |is_pressed: bool| {
                 self.asked.list(scene, island, moving, &self.locks, is_pressed);
-                is_found = self.sweep(scene, island, correction)
-                    || self.solve_exactly(scene, island, engines, is_first, correction);
-                if is_found || !is_pressed {
-                    break;
-                }
-                is_pressed = false;
-            }
+                self.sweep(scene, island, correction)
+                    || self.solve_exactly(scene, island, engines, is_first, correction)
+            };
+            let is_pressed = may_press && find(true);
+            let is_found = is_pressed || find(false);
             let locks = &mut self.locks;
             let is_refused = !is_driven && self.asked.lock(scene, island, moving, correction, locks);
             if is_found && !is_refused {
@@ -97,15 +94,11 @@ impl PositionPass {
         }
         let (settler, coordinates) = (&mut self.settler, (scene.inertia, &island.dofs[..]));
         settler.begin(island.dofs.len());
-        for demand in touches {
-            let touch = &scene.touches[demand.place];
-            let [one, other] = demand.slip;
-            let offset = [demand.offset, one, other];
-            settler.contact(coordinates, touch, (offset, demand.compliance), demand.rubs, demand.start);
+        for (demand, grip) in touches {
+            settler.contact(coordinates, &scene.touches[demand.place], demand, grip);
         }
         for demand in rows {
-            let row = &scene.rows[demand.place];
-            settler.row(coordinates, row, (demand.offset, demand.compliance));
+            settler.row(coordinates, &scene.rows[demand.place], demand);
         }
         let is_found = *is_pressed && settler.hold() || settler.sweep(tolerance(*is_pressed));
         if is_found {
@@ -126,24 +119,24 @@ impl PositionPass {
         let Asked { touches, rows, is_pressed, .. } = &self.asked;
         let start = is_pressed.then(|| {
             let mut start = vec![0.0; correction.len()];
-            for demand in touches.iter().filter(|demand| demand.start != 0.0) {
+            for (demand, grip) in touches.iter().filter(|(_, grip)| grip.start != 0.0) {
                 let row = scene.touches[demand.place].normal_row();
-                start.iter_mut().zip(row).for_each(|(sum, entry)| *sum -= demand.start * entry);
+                start.iter_mut().zip(row).for_each(|(sum, entry)| *sum -= grip.start * entry);
             }
             start
         });
         self.pack.begin(scene.inertia, &island.dofs, 3, start.as_deref());
-        for demand in touches {
-            let [one, other] = demand.slip;
-            let normal = demand.offset - demand.compliance * demand.start;
+        for (demand, grip) in touches {
+            let [one, other] = grip.slip;
+            let normal = demand.offset - demand.compliance * grip.start;
             let offset = [normal, one, other, 0.0, 0.0, 0.0];
-            self.pack.contact(&scene.touches[demand.place], offset, demand.rubs);
+            self.pack.contact(&scene.touches[demand.place], offset, grip.rubs);
         }
         for demand in rows {
             self.pack.row(&scene.rows[demand.place]);
         }
         self.pack.ask(
-            touches.iter().map(|demand| [demand.compliance; 2]),
+            touches.iter().map(|(demand, _)| [demand.compliance; 2]),
             rows.iter().map(|demand| [demand.offset, demand.compliance]),
         );
         self.pack.reduce(scene.inertia);

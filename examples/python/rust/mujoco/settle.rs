@@ -1,5 +1,6 @@
 //! Sweeps of the position pass, in coordinates in which all masses are one: a line costs as much as there are velocities.
 
+use super::asked::{Demand, Grip};
 use super::inertia::Inertia;
 use super::rows::{Kind, Row};
 use super::touch::{Touch, dot};
@@ -83,19 +84,18 @@ impl Settler {
         &mut self,
         place: (&Inertia, &[usize]),
         touch: &Touch,
-        (offset, compliance): ([f64; 3], f64),
-        rubs: bool,
-        start: f64,
+        demand: &Demand,
+        grip: &Grip,
     ) {
         let nv = touch.rows.len() / touch.dim;
         let mut rows = touch.rows.chunks_exact(nv);
         if let Some(row) = rows.next() {
-            self.line(place, row, (1.0, offset[0], compliance, start));
+            self.line(place, row, (1.0, demand.offset, demand.compliance, grip.start));
         }
         let first = self.lines.len();
-        if rubs && touch.dim > 1 && touch.mu() > 0.0 {
-            for (i, (row, &mu)) in rows.zip(&touch.friction[..2]).enumerate() {
-                self.line(place, row, (mu, mu * offset[1 + i], compliance, 0.0));
+        if grip.rubs && touch.dim > 1 && touch.mu() > 0.0 {
+            for ((row, &mu), slip) in rows.zip(&touch.friction[..2]).zip(grip.slip) {
+                self.line(place, row, (mu, mu * slip, demand.compliance, 0.0));
             }
         }
         let tangents = self.lines.len() - first;
@@ -111,8 +111,8 @@ impl Settler {
     }
 
     /// Adds the line of a row.
-    pub(super) fn row(&mut self, place: (&Inertia, &[usize]), row: &Row, (offset, compliance): (f64, f64)) {
-        self.line(place, &row.jacobian, (1.0, offset, compliance, 0.0));
+    pub(super) fn row(&mut self, place: (&Inertia, &[usize]), row: &Row, demand: &Demand) {
+        self.line(place, &row.jacobian, (1.0, demand.offset, demand.compliance, 0.0));
         let least = if row.kind == Kind::Equality { -f64::INFINITY } else { 0.0 };
         self.laws.push(Law::Row { least });
     }

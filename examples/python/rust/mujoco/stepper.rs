@@ -56,6 +56,8 @@ struct Found {
     limits: HashSet<u32>,
     /// Where the last trial led.
     last: Vec<f64>,
+    /// Did something move farther than contacts are looked for?
+    is_blind: bool,
 }
 
 /// A step as it would be.
@@ -82,7 +84,6 @@ pub(super) struct Stepper {
     taken: HashSet<usize>,
     /// The contacts of the last step.
     pub(super) live: Vec<Live>,
-    is_blind: bool,
     /// What each contact of MuJoCo's list does; -1 of one that took no part.
     pub(super) modes: Vec<i8>,
 }
@@ -100,7 +101,6 @@ impl Stepper {
             position_pass: PositionPass::default(),
             taken: HashSet::new(),
             live: Vec::new(),
-            is_blind: false,
             modes: Vec::new(),
             model,
         }
@@ -229,7 +229,6 @@ impl Stepper {
         let h = self.model.step();
         let rates = rows::equality_rates(&self.model, data, &mut self.scratch, &self.follower.now);
         let (mut found, mut round) = (Found::default(), 0);
-        self.is_blind = false;
         let trial = loop {
             let trial = self.attempt(data, &rates, &mut found, settings, round == 0);
             round += 1;
@@ -239,21 +238,17 @@ impl Stepper {
         };
         let Trial { touches, rows, motion, creeps, correction, ends, is_crowded } = trial;
         self.write(data, &touches, &rows, &motion);
-        let lives = touches
-            .iter()
-            .enumerate()
-            .map(|(place, touch)| Live::of(touch, data, creeps.left(data, touch, &motion, place)));
-        let lives: Vec<_> = lives.collect();
+        let left = |(place, touch)| Live::of(touch, data, creeps.left(data, touch, &motion, place));
+        self.live.clear();
+        self.live.extend(touches.iter().enumerate().map(left));
         data.sensor_acc(&self.model);
         data.check_acceleration(&self.model);
         data.euler(&self.model);
         if correction.iter().any(|&z| z != 0.0) {
             self.model.integrate(data.qpos_mut(), &correction, h);
         }
-        self.live.clear();
-        self.live.extend(lives);
         self.follower.keep(data);
-        Ok(Report { ends, is_crowded, is_blind: self.is_blind })
+        Ok(Report { ends, is_crowded, is_blind: found.is_blind })
     }
 
     /// Solves the step with what has been found.
@@ -332,7 +327,7 @@ impl Stepper {
         let step = end::Step { data, velocity: &total, touches, taken: &self.taken, takes_anew };
         let is_posed = creeps.is_posed && correction.iter().all(|&z| z == 0.0);
         let (seen, is_blind) = lookout.look(&step, &mut self.scratch, is_posed);
-        self.is_blind |= is_blind;
+        found.is_blind |= is_blind;
         let finds_more = !seen.is_empty();
         found.last = total;
         let mut has_more = false;

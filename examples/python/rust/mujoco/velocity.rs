@@ -219,7 +219,7 @@ impl VelocityPass {
         let in_four = Needs { n, dim: 4, contacts, rows, surfaces: true };
         let dim = match most.unwrap_or(0) {
             ..=3 => 3,
-            4 if sizes::has_size(&in_four) => 4,
+            4 if sizes::index::<f64>(&in_four).is_ok() => 4,
             _ => 6,
         };
         self.pack.begin(scene.inertia, &island.dofs, dim, Some(&scene.inertia.impulse));
