@@ -166,18 +166,18 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         for (j, holds) in holding.rows.iter_mut().enumerate() {
             *holds &= delassus.row_inverse_mass(j) > T::ZERO;
         }
+        // Of the matrix the lower triangle is read: rows of contacts come before joint rows.
         let (mut matrix, mut rows) = ([[T::ZERO; N]; N], 0);
-        for index in (0..).zip(holding.iter()).filter_map(|(index, &holds)| holds.then_some(index)) {
-            let (mut x, mut u) = (Stacked::zero(), Stacked::zero());
-            if let Some(entry) = x.iter_mut().nth(index) {
-                *entry = T::ONE;
-            }
-            delassus.times(&x, &mut u, self.sets.counts());
-            let Some(row) = matrix.get_mut(rows) else { return false };
-            let entries = u.iter().zip(holding.iter()).filter_map(|(&u, &holds)| holds.then_some(u));
-            for (entry, u) in row.iter_mut().zip(entries) {
-                *entry = u;
-            }
+        let mut targets = matrix.iter_mut();
+        let contacts = delassus.contacts.as_flattened().iter().zip(holding.contacts.as_flattened());
+        for (source, _) in contacts.filter(|&(_, &holds)| holds) {
+            let Some(target) = targets.next() else { return false };
+            gather(source.as_flattened().iter().zip(holding.contacts.as_flattened()), target);
+            rows += 1;
+        }
+        for (source, _) in delassus.rows.iter().zip(&holding.rows).filter(|&(_, &holds)| holds) {
+            let Some(target) = targets.next() else { return false };
+            gather(source.iter().zip(holding.iter()), target);
             rows += 1;
         }
         let mut factor = matrix;
@@ -335,6 +335,12 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
     pub(crate) fn can_be_swept(&self) -> bool {
         self.model == Model::Coulomb || D <= 3
     }
+}
+
+/// Fills a row with the entries that are held.
+fn gather<'a, T: Real>(entries: impl Iterator<Item = (&'a T, &'a bool)>, row: &mut [T]) {
+    let held = entries.filter_map(|(&entry, &holds)| holds.then_some(entry));
+    row.iter_mut().zip(held).for_each(|(target, entry)| *target = entry);
 }
 
 #[cfg(test)]

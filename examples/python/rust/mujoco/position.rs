@@ -86,12 +86,9 @@ impl PositionPass {
         false
     }
 
-    /// Sweeps over what is asked, if it is much; `false` if that finds nothing.
+    /// Holds what is asked, or sweeps over it if it is much; `false` if that finds nothing.
     fn sweep(&mut self, scene: &Scene<'_>, island: &Island, correction: &mut [f64]) -> bool {
         let Asked { touches, rows, is_pressed, .. } = &self.asked;
-        if touches.len() + rows.len() <= FEW && !is_pressed {
-            return false;
-        }
         let (settler, coordinates) = (&mut self.settler, (scene.inertia, &island.dofs[..]));
         settler.begin(island.dofs.len());
         for (demand, grip) in touches {
@@ -100,7 +97,8 @@ impl PositionPass {
         for demand in rows {
             settler.row(coordinates, &scene.rows[demand.place], demand);
         }
-        let is_found = *is_pressed && settler.hold() || settler.sweep(tolerance(*is_pressed));
+        let is_much = touches.len() + rows.len() > FEW || *is_pressed;
+        let is_found = settler.hold() || is_much && settler.sweep(tolerance(*is_pressed));
         if is_found {
             settler.write(coordinates, correction);
         }

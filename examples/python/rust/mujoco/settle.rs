@@ -117,14 +117,16 @@ impl Settler {
         self.laws.push(Law::Row { least });
     }
 
-    /// Stops at once what presses, and keeps the rest as it is; `false` if that is not the answer: a face would pull or slip, or
-    /// something would be entered.
+    /// Stops at once what presses or closes, and keeps the rest as it is; `false` if that is not the answer: something would pull, slip or
+    /// be entered.
     pub(super) fn hold(&mut self) -> bool {
         self.motion.clear();
         self.motion.resize(self.n, 0.0);
         let mut held = Vec::new();
         self.each_law(|law, lines, i| match *law {
-            Law::Contact { tangents, .. } if lines[i].start > 0.0 => held.extend(i..=i + tangents),
+            Law::Contact { tangents, .. } if lines[i].start > 0.0 || lines[i].offset < 0.0 => {
+                held.extend(i..=i + tangents);
+            }
             Law::Row { least } if least < 0.0 || lines[i].offset < 0.0 => held.push(i),
             _ => {}
         });
@@ -146,14 +148,18 @@ impl Settler {
         self.each_law(|law, lines, i| {
             let opens =
                 || dot(&self.matrix[i * self.n..][..self.n], &self.motion) + lines[i].offset >= slowest;
+            let rub = |tangents| {
+                if tangents == 2 { lines[i + 1].impulse.hypot(lines[i + 2].impulse) } else { 0.0 }
+            };
             match *law {
                 Law::Contact { tangents, geoms, .. } if lines[i].start > 0.0 => {
                     // Which corner of a face bears is for the velocity pass to say.
-                    let [press, rub] = faces.entry(geoms).or_insert([0.0; 2]);
+                    let [press, rubs] = faces.entry(geoms).or_insert([0.0; 2]);
                     *press += lines[i].impulse;
-                    if tangents == 2 {
-                        *rub += lines[i + 1].impulse.hypot(lines[i + 2].impulse);
-                    }
+                    *rubs += rub(tangents);
+                }
+                Law::Contact { tangents, .. } if lines[i].offset < 0.0 => {
+                    holds &= rub(tangents) <= lines[i].impulse
                 }
                 Law::Row { least } if least < 0.0 => {}
                 Law::Row { .. } if lines[i].offset < 0.0 => holds &= lines[i].impulse >= 0.0,
