@@ -179,8 +179,18 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.problem.throws(r, u, T::literal(DOUBTFUL_IMPULSE_RATIO)) || self.must_refuse(r, u)
     }
 
+    /// Must the impulses of the solution be refused, whatever their error?
+    pub(super) fn must_refuse_solution(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
+        self.must_refuse(r, u) || self.squeezes(r)
+    }
+
+    /// Do the impulses of the solution add energy, or let something close faster than without them?
+    fn squeezes(&self, r: &Stacked<T, D, C, R>) -> bool {
+        self.problem.squeezes(r, self.solution, T::literal(DOUBTFUL_IMPULSE_RATIO))
+    }
+
     /// Do these impulses let walls close, so that they are no solution whatever their error?
-    pub(super) fn must_refuse(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
+    fn must_refuse(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
         self.problem.lets_walls_close(r, u, T::literal(DOUBTFUL_IMPULSE_RATIO))
     }
 
@@ -198,7 +208,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             is_solved = self.evaluate(r, exactly);
         }
         let check = mem::replace(&mut self.record.check, Check::None);
-        if is_solved && self.must_refuse(r, u) {
+        if is_solved && self.must_refuse_solution(r, u) {
             self.record.has_doubted = true;
             self.charge(EXACT_ERROR); // or each piece might be checked in vain
         } else if is_solved {
@@ -243,7 +253,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         let (r, mut u) = (self.record.best, Stacked::zero());
         if self.evaluate(&r, false) && self.has_numbers(&r) {
             self.problem.velocities(&r, &mut u);
-            if !self.must_refuse(&r, &u) {
+            if !self.must_refuse_solution(&r, &u) {
                 self.stop(Status::Solved);
             }
         }
@@ -340,7 +350,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         if is_absurd || overflows {
             self.problem.velocities(&r, &mut u);
         }
-        if is_unsolved && self.solution.error <= self.settings.tolerance && self.has_numbers(&r) {
+        let is_within = self.solution.error <= self.settings.tolerance && self.has_numbers(&r);
+        if is_unsolved && is_within && !self.squeezes(&r) {
             // The estimate was that of rounding.
             self.stop(Status::Solved);
             self.solution.status = Status::Solved;

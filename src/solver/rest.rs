@@ -223,7 +223,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let exactly = self.record.check == Check::ExactError;
         let is_solved = self.evaluate(&point.r, exactly)
             && self.solution.has_numbers()
-            && !self.must_refuse(&point.r, &point.u);
+            && !self.must_refuse_solution(&point.r, &point.u);
         let check = mem::replace(&mut self.record.check, Check::None);
         if is_solved {
             self.record.best = point.r;

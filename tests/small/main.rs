@@ -23,6 +23,7 @@ mod physics;
 mod promise;
 mod resume;
 mod rows;
+mod squeezes;
 mod surfaces;
 mod tray;
 mod units;

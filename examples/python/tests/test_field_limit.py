@@ -58,3 +58,18 @@ def test_a_turntable_that_is_a_joint_carries_along_its_circle(h: float) -> None:
     s.data.qvel[:] = w, 0, w * r, 0, 0, 0, w
     s.run(4 * np.pi / w)
     assert np.linalg.norm(seen_from(s.data.qpos[1:3], float(s.data.qpos[0])) - [r, 0]) < 2e-5
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_jam_gives_no_energy(seed: int) -> None:
+    """As of metaworld's pick_out_of_hole: a part of 0.01 kg whose inertia is 1e5 kg m^2 begins 40 mm inside both walls."""
+    inertia = 1e5
+    walls = "".join(f'<geom type="box" size=".05 .2 .2" pos="{x} 0 0"/>' for x in (-0.08, 0.08))
+    part = f'<inertial pos="0 0 0" mass=".01" diaginertia="{inertia} {inertia} {inertia}"/><geom type="box" size=".07 .05 .05"/>'
+    s = scene(f"{walls}<body><freejoint/>{part}</body>", option='gravity="0 0 0"', tol=1e-6)
+    s.data.qvel[:] = np.random.default_rng(seed).normal(size=6) * [0.5, 0.5, 0.5, 1, 1, 1]
+    energies = []
+    for _ in range(300):
+        energies.append(0.005 * float((s.data.qvel[:3] ** 2).sum()) + inertia / 2 * float((s.data.qvel[3:] ** 2).sum()))
+        s.step()
+    assert np.diff(energies).max() < 1e-6 * energies[0] or not s.is_clean()

@@ -21,6 +21,7 @@ use search::{Demand, Search};
 
 mod jam;
 mod search;
+mod squeeze;
 
 /// One number for the normal of each contact, and one for each joint row.
 pub(crate) type Proof<T, const C: usize, const R: usize> = Stacked<T, 1, C, R>;
