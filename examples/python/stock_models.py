@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -30,7 +31,7 @@ PACKAGES = (
 )
 STEPS, HOLD = 300, 10  # steps of a run, and for how many controls stay
 WILD = (200.0, 10.0, 0.1)  # rad/s or m/s; times mj_step's; energy, over that of lifting what moves by the model's mean size
-SLOW = 1000.0  # µs
+SLOW, LONGEST = 1000.0, 20  # µs; so many models are named
 FAULTS = ("unsolved", "fallbacks", "contradictions", "crowded")
 # With these MuJoCo starts anew: what is not finite, or huge.
 BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
@@ -115,6 +116,18 @@ def examine(path: str) -> tuple[str, list[str]]:
     return ", ".join(words), sorted(set(kinds))
 
 
+def ratios(lines: dict[str, str]) -> str:
+    """How many times as long as MuJoCo's the median step takes, over all models, and of those that take longest."""
+    own = {name: re.search(r"median (\d+) µs \((\d+)\)", line) for name, line in lines.items()}
+    times = {name: int(found[1]) / max(1, int(found[2])) for name, found in own.items() if found}
+    if not times:
+        return ""
+    longest = sorted(times, key=lambda name: -times[name])[:LONGEST]
+    median, most = np.percentile(list(times.values()), [50, 90])
+    summary = f"\nmedian step over mj_step's: {median:.1f} in the median of {len(times)} models, 90 %: {most:.1f}\n"
+    return summary + "\n".join(f"{times[name]:5.1f} {name}" for name in longest)
+
+
 def apart(path: Path, limit: float) -> tuple[str, list[str]]:
     """Examine a model in a process of its own."""
     command = [sys.executable, str(Path(__file__).resolve()), "--one", str(path)]
@@ -154,14 +167,17 @@ def main() -> None:
         print(json.dumps(examine(options.one)))
         return
     counts: Counter[str] = Counter()
+    lines = {}
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(options.jobs) as pool:
         place = Path(folder, "models")
         paths = [path for path in unpacked(options.cache or Path(folder), place) if options.only in str(path.relative_to(place))]
         print("numbers in brackets: mj_step's; of the gain of energy, its share of that of a lift by the model's mean size")
         for path, (line, kinds) in zip(paths, pool.map(lambda path: apart(path, options.limit), paths), strict=True):
             counts.update(kinds)
+            lines[str(path.relative_to(place))] = line
             if line or kinds != ["no complete model"]:
                 print(f"{path.relative_to(place)}: {'; '.join([*[line] * bool(line), *kinds])}", flush=True)
+    print(ratios(lines))
     print("\n" + "\n".join(f"{count:5} {kind}" for kind, count in sorted(counts.items())))
 
 

@@ -326,6 +326,19 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         r.contact_square() > bound * bound
     }
 
+    /// Are impulses more than `times` times as large as others?
+    pub(crate) fn exceeds_others(
+        &self,
+        r: &Stacked<T, D, C, R>,
+        others: &Stacked<T, D, C, R>,
+        times: T,
+    ) -> bool {
+        if self.scene.is_mixed() {
+            return self.energy.ratio(&self.sets, r) > times * self.energy.ratio(&self.sets, others);
+        }
+        r.contact_square() > times * times * others.contact_square()
+    }
+
     /// Expected impulse (N·s) of a contact or joint row with the effective mass `alpha`.
     pub(crate) fn expected(&self, alpha: T) -> T {
         if self.scene.is_mixed() { self.energy.expected(alpha) } else { self.expected_size }

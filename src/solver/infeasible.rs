@@ -4,9 +4,13 @@ use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::solution::Status;
 use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
+use crate::solver::warm_start::WarmStart;
 
 /// Least budget with which the solver looks for a proof of a jam. The search takes as long as hundreds of sweeps.
 pub(crate) const JAM_BUDGET: usize = 1_000;
+
+/// Doubtful impulses that exceed those of the last solution by more than this factor are doubted anew.
+const GROWTH: f64 = 2.0;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Monitor<'_, '_, T, N, D, C, R, S>
@@ -44,12 +48,24 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful.
+    /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful, or hardly larger than
+    /// those that solved the last scene: so a grip is not asked in each tick.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn check_infeasibility(&mut self, present: &Stacked<T, D, C, R>) {
-        let is_doubtful = |r| self.problem.exceeds(r, T::literal(DOUBTFUL_IMPULSE_RATIO));
+    pub(crate) fn check_infeasibility(
+        &mut self,
+        present: &Stacked<T, D, C, R>,
+        last: &WarmStart<T, D, C, R>,
+    ) {
+        let is_doubtful = |r: &_| self.problem.exceeds(r, T::literal(DOUBTFUL_IMPULSE_RATIO));
+        let is_known = |r| {
+            let [mut u, mut borne] = [Stacked::zero(); 2];
+            last.recall(self.problem.scene, &mut u, &mut borne);
+            last.is_solved
+                && is_doubtful(&borne)
+                && !self.problem.exceeds_others(r, &borne, T::literal(GROWTH))
+        };
         let convincing = match self.record.status {
-            Status::Solved => !is_doubtful(&self.record.best),
+            Status::Solved => !is_doubtful(&self.record.best) || is_known(&self.record.best),
             status => status == Status::Infeasible,
         };
         if convincing {

@@ -7,7 +7,7 @@ use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::Scene;
-use crate::solution::{Settings, Solution};
+use crate::solution::{Settings, Solution, Status};
 use crate::solver::method::Method;
 use crate::solver::monitor::Monitor;
 use crate::solver::record::{Record, fingerprint};
@@ -333,7 +333,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
             written = monitor.finish::<P>();
             // A search for a proof costs work.
             if P::CENTRAL_PATH && settings.budget > 0 {
-                monitor.check_infeasibility(self.method.impulses());
+                monitor.check_infeasibility(self.method.impulses(), &self.warm_start);
             }
         } else {
             monitor.pause();
@@ -348,6 +348,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
             let [u, r] = self.method.solution(&problem);
             self.warm_start.keep(scene, u, r, replaces);
         }
+        self.warm_start.is_solved = self.record.status == Status::Solved;
         if call != Call::Resume {
             self.record.pause(|| fingerprint(scene, free_impulse, settings));
         }

@@ -52,6 +52,8 @@ pub(crate) enum WarmStartKind {
 pub struct WarmStart<T, const D: usize, const C: usize, const R: usize> {
     contacts: Table<T, D, C>,
     rows: Table<T, 1, R>,
+    /// Was the last solve solved?
+    pub(super) is_solved: bool,
     /// Did the caller declare that nothing moved before the next solve?
     presumes_rest: bool,
     /// Was a rest disturbed, and were the internal forces not centred since?
@@ -66,6 +68,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         Self {
             contacts: Table::empty(),
             rows: Table::empty(),
+            is_solved: false,
             presumes_rest: false,
             is_disturbed: false,
             creeping_ticks: 0,
@@ -97,6 +100,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         for (row, &r) in rows.iter().map(|(_, r)| r).enumerate() {
             check_finite(&SVector::from([r]), Input::InitialRowImpulse { row })?;
         }
+        self.is_solved = false;
         self.contacts.set(contacts.iter().map(|&(key, r)| (key, r.into())));
         self.rows.set(rows.iter().map(|&(key, r)| (key, [r])));
         Ok(())
@@ -165,7 +169,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
 
     /// Fills `u` with `ũ` and `r` with the impulses of the last solve, in scaled rows. A new contact or joint row gets zeros.
     #[inline]
-    fn recall<const N: usize, const S: usize>(
+    pub(super) fn recall<const N: usize, const S: usize>(
         &self,
         scene: &Scene<T, N, D, C, R, S>,
         u: &mut Stacked<T, D, C, R>,

@@ -1,9 +1,9 @@
 //! Bodies that walls squeeze: a relative error that large impulses make small is no solution, and a squeeze gives no energy.
 
 use crate::support::random::{draws, numbers};
-use crate::support::sizes::body_rows;
-use nalgebra::{Matrix6, SMatrix, SVector, Vector3, vector};
-use stiction::{Contact, Error, Factor, Scene, Settings, Solver};
+use crate::support::sizes::{body_rows, point};
+use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, vector};
+use stiction::{Contact, Error, Factor, Scene, Settings, Solver, Status};
 
 /// A plate between two walls that both overlap with it, with four contacts on each side, turned by an angle about the normals.
 fn gripped_plate(mass: f64, inertia: f64, angle: f64) -> Result<body_rows::Scene<f64>, Error> {
@@ -66,5 +66,39 @@ fn a_squeeze_gives_no_energy() -> Result<(), Error> {
     }
     assert!(wrong.is_empty(), "{} of {solved} solved: {:?}", wrong.len(), wrong.first());
     assert!(solved > 20, "{solved}");
+    Ok(())
+}
+
+/// Two fingers of 1 kg close on a part of 1 g along a line, by a motor each; both overlap with it a little.
+fn grip(contacts: [[f64; 3]; 2]) -> Result<point::Scene<f64>, Error> {
+    let mut scene = point::Scene::new();
+    scene.set_mass(&Matrix3::from_diagonal(&vector![1.0, 0.001, 1.0]))?;
+    for (key, row) in (0..).zip(contacts) {
+        let mut jacobian = Matrix3::zeros();
+        jacobian.set_row(0, &row.into());
+        scene.push(&Contact { jacobian, offset: vector![-0.001, 0.0, 0.0], mu: 0.0, key })?;
+    }
+    Ok(scene)
+}
+
+/// Its impulses are 500 times the momentum of the part. Only the first tick asks whether they are those of walls that close; these are found out at once.
+#[test]
+fn a_grip_is_doubted_once() -> Result<(), Error> {
+    let scene = grip([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]])?;
+    let factor = Factor::new(&scene)?;
+    let mut solver = Solver::new();
+    for (tick, searches) in (0..5).zip([1, 0, 0, 0, 0]) {
+        let push = vector![1.0 + 0.01 * f64::from(tick), 0.0, -1.0];
+        let solution = solver.solve(&scene, &factor, &push, &Settings::new(1e-6))?;
+        assert!(solution.is_solved() && solution.contacts[0].impulse[0] > 0.9, "{tick}");
+        assert_eq!(solution.work.proof_searches, searches, "{tick}");
+    }
+    // Twice as hard it is doubted anew.
+    let solution = solver.solve(&scene, &factor, &vector![3.0, 0.0, -3.0], &Settings::new(1e-6))?;
+    assert!(solution.is_solved() && solution.work.proof_searches == 1);
+    let walls = grip([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])?;
+    let solution =
+        solver.solve(&walls, &Factor::new(&walls)?, &vector![3.0, 0.0, -3.0], &Settings::new(1e-6))?;
+    assert_eq!(solution.status, Status::Infeasible);
     Ok(())
 }

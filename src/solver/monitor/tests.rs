@@ -6,6 +6,7 @@ use crate::solver::AllPhases;
 use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
 use crate::solver::monitor::Monitor;
 use crate::solver::tuning;
+use crate::solver::warm_start::WarmStart;
 use crate::{Error, Status};
 use nalgebra::vector;
 
@@ -92,7 +93,7 @@ fn walls_that_close_are_proved() -> Result<(), Error> {
     with_monitor(&scene, &pressed(0.0), |monitor| {
         show(monitor, &carried(0.0));
         monitor.finish::<AllPhases>();
-        monitor.check_infeasibility(&carried(0.0));
+        monitor.check_infeasibility(&carried(0.0), &WarmStart::cold());
         assert_eq!(monitor.solution.status, Status::Infeasible);
         assert_eq!(monitor.solution.work.proof_searches, 1);
         let d = &monitor.solution.certificate;

@@ -8,7 +8,7 @@ use core::array::from_fn;
 impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C, R> {
     /// All that it holds, as words for [`Self::from_words`].
     pub fn words(&self) -> impl Iterator<Item = u64> + '_ {
-        let flags = [self.presumes_rest, self.is_disturbed].map(u64::from);
+        let flags = [self.is_solved, self.presumes_rest, self.is_disturbed].map(u64::from);
         let counts = [self.contacts.known().map(|_| 1).sum::<u64>(), self.rows.known().map(|_| 1).sum()];
         let contacts = self.contacts.known().flat_map(Entry::words);
         let rows = self.rows.known().flat_map(Entry::words);
@@ -21,12 +21,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         let mut words = words.into_iter();
         let words = words.by_ref();
         let mut flag = || words.next().filter(|&word| word <= 1).map(|word| word == 1);
-        let (presumes_rest, is_disturbed) = (flag()?, flag()?);
+        let (is_solved, presumes_rest, is_disturbed) = (flag()?, flag()?, flag()?);
         let creeping_ticks = u8::try_from(words.next()?).ok().filter(|&ticks| ticks < CREEPING_TICKS)?;
         let [contacts, rows] = [words.next()?, words.next()?];
         let (contacts, rows) = (Table::from_words(contacts, words)?, Table::from_words(rows, words)?);
         let is_all = words.next().is_none();
-        is_all.then_some(Self { contacts, rows, presumes_rest, is_disturbed, creeping_ticks })
+        is_all.then_some(Self { contacts, rows, is_solved, presumes_rest, is_disturbed, creeping_ticks })
     }
 }
 
