@@ -1,6 +1,7 @@
 //! The position pass: what overlaps, or is open, is taken back by a motion that is not kept as a velocity.
 //!
-//! `M' z = Hᵀ r'` is solved with friction and a little compliance: of many contacts by sweeps if these converge, else by the same kernel.
+//! `M' z = Hᵀ r'` is solved with friction and a little compliance: at once where nothing slips or opens, of many contacts by sweeps if these
+//! converge, else by the same kernel.
 //! Where a contact sticks, normal impulses are changes of those that press, so that what is held stays held: of the friction that they allow the
 //! pass has all, and what slips has none. Else it begins from nothing. Positions then move by `h (v + z)`.
 

@@ -159,7 +159,7 @@ impl Settler {
                     *rubs += rub(tangents);
                 }
                 Law::Contact { tangents, .. } if lines[i].offset < 0.0 => {
-                    holds &= rub(tangents) <= lines[i].impulse
+                    holds &= rub(tangents) <= lines[i].impulse;
                 }
                 Law::Row { least } if least < 0.0 => {}
                 Law::Row { .. } if lines[i].offset < 0.0 => holds &= lines[i].impulse >= 0.0,
