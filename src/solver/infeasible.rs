@@ -58,8 +58,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ) {
         let is_doubtful = |r: &_| self.problem.exceeds(r, T::literal(DOUBTFUL_IMPULSE_RATIO));
         let is_known = |r| {
-            let [mut u, mut borne] = [Stacked::zero(); 2];
-            last.recall(self.problem.scene, &mut u, &mut borne);
+            let mut borne = Stacked::zero();
+            last.impulses(self.problem, false, &mut borne);
             last.is_solved
                 && is_doubtful(&borne)
                 && !self.problem.exceeds_others(r, &borne, T::literal(GROWTH))

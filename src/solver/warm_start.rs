@@ -169,7 +169,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
 
     /// Fills `u` with `ũ` and `r` with the impulses of the last solve, in scaled rows. A new contact or joint row gets zeros.
     #[inline]
-    pub(super) fn recall<const N: usize, const S: usize>(
+    fn recall<const N: usize, const S: usize>(
         &self,
         scene: &Scene<T, N, D, C, R, S>,
         u: &mut Stacked<T, D, C, R>,
@@ -256,7 +256,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
 
     /// Fills `r` with the last impulses, or the extrapolated ones if `onwards`, projected onto their cones and intervals.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn impulses<const N: usize, const S: usize>(
+    pub(super) fn impulses<const N: usize, const S: usize>(
         &self,
         problem: &Problem<'_, T, N, D, C, R, S>,
         onwards: bool,
