@@ -12,7 +12,7 @@ use crate::linalg::vector::at_least;
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
 use crate::problem::infeasibility::search::Demand;
-use crate::problem::infeasibility::{dot, is_strong, weigh};
+use crate::problem::infeasibility::{dot, is_strong, violation, weigh};
 use crate::real::Real;
 use crate::scene::{RowLaw, Scaling};
 use nalgebra::SVector;
@@ -184,13 +184,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let [mut closing, mut asked, mut free] = [T::ZERO; 3];
         let mut take_in = |alpha: T, law: RowLaw<T>, [u, offset, q]: [T; 3]| {
             let energy = |violation: T| alpha * violation * violation;
-            let violation = |velocity: T| match law {
-                RowLaw::Limit => at_least(-velocity, T::ZERO),
-                RowLaw::Equality => velocity,
-                RowLaw::Box { .. } => T::ZERO,
-            };
-            closing = at_least(energy(violation(u)), closing);
-            asked = at_least(energy(violation(offset)), asked);
+            closing = at_least(energy(violation(law, u)), closing);
+            asked = at_least(energy(violation(law, offset)), asked);
             free = at_least(energy(q), free);
         };
         for (contact, set, u) in zip3(scene.contacts(), self.sets.contacts(), &u.contacts) {

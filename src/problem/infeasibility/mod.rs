@@ -232,6 +232,16 @@ fn row_products<T: Real, const N: usize, const D: usize, const C: usize, const R
     (products, (energy * mass).max(T::ZERO).square_root())
 }
 
+/// How far a velocity violates the law of its row: that with which a limit closes, and any of an equality.
+#[inline]
+fn violation<T: Real>(law: RowLaw<T>, velocity: T) -> T {
+    match law {
+        RowLaw::Limit => at_least(-velocity, T::ZERO),
+        RowLaw::Equality => velocity,
+        RowLaw::Box { .. } => T::ZERO,
+    }
+}
+
 /// `x · y`
 #[inline(never)]
 fn dot<T: Real, const D: usize, const C: usize, const R: usize>(

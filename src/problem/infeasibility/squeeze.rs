@@ -1,4 +1,4 @@
-//! Impulses that are no solution, however small their error ([`crate::guide::error`], "Infeasible scenes").
+//! Impulses that are no solution, however small their error ([`crate::guide::error`], "Jammed scenes").
 //!
 //! An impulse of a million times the expected size makes a violation of the expected size a relative error of 1e-6. So impulses far above the
 //! expected size are judged by velocities and energies as well, which they do not loosen.
@@ -7,6 +7,7 @@ use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{at_least, square};
 use crate::linalg::zip::zip4;
 use crate::problem::Problem;
+use crate::problem::infeasibility::violation;
 use crate::real::Real;
 use crate::scene::RowLaw;
 use crate::solution::Solution;
@@ -29,16 +30,9 @@ struct Squeeze<T> {
 impl<T: Real> Squeeze<T> {
     /// Takes in the law of a row, with its velocity and free velocity.
     fn take_in_law(&mut self, alpha: T, law: RowLaw<T>, [u, q]: [T; 2]) {
-        let energy = |velocity: T| {
-            let violation = match law {
-                RowLaw::Limit => at_least(-velocity, T::ZERO),
-                RowLaw::Equality => velocity,
-                RowLaw::Box { .. } => T::ZERO,
-            };
-            alpha * violation * violation
-        };
-        self.violated = at_least(energy(u), self.violated);
-        self.met = at_least(energy(q), self.met);
+        let energy = |violation: T| alpha * violation * violation;
+        self.violated = at_least(energy(violation(law, u)), self.violated);
+        self.met = at_least(energy(violation(law, q)), self.met);
     }
 
     /// Takes in the impulses of a contact or a row, with their velocities and free velocities.

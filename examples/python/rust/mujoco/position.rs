@@ -69,7 +69,7 @@ impl PositionPass {
             let may_press = moving.holds_in(island) && !scene.touches(island).enumerate().any(is_deep);
             let mut find = |is_pressed: bool| {
                 self.asked.list(scene, island, moving, &self.locks, is_pressed);
-                self.sweep(scene, island, correction)
+                self.settle(scene, island, correction)
                     || self.solve_exactly(scene, island, engines, is_first, correction)
             };
             let is_pressed = may_press && find(true);
@@ -88,7 +88,7 @@ impl PositionPass {
     }
 
     /// Holds what is asked, or sweeps over it if it is much; `false` if that finds nothing.
-    fn sweep(&mut self, scene: &Scene<'_>, island: &Island, correction: &mut [f64]) -> bool {
+    fn settle(&mut self, scene: &Scene<'_>, island: &Island, correction: &mut [f64]) -> bool {
         let Asked { touches, rows, is_pressed, .. } = &self.asked;
         let (settler, coordinates) = (&mut self.settler, (scene.inertia, &island.dofs[..]));
         settler.begin(island.dofs.len());
