@@ -6,6 +6,7 @@ use crate::support::gripper::hold;
 use crate::support::random::{draws, numbers};
 use nalgebra::SVector;
 use stiction::{AllPhases, Error, JointRow, Kernel, Phases, Real, Settings, Solution, SweepsOnly};
+use testbed::format;
 use testbed::generate::{self, Class};
 use testbed::mixed::{self, MixedFile};
 use testbed::scene_file::{SceneFile, bundled_scenes, json_files, repository};
@@ -84,7 +85,7 @@ fn cases() -> [(&'static str, Vec<Case>); 2] {
     let drawn = Class::DRAWN.iter().flat_map(|&class| generate::solvable(class, 60));
     let contacts = bundled_scenes().into_iter().chain(drawn).map(Case::Contacts);
     let bundled = json_files(&repository().join("tests/mixed"));
-    let bundled = bundled.iter().filter_map(|path| mixed::read(path).expect("it can be read"));
+    let bundled = bundled.iter().flat_map(|path| format::read(path).expect("it can be read"));
     let drawn = (0..120)
         .map(|index| MixedFile { name: format!("mixed[{index}]"), ..generate::mixed(1, index, false) });
     let rows = bundled.chain(drawn).map(Case::Rows);

@@ -8,6 +8,7 @@ mod single;
 use direction::{Draws, What, inputs, moved};
 use std::path::Path;
 use stiction::{Derivative, Inputs, Kernel, Model, Outputs, Real, RowMode, Settings, Solution};
+use testbed::format;
 use testbed::generate::{self, Class};
 use testbed::mixed::MixedFile;
 use testbed::scene_file;
@@ -30,7 +31,7 @@ struct Tally {
 
 /// A file of contacts and joint rows from any scene file.
 fn file(text: &str) -> MixedFile {
-    serde_json::from_str(text).expect("a scene file")
+    format::read_text(text, "file").expect("a scene file").remove(0)
 }
 
 fn read(path: &Path) -> MixedFile {

@@ -17,6 +17,7 @@ mod phases;
 mod rest;
 mod rest_kept;
 mod rows_physics;
+mod scene_files;
 mod scenes;
 mod sequences;
 mod start;

@@ -2,6 +2,7 @@
 #![allow(clippy::float_cmp)] // a bound, to the last bit
 
 use stiction::{Real, Settings, Status};
+use testbed::format;
 use testbed::generate;
 use testbed::kernel::Answer;
 use testbed::mixed::{self, Joint, MixedFile, Times};
@@ -10,8 +11,8 @@ use testbed::{mixed_measure, scene_file};
 /// The bundled scenes with joint rows, compliance or shapes of friction.
 fn files() -> Vec<MixedFile> {
     let paths = scene_file::json_files(&scene_file::repository().join("tests/mixed"));
-    let read = |path: std::path::PathBuf| mixed::read(&path).expect("it can be read");
-    let files: Vec<_> = paths.into_iter().filter_map(read).collect();
+    let read = |path: std::path::PathBuf| format::read(&path).expect("it can be read");
+    let files: Vec<_> = paths.into_iter().flat_map(read).collect();
     assert_eq!(files.len(), 13);
     files
 }
@@ -77,6 +78,7 @@ fn an_impulse_lies_within_its_bounds_to_the_last_bit() {
             joints: vec![joint("box", -1.0, 74.886_39 * scale), joint("equality", 0.0, 0.0)],
             compliance: Vec::new(),
             keys: Vec::new(),
+            time_step: None,
             limits_inside: true,
         };
         let settings = Settings::new(1e-4);

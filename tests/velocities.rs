@@ -7,6 +7,7 @@ use nalgebra::{SMatrix, SVector};
 use stiction::{
     Contact, Error, Factor, Inputs, JointRow, Outputs, RowLaw, Scene, Settings, Solution, Solver, Surface,
 };
+use testbed::format;
 use testbed::kernel::{Constructor, Shape, smallest};
 use testbed::measure::{self, Law};
 use testbed::method::Method;
@@ -61,7 +62,7 @@ fn a_bundled_scene_in_a_larger_size_has_the_bits_of_its_own() -> Result<(), Erro
 fn a_bundled_scene_with_rows_in_a_larger_size_ends_as_in_a_smaller_one() {
     let mut compared = 0;
     for path in json_files(&repository().join("tests/mixed")) {
-        let mut file = mixed::read(&path).expect("it can be read").expect("it has rows or surfaces");
+        let mut file = format::read(&path).expect("it can be read").remove(0);
         for (inside, tolerance) in [(false, 1e-6), (true, 1e-9)] {
             file.limits_inside = inside;
             let settings = Settings::new(tolerance);
@@ -178,7 +179,7 @@ impl Bodies<'_> {
                 { "kind": "box", "row": scene.rows()[1].row.as_slice()[..n], "offset": scene.rows()[1].offset, "lower": -0.1, "upper": 0.2 },
             ],
         });
-        mixed::read_text(&text.to_string()).expect("it can be read").expect("it has rows")
+        format::read_text(&text.to_string(), "bodies").expect("it can be read").remove(0)
     }
 }
 

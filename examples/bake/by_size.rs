@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
-use testbed::mixed;
+use testbed::format;
 use testbed::mixed::{Friction, MixedFile};
-use testbed::scene_file::{self, SceneFile};
+use testbed::scene_file::SceneFile;
 
 /// Velocities, rows of a contact, contacts, joint rows and surfaces.
 type Size = [usize; 5];
@@ -46,13 +46,13 @@ pub(crate) fn write(files: &[PathBuf], steps: usize) -> Result<String, String> {
     };
     for path in files {
         let name = path.display().to_string();
-        if let Some(file) = mixed::read(path)? {
-            let (contacts, rows) = (file.n_contacts, file.joints.len());
-            place(&name, [file.n_dof, file.dim, contacts, rows, contacts], of_mixed(&file))?;
-            continue;
-        }
-        for scene in scene_file::read(path)?.iter().take(steps) {
-            place(&name, [scene.n_dof, scene.dim, scene.n_contacts, 0, 0], of_contacts(scene))?;
+        for file in format::read(path)?.iter().take(steps) {
+            let (n, contacts, rows) = (file.n_dof, file.n_contacts, file.joints.len());
+            if file.has_contacts_alone() {
+                place(&name, [n, file.dim, contacts, 0, 0], of_contacts(&SceneFile::of_file(file)?))?;
+            } else {
+                place(&name, [n, file.dim, contacts, rows, contacts], of_mixed(file))?;
+            }
         }
     }
     let mut source = String::from("sizes! {\n");

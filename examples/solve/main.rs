@@ -13,7 +13,7 @@ mod run;
 
 use options::{Options, Start};
 use std::process::ExitCode;
-use testbed::{mixed, scene_file};
+use testbed::format;
 
 fn main() -> ExitCode {
     let options = match Options::read() {
@@ -31,11 +31,8 @@ fn main() -> ExitCode {
     let scenes = options.files.iter().map(|path| (path, None));
     let sequences = options.sequences.iter().map(|path| (path, Some(options.start)));
     for (path, sequence) in scenes.chain(sequences) {
-        let results = mixed::read(path).and_then(|file| match file {
-            Some(file) => run::solve_mixed(&file, &options),
-            None => scene_file::read(path)
-                .and_then(|scenes| run::solve(&scenes, sequence.unwrap_or(Start::Cold), &options)),
-        });
+        let results = format::read(path)
+            .and_then(|scenes| run::solve(&scenes, sequence.unwrap_or(Start::Cold), &options));
         match results {
             Ok(results) => {
                 for (step, result) in results.into_iter().enumerate() {

@@ -16,11 +16,12 @@ Arguments:
 
 Options:
       --json                   One JSON object a scene and line instead of the table
+                               (impulses r in N s; forces r / h in N, if the file has h)
       --precision <PRECISION>  Number type of the kernel [default: f64] [possible values: f64; f32 if built with --features f32]
       --method <METHOD>        Algorithm [default: default] [possible values: plain, fast, restart, default]
       --tolerance <TOLERANCE>  Error below which a scene counts as solved [default: 1e-9 for f64, 1e-4 for f32]
       --max-iterations <N>     Largest number of iterations [default: 1000]
-      --repeat <N>             Solve each scene N times and give the best time [default: 20]
+      --repeat <N>             Solve each scene N times and give the best time [default: 20; with --json 1]
       --sequence <FILE>        Solve the time steps of a sequence, one after the other
       --warm                   Start each step of a sequence from the step before [default]
       --cold                   Start each step of a sequence from nothing
@@ -80,12 +81,12 @@ impl Options {
             method: Method::Default,
             tolerance: 0.0,
             max_iterations: 1000,
-            repeat: 20,
+            repeat: 0,
             sequences: Vec::new(),
             start: Start::Warm,
             files: Vec::new(),
         };
-        let (mut tolerance, mut starts) = (None, Vec::new());
+        let (mut tolerance, mut repeat, mut starts) = (None, None, Vec::new());
         let mut parser = Parser::from_env();
         while let Some(arg) = parser.next()? {
             match arg {
@@ -100,7 +101,7 @@ impl Options {
                 }
                 Arg::Long("tolerance") => tolerance = Some(parser.value()?.parse_with(positive)?),
                 Arg::Long("max-iterations") => options.max_iterations = parser.value()?.parse()?,
-                Arg::Long("repeat") => options.repeat = parser.value()?.parse::<NonZeroU32>()?.get(),
+                Arg::Long("repeat") => repeat = Some(parser.value()?.parse::<NonZeroU32>()?.get()),
                 Arg::Long("sequence") => options.sequences.push(parser.value()?.into()),
                 Arg::Long("warm") => starts.push(Start::Warm),
                 Arg::Long("cold") => starts.push(Start::Cold),
@@ -112,6 +113,7 @@ impl Options {
                 _ => return Err(arg.unexpected()),
             }
         }
+        options.repeat = repeat.unwrap_or(if options.json { 1 } else { 20 });
         options.tolerance = tolerance.unwrap_or(match options.precision {
             Precision::F64 => 1e-9,
             #[cfg(feature = "f32")]

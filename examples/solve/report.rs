@@ -65,7 +65,9 @@ pub(crate) fn json(run: &Run, step: Option<usize>, options: &Options) {
         "prepare_ns": run.prepare_ns,
         "solve_ns": run.solve_ns,
         "v": run.answer.v,
+        "modes": run.answer.modes.iter().map(|&mode| word(mode)).collect::<Vec<_>>(),
         "r": run.answer.r,
+        "forces": run.time_step.map(|h| run.answer.r.iter().map(|r| r / h).collect::<Vec<_>>()),
         "lambda": run.answer.lambda,
         "certificate": certificate(run),
         "certificate_lambda": run.answer.certificate_lambda,
@@ -127,6 +129,14 @@ fn status(status: Status) -> &'static str {
         Status::Infeasible => "infeasible",
         Status::Jammed => "jammed",
         _ => "max_iterations",
+    }
+}
+
+fn word(mode: ContactMode) -> &'static str {
+    match mode {
+        ContactMode::Open => "open",
+        ContactMode::Stick => "stick",
+        ContactMode::Slip => "slip",
     }
 }
 

@@ -16,6 +16,8 @@ pub(crate) struct Run {
     pub(crate) n_dof: usize,
     pub(crate) n_contacts: usize,
     pub(crate) dim: usize,
+    /// h, if the file says it (s).
+    pub(crate) time_step: Option<f64>,
     /// Recomputed in f64.
     pub(crate) error: f64,
     pub(crate) prepare_ns: f64,
@@ -23,8 +25,22 @@ pub(crate) struct Run {
     pub(crate) answer: Answer,
 }
 
+/// Solves scenes one after the other, each cold or each from the one before, or says why one cannot
+/// be solved.
+pub(crate) fn solve(files: &[MixedFile], start: Start, options: &Options) -> Result<Vec<Run>, String> {
+    if files.iter().all(MixedFile::has_contacts_alone) {
+        return solve_contacts(files, start, options);
+    }
+    if files.len() > 1 && start == Start::Warm {
+        return Err(
+            "a sequence with joint rows, compliance or shapes of friction is solved with --cold".into()
+        );
+    }
+    files.iter().map(|file| solve_mixed(file, options)).collect()
+}
+
 /// Solves a scene of contacts and joint rows from nothing.
-pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run>, String> {
+fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Run, String> {
     if options.method != Method::Default {
         return Err(format!("{} solves contacts alone", options.method.name()));
     }
@@ -34,22 +50,22 @@ pub(crate) fn solve_mixed(file: &MixedFile, options: &Options) -> Result<Vec<Run
         #[cfg(feature = "f32")]
         Precision::F32 => kernels_f32::solve_mixed(file, &settings, options.repeat)?,
     };
-    Ok(vec![Run {
+    Ok(Run {
         name: file.name.clone(),
         n_dof: file.n_dof,
         n_contacts: file.n_contacts,
         dim: file.dim,
+        time_step: file.time_step,
         error: mixed_measure::error(file, &answer.v, &answer.r, &answer.lambda),
         prepare_ns: times.prepare_ns,
         solve_ns: times.solve_ns,
         answer,
-    }])
+    })
 }
 
-/// Solves scenes one after the other, each cold or each from the one before, or says why one cannot
-/// be solved.
-pub(crate) fn solve(scenes: &[SceneFile], start: Start, options: &Options) -> Result<Vec<Run>, String> {
-    let Some(shape) = Shape::of_all(scenes) else {
+fn solve_contacts(files: &[MixedFile], start: Start, options: &Options) -> Result<Vec<Run>, String> {
+    let scenes = files.iter().map(SceneFile::of_file).collect::<Result<Vec<_>, _>>()?;
+    let Some(shape) = Shape::of_all(&scenes) else {
         return Ok(Vec::new());
     };
     let mut kernel = match options.precision {
@@ -58,12 +74,13 @@ pub(crate) fn solve(scenes: &[SceneFile], start: Start, options: &Options) -> Re
         Precision::F32 => kernels_f32::kernel(shape)?,
     };
     let mut runs = Vec::new();
-    for scene in scenes {
+    for (scene, file) in scenes.iter().zip(files) {
         if start == Start::Cold {
             kernel.reset();
         }
         let run = solve_one(scene, &mut *kernel, options);
-        runs.push(run.map_err(|error| format!("{}: {error}", scene.name))?);
+        let run = run.map_err(|error| format!("{}: {error}", scene.name))?;
+        runs.push(Run { time_step: file.time_step, ..run });
     }
     Ok(runs)
 }
@@ -90,6 +107,7 @@ fn solve_one(file: &SceneFile, kernel: &mut dyn Kernel, options: &Options) -> Re
         n_dof: file.n_dof,
         n_contacts: file.n_contacts,
         dim: file.dim,
+        time_step: None,
         error: measure::error(file, &answer.v, &answer.r, Law::Coulomb),
         prepare_ns,
         solve_ns,

@@ -6,7 +6,8 @@ use std::sync::LazyLock;
 use stiction::Settings;
 use testbed::kernel::{self, Shape, smallest};
 use testbed::method::Method;
-use testbed::{mixed, scene_file};
+use testbed::scene_file::SceneFile;
+use testbed::{format, mixed, scene_file};
 
 /// The texts of small bundled files.
 static TEXTS: LazyLock<Vec<String>> = LazyLock::new(|| {
@@ -53,11 +54,11 @@ fn tokens(text: &str) -> Vec<String> {
 
 fn read_and_solve(text: &str) {
     let settings = Settings::new(1e-6);
-    if let Ok(Some(file)) = mixed::read_text(text) {
-        let _ = mixed::solve::<f64>(&file, &settings, 1);
-    }
-    for file in scene_file::read_text(text, "fuzz").unwrap_or_default() {
-        if smallest::<f64>(Shape::of(&file)).is_ok()
+    for file in format::read_text(text, "fuzz").unwrap_or_default() {
+        if !file.has_contacts_alone() {
+            let _ = mixed::solve::<f64>(&file, &settings, 1);
+        } else if let Ok(file) = SceneFile::of_file(&file)
+            && smallest::<f64>(Shape::of(&file)).is_ok()
             && let Ok(mut kernel) = kernel::prepared(smallest::<f64>, &file, Method::Default)
         {
             let _ = kernel.solve(Method::Default, &settings);

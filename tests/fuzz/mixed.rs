@@ -100,6 +100,7 @@ impl Record {
             joints: Vec::new(),
             compliance: Vec::new(),
             keys: Vec::new(),
+            time_step: None,
             limits_inside: true,
         };
         let mass = scene.mass().row_iter().take(n);

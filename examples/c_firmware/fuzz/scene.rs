@@ -92,6 +92,7 @@ impl Surfaces {
                 .map(|(_, surface)| surface.as_ref().map_or([0.0; 2], |(_, soft)| *soft))
                 .collect(),
             keys: Vec::new(),
+            time_step: None,
             limits_inside: true,
         }
     }

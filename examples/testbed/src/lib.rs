@@ -6,6 +6,7 @@
 
 mod contact_keys;
 pub mod delassus;
+pub mod format;
 pub mod generate;
 mod judge;
 pub mod kernel;

@@ -1,38 +1,32 @@
-//! Scene files with joint rows, compliance and shapes of friction, and their solve.
+//! Scenes with joint rows, compliance and shapes of friction, and their solve.
 
 use crate::kernel::{Answer, rounded_settings};
 use crate::measure;
-use crate::scene_file::{matrix, parse, vector};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use serde::Deserialize;
-use std::path::Path;
 use std::time::Instant;
 use stiction::{Contact, Error, JointRow, Kernel, Real, RowLaw, Scene, Settings, Solution, Status, Surface};
 
-/// A scene of contacts and joint rows as it stands in a file.
-#[derive(Clone, Debug, Deserialize)]
+/// A scene as it stands in a file: contacts and joint rows.
+#[derive(Clone, Debug)]
 pub struct MixedFile {
     pub name: String,
     pub n_dof: usize,
     pub n_contacts: usize,
     pub dim: usize,
-    #[serde(rename = "M")]
+    /// h, if the file says it (s).
+    pub time_step: Option<f64>,
     pub mass: Vec<Vec<f64>>,
-    #[serde(rename = "H")]
     pub h: Vec<Vec<f64>>,
     pub f: Vec<f64>,
     pub w: Vec<f64>,
     pub mu: Vec<Friction>,
-    #[serde(default)]
     pub joints: Vec<Joint>,
     /// `[R_n, R_t]` a contact.
-    #[serde(default)]
     pub compliance: Vec<[f64; 2]>,
     /// Keys of the contacts and then of the joint rows; their places in the file if there are none.
-    #[serde(default)]
     pub keys: Vec<u32>,
     /// Are limits rows of the scene, or given to the solve?
-    #[serde(default)]
     pub limits_inside: bool,
 }
 
@@ -61,39 +55,6 @@ pub struct Joint {
 pub struct Times {
     pub prepare_ns: f64,
     pub solve_ns: f64,
-}
-
-/// What tells a mixed file from others.
-#[derive(Deserialize)]
-struct Marks {
-    #[serde(default)]
-    dim: usize,
-    joints: Option<Vec<Joint>>,
-    compliance: Option<Vec<[f64; 2]>>,
-    mu: Option<Vec<Friction>>,
-}
-
-/// The scene of a file, if it is one of contacts and joint rows; `None` for one of contacts alone.
-pub fn read(path: &Path) -> Result<Option<MixedFile>, String> {
-    read_text(&std::fs::read_to_string(path).map_err(|error| error.to_string())?)
-}
-
-/// The scene of the text of a file, as [`read`].
-pub fn read_text(text: &str) -> Result<Option<MixedFile>, String> {
-    let Ok(marks) = serde_json::from_str::<Marks>(text) else {
-        return Ok(None); // for others to complain of
-    };
-    let is_list = |mu: &Friction| matches!(mu, Friction::Rows(_));
-    let is_mixed = marks.joints.is_some()
-        || marks.compliance.is_some()
-        || marks.dim > 3
-        || marks.mu.is_some_and(|mu| mu.iter().any(is_list));
-    if !is_mixed {
-        return Ok(None);
-    }
-    let file: MixedFile = parse(text)?;
-    file.check()?;
-    Ok(Some(file))
 }
 
 impl MixedFile {
@@ -127,34 +88,10 @@ impl MixedFile {
         }
     }
 
-    fn check(&self) -> Result<(), String> {
-        if self.dim == 0 {
-            return Err("dim is 0".into());
-        }
-        let rows = self.dim.saturating_mul(self.n_contacts);
-        matrix("M", &self.mass, self.n_dof, self.n_dof)?;
-        matrix("H (dim rows a contact)", &self.h, rows, self.n_dof)?;
-        vector("f", self.f.clone(), self.n_dof)?;
-        vector("w", self.w.clone(), rows)?;
-        if self.mu.len() != self.n_contacts {
-            return Err(format!("mu has {} entries, not {}", self.mu.len(), self.n_contacts));
-        }
-        if !self.compliance.is_empty() && self.compliance.len() != self.n_contacts {
-            let given = self.compliance.len();
-            return Err(format!("compliance has {given} entries, not {}", self.n_contacts));
-        }
-        for mu in &self.mu {
-            if let Friction::Rows(mu) = mu
-                && mu.len() + 1 != self.dim
-            {
-                return Err(format!("a list of {} mu, not {}", mu.len(), self.dim - 1));
-            }
-        }
-        for joint in &self.joints {
-            vector("joint row", joint.row.clone(), self.n_dof)?;
-            joint.law::<f64>()?;
-        }
-        Ok(())
+    /// Does it have contacts of a round cone alone, and nothing soft?
+    pub fn has_contacts_alone(&self) -> bool {
+        let is_round = |mu: &Friction| matches!(mu, Friction::Isotropic(_));
+        self.dim <= 3 && self.joints.is_empty() && self.compliance.is_empty() && self.mu.iter().all(is_round)
     }
 
     /// The key of a contact or a joint row, counted on.
@@ -216,7 +153,7 @@ impl MixedFile {
 }
 
 impl Joint {
-    fn law<T: Real>(&self) -> Result<RowLaw<T>, String> {
+    pub(crate) fn law<T: Real>(&self) -> Result<RowLaw<T>, String> {
         match (self.kind.as_str(), self.lower, self.upper) {
             ("limit", ..) => Ok(RowLaw::Limit),
             ("equality", ..) => Ok(RowLaw::Equality),

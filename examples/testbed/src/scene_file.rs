@@ -1,14 +1,13 @@
-//! Scene files: one JSON object a file, or a sequence of time steps under `problems`.
+//! Scenes of contacts alone, and the bundled files.
 
-use crate::contact_keys::ContactKeys;
+use crate::format;
 use crate::measure;
+use crate::mixed::{Friction, MixedFile};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
-use serde::Deserialize;
-use serde::de::{DeserializeOwned, IgnoredAny};
 use std::path::{Path, PathBuf};
 use stiction::{Contact, Error, Real, Scene};
 
-/// A scene as it stands in a file; rows of `h` go contact by contact, normal first.
+/// A scene of contacts alone; rows of `h` go contact by contact, normal first.
 #[derive(Clone, Debug)]
 pub struct SceneFile {
     pub name: String,
@@ -24,76 +23,9 @@ pub struct SceneFile {
     pub keys: Vec<u32>,
 }
 
-/// What tells a sequence from a scene, and what they have in common.
-#[derive(Deserialize)]
-struct Header {
-    name: Option<String>,
-    n_dof: usize,
-    dim: usize,
-    problems: Option<IgnoredAny>,
-}
-
-#[derive(Deserialize)]
-struct Sequence {
-    problems: Vec<Problem>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "PascalCase")]
-struct Problem {
-    #[serde(rename = "n_contacts")]
-    n_contacts: usize,
-    m: Vec<Vec<f64>>,
-    h: Vec<Vec<f64>>,
-    #[serde(rename = "f")]
-    f: Vec<f64>,
-    #[serde(rename = "w")]
-    w: Vec<f64>,
-    #[serde(rename = "mu")]
-    mu: Vec<f64>,
-    /// What touches what; the same name twice for two points of one pair of bodies.
-    #[serde(rename = "contact_names", default)]
-    contact_names: Vec<String>,
-}
-
-/// All scenes of a file: one, or the time steps of a sequence named `name[k]`.
+/// All scenes of a file of contacts alone: one, or the time steps of a sequence named `name[k]`.
 pub fn read(path: &Path) -> Result<Vec<SceneFile>, String> {
-    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    read_text(&text, &stem)
-}
-
-/// All scenes of the text of a file of this name.
-pub fn read_text(text: &str, stem: &str) -> Result<Vec<SceneFile>, String> {
-    let header: Header = parse(text)?;
-    let name = header.name.unwrap_or_else(|| stem.to_owned());
-    let mut keys = ContactKeys::default();
-    let mut check = |problem: Problem, name| problem.check(name, header.n_dof, header.dim, &mut keys);
-    if header.problems.is_none() {
-        return Ok(vec![check(parse(text)?, name)?]);
-    }
-    let sequence: Sequence = parse(text)?;
-    let steps = sequence.problems.into_iter().enumerate();
-    steps
-        .map(|(k, problem)| {
-            let name = format!("{name}[{k}]");
-            check(problem, name.clone()).map_err(|error| format!("{name}: {error}"))
-        })
-        .collect()
-}
-
-pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
-    serde_json::from_str(text).map_err(|error| {
-        let place = text.lines().nth(error.line().saturating_sub(1));
-        let rest = place.and_then(|line| line.get(error.column().saturating_sub(1)..));
-        let not_a_number = ["NaN", "Infinity", "-Infinity", "nan", "inf"];
-        match rest {
-            Some(rest) if not_a_number.iter().any(|word| rest.starts_with(word)) => {
-                format!("not a finite number: {error}")
-            }
-            _ => error.to_string(),
-        }
-    })
+    format::read(path)?.iter().map(SceneFile::of_file).collect()
 }
 
 /// The folder of the whole repository.
@@ -129,52 +61,30 @@ pub fn json_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-pub(crate) fn matrix(what: &str, rows: &[Vec<f64>], n: usize, m: usize) -> Result<DMatrix<f64>, String> {
-    if rows.len() != n || rows.iter().any(|row| row.len() != m) {
-        let mut lengths = rows.iter().map(Vec::len);
-        let wrong = lengths.clone().find(|&length| length != m);
-        let columns = wrong.or(lengths.next_back()).unwrap_or(0);
-        return Err(format!("{what} is {} x {columns}, not {n} x {m}", rows.len()));
-    }
-    Ok(DMatrix::from_fn(n, m, |i, j| rows[i][j]))
-}
-
-pub(crate) fn vector(what: &str, entries: Vec<f64>, n: usize) -> Result<DVector<f64>, String> {
-    if entries.len() != n {
-        return Err(format!("{what} has {} entries, not {n}", entries.len()));
-    }
-    Ok(DVector::from_vec(entries))
-}
-
-impl Problem {
-    fn check(
-        self,
-        name: String,
-        n_dof: usize,
-        dim: usize,
-        keys: &mut ContactKeys,
-    ) -> Result<SceneFile, String> {
-        if !(1..=4).contains(&dim) {
-            return Err(format!("dim {dim} is not 1, 2, 3 or 4"));
+impl SceneFile {
+    /// The scene of a file of contacts alone.
+    pub fn of_file(file: &MixedFile) -> Result<Self, String> {
+        let coefficient = |mu: &Friction| match mu {
+            Friction::Isotropic(mu) => Ok(*mu),
+            Friction::Rows(_) => Err(format!("{}: a list of mu is not read here", file.name)),
+        };
+        if !file.joints.is_empty() || !file.compliance.is_empty() {
+            return Err(format!("{}: joint rows and compliance are not read here", file.name));
         }
-        let rows = dim.saturating_mul(self.n_contacts);
-        let h = matrix("H (dim rows a contact)", &self.h, rows, n_dof)?;
-        Ok(SceneFile {
-            name,
-            n_dof,
-            n_contacts: self.n_contacts,
-            dim,
-            mass: matrix("M", &self.m, n_dof, n_dof)?,
-            f: vector("f", self.f, n_dof)?,
-            w: vector("w", self.w, rows)?,
-            mu: vector("mu", self.mu, self.n_contacts)?.as_slice().to_vec(),
-            keys: keys.of_step(&self.contact_names, &h, self.n_contacts),
-            h,
+        Ok(Self {
+            name: file.name.clone(),
+            n_dof: file.n_dof,
+            n_contacts: file.n_contacts,
+            dim: file.dim,
+            mass: file.mass(),
+            h: DMatrix::from_fn(file.h.len(), file.n_dof, |i, j| file.h[i][j]),
+            f: DVector::from_column_slice(&file.f),
+            w: DVector::from_column_slice(&file.w),
+            mu: file.mu.iter().map(coefficient).collect::<Result<_, _>>()?,
+            keys: file.keys.clone(),
         })
     }
-}
 
-impl SceneFile {
     /// The scene as a number type holds it.
     #[must_use]
     pub fn rounded<T: Real>(&self) -> Self {

@@ -15,6 +15,7 @@ from ._batch import BatchSolution, solve_batch
 from ._derivative import Facts, Gradient, RowChange, SolutionChange
 from ._kernel import Kernel, solve, solve_delassus
 from ._loads import LeastImpulses, rest_reserve
+from ._scene_file import load, load_sequence, save
 from ._solution import Solution
 from ._stiction import SIZES
 from ._types import Mode, RowMode, Rows, Status, Work
@@ -34,7 +35,10 @@ __all__ = [
     "SolutionChange",
     "Status",
     "Work",
+    "load",
+    "load_sequence",
     "rest_reserve",
+    "save",
     "solve",
     "solve_batch",
     "solve_delassus",

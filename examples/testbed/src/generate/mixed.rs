@@ -139,6 +139,7 @@ fn draw(random: &mut Random, limits_inside: bool) -> MixedFile {
         joints,
         compliance,
         keys: (0..100).collect(),
+        time_step: None,
         limits_inside,
     }
 }
