@@ -3,6 +3,8 @@
 //! | task | page |
 //! |---|---|
 //! | give the data of a first robot | [`first_robot`] |
+//! | build an image for a microcontroller, from an empty folder | [`firmware`] |
+//! | look up a letter | [`symbols`] |
 //! | add joint limits, motors, dry friction, loops, rolling; solve several robots with one kernel | [`rows`] |
 //! | keep a deadline; act on a tick that ends unsolved | [`tick`] |
 //! | use another language | [`python`], [`c`] |
@@ -10,6 +12,7 @@
 //! | share out forces over feet | [`forces`] |
 //! | differentiate a solution | [`derivatives`] |
 //! | solve many scenes, on cores or a cluster | [`many`] |
+//! | save a scene, read one | [`scenes`] |
 //! | understand the method, the error, and where both come from | [`method`], [`error`], [`note`] |
 //! | see measurements and races | [`reports`] |
 
@@ -21,6 +24,7 @@ macro_rules! links {
 [At rest]: crate::guide::reports::rest
 [Constants]: crate::guide::reports::tuning
 [Contacts and rows]: crate::guide::rows
+[First firmware]: crate::guide::firmware
 [First robot]: crate::guide::first_robot
 [Forces, measured]: crate::guide::reports::forces
 [From C]: crate::guide::c
@@ -34,8 +38,15 @@ macro_rules! links {
 [On a microcontroller]: crate::guide::reports::firmware
 [Python, measured]: crate::guide::reports::python
 [Reports]: crate::guide::reports
+[Scene files]: crate::guide::scenes
 [Sharing out forces]: crate::guide::forces
+[Symbols]: crate::guide::symbols
 [The error]: crate::guide::error
+[`ContactMode`]: crate::ContactMode
+[`Gap`]: crate::time_stepping::Gap
+[`Kernel::solve_with_limits`]: crate::Kernel::solve_with_limits
+[`Scene::set_velocities`]: crate::Scene::set_velocities
+[`contact_frame`]: crate::contact_frame
 "
     };
 }
@@ -43,6 +54,14 @@ macro_rules! links {
 #[doc = links!()]
 #[doc = include_str!("guide/first_robot.md")]
 pub mod first_robot {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/firmware.md")]
+pub mod firmware {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/symbols.md")]
+pub mod symbols {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/rows.md")]
@@ -75,6 +94,10 @@ pub mod derivatives {}
 #[doc = links!()]
 #[doc = include_str!("guide/many.md")]
 pub mod many {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/scenes.md")]
+pub mod scenes {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/method.md")]

@@ -8,10 +8,10 @@ use nalgebra::SVector;
 use stiction::{AllPhases, Error, JointRow, Kernel, Phases, Real, Settings, Solution, SweepsOnly};
 use testbed::format;
 use testbed::generate::{self, Class};
-use testbed::mixed::{self, MixedFile};
+use testbed::mixed::MixedFile;
 use testbed::scene_file::{SceneFile, bundled_scenes, json_files, repository};
 
-/// The size of all scenes, with and without joint rows: that of [`mixed::solve`], compiled anyway.
+/// The size of all scenes, with and without joint rows: that of [`testbed::mixed::solve`], compiled anyway.
 const N: usize = 30;
 const C: usize = 12;
 const R: usize = 36;

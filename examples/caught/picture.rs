@@ -19,7 +19,7 @@ const MOMENTS: [(usize, &str); 4] =
     [(200, "stands"), (380, "is pushed, slips"), (700, "slips on ice, leans back"), (1700, "stands again")];
 /// Width and height of the picture, and width of a moment (px).
 const WIDTH: f32 = 830.0;
-const ALL: f32 = 560.0;
+const ALL: f32 = 396.0;
 const MOMENT: f32 = WIDTH / 4.0;
 /// Scale of places (px/m) and of forces (px/N).
 const METRE: f32 = 245.0;
@@ -29,11 +29,11 @@ const CONE: f32 = 56.0;
 /// Left and right end of the time axis (px).
 const AXIS: [f32; 2] = [100.0, 815.0];
 /// Upper edge of the rows of the feet, and height of a row (px).
-const FEET: f32 = 254.0;
-const ROW: f32 = 24.0;
+const FEET: f32 = 216.0;
+const ROW: f32 = 20.0;
 /// Lower edge and height of the chart of speeds (px), and the speed at its upper edge (m/s).
-const BOTTOM: f32 = 516.0;
-const HEIGHT: f32 = 130.0;
+const BOTTOM: f32 = 376.0;
+const HEIGHT: f32 = 56.0;
 const FAST: f32 = 0.8;
 
 /// Picture as SVG.
@@ -77,8 +77,8 @@ pub(crate) fn draw(caught: &[Tick], lost: &[Tick]) -> String {
     }
     legend(&mut svg);
     let push = [PUSH.start, PUSH.end].map(|tick| across(f32::from(tick) * TICK));
-    svg.area([push[0], FEET - 20.0], [push[1] - push[0], BOTTOM - FEET + 20.0], "#f7dede");
-    svg.text([f32::midpoint(push[0], push[1]), FEET - 6.0], "middle", &format!("push, {FORCE} N"));
+    svg.area([push[0], FEET - 18.0], [push[1] - push[0], BOTTOM - FEET + 18.0], "#f7dede");
+    svg.text([f32::midpoint(push[0], push[1]), FEET - 4.0], "middle", &format!("push, {FORCE} N"));
     let names = ["front left", "front right", "rear left", "rear right"];
     for (foot, name) in (0..).zip(names) {
         row(&mut svg, foot, name, caught);
@@ -90,7 +90,7 @@ pub(crate) fn draw(caught: &[Tick], lost: &[Tick]) -> String {
 
 /// Draws what the colours mean.
 fn legend(svg: &mut Svg) {
-    let (mut x, y) = (16.0, FEET - 42.0);
+    let (mut x, y) = (16.0, FEET - 30.0);
     let entries = [
         (STICK, "foot sticks", 104.0),
         (SLIP, "slips", 70.0),
@@ -108,9 +108,9 @@ fn legend(svg: &mut Svg) {
 /// Draws the robot in a tick as it is seen from the right, and the forces on its feet in their friction cones.
 fn moment(svg: &mut Svg, left: f32, tick: &Tick, words: &str) {
     let ramp = Rotation2::new(SLOPE);
-    let on_page = |x: f32, z: f32| Vector2::new(left + 68.0, 124.0) + ramp * Vector2::new(x, -z) * METRE;
+    let on_page = |x: f32, z: f32| Vector2::new(left + 68.0, 116.0) + ramp * Vector2::new(x, -z) * METRE;
     let place = |place: &Vector3<f32>| on_page(place.x, place.z);
-    svg.text([left + MOMENT / 2.0, 20.0], "middle", &format!("{:.1} s: {words}", tick.time));
+    svg.text([left + MOMENT / 2.0, 16.0], "middle", &format!("{:.1} s: {words}", tick.time));
     let floor = |svg: &mut Svg, from, to, colour| {
         svg.line(
             [on_page(from, -0.012), on_page(to, -0.012)],
@@ -174,32 +174,31 @@ fn across(time: f32) -> f32 {
 fn row(svg: &mut Svg, foot: u16, name: &str, ticks: &[Tick]) {
     let top = FEET + f32::from(foot) * ROW;
     let foot = usize::from(foot);
-    svg.text([AXIS[0] - 8.0, top + 14.0], "end", name);
+    svg.text([AXIS[0] - 8.0, top + 12.0], "end", name);
     let mut bars = |top, height, colour: &dyn Fn(&Tick) -> &'static str| {
         for run in ticks.chunk_by(|a, b| colour(a) == colour(b)) {
             let [from, to] = [run[0].time, run[run.len() - 1].time + TICK].map(across);
             svg.area([from, top], [to - from, height], colour(&run[0]));
         }
     };
-    bars(top, 14.0, &|tick| colour(tick.touches[foot].mode));
-    bars(top + 14.0, 4.0, &|tick| ground(friction(&tick.legs[foot][2])));
+    bars(top, 12.0, &|tick| colour(tick.touches[foot].mode));
+    bars(top + 12.0, 3.0, &|tick| ground(friction(&tick.legs[foot][2])));
 }
 
 /// Draws the speed of the torso over time.
 fn speeds(svg: &mut Svg, caught: &[Tick], lost: &[Tick]) {
     let at = |time, speed| Vector2::new(across(time), BOTTOM - HEIGHT * speed / FAST);
-    for step in 0_u16..=4 {
-        let speed = f32::from(step) * 0.2;
+    for step in 0_u16..=2 {
+        let speed = f32::from(step) * 0.4;
         let line = AXIS.map(|x| Vector2::new(x, at(0.0, speed).y));
         svg.line(line, &format!("stroke='{PALE}' stroke-width='1'"));
         svg.text([AXIS[0] - 8.0, line[0].y + 5.0], "end", &format!("{speed:.1}"));
     }
     for step in 0_u16..=6 {
         let time = f32::from(step) * 0.3;
-        svg.text([across(time), BOTTOM + 18.0], "middle", &format!("{time:.1}"));
+        svg.text([across(time), BOTTOM + 16.0], "middle", &format!("{time:.1} s"));
     }
-    svg.text([f32::midpoint(AXIS[0], AXIS[1]), BOTTOM + 36.0], "middle", "time (s)");
-    svg.text([AXIS[0], BOTTOM - HEIGHT - 12.0], "start", "speed of the torso (m/s)");
+    svg.text([AXIS[0], BOTTOM - HEIGHT - 6.0], "start", "speed of the torso (m/s)");
     svg.text([at(0.95, 0.0).x, at(0.0, 0.5).y], "end", "without the catch");
     svg.text([at(1.15, 0.0).x, at(0.0, 0.15).y], "start", "caught");
     let points = |ticks: &[Tick]| -> Vec<_> {
