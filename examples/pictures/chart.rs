@@ -13,8 +13,15 @@ pub struct Series {
     pub dots: bool,
 }
 
-const COLOURS: [RGBColor; 4] =
-    [RGBColor(31, 119, 180), RGBColor(230, 110, 10), RGBColor(44, 140, 44), RGBColor(148, 80, 190)];
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(31, 119, 180),
+    RGBColor(230, 110, 10),
+    RGBColor(44, 140, 44),
+    RGBColor(148, 80, 190),
+    RGBColor(200, 30, 60),
+    RGBColor(20, 170, 190),
+    RGBColor(130, 95, 70),
+];
 
 /// One diagram with its axes, units included.
 pub struct Panel {
