@@ -125,7 +125,7 @@ impl World {
         let mut given = (scene.given)(positions, velocity, self.hand)?;
         let [_, _, _, held, x, y, to_x, to_y, single] = self.controls;
         self.pull = vector![0.0, 0.0];
-        if held == 1.0 {
+        if held > 0.0 {
             let lever = if scene.turns { turned(positions[2], [x, y]) } else { vector![0.0, 0.0] };
             let jacobian = if scene.turns { of_body(&lever) } else { PointJacobian::identity() };
             let at = positions.fixed_rows::<2>(0) + lever;
@@ -135,7 +135,7 @@ impl World {
             given.force += jacobian.tr_mul(&self.pull);
         }
         let free = free_impulse(&given.mass, velocity, &given.force, STEP);
-        let Answer { velocity, impulses, rows, error, solved } = if single == 1.0 {
+        let Answer { velocity, impulses, rows, error, solved } = if single > 0.0 {
             solve(&mut self.single, &given, &free, 1e-4)?
         } else {
             solve(&mut self.double, &given, &free, 1e-9)?
@@ -164,7 +164,7 @@ impl World {
 pub extern "C" fn world() -> Box<World> {
     Box::new(World {
         controls: [0.0; 9],
-        numbers: slope::SCENE.numbers,
+        numbers: [0.0; 6],
         positions: Vector::zeros(),
         hand: [0.0; 3],
         pull: vector![0.0, 0.0],

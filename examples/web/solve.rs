@@ -16,7 +16,7 @@ pub(crate) struct Answer {
     pub(crate) solved: bool,
 }
 
-/// Solves to `tolerance`; a solution in `f32` may be a hundred times worse where rounding allows no better one.
+/// Solves to `tolerance`.
 pub(crate) fn solve<T: Real>(
     kernel: &mut Kernel<T, N, 2, C, R>,
     given: &Given,
@@ -51,7 +51,7 @@ pub(crate) fn solve<T: Real>(
         impulses: heapless::Vec::new(),
         rows: [0.0; R],
         error: double(solution.error),
-        solved: solution.is_usable(T::literal(100.0 * tolerance)),
+        solved: solution.is_solved(),
     };
     for (touch, contact) in given.touches.iter().zip(&solution.contacts) {
         let [normal, tangent] = contact.impulse.map(double).into();
