@@ -8,13 +8,14 @@ const COLUMNS = 375; // 6 s
 const COLOURS = ["#9aa1ad", "#1f77b4", "#d95f02"];
 const MODES = ["open", "sticks", "slips"];
 
-const { instance } = await WebAssembly.instantiateStreaming(fetch("web.wasm"));
+const { instance } = await WebAssembly.instantiate(await (await fetch("web.wasm")).arrayBuffer());
 const kernel = instance.exports;
 const address = kernel.world();
 kernel.trot(address, true); // makes the memory as large as it will be
 const w = {}; // the world, as lib.rs lays it out
 let at = address;
-for (const [name, length] of Object.entries({ controls: 9, numbers: 6, positions: 5, hand: 3, pull: 2, rows: 2, error: 1, solved: 1, contacts: 40 })) {
+const layout = { controls: 9, numbers: 6, positions: 5, hand: 3, pull: 2, rows: 2, error: 1, solved: 1, contacts: 40 };
+for (const [name, length] of Object.entries(layout)) {
   w[name] = new Float64Array(kernel.memory.buffer, at, length);
   at += 8 * length;
 }
@@ -187,7 +188,8 @@ function draw() {
     const [nx, ny] = scene.normal(w, key);
     const tall = (scene.towards ? -1.1 : 1.1) * scene.newton * (fx * nx + fy * ny);
     const wide = tall * w.hand[1];
-    p.shape([[x, y], [x + tall * nx - wide * ny, y + tall * ny + wide * nx], [x + tall * nx + wide * ny, y + tall * ny - wide * nx]], COLOURS[mode] + "28");
+    const edge = (side) => [x + tall * nx - side * wide * ny, y + tall * ny + side * wide * nx];
+    p.shape([[x, y], edge(1), edge(-1)], COLOURS[mode] + "28");
     p.arrow([x, y], [fx, fy], scene.newton, COLOURS[mode], { dashes: mode === 2 ? [7, 4] : [], towards: scene.towards });
   }
   if (grip) {
@@ -198,24 +200,23 @@ function draw() {
   bars("strip", scene.strip.map(([, label]) => label), history, COLUMNS);
   const numbers = scene.numbers(w);
   for (const [id, [, computed, paper, unit]] of Object.entries(numbers)) {
-    const show = (x) => (x === null ? "" : Number.isFinite(x) ? `${x.toFixed(2).replace(/^-(0\.00)$/, "$1")} ${unit}` : "never");
+    const show = (x) => (x === null ? "" : Number.isFinite(x) ? `${x.toFixed(2).replace(/^-(0\.00)$/, "$1")} ${unit}` : "–");
     const [, first, second] = $(id).children;
     [first.textContent, second.textContent] = [show(computed), show(paper)];
   }
-  const shown = scene.strip.map(([key]) => modes[key]);
-  $("message").textContent = w.solved[0] ? `${MODES[Math.max(...shown)]}${shown.includes(1) && shown.includes(2) ? " and sticks" : ""}` : "unsolved: begin again";
+  const shown = [2, 1].filter((mode) => scene.strip.some(([key]) => modes[key] === mode)).map((mode) => MODES[mode]).join(", ");
+  $("message").textContent = w.solved[0] ? shown || MODES[0] : "unsolved: begin again";
   $("time").textContent = taken ? (micros / taken).toFixed(1) : "–";
   $("error").textContent = w.error[0].toExponential(0);
   return { modes, positions: [...w.positions], numbers, solved: w.solved[0] === 1, error: w.error[0] };
 }
 
 function trot() {
-  const replays = 25;
-  const replay = () => { for (let i = 0; i < replays; i++) kernel.trot(address, false); };
+  const replay = () => { for (let i = 0; i < 25; i++) kernel.trot(address, false); };
   replay(); // until the browser has compiled it well
   const start = performance.now();
   replay();
-  $("trot_time").textContent = ((1e3 * (performance.now() - start)) / replays / 40).toFixed(0);
+  $("trot_time").textContent = ((1e3 * (performance.now() - start)) / 25 / 40).toFixed(0);
   kernel.trot(address, true);
   const text = new TextDecoder().decode(new Uint8Array(kernel.memory.buffer, kernel.text(address), kernel.text_length(address)));
   return text.trimEnd().split("\n").map((line) => /^ *\d+ (\S+) \S+ \S+(.*)$/.exec(line).slice(1));
@@ -249,9 +250,9 @@ $("scene").onpointerup = $("scene").onpointercancel = () => {
 };
 $("reset").onclick = () => { begin(); draw(); };
 $("single").onchange = (event) => (w.controls[8] = event.target.checked ? 1 : 0);
-const pause = () => ($("pause").textContent = running ? "Pause" : "Go on");
-$("pause").onclick = () => { running = !running; pause(); };
-pause();
+const name_pause = () => ($("pause").textContent = running ? "Pause" : "Go on");
+$("pause").onclick = () => { running = !running; name_pause(); };
+name_pause();
 
 $("tabs").append(...scenes.map(({ title }, index) => {
   const tab = Object.assign(document.createElement("button"), { role: "tab", textContent: title });

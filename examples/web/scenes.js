@@ -1,4 +1,5 @@
-// The three scenes: their sliders, what is drawn, and what stands on paper. `w` is the world of the kernel (page.js).
+// The three scenes: their sliders, what is drawn, and what stands on paper for a body at rest or sliding steadily. `w` is the world of the
+// kernel (page.js).
 const g = 9.81;
 const degrees = 180 / Math.PI;
 const slider = (id, label, unit, min, max, step, value) => ({ id, label, unit, min, max, step, value });
@@ -32,11 +33,12 @@ export const scenes = [
     numbers(w) {
       const [slope, mu, push] = [w.hand[0] / degrees, w.hand[1], w.hand[2]];
       const weight = w.numbers[0] * g;
-      const [needs, has] = [weight * Math.sin(slope) - push, mu * weight * Math.cos(slope)];
+      const normal = Math.max(0, weight * Math.cos(slope) - w.pull[1]);
+      const [needs, has] = [weight * Math.sin(slope) - push - w.pull[0], mu * normal];
       const angle = Math.atan(mu);
       const lets_go = angle + Math.asin((push * Math.cos(angle)) / weight);
       return {
-        normal: ["normal force", sum(w, [0, 1, 2, 3], 3), weight * Math.cos(slope), "N"],
+        normal: ["normal force", sum(w, [0, 1, 2, 3], 3), normal, "N"],
         friction: ["friction, up the slope", sum(w, [0, 1, 2, 3], 2), Math.sign(needs) * Math.min(Math.abs(needs), has), "N"],
         most: ["most friction, mu N", null, has, "N"],
         angle: ["angle of friction atan(mu)", null, angle * degrees, "°"],
@@ -88,7 +90,9 @@ export const scenes = [
   {
     title: "Gripper",
     hint: "Lower the squeeze until the block slips out of the fingers, or pull it out.",
-    sliders: [slider("squeeze", "squeeze of a finger", "N", 0, 30, 0.05, 12), friction(0.6), slider("mass", "mass of the block", "kg", 0.1, 2, 0.05, 1)],
+    sliders: [
+      slider("squeeze", "squeeze of a finger", "N", 0, 30, 0.05, 12), friction(0.6), slider("mass", "mass of the block", "kg", 0.1, 2, 0.05, 1),
+    ],
     strip: [[2, "left pad, top"], [0, "left, bottom"], [3, "right pad, top"], [1, "right, bottom"]],
     newton: 0.008,
     towards: true, // arrows end at the contact
@@ -110,12 +114,13 @@ export const scenes = [
     },
     numbers(w) {
       const [squeeze, mu, mass] = w.hand;
-      const [load, needs] = [mass * g, (mass * g) / (2 * mu)];
+      const load = Math.abs(mass * g - w.pull[1]);
       return {
+        load: ["load of the pads", null, load, "N"],
         normal: ["force of the left pad", sum(w, [0, 2], 2), squeeze, "N"],
         friction: ["friction of both pads", sum(w, [0, 1, 2, 3], 3), Math.min(load, 2 * mu * squeeze), "N"],
         motor: ["motor of both fingers", w.rows[0], 2 * squeeze, "N"],
-        needs: ["needs m g / (2 mu)", null, needs, "N"],
+        needs: ["needs, load / (2 mu)", null, load / (2 * mu), "N"],
       };
     },
   },
