@@ -3,7 +3,7 @@
 The helpers of the Rust library's ``time_stepping``, with its names, fields, defaults and arithmetic. Steps are semi-implicit:
 masses, Jacobians and gaps are those at the beginning of a step of length ``h``, contacts and rows act on the velocity at its end.
 
-A number without meaning (NaN, a step of 0, a negative stiffness) raises a ``ValueError`` that begins with its name, once it is used.
+A number without meaning (NaN, a step of 0, a negative stiffness) raises a ``ValueError`` that begins with its name, when used.
 """
 
 from __future__ import annotations
