@@ -88,8 +88,10 @@ def test_what_slips_is_orange_and_space_changes_the_law(display: str, tmp_path: 
 def test_it_ends_with_its_counters(display: str) -> None:
     process = view(MODELS / "quadruped.xml", "--for", "0.5", display=display)
     output, complaints = process.communicate()
-    assert process.returncode == 0 and "4 stick, 0 slip" in output and "unsolved 0" in output, complaints
-    steps = int(output.split("steps ")[1].split(",")[0])
+    assert process.returncode == 0, complaints
+    last = output.splitlines()[-1]  # before it counters of each second, of viewers without texts
+    assert "4 stick, 0 slip" in last and "unsolved 0" in last
+    steps = int(last.split("steps ")[1].split(",")[0])
     assert 250 <= steps < 260
 
 
@@ -98,7 +100,6 @@ def test_it_ends_with_its_counters(display: str) -> None:
     [
         ("<mujoco/>", "model: it has no velocities"),
         ("<mujoco>", "XML"),
-        (WHEEL.replace("<worldbody>", '<option><flag sleep="enable"/></option><worldbody>'), "flag sleep"),
         (WHEEL, "there is no display"),
     ],
 )

@@ -87,7 +87,7 @@ def watch(model: mujoco.MjModel, end: float) -> str:
             lines = counters(stepper, data, is_exact)
             if hasattr(viewer, "set_texts"):
                 viewer.set_texts((None, None, "\n".join(lines), "\n".join(lines.values())))
-            elif int(data.time) != told:  # MuJoCo's viewer has no texts before 3.3.3
+            elif int(data.time) != told:  # the viewer of MuJoCo 3.3.0 has no texts
                 told = int(data.time)
                 print(one_line(lines))
             viewer.sync()
@@ -114,7 +114,7 @@ def counters(stepper: Stepper, data: mujoco.MjData, is_exact: bool) -> dict[str,
         "contacts": f"{modes.count(Mode.STICK)} stick, {modes.count(Mode.SLIP)} slip" if is_exact else f"{data.ncon}",
         "steps": f"{stepper.steps}",
         "unsolved": f"{stepper.unsolved}",
-        "worst error": f"{stepper.worst_error:.0e}",
+        "worst error": f"{stepper.worst_error:.1g}",
     }
 
 
