@@ -18,6 +18,7 @@ from PIL import ImageGrab
 
 from stiction._viewer import draw_forces
 from stiction.mujoco import Stepper
+from stiction.view import main
 
 MODELS = Path(__file__).parents[1] / "models"
 #: A wheel that is pressed on the floor, and turned by its motor without going anywhere.
@@ -111,6 +112,14 @@ def test_a_reason_is_one_line(model: str, reason: str, tmp_path: Path) -> None:
     assert process.returncode == 2 and output == ""
     (line,) = complaints.splitlines()
     assert line.startswith("python -m stiction.view: ") and reason in line
+
+
+def test_without_mujoco_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    monkeypatch.setattr(sys, "argv", ["view", "model.xml"])
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    assert "pip install 'stiction[mujoco]'" in capsys.readouterr().err
 
 
 def test_arrows_add_up_to_the_weight() -> None:
