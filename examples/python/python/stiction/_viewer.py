@@ -19,7 +19,8 @@ from .mujoco import Stepper
 
 BLUE, ORANGE, GREY = np.array([[0.12, 0.47, 0.71, 1], [0.9, 0.43, 0.04, 1], [0.5, 0.5, 0.5, 1]], np.float32)
 _ARROW = mujoco.mjtGeom.mjGEOM_ARROW
-_FRAME = 1 / 60  # s, of a picture
+_FRAME = 1 / 60  # s, of a picture, at least
+_MOST = 0.1  # s, of steps between two pictures: a slow screen is behind real time
 _SPACE = 32
 
 
@@ -65,13 +66,14 @@ def watch(model: mujoco.MjModel, end: float) -> str:
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     exact = (model.opt.cone, model.opt.jacobian)
-    steps, presses = max(1, round(_FRAME / model.opt.timestep)), queue.SimpleQueue[int]()
+    presses, h, clock, told = queue.SimpleQueue[int](), model.opt.timestep, time.perf_counter(), -1
     check_display()
     others = set(threading.enumerate())
     with mujoco.viewer.launch_passive(model, data, key_callback=presses.put, show_left_ui=False, show_right_ui=False) as viewer:
-        told = -1
         while viewer.is_running() and data.time < end:
-            began = time.perf_counter()
+            now = time.perf_counter()
+            steps = max(1, int(min(now - clock, _MOST, end - data.time) / h))
+            clock = max(clock, now - _MOST) + steps * h
             while not presses.empty():
                 if presses.get() == _SPACE:
                     is_exact = not is_exact
@@ -91,7 +93,7 @@ def watch(model: mujoco.MjModel, end: float) -> str:
                 told = int(data.time)
                 print(one_line(lines))
             viewer.sync()
-            time.sleep(max(0.0, began + steps * model.opt.timestep - time.perf_counter()))
+            time.sleep(max(0.0, now + _FRAME - time.perf_counter(), clock - time.perf_counter()))
     for thread in set(threading.enumerate()) - others:
         thread.join()  # it draws until its window is gone, which the end of the program would take from it
     return one_line(counters(stepper, data, is_exact))
