@@ -11,6 +11,7 @@ mod kernel;
 mod loads;
 mod mujoco;
 mod solve;
+mod time_stepping;
 
 #[pymodule]
 fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -26,5 +27,5 @@ fn _stiction(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(derivative::derivative, module)?)?;
     module.add_function(wrap_pyfunction!(derivative::fingerprint, module)?)?;
     module.add_function(wrap_pyfunction!(loads::bear, module)?)?;
-    Ok(())
+    time_stepping::add(module)
 }

@@ -54,6 +54,27 @@ def test_singletons_are_broadcast_and_outputs_handed_in(scenes: tuple[Any, ...])
     assert bits(stiction.solve_batch(whole[0], whole[1], pushes, whole[2], np.full((50, H.shape[1]), 0.6))) == bits(out)
 
 
+def test_arrays_without_a_leading_axis_are_those_of_all_scenes(scenes: tuple[Any, ...]) -> None:
+    M, H, push, w, mu = (part[0] for part in scenes)
+    pushes = push * np.linspace(0.5, 1.5, 50)[:, None]
+    rows = Rows(np.eye(18)[6:], lower=-np.linspace(0.1, 0.2, 12), upper=0.2, keys=np.arange(12))
+    whole = Rows(np.eye(18)[None, 6:], lower=-np.linspace(0.1, 0.2, 12)[None], upper=0.2, keys=np.arange(12)[None])
+    soft = np.linspace(0.001, 0.002, len(mu))
+    found = stiction.solve_batch(M, H, pushes, w, mu, rows=rows, compliance=soft)
+    led = (M[None], H[None], pushes, w[None], mu[None])
+    both = np.stack([soft, soft], axis=1)[None]
+    assert bits(found) == bits(stiction.solve_batch(*led, rows=whole, compliance=both)) and len(found.v) == 50
+    assert bits(found) == bits(stiction.solve_batch(M.tolist(), H, pushes, w, mu, rows=rows, compliance=both))
+    assert not np.array_equal(found.v, stiction.solve_batch(M, H, pushes, w, mu, rows=rows).v)
+    one = stiction.solve_batch(M, H, pushes, w, 0.6, compliance=0.001)
+    assert bits(one) == bits(stiction.solve_batch(*led[:4], np.full((1, len(mu)), 0.6), compliance=np.full((1, len(mu)), 0.001)))
+    assert found.vjp(v=np.ones((50, 18))).M.shape == (50, 18, 18)
+    alone = stiction.solve(M, H, pushes[7], w, mu, rows=rows, compliance=soft)
+    assert np.array_equal(found.v[7], alone.v)
+    single = stiction.solve_batch(M, H, push, w, mu)
+    assert len(single.v) == 1
+
+
 def test_float32_and_rows() -> None:
     rows = Rows(np.eye(2)[None], upper=np.inf, offset=np.zeros((4, 2)))
     pushes = np.array([[1.0, -1.0]]) * np.arange(4)[:, None]

@@ -11,7 +11,7 @@ import pytest
 
 import stiction
 
-from conftest import SCENES
+from conftest import REPOSITORY, SCENES
 
 
 def test_the_table_has_all_scenes(tmp_path: Path) -> None:
@@ -23,18 +23,34 @@ def test_the_table_has_all_scenes(tmp_path: Path) -> None:
     assert endings["box_slide_spin"] == "~~~~" and all(set(ending) <= set("=~o") for ending in endings.values())
 
 
+def blocks(path: Path) -> list[str]:
+    return re.findall(r"```python\n(.*?)```", path.read_text(), re.DOTALL)
+
+
+def test_the_python_of_the_guide_runs() -> None:
+    pages = {path.stem: found for path in (REPOSITORY / "src/guide").glob("*.md") if (found := blocks(path))}
+    assert set(pages) >= {"forces", "python"}
+    for found in pages.values():
+        names: dict[str, Any] = {}
+        for block in found:
+            exec(block, names)
+
+
 def test_the_code_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     folder = Path(__file__).parents[1]
     monkeypatch.chdir(folder)
-    blocks = re.findall(r"```python\n(.*?)```", (folder / "README.md").read_text(), re.DOTALL)
+    found = blocks(folder / "README.md")
     names: dict[str, Any] = {}
     steppers = []
-    for block in blocks:
+    for block in found:
         exec(block, names)
         if "Stepper(" in block:
             steppers.append(names["stepper"])
-    assert len(blocks) == 6
+    assert len(found) == 7
     assert names["solution"].solved and names["solution"].modes[0] == stiction.Mode.SLIP
+    leg = names["leg"]
+    assert leg.solved and leg.row_impulses[0] / names["h"] == pytest.approx(-30.0)
+    assert leg.row_modes.tolist() == [stiction.RowMode.AT_LOWER, stiction.RowMode.AT_LIMIT]
     assert names["change"].facts.has_unique_impulses and names["gradient"].mu[0] < 0
     assert len(steppers) == 2 and all(stepper.steps > 900 and stepper.unsolved == 0 for stepper in steppers)
     data = names["data"]  # of a pole that stands, and lies without its regulator

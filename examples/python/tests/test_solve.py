@@ -135,6 +135,18 @@ def test_compliance() -> None:
     assert np.isclose(found.r[0, 0], 0.01 / (0.5 + 0.5))  # q over W + R
 
 
+def test_compliance_of_all_of_each_and_of_each_way_is_the_same() -> None:
+    two, push = np.concatenate([H, H]), [0.03, 0.0, -0.02]
+    full = stiction.solve(EYE, two, push, np.zeros((2, 3)), 0.8, compliance=[[0.5, 0.5], [0.25, 0.25]], tol=1e-9)
+    each = stiction.solve(EYE, two, push, np.zeros((2, 3)), 0.8, compliance=[0.5, 0.25], tol=1e-9)
+    assert np.array_equal(full.r, each.r) and full.r[1, 0] > full.r[0, 0]
+    one = stiction.solve(EYE, two, push, np.zeros((2, 3)), 0.8, compliance=0.5, tol=1e-9)
+    assert np.array_equal(one.r, stiction.solve(EYE, two, push, np.zeros((2, 3)), 0.8, compliance=[0.5, 0.5], tol=1e-9).r)
+    assert one.jvp(w=[[0.1, 0.0, 0.0], [0.0, 0.0, 0.0]]).r[0, 0] != 0.0  # the scene is known as it was solved
+    kernel = stiction.Kernel(3, 2, surfaces=True)
+    assert np.array_equal(kernel.solve(EYE, two, push, np.zeros((2, 3)), 0.8, compliance=0.5, tol=1e-9).r, one.r)
+
+
 def test_the_relaxed_law_lifts_off() -> None:
     assert stiction.solve(EYE, H, PUSH, W, MU, tol=1e-9, relaxed=True).u[0, 0] > 1e-3
 
@@ -162,7 +174,8 @@ def test_the_relaxed_law_lifts_off() -> None:
         ("budget", {"budget": -1}),
         ("budget", {"budget": 0.5}),
         ("compliance", {"compliance": [[-1.0, 0.0]]}),
-        ("compliance", {"compliance": [1.0]}),
+        ("compliance", {"compliance": [1.0, 2.0]}),
+        ("compliance", {"compliance": -1.0}),
         ("rows", {"rows": Rows(np.eye(3), lower=1.0, upper=-1.0)}),
         ("rows.jacobian", {"rows": Rows(np.eye(2))}),
         ("rows.keys", {"rows": Rows(np.eye(3), keys=-1)}),

@@ -7,10 +7,12 @@ a torsional row, 6 with rolling ones). For a mass matrix ``M``, a free impulse `
     M v = M v_free + Hᵀ r,   u_i = H_i v + w_i,   K*_mu ∋ u_i + mu_i |u_Ti| e_N ⟂ r_i ∈ K_mu
 
 in SI units, rows with the normal first. :func:`solve` solves one scene, :func:`solve_batch` many on all cores,
-:class:`Kernel` one after the other with warm starts, :meth:`Solution.jvp` and
-:meth:`Solution.vjp` tell how a solution moves with its data, and :class:`stiction.mujoco.Stepper` steps MuJoCo's models.
+:class:`Kernel` one after the other with warm starts, :mod:`stiction.time_stepping` makes offsets and joint rows,
+:meth:`Solution.jvp` and :meth:`Solution.vjp` tell how a solution moves with its data, and :class:`stiction.mujoco.Stepper` steps
+MuJoCo's models.
 """
 
+from . import time_stepping
 from ._batch import BatchSolution, solve_batch
 from ._derivative import Facts, Gradient, RowChange, SolutionChange
 from ._kernel import Kernel, solve, solve_delassus
@@ -42,5 +44,6 @@ __all__ = [
     "solve",
     "solve_batch",
     "solve_delassus",
+    "time_stepping",
 ]
 __version__ = "0.1.0"

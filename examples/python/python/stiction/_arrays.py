@@ -65,6 +65,20 @@ def friction(mu: ArrayLike, offsets: ArrayLike, jacobian: ArrayLike, dtype: np.d
     return np.full((1,) * lead + (shape[lead],), found, dtype)
 
 
+def both_ways(compliance: ArrayLike, contacts: int, dtype: np.dtype[Any], lead: int) -> Array:
+    """Compliance along normal and tangents; one number is that of all contacts, one of each contact that of both ways."""
+    found = array("compliance", compliance, dtype)
+    if found.ndim == 0:
+        return np.full((1,) * lead + (contacts, 2), found, dtype)
+    return np.repeat(found[..., None], 2, axis=-1) if found.ndim == lead + 1 else found
+
+
+def led(name: str, given: ArrayLike, own: int, dtype: np.dtype[Any]) -> Array:
+    """An array with a leading axis; one of ``own`` axes, which has none, is that of all scenes."""
+    found = given if isinstance(given, np.ndarray) else array(name, given, dtype)
+    return found[None] if found.ndim == own else found
+
+
 def rows_tuple(rows: Rows, dtype: np.dtype[Any], lead: int) -> tuple[Any, ...]:
     """Joint rows, with one number for all made arrays."""
     numbers = {name: array(f"rows.{name}", getattr(rows, name), dtype) for name in ("offset", "lower", "upper", "compliance")}
@@ -72,6 +86,9 @@ def rows_tuple(rows: Rows, dtype: np.dtype[Any], lead: int) -> tuple[Any, ...]:
     if rows.jacobian is None:
         raise ValueError("rows.jacobian: there is none")
     jacobian = array("rows.jacobian", rows.jacobian, dtype)
+    if lead:
+        numbers = {name: led(name, found, 1, dtype) for name, found in numbers.items()}
+        jacobian, keys = led("rows.jacobian", jacobian, 2, dtype), keys[None] if keys.ndim == 1 else keys
     if jacobian.ndim != lead + 2:
         raise ValueError(f"rows.jacobian: shape {list(jacobian.shape)} is not (rows, velocities)")
     one = (1,) * lead + jacobian.shape[lead:-1]
@@ -99,14 +116,13 @@ def scene(
     if rows is not None and not isinstance(rows, Rows):
         raise ValueError(f"rows: {type(rows).__name__} is not Rows")
 
-    def coefficients() -> Array:
-        return friction(mu, w, jacobian, dtype, lead)
-
+    coefficients = mu if isinstance(mu, np.ndarray) and mu.ndim else friction(mu, w, jacobian, dtype, lead)
+    contacts = coefficients.shape[lead] if coefficients.ndim > lead else 0
     return (
         *dynamics,
         w,
-        mu if isinstance(mu, np.ndarray) and mu.ndim else coefficients(),
-        compliance,
+        coefficients,
+        None if compliance is None else both_ways(compliance, contacts, dtype, lead),
         None if keys is None else keys_array("keys", keys),
         None if rows is None else rows_tuple(rows, dtype, lead),
     )

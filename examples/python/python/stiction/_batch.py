@@ -18,27 +18,27 @@ from ._types import Array, Rows
 class BatchSolution(Differentiable):
     """The solutions of a batch of ``b`` scenes: as :class:`Solution`, with a leading axis."""
 
-    #: ``(b, n)``
+    #: Velocities at the ends of the steps, ``(b, n)``, m/s and rad/s.
     v: Array
-    #: ``(b, c, d)``
+    #: Contact impulses, ``(b, c, d)``, N·s, normal first.
     r: Array
-    #: ``(b, c, d)``
+    #: Contact velocities ``H_i v + w_i``, ``(b, c, d)``, m/s, normal first.
     u: Array
-    #: ``(b, c)``, int8
+    #: :class:`Mode` of each contact, ``(b, c)``, int8.
     modes: NDArray[np.int8]
-    #: ``(b, c, d)``
+    #: Proofs of ``Status.INFEASIBLE`` or ``Status.JAMMED``, otherwise 0; ``(b, c, d)``, no unit.
     certificate: Array
-    #: ``(b, k)``
+    #: Impulses ``λ`` of joint rows, ``(b, k)``, N·s or N·m·s.
     row_impulses: Array
-    #: ``(b, k)``
+    #: Their speeds ``s``, ``(b, k)``, m/s or rad/s.
     row_velocities: Array
-    #: ``(b, k)``, int8
+    #: :class:`RowMode` of each, ``(b, k)``, int8.
     row_modes: NDArray[np.int8]
-    #: ``(b, k)``
+    #: Their part of the proofs, ``(b, k)``, no unit.
     row_certificate: Array
     #: :class:`Status` of each, ``(b,)``, int8.
     status: NDArray[np.int8]
-    #: ``(b,)``
+    #: How far each is from the law, relative to its impulses, ``(b,)``, no unit.
     error: Array
     #: Sweeps, chord steps, Newton steps, searches for a proof: ``(b, 4)``, int32.
     work: NDArray[np.int32]
@@ -49,7 +49,16 @@ class BatchSolution(Differentiable):
 
     @classmethod
     def empty(cls, b: int, n: int, c: int, d: int = 3, k: int = 0, dtype: DTypeLike = DOUBLE) -> BatchSolution:
-        """Make arrays for ``b`` scenes of ``n`` velocities, ``c`` contacts of ``d`` rows and ``k`` joint rows."""
+        """Make arrays for a batch, of zeros.
+
+        Args:
+            b: number of scenes.
+            n: velocities of each.
+            c: contacts of each.
+            d: rows of a contact.
+            k: joint rows of each.
+            dtype: ``float64`` or ``float32``, that of the solve.
+        """
         shapes = _shapes(b, n, c, d, k, _arrays.number_type(dtype))
         return cls(**{name: np.zeros(shape, number) for name, (shape, number) in shapes.items()})
 
@@ -89,24 +98,29 @@ def solve_batch(
 ) -> BatchSolution:
     """Solve ``b`` scenes of one size, each from nothing: the same bits on any number of threads.
 
-    The arguments are those of :func:`stiction.solve`, each with a leading axis of length ``b``, or 1 if all scenes share it:
-    ``M`` ``(b, n, n)``, ``H`` ``(b, c, d, n)``, ``free_impulse`` ``(b, n)``, ``w`` ``(b, c, d)``, ``mu`` ``(b, c)``. The
-    interpreter's lock is released; Ctrl-C ends the call.
+    An array has the shape that it has for :func:`stiction.solve` behind a leading axis of length ``b``, or 1 if all scenes share
+    it. Where all share it, the axis may be left out as well: ``M`` ``(n, n)`` beside ``free_impulse`` ``(b, n)``. Nothing is copied
+    for that. The interpreter's lock is released; Ctrl-C ends the call.
 
     Args:
-        M: see above, here and below.
-        H: .
-        free_impulse: .
-        w: .
-        mu: ., or one number.
-        tol: .
-        budget: .
-        rows: .
-        compliance: .
-        relaxed: .
+        M: generalised mass matrices, ``(b, n, n)`` or ``(n, n)``; kg, kg·m, kg·m² by the units of the velocities.
+        H: contact Jacobians, ``(b, c, d, n)`` or ``(c, d, n)``, rows with the normal first; 1 or m.
+        free_impulse: ``M v + h F``, ``(b, n)`` or ``(n,)``; N·s, N·m·s.
+        w: offsets, ``(b, c, d)`` or ``(c, d)``; m/s.
+        mu: friction coefficients, ``(b, c)``, ``(c,)`` or one number; or one for each row behind the normal, ``(b, c, d - 1)`` or
+            ``(1, c, d - 1)``; no unit, of spin and roll m.
+        tol: error up to which a scene counts as solved; no unit, relative to the impulses.
+        budget: work that the solve of a scene may take, in the unit of :attr:`Work.total`.
+        rows: joint rows, as many in all scenes; each array ``(b, k, n)`` or ``(b, k)``, or without the leading axis.
+        compliance: of contacts, ``(b, c)``, ``(c,)`` or one number, 1/kg; or along the normal and along the tangents,
+            ``(b, c, 2)`` or ``(1, c, 2)``; ``None`` is rigid.
+        relaxed: solve the convex relaxation instead, ``Model::ConvexRelaxation``.
         threads: how many, at most; ``None`` takes as many as there are cores for this process, and there are never more.
         out: arrays to write to (an earlier result, or :meth:`BatchSolution.empty`); they are returned.
-        dtype: .
+        dtype: ``float64``, or ``float32`` with the bits of a microcontroller.
+
+    Returns:
+        The solutions, whatever their status.
 
     Raises:
         ValueError: as of :func:`stiction.solve`, with the first scene that is refused. ``out`` is then half written.
@@ -114,7 +128,10 @@ def solve_batch(
     """
     number = _arrays.number_type(dtype)
     workers = _arrays.threads_of(threads)
-    scenes = _arrays.scene((M, H, free_impulse), w, mu, compliance, None, rows, number, lead=1)
+    dynamics = tuple(_arrays.led(*own, number) for own in (("M", M, 2), ("H", H, 3), ("free_impulse", free_impulse, 1)))
+    w, mu = _arrays.led("w", w, 2, number), _arrays.led("mu", mu, 1, number)
+    soft = None if compliance is None else _arrays.led("compliance", compliance, 1, number)
+    scenes = _arrays.scene(dynamics, w, mu, soft, None, rows, number, lead=1)
     shapes = _shapes(*_stiction.batch_shape(scenes, number.itemsize == 4), number)
     if out is None:
         out = BatchSolution(**{name: np.zeros(shape, kind) for name, (shape, kind) in shapes.items()})

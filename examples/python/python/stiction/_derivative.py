@@ -18,15 +18,15 @@ from ._types import Array
 class RowChange:
     """Changes of joint rows, or a gradient: as :class:`Rows`, but 0 where nothing is said."""
 
-    #: ``(k, n)``
+    #: Of the rows over the velocities, ``(k, n)``, 1 or m.
     jacobian: ArrayLike = 0.0
-    #: ``(k,)``, here and below.
+    #: Of what is added to the speed, ``(k,)``, m/s or rad/s.
     offset: ArrayLike = 0.0
-    #: Of the least impulse, where it is the bound of a box.
+    #: Of the least impulse, where it is the bound of a box, ``(k,)``, N·s or N·m·s.
     lower: ArrayLike = 0.0
     #: Of the largest impulse, likewise.
     upper: ArrayLike = 0.0
-    #: Of compliance.
+    #: Of compliance, ``(k,)``, 1/kg or 1/(kg m²).
     compliance: ArrayLike = 0.0
 
 
@@ -34,31 +34,34 @@ class RowChange:
 class SolutionChange:
     """The change of a solution."""
 
-    #: Of the velocity, ``(n,)``.
+    #: Of the velocity, ``(n,)``, m/s and rad/s.
     v: Array
-    #: Of contact impulses, ``(c, d)``.
+    #: Of contact impulses, ``(c, d)``, N·s, normal first.
     r: Array
-    #: Of the impulses of joint rows, ``(k,)``.
+    #: Of the impulses of joint rows, ``(k,)``, N·s or N·m·s.
     row_impulses: Array
+    #: Whether there is a derivative, and how near the next mode is.
     facts: Facts
 
 
 @dataclass(frozen=True, eq=False)
 class Gradient:
-    """The gradient of a weighted sum of a solution with respect to all that went in, each in the shape of what went in."""
+    """The gradient of a weighted sum of a solution with respect to all that went in; its unit is that of the sum over theirs."""
 
-    #: ``(n, n)``; it is not symmetric, a symmetric change takes the sum of both halves.
+    #: By the mass matrix, ``(n, n)``; it is not symmetric, a symmetric change takes the sum of both halves.
     M: Array
-    #: ``(c, d, n)``
+    #: By the contact Jacobians, ``(c, d, n)``.
     H: Array
-    #: ``(n,)``
+    #: By the free impulse, ``(n,)``.
     free_impulse: Array
-    #: ``(c, d)``
+    #: By the offsets, ``(c, d)``.
     w: Array
-    #: ``(c,)``; of coefficients by row that of the larger one of the tangents, which scales the others.
+    #: By the friction coefficients, ``(c,)``; of coefficients by row it is that of the larger one of the tangents, which scales the
+    #: others.
     mu: Array
-    #: Of the joint rows.
+    #: By the joint rows.
     rows: RowChange
+    #: Whether there is a derivative, and how near the next mode is.
     facts: Facts
 
 
@@ -66,7 +69,7 @@ class Gradient:
 class Facts:
     """Whether there is a derivative, and how near the next change of a mode is; of a batch with a leading axis."""
 
-    #: The least impulse that would change a mode, as a share of the largest; near 0 derivatives are one-sided.
+    #: The least impulse that would change a mode, as a share of the largest, ``()`` or ``(b,)``; near 0 derivatives are one-sided.
     margin: Array
     #: Are impulses determined by the data? If not, theirs are those of ``Solution.least``, while these are inside their cones.
     has_unique_impulses: Array
@@ -95,14 +98,15 @@ class Differentiable:
         """Tell how the solution changes with its data: the Jacobian times a vector.
 
         Args:
-            M: the change of the mass matrix, ``(n, n)``, with the free impulse as it is; ``None`` is no change, here and below.
-            H: of the contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``.
-            free_impulse: of the free impulse, ``(n,)``.
-            w: of the offsets, ``(c, d)`` or ``(c·d,)``.
-            mu: of the friction coefficients, ``(c,)`` or one number; of coefficients by row that of the larger one of the tangents,
-                which scales the others.
+            M: the change of the mass matrix, ``(n, n)``, with the free impulse as it is; kg, kg·m, kg·m². ``None`` is no change,
+                here and below; those of a batch have a leading axis.
+            H: of the contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``; 1 or m.
+            free_impulse: of the free impulse, ``(n,)``; N·s, N·m·s.
+            w: of the offsets, ``(c, d)`` or ``(c·d,)``; m/s.
+            mu: of the friction coefficients, ``(c,)`` or one number, no unit; of coefficients by row that of the larger one of the
+                tangents, which scales the others.
             rows: of the joint rows.
-            threads: as of :func:`solve_batch`.
+            threads: how many, at most, for a batch; ``None`` takes as many as there are cores for this process.
 
         Raises:
             ValueError: there is no derivative, an argument has the wrong shape, or the arrays that were solved have changed.
@@ -140,10 +144,11 @@ class Differentiable:
         """Tell how a sum of the solution changes with all of its data: a vector times the Jacobian.
 
         Args:
-            v: the weight of each velocity in the sum, ``(n,)``; ``None`` is 0, here and below.
-            r: that of each contact impulse, ``(c, d)``.
-            row_impulses: that of each joint row's impulse, ``(k,)``.
-            threads: as of :func:`solve_batch`.
+            v: the weight of each velocity in the sum, ``(n,)``, the unit of the sum over m/s or rad/s; ``None`` is 0, here and
+                below; those of a batch have a leading axis.
+            r: that of each contact impulse, ``(c, d)``, over N·s.
+            row_impulses: that of each joint row's impulse, ``(k,)``, over N·s or N·m·s.
+            threads: how many, at most, for a batch; ``None`` takes as many as there are cores for this process.
 
         Raises:
             ValueError: as of :meth:`jvp`.

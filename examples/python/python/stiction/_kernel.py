@@ -35,13 +35,15 @@ def solve(
         H: contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``, rows with the normal first, pointing out of the obstacle; 1 or m.
         free_impulse: ``M v_free = M v + h F``, ``(n,)``: momentum at the end of the step without contacts; N·s, N·m·s.
         w: offsets, ``(c, d)`` or ``(c·d,)``: gap over time step, velocity of a moving surface, restitution; m/s.
-        mu: friction coefficients, ``(c,)`` or one number; or one for each row behind the normal, ``(c, d - 1)``: two tangents,
-            spin (m), two rolls (m), which make the cone elliptic.
+        mu: friction coefficients, ``(c,)`` or one number, no unit; or one for each row behind the normal, ``(c, d - 1)``: two
+            tangents, spin (m), two rolls (m), which make the cone elliptic.
         tol: error up to which the scene counts as solved; no unit, relative to the impulses.
         budget: work that the solve may take, in the unit of :attr:`Work.total`.
-        rows: joint limits, dry friction, motors, loops.
-        compliance: of each contact along the normal and along the tangents, ``(c, 2)``, 1/kg; ``None`` is rigid.
-        relaxed: solve the convex relaxation instead, in which a contact that slides lifts off.
+        rows: joint limits, dry friction, motors, loops: ``k`` of them.
+        compliance: of contacts, ``(c,)`` or one number, 1/kg; or along the normal and along the tangents, ``(c, 2)``; ``None`` is
+            rigid.
+        relaxed: solve the convex relaxation instead (``Model::ConvexRelaxation``), in which a contact that slides lifts off; forces
+            are shared out by it.
         dtype: ``float64``, or ``float32`` with the bits of a microcontroller.
 
     Returns:
@@ -70,15 +72,15 @@ def solve_delassus(
     """Solve one time step of which the Delassus operator is given, ``u = W r + q``.
 
     Args:
-        W: ``H M⁻¹ Hᵀ``, ``(m, m)``: ``d`` rows for each contact, then one for each joint row. Symmetric, without compliance;
+        W: ``H M⁻¹ Hᵀ``, ``(m, m)``, 1/kg: ``d`` rows for each contact, then one for each joint row. Symmetric, without compliance;
             it may be singular, and its rank is at most that of the largest ``n`` that is compiled (:data:`SIZES`).
         q: contact velocities without impulses, ``(c, d)`` or ``(c·d,)``, m/s; the ``w`` of complaints.
-        mu: as in :func:`solve`.
-        tol: as in :func:`solve`.
-        budget: as in :func:`solve`.
+        mu: friction coefficients, ``(c,)`` or one number, no unit; or one for each row behind the normal, ``(c, d - 1)``.
+        tol: error up to which the scene counts as solved; no unit, relative to the impulses.
+        budget: work that the solve may take, in the unit of :attr:`Work.total`.
         rows: joint rows; ``offset`` is the velocity without impulses, and ``jacobian`` is not read.
-        relaxed: as in :func:`solve`.
-        dtype: as in :func:`solve`.
+        relaxed: solve the convex relaxation instead (``Model::ConvexRelaxation``).
+        dtype: ``float64``, or ``float32`` with the bits of a microcontroller.
 
     Returns:
         The solution for ``H Hᵀ``, with ``H`` a root of ``W``; its ``v`` is empty, and it has no derivative.
@@ -134,7 +136,7 @@ class Kernel:
         Args:
             n: generalised velocities, at most.
             contacts: contacts, at most.
-            dim: rows of a contact.
+            dim: rows of a contact: 1, 2, 3, 4 or 6.
             rows: joint rows, at most.
             surfaces: will there be coefficients by row, or compliance of contacts?
             dtype: ``float64`` or ``float32``.
@@ -181,8 +183,23 @@ class Kernel:
     ) -> Solution:
         """Solve one time step, from the impulses of the last one as far as its contacts are still there.
 
-        Arguments as of :func:`solve`, and ``keys``, ``(c,)``: which contact is which, also in other steps (a foot, a pair of
-        geoms). Of several with one key the first follows the first. Without keys they follow each other by their order.
+        Args:
+            M: generalised mass matrix, ``(n, n)``; kg, kg·m, kg·m² by the units of the velocities.
+            H: contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``, rows with the normal first; 1 or m.
+            free_impulse: ``M v + h F``, ``(n,)``; N·s, N·m·s.
+            w: offsets, ``(c, d)`` or ``(c·d,)``; m/s.
+            mu: friction coefficients, ``(c,)`` or one number, no unit; or one for each row behind the normal, ``(c, d - 1)``.
+            keys: which contact is which, also in other steps (a foot, a pair of geoms), ``(c,)`` unsigned integers. Of several with
+                one key the first follows the first. Without keys they follow each other by their order.
+            tol: error up to which the scene counts as solved; no unit, relative to the impulses.
+            budget: work that the solve may take, in the unit of :attr:`Work.total`.
+            rows: joint limits, dry friction, motors, loops: ``k`` of them, with keys of their own.
+            compliance: of contacts, ``(c,)`` or one number, 1/kg; or along the normal and along the tangents, ``(c, 2)``; ``None``
+                is rigid.
+            relaxed: solve the convex relaxation instead (``Model::ConvexRelaxation``).
+
+        Raises:
+            ValueError: as of :func:`solve`, or there is no room.
         """
         scene = _arrays.scene((M, H, free_impulse), w, mu, compliance, keys, rows, self._number)
         settings = (tol, budget, bool(relaxed))
@@ -191,7 +208,12 @@ class Kernel:
         return solution(parts, scene, settings)
 
     def resume(self, *, tol: float = 1e-6, budget: int = 1000, relaxed: bool = False) -> Solution:
-        """Go on with a solve that ended as ``Status.OUT_OF_BUDGET``, with the same ``tol``, for ``budget`` more.
+        """Go on with a solve that ended as ``Status.OUT_OF_BUDGET``.
+
+        Args:
+            tol: error up to which the scene counts as solved, the same as before; no unit.
+            budget: further work that it may take, in the unit of :attr:`Work.total`.
+            relaxed: is it the convex relaxation? The same as before.
 
         Raises:
             ValueError: there is no scene.
@@ -204,7 +226,12 @@ class Kernel:
         self._kernel.reset()
 
     def start_at(self, keys: ArrayLike, r: ArrayLike) -> None:
-        """Start the next solve at impulses ``r`` ``(c, d)`` (N·s) of contacts with these keys ``(c,)``."""
+        """Start the next solve at impulses that are given, instead of those of the last one.
+
+        Args:
+            keys: of contacts, ``(c,)`` unsigned integers.
+            r: their impulses, ``(c, d)``, N·s, normal first.
+        """
         impulses: Any = _arrays.array("r", r, self._number)
         dim = self.size[1]
         if impulses.ndim != 2 or impulses.shape[1] != dim:

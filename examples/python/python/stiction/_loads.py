@@ -22,7 +22,7 @@ class LeastImpulses:
     row_impulses: Array
     #: The share of its friction that each contact uses, ``(c,)``: ``|r_T| / (mu r_N)``, or 0. 1 is no warning.
     use: Array
-    #: The share of the momentum of the solution's impulses that they miss.
+    #: The share of the momentum of the solution's impulses that they miss; no unit.
     momentum_error: float
 
 
@@ -51,8 +51,8 @@ class Bearing:
         """Tell the least share of the friction of all that sticks with which it still sticks: 0.8, and a fifth may go.
 
         Args:
-            accuracy: of the share, relative.
-            still: as of :meth:`least`.
+            accuracy: of the share, relative; no unit.
+            still: speed up to which a contact that slips or opens counts as one that sticks, m/s.
 
         Raises:
             ValueError: as of :meth:`least`.
@@ -65,9 +65,9 @@ class Bearing:
         It is that of the convex relaxation: Coulomb's law may let go earlier.
 
         Args:
-            load: over the velocities, N·s, N·m·s.
-            accuracy: as of :meth:`slip_reserve`.
-            still: as of :meth:`least`.
+            load: over the velocities, ``(n,)``; N·s, N·m·s.
+            accuracy: of the factor, relative; no unit.
+            still: speed up to which a contact that slips or opens counts as one that sticks, m/s.
 
         Raises:
             ValueError: as of :meth:`least`; the load has the wrong shape, or is not finite.
@@ -103,12 +103,12 @@ def rest_reserve(
     Above 1 something slides; it is infinite if something tips or falls whatever the friction. Joint rows hold within their bounds.
 
     Args:
-        M: as of :func:`stiction.solve`, here and below.
-        H: .
-        free_impulse: .
-        mu: .
-        accuracy: of the share, relative.
-        rows: .
+        M: generalised mass matrix, ``(n, n)``; kg, kg·m, kg·m² by the units of the velocities.
+        H: contact Jacobians, ``(c, d, n)``, rows with the normal first; 1 or m.
+        free_impulse: ``M v + h F``, ``(n,)``; N·s, N·m·s.
+        mu: friction coefficients, ``(c,)`` or one number, no unit; or one for each row behind the normal, ``(c, d - 1)``.
+        accuracy: of the share, relative; no unit.
+        rows: joint rows, ``k`` of them.
 
     Raises:
         ValueError: as of :func:`stiction.solve`.

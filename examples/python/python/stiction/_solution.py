@@ -27,21 +27,21 @@ class Solution(Differentiable, Bearing):
     #: :class:`Mode` of each contact, ``(c,)``, int8.
     modes: NDArray[np.int8]
     #: Proof of ``Status.INFEASIBLE`` or ``Status.JAMMED``, otherwise 0: ``d`` in the friction cone of each contact, ``(c, d)``,
-    #: normal first; of an infeasible scene normals alone.
+    #: normal first, no unit; of an infeasible scene normals alone.
     certificate: Array
     #: How the solve ended.
     status: Status
-    #: How far it is from Coulomb's law and the dynamics, relative to the impulses, with a bound on rounding.
+    #: How far it is from Coulomb's law and the dynamics, relative to the impulses, with a bound on rounding; no unit.
     error: float
-    #: What it took.
+    #: What it took, by kind.
     work: Work
     #: Impulses ``λ`` of joint rows, ``(k,)``, N·s or N·m·s.
     row_impulses: Array
-    #: Their ``s``, ``(k,)``, m/s or rad/s.
+    #: Their speeds ``s``, ``(k,)``, m/s or rad/s.
     row_velocities: Array
     #: :class:`RowMode` of each, ``(k,)``, int8.
     row_modes: NDArray[np.int8]
-    #: Their part of the proof, ``(k,)``.
+    #: Their part of the proof, ``(k,)``, no unit.
     row_certificate: Array
 
     @property
@@ -50,7 +50,11 @@ class Solution(Differentiable, Bearing):
         return self.status is Status.SOLVED
 
     def is_usable(self, error: float) -> bool:
-        """Solved, or ended by the budget or the number type at an error of at most ``error``."""
+        """Solved, or ended by the budget or the number type with a small error?
+
+        Args:
+            error: largest error that is accepted, relative to the impulses; no unit.
+        """
         ended = self.status in (Status.OUT_OF_BUDGET, Status.PRECISION_LIMIT)
         return self.solved or (ended and self.error <= error)
 

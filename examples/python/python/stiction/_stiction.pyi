@@ -4,6 +4,7 @@ from typing import Any, final
 from numpy.typing import NDArray
 
 from ._arrays import Scene
+from .time_stepping import ClosedLoop, DryFriction, Gap, Motor, Restitution, Spring, Suction
 
 __all__ = [
     "SIZES",
@@ -12,16 +13,27 @@ __all__ = [
     "batch_shape",
     "bear",
     "check_version",
+    "closed_loop_row",
     "derivative",
+    "dry_friction_row",
     "fingerprint",
+    "gap_offset",
+    "gap_row",
+    "motor_row",
+    "restitution_offset",
     "rollout",
     "solve",
     "solve_batch",
+    "spring_compliance",
+    "spring_offset",
+    "suction_impulse",
+    "suction_push_back",
 ]
 
 SIZES: list[tuple[int, int, int, int, int]]
 
 _Settings = tuple[Any, Any, bool]
+_Row = tuple[float, float, float, float]
 _Counts = tuple[int, int, float, int, int, int, int, tuple[int, float, int]]
 
 @final
@@ -75,3 +87,13 @@ def derivative(
     asked: tuple[NDArray[Any], bool],
     threads: int,
 ) -> tuple[NDArray[Any], NDArray[Any]]: ...
+def gap_offset(of: Gap, step: float) -> float: ...
+def gap_row(of: Gap, step: float) -> _Row: ...
+def dry_friction_row(of: DryFriction, step: float) -> _Row: ...
+def motor_row(of: Motor, step: float) -> _Row: ...
+def closed_loop_row(of: ClosedLoop, step: float) -> _Row: ...
+def restitution_offset(of: Restitution, approach: float, gap_offset: float) -> float: ...
+def spring_compliance(of: Spring, step: float) -> float: ...
+def spring_offset(of: Spring, near: Gap, step: float) -> float: ...
+def suction_push_back(of: Suction, normal: NDArray[Any], step: float, free_impulse: NDArray[Any]) -> NDArray[Any]: ...
+def suction_impulse(of: Suction, solved: float, step: float) -> float: ...

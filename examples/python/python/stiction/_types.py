@@ -15,6 +15,7 @@ Array = NDArray[Any]
 class Status(IntEnum):
     """How a solve ended."""
 
+    #: There was none, or it was interrupted.
     UNSOLVED = 0
     #: The error is at most the tolerance.
     SOLVED = 1
@@ -42,19 +43,28 @@ class Mode(IntEnum):
 class RowMode(IntEnum):
     """What a joint row does."""
 
+    #: Of a limit: not reached, without an impulse.
     OPEN = 0
+    #: Of a limit: reached, and it pushes.
     AT_LIMIT = 1
+    #: Of a box: the impulse is its least one; a motor is saturated, dry friction gives way.
     AT_LOWER = 2
+    #: Of a box: the impulse is its largest one.
     AT_UPPER = 3
+    #: Of an equality or a box: it does not move.
     HOLDING = 4
 
 
 class Work(NamedTuple):
     """The work of a solve, by kind."""
 
+    #: Gauss-Seidel sweeps.
     sweeps: int
+    #: Newton steps with the Jacobian of an earlier step.
     chord_steps: int
+    #: Newton steps with a new Jacobian, and steps along the central path.
     newton_steps: int
+    #: Searches for a proof that a scene is infeasible, at most one in a solve.
     proof_searches: int
 
     @property
@@ -71,15 +81,30 @@ class Rows:
     (a loop that is closed), ``(-h τ, h τ)`` dry friction of a torque ``τ`` or a motor that it limits.
     """
 
-    #: ``(k, n)``; anything (``None``) beside a ``W``.
+    #: Over the velocities, ``(k, n)``, 1 or m; anything (``None``) beside a ``W``.
     jacobian: ArrayLike | None
-    #: ``(k,)``, m/s or rad/s; a number stands for ``k`` of them, here and below.
+    #: Added to the speed, ``(k,)``, m/s or rad/s; a number stands for ``k`` of them, here and below.
     offset: ArrayLike = 0.0
     #: The least impulse, ``(k,)``, N·s or N·m·s.
     lower: ArrayLike = 0.0
-    #: The largest impulse, ``(k,)``.
+    #: The largest impulse, ``(k,)``, N·s or N·m·s.
     upper: ArrayLike = np.inf
-    #: ``(k,)``, the unit of ``s`` over that of ``λ``; 0 is rigid.
+    #: Speed for an impulse, ``(k,)``, 1/kg or 1/(kg m²); 0 is rigid.
     compliance: ArrayLike = 0.0
     #: Which row is which, for a warm start, ``(k,)`` unsigned integers.
     keys: ArrayLike = 0
+
+    @classmethod
+    def of(cls, *parts: Rows) -> Rows:
+        """Join rows, as the helpers of :mod:`stiction.time_stepping` make them, one after the other.
+
+        Args:
+            parts: rows over the same velocities, any number of each.
+        """
+        jacobians = [np.asarray(part.jacobian) for part in parts]
+        if len({found.shape[1:] for found in jacobians}) != 1 or jacobians[0].ndim != 2:
+            raise ValueError(f"parts: jacobians of shapes {[list(found.shape) for found in jacobians]} do not join")
+        names = ("offset", "lower", "upper", "compliance", "keys")
+        counted = [(part, len(found)) for part, found in zip(parts, jacobians, strict=True)]
+        joined = {name: np.concatenate([np.broadcast_to(getattr(part, name), count) for part, count in counted]) for name in names}
+        return cls(np.concatenate(jacobians), **joined)

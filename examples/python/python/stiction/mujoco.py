@@ -50,8 +50,8 @@ class Stepper:
 
         Args:
             model: see above for what is changed.
-            tol: error up to which a step counts as solved.
-            budget: work that a solve may take.
+            tol: error up to which a step counts as solved, relative to the impulses; no unit.
+            budget: work that a solve may take, in the unit of :attr:`stiction.Work.total`.
 
         Raises:
             ValueError: the model asks for what does not map.
@@ -123,7 +123,7 @@ class Stepper:
 
         Args:
             data: has the ``mjSTATE_INTEGRATION`` of then; copies of it are recognised.
-            state: of a stepper of this model, also of another process.
+            state: of a stepper of this model, also of another process: ``(words,)`` unsigned integers, as :meth:`state` gives them.
 
         Raises:
             ValueError: the state is that of another model.
@@ -131,7 +131,11 @@ class Stepper:
         self._own.set_state(data._address, np.asarray(state, np.uint64).tolist())
 
     def step(self, data: mujoco.MjData, nstep: int = 1) -> None:
-        """Advance ``data`` by one step, or several; ``step1`` and ``step2`` in one.
+        """Advance by one step, or several; ``step1`` and ``step2`` in one.
+
+        Args:
+            data: of the model.
+            nstep: how many steps of ``model.opt.timestep``.
 
         Raises:
             ValueError: the data belongs to another model, the mass matrix is not positive definite, or ``nstep`` is negative.
@@ -142,11 +146,19 @@ class Stepper:
             self._count(self._own.step(data._address, min(_BLOCK, nstep - first), self._settings))
 
     def step1(self, data: mujoco.MjData) -> None:
-        """Do what comes before controls are set: positions, collision, velocities, sensors of both."""
+        """Do what comes before controls are set: positions, collision, velocities, sensors of both.
+
+        Args:
+            data: of the model.
+        """
         self._own.step1(data._address)
 
     def step2(self, data: mujoco.MjData) -> None:
-        """Do what comes after controls are set: actuation, the solve, the sensors of forces, and the step."""
+        """Do what comes after controls are set: actuation, the solve, the sensors of forces, and the step.
+
+        Args:
+            data: of the model, after :meth:`step1`.
+        """
         self._count(self._own.step2(data._address, self._settings))
 
     def derivatives(self, data: mujoco.MjData, *, eps: float = 1e-6) -> Derivatives:
@@ -159,7 +171,7 @@ class Stepper:
 
         Args:
             data: where the step would begin, with its controls.
-            eps: by how much positions, velocities, activations and controls are moved for differences.
+            eps: by how much positions, velocities, activations and controls are moved for differences, each in its unit.
 
         Raises:
             ValueError: there is no derivative; it says why.
@@ -210,11 +222,13 @@ def rollout(
 
     Args:
         model: is not changed.
-        states: where copies start, ``(copies, state)`` of ``mjSTATE_FULLPHYSICS``; one, ``(1, state)``, is the start of all.
-        controls: of each copy in each step, ``(copies, steps, nu)``; ``(1, steps, nu)`` are those of all.
+        states: where copies start, ``(copies, state)`` of ``mjSTATE_FULLPHYSICS``, in MuJoCo's units; one, ``(1, state)``, is the
+            start of all.
+        controls: of each copy in each step, ``(copies, steps, nu)``, each in the unit of its actuator; ``(1, steps, nu)`` are those
+            of all.
         threads: how many, at most; ``None`` takes as many as there are cores for this process, and there are never more.
-        tol: as of :class:`Stepper`.
-        budget: as of :class:`Stepper`.
+        tol: error up to which a step counts as solved, relative to the impulses; no unit.
+        budget: work that a solve may take, in the unit of :attr:`stiction.Work.total`.
 
     Raises:
         ValueError: the model asks for what does not map, or the shape of an array is none of these.
@@ -247,6 +261,11 @@ def patch(env: Any, *, tol: float = 1e-6, budget: int = 1000) -> Stepper:
     evenly over the frames of a step, where MuJoCo has them jump. A copy of the environment, by ``copy.deepcopy`` or ``pickle``,
     steps through this law as well, by a stepper of its own. Packages that need another MuJoCo than the one that is installed may
     work after :func:`compat`.
+
+    Args:
+        env: the environment, with or without wrappers.
+        tol: error up to which a step counts as solved, relative to the impulses; no unit.
+        budget: work that a solve may take, in the unit of :attr:`stiction.Work.total`.
 
     Returns:
         The stepper, which counts what is not solved. A reset of the environment is noticed, and models that it builds anew.

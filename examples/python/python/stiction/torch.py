@@ -25,6 +25,17 @@ class _Solve(torch.autograd.Function):  # type: ignore[misc]
 
 
 def solve(M: Any, H: Any, free_impulse: Any, w: Any, mu: Any) -> tuple[Any, Any]:
-    """Velocity and impulses of :func:`stiction.solve` to 1e-9, for tensors: ``w`` is ``(c, d)``, ``mu`` ``(c,)``."""
+    """Velocity and impulses of :func:`stiction.solve` to 1e-9, for tensors.
+
+    Args:
+        M: generalised mass matrix, ``(n, n)``; kg, kg·m, kg·m² by the units of the velocities.
+        H: contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``, rows with the normal first; 1 or m.
+        free_impulse: ``M v + h F``, ``(n,)``; N·s, N·m·s.
+        w: offsets, ``(c, d)``; m/s.
+        mu: friction coefficients, ``(c,)``, no unit.
+
+    Returns:
+        The velocity at the end of the step, ``(n,)``, m/s and rad/s, and the contact impulses, ``(c, d)``, N·s, normal first.
+    """
     found: tuple[Any, Any] = _Solve.apply(M, H, free_impulse, w, mu)
     return found
