@@ -27,7 +27,8 @@ def blocks(path: Path) -> list[str]:
     return re.findall(r"```python\n(.*?)```", path.read_text(), re.DOTALL)
 
 
-def test_the_python_of_the_guide_runs() -> None:
+def test_the_python_of_the_guide_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     pages = {path.stem: found for path in (REPOSITORY / "src/guide").glob("*.md") if (found := blocks(path))}
     assert set(pages) >= {"forces", "python"}
     for found in pages.values():
