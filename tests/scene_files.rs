@@ -62,6 +62,18 @@ fn the_free_impulse_has_one_sign() {
 }
 
 #[test]
+fn what_has_no_meaning_is_named() {
+    let said = |key: &str, value: Value| refused(|scene| scene[key] = value).expect("it is refused");
+    assert_eq!(said("h", json!(-1.0)), "h: -1 is no time step");
+    assert_eq!(said("h", json!(0.0)), "h: 0 is no time step");
+    assert_eq!(said("dim", json!(5)), "dim: 5 is not 1, 2, 3, 4 or 6");
+    assert_eq!(said("free_impulse", json!([0.0])), "free_impulse: it has 1 entries, not 2");
+    assert_eq!(said("H", json!([[0.0, 1.0]])), "H: it is 1 x 2, not 2 x 2");
+    let motor = refused(|scene| scene["joints"][0]["kind"] = json!("motor")).expect("it is refused");
+    assert_eq!(motor, "joints: kind \"motor\" is not limit, equality or box");
+}
+
+#[test]
 fn a_sequence_gives_its_steps_what_they_lack() {
     let mut step = scene();
     for key in ["n_dof", "dim"] {

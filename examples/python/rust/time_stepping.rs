@@ -152,6 +152,23 @@ fn suction_impulse(of: &Bound<'_, PyAny>, solved: f64, step: &Bound<'_, PyAny>) 
     Ok(found(impulse)?.x)
 }
 
+/// Columns of the frame of a contact with a normal of two or three coordinates, one after the other.
+#[pyfunction]
+fn contact_frame<'py>(
+    python: Python<'py>,
+    normal: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let frame = match *normal.as_slice()? {
+        [x, y] => stiction::contact_frame(&SVector::from([x, y])).map(|frame| frame.as_slice().to_vec()),
+        [x, y, z] => {
+            stiction::contact_frame(&SVector::from([x, y, z])).map(|frame| frame.as_slice().to_vec())
+        }
+        _ => return Err(PyValueError::new_err("normal: it has not two or three coordinates")),
+    };
+    let frame = frame.map_err(|error| PyValueError::new_err(format!("normal: {error}")))?;
+    Ok(PyArray1::from_vec(python, frame))
+}
+
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(gap_offset, module)?)?;
     module.add_function(wrap_pyfunction!(gap_row, module)?)?;
@@ -162,5 +179,6 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(spring_compliance, module)?)?;
     module.add_function(wrap_pyfunction!(spring_offset, module)?)?;
     module.add_function(wrap_pyfunction!(suction_push_back, module)?)?;
-    module.add_function(wrap_pyfunction!(suction_impulse, module)?)
+    module.add_function(wrap_pyfunction!(suction_impulse, module)?)?;
+    module.add_function(wrap_pyfunction!(contact_frame, module)?)
 }

@@ -90,6 +90,7 @@ def test_what_is_wrong_is_named(refused: Any) -> None:
     assert refused({"rows": []}) == "rows: a scene file has no such key"
     joint = {"kind": "limit", "row": [1.0, 0.0], "offset": 0.0, "mu": 1.0}
     assert refused({"joints": [joint]}) == "joints: mu: a scene file has no such key"
+    assert refused({"h": 0.0}) == "h: 0.0 is no time step"
     assert refused({"mu": []}) == "mu: shape [0] is not [1]"
 
 

@@ -108,6 +108,19 @@ def test_rows() -> None:
     assert np.allclose(soft.row_impulses, 2.0 / (2.0 + 2.0))  # s = v - v_free without: 2 rad/s over W + R
 
 
+def test_rows_without_contacts() -> None:
+    rows = Rows(jacobian=[[1.0, 0.0]], lower=-0.5, upper=0.5)  # dry friction
+    for solution in (
+        stiction.solve(np.eye(2), None, [2.0, 1.0], None, None, rows=rows),
+        stiction.Kernel(2, 0, rows=1).solve(np.eye(2), None, [2.0, 1.0], None, None, rows=rows),
+    ):
+        assert solution.solved and solution.r.shape == (0, 3)
+        np.testing.assert_allclose(solution.v, [1.5, 1.0], rtol=1e-6)
+    for name, w, mu in (("w", None, 0.5), ("mu", np.zeros((1, 3)), None)):
+        with pytest.raises(ValueError, match=f"^{name}: there is none"):
+            stiction.solve(np.eye(3), np.eye(3)[None], np.zeros(3), w, mu)
+
+
 def test_contradictions_are_proved() -> None:
     rows = Rows([[1.0], [-1.0]], offset=-1.0)
     found = stiction.solve([[1.0]], np.zeros((0, 3, 1)), [0.0], np.zeros((0, 3)), [], rows=rows)

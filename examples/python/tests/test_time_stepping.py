@@ -22,6 +22,8 @@ from stiction.time_stepping import (
     Spring,
     StaticFriction,
     Suction,
+    contact_frame,
+    contact_rows,
     free_impulse,
     moving_surface,
 )
@@ -29,6 +31,22 @@ from stiction.time_stepping import (
 
 def numbers(rows: Rows) -> list[Any]:
     return [rows.offset, rows.lower, rows.upper, rows.compliance, rows.keys]
+
+
+def test_frames_of_any_normal() -> None:
+    np.testing.assert_array_equal(contact_frame([0, 0, 1.0]), [[0, 0, 1], [1, 0, 0], [0, 1, 0]])  # the tangents are the first axes
+    normal = np.array([2.0, -1.0, 2.0]) / 3.0
+    frame = contact_frame(normal)
+    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(frame[0], normal, atol=1e-15)
+    corner = np.array([[1.0, 0.0, 0.25], [0.0, 1.0, -0.5]])  # of a plate, from (x, height, angle)
+    np.testing.assert_array_equal(contact_rows([0.0, 1.0], corner)[0], corner[1])
+    with pytest.raises(ValueError, match="^normal: "):
+        contact_frame([0.0, 2.0])
+    with pytest.raises(ValueError, match="^normal: "):
+        contact_frame([1.0])
+    with pytest.raises(ValueError, match="^velocity: "):
+        contact_rows(normal, corner)
 
 
 def test_offsets() -> None:

@@ -118,13 +118,13 @@ fn check_matrix(what: &str, rows: &[Vec<f64>], n: usize, m: usize) -> Result<(),
         let mut lengths = rows.iter().map(Vec::len);
         let wrong = lengths.clone().find(|&length| length != m);
         let columns = wrong.or(lengths.next_back()).unwrap_or(0);
-        return Err(format!("{what} is {} x {columns}, not {n} x {m}", rows.len()));
+        return Err(format!("{what}: it is {} x {columns}, not {n} x {m}", rows.len()));
     }
     Ok(())
 }
 
 fn check_length(what: &str, length: usize, wanted: usize) -> Result<(), String> {
-    if length == wanted { Ok(()) } else { Err(format!("{what} has {length} entries, not {wanted}")) }
+    if length == wanted { Ok(()) } else { Err(format!("{what}: it has {length} entries, not {wanted}")) }
 }
 
 impl Given {
@@ -132,13 +132,16 @@ impl Given {
         let (n_dof, n_contacts) = (given("n_dof", self.n_dof)?, given("n_contacts", self.n_contacts)?);
         let dim = given("dim", self.dim)?;
         if !matches!(dim, 1..=4 | 6) {
-            return Err(format!("dim {dim} is not 1, 2, 3, 4 or 6"));
+            return Err(format!("dim: {dim} is not 1, 2, 3, 4 or 6"));
         }
         let (mass, h) = (given("M", self.m)?, given("H", self.h)?);
         let (w, mu) = (given("w", self.w)?, given("mu", self.mu)?);
+        if let Some(h) = self.time_step.filter(|&h| !(h > 0.0 && h.is_finite())) {
+            return Err(format!("h: {h} is no time step"));
+        }
         let rows = dim.saturating_mul(n_contacts);
         check_matrix("M", &mass, n_dof, n_dof)?;
-        check_matrix("H (dim rows a contact)", &h, rows, n_dof)?;
+        check_matrix("H", &h, rows, n_dof)?; // dim rows a contact
         let f = match (self.f, self.free_impulse) {
             (Some(f), None) => f,
             (None, Some(free_impulse)) => free_impulse.iter().map(|x| -x).collect(),
@@ -147,7 +150,7 @@ impl Given {
                 return Err("free_impulse and f: one is the negative of the other, give one".into());
             }
         };
-        check_length("the free impulse", f.len(), n_dof)?;
+        check_length("free_impulse", f.len(), n_dof)?;
         check_length("w", w.len(), rows)?;
         check_length("mu", mu.len(), n_contacts)?;
         if !self.compliance.is_empty() {
@@ -157,11 +160,11 @@ impl Given {
             if let Friction::Rows(mu) = mu
                 && mu.len() + 1 != dim
             {
-                return Err(format!("a list of {} mu, not {}", mu.len(), dim - 1));
+                return Err(format!("mu: a list has {} entries, not {}", mu.len(), dim - 1));
             }
         }
         for joint in &self.joints {
-            check_length("joint row", joint.row.len(), n_dof)?;
+            check_length("joints: row", joint.row.len(), n_dof)?;
             joint.law::<f64>()?;
         }
         let rows = DMatrix::from_fn(rows, n_dof, |i, j| h[i][j]);

@@ -160,8 +160,8 @@ impl Joint {
             ("box", Some(lower), Some(upper)) => {
                 Ok(RowLaw::Box { lower: T::literal(lower), upper: T::literal(upper) })
             }
-            ("box", ..) => Err("a box without bounds".into()),
-            (kind, ..) => Err(format!("joint kind {kind:?}")),
+            ("box", ..) => Err("joints: a box has lower and upper bounds".into()),
+            (kind, ..) => Err(format!("joints: kind {kind:?} is not limit, equality or box")),
         }
     }
 }

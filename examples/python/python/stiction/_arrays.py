@@ -97,9 +97,9 @@ def rows_tuple(rows: Rows, dtype: np.dtype[Any], lead: int) -> tuple[Any, ...]:
 
 
 def scene(
-    dynamics: tuple[ArrayLike, ...],
-    w: ArrayLike,
-    mu: ArrayLike,
+    dynamics: tuple[ArrayLike | None, ...],
+    w: ArrayLike | None,
+    mu: ArrayLike | None,
     compliance: ArrayLike | None,
     keys: ArrayLike | None,
     rows: Rows | None,
@@ -112,7 +112,12 @@ def scene(
     """
     jacobian = dynamics[1]
     if jacobian is None:
-        raise ValueError("H: there is none")
+        if lead or w is not None or dynamics[0] is None:
+            raise ValueError("H: there is none")
+        jacobian = np.zeros((0, 3, *np.shape(dynamics[0])[-1:]), dtype)
+        dynamics, w, mu = (dynamics[0], jacobian, dynamics[2]), np.zeros((0, 3), dtype), np.zeros(0, dtype)
+    if w is None or mu is None:
+        raise ValueError(f"{'w' if w is None else 'mu'}: there is none, but there are contacts")
     if rows is not None and not isinstance(rows, Rows):
         raise ValueError(f"rows: {type(rows).__name__} is not Rows")
 

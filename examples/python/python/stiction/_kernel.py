@@ -16,10 +16,10 @@ from ._types import Array, Rows
 
 def solve(
     M: ArrayLike,
-    H: ArrayLike,
+    H: ArrayLike | None,
     free_impulse: ArrayLike,
-    w: ArrayLike,
-    mu: ArrayLike,
+    w: ArrayLike | None,
+    mu: ArrayLike | None,
     *,
     tol: float = 1e-6,
     budget: int = 1000,
@@ -33,6 +33,7 @@ def solve(
     Args:
         M: generalised mass matrix, ``(n, n)``; kg, kg·m, kg·m² by the units of the velocities. Positive definite.
         H: contact Jacobians, ``(c, d, n)`` or ``(c·d, n)``, rows with the normal first, pointing out of the obstacle; 1 or m.
+            ``None`` for a scene of joint rows alone.
         free_impulse: ``M v_free = M v + h F``, ``(n,)``: momentum at the end of the step without contacts; N·s, N·m·s.
         w: offsets, ``(c, d)`` or ``(c·d,)``: gap over time step, velocity of a moving surface, restitution; m/s.
         mu: friction coefficients, ``(c,)`` or one number, no unit; or one for each row behind the normal, ``(c, d - 1)``: two
@@ -169,10 +170,10 @@ class Kernel:
     def solve(
         self,
         M: ArrayLike,
-        H: ArrayLike,
+        H: ArrayLike | None,
         free_impulse: ArrayLike,
-        w: ArrayLike,
-        mu: ArrayLike,
+        w: ArrayLike | None,
+        mu: ArrayLike | None,
         *,
         keys: ArrayLike | None = None,
         tol: float = 1e-6,

@@ -50,6 +50,8 @@ class Bearing:
     def slip_reserve(self, *, accuracy: float = 1e-4, still: float = 0.0) -> float:
         """Tell the least share of the friction of all that sticks with which it still sticks: 0.8, and a fifth may go.
 
+        It is 0 where nothing sticks: where all slips or is in the air. :func:`rest_reserve` goes on above 1 there.
+
         Args:
             accuracy: of the share, relative; no unit.
             still: speed up to which a contact that slips or opens counts as one that sticks, m/s.

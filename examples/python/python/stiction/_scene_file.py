@@ -165,6 +165,8 @@ def _arguments(scene: dict[str, Any]) -> dict[str, Any]:
         raise ValueError(f"{missing}: it is missing")
     if ("f" in scene) == ("free_impulse" in scene):
         raise ValueError("free_impulse: either it or f, its negative, has to be there")
+    if "h" in scene and not 0.0 < scene["h"] < np.inf:
+        raise ValueError(f"h: {scene['h']} is no time step")
     n, c, d = scene["n_dof"], scene["n_contacts"], scene["dim"]
     own = "free_impulse" if "free_impulse" in scene else "f"
 

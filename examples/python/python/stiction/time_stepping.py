@@ -1,4 +1,4 @@
-"""From one time step to the next: the free impulse, the offsets ``w`` and the joint rows of a scene.
+"""From one time step to the next: the free impulse, Jacobians, offsets ``w`` and joint rows of a scene.
 
 The helpers of the Rust library's ``time_stepping``, with its names, fields, defaults and arithmetic. Steps are semi-implicit:
 masses, Jacobians and gaps are those at the beginning of a step of length ``h``, contacts and rows act on the velocity at its end.
@@ -28,6 +28,8 @@ __all__ = [
     "Spring",
     "StaticFriction",
     "Suction",
+    "contact_frame",
+    "contact_rows",
     "free_impulse",
     "moving_surface",
 ]
@@ -251,6 +253,34 @@ class StaticFriction:
             last: :class:`stiction.Mode` of the contact in the last step, ``None`` if it is new.
         """
         return self.sliding if last == Mode.SLIP else self.at_rest
+
+
+def contact_frame(normal: ArrayLike) -> Array:
+    """Give the frame of a contact, ``(k, k)``: its rows are the normal and the tangents.
+
+    An impulse ``r`` of the contact is the vector ``r @ frame``.
+
+    Args:
+        normal: of length 1, out of the obstacle, ``(k,)`` with ``k`` = 2 or 3 coordinates, the last of them upwards; no unit.
+    """
+    axes = _vector("normal", normal)
+    return _stiction.contact_frame(axes).reshape(len(axes), len(axes))
+
+
+def contact_rows(normal: ArrayLike, velocity: ArrayLike) -> Array:
+    """Give the Jacobian of a contact, ``(k, n)``, rows with the normal first: ``H[i]`` of a scene.
+
+    Args:
+        normal: as of :func:`contact_frame`, ``(k,)``.
+        velocity: Jacobian of the point that touches, in the coordinates of the normal, ``(k, n)``; 1 or m. Of two bodies it is
+            that of the first minus that of the second, out of which the normal points.
+    """
+    frame = contact_frame(normal)
+    matrix = _matrix("velocity", velocity)
+    if len(matrix) != len(frame):
+        raise ValueError(f"velocity: {len(matrix)} rows are not those of the normal")
+    rows: Array = frame @ matrix
+    return rows
 
 
 def free_impulse(mass: ArrayLike, velocity: ArrayLike, force: ArrayLike, step: float) -> Array:
