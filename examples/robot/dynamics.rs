@@ -17,11 +17,11 @@ pub(crate) struct Dynamics<const N: usize> {
     pub(crate) bones: Vec<[Vector3<f64>; 2]>,
 }
 
-impl<const N: usize> World<N> {
+impl<const N: usize, const C: usize, const R: usize> World<N, C, R> {
     /// Trees do not act on each other without contacts: `M` consists of their blocks.
     pub(crate) fn dynamics(&mut self) -> Result<Dynamics<N>, Failure> {
         let size: usize = self.trees.iter().map(Tree::size).sum();
-        if size != N {
+        if size > N {
             let right = format!("World::<{size}>, not {N}");
             return Err(format!("a world of {size} velocities is made with {right}").into());
         }
@@ -29,7 +29,7 @@ impl<const N: usize> World<N> {
             return Err("nothing has a shape that could collide".into());
         }
         let mut all = Dynamics::<N> {
-            mass: SMatrix::zeros(),
+            mass: SMatrix::identity(), // right for velocities that no tree has: they stay 0
             force: SVector::zeros(),
             poses: self.bodies.iter().map(|body| body.local).collect(), // right for ground
             origins: vec![Vector3::zeros(); self.bodies.len()],
