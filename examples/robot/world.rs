@@ -179,6 +179,9 @@ impl<const N: usize, const C: usize, const R: usize> World<N, C, R> {
             (begin - before).as_secs_f64() * 1e6
         };
         let dynamics = self.dynamics()?;
+        if let Some(dof) = dynamics.without_inertia() {
+            return Err(format!("{} moves no inertia: M is singular", self.velocity_name(dof)).into());
+        }
         let dynamics_cost = lap();
         let points = collide(&self.bodies, &dynamics.poses, |body| dynamics.can_move(body))?;
         let collision_cost = lap();
@@ -192,12 +195,7 @@ impl<const N: usize, const C: usize, const R: usize> World<N, C, R> {
         let force = dynamics.force + linear.transpose() * push;
         let impulse = free_impulse(&dynamics.mass, &self.velocity, &force, STEP);
         let settings = Settings { budget: 100_000, ..Settings::new(1e-8) }; // nothing waits for a simulation
-        let solution = match self.kernel.solve_with_limits(&stops, &impulse, &settings) {
-            Err(Error::MassNotPositiveDefinite { dof }) => {
-                return Err(format!("{} moves no inertia: M is singular", self.velocity_name(dof)).into());
-            }
-            solution => solution?,
-        };
+        let solution = self.kernel.solve_with_limits(&stops, &impulse, &settings)?;
         if !solution.is_usable(1e-3) {
             let (status, error) = (solution.status, solution.error);
             let culprits = self.culprits(&points);
