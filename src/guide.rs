@@ -8,6 +8,7 @@
 //! | add joint limits, motors, dry friction, loops, rolling; solve several robots with one kernel | [`rows`] |
 //! | keep a deadline; act on a tick that ends unsolved | [`tick`] |
 //! | use another language | [`python`], [`c`] |
+//! | step a model of Pinocchio | [`pinocchio`] |
 //! | get forces one can use; see how near to slipping it is | [`loads`] |
 //! | share out forces over feet | [`forces`] |
 //! | differentiate a solution | [`derivatives`] |
@@ -28,6 +29,7 @@ macro_rules! links {
 [First robot]: crate::guide::first_robot
 [Forces, measured]: crate::guide::reports::forces
 [From C]: crate::guide::c
+[From Pinocchio]: crate::guide::pinocchio
 [From Python]: crate::guide::python
 [Derivatives]: crate::guide::derivatives
 [How it solves]: crate::guide::method
@@ -74,6 +76,10 @@ pub mod tick {}
 #[doc = links!()]
 #[doc = include_str!("guide/python.md")]
 pub mod python {}
+
+#[doc = links!()]
+#[doc = include_str!("guide/pinocchio.md")]
+pub mod pinocchio {}
 
 #[doc = links!()]
 #[doc = include_str!("guide/c.md")]

@@ -1,16 +1,21 @@
 //! Where bodies are near each other: contact manifolds of `parry3d`.
 
 use crate::Failure;
-use nalgebra::Vector3;
-use parry3d_f64::math::{Pose, Vector};
-use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
-use parry3d_f64::shape::SharedShape;
+use nalgebra::{UnitQuaternion, Vector3};
+use parry3d_f64::math::{Pose, Rotation, Vector};
+use parry3d_f64::query::{
+    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, TrackedContact,
+};
+use parry3d_f64::shape::{PackedFeatureId, SharedShape};
 
 /// Points within this distance (m) become contacts: as far as 5 m/s go in a step.
 const NEAR: f64 = 5e-3;
 
 /// Points of a pair that are nearer each other (m) are one.
 const MERGED: f64 = 5e-3;
+
+/// Rounding of the edges of a block (m) in front of a hull: where the two just touch, parry may take any face of a sharp block.
+const ROUND: f64 = 1e-3;
 
 /// A convex shape of a link, or of the ground.
 #[derive(Clone, Debug)]
@@ -40,6 +45,18 @@ impl Body {
             shape: SharedShape::cuboid(half.x, half.y, half.z),
         }
     }
+
+    /// Its shape; in front of a hull a block is rounded, with faces where they were.
+    fn facing(&self, other: &Self) -> SharedShape {
+        let hull = other.shape.as_convex_polyhedron().is_some();
+        match self.shape.as_cuboid() {
+            Some(block) if hull && block.half_extents.min_element() > ROUND => {
+                let [x, y, z] = <[f64; 3]>::from(block.half_extents).map(|half| half - ROUND);
+                SharedShape::round_cuboid(x, y, z, ROUND)
+            }
+            _ => self.shape.clone(),
+        }
+    }
 }
 
 /// A point at which two bodies are near each other.
@@ -51,6 +68,13 @@ pub(crate) struct Point {
     pub(crate) normal: Vector3<f64>,
     pub(crate) gap: f64,
     pub(crate) key: u32,
+}
+
+/// A pose in the types of parry.
+pub(crate) fn pose(place: Vector3<f64>, turn: &UnitQuaternion<f64>) -> Pose {
+    let q = turn.coords;
+    let place = Vector::new(place.x, place.y, place.z);
+    Pose::from_parts(place, Rotation::from_xyzw(q.x, q.y, q.z, q.w))
 }
 
 /// A vector in the types of nalgebra.
@@ -75,13 +99,19 @@ pub(crate) fn collide(
             key += 1; // the points of a pair follow one another
             let (relative, dispatcher) = (poses[a].inv_mul(&poses[b]), DefaultQueryDispatcher);
             manifolds.clear();
-            let (one, other) = (&*first.shape, &*second.shape);
+            let (one, other) = (first.facing(second), second.facing(first));
             dispatcher
-                .contact_manifolds(&relative, one, other, NEAR, &mut manifolds, &mut None)
+                .contact_manifolds(&relative, &*one, &*other, NEAR, &mut manifolds, &mut None)
                 .map_err(|error| error.to_string())?;
             for manifold in &manifolds {
                 let normal = vector(poses[a].rotation * manifold.local_n1);
+                // Beside the corners of what two faces or edges share, parry gives a point between them.
+                let corner = |point: &&TrackedContact<()>| point.fid1 != PackedFeatureId::UNKNOWN;
+                let shared = manifold.points.iter().filter(corner).count() >= 2;
                 for point in manifold.points.iter().filter(|point| point.dist < NEAR) {
+                    if shared && !corner(&point) {
+                        continue;
+                    }
                     let place = vector(poses[b] * point.local_p2);
                     let same = |other: &Point| other.key == key && (other.place - place).norm() < MERGED;
                     if points.iter().any(same) {

@@ -41,7 +41,7 @@ pub type Curve<'a> = (&'a str, f64, &'a dyn Fn(&Tick) -> f64);
 
 type Line = PathElement<(f64, f64)>;
 
-impl<const N: usize> World<N> {
+impl<const N: usize, const C: usize, const R: usize> World<N, C, R> {
     /// Draws a filmstrip into the file of a name, with forces of contacts and pushes as arrows.
     pub fn film(&self, name: &str, ticks: &[Tick], film: &Film) -> Result<(), Failure> {
         let [width, height] = film.size;

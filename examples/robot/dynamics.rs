@@ -6,6 +6,9 @@ use dynibo::{BaseState, Frame, Twist};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 use parry3d_f64::math::{Pose, Rotation, Vector};
 
+/// What rounding leaves of an inertia that is 0, as a share.
+const ROUNDING: f64 = 1e-12;
+
 /// The dynamics of all trees, and of each body its pose, the origin of its link and the Jacobian of that.
 pub(crate) struct Dynamics<const N: usize> {
     pub(crate) mass: SMatrix<f64, N, N>,
@@ -17,11 +20,11 @@ pub(crate) struct Dynamics<const N: usize> {
     pub(crate) bones: Vec<[Vector3<f64>; 2]>,
 }
 
-impl<const N: usize> World<N> {
+impl<const N: usize, const C: usize, const R: usize> World<N, C, R> {
     /// Trees do not act on each other without contacts: `M` consists of their blocks.
     pub(crate) fn dynamics(&mut self) -> Result<Dynamics<N>, Failure> {
         let size: usize = self.trees.iter().map(Tree::size).sum();
-        if size != N {
+        if size > N {
             let right = format!("World::<{size}>, not {N}");
             return Err(format!("a world of {size} velocities is made with {right}").into());
         }
@@ -29,7 +32,7 @@ impl<const N: usize> World<N> {
             return Err("nothing has a shape that could collide".into());
         }
         let mut all = Dynamics::<N> {
-            mass: SMatrix::zeros(),
+            mass: SMatrix::identity(), // right for velocities that no tree has: they stay 0
             force: SVector::zeros(),
             poses: self.bodies.iter().map(|body| body.local).collect(), // right for ground
             origins: vec![Vector3::zeros(); self.bodies.len()],
@@ -72,6 +75,27 @@ impl<const N: usize> World<N> {
 }
 
 impl<const N: usize> Dynamics<N> {
+    /// The first velocity that has no inertia, up to rounding, while the later ones move freely.
+    pub(crate) fn without_inertia(&self) -> Option<usize> {
+        let mut rest = self.mass;
+        for dof in (0..N).rev() {
+            let pivot = rest[(dof, dof)];
+            if pivot <= ROUNDING * self.mass[(dof, dof)] {
+                return Some(dof);
+            }
+            for i in 0..dof {
+                let share = rest[(dof, i)] / pivot;
+                if share == 0.0 {
+                    continue; // joints of other limbs
+                }
+                for j in 0..=i {
+                    rest[(i, j)] -= share * rest[(dof, j)];
+                }
+            }
+        }
+        None
+    }
+
     /// Whether any velocity moves a body.
     pub(crate) fn can_move(&self, body: usize) -> bool {
         self.jacobians[body].iter().any(|&entry| entry != 0.0)

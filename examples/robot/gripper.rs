@@ -53,7 +53,6 @@ fn run(grip: f64, seconds: f64) -> Result<(Cell, Vec<Tick>), Failure> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     world.load(&folder.join("gripper.urdf"), Base::Bolted, [0.0, 0.0, 0.6])?;
     world.load(&folder.join("bottle.urdf"), Base::Free, [0.0, 0.0, 0.08])?;
-    world.mimics.push(["left", "right"]);
     let bottle = world.body("bottle")?;
     let ticks = world.run(seconds, |world, time| {
         let part = |span: &Range<f64>| f64::from(u8::from(span.contains(&time)));

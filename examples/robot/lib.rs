@@ -4,7 +4,8 @@
 //! |---|---|---|
 //! | `world` | **[`World::step`]: one time step**, and [`World::run`] for many | stiction |
 //! | `rows` | contacts, motors, stops, joints that mimic each other | stiction |
-//! | `tree`, `dynamics` | links and joints of a file; `M`, bias forces, Jacobians | `urdf-rs`, `dynibo` |
+//! | `urdf`, `tree`, `shapes` | links, joints, shapes and meshes of a file | `urdf-rs`, `mesh-loader`, `parry3d` |
+//! | `dynamics` | `M`, bias forces, Jacobians | `dynibo` |
 //! | `collide` | points at which bodies are near each other | `parry3d` |
 //! | `draw`, `report` | filmstrip, plots, costs | `plotters` |
 #![allow(clippy::missing_errors_doc)] // all say what went wrong
@@ -16,9 +17,13 @@ mod dynamics;
 mod firmware_tests;
 mod report;
 mod rows;
+mod shapes;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod urdf;
+#[cfg(test)]
+mod urdf_tests;
 mod world;
 
 pub use collide::Body;

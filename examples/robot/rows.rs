@@ -15,7 +15,7 @@ const STOP_RECOVERY: f64 = 1.0;
 /// Relaxation time of rubber (s).
 const RELAXATION: f64 = 5e-3;
 
-impl<const N: usize> World<N> {
+impl<const N: usize, const C: usize, const R: usize> World<N, C, R> {
     /// The contacts at these points.
     pub(crate) fn push_contacts(&mut self, points: &[Point], dynamics: &Dynamics<N>) -> Result<(), Error> {
         let rubber = Spring { stiffness: self.stiffness, relaxation: RELAXATION };
@@ -36,39 +36,35 @@ impl<const N: usize> World<N> {
 
     /// What the row of a key of [`Self::push_rows`] is, in words.
     pub(crate) fn row_name(&self, key: u32) -> String {
-        let joints = self.trees.iter().flat_map(|tree| &tree.joints);
-        let names: Vec<_> = joints.map(|joint| &joint.name).collect();
+        let mut joints =
+            self.trees.iter().flat_map(|tree| tree.joints.iter().map(move |joint| (tree, joint)));
         let (joint, kind) = (key as usize / 3, key as usize % 3);
-        match names.get(joint) {
-            Some(name) => format!("{} of {name}", ["motor", "lower stop", "upper stop"][kind]),
-            None => match self.mimics.get(key as usize - 3 * names.len()) {
-                Some([one, other]) => format!("{one} mimics {other}"),
-                None => format!("row {key}"),
-            },
+        let Some((tree, joint)) = joints.nth(joint) else { return format!("row {key}") };
+        match joint.mimic {
+            Some(mimic) if kind == 0 => format!("{} mimics {}", joint.name, tree.joints[mimic.leader].name),
+            _ => format!("{} of {}", ["motor", "lower stop", "upper stop"][kind], joint.name),
         }
     }
 
-    /// The motors, and joints that mimic each other. Returns the stops, which the solve takes in as they are reached.
+    /// The motors, and joints that mimic others. Returns the stops, which the solve takes in as they are reached.
     pub(crate) fn push_rows(&mut self) -> Result<Vec<JointRow<f64, N>>, Failure> {
-        let (mut stops, mut key, mut dof) = (Vec::new(), 0, 0);
+        let (mut stops, mut key, mut first) = (Vec::new(), 0, 0);
         let (scene, [stiffness, damping]) = (self.kernel.scene_mut(), self.gains);
-        let mut joints = Vec::new();
         for tree in &self.trees {
-            dof += tree.size() - tree.joints.len();
-            for joint in &tree.joints {
+            first += tree.size() - tree.joints.len();
+            for (dof, joint) in tree.joints.iter().enumerate() {
                 let mut row = SVector::<f64, N>::zeros();
-                row[dof] = 1.0;
-                joints.push((&*joint.name, row, joint.angle));
-                let [aim, target] = joint.target;
-                let motor = Motor {
-                    stiffness,
-                    damping,
-                    limit: joint.effort,
-                    ahead: joint.angle - aim,
-                    target,
-                    ..Motor::default()
-                };
-                if joint.effort != 0.0 {
+                row[first + dof] = 1.0;
+                if let Some(mimic) = joint.mimic {
+                    let mut gear = row;
+                    gear[first + mimic.leader] -= mimic.ratio;
+                    let drift = joint.angle - mimic.ratio * tree.joints[mimic.leader].angle - mimic.offset;
+                    let gear = ClosedLoop { drift, recovery: RECOVERY }.row(gear, STEP, key)?;
+                    scene.push_row(&gear)?;
+                } else if joint.effort != 0.0 {
+                    let [aim, target] = joint.target;
+                    let (limit, ahead) = (joint.effort, joint.angle - aim);
+                    let motor = Motor { stiffness, damping, limit, ahead, target, ..Motor::default() };
                     let row = motor.row(row, STEP, key);
                     let row = row.map_err(|error| format!("joint {}: {error}", joint.name))?;
                     scene.push_row(&row)?;
@@ -79,17 +75,9 @@ impl<const N: usize> World<N> {
                     let stop = JointLimit { distance, recovery: STOP_RECOVERY, reach: REACH };
                     stops.push(stop.row(row, STEP, key)?);
                 }
-                (key, dof) = (key + 1, dof + 1);
+                key += 1;
             }
-        }
-        for names in &self.mimics {
-            let find = |name| joints.iter().find(|(joint, ..)| *joint == name);
-            let [Some((_, one, at)), Some((_, other, there))] = names.map(find) else {
-                return Err(format!("there are no joints {names:?}").into());
-            };
-            let gear = ClosedLoop { drift: at - there, recovery: RECOVERY };
-            scene.push_row(&gear.row(one - other, STEP, key)?)?;
-            key += 1;
+            first += tree.joints.len();
         }
         Ok(stops)
     }

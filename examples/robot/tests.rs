@@ -11,20 +11,16 @@ fn changed<const N: usize>(
     height: f64,
     changes: &[[&str; 2]],
 ) -> Result<World<N>, Failure> {
-    static COUNT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
     let mut text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap();
     for [from, to] in changes {
         assert!(text.contains(from), "{from}");
         text = text.replace(from, to);
     }
-    let count = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-    let name = format!("stiction_robot_{}_{count}.urdf", std::process::id());
-    let path = std::env::temp_dir().join(name);
+    let path = tempfile::NamedTempFile::new()?.into_temp_path();
     std::fs::write(&path, text)?;
     let mut world = World::new(0.8, [60.0, 1.0]);
-    let loaded = world.load(&path, base, [0.0, 0.0, height]);
-    std::fs::remove_file(path)?;
-    loaded.map(|()| world)
+    world.load(&path, base, [0.0, 0.0, height])?;
+    Ok(world)
 }
 
 #[test]

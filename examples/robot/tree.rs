@@ -1,16 +1,14 @@
-//! A tree of links from a URDF file, a robot or a thing: its dynamics from `dynibo`, and where it is.
+//! A tree of links from a URDF file, a robot or a thing: its joints, and where it is.
 //!
-//! `dynibo` reads URDF and has `M`, bias forces and Jacobians of a floating base in world coordinates;
-//! `phyz-rigid` 0.4 has no reader of URDF, and turns a free body by a rotation vector.
+//! Its dynamics are those of `dynibo`, which has `M`, bias forces and Jacobians of a floating base in world coordinates;
+//! `phyz-rigid` 0.4 turns a free body by a rotation vector.
 
-use crate::{Body, Failure};
+use crate::{Body, Failure, shapes, urdf};
 use dynibo::FloatingRobot;
 use nalgebra::{UnitQuaternion, Vector3};
-use parry3d_f64::math::{Pose, Rotation, Vector};
-use parry3d_f64::shape::SharedShape;
 use std::ops::Range;
 use std::path::Path;
-use urdf_rs::Geometry;
+use urdf_rs::Robot;
 
 /// Gravity of `dynibo` (m/s²).
 pub const GRAVITY: f64 = 9.80665;
@@ -18,9 +16,10 @@ pub const GRAVITY: f64 = 9.80665;
 /// How the root link of a tree stands in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
-    /// It is free: six velocities, angular and then linear (world), stand before those of the joints.
+    /// It is free: six velocities, angular and then linear (world), stand before those of the joints. A root link of the name
+    /// `world` is not: in ROS that is the world, and so it is bolted down.
     Free,
-    /// It is bolted down. (Its mass, though without effect, has to be positive.)
+    /// It is bolted down.
     Bolted,
 }
 
@@ -37,6 +36,16 @@ pub struct Joint {
     pub effort: f64,
     /// Where its motor is to bring it (rad, m), and how fast that moves (rad/s, m/s).
     pub target: [f64; 2],
+    /// The joint of its tree that it mimics.
+    pub(crate) mimic: Option<Mimic>,
+}
+
+/// A joint is where another one, times a ratio, and an offset put it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mimic {
+    pub(crate) leader: usize,
+    pub(crate) ratio: f64,
+    pub(crate) offset: f64,
 }
 
 /// A tree of links: its joints in the order of its velocities, and where its root is.
@@ -55,78 +64,46 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Reads a tree and the bodies that its links have for collisions.
-    pub(crate) fn load(file: &Path, base: Base) -> Result<(Self, Vec<Body>), Failure> {
-        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
-        let model = FloatingRobot::from_urdf(file).map_err(|error| named(&error))?;
-        let urdf = urdf_rs::read_file(file).map_err(|error| named(&error))?; // dynibo does not tell shapes and efforts
-        let (mut bodies, mut joints, mut bones) = (Vec::new(), Vec::new(), Vec::new());
-        let mut links = Vec::new();
-        for link in 0..model.link_count() {
-            links.push(model.link_name(model.link_id_at(link)?)?.to_owned()); // in another order than in the file
-        }
-        let index = |name: &str| links.iter().position(|link| link == name);
-        for link in &urdf.links {
-            for collision in &link.collision {
-                let ([x, y, z], [roll, pitch, yaw]) = (*collision.origin.xyz, *collision.origin.rpy);
-                let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-                let (shape, turn) = match &collision.geometry {
-                    Geometry::Sphere { radius } => (SharedShape::ball(*radius), turn),
-                    Geometry::Box { size } => {
-                        let [x, y, z] = size.map(|length| length / 2.0);
-                        (SharedShape::cuboid(x, y, z), turn)
-                    }
-                    Geometry::Cylinder { radius, length } => {
-                        let upright = Vector3::x() * std::f64::consts::FRAC_PI_2; // parry's lie along y
-                        let shape = SharedShape::cylinder(length / 2.0, *radius);
-                        (shape, turn * UnitQuaternion::from_scaled_axis(upright))
-                    }
-                    other => return Err(named(&format!("no contacts for {other:?}")).into()),
-                };
-                bodies.push(Body {
-                    name: link.name.clone(),
-                    link: index(&link.name).unwrap_or(0),
-                    tree: 0,
-                    local: pose(Vector3::new(x, y, z), &turn),
-                    shape,
-                });
+    /// Reads a tree and the bodies that its links have for collisions. Each joint is at 0, or at the end of its range that is
+    /// nearest to 0, or where the joint has it that it mimics.
+    pub fn load(file: &Path, base: Base) -> Result<(Self, Vec<Body>), Failure> {
+        let load = || {
+            let robot = urdf::read(file)?;
+            let model = urdf::dynamics(&robot)?;
+            let index: Vec<_> = (0..model.link_count())
+                .map(|link| Ok(model.link_name(model.link_id_at(link)?)?.to_owned())) // in another order than in the file
+                .collect::<Result<_, Failure>>()?;
+            let index = |name: &str| index.iter().position(|link| link == name).unwrap_or(0);
+            let mut bodies = Vec::new();
+            for link in &robot.links {
+                for collision in &link.collision {
+                    let shape = shapes::shape(collision, file);
+                    let (shape, local) = shape.map_err(|error| format!("link {}: {error}", link.name))?;
+                    bodies.push(Body {
+                        name: link.name.clone(),
+                        link: index(&link.name),
+                        tree: 0,
+                        local,
+                        shape,
+                    });
+                }
             }
-        }
-        for joint in &urdf.joints {
-            let bone = index(&joint.parent.link).zip(index(&joint.child.link));
-            let shaped = |link| bodies.iter().any(|body: &Body| body.link == link);
-            bones.extend(bone.filter(|&(parent, _)| !shaped(parent)).map(<[usize; 2]>::from));
-        }
-        for dof in 0..model.joint_count() {
-            let name = model.joint_name(dof)?;
-            let joint = urdf.joints.iter().find(|joint| joint.name == name);
-            let [lower, upper] = [model.joint_lower_limit(dof)?, model.joint_upper_limit(dof)?];
-            let effort = joint.map_or(0.0, |joint| joint.limit.effort);
-            if lower >= upper {
-                let wrong = format!(
-                    "joint {name} cannot move: its <limit> is missing, or no range from lower to upper"
-                );
-                return Err(named(&wrong).into());
-            }
-            if !(effort.is_finite() && effort >= 0.0) {
-                let wrong = format!("joint {name} has an effort of {effort}, not 0 or a positive number");
-                return Err(named(&wrong).into());
-            }
-            joints.push(Joint {
-                name: name.to_owned(),
-                angle: 0.0,
-                range: [lower, upper],
-                effort,
-                target: [0.0; 2],
-            });
-        }
-        let (place, turn) = (Vector3::zeros(), UnitQuaternion::identity());
-        Ok((Self { model, base, joints, bones, place, turn }, bodies))
+            let bones =
+                robot.joints.iter().map(|joint| [&joint.parent, &joint.child].map(|end| index(&end.link)));
+            let shaped = |link| bodies.iter().any(|body| body.link == link);
+            let bones = bones.filter(|&[parent, _]| !shaped(parent)).collect();
+            let joints = joints(&robot, &model)?;
+            let world = robot.links[urdf::root(&robot)].name == "world";
+            let base = if world { Base::Bolted } else { base };
+            let (place, turn) = (Vector3::zeros(), UnitQuaternion::identity());
+            Ok((Self { model, base, joints, bones, place, turn }, bodies))
+        };
+        load().map_err(|error: Failure| format!("{}: {error}", file.display()).into())
     }
 
-    /// The joints without a motor.
+    /// The joints that nothing drives.
     pub(crate) fn passive(&self) -> Vec<&str> {
-        let passive = self.joints.iter().filter(|joint| joint.effort == 0.0);
+        let passive = self.joints.iter().filter(|joint| joint.effort == 0.0 && joint.mimic.is_none());
         passive.map(|joint| &*joint.name).collect()
     }
 
@@ -137,8 +114,17 @@ impl Tree {
     }
 
     /// How many velocities it has.
-    pub(crate) fn size(&self) -> usize {
+    #[must_use]
+    pub fn size(&self) -> usize {
         self.kept().len()
+    }
+
+    /// What a velocity moves, in words.
+    pub(crate) fn velocity_name(&self, velocity: usize) -> String {
+        match (velocity + self.kept().start).checked_sub(6) {
+            Some(joint) => format!("joint {}", self.joints[joint].name),
+            None => "a free base".into(),
+        }
     }
 
     /// What it weighs (N).
@@ -163,9 +149,47 @@ impl Tree {
     }
 }
 
-/// A pose in the types of parry.
-fn pose(place: Vector3<f64>, turn: &UnitQuaternion<f64>) -> Pose {
-    let q = turn.coords;
-    let place = Vector::new(place.x, place.y, place.z);
-    Pose::from_parts(place, Rotation::from_xyzw(q.x, q.y, q.z, q.w))
+/// The joints of a robot that move, in the order of the model.
+fn joints(robot: &Robot, model: &FloatingRobot) -> Result<Vec<Joint>, Failure> {
+    let names: Vec<_> =
+        (0..model.joint_count()).map(|dof| model.joint_name(dof)).collect::<Result<_, _>>()?;
+    let mut joints = Vec::new();
+    for (dof, name) in names.iter().enumerate() {
+        let joint = robot.joints.iter().find(|joint| joint.name == *name);
+        let joint = joint.ok_or_else(|| format!("joint {name} is not in the file"))?;
+        let (range, effort) =
+            ([model.joint_lower_limit(dof)?, model.joint_upper_limit(dof)?], joint.limit.effort);
+        if range[0] >= range[1] {
+            return Err(format!(
+                "joint {name} cannot move: its <limit> is missing, or no range from lower to upper (what turns without end has type=\"continuous\")"
+            )
+            .into());
+        }
+        if !(effort.is_finite() && effort >= 0.0) {
+            return Err(format!("joint {name} has an effort of {effort}, not 0 or a positive number").into());
+        }
+        let mut mimic = None;
+        if let Some(file) = &joint.mimic {
+            let leader = names.iter().position(|other| *other == file.joint && other != name);
+            let leader = leader.ok_or_else(|| {
+                format!("joint {name} mimics {}, which is no other joint that moves", file.joint)
+            })?;
+            let (ratio, offset) = (file.multiplier.unwrap_or(1.0), file.offset.unwrap_or(0.0));
+            mimic = Some(Mimic { leader, ratio, offset });
+        }
+        let angle = 0.0_f64.clamp(range[0], range[1]);
+        let (range, effort) = match mimic {
+            Some(_) => ([f64::NEG_INFINITY, f64::INFINITY], 0.0), // its leader's
+            None => (range, effort),
+        };
+        joints.push(Joint { name: (*name).to_owned(), angle, range, effort, target: [angle, 0.0], mimic });
+    }
+    for _ in 0..joints.len() {
+        for follower in 0..joints.len() {
+            if let Some(mimic) = joints[follower].mimic {
+                joints[follower].angle = mimic.ratio * joints[mimic.leader].angle + mimic.offset;
+            }
+        }
+    }
+    Ok(joints)
 }

@@ -9,16 +9,14 @@ use parry3d_f64::math::Pose;
 use std::path::Path;
 use std::time::Instant;
 use stiction::time_stepping::free_impulse;
-use stiction::{ContactMode, ContactSolution, Kernel, RowMode, Settings, Status, contact_frame};
+use stiction::{ContactMode, ContactSolution, Error, Kernel, RowMode, Settings, Status, contact_frame};
 
 /// Length of a step (s).
 pub const STEP: f64 = 1e-3;
-/// Room for contacts, and for joint rows: motors, joints that mimic each other, and stops that are reached at the same time.
-const CONTACTS: usize = 24;
-const ROWS: usize = 32;
 
-/// A world of `N` velocities in all.
-pub struct World<const N: usize> {
+/// A world of `N` velocities in all, with room for `C` contacts and `R` joint rows: motors, joints that mimic others, and stops
+/// that are reached at the same time.
+pub struct World<const N: usize, const C: usize = 24, const R: usize = 32> {
     /// Friction coefficient of all that touches.
     pub mu: f64,
     /// How stiff rubber between all that touches is (N/m); infinite is rigid.
@@ -27,15 +25,13 @@ pub struct World<const N: usize> {
     pub gains: [f64; 2],
     /// A body that is pushed at the origin of its link, and with which force (N).
     pub push: (usize, Vector3<f64>),
-    /// Joints that mimic each other: both of a pair are at the same angle.
-    pub mimics: Vec<[&'static str; 2]>,
     /// What may touch: ground, and the shapes of all trees.
     pub bodies: Vec<Body>,
     /// Robots and things.
     pub trees: Vec<Tree>,
     /// Velocities of all trees, one after the other.
     pub velocity: SVector<f64, N>,
-    pub(crate) kernel: Box<Kernel<f64, N, 3, CONTACTS, ROWS, CONTACTS>>,
+    pub(crate) kernel: Box<Kernel<f64, N, 3, C, R, C>>,
 }
 
 /// A contact that pushes.
@@ -68,19 +64,27 @@ pub struct Tick {
     pub(crate) rows: Vec<RowMode>,
     /// Of dynamics, collision, contact (µs).
     pub(crate) cost: [f64; 3],
-    pub(crate) error: f64,
+    /// Error of the solution (dimensionless).
+    pub error: f64,
 }
 
 impl<const N: usize> World<N> {
     /// An empty world with a friction coefficient and the gains of all motors.
     #[must_use]
     pub fn new(mu: f64, gains: [f64; 2]) -> Self {
+        Self::with_room(mu, gains)
+    }
+}
+
+impl<const N: usize, const C: usize, const R: usize> World<N, C, R> {
+    /// [`Self::new`] for other room.
+    #[must_use]
+    pub fn with_room(mu: f64, gains: [f64; 2]) -> Self {
         Self {
             mu,
             stiffness: f64::INFINITY,
             gains,
             push: (0, Vector3::zeros()),
-            mimics: Vec::new(),
             bodies: Vec::new(),
             trees: Vec::new(),
             velocity: SVector::zeros(),
@@ -95,17 +99,29 @@ impl<const N: usize> World<N> {
 
     /// Adds a robot or a thing from a URDF file, with its root at a place (m).
     pub fn load(&mut self, file: &Path, base: Base, place: [f64; 3]) -> Result<(), Failure> {
-        let (mut tree, bodies) = Tree::load(file, base)?;
+        let (tree, bodies) = Tree::load(file, base)?;
         let passive = tree.passive().join(", ");
         if !passive.is_empty() {
             println!("{}: no motor (effort 0 or missing) at {passive}", file.display());
         }
+        self.add(tree, bodies, place);
+        Ok(())
+    }
+
+    /// Adds a tree and its bodies, with its root at a place (m).
+    pub fn add(&mut self, mut tree: Tree, bodies: Vec<Body>, place: [f64; 3]) {
         tree.place = place.into();
         let index = self.trees.len();
         let owned = bodies.into_iter().map(|body| Body { tree: index, ..body });
         self.bodies.extend(owned);
         self.trees.push(tree);
-        Ok(())
+    }
+
+    /// How high the lowest point is of all shapes that are no ground (m); infinite if there is none.
+    pub fn lowest(&mut self) -> Result<f64, Failure> {
+        let poses = self.dynamics()?.poses;
+        let owned = self.bodies.iter().zip(&poses).filter(|(body, _)| body.tree != Body::GROUND);
+        Ok(owned.map(|(body, pose)| body.shape.compute_aabb(pose).mins.z).fold(f64::INFINITY, f64::min))
     }
 
     /// The joint of a name.
@@ -125,10 +141,9 @@ impl<const N: usize> World<N> {
     pub fn aim(&mut self, name: &str, angle: f64) -> Result<(), Failure> {
         let joint = self.joint(name)?;
         if joint.effort == 0.0 {
-            return Err(format!(
-                "joint {name} has no motor: its effort is 0, or missing in the file's <limit>"
-            )
-            .into());
+            let missing = "its effort is 0, or missing in the file's <limit>";
+            let why = if joint.mimic.is_some() { "it mimics another joint" } else { missing };
+            return Err(format!("joint {name} has no motor: {why}").into());
         }
         joint.target = [angle, (angle - joint.target[0]) / STEP];
         Ok(())
@@ -164,6 +179,9 @@ impl<const N: usize> World<N> {
             (begin - before).as_secs_f64() * 1e6
         };
         let dynamics = self.dynamics()?;
+        if let Some(dof) = dynamics.without_inertia() {
+            return Err(format!("{} moves no inertia: M is singular", self.velocity_name(dof)).into());
+        }
         let dynamics_cost = lap();
         let points = collide(&self.bodies, &dynamics.poses, |body| dynamics.can_move(body))?;
         let collision_cost = lap();
@@ -176,7 +194,7 @@ impl<const N: usize> World<N> {
         let linear = dynamics.jacobians[pushed].fixed_rows::<3>(3);
         let force = dynamics.force + linear.transpose() * push;
         let impulse = free_impulse(&dynamics.mass, &self.velocity, &force, STEP);
-        let settings = Settings::new(1e-8);
+        let settings = Settings { budget: 100_000, ..Settings::new(1e-8) }; // nothing waits for a simulation
         let solution = self.kernel.solve_with_limits(&stops, &impulse, &settings)?;
         if !solution.is_usable(1e-3) {
             let (status, error) = (solution.status, solution.error);
@@ -206,7 +224,18 @@ impl<const N: usize> World<N> {
     }
 }
 
-impl<const N: usize> World<N> {
+impl<const N: usize, const C: usize, const R: usize> World<N, C, R> {
+    /// What a velocity moves, in words.
+    fn velocity_name(&self, mut velocity: usize) -> String {
+        for tree in &self.trees {
+            if velocity < tree.size() {
+                return tree.velocity_name(velocity);
+            }
+            velocity -= tree.size();
+        }
+        "nothing".into()
+    }
+
     /// What the last solution, which is of no use, speaks of: the bodies and joints that exclude each other if that is proved,
     /// or else those that push.
     fn culprits(&self, points: &[Point]) -> String {
@@ -236,7 +265,7 @@ impl<const N: usize> World<N> {
 
 impl Touch {
     /// That of a contact.
-    fn new((point, contact): (&Point, &ContactSolution<f64, 3>)) -> Result<Self, stiction::Error> {
+    fn new((point, contact): (&Point, &ContactSolution<f64, 3>)) -> Result<Self, Error> {
         Ok(Self {
             pair: point.pair,
             place: point.place,
