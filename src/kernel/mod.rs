@@ -133,6 +133,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         &mut self.scene
     }
 
+    /// The factor of the last call, stale if the scene has changed since.
+    #[must_use]
+    pub const fn factor(&self) -> &Factor<T, N, D, C, R> {
+        &self.factor
+    }
+
     /// Its solver, with the warm start of the next solve.
     #[must_use]
     pub const fn solver(&self) -> &Solver<T, N, D, C, R, P> {

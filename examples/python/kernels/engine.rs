@@ -20,10 +20,11 @@ pub trait Number: Real + Default + Into<f64> + Send + Sync + 'static {
     /// The sizes that are compiled, in the order in which they are tried.
     fn sizes() -> &'static [sizes::Entry<Self>];
 
-    /// Writes the least impulses of a kernel's last solution, if it has any; in double precision alone, in which models are stepped.
+    /// Writes the least impulses of a kernel's last solution, if it has any; in double precision alone, in which models are stepped. `asked` is
+    /// settings, and the speed of opening up to which a contact may bear (m/s).
     fn read_least<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
         kernel: &Kernel<Self, N, D, C, R, S>,
-        settings: &Settings<Self>,
+        asked: (&Settings<Self>, Self),
         out: &mut Out<'_, Self>,
     );
 }
@@ -44,10 +45,10 @@ macro_rules! number {
 
             fn read_least<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
                 kernel: &Kernel<Self, N, D, C, R, S>,
-                settings: &Settings<Self>,
+                asked: (&Settings<Self>, Self),
                 out: &mut Out<'_, Self>,
             ) {
-                $read_least(kernel, settings, out);
+                $read_least(kernel, asked, out);
             }
         }
     )*};
@@ -56,7 +57,7 @@ number!(f32: sizes::SINGLE, read_none, f64: sizes::DOUBLE, loads::read_least);
 
 fn read_none<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
     _: &Kernel<f32, N, D, C, R, S>,
-    _: &Settings<f32>,
+    _: (&Settings<f32>, f32),
     _: &mut Out<'_, f32>,
 ) {
 }
@@ -85,7 +86,7 @@ pub trait Engine<T>: Send + Sync {
     fn read(&self, out: &mut Out<'_, T>);
 
     /// Writes the least impulses of the last solution, if it has any ([`Number::read_least`]).
-    fn read_least(&self, settings: &Settings<T>, out: &mut Out<'_, T>);
+    fn read_least(&self, asked: (&Settings<T>, T), out: &mut Out<'_, T>);
 }
 
 type Push<T, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize> =
@@ -282,8 +283,8 @@ impl<T: Number, const N: usize, const D: usize, const C: usize, const R: usize, 
         copy_or_zero(out.row_certificate, &solution.row_certificate);
     }
 
-    fn read_least(&self, settings: &Settings<T>, out: &mut Out<'_, T>) {
-        with_room::<Self, _>(|| T::read_least(&self.kernel, settings, out));
+    fn read_least(&self, asked: (&Settings<T>, T), out: &mut Out<'_, T>) {
+        with_room::<Self, _>(|| T::read_least(&self.kernel, asked, out));
     }
 }
 

@@ -4,7 +4,7 @@ use crate::derivative::find_again;
 use crate::engine::{Compiled, Engine};
 use crate::problem::{Out, Problem};
 use stiction::nalgebra::SVector;
-use stiction::{Error, Kernel, Settings};
+use stiction::{ContactMode, Error, Kernel, LeastImpulses, Settings};
 
 /// Share of the tolerance that least impulses are to miss of the momentum of a step. If they miss more than the tolerance, those of the solution stay.
 const MOMENTUM: f64 = 0.1;
@@ -22,14 +22,20 @@ pub enum Asked<'a> {
     RestReserve(f64),
 }
 
-/// Writes the least impulses of a kernel's last solution, if it has any.
+/// Writes the least impulses of a kernel's last solution, if it has any. A contact that opens no faster than `touching` (m/s) may bear.
 pub(crate) fn read_least<const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
     kernel: &Kernel<f64, N, D, C, R, S>,
-    settings: &Settings<f64>,
+    (settings, touching): (&Settings<f64>, f64),
     out: &mut Out<'_, f64>,
 ) {
     let exact = Settings { tolerance: settings.tolerance * MOMENTUM, ..*settings };
-    if let Ok(least) = kernel.least_impulses(&exact)
+    let mut solution = kernel.solution().clone();
+    for contact in &mut solution.contacts {
+        if contact.mode == ContactMode::Open && contact.velocity[0] <= touching {
+            contact.velocity[0] = 0.0;
+        }
+    }
+    if let Ok(least) = LeastImpulses::new(kernel.scene(), kernel.factor(), &solution, &exact)
         && least.momentum_error <= settings.tolerance
     {
         for (place, impulse) in out.r.chunks_exact_mut(D).zip(&least.contacts) {

@@ -10,6 +10,7 @@ import pytest
 from field import Array, G, scene
 
 import stiction
+from stiction.mujoco import Stepper
 
 from conftest import SCENES
 from judge import read
@@ -57,6 +58,26 @@ def test_a_dragged_table_bears_on_all_its_feet(h: float, tap: float) -> None:
     assert np.sort(forces[-1]) == pytest.approx(WEIGHT / 4 + lean * np.array([-1, -1, 1, 1]), abs=0.03)
     assert np.abs(np.diff(forces[10:], axis=0)).max() < 1e-4
     assert s.is_clean()
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("tol", [1e-6, 1e-7, 1e-8])
+@pytest.mark.parametrize("h", [0.002, 0.005])
+def test_a_box_that_slides_bears_on_its_four_corners(h: float, tol: float, seed: int) -> None:
+    slope, mu = np.radians(20), 0.2
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco><option timestep="{h}" gravity="{G * np.sin(slope)} 0 {-G * np.cos(slope)}"/>
+    <worldbody><geom type="plane" size="50 50 1" friction="{mu}"/><body pos="0 0 .05"><freejoint/>
+    <geom type="box" size=".1 .07 .05" mass="2" friction="{mu}" condim="3"/></body></worldbody></mujoco>""")
+    data, stepper = mujoco.MjData(model), Stepper(model, tol=tol)
+    data.qvel[0] = 0.5 + 0.2 * seed
+    load = 2 * G * np.cos(slope)
+    lean = mu * load * 0.05 / 0.4  # friction at the floor tips it forward
+    off = 0
+    for _ in range(500):
+        stepper.step(data)
+        forces = np.sort(data.efc_force[[contact.efc_address for contact in data.contact]])  # along the normals
+        off += forces.tolist() != pytest.approx(load / 4 + lean * np.array([-1, -1, 1, 1]), abs=1e-3)
+    assert off <= 1 and stepper.unsolved == 0, off  # the first step lands it
 
 
 @pytest.mark.parametrize("count", [4, 8])

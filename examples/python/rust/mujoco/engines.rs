@@ -20,6 +20,8 @@ pub(super) enum Pass {
 pub(super) struct Least {
     /// A contact that opens or slips no faster bears as one that sticks (m/s).
     pub(super) still: f64,
+    /// A contact that opens no faster may bear (m/s).
+    pub(super) touching: f64,
     /// With at least as many unknown impulses, but for two, some may be internal.
     pub(super) dofs: usize,
 }
@@ -83,11 +85,11 @@ impl Engines {
         let outcome = slot.engine.solve(settings, false).ok()?;
         let sizes = [problem.n, problem.contacts(), problem.dim, problem.rows.lower.len()];
         slot.engine.read(&mut answer.out(sizes));
-        if let Some(Least { still, dofs }) = least
+        if let Some(Least { still, touching, dofs }) = least
             && outcome.status == Status::Solved
             && unknowns(answer, problem.dim) + 3 > dofs
         {
-            slot.engine.read_least(&Settings { still, ..*settings }, &mut answer.out(sizes));
+            slot.engine.read_least((&Settings { still, ..*settings }, touching), &mut answer.out(sizes));
         }
         Some(outcome)
     }

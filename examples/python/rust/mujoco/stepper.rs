@@ -25,6 +25,8 @@ const KEPT: f64 = 1e-3;
 const WRITTEN: f64 = 1e-6;
 /// What is slower bears as if it stood, over the speed of a fall by the model's length.
 const STILL: f64 = 1e-9;
+/// What is open by less as a step ends may share a load, over the model's length.
+const TOUCHING: f64 = 1e-7;
 /// A limit is passed from here on (m or rad; over the model's length if that is more than 1 m).
 const PASSED: f64 = 1e-12;
 /// What rests does so at this depth, over the model's length, so that MuJoCo sees the contact as well (`mj_forward`); or up to so much
@@ -277,6 +279,7 @@ impl Stepper {
             h,
             reach: h * scale.speed,
             still: STILL * scale.speed,
+            touching: TOUCHING * scale.length / h,
         };
         let mut motion = Motion {
             velocity: self.inertia.velocity.clone(),
