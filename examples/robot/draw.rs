@@ -100,6 +100,9 @@ impl<const N: usize, const C: usize, const R: usize> World<N, C, R> {
         (curve, most, value): Curve,
         bands: &[(Range<f64>, &'static str)],
     ) -> Result<(), Failure> {
+        if let Some(link) = links.iter().find(|link| !self.bodies.iter().any(|body| body.name == **link)) {
+            return Err(format!("no link {link} has a shape").into());
+        }
         let time = |bin: u32| STEP * f64::from(BIN * bin);
         let bins: Vec<_> = (0..).map(time).zip(ticks.chunks(BIN as usize)).collect();
         let mean =

@@ -25,6 +25,11 @@ fn run<const N: usize>(tree: Tree, bodies: Vec<Body>) -> Result<Vec<Tick>, Failu
 fn load(file: &Path, base: Base) -> Result<String, Failure> {
     let (tree, bodies) = Tree::load(file, base)?;
     let (size, shapes, weight) = (tree.size(), bodies.len(), tree.weight()?);
+    let passive = tree.passive().len();
+    let remarks = [
+        (shapes == 0).then(|| "; no link has a <collision>: it falls through the floor".to_owned()),
+        (passive > 0).then(|| format!("; {passive} joints without a motor (effort 0 or missing)")),
+    ];
     // What a world has room for and the robot has not costs time alone; each size takes seconds to compile.
     let ticks = match size {
         0..=18 => run::<18>(tree, bodies),
@@ -37,12 +42,13 @@ fn load(file: &Path, base: Base) -> Result<String, Failure> {
     let ticks = ticks.map_err(|error| format!("{file}: {error}"))?;
     let error = ticks.iter().map(|tick| tick.error).fold(0.0, f64::max);
     let unsolved = ticks.iter().filter(|tick| tick.error > 1e-8).count();
-    let touches = &ticks[ticks.len() - 1].touches;
-    let carried = touches.iter().fold(0.0, |sum, touch| sum + touch.force.z);
+    let last = &ticks[ticks.len() - ticks.len() / 5..];
+    let forces = last.iter().flat_map(|tick| &tick.touches).map(|touch| touch.force.z);
+    let carried = forces.sum::<f64>() / f64::from(u32::try_from(last.len())?);
     Ok(format!(
-        "{file}: {size} velocities, {shapes} shapes, {weight:.1} N; after 1 s {} contacts carry {carried:.1} N; {unsolved} of {} steps unsolved, largest error {error:.1e}",
-        touches.len(),
-        ticks.len()
+        "{file}: {size} velocities, {shapes} shapes, {weight:.1} N, of which the floor carries {carried:.1} N in the last 0.2 s of 1 s; {unsolved} of {} steps unsolved, largest error {error:.1e}{}",
+        ticks.len(),
+        remarks.into_iter().flatten().collect::<String>()
     ))
 }
 

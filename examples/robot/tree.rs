@@ -102,7 +102,8 @@ impl Tree {
     }
 
     /// The joints that nothing drives.
-    pub(crate) fn passive(&self) -> Vec<&str> {
+    #[must_use]
+    pub fn passive(&self) -> Vec<&str> {
         let passive = self.joints.iter().filter(|joint| joint.effort == 0.0 && joint.mimic.is_none());
         passive.map(|joint| &*joint.name).collect()
     }

@@ -119,6 +119,8 @@ def test_the_lock_is_released(scenes: tuple[Any, ...]) -> None:
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_is_heard(tmp_path: Path) -> None:
     program = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
 import numpy as np, stiction
 rng = np.random.default_rng(0)
 H, push = rng.normal(size=(1, 12, 3, 30)), rng.normal(size=(1_000_000, 30))

@@ -86,6 +86,8 @@ def test_an_error_of_mujoco_ends_a_call_and_not_the_process(monkeypatch: pytest.
 
 
 INTERRUPTED = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
 from test_rollout import quadruped, rollout
 model, state, controls = quadruped()
 print("begun", flush=True)

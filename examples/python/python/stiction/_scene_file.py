@@ -163,48 +163,64 @@ def _arguments(scene: dict[str, Any]) -> dict[str, Any]:
     missing = next((key for key in ("n_dof", "n_contacts", "dim", "M", "H", "w", "mu") if key not in scene), None)
     if missing:
         raise ValueError(f"{missing}: it is missing")
-    if ("f" in scene) == ("free_impulse" in scene):
-        raise ValueError("free_impulse: either it or f, its negative, has to be there")
-    if "h" in scene and not 0.0 < scene["h"] < np.inf:
-        raise ValueError(f"h: {scene['h']} is no time step")
+    if "f" not in scene and "free_impulse" not in scene:
+        raise ValueError("free_impulse: it is missing, and so is f, its negative")
+    if "f" in scene and "free_impulse" in scene:
+        raise ValueError("free_impulse and f: one is the negative of the other, give one")
+    for key in ("n_dof", "n_contacts", "dim"):
+        if not isinstance(scene[key], int):
+            raise ValueError(f"{key}: {scene[key]!r} is no number of them")
     n, c, d = scene["n_dof"], scene["n_contacts"], scene["dim"]
-    own = "free_impulse" if "free_impulse" in scene else "f"
-
-    def shaped(key: str, written: tuple[int, ...], shape: tuple[int, ...], given: Any = None) -> Any:
-        found = np.array(scene[key] if given is None else given, float)
-        if found.size == 0 == np.prod(written):
-            return found.reshape(shape)
-        if found.shape != written:
-            raise ValueError(f"{key}: shape {list(found.shape)} is not {list(written)}")
-        return found.reshape(shape)
-
-    lists = any(isinstance(entry, list) for entry in scene["mu"])
-    by_row = [entry if isinstance(entry, list) else [entry] * (d - 1) for entry in scene["mu"]]
+    if "h" in scene and not 0.0 < _shaped("h", scene["h"], ()) < np.inf:
+        raise ValueError(f"h: {scene['h']} is no time step")
+    sign, own = (1.0, "free_impulse") if "free_impulse" in scene else (-1.0, "f")
+    mu = scene["mu"]
+    if isinstance(mu, list) and any(isinstance(entry, list) for entry in mu):
+        mu = [entry if isinstance(entry, list) else [entry] * (d - 1) for entry in mu]
+        coefficients = _shaped("mu", mu, (c, d - 1))
+    else:
+        coefficients = _shaped("mu", mu, (c,))
     arguments = {
-        "M": shaped("M", (n, n), (n, n)),
-        "H": shaped("H", (c * d, n), (c, d, n)),
-        "free_impulse": shaped(own, (n,), (n,)) * (1.0 if own == "free_impulse" else -1.0),
-        "w": shaped("w", (c * d,), (c, d)),
-        "mu": shaped("mu", (c, d - 1), (c, d - 1), by_row) if lists else shaped("mu", (c,), (c,)),
+        "M": _shaped("M", scene["M"], (n, n)),
+        "H": _shaped("H", scene["H"], (c * d, n)).reshape(c, d, n),
+        "free_impulse": _shaped(own, scene[own], (n,)) * sign,
+        "w": _shaped("w", scene["w"], (c * d,)).reshape(c, d),
+        "mu": coefficients,
     }
     if "compliance" in scene:
-        arguments["compliance"] = shaped("compliance", (c, 2), (c, 2))
+        arguments["compliance"] = _shaped("compliance", scene["compliance"], (c, 2))
     if scene.get("joints"):
-        arguments["rows"] = _rows(scene["joints"])
+        arguments["rows"] = _rows(scene["joints"], n)
     return arguments
 
 
-def _rows(joints: list[dict[str, Any]]) -> Rows:
-    bounds = {kind: bound for bound, kind in _KINDS.items()}
+def _shaped(key: str, given: Any, shape: tuple[int, ...]) -> Any:
+    """Numbers in this shape."""
     try:
-        pairs = [bounds[joint["kind"]] if joint["kind"] != "box" else (joint["lower"], joint["upper"]) for joint in joints]
-        return Rows(
-            jacobian=np.array([joint["row"] for joint in joints], float),
-            offset=np.array([joint["offset"] for joint in joints], float),
-            lower=np.array([lower for lower, _ in pairs], float),
-            upper=np.array([upper for _, upper in pairs], float),
-            compliance=np.array([joint.get("compliance", 0.0) for joint in joints], float),
-            keys=np.arange(len(joints)),
-        )
-    except KeyError as error:
-        raise ValueError(f"joints: {error} is missing or unknown") from None
+        found = np.array(given, float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{key}: these are not numbers, as many in each list") from None
+    if found.shape != shape and found.size + np.prod(shape) > 0:
+        raise ValueError(f"{key}: shape {list(found.shape)} is not {list(shape)}")
+    return found.reshape(shape)
+
+
+def _rows(joints: list[dict[str, Any]], n: int) -> Rows:
+    bounds = {kind: bound for bound, kind in _KINDS.items()}
+    for joint in joints:
+        kind = joint.get("kind")
+        if kind != "box" and kind not in bounds:
+            raise ValueError(f"joints: kind {kind!r} is not limit, equality or box")
+        missing = next((key for key in ("row", "offset", *(("lower", "upper") if kind == "box" else ())) if key not in joint), None)
+        if missing:
+            raise ValueError(f"joints: {missing}: it is missing")
+    pairs = [bounds.get(joint["kind"]) or (joint["lower"], joint["upper"]) for joint in joints]
+    k = len(joints)
+    return Rows(
+        jacobian=_shaped("joints: row", [joint["row"] for joint in joints], (k, n)),
+        offset=_shaped("joints: offset", [joint["offset"] for joint in joints], (k,)),
+        lower=_shaped("joints: lower", [lower for lower, _ in pairs], (k,)),
+        upper=_shaped("joints: upper", [upper for _, upper in pairs], (k,)),
+        compliance=_shaped("joints: compliance", [joint.get("compliance", 0.0) for joint in joints], (k,)),
+        keys=np.arange(k),
+    )
