@@ -78,14 +78,18 @@ fn solve_contacts(files: &[MixedFile], start: Start, options: &Options) -> Resul
         if start == Start::Cold {
             kernel.reset();
         }
-        let run = solve_one(scene, &mut *kernel, options);
-        let run = run.map_err(|error| format!("{}: {error}", scene.name))?;
-        runs.push(Run { time_step: file.time_step, ..run });
+        let run = solve_one(scene, file.time_step, &mut *kernel, options);
+        runs.push(run.map_err(|error| format!("{}: {error}", scene.name))?);
     }
     Ok(runs)
 }
 
-fn solve_one(file: &SceneFile, kernel: &mut dyn Kernel, options: &Options) -> Result<Run, stiction::Error> {
+fn solve_one(
+    file: &SceneFile,
+    time_step: Option<f64>,
+    kernel: &mut dyn Kernel,
+    options: &Options,
+) -> Result<Run, stiction::Error> {
     kernel.load(file)?;
     let method = options.method;
     let settings = Settings { budget: options.max_iterations, ..Settings::new(options.tolerance) };
@@ -107,7 +111,7 @@ fn solve_one(file: &SceneFile, kernel: &mut dyn Kernel, options: &Options) -> Re
         n_dof: file.n_dof,
         n_contacts: file.n_contacts,
         dim: file.dim,
-        time_step: None,
+        time_step,
         error: measure::error(file, &answer.v, &answer.r, Law::Coulomb),
         prepare_ns,
         solve_ns,

@@ -4,7 +4,7 @@ use crate::derivative::find_again;
 use crate::engine::{Compiled, Engine};
 use crate::problem::{Out, Problem};
 use stiction::nalgebra::SVector;
-use stiction::{ContactMode, Error, Kernel, LeastImpulses, Settings};
+use stiction::{ContactMode, ContactSolution, Error, Kernel, LeastImpulses, Settings};
 
 /// Share of the tolerance that least impulses are to miss of the momentum of a step. If they miss more than the tolerance, those of the solution stay.
 const MOMENTUM: f64 = 0.1;
@@ -29,13 +29,19 @@ pub(crate) fn read_least<const N: usize, const D: usize, const C: usize, const R
     out: &mut Out<'_, f64>,
 ) {
     let exact = Settings { tolerance: settings.tolerance * MOMENTUM, ..*settings };
-    let mut solution = kernel.solution().clone();
-    for contact in &mut solution.contacts {
-        if contact.mode == ContactMode::Open && contact.velocity[0] <= touching {
+    let touches = |contact: &ContactSolution<f64, D>| {
+        contact.mode == ContactMode::Open && contact.velocity[0] <= touching
+    };
+    let least = if kernel.solution().contacts.iter().any(touches) {
+        let mut solution = kernel.solution().clone();
+        for contact in solution.contacts.iter_mut().filter(|contact| touches(contact)) {
             contact.velocity[0] = 0.0;
         }
-    }
-    if let Ok(least) = LeastImpulses::new(kernel.scene(), kernel.factor(), &solution, &exact)
+        LeastImpulses::new(kernel.scene(), kernel.factor(), &solution, &exact)
+    } else {
+        kernel.least_impulses(&exact)
+    };
+    if let Ok(least) = least
         && least.momentum_error <= settings.tolerance
     {
         for (place, impulse) in out.r.chunks_exact_mut(D).zip(&least.contacts) {

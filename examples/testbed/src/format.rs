@@ -8,41 +8,37 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::Path;
+use std::sync::LazyLock;
 
-const SCHEMA: &str = include_str!("../../../src/guide/scene.schema.json");
+static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
+    let schema = include_str!("../../../src/guide/scene.schema.json");
+    serde_json::from_str(schema).expect("the schema is JSON")
+});
 
 /// What a file says, before it is checked. A time step of a sequence has what is missing from the sequence.
 #[derive(Deserialize)]
-#[serde(rename_all = "PascalCase")]
 struct Given {
-    #[serde(rename = "name")]
     name: Option<String>,
-    #[serde(rename = "n_dof")]
     n_dof: Option<usize>,
-    #[serde(rename = "n_contacts")]
     n_contacts: Option<usize>,
-    #[serde(rename = "dim")]
     dim: Option<usize>,
     #[serde(rename = "h")]
     time_step: Option<f64>,
+    #[serde(rename = "M")]
     m: Option<Vec<Vec<f64>>>,
+    #[serde(rename = "H")]
     h: Option<Vec<Vec<f64>>>,
-    #[serde(rename = "f")]
     f: Option<Vec<f64>>,
-    #[serde(rename = "free_impulse")]
     free_impulse: Option<Vec<f64>>,
-    #[serde(rename = "w")]
     w: Option<Vec<f64>>,
-    #[serde(rename = "mu")]
     mu: Option<Vec<Friction>>,
-    #[serde(rename = "joints", default)]
+    #[serde(default)]
     joints: Vec<Joint>,
-    #[serde(rename = "compliance", default)]
+    #[serde(default)]
     compliance: Vec<[f64; 2]>,
     /// What touches what; the same name twice for two points of one pair of bodies.
-    #[serde(rename = "contact_names", default)]
+    #[serde(default)]
     contact_names: Vec<String>,
-    #[serde(rename = "problems")]
     problems: Option<Vec<Given>>,
 }
 
@@ -91,22 +87,26 @@ fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
 
 /// Names a key that the schema does not know.
 fn check_keys(text: &str) -> Result<(), String> {
-    let (file, schema): (Value, Value) = (parse(text)?, parse(SCHEMA)?);
-    let (scene, joint) = (&schema["properties"], &schema["properties"]["joints"]["items"]["properties"]);
+    let file: Value = parse(text)?;
+    let scene = &SCHEMA["properties"];
+    let joint = &scene["joints"]["items"]["properties"];
     let check = |given: &Value, known: &Value| {
         let mut keys = given.as_object().into_iter().flat_map(|given| given.keys());
         let unknown = keys.find(|key| known.get(key).is_none());
         unknown.map_or(Ok(()), |key| Err(format!("{key}: a scene file has no such key")))
     };
-    let list = |given: &Value, key: &str| given[key].as_array().cloned().unwrap_or_default();
-    for step in list(&file, "problems").iter().chain([&file]) {
+    for step in list(&file, "problems").chain([&file]) {
         check(step, scene)?;
-        let joints = list(step, "joints");
-        joints
-            .iter()
-            .try_for_each(|given| check(given, joint).map_err(|error| format!("joints: {error}")))?;
+        for row in list(step, "joints") {
+            check(row, joint).map_err(|error| format!("joints: {error}"))?;
+        }
     }
     Ok(())
+}
+
+/// The entries of a list in an object, if there is one.
+fn list<'a>(given: &'a Value, key: &str) -> impl Iterator<Item = &'a Value> {
+    given[key].as_array().into_iter().flatten()
 }
 
 fn given<T>(name: &str, value: Option<T>) -> Result<T, String> {

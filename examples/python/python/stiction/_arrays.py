@@ -73,6 +73,14 @@ def both_ways(compliance: ArrayLike, contacts: int, dtype: np.dtype[Any], lead: 
     return np.repeat(found[..., None], 2, axis=-1) if found.ndim == lead + 1 else found
 
 
+def jacobians(given: ArrayLike) -> Array:
+    """Contact Jacobians with an axis of contacts, ``(c, d, n)``."""
+    found = array("H", given, DOUBLE)
+    if found.ndim != 3:
+        raise ValueError(f"H: shape {list(found.shape)} is not (contacts, rows, velocities)")
+    return found
+
+
 def led(name: str, given: ArrayLike, own: int, dtype: np.dtype[Any]) -> Array:
     """An array with a leading axis; one of ``own`` axes, which has none, is that of all scenes."""
     found = given if isinstance(given, np.ndarray) else array(name, given, dtype)

@@ -115,9 +115,7 @@ def rest_reserve(
     Raises:
         ValueError: as of :func:`stiction.solve`.
     """
-    contacts = _arrays.array("H", H, _arrays.DOUBLE)
-    if contacts.ndim != 3:
-        raise ValueError(f"H: shape {list(contacts.shape)} is not (contacts, rows, velocities)")
+    contacts = _arrays.jacobians(H)
     scene = _arrays.scene((M, contacts, free_impulse), np.zeros(contacts.shape[:2]), mu, None, None, rows, _arrays.DOUBLE)
     asked = ("rest", 0.0, float(accuracy), np.zeros(0))
     return float(_stiction.bear(scene, (1e-6, 1000, False), (np.zeros(0), np.zeros(0)), asked)[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from . import _arrays
 from ._types import Rows
 
 _KINDS = {(0.0, np.inf): "limit", (-np.inf, np.inf): "equality"}
@@ -84,9 +86,7 @@ def save(
         ValueError: an array has the wrong shape, or is not finite; its name comes first.
         OSError: the file cannot be written.
     """
-    jacobian = np.asarray(H, float)
-    if jacobian.ndim != 3:
-        raise ValueError(f"H: shape {list(jacobian.shape)} is not (contacts, rows, velocities)")
+    jacobian = _arrays.jacobians(H)
     c, d, n = jacobian.shape
     friction = np.asarray(mu, float)
     scene: dict[str, Any] = {"n_dof": n, "n_contacts": c, "dim": d}
@@ -98,8 +98,7 @@ def save(
     scene["w"] = _checked("w", np.reshape(w, -1), (c * d,))
     scene["mu"] = _checked("mu", friction, (c, d - 1) if friction.ndim == 2 else (c,))
     if compliance is not None:
-        soft = np.asarray(compliance, float)
-        scene["compliance"] = _checked("compliance", soft[:, None] if soft.ndim == 1 else soft, (c, 2))
+        scene["compliance"] = _checked("compliance", _arrays.both_ways(compliance, c, _arrays.DOUBLE, 0), (c, 2))
     if rows is not None:
         scene["joints"] = _joints(rows, n)
     Path(path).write_text(json.dumps(scene))
@@ -143,13 +142,18 @@ def _read(path: str | PathLike[str]) -> dict[str, Any]:
     file = json.loads(Path(path).read_text(), parse_constant=refuse)
     if not isinstance(file, dict):
         raise ValueError(f"{path}: not an object")
-    schema = json.loads(files("stiction").joinpath("scene.schema.json").read_text())
-    known = schema["properties"]
+    known = _schema()["properties"]
     for part in [file, *file.get("problems", [])]:
         _check_keys(part, known, "")
         for joint in part.get("joints", []):
             _check_keys(joint, known["joints"]["items"]["properties"], "joints: ")
     return file
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(files("stiction").joinpath("scene.schema.json").read_text())
+    return found
 
 
 def _check_keys(given: dict[str, Any], known: dict[str, Any], where: str) -> None:
@@ -160,7 +164,7 @@ def _check_keys(given: dict[str, Any], known: dict[str, Any], where: str) -> Non
 
 def _arguments(scene: dict[str, Any]) -> dict[str, Any]:
     """Arguments of a solve."""
-    missing = next((key for key in ("n_dof", "n_contacts", "dim", "M", "H", "w", "mu") if key not in scene), None)
+    missing = next((key for key in _schema()["else"]["required"] if key not in scene), None)
     if missing:
         raise ValueError(f"{missing}: it is missing")
     if "f" not in scene and "free_impulse" not in scene:
