@@ -132,10 +132,10 @@ fn columns<T: Real, const D: usize, const C: usize, const B: usize>(
 /// `row -= Σ_d factors[d] rows[d]` in the ranges `contacts` and `joints` of columns.
 #[inline(always)]
 #[allow(clippy::inline_always)] // a call would pass the factors through memory, and wait for them
-pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize, const R: usize>(
+pub(crate) fn subtract_rows<T: Real, const D: usize, const C: usize, const R: usize, const K: usize>(
     row: &mut Stacked<T, D, C, R>,
-    factors: &[T; D],
-    rows: &[Stacked<T, D, C, R>; D],
+    factors: &[T; K],
+    rows: &[Stacked<T, D, C, R>; K],
     contacts: Range<usize>,
     joints: Range<usize>,
 ) {

@@ -1,15 +1,17 @@
 //! Gaussian elimination of the equations of contacts and joint rows, with solves for any number of right-hand sides.
 //!
+//! The matrix is the transpose of that of the equations: a row has the entries of one unknown. So both substitutions of a solve add
+//! multiples of rows, where dot products of rows would be one call each.
+//!
 //! A contact has up to `D` unknowns, a joint row one or none. Unknowns have no gaps: those of contacts fill the first entries of
-//! `Stacked::contacts`, those of joint rows the first entries of `Stacked::rows`. The equations of contact `k` are the first rows of
-//! block `k` of the matrix, those of joint rows the first rows of `StackedMatrix::rows`. A pivot is chosen among the equations of one
+//! `Stacked::contacts`, those of joint rows the first entries of `Stacked::rows`. The unknowns of contact `k` are the first rows of
+//! block `k` of the matrix, those of joint rows the first rows of `StackedMatrix::rows`. A pivot is chosen among the rows of one
 //! contact, or among those of all joint rows. Multipliers overwrite the entries that they eliminate.
 //!
 //! A symmetric matrix is factorised as `L D Lᵀ`. Its pivots stay on the diagonal. Its multipliers are the eliminating rows
 //! divided by their pivots. Its blocks below the diagonal blocks are not read.
 
 use crate::linalg::blocks::subtract_rows;
-use crate::linalg::cholesky::dot;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::linalg::zip::zip3;
 use crate::real::Real;
@@ -17,13 +19,14 @@ use contact::{
     columns_from, columns_from_mut, exchange, multipliers, store_multipliers, symmetric_multipliers,
     triangularise,
 };
+use core::mem::swap;
 use core::ops::Range;
 
 mod contact;
 
 /// Layout of the unknowns and pivots of an eliminated matrix.
 ///
-/// If a contact has fewer than `D` equations, its unused rows are zero, except in blocks that are not read.
+/// If a contact has fewer than `D` unknowns, its unused rows are zero, except in blocks that are not read.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination<T, const D: usize, const C: usize, const R: usize> {
     /// End of the range of columns of each contact.
@@ -32,7 +35,7 @@ pub(crate) struct Elimination<T, const D: usize, const C: usize, const R: usize>
     rows: usize,
     /// Reciprocals of the pivots; 0 for an unused row of a contact.
     reciprocals: Stacked<T, D, C, R>,
-    /// Index of the equation of the contact that was exchanged with each pivot row.
+    /// Index of the row of the contact that was exchanged with each pivot row.
     order: [[usize; D]; C],
     /// The same of joint rows.
     row_order: [usize; R],
@@ -170,59 +173,73 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Elimination<T, D, 
         Some(())
     }
 
-    /// Solves for the right-hand side `b`, and replaces it by the solution.
+    /// Solves the equations, those of the transposed matrix, for the right-hand side `b`, and replaces it by the solution.
     #[inline(never)]
     pub(crate) fn solve(
         &self,
         matrix: &StackedMatrix<T, D, C, R>,
         b: &mut Stacked<T, D, C, R>,
     ) -> Option<()> {
-        // Entries of the matrix behind the last column are undefined.
-        let joints = b.rows.get_mut(..self.rows)?;
-        let b = b.contacts.as_flattened_mut();
-        let b = b.get_mut(..self.contact_unknowns())?;
-        for (k, rows, order) in zip3(0..C, &matrix.contacts, &self.order) {
-            let columns = self.columns(k);
-            let of_contact = b.get_mut(columns.clone())?;
-            for (p, &taken) in order.iter().enumerate() {
-                if p < taken && taken < of_contact.len() {
-                    of_contact.swap(p, taken);
+        let last = self.contact_unknowns();
+        for (k, rows, reciprocals) in zip3(0..C, &matrix.contacts, &self.reciprocals.contacts) {
+            let Range { start, end } = self.columns(k);
+            if start == end {
+                continue;
+            }
+            let known = columns_from_mut(b, start)?;
+            // The factor 0 leaves out unused rows.
+            let mut found = [T::ZERO; D];
+            for (p, row, &reciprocal) in zip3(start..end, rows, reciprocals) {
+                let entry = *known.get(p - start)? * reciprocal;
+                *found.get_mut(p - start)? = entry;
+                let row = columns_from(row, start)?;
+                for (q, known, &u) in zip3(start..end, &mut *known, &row) {
+                    if q > p {
+                        *known -= entry * u;
+                    }
                 }
             }
-            for p in 0..columns.len() {
-                let (done, rest) = b.split_at_mut_checked(columns.start + p)?;
-                *rest.first_mut()? -= dot(rows.get(p)?.contacts.as_flattened(), done);
-            }
-        }
-        for (k, &taken) in self.row_order.iter().enumerate().take(self.rows) {
-            if k < taken && taken < joints.len() {
-                joints.swap(k, taken);
-            }
+            store_multipliers(known, &found, end - start);
+            subtract_rows(b, &found, rows, end..last, 0..self.rows);
         }
         for (k, row) in matrix.rows.iter().enumerate().take(self.rows) {
-            let (done, rest) = joints.split_at_mut_checked(k)?;
-            *rest.first_mut()? -= dot(row.contacts.as_flattened(), b) + dot(&row.rows, done);
+            let (entry, behind) = b.rows.get_mut(k..self.rows)?.split_first_mut()?;
+            *entry *= *self.reciprocals.rows.get(k)?;
+            for (behind, &u) in behind.iter_mut().zip(row.rows.get(k + 1..)?) {
+                *behind -= *entry * u;
+            }
         }
         for (k, row) in matrix.rows.iter().enumerate().take(self.rows).rev() {
-            let (head, solved) = joints.split_at_mut_checked(k + 1)?;
-            let entry = head.last_mut()?;
-            let rest = dot(row.rows.get(k + 1..)?, solved);
-            *entry = (*entry - rest) * *self.reciprocals.rows.get(k)?;
+            let entry = *b.rows.get(k)?;
+            subtract_rows(b, &[entry], core::array::from_ref(row), 0..last, 0..k);
+        }
+        for (k, &taken) in self.row_order.iter().enumerate().take(self.rows).rev() {
+            if let Ok([one, other]) = b.rows.get_disjoint_mut([k, taken]) {
+                swap(one, other);
+            }
         }
         for k in (0..C).rev() {
-            let (rows, reciprocals) = (matrix.contacts.get(k)?, self.reciprocals.contacts.get(k)?);
-            let columns = self.columns(k);
-            for p in (0..columns.len()).rev() {
-                let behind = columns.start + p + 1;
-                let (head, solved) = b.split_at_mut_checked(behind)?;
-                let entry = head.last_mut()?;
-                let row = rows.get(p)?;
-                let mut rest = dot(row.contacts.as_flattened().get(behind..)?, solved);
-                if R > 0 {
-                    rest += dot(&row.rows, joints);
-                }
-                *entry = (*entry - rest) * *reciprocals.get(p)?;
+            let (rows, order) = (matrix.contacts.get(k)?, self.order.get(k)?);
+            let Range { start, end } = self.columns(k);
+            if start == end {
+                continue;
             }
+            let known = columns_from_mut(b, start)?;
+            let mut found = [T::ZERO; D];
+            for p in (0..end - start).rev() {
+                let entry = *known.get(p)?;
+                *found.get_mut(p)? = entry;
+                let row = columns_from(rows.get(p)?, start)?;
+                for (known, &l) in known.iter_mut().zip(&row).take(p) {
+                    *known -= entry * l;
+                }
+            }
+            for p in (0..end - start).rev() {
+                if let Ok([one, other]) = known.get_disjoint_mut([p, *order.get(p)?]) {
+                    swap(one, other);
+                }
+            }
+            subtract_rows(b, &found, rows, 0..start, 0..0);
         }
         Some(())
     }

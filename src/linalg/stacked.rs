@@ -1,6 +1,5 @@
 //! Vectors and matrices over the rows of contacts and the joint rows: `D` rows for each of up to `C` contacts, and up to `R` joint rows.
 
-use crate::linalg::vector::square;
 use crate::real::Real;
 
 /// A vector with `D` entries for each contact and one for each joint row.
@@ -62,12 +61,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
             *sum += step * length;
         }
         sum
-    }
-
-    /// Square of the Euclidean norm of the contacts' entries.
-    #[inline]
-    pub(crate) fn contact_square(&self) -> T {
-        self.contacts.iter().fold(T::ZERO, |sum, x| sum + square(x))
     }
 
     /// Are all entries finite?

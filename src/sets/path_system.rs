@@ -67,7 +67,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         Self { scalings, pairs, velocities, matrix, elimination }
     }
 
-    /// Factorises `Λ W Λ + V⁻²`. A normal row with an equation of its own has `y_N / x_N` in place of `V⁻²`, a joint row its response.
+    /// Factorises the transpose of `Λ W Λ + V⁻²`. A normal row with an equation of its own has `y_N / x_N` in place of `V⁻²`, a joint row its response.
     /// `None` if the matrix is singular.
     #[inline(never)]
     pub(crate) fn factorise(
@@ -84,7 +84,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         self.elimination.factorise(self.matrix, false)
     }
 
-    /// Writes the equations of contacts in the unknowns of contacts.
+    /// Writes the unknowns of contacts in the equations of contacts.
     #[inline]
     fn assemble_contacts(
         &mut self,
@@ -112,7 +112,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
                             if let Some(diagonal) = wide.as_mut_slice().get_mut(k) {
                                 *diagonal *= regular;
                             }
-                            wide += self.scalings.get(i)?.row(pair, k);
+                            wide += self.scalings.get(i)?.column(pair, k);
                         }
                         for (entry, &wide) in entries.iter_mut().zip(wide.iter()).take(count) {
                             *entry = wide;
@@ -127,7 +127,7 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         Some(())
     }
 
-    /// Writes the equations of joint rows, and their unknowns into the equations of contacts.
+    /// Writes the unknowns of joint rows, and those of contacts in the equations of joint rows.
     #[inline]
     fn assemble_rows(
         &mut self,

@@ -88,7 +88,7 @@ fn solve<const R: usize>(
     symmetric: bool,
 ) -> Option<(DVector<f64>, f64)> {
     let below = if symmetric { f64::NAN } else { 1.0 };
-    let (mut elimination, mut matrix) = lay_out::<R>(unknowns, a, below);
+    let (mut elimination, mut matrix) = lay_out::<R>(unknowns, &a.transpose(), below);
     elimination.factorise(&mut matrix, symmetric)?;
     assert!(!symmetric || elimination.is_positive());
     // Behind the last unknown there may be anything.

@@ -159,9 +159,24 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// The coefficients of the rows in an equation; `None` if the equation is a single row.
-    pub(crate) fn combination(&self, equation: usize) -> Option<&[T; D]> {
-        self.equations.get(equation).filter(|_| self.kind == Kind::Slip)
+    /// The impulses of an unknown; `None` if the unknown is one impulse.
+    pub(crate) fn push(&self, unknown: usize) -> Option<&[T; D]> {
+        self.pushes.get(unknown).filter(|_| self.kind == Kind::Slip)
+    }
+
+    /// The entries of a column of the contact's rows in its equations.
+    #[inline]
+    pub(crate) fn tested(&self, source: &[T; D]) -> [T; D] {
+        if self.kind == Kind::Slip {
+            return self.equations.each_ref().map(|equation| product(source, equation));
+        }
+        let mut entries = *source;
+        if self.kind == Kind::Frictionless {
+            for entry in entries.iter_mut().skip(1) {
+                *entry = T::ZERO;
+            }
+        }
+        entries
     }
 
     /// The part of entry `(k, k)` of the contact's equations that comes from damping and the derivatives of the projection.
@@ -198,21 +213,6 @@ impl<T: Real, const D: usize> Frame<T, D> {
             }
         }
         push
-    }
-
-    /// `source` times the map from unknowns to impulses.
-    #[inline]
-    pub(crate) fn columns(&self, source: &[T; D]) -> [T; D] {
-        if self.kind == Kind::Slip {
-            return self.pushes.each_ref().map(|push| product(source, push));
-        }
-        let mut entries = *source;
-        if self.kind == Kind::Frictionless {
-            for entry in entries.iter_mut().skip(1) {
-                *entry = T::ZERO;
-            }
-        }
-        entries
     }
 
     /// The step `d` of this contact, from its unknowns and the residual `E - W x` of its equations. `undamped` is `1 / (1 + δ)`.

@@ -208,17 +208,18 @@ impl<T: Real, const D: usize> Scaling<T, D> {
         joined(normal * twice - first(a), a - self.omega * twice) * self.stretch
     }
 
-    /// Row `k` of `V⁻²`. A normal row with an equation of its own has `y_N / x_N` on the diagonal and zeros beside it.
+    /// Column `k` of `V⁻²`. A normal row with an equation of its own has `y_N / x_N` on the diagonal and zeros beside it.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn row(&self, pair: &Pair<T, D>, k: usize) -> SVector<T, D> {
+    pub(crate) fn column(&self, pair: &Pair<T, D>, k: usize) -> SVector<T, D> {
         let mut unit: SVector<T, D> = zeros();
-        if k == 0 && pair.part != Part::Cone {
-            return joined(pair.normal / first(&pair.x), unit);
-        }
         if let Some(entry) = unit.as_mut_slice().get_mut(k) {
             *entry = T::ONE;
         }
-        self.inverse_square(&unit) // symmetric
+        let column = if D > 1 && pair.part.is_cone::<D>() { self.inverse_square(&unit) } else { zeros() };
+        if pair.part == Part::Cone {
+            return column;
+        }
+        joined(if k == 0 { pair.normal / first(&pair.x) } else { T::ZERO }, column)
     }
 
     /// `dw + V⁻² dx` of the corrector: `V⁻¹ (σ \ (goal e - σ ∘ σ - V⁻¹ dx ∘ V dw))` with `σ = V w = V⁻¹ x`. It solves the

@@ -1,4 +1,5 @@
-//! The matrix of a Newton step: the equations of contacts and joint rows in their frames.
+//! The matrix of a Newton step, transposed ([`crate::linalg::elimination`]): a row has the entries of one unknown in the equations of
+//! contacts and joint rows in their frames.
 
 use super::Jacobian;
 use crate::factor::Delassus;
@@ -10,7 +11,7 @@ use crate::sets::Sets;
 use crate::sets::contact::frame::Kind;
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, R> {
-    /// Writes the equations of contacts in the unknowns of contacts.
+    /// Writes the unknowns of contacts in the equations of contacts.
     pub(super) fn assemble_contacts(
         &self,
         delassus: &Delassus<T, D, C, R>,
@@ -34,13 +35,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
                 }
                 let mut block = [[T::ZERO; D]; D];
                 for (entries, source) in block.iter_mut().zip(delassus.get(i)?) {
-                    *entries = frame.columns(source.get(j)?);
+                    *entries = frame.tested(source.get(j)?);
                 }
                 for (k, row) in rows.iter_mut().enumerate() {
                     let mut entries = [T::ZERO; D];
                     if k < row_frame.count() {
-                        entries = match row_frame.combination(k) {
-                            Some(rows) => row_times(rows, &block),
+                        entries = match row_frame.push(k) {
+                            Some(push) => row_times(push, &block),
                             None => *block.get(k)?,
                         };
                         if i == j {
@@ -56,7 +57,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         Some(())
     }
 
-    /// Writes the equations of joint rows, and their unknowns into the equations of contacts.
+    /// Writes the unknowns of joint rows, and those of contacts in the equations of joint rows.
     pub(super) fn assemble_rows(
         &self,
         sets: &Sets<T, D, C, R>,
@@ -80,7 +81,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
                     continue;
                 }
                 if !symmetric {
-                    let entries = frame.columns(source);
+                    let entries = frame.tested(source);
                     let target = target.contacts.as_flattened_mut();
                     let start = self.elimination.columns(i).start;
                     *target.get_mut(start..)?.first_chunk_mut()? = entries;
@@ -88,8 +89,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
                 for (k, row) in matrix.contacts.get_mut(i)?.iter_mut().enumerate() {
                     let mut entry = T::ZERO;
                     if k < frame.count() {
-                        entry = match frame.combination(k) {
-                            Some(rows) => product(rows, source),
+                        entry = match frame.push(k) {
+                            Some(push) => product(push, source),
                             None => *source.get(k)?,
                         };
                     }

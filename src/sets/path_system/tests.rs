@@ -79,7 +79,7 @@ fn the_scaling_takes_one_of_a_pair_to_the_other() {
     let still = Pair::none();
     let goal = scaling.corrected(&pair, &still, 0.0);
     assert!((goal + pair.dual).norm() < 1e-12);
-    let rows: [f64; 2] = [1, 2].map(|k| scaling.row(&pair, k)[3 - k]);
+    let rows: [f64; 2] = [1, 2].map(|k| scaling.column(&pair, k)[3 - k]);
     assert!((rows[0] - rows[1]).abs() < 1e-12);
 }
 
