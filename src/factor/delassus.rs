@@ -57,13 +57,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Delassus<T, D, C, 
         (0..D).fold(T::ZERO, |trace, k| trace + self.inverse_mass(contact, k))
     }
 
-    /// Sets the rows of a contact to zero whose inverse mass is mere rounding ([`rounding_share`]).
+    /// Sets the rows of a contact to zero whose inverse mass is mere rounding ([`rounding_share`]). Is there such a row?
     #[inline]
-    fn drop_rounding<const N: usize>(&mut self, contact: usize, whitened: &mut [[[T; D]; N]; C]) {
+    fn drop_rounding<const N: usize>(&mut self, contact: usize, whitened: &mut [[[T; D]; N]; C]) -> bool {
         let limit = self.trace(contact) * rounding_share();
-        if (0..D).any(|k| self.inverse_mass(contact, k) < limit) {
+        let drops = (0..D).any(|k| self.inverse_mass(contact, k) < limit);
+        if drops {
             self.drop_rows(contact, whitened);
         }
+        drops
     }
 
     /// The rare case of [`Self::drop_rounding`], in which one inverse mass is small.
@@ -108,6 +110,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         scene: &Scene<T, N, D, C, R, S>,
     ) -> Result<(), Error> {
         (self.counts.contacts, self.fingerprint) = (0, 0);
+        self.has_dropped_rows = false;
         if self.unused != scene.unused() {
             self.set_unused(scene.unused());
         }
@@ -155,7 +158,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
             if let Some(support) = self.supports.get_mut(i) {
                 *support = Support::of::<N>(scaled.iter().map(|row| row.index));
             }
-            self.delassus.drop_rounding(i, &mut self.whitened);
+            self.has_dropped_rows |= self.delassus.drop_rounding(i, &mut self.whitened);
             if let (Some(scaling), Some(rows)) = (scaling, self.delassus.contacts.get_mut(i)) {
                 for (k, row, &compliance) in zip3(0..D, rows, &scaling.compliance) {
                     if let Some(entry) = row.get_mut(i).and_then(|block| block.get_mut(k)) {

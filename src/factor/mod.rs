@@ -66,6 +66,8 @@ pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, const
     moved: usize,
     /// Estimate of the relative rounding of `W`.
     uncertainty: T,
+    /// Are there rows of contacts that were set to zero, because their inverse mass was mere rounding?
+    has_dropped_rows: bool,
     /// Cholesky factor `L` of `M = Lᵀ D⁻¹ L`, with the reciprocals of the pivots `D` on its diagonal.
     mass: [[T; N]; N],
     /// Whitened contacts `X_i`: `Lᵀ D⁻¹ X_i = H_iᵀ`.
@@ -97,6 +99,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
             unused: 0,
             moved: 0,
             uncertainty: T::ZERO,
+            has_dropped_rows: false,
             mass: [[T::ZERO; N]; N],
             whitened: [[[T::ZERO; D]; N]; C],
             whitened_rows: [[[T::ZERO; 1]; N]; R],
@@ -269,6 +272,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
     /// Effective mass matrices `W_ii⁻¹` of the contacts.
     pub(crate) const fn effective_mass(&self) -> &[[[T; D]; D]; C] {
         &self.effective_mass
+    }
+
+    /// Does a velocity that was computed from it balance the momentum but for rounding?
+    pub(crate) fn balances(&self) -> bool {
+        !self.has_dropped_rows && self.uncertainty < T::literal(0.1)
     }
 
     /// Estimate of the relative rounding of `W`.

@@ -120,7 +120,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ) -> Result<bool, Error> {
         check_entries::<T, N>(self.scene.used(data.1, 1), Input::FreeImpulse)?;
         let may_resume = start == Start::Paused && self.solver.has_limits();
-        self.prepare_for(if may_resume { Call::Resume } else { Call::Begin })?;
+        self.prepare_to_solve(if may_resume { Call::Resume } else { Call::Begin })?;
         let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
         let mut call = Call::Begin;
         let result = loop {

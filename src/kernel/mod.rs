@@ -4,10 +4,12 @@ use crate::derivative::Derivative;
 use crate::error::Error;
 use crate::factor::Factor;
 use crate::loads::LeastImpulses;
+use crate::problem::Age;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Solution, Violation};
 use crate::solver::{AllPhases, Call, Phases, Solver};
+use core::mem;
 use nalgebra::SVector;
 
 mod limits;
@@ -66,6 +68,8 @@ pub struct Kernel<
     solver: Solver<T, N, D, C, R, P>,
     /// Has the last call not solved its scene? Then the factor may be to blame: its memory may have changed.
     in_doubt: bool,
+    /// Was the factor computed after the last solve began?
+    is_new: bool,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
@@ -85,7 +89,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[must_use]
     pub const fn with_phases(phases: P) -> Self {
         let solver = Solver::with_phases(phases);
-        Self { scene: Scene::new(), factor: Factor::empty(), solver, in_doubt: false }
+        Self { scene: Scene::new(), factor: Factor::empty(), solver, in_doubt: false, is_new: false }
     }
 
     /// Makes the kernel as new: `N` velocities, no mass, no contacts and joint rows, no factor, nothing solved. It works in place, without a copy on the stack.
@@ -201,7 +205,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         (free_impulse, settings): (&SVector<T, N>, &Settings<T>),
         writes: bool,
     ) -> Result<bool, Error> {
-        self.prepare_for(call)?;
+        self.prepare_to_solve(call)?;
         let data = (&self.scene, &self.factor, free_impulse, settings);
         let result = self.solver.work(data, call, writes);
         self.note_doubt(result.is_err());
@@ -264,6 +268,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.prepare_for(Call::Begin)
     }
 
+    /// Computes the factor if it has to, and tells the solver of a solve that begins how old it is.
+    fn prepare_to_solve(&mut self, call: Call) -> Result<(), Error> {
+        self.prepare_for(call)?;
+        if call == Call::Begin {
+            let is_new = mem::replace(&mut self.is_new, false);
+            self.solver.set_factor_age(if is_new { Age::New } else { Age::Old });
+        }
+        Ok(())
+    }
+
     /// Computes the factor if the scene has changed, or if it is in doubt and the call begins a solve.
     fn prepare_for(&mut self, call: Call) -> Result<(), Error> {
         self.solver.invalidate_if_unsolved();
@@ -272,6 +286,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return Ok(());
         }
         self.in_doubt = false;
+        self.is_new = true;
         self.factor.prepare(&self.scene)
     }
 }

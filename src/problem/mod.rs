@@ -18,6 +18,13 @@ use nalgebra::SVector;
 mod infeasibility;
 pub(crate) mod judge;
 
+/// Was the factor computed for this solve, or for an earlier one? In the memory of an old factor a bit may have flipped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Age {
+    New = 0, // so that a new solver is all zeros, and takes no flash
+    Old = 1,
+}
+
 /// The data of one solve.
 pub(crate) struct Problem<
     'a,
@@ -35,8 +42,11 @@ pub(crate) struct Problem<
     pub(crate) model: Model,
     /// [`Settings::still`] (m/s).
     pub(crate) still: T,
+    pub(crate) factor_age: Age,
     /// The whitened free impulse: `p` multiplied by the inverse Cholesky factor of `M`.
     pub(crate) whitened: [T; N],
+    /// `pᵀ M⁻¹ p`, twice the kinetic energy of the free motion.
+    pub(crate) free_energy: T,
     pub(crate) sets: Sets<T, D, C, R>,
     /// `|r0|` (N·s), see [`crate::guide::error`].
     pub(crate) r0_norm: T,
@@ -91,7 +101,9 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             free_impulse,
             model,
             still: T::ZERO,
+            factor_age: Age::New,
             whitened: [T::ZERO; N],
+            free_energy: T::ZERO,
             sets: Sets::of(scene.counts()),
             r0_norm: T::ZERO,
             stopping_bound: T::ZERO,
@@ -113,6 +125,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         factor.whiten(&mut self.whitened);
         let mut moved = Stacked::zero();
         let energy = factor.contact_velocity(&self.whitened, &mut moved);
+        self.free_energy = energy;
         let sets = self.sets.contacts_mut();
         for (i, set, contact, &moved) in zip4(0..C, sets, scene.contacts(), &moved.contacts) {
             let q = scene.scaled_velocity(i, contact.offset) + SVector::from(moved);
@@ -323,7 +336,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             return self.energy.ratio(&self.sets, r) > times;
         }
         let bound = self.expected_size * times;
-        r.contact_square() > bound * bound
+        self.sets.contact_square(r) > bound * bound
     }
 
     /// Are impulses more than `times` times as large as others?
@@ -336,7 +349,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         if self.scene.is_mixed() {
             return self.energy.ratio(&self.sets, r) > times * self.energy.ratio(&self.sets, others);
         }
-        r.contact_square() > times * times * others.contact_square()
+        self.sets.contact_square(r) > times * times * self.sets.contact_square(others)
     }
 
     /// Expected impulse (N·s) of a contact or joint row with the effective mass `alpha`.

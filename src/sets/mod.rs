@@ -139,10 +139,17 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Sets<T, D, C, R> {
         }
     }
 
+    /// Square of the norm of the impulses of contacts.
+    #[inline]
+    pub(crate) fn contact_square(&self, r: &Stacked<T, D, C, R>) -> T {
+        let used = r.contacts.get(..self.counts.contacts).unwrap_or_default();
+        used.iter().fold(T::ZERO, |sum, r| sum + square(r))
+    }
+
     /// Is each impulse the one nearest to 0 in its set?
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn are_least(&self, r: &Stacked<T, D, C, R>) -> bool {
-        let mut contacts = r.contacts.iter();
+        let mut contacts = r.contacts.iter().take(self.counts.contacts);
         let mut rows = self.rows().iter().zip(&r.rows);
         contacts.all(|r| *r == [T::ZERO; D]) && rows.all(|(set, &r)| r == set.project(T::ZERO))
     }

@@ -3,7 +3,7 @@
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::solution::Status;
-use crate::solver::monitor::{DOUBTFUL_IMPULSE_RATIO, Monitor};
+use crate::solver::monitor::Monitor;
 use crate::solver::warm_start::WarmStart;
 
 /// Least budget with which the solver looks for a proof of a jam. The search takes as long as hundreds of sweeps.
@@ -56,22 +56,21 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         present: &Stacked<T, D, C, R>,
         last: &WarmStart<T, D, C, R>,
     ) {
-        let is_doubtful = |r: &_| self.problem.exceeds(r, T::literal(DOUBTFUL_IMPULSE_RATIO));
         let is_known = |r| {
             let mut borne = Stacked::zero();
             last.impulses(self.problem, false, &mut borne);
             last.is_solved
-                && is_doubtful(&borne)
+                && self.is_doubtful(&borne)
                 && !self.problem.exceeds_others(r, &borne, T::literal(GROWTH))
         };
         let convincing = match self.record.status {
-            Status::Solved => !is_doubtful(&self.record.best) || is_known(&self.record.best),
+            Status::Solved => !self.is_doubtful(&self.record.best) || is_known(&self.record.best),
             status => status == Status::Infeasible,
         };
         if convincing {
             return;
         }
-        let has_doubted = self.record.has_doubted || is_doubtful(present);
+        let has_doubted = self.record.has_doubted || self.is_doubtful(present);
         self.look_for_proof();
         if self.record.status == Status::Infeasible {
             self.solution.status = Status::Infeasible;

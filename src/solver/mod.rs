@@ -4,7 +4,7 @@
 use crate::error::Error;
 use crate::factor::Factor;
 use crate::linalg::stacked::Stacked;
-use crate::problem::Problem;
+use crate::problem::{Age, Problem};
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Solution, Status};
@@ -284,6 +284,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.solution.invalidate_if_unsolved();
     }
 
+    /// Sets the age of the factor, for the next solve that begins and those after it.
+    pub(crate) const fn set_factor_age(&mut self, age: Age) {
+        self.record.factor_age = age;
+    }
+
     /// Did a joint row with this key push in the last solve?
     pub(crate) fn has_pushed(&self, key: u32) -> bool {
         self.warm_start.has_pushed(key)
@@ -315,6 +320,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         }
         let mut problem = Problem::new(scene, factor, free_impulse, settings.model);
         problem.still = settings.still;
+        problem.factor_age = self.record.factor_age;
         problem.fill(true);
         let (solution, record) = (&mut self.solution, &mut self.record);
         let mut monitor = Monitor::new(&mut problem, settings, solution, record, call);

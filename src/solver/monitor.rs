@@ -174,24 +174,19 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.record.best_estimate = Some(estimate);
     }
 
+    /// Are impulses more than 20 times as large as expected?
+    pub(super) fn is_doubtful(&self, r: &Stacked<T, D, C, R>) -> bool {
+        self.problem.exceeds(r, T::literal(DOUBTFUL_IMPULSE_RATIO))
+    }
+
     /// Are these impulses doubtful, and do they throw a body or let walls close?
     fn is_absurd(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
-        self.problem.throws(r, u, T::literal(DOUBTFUL_IMPULSE_RATIO)) || self.must_refuse(r, u)
+        self.is_doubtful(r) && (self.problem.throws(r, u) || self.problem.lets_walls_close(u))
     }
 
-    /// Must the impulses of the solution be refused, whatever their error?
+    /// Must the impulses of the solution be refused, whatever their error: are they doubtful, and do they let walls close or squeeze?
     pub(super) fn must_refuse_solution(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
-        self.must_refuse(r, u) || self.squeezes(r)
-    }
-
-    /// Do the impulses of the solution add energy, or let something close faster than without them?
-    fn squeezes(&self, r: &Stacked<T, D, C, R>) -> bool {
-        self.problem.squeezes(r, self.solution, T::literal(DOUBTFUL_IMPULSE_RATIO))
-    }
-
-    /// Do these impulses let walls close, so that they are no solution whatever their error?
-    fn must_refuse(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
-        self.problem.lets_walls_close(r, u, T::literal(DOUBTFUL_IMPULSE_RATIO))
+        self.is_doubtful(r) && (self.problem.lets_walls_close(u) || self.problem.squeezes(r, self.solution))
     }
 
     /// Checks the error of impulses, the last that [`Self::consider`] saw. Ends the solve if they solve the scene.
@@ -244,7 +239,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
 
     /// Are the solution that is written, of these impulses, and their square finite?
     fn has_numbers(&self, r: &Stacked<T, D, C, R>) -> bool {
-        self.solution.has_numbers() && r.contact_square().is_finite()
+        self.solution.has_numbers() && self.problem.sets.contact_square(r).is_finite()
     }
 
     /// Ends the solve if the best impulses solve the scene although their estimate is above the tolerance: it may be that of rounding.
@@ -351,7 +346,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             self.problem.velocities(&r, &mut u);
         }
         let is_within = self.solution.error <= self.settings.tolerance && self.has_numbers(&r);
-        if is_unsolved && is_within && !self.squeezes(&r) {
+        if is_unsolved && is_within && !(self.is_doubtful(&r) && self.problem.squeezes(&r, self.solution)) {
             // The estimate was that of rounding.
             self.stop(Status::Solved);
             self.solution.status = Status::Solved;

@@ -1,6 +1,7 @@
 //! The record of a solve: its findings, which survive a pause.
 
 use crate::linalg::stacked::Stacked;
+use crate::problem::Age;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Model, Settings, Status};
@@ -74,6 +75,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     /// Estimate of their error (see [`super::monitor`]).
     pub(super) best_estimate: Option<T>,
     pub(super) check: Check,
+    pub(super) factor_age: Age,
     /// Number of corrections of the velocities, see [`super::monitor::Monitor::judge`].
     pub(super) corrections: u8,
     /// Constant terms of the velocities, corrections included, at the last pause.
@@ -99,6 +101,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
             best_estimate: None,
             check: Check::None,
             counts_stopping: false,
+            factor_age: Age::New,
             corrections: 0,
             bases: Stacked::zero(),
             has_sought_proof: false,

@@ -78,7 +78,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
         }
         let expected = self.expected_size * self.expected_size;
-        Motion { moved, expected, size: r.contact_square().max(expected) }
+        Motion { moved, expected, size: self.sets.contact_square(r).max(expected) }
     }
 
     /// Includes De Saxcé's shift in the contact law (Coulomb's law), or leaves it out (the relaxation).

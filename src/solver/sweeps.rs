@@ -70,7 +70,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
         let residual = sweep::residual_square(&problem.sets, r, u, &self.sweeps.multipliers);
         let reference = problem.expected_size;
-        let size = r.contact_square().max(reference * reference);
+        let size = problem.sets.contact_square(r).max(reference * reference);
         quotient(residual, size).square_root()
     }
 

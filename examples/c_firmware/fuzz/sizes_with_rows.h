@@ -7,4 +7,4 @@
 #define STICTION_S 2
 #define STICTION_L 3
 #define STICTION_PHASES AllPhases
-#define STICTION_BYTES 7864
+#define STICTION_BYTES 7872

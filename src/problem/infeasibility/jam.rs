@@ -172,12 +172,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         energy * mass
     }
 
-    /// Do these impulses let walls close: are they more than `most` times the expected impulses, while contacts or joint rows violate their
-    /// laws by more than a tenth of what the offsets ask for? `u` are their velocities. Offsets below a thousandth of the free velocities are noise.
+    /// Do large impulses let walls close: do contacts or joint rows violate their laws by more than a tenth of what the offsets ask for?
+    /// `u` are their velocities. Offsets below a thousandth of the free velocities are noise.
     #[inline(never)]
-    pub(crate) fn lets_walls_close(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, most: T) -> bool {
+    pub(crate) fn lets_walls_close(&self, u: &Stacked<T, D, C, R>) -> bool {
         let scene = self.scene;
-        if !self.exceeds(r, most) || !scene.is_conceivably_infeasible() {
+        if !scene.is_conceivably_infeasible() {
             return false;
         }
         // Largest energies `alpha s²` of violations `s`: by the velocities, by the offsets, and of the free velocities.
@@ -198,13 +198,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         closing * T::literal(100.0) > asked && asked * T::literal(1e6) > free
     }
 
-    /// Do these impulses throw the bodies? Then they exceed `most` times the expected impulses, and the bodies have four times the energy
-    /// of the free motion and of the velocities that the offsets ask for. `u` are their velocities.
+    /// Do large impulses throw the bodies? Then the bodies have four times the energy of the free motion and of the velocities that the
+    /// offsets ask for. `u` are their velocities.
     #[inline(never)]
-    pub(crate) fn throws(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, most: T) -> bool {
-        if !self.exceeds(r, most) {
-            return false;
-        }
+    pub(crate) fn throws(&self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> bool {
         let free = self.factor.energy(&self.whitened);
         // `rᵀ (H v + H v_free)` more are those of the impulses, the energy of springs included.
         let [mut asked, mut gained] = [T::ZERO; 2];

@@ -49,21 +49,12 @@ impl<T: Real> Squeeze<T> {
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Are these impulses, those of the solution, more than `most` times the expected ones, and do they add energy or let a contact or a joint
-    /// row close faster than without them?
+    /// Do these large impulses, those of the solution, add energy or let a contact or a joint row close faster than without them?
     ///
     /// Impulses that obey the law take energy, seen from the walls: `r · u <= 0` and `u - q = W r`, so `r · (u + q)` is negative. It is twice the
     /// energy that bodies and springs gain beyond the work `-r · w` of the walls.
     #[inline(never)]
-    pub(crate) fn squeezes(
-        &self,
-        r: &Stacked<T, D, C, R>,
-        solution: &Solution<T, N, D, C, R>,
-        most: T,
-    ) -> bool {
-        if !self.exceeds(r, most) {
-            return false;
-        }
+    pub(crate) fn squeezes(&self, r: &Stacked<T, D, C, R>, solution: &Solution<T, N, D, C, R>) -> bool {
         let [violated, met, pushed, work] = [T::ZERO; 4];
         let mut squeeze = Squeeze { violated, met, pushed, work };
         let contacts = zip4(0..C, self.sets.contacts(), &r.contacts, &solution.contacts);

@@ -1,12 +1,11 @@
-//! The second part of the error, `|M v - M v_free - Hᵀ r|`, and the velocities `u = H v + w`, computed in one pass over `H`.
+//! The velocities `u = H v + w`, and the second part of the error, `|M v - M v_free - Hᵀ r|`.
 
 use crate::linalg::cholesky::{BLOCK, axpy, dot};
-use crate::linalg::sparsity::{
-    GROUP, add_columns, add_columns_and_sizes, add_products, add_products_and_sizes,
-};
+use crate::linalg::sparsity::{GROUP, add_columns, add_columns_and_sizes, add_products_and_sizes};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{at_least, larger, quotient, root_sum};
 use crate::linalg::zip::{zip3, zip4, zip5};
+use crate::problem::judge::rounding::Rounding;
 use crate::real::Real;
 use crate::scene::{JointRow, Scene};
 use nalgebra::ComplexField;
@@ -67,6 +66,11 @@ impl<T: Real> Norms<T> {
         Self::in_unit(momenta, unit, weight)
     }
 
+    /// Norms of a momentum that balances but for rounding: `free` is `|M v_free|²`.
+    pub(crate) fn balanced(free: T) -> Self {
+        Self { residual: T::ZERO, size: free, magnitude: T::ZERO, unit: T::ONE }
+    }
+
     /// Is the size so far from both ends of the range that no square has overflown, and none that counts has vanished?
     fn is_safe(&self) -> bool {
         let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
@@ -112,11 +116,13 @@ impl<T: Real> Norms<T> {
         }
     }
 
-    /// Reduces the size by a bound on its rounding, whose square is `noise`.
-    pub(crate) fn reduce_size(&mut self, noise: T) {
+    /// Reduces the size by a bound on its rounding, this share of the magnitudes. Returns the square of the bound.
+    pub(crate) fn reduce_size(&mut self, share: T) -> T {
+        let noise = share * share * self.magnitude;
         // The root of a quotient, which does not depend on the unit.
-        let share = (T::ONE - quotient(noise, self.size).square_root()).max(T::ZERO);
-        self.size *= share * share;
+        let rest = (T::ONE - quotient(noise, self.size).square_root()).max(T::ZERO);
+        self.size *= rest * rest;
+        noise
     }
 
     /// Sets the least size, a square in the unit.
@@ -126,6 +132,12 @@ impl<T: Real> Norms<T> {
 }
 
 impl<T: Real> Dynamics<T> {
+    /// Second part of the error, the larger of both norms.
+    pub(crate) fn error<const C: usize, const R: usize>(&self, rounding: &Rounding<T, C, R>) -> T {
+        let plain = self.plain.error(rounding.momentum);
+        self.weighted.as_ref().map_or(plain, |weighted| plain.max(weighted.error(rounding.weighted)))
+    }
+
     /// Replaces the residuals by those of the differences `M v - M v_free - Hᵀ r`.
     pub(crate) fn replace_residual<const N: usize>(&mut self, mass: &[[T; N]; N], differences: &[T]) {
         self.plain.replace_residual(differences, |_| T::ONE);
@@ -146,17 +158,58 @@ fn weights<T: Real, const N: usize>(mass: &[[T; N]; N]) -> impl Fn(usize) -> T +
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Scene<T, N, D, C, R, S>
 {
-    /// Evaluates the dynamics of the velocity `v` and the impulses `r`, which are in physical rows. It fills `u` with
-    /// `H v + w`, without compliance, and `sizes` with the sums of the magnitudes of the terms of `u`.
+    /// Fills `u` with `H v + w`, without compliance, in a scene without joint rows.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn dynamics(
+    pub(crate) fn contact_velocities(&self, v: &[T; N], u: &mut Stacked<T, D, C, R>) {
+        let n = self.velocities();
+        let (groups, last) = v.as_chunks::<GROUP>();
+        for (contact, support, u) in zip3(self.contacts(), self.supports(), &mut u.contacts) {
+            let mut velocity: [T; D] = contact.offset.into();
+            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+            for group in support.groups::<N>(n) {
+                if let (Some(columns), Some(v)) = (columns.get(group), groups.get(group)) {
+                    add_columns(columns, v, &mut velocity);
+                }
+            }
+            add_columns(rest, last, &mut velocity);
+            *u = velocity;
+        }
+    }
+
+    /// Fills `u` with `H v + w`, without compliance, and `sizes` with the sums of the magnitudes of its terms.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn velocities_and_sizes(
         &self,
-        free: &[T; N],
         v: &[T; N],
-        r: &Stacked<T, D, C, R>,
         u: &mut Stacked<T, D, C, R>,
         sizes: &mut Stacked<T, D, C, R>,
-    ) -> Dynamics<T> {
+    ) {
+        let n = self.velocities();
+        // As many as in a kernel of this size: `dot` sums them in the same groups.
+        let in_use = v.get(..n).unwrap_or_default();
+        for (row, u, size) in zip3(self.rows(), &mut u.rows, &mut sizes.rows) {
+            (*u, *size) = row_velocity(row, in_use);
+        }
+        let (groups, last) = v.as_chunks::<GROUP>();
+        for (contact, support, u, size) in
+            zip4(self.contacts(), self.supports(), &mut u.contacts, &mut sizes.contacts)
+        {
+            let mut velocity: [T; D] = contact.offset.into();
+            let mut terms = velocity.map(ComplexField::abs);
+            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
+            for group in support.groups::<N>(n) {
+                if let (Some(columns), Some(v)) = (columns.get(group), groups.get(group)) {
+                    add_columns_and_sizes(columns, v, &mut velocity, &mut terms);
+                }
+            }
+            add_columns_and_sizes(rest, last, &mut velocity, &mut terms);
+            (*u, *size) = (velocity, terms);
+        }
+    }
+
+    /// The dynamics of the velocity `v` and the impulses `r`, which are in physical rows.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn dynamics(&self, free: &[T; N], v: &[T; N], r: &Stacked<T, D, C, R>) -> Dynamics<T> {
         let mass = &self.mass().data.0;
         let n = self.velocities();
         let mut momenta = Momenta {
@@ -166,85 +219,35 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             magnitudes: [T::ONE; N],
         };
         let Momenta { inertia, pushed, magnitudes, .. } = &mut momenta;
-        multiply::<T, N, true>((mass, n), v, inertia, magnitudes);
-        // As many as in a kernel of this size: `dot` sums them in the same groups.
-        let in_use = v.get(..n).unwrap_or_default();
-        for (row, &r, u, size) in zip4(self.rows(), &r.rows, &mut u.rows, &mut sizes.rows) {
-            let [entries] = &row.row.data.0;
-            (*u, *size) = row_velocity(row, in_use);
+        multiply((mass, n), v, inertia, magnitudes);
+        for (row, &r) in self.rows().iter().zip(&r.rows) {
             if r != T::ZERO {
+                let [entries] = &row.row.data.0;
                 axpy(r, entries, pushed);
                 for (magnitude, &entry) in magnitudes.iter_mut().zip(entries) {
                     *magnitude += (r * entry).abs();
                 }
             }
         }
-        let (groups, last) = v.as_chunks::<GROUP>();
         let (pushed, last_pushed) = pushed.as_chunks_mut::<GROUP>();
         let (magnitudes, last_magnitudes) = magnitudes.as_chunks_mut::<GROUP>();
-        for (contact, support, r, u, size) in
-            zip5(self.contacts(), self.supports(), &r.contacts, &mut u.contacts, &mut sizes.contacts)
-        {
-            let mut velocity: [T; D] = contact.offset.into();
-            let mut terms = velocity.map(ComplexField::abs);
+        for (contact, support, r) in zip3(self.contacts(), self.supports(), &r.contacts) {
             let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
             for group in support.groups::<N>(n) {
                 let (pushed, magnitudes) = (pushed.get_mut(group), magnitudes.get_mut(group));
-                if let (Some(columns), Some(v)) = (columns.get(group), groups.get(group))
-                    && let (Some(pushed), Some(magnitudes)) = (pushed, magnitudes)
+                if let (Some(columns), Some(pushed), Some(magnitudes)) =
+                    (columns.get(group), pushed, magnitudes)
                 {
-                    add_columns_and_sizes(columns, v, &mut velocity, &mut terms);
                     add_products_and_sizes(columns, *r, pushed, magnitudes);
                 }
             }
-            add_columns_and_sizes(rest, last, &mut velocity, &mut terms);
             add_products_and_sizes(rest, *r, last_pushed, last_magnitudes);
-            (*u, *size) = (velocity, terms);
         }
         let is_mixed = self.is_mixed();
         Dynamics {
             plain: Norms::of(&momenta, |_| T::ONE),
             weighted: is_mixed.then(|| Norms::of(&momenta, weights(mass))),
         }
-    }
-
-    /// [`Self::dynamics`] of a scene without joint rows and surfaces, without sums of magnitudes.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn contact_dynamics(
-        &self,
-        free: &[T; N],
-        v: &[T; N],
-        r: &Stacked<T, D, C, R>,
-        u: &mut Stacked<T, D, C, R>,
-    ) -> Dynamics<T> {
-        let zeros = [T::ZERO; N];
-        let [mut inertia, mut pushed] = [zeros; 2];
-        let mass = &self.mass().data.0;
-        let n = self.velocities();
-        multiply::<T, N, false>((mass, n), v, &mut inertia, &mut pushed); // `pushed` stays zero
-        let (groups, last) = v.as_chunks::<GROUP>();
-        let (targets, last_target) = pushed.as_chunks_mut::<GROUP>();
-        for (contact, support, &r, u) in zip4(self.contacts(), self.supports(), &r.contacts, &mut u.contacts)
-        {
-            let mut velocity: [T; D] = contact.offset.into();
-            let pushes = r != [T::ZERO; D];
-            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-            for group in support.groups::<N>(n) {
-                let (columns, v) = (columns.get(group), groups.get(group));
-                if let (Some(columns), Some(v), Some(target)) = (columns, v, targets.get_mut(group)) {
-                    add_columns(columns, v, &mut velocity);
-                    if pushes {
-                        add_products(columns, r, target);
-                    }
-                }
-            }
-            add_columns(rest, last, &mut velocity);
-            add_products(rest, r, &mut *last_target);
-            *u = velocity;
-        }
-        let free = free.get(..n).unwrap_or_default();
-        let momenta = Momenta { free, inertia, pushed, magnitudes: zeros };
-        Dynamics { plain: Norms::of(&momenta, |_| T::ONE), weighted: None }
     }
 }
 
@@ -259,29 +262,29 @@ fn row_velocity<T: Real, const N: usize>(row: &JointRow<T, N>, v: &[T]) -> (T, T
     (dot(entries, v) + row.offset, size)
 }
 
-/// Fills `products` with `M v`. With `SIZES` it fills `magnitudes` with the sums of the magnitudes of the terms, otherwise with zeros.
+/// Fills `products` with `M v`, and `magnitudes` with the sums of the magnitudes of its terms.
 #[inline]
-fn multiply<T: Real, const N: usize, const SIZES: bool>(
+fn multiply<T: Real, const N: usize>(
     (mass, n): (&[[T; N]; N], usize),
     v: &[T; N],
     products: &mut [T; N],
     magnitudes: &mut [T; N],
 ) {
     let mass = mass.get(..n).unwrap_or_default();
-    if N * size_of::<T>() <= SUMS * if SIZES { 1 } else { 2 } {
-        return multiply_rows::<T, N, N, SIZES>(mass, 0, v, products, magnitudes);
+    if N * size_of::<T>() <= SUMS {
+        return multiply_rows::<T, N, N>(mass, 0, v, products, magnitudes);
     }
     // The last block repeats some rows, so that all blocks have the same size.
     let (mut first, last) = (0, n.saturating_sub(BLOCK));
     while first < last + BLOCK {
-        multiply_rows::<T, N, BLOCK, SIZES>(mass, first.min(last), v, products, magnitudes);
+        multiply_rows::<T, N, BLOCK>(mass, first.min(last), v, products, magnitudes);
         first += BLOCK;
     }
 }
 
 /// `K` entries of [`multiply`] from row `first` on.
 #[inline]
-fn multiply_rows<T: Real, const N: usize, const K: usize, const SIZES: bool>(
+fn multiply_rows<T: Real, const N: usize, const K: usize>(
     mass: &[[T; N]],
     first: usize,
     v: &[T; N],
@@ -297,9 +300,7 @@ fn multiply_rows<T: Real, const N: usize, const K: usize, const SIZES: bool>(
         for ([sum, size], &mass) in sums.iter_mut().zip(column) {
             let product = mass * v;
             *sum += product;
-            if SIZES {
-                *size += product.abs();
-            }
+            *size += product.abs();
         }
     }
     let products = products.get_mut(first..).unwrap_or_default();

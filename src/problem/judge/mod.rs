@@ -4,7 +4,7 @@ use crate::linalg::blocks::diagonal_of;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{add, at_least};
 use crate::linalg::zip::{zip3, zip4, zip5};
-use crate::problem::Problem;
+use crate::problem::{Age, Problem};
 use crate::real::Real;
 use crate::scene::Scaling;
 use crate::sets::contact::natural_map;
@@ -12,6 +12,7 @@ use crate::solution::{ContactSolution, RowSolution, Solution};
 use dynamics::Dynamics;
 use rounding::Rounding;
 
+mod balance;
 pub(crate) mod dynamics;
 pub(crate) mod rounding;
 mod worst;
@@ -27,8 +28,10 @@ struct Impulses<T, const D: usize, const C: usize, const R: usize> {
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Writes velocity, contacts, joint rows and error of the impulses `r` into a solution. The error includes a bound on rounding. If it
-    /// exceeds the tolerance and `exactly` is set, its sums are computed again with twice the digits.
+    /// Writes velocity, contacts, joint rows and error of the impulses `r` into a solution. The error includes a bound on rounding.
+    ///
+    /// Momenta are summed only where the bound on their rounding is not small beside the tolerance, or if `exactly` is set. Then sums are
+    /// computed with twice the digits if the error exceeds the tolerance.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn evaluate(
         &self,
@@ -37,12 +40,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         solution: &mut Solution<T, N, D, C, R>,
     ) {
         let [v] = &mut solution.velocity.data.0;
-        self.factor.velocity(&self.whitened, r, v);
         if self.scene.is_mixed() {
             let impulses = self.impulses(r);
+            self.factor.velocity(&self.whitened, &impulses.judged, v);
             let impulses = [&impulses.written, &impulses.judged];
             self.judge(impulses, (tolerance, exactly), solution);
         } else {
+            self.factor.velocity(&self.whitened, r, v);
             self.judge([r; 2], (tolerance, exactly), solution);
         }
     }
@@ -71,30 +75,53 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         (tolerance, exactly): (T, bool),
         solution: &mut Solution<T, N, D, C, R>,
     ) {
-        // Ones, since zeros would call memset; all entries in use are overwritten.
-        let unset = || Stacked { contacts: [[T::ONE; D]; C], rows: [T::ONE; R] };
         let ([v], [free]) = (&solution.velocity.data.0, &self.free_impulse.data.0);
-        let mut u = unset();
-        if let Some(rounding) = self.crude_rounding(v, judged, tolerance) {
-            let mut dynamics = self.scene.contact_dynamics(free, v, written, &mut u);
-            dynamics.plain.reduce_size(rounding.momentum);
-            solution.error = self.error(&dynamics, &u, judged, &rounding);
-            if solution.error <= tolerance {
-                self.write(written, judged, &u, tolerance, solution);
-                return;
+        let (mut u, mut rounding) = (unset(), Rounding::unset());
+        let balance = if exactly { None } else { self.momentum_balance(v, judged, tolerance) };
+        let balance =
+            balance.filter(|_| self.factor_age == Age::New || self.is_confirmed(v, written, tolerance));
+        if let Some(balance) = &balance {
+            [rounding.momentum, rounding.weighted] = balance.momentum;
+            // Single precision has too few digits for bounds without sums.
+            if T::EPSILON < T::literal(1e-10) && !self.scene.is_mixed() {
+                self.scene.contact_velocities(v, &mut u);
+                self.crude_velocity_rounding(balance.moved, &mut rounding.velocities);
+                solution.error = self.error(&balance.dynamics, &u, judged, &rounding);
+                if solution.error <= tolerance {
+                    self.write(written, judged, &u, tolerance, solution);
+                    return;
+                }
             }
         }
-        let mut sizes = unset();
-        let mut dynamics = self.scene.dynamics(free, v, written, &mut u, &mut sizes);
-        self.add_compliance(written, &mut u);
+        self.fill_velocities(v, written, &mut u, &mut rounding);
+        let is_balanced = balance.is_some();
+        let mut dynamics =
+            balance.map_or_else(|| self.scene.dynamics(free, v, written), |balance| balance.dynamics);
         self.set_least_sizes(&mut dynamics);
-        let mut rounding = self.rounding(written, &sizes, &mut dynamics);
+        if !is_balanced {
+            self.momentum_rounding(&mut dynamics, &mut rounding);
+        }
         solution.error = self.error(&dynamics, &u, judged, &rounding);
         if exactly && solution.error > tolerance {
             self.refine(v, written, (&mut u, &mut dynamics), &mut rounding);
             solution.error = self.error(&dynamics, &u, judged, &rounding);
         }
         self.write(written, judged, &u, tolerance, solution);
+    }
+
+    /// Fills `u` with velocities, compliance included, and the bounds on their rounding.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn fill_velocities(
+        &self,
+        v: &[T; N],
+        written: &Stacked<T, D, C, R>,
+        u: &mut Stacked<T, D, C, R>,
+        rounding: &mut Rounding<T, C, R>,
+    ) {
+        let mut sizes = unset();
+        self.scene.velocities_and_sizes(v, u, &mut sizes);
+        self.velocity_rounding(written, &sizes, &mut rounding.velocities);
+        self.add_compliance(written, u);
     }
 
     /// Adds to `u = H v + w` the velocities of compliance.
@@ -149,10 +176,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         } else {
             self.contact_error(u, r, &noise.contacts)
         };
-        error = error.max(dynamics.plain.error(rounding.momentum));
-        if let Some(weighted) = &dynamics.weighted {
-            error = error.max(weighted.error(rounding.weighted));
-        }
+        error = error.max(dynamics.error(rounding));
         if error > T::ZERO {
             let uncertainty = self.factor.uncertainty();
             return error * (T::ONE + uncertainty) + T::literal(4.0) * T::EPSILON;
@@ -173,7 +197,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         solution.model = self.model;
         // Slower than this is not told apart from rest: what the tolerance allows, or the error if that is larger.
         let share = solution.error.max(tolerance);
-        let size = self.expected_size.max(judged.contact_square().square_root());
+        let size = self.expected_size.max(self.sets.contact_square(judged).square_root());
         solution.contacts.clear();
         let (sets, contacts) = (self.sets.contacts(), self.scene.contacts());
         for (set, contact, &velocity, &impulse, &r) in
@@ -199,4 +223,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             });
         }
     }
+}
+
+/// Rows that are still to be written. (Zeros would call `memset`.)
+fn unset<T: Real, const D: usize, const C: usize, const R: usize>() -> Stacked<T, D, C, R> {
+    Stacked { contacts: [[T::ONE; D]; C], rows: [T::ONE; R] }
 }

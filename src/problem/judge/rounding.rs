@@ -2,21 +2,19 @@
 //!
 //! Each product and each sum is off by at most `eps / 2` of its result (IEEE 754). A term of a sum of `n` products and an offset takes part
 //! in `n + 1` operations, so the sum is off by at most `(n + 1) eps / 2` of the sum of the magnitudes of its terms (C.-P. Jeannerod and S. M.
-//! Rump, 2013). [`Scene::dynamics`](crate::Scene::dynamics) computes these sums of
-//! magnitudes beside the sums, and [`Problem::rounding`] the bounds.
+//! Rump, 2013). `judge/dynamics.rs` computes these sums of magnitudes beside the sums.
 //!
 //! If the error with a bound exceeds the tolerance, [`Problem::refine`] computes the sums again as dot products that carry their
 //! error along ([`crate::linalg::dot2`]). These are off by `eps / 2` of their result, and at most
 //! `(n + 4) (n + 1 + k) (eps / 2)²` of the magnitudes of their terms, if `k` operations follow. Each of these adds `eps / 2` of
 //! the result.
 
-use crate::linalg::blocks::diagonal_of;
 use crate::linalg::dot2::Dot2;
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{rounding_bound, square};
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
-use crate::problem::judge::dynamics::{Dynamics, Norms};
+use crate::problem::judge::dynamics::Dynamics;
 use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::energy::VelocityNoise;
@@ -39,7 +37,7 @@ const COMPLIANCE: usize = 8;
 
 /// Number of operations in which a velocity takes part after the sum of its terms: one product by `alpha`; on a surface the sum with
 /// the velocity of compliance and the scaling; in the relaxation the cancellation of the parts of a sliding contact.
-fn operations_after<const D: usize>(has_surface: bool, model: Model) -> usize {
+pub(super) fn operations_after<const D: usize>(has_surface: bool, model: Model) -> usize {
     let on_surface = if has_surface { 2 } else { 0 };
     let relaxed = match model {
         Model::Coulomb => 0,
@@ -48,25 +46,29 @@ fn operations_after<const D: usize>(has_surface: bool, model: Model) -> usize {
     1 + on_surface + relaxed
 }
 
-/// Share of the tolerance that bounds without sums of magnitudes may take.
-const CRUDE: f64 = 0.125;
+impl<T: Real, const C: usize, const R: usize> Rounding<T, C, R> {
+    /// Bounds that are still to be written. (Zeros would call `memset`.)
+    pub(crate) fn unset() -> Self {
+        let velocities = VelocityNoise { contacts: [[T::ONE; 2]; C], rows: [T::ONE; R] };
+        Self { momentum: T::ONE, weighted: T::ONE, velocities }
+    }
+}
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
     Problem<'_, T, N, D, C, R, S>
 {
-    /// Bounds from the sums of magnitudes of the terms: `sizes` of the velocities without compliance, and those of `dynamics`. The
-    /// impulses `written` are in physical rows.
+    /// Bounds on velocities from the sums `sizes` of the magnitudes of their terms, without compliance. The impulses `written` are in
+    /// physical rows.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn rounding(
+    pub(crate) fn velocity_rounding(
         &self,
         written: &Stacked<T, D, C, R>,
         sizes: &Stacked<T, D, C, R>,
-        dynamics: &mut Dynamics<T>,
-    ) -> Rounding<T, C, R> {
+        bounds: &mut VelocityNoise<T, C, R>,
+    ) {
         let (scene, sets, n) = (self.scene, &self.sets, self.scene.velocities());
-        let mut velocities = VelocityNoise { contacts: [[T::ZERO; 2]; C], rows: [T::ZERO; R] };
         let used = 0..sets.contacts().len();
-        for (i, bound, sizes, r) in zip4(used, &mut velocities.contacts, &sizes.contacts, &written.contacts) {
+        for (i, bound, sizes, r) in zip4(used, &mut bounds.contacts, &sizes.contacts, &written.contacts) {
             let scaling = scene.scaling(i);
             let after = operations_after::<D>(scaling.is_some(), self.model);
             let share = rounding_bound::<T>(n + 1 + after);
@@ -79,79 +81,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             *bound = squares(&scene.scaled_velocity(i, bounds));
         }
         let share = rounding_bound::<T>(n + 3);
-        for (bound, row, &size, &r) in zip4(&mut velocities.rows, scene.rows(), &sizes.rows, &written.rows) {
+        for (bound, row, &size, &r) in zip4(&mut bounds.rows, scene.rows(), &sizes.rows, &written.rows) {
             let added = rounding_bound::<T>(COMPLIANCE) * (row.compliance * r).abs();
             *bound = square(&[share * size + added]);
         }
-        // A term of `M v` or of `Hᵀ r` takes part in one of these sums, and in two more.
-        let share = rounding_bound::<T>(n.max(rows(sets)) + 3);
-        let noise = |norms: &mut Norms<T>| {
-            let noise = share * share * norms.magnitude;
-            norms.reduce_size(noise);
-            noise
-        };
-        Rounding {
-            momentum: noise(&mut dynamics.plain),
-            weighted: dynamics.weighted.as_mut().map_or(T::ZERO, noise),
-            velocities,
-        }
     }
 
-    /// Bounds without sums of magnitudes, from the diagonals of `M` and `W` alone, in double precision and without joint rows; `None`
-    /// if they may exceed their share of the tolerance.
-    ///
-    /// `M` and `W = H M⁻¹ Hᵀ` are positive semidefinite: `|M_ik| <= sqrt(M_ii M_kk)` and `|H_ak| <= sqrt(W_aa M_kk)`. With
-    /// `S = Σ_k sqrt(M_kk) |v_k|` and `P = Σ_a sqrt(W_aa) |r_a|` the magnitudes of the terms of a momentum are then at most
-    /// `sqrt(M_kk) (S + P) + |p_k|` with the free impulse `p`, and those of a velocity `sqrt(W_aa) S + |w_a|`.
+    /// Bounds on momenta from the sums of the magnitudes of their terms.
     #[inline]
-    pub(crate) fn crude_rounding(
-        &self,
-        v: &[T; N],
-        r: &Stacked<T, D, C, R>,
-        tolerance: T,
-    ) -> Option<Rounding<T, C, R>> {
-        let (scene, sets, [free]) = (self.scene, &self.sets, &self.free_impulse.data.0);
-        // Single precision has too few digits for them.
-        let usable = T::EPSILON < T::literal(1e-10)
-            && !scene.is_mixed()
-            && self.factor.uncertainty() < T::literal(0.1);
-        if !usable {
-            return None;
-        }
-        let (mut trace, mut energy) = (T::ZERO, T::ZERO);
-        for (mass, &v) in diagonal_of(&scene.mass().data.0).zip(v) {
-            trace += mass;
-            energy += mass * (v * v);
-        }
-        let n = scene.velocities();
-        let free = square(free.get(..n).unwrap_or_default());
-        // Bounds on `S²` and `P²`, by Cauchy and Schwarz; twice as large, for their own rounding and that of `W`.
-        let moved = T::count(2 * n) * energy;
-        let share = rounding_bound::<T>(n + 1 + operations_after::<D>(false, self.model));
-        let share = T::literal(2.0) * share * share;
-        let mut velocities = VelocityNoise { contacts: [[T::ONE; 2]; C], rows: [T::ONE; R] };
-        let mut pushed = T::ZERO;
-        for (bound, set, contact, r) in
-            zip4(&mut velocities.contacts, sets.contacts(), scene.contacts(), &r.contacts)
-        {
-            let inverse = set.inverse_mass();
-            pushed += inverse * square(r);
-            let offset = square(&<[T; D]>::from(contact.offset));
-            *bound = [share * (offset + inverse * moved); 2];
-        }
-        let pushed = T::count(2 * sets.contacts().len()) * pushed;
-        // `(a + b + c)² <= 3 (a² + b² + c²)`
-        let share = rounding_bound::<T>(n.max(rows(sets)) + 3);
-        let terms = T::literal(3.0) * (trace * (moved + pushed) + free);
-        let noise = share * share * terms;
-        let tiny = T::EPSILON * T::EPSILON * T::EPSILON;
-        let enough = T::literal(CRUDE) * tolerance;
-        let is_safe = energy > tiny && free > tiny && terms * tiny < T::ONE;
-        (is_safe && noise <= enough * enough * free).then_some(Rounding {
-            momentum: noise,
-            weighted: T::ZERO,
-            velocities,
-        })
+    pub(crate) fn momentum_rounding(&self, dynamics: &mut Dynamics<T>, rounding: &mut Rounding<T, C, R>) {
+        // A term of `M v` or of `Hᵀ r` takes part in one of these sums, and in two more.
+        let share = rounding_bound::<T>(self.scene.velocities().max(rows(&self.sets)) + 3);
+        rounding.momentum = dynamics.plain.reduce_size(share);
+        rounding.weighted = dynamics.weighted.as_mut().map_or(T::ZERO, |norms| norms.reduce_size(share));
     }
 
     /// Computes `u = H v + w` with the velocities of compliance, and `M v - M v_free - Hᵀ r`, again with twice the digits. It replaces
@@ -271,7 +213,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 }
 
 /// Number of rows of contacts and joint rows in use.
-fn rows<T: Real, const D: usize, const C: usize, const R: usize>(sets: &Sets<T, D, C, R>) -> usize {
+pub(super) fn rows<T: Real, const D: usize, const C: usize, const R: usize>(
+    sets: &Sets<T, D, C, R>,
+) -> usize {
     D * sets.contacts().len() + sets.rows().len()
 }
 
