@@ -39,7 +39,8 @@ def view(*arguments: str | Path, display: str = "") -> subprocess.Popen[str]:
 def display() -> Iterator[str]:
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is not installed")
-    command = ["Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24"]
+    # Without -noreset the server starts anew whenever its last client leaves, and turns away who comes in between.
+    command = ["Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24", "-noreset"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
         assert server.stdout
         try:
