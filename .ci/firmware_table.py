@@ -47,7 +47,7 @@ Three answers, in `f32` on a Cortex-M4F at 168 MHz, to a tolerance of 1e-4:
 {answers}
 
 The tables behind these answers follow. `UPDATE_BASELINE=1 .ci/firmware` writes this page ({compiler}). QEMU counts the
-instructions; a model turns them into microseconds; nobody has measured a board yet. `.ci/firmware` fails if a number changes by more than 2 %.
+instructions; a model turns them into microseconds; nobody has measured a board yet. `.ci/firmware` fails if a number grows by more than 5 %.
 
 ## Flags to build with
 
@@ -97,7 +97,7 @@ The model knows no interrupts, no DMA and no wait for RAM; [its report](../../..
 To measure your own board, run the same program there. It prints cycles (`DWT::CYCCNT`) at the clock that the core has after a reset. You need
 the target (`rustup target add`), `probe-rs` and a debug probe. In `examples/embedded/boards`:
 
-- `cargo run --release` for an STM32F429 and its kin (for others, change sizes in `stm32f4.x` and the name in `.cargo/config.toml`);
+- `cargo run --release` for an STM32F469 and its kin (for others, change sizes in `stm32f4.x` and the name in `.cargo/config.toml`);
 - `cargo run --release --target thumbv8m.main-none-eabihf` for an RP2350 (`rp2350.x`, Raspberry Pi Pico 2).
 
 ## Beside a real-time framework
@@ -357,7 +357,7 @@ def targets(values):
         ('bytes of flash at opt-level "s"', value("flash_size"), 7 * 1024),
     ]
     rows = [[text, f"{aim:,}", f"{number:,}", "holds" if number <= aim else "**missed**"] for text, number, aim in aims]
-    table("Aims for the quadruped, f32 on a Cortex-M4F (see .github/CONTRIBUTING.md)", ["", "aim", "measured", ""], rows)
+    table("Aims for the quadruped, f32 on a Cortex-M4F (see .github/AIMS.md)", ["", "aim", "measured", ""], rows)
 
 
 def compare(compiler, values, path):
@@ -366,17 +366,16 @@ def compare(compiler, values, path):
         print(f"\nnot compared: the baseline is of {of}, this is {compiler}")
         return 0
     missing = [name for name in baseline if name not in values and not name[1].startswith(("flags_", "phases"))]
-    changed = [name for name, old in baseline.items()
-               if abs(values.get(name, old) - old) > 0.02 * old]
+    grown = [name for name, old in baseline.items() if values.get(name, old) > 1.05 * old]
     for name in missing:
         print(f"{' '.join(name)}: {baseline[name]}, now missing")
-    for name in changed:
+    for name in grown:
         print(f"{' '.join(name)}: {baseline[name]} is {values[name]} now")
-    if changed:
-        print("UPDATE_BASELINE=1 writes down what is meant to change, a gain as well")
-    if not missing and not changed:
-        print(f"\n{len(baseline)} numbers within 2 % of the baseline")
-    return 1 if missing or changed else 0
+    if grown:
+        print("UPDATE_BASELINE=1 writes down what is meant to grow")
+    if not missing and not grown:
+        print(f"\n{len(baseline)} numbers at most 5 % above the baseline")
+    return 1 if missing or grown else 0
 
 
 def main():

@@ -59,8 +59,7 @@ fn solved(kernel: Constructor, method: Method, tolerance: f64) -> Result<(usize,
     Ok((solved.count(), [50, 90, 100].map(|share| work[last * share / 100])))
 }
 
-/// What is measured today, of 42 scenes within 1,000 work: a change that solves fewer, or costs more than one iteration
-/// in fifty, shows here. A gain is written down here too.
+/// What was measured, of 42 scenes within 1,000 work: a change that solves fewer, or costs one iteration in twenty more, fails.
 #[test]
 fn as_many_scenes_are_solved_with_as_little_work_as_before() -> Result<(), Error> {
     let (double, single): (Constructor, Constructor) = (smallest::<f64>, smallest::<f32>);
@@ -77,7 +76,7 @@ fn as_many_scenes_are_solved_with_as_little_work_as_before() -> Result<(), Error
     ] {
         let now = solved(kernel, method, tolerance)?;
         let work = now.1.into_iter().zip(before.1);
-        if now.0 != before.0 || !work.into_iter().all(check::is_unchanged) {
+        if now.0 < before.0 || !work.into_iter().all(check::is_no_more) {
             changed.push(format!("{method:?} to {tolerance:e}: {now:?}, not {before:?}"));
         }
     }

@@ -10,6 +10,10 @@ fn main() {
     println!("races on an emulated board: run .ci/chip_race");
 }
 
+#[cfg(all(target_os = "none", contestant = "admm"))]
+mod admm;
+#[cfg(all(target_os = "none", contestant = "admm_by_hand"))]
+mod admm_by_hand;
 #[cfg(target_os = "none")]
 #[path = "../embedded/board.rs"]
 mod board;
@@ -40,14 +44,18 @@ mod race {
     use cortex_m_semihosting::{hprint, hprintln};
     use nalgebra::SVector;
 
+    #[cfg(contestant = "admm")]
+    use crate::admm::race as contest;
+    #[cfg(contestant = "admm_by_hand")]
+    use crate::admm_by_hand::race as contest;
     #[cfg(contestant = "gauss_seidel")]
     use crate::by_hand::race as contest;
-    #[cfg(not(any(contestant = "stiction", contestant = "gauss_seidel")))]
+    #[cfg(contestant = "empty")]
     use crate::stack::stack_bytes;
     #[cfg(contestant = "stiction")]
     use crate::this_crate::race as contest;
     /// What the images of the others are compared with: reads the scene and prints.
-    #[cfg(not(any(contestant = "stiction", contestant = "gauss_seidel")))]
+    #[cfg(contestant = "empty")]
     fn contest(
         step: &mut Step<f32, N, 3, C>,
         push: &Push,
@@ -63,10 +71,21 @@ mod race {
     /// Velocities of the scene.
     pub(crate) const N: usize = if cfg!(scene = "quadruped") { 18 } else { 6 };
     /// Contacts.
-    pub(crate) const C: usize = 4;
+    pub(crate) const C: usize = if cfg!(scene = "hand_9") {
+        9
+    } else if cfg!(scene = "hand_6") {
+        6
+    } else {
+        4
+    };
     /// Compliance that makes forces unique, of the scenes that share them out; those have the convex model.
-    pub(crate) const SHARING: Option<f32> =
-        if cfg!(any(scene = "sharing", scene = "sharing_slip")) { Some(1e-3) } else { None };
+    pub(crate) const SHARING: Option<f32> = if cfg!(any(scene = "hand_6", scene = "hand_9")) {
+        Some(1e-2)
+    } else if cfg!(any(scene = "sharing", scene = "sharing_slip")) {
+        Some(1e-3)
+    } else {
+        None
+    };
 
     /// A free impulse, N s.
     pub(crate) type Push = SVector<f32, N>;
@@ -104,11 +123,15 @@ mod race {
 
     #[cfg(scene = "quadruped")]
     const RECORDS: &[u8] = include_bytes!("../measure/quadruped.bin");
+    #[cfg(scene = "hand_6")]
+    const RECORDS: &[u8] = include_bytes!("hand_6.bin");
+    #[cfg(scene = "hand_9")]
+    const RECORDS: &[u8] = include_bytes!("hand_9.bin");
     #[cfg(scene = "sharing")]
     const RECORDS: &[u8] = include_bytes!("sharing.bin");
     #[cfg(scene = "sharing_slip")]
     const RECORDS: &[u8] = include_bytes!("sharing_slip.bin");
-    #[cfg(not(any(scene = "quadruped", scene = "sharing", scene = "sharing_slip")))]
+    #[cfg(scene = "box")]
     const RECORDS: &[u8] = include_bytes!("../measure/box.bin");
 
     #[entry]

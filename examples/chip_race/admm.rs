@@ -1,0 +1,56 @@
+//! This crate's [`AdmmSolver`] on scenes that share out forces.
+
+use crate::counter::Counter;
+use crate::race::{C, N, Push, SHARING, run};
+use crate::records::Step;
+use crate::stack::stack_bytes;
+use cortex_m_semihosting::hprintln;
+use stiction::{AdmmFactor, AdmmSolver, Model, Scene, Settings, Surface};
+
+/// `None` if something does not succeed.
+#[inline(never)]
+pub(crate) fn race(
+    step: &mut Step<f32, N, 3, C>,
+    push: &Push,
+    before: &Push,
+    counter: &mut Counter,
+) -> Option<()> {
+    static mut SCENE: Scene<f32, N, 3, C, 0, C> = Scene::new();
+    static mut FACTOR: AdmmFactor<f32, N, 3, C> = AdmmFactor::empty();
+    static mut SOLVER: AdmmSolver<f32, N, 3, C> = AdmmSolver::new();
+    #[allow(unsafe_code)]
+    // SAFETY: called once, and no interrupt is enabled.
+    let (scene, factor, solver) =
+        unsafe { (&mut *&raw mut SCENE, &mut *&raw mut FACTOR, &mut *&raw mut SOLVER) };
+    scene.set_mass(step.scene.mass()).ok()?;
+    for contact in step.scene.contacts() {
+        let surface = Surface { compliance: [SHARING?; 2], ..Surface::isotropic(contact.mu) };
+        scene.push_on(contact, &surface).ok()?;
+    }
+    let mut ok = true;
+    run(counter, "prepare", 0, |_| ok &= factor.prepare(scene).is_ok())?;
+    for (setting, tolerance) in [("1e-3", 1e-3), ("1e-4", 1e-4), ("1e-5", 1e-5)] {
+        let settings = Settings { model: Model::ConvexRelaxation, ..Settings::new(tolerance) };
+        for (label, warm) in [("cold", false), ("warm", true)] {
+            solver.reset();
+            if warm {
+                ok &= solver.solve(scene, factor, before, &settings).is_ok();
+            }
+            run(counter, label, setting, |impulses| {
+                if let Ok(solution) = solver.solve(scene, factor, push, &settings) {
+                    for (impulse, contact) in impulses.iter_mut().zip(&solution.contacts) {
+                        *impulse = contact.impulse;
+                    }
+                }
+            })?;
+        }
+    }
+    let settings = Settings { model: Model::ConvexRelaxation, ..Settings::new(1e-5) };
+    solver.reset();
+    let stack = stack_bytes(|| {
+        ok &= factor.prepare(scene).is_ok() && solver.solve(scene, factor, push, &settings).is_ok()
+    });
+    hprintln!("bytes ram {}", size_of_val(scene) + size_of_val(factor) + size_of_val(solver));
+    hprintln!("bytes stack {}", stack);
+    ok.then_some(())
+}
