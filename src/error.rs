@@ -87,7 +87,7 @@ pub enum Part {
 /// |---|---|
 /// | filling a [`crate::Scene`] | [`Self::NotFinite`], [`Self::MassNotSymmetric`], [`Self::InvalidFriction`], [`Self::InvalidBounds`], [`Self::InvalidCompliance`], [`Self::InvalidRowCompliance`], [`Self::ListFull`], [`Self::InvalidVelocityCount`], [`Self::NoSuchContact`], [`Self::NoSuchRow`] |
 /// | [`crate::Kernel::solve`] | [`Self::SceneIncomplete`], [`Self::NotFinite`] of the free impulse, [`Self::InvalidTolerance`], [`Self::MassNotPositiveDefinite`], [`Self::DelassusOutOfRange`], [`Self::RowOutOfRange`] |
-/// | [`crate::Kernel::solve_with_limits`]; `resume` and `advance` after it | [`Self::InvalidLimit`], [`Self::NotFinite`], [`Self::ListFull`]; [`Self::LimitsLeftOut`] |
+/// | [`crate::Kernel::solve_with_limits`]; `resume` and `advance` after it | [`Self::LimitKeyTaken`], [`Self::InvalidLimit`], [`Self::NotFinite`], [`Self::ListFull`]; [`Self::LimitsLeftOut`] |
 /// | [`crate::Kernel::derivative`] | [`Self::NoSolution`], [`Self::StaleFactor`] |
 /// | a [`crate::Solver`] or [`crate::AdmmSolver`] with a factor of its own | [`Self::StaleFactor`], [`Self::InvalidPenalty`] |
 /// | helpers of [`crate::time_stepping`] | [`Self::InvalidParameter`] |
@@ -187,6 +187,11 @@ pub enum Error {
     },
     /// A limit of [`crate::Kernel::solve_with_limits`] has bounds that no impulse satisfies, or a compliance that is negative or not finite.
     InvalidLimit {
+        /// Index of the limit.
+        limit: usize,
+    },
+    /// A limit of [`crate::Kernel::solve_with_limits`] has the key of an earlier limit or of a joint row of the scene.
+    LimitKeyTaken {
         /// Index of the limit.
         limit: usize,
     },
@@ -292,6 +297,9 @@ impl fmt::Display for Error {
             }
             Self::InvalidLimit { limit } => {
                 write!(f, "bounds or compliance of limit {limit} are invalid")
+            }
+            Self::LimitKeyTaken { limit } => {
+                write!(f, "limit {limit} has the key of another limit or of a joint row")
             }
             Self::LimitsLeftOut => write!(f, "the paused solve has limits, and this call leaves them out"),
             Self::NoSolution => write!(f, "there is no solution of the scene to be differentiated"),

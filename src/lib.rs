@@ -118,7 +118,7 @@ pub use cone::FrictionCone;
 pub use derivative::{Derivative, Inputs, Outputs};
 pub use error::{Error, Input, List, Part};
 pub use factor::{AdmmFactor, Factor};
-pub use kernel::Kernel;
+pub use kernel::{ContactOf, FreeImpulseOf, JointRowOf, Kernel, Parts, SceneOf, SolutionOf};
 pub use loads::LeastImpulses;
 pub use real::Real;
 pub use scene::{Contact, JointRow, RowLaw, Scene, Surface, contact_frame};

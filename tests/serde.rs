@@ -115,6 +115,7 @@ fn every_kind_of_error_is_read_back() {
         Error::InvalidBounds { row },
         Error::InvalidRowCompliance { row },
         Error::InvalidLimit { limit: 3 },
+        Error::LimitKeyTaken { limit: 3 },
         Error::ListFull { list, capacity: 4 },
         Error::InvalidVelocityCount { velocities: 0, capacity: 30 },
         Error::NoSuchContact { contact: 5 },

@@ -70,6 +70,7 @@ enum_of_the_header! {
     InvalidVelocityCount = "STICTION_INVALID_VELOCITY_COUNT",
     InvalidModel = "STICTION_INVALID_MODEL",
     NoSolution = "STICTION_NO_SOLUTION",
+    LimitKeyTaken = "STICTION_LIMIT_KEY_TAKEN",
 }
 
 enum_of_the_header! {
@@ -184,6 +185,7 @@ impl From<Error> for Status {
             Error::InvalidCompliance { .. } => Self::InvalidCompliance,
             Error::InvalidRowCompliance { .. } => Self::InvalidRowCompliance,
             Error::InvalidLimit { .. } => Self::InvalidLimit,
+            Error::LimitKeyTaken { .. } => Self::LimitKeyTaken,
             Error::LimitsLeftOut => Self::LimitsLeftOut,
             Error::SceneIncomplete { .. } => Self::SceneIncomplete,
             Error::NoSuchRow { .. } => Self::NoSuchRow,
@@ -285,7 +287,7 @@ impl From<Error> for Culprit {
             Error::InvalidBounds { row } => of(Source::Bounds).joint_row(row),
             Error::InvalidCompliance { contact, .. } => of(Source::Compliance).contact(contact),
             Error::InvalidRowCompliance { row } => of(Source::Compliance).joint_row(row),
-            Error::InvalidLimit { limit } => Self::limit(limit),
+            Error::InvalidLimit { limit } | Error::LimitKeyTaken { limit } => Self::limit(limit),
             Error::ListFull { list, capacity } => match list {
                 List::Contacts | List::Surfaces => of(Source::None).contact(capacity),
                 List::InitialImpulses => of(Source::InitialImpulse).contact(capacity),

@@ -82,6 +82,7 @@ enum stiction_status {
     STICTION_INVALID_PARAMETER = -18,         /* of stiction_gap_offset, _contact_frame and _contact_rows: an argument has no meaning */
     STICTION_INVALID_MODEL = -33,             /* a number that is none of enum stiction_model */
     STICTION_NO_SOLUTION = -34,               /* the last solution is not as exact as asked, or not one of the scene as it is now */
+    STICTION_LIMIT_KEY_TAKEN = -35,           /* a limit has the key of an earlier limit or of a joint row of the scene */
     STICTION_STALE_FACTOR = -13,              /* M, a Jacobian or the contacts have changed since the last solve */
     /* An error of stiction that no call of this header can cause. */
     STICTION_INVALID_PENALTY = -12,

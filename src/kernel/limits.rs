@@ -19,7 +19,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// pass appends them. A limit that is not reached costs one product `row · v`. Solution, error and promise are those of a scene with
     /// all limits: `row · v + offset >= 0` holds exactly for limits that are not reached.
     ///
-    /// [`Solution::row_by_key`] finds the reached limits: give each limit a key that no other limit and no row of the scene has. A row of
+    /// [`Solution::row_by_key`] finds the reached limits: each limit has a key that no other limit and no joint row of the scene has. A row of
     /// another law than [`RowLaw::Limit`] is always appended.
     ///
     /// The call does not change the scene. If the budget was used up, [`Self::resume_with_limits`] continues the solve, and [`Self::resume`]
@@ -48,7 +48,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// ```
     ///
     /// # Errors
-    /// As [`Self::solve`]; [`Error::ListFull`] if more limits are reached than there is room for; [`Error::NotFinite`] with [`Input::Limit`];
+    /// As [`Self::solve`]; [`Error::LimitKeyTaken`]; [`Error::ListFull`] if more limits are reached than there is room for; [`Error::NotFinite`] with [`Input::Limit`];
     /// [`Error::InvalidLimit`]. [`Self::solution`] is then the solution of an earlier solve, or [`Status::Unsolved`] with an infinite error
     /// and without some of the limits.
     pub fn solve_with_limits(
@@ -63,8 +63,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
 
     /// Continues a [`Self::solve_with_limits`] or [`Self::advance_with_limits`] whose budget was used up, as [`Self::resume`].
     ///
-    /// The limits that the paused solve has reached have to be in the list as they were; the others may change. They are found by
-    /// [`JointRow::key`]: where two limits have one key, the solve may begin anew at each call. A solution that a pause writes
+    /// The limits that the paused solve has reached have to be in the list as they were; the others may change. A solution that a pause writes
     /// obeys all limits. So several calls may append a limit sooner than one call, and give other bits.
     ///
     /// # Errors
@@ -119,6 +118,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         writes: bool,
     ) -> Result<bool, Error> {
         check_entries::<T, N>(self.scene.used(data.1, 1), Input::FreeImpulse)?;
+        self.check_keys(data.0)?;
         let may_resume = start == Start::Paused && self.solver.has_limits();
         self.prepare_to_solve(if may_resume { Call::Resume } else { Call::Begin })?;
         let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
@@ -142,6 +142,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         self.note_doubt(result.is_err());
         Ok(result? == Some(true))
+    }
+
+    /// Refuses a limit whose key is that of an earlier limit or of a joint row of the scene.
+    fn check_keys(&self, limits: &[JointRow<T, N>]) -> Result<(), Error> {
+        for (limit, row) in limits.iter().enumerate() {
+            let mut others = self.scene.rows().iter().chain(limits).take(self.scene.rows().len() + limit);
+            if others.any(|other| other.key == row.key) {
+                return Err(Error::LimitKeyTaken { limit });
+            }
+        }
+        Ok(())
     }
 
     /// Solves and appends violated limits until none is violated. Returns whether the solve has ended, and `None` if it is to continue a

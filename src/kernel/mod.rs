@@ -13,7 +13,10 @@ use core::mem;
 use nalgebra::SVector;
 
 mod limits;
+mod parts;
 mod worst_case;
+
+pub use parts::{ContactOf, FreeImpulseOf, JointRowOf, Parts, SceneOf, SolutionOf};
 
 /// A scene, its factor and its solver in one value, for a `static`.
 ///

@@ -65,13 +65,63 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
         const { assert!(D == K || D == 1, "a contact has all tangents or none") }
         let frame = contact_frame(normal)?;
         let mut contact = Self { mu, key, ..Self::none() };
-        let columns = contact.jacobian.data.0.iter_mut().zip(&point_jacobian.data.0);
-        for (target, velocity) in columns {
-            for (entry, axis) in target.iter_mut().zip(&frame.data.0) {
+        contact.set_rows(0, &frame, point_jacobian);
+        Ok(contact)
+    }
+
+    /// A contact of a patch of a body, which resists spin (`D` = 4) and rolling as well (`D` = 6), with offset 0.
+    ///
+    /// - `normal`, `point_jacobian`: as for [`Self::at_point`], in space.
+    /// - `rotation_jacobian`: angular velocity of the body, minus that of the obstacle, in the same coordinates, `3 × N`.
+    ///
+    /// Behind the three rows of [`Self::at_point`] stand the angular velocities about the normal and about the two tangents. It needs a
+    /// [`crate::Surface`] with `spin`, and `roll` ([`crate::guide::rows`]).
+    ///
+    /// ```
+    /// use nalgebra::{Matrix3, SMatrix, vector};
+    /// use stiction::{Contact, Scene, Surface};
+    ///
+    /// // A disc of 2 kg and 0.1 m lies on the floor. Its velocities are those of its centre and its angular velocity.
+    /// let mut scene = Scene::<f64, 6, 4, 1, 0, 1>::new();
+    /// scene.set_mass(&SMatrix::from_diagonal(&vector![2.0, 2.0, 2.0, 5e-3, 5e-3, 1e-2]))?;
+    /// let (mut point, mut rotation) = (SMatrix::<f64, 3, 6>::zeros(), SMatrix::<f64, 3, 6>::zeros());
+    /// point.fixed_columns_mut::<3>(0).copy_from(&Matrix3::identity());
+    /// rotation.fixed_columns_mut::<3>(3).copy_from(&Matrix3::identity());
+    /// let disc = Contact::at_patch(&vector![0.0, 0.0, 1.0], &point, &rotation, 0.5, 0)?;
+    /// assert_eq!(disc.jacobian.row(3), rotation.row(2)); // about the vertical
+    /// scene.push_on(&disc, &Surface { spin: 2.0 / 3.0 * 0.1, ..Surface::isotropic(0.5) })?;
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::at_point`].
+    pub fn at_patch(
+        normal: &SVector<T, 3>,
+        point_jacobian: &SMatrix<T, 3, N>,
+        rotation_jacobian: &SMatrix<T, 3, N>,
+        mu: T,
+        key: u32,
+    ) -> Result<Self, Error> {
+        const { assert!(D == 4 || D == 6, "a patch has four rows with spin, six with rolling") }
+        let frame = contact_frame(normal)?;
+        let mut contact = Self { mu, key, ..Self::none() };
+        contact.set_rows(0, &frame, point_jacobian);
+        contact.set_rows(3, &frame, rotation_jacobian);
+        Ok(contact)
+    }
+
+    /// Fills the rows from index `first` on with the components of a velocity along the axes of a frame.
+    fn set_rows<const K: usize>(
+        &mut self,
+        first: usize,
+        frame: &SMatrix<T, K, K>,
+        velocity: &SMatrix<T, K, N>,
+    ) {
+        for (target, velocity) in self.jacobian.data.0.iter_mut().zip(&velocity.data.0) {
+            for (entry, axis) in target.iter_mut().skip(first).zip(&frame.data.0) {
                 *entry = axis.iter().zip(velocity).fold(T::ZERO, |sum, (&a, &v)| sum + a * v);
             }
         }
-        Ok(contact)
     }
 
     /// An unused contact.

@@ -7,8 +7,9 @@
 //! Newton ── rejected, began at the last solution or at a guess ──► Sweeps, from the best impulses
 //! CentralPath ── near the end, also after a jam ──► Newton
 //! Newton ── rejected ──► search for a proof of infeasibility, once in a solve
-//! solved, but a body leaves a rest ──► CentralPath of the relaxation: can all bodies stay?
 //! ```
+//!
+//! Where bodies were at rest, [the rest question](crate::solver::rest) may choose another phase: at the start, after a piece of work, and after a failure.
 //!
 //! A phase does one piece of work (a sweep, a step) and returns its outcome. [`Method::advance`] alone chooses the next phase. If the
 //! estimate of a point is within the tolerance, the monitor checks its error before the next piece ([`crate::solver::monitor`]).
@@ -24,8 +25,6 @@ use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin, Outcome};
 use crate::solver::phases::Phases;
 use crate::solver::point::NewtonPoint;
-use crate::solver::record::RestQuestion;
-use crate::solver::rest::DISTURBED;
 use crate::solver::state::{State, Sweeps};
 use crate::solver::sweeps::Pace;
 use crate::solver::warm_start::{WarmStart, WarmStartKind};
@@ -96,27 +95,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         warm_start: &mut WarmStart<T, D, C, R>,
         kind: WarmStartKind,
     ) -> Phase {
-        let tolerance = monitor.tolerance();
         if P::CENTRAL_PATH
-            && monitor.problem.has_spare_rows()
-            && (!monitor.is_over() || warm_start.has_crept(monitor.creeps(&self.state.point)))
-            && warm_start.is_at_rest(monitor.problem, tolerance)
+            && let Some(phase) = self.ask_at_start(monitor, warm_start)
         {
-            monitor.record.rest = RestQuestion::Pending;
-            if monitor.leaves_rest(&self.state.point) {
-                return self.begin_path(monitor);
-            }
-            warm_start.is_disturbed |= self.state.point.estimate > T::literal(DISTURBED);
-        }
-        if P::CENTRAL_PATH && warm_start.is_disturbed && monitor.is_over() {
-            warm_start.is_disturbed = false;
-            if monitor.problem.is_likely_to_stick() && warm_start.is_at_rest(monitor.problem, tolerance) {
-                monitor.begin_centring();
-                return self.begin_guess(monitor, Newton::centring());
-            }
+            return phase;
         }
         // The estimate was within the tolerance, but the error was not.
-        let corrected = self.state.point.estimate <= tolerance && !monitor.is_over();
+        let corrected = self.state.point.estimate <= monitor.tolerance() && !monitor.is_over();
         let newton = Newton::warm(kind == WarmStartKind::Isostatic);
         match kind {
             _ if !P::NEWTON => {
@@ -156,9 +141,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         } else {
             self.phase = self.work(monitor);
         }
-        let is_check_due = monitor.is_check_due();
-        if P::CENTRAL_PATH && monitor.record.rest != RestQuestion::Closed && !is_check_due {
-            self.update_rest_question(monitor);
+        if P::CENTRAL_PATH && !monitor.is_check_due() {
+            self.ask_after_piece(monitor);
         }
     }
 
@@ -190,9 +174,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         match progress {
             Progress::Far => Phase::CentralPath,
             Progress::Near => Phase::Newton(Newton::finish()),
-            Progress::Jammed if monitor.record.is_rest_question_open() => self.after_rest_question(monitor),
             Progress::Jammed => {
-                if self.state.leave_jam(monitor) {
+                if let Some(phase) = self.ask_after_failure(monitor, None) {
+                    phase
+                } else if self.state.leave_jam(monitor) {
                     Phase::Newton(Newton::finish())
                 } else {
                     self.state.back_to_path(monitor);
@@ -243,72 +228,27 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// Opens the [rest question](super::rest) if the solution leaves a rest, and closes it once the answer is no.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn update_rest_question<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        if monitor.leaves_rest(&self.state.point) {
-            self.phase = self.begin_path(monitor);
-        } else if monitor.record.is_rest_question_open() && monitor.cannot_rest(&self.state.point) {
-            self.phase = self.after_rest_question(monitor);
-        }
-    }
-
-    /// Closes the rest question: not all bodies can stay, or the answer was not found. Returns [`Phase::Idle`] if a solution that slides is
-    /// known, otherwise the first phase of the search for one.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn after_rest_question<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> Phase {
-        if let Some(solution) = monitor.close_rest_question() {
-            let point = &mut self.state.point;
-            point.r = solution; // the next solve starts there
-            point.evaluate_impulses(monitor.problem);
-            point.rebuild_from_velocity(monitor.problem);
-            return Phase::Idle;
-        }
-        monitor.look_for_proof();
-        self.state.point.set_zero_impulse(monitor.problem);
-        self.begin_cold(monitor, false)
-    }
-
-    /// At the end of a call: closes an open rest question if a solution that slides is known; otherwise lets the monitor evaluate impulses
-    /// by Coulomb's law.
-    pub(crate) fn end_rest_question<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        if monitor.record.has_fallback() && !monitor.is_over() {
-            self.phase = self.after_rest_question(monitor);
-        } else if monitor.record.is_rest_question_open() {
-            monitor.problem.set_shift(true);
-        }
-    }
-
     /// The phase after a rejected Newton step.
     fn after_rejection<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         origin: Origin,
     ) -> Phase {
+        if P::CENTRAL_PATH
+            && let Some(phase) = self.ask_after_failure(monitor, Some(origin))
+        {
+            return phase;
+        }
         match origin {
-            _ if P::CENTRAL_PATH && monitor.record.rest == RestQuestion::Centring => {
-                self.after_rest_question(monitor)
-            }
             Origin::Cold if P::CENTRAL_PATH => {
                 monitor.look_for_proof();
-                if !monitor.record.is_rest_question_open() {
-                    self.state.go_to_best(monitor);
-                    if monitor.problem.can_be_swept() && monitor.solution.work.sweeps == 0 {
-                        return self.begin_sweeps();
-                    }
-                    monitor.judge_best();
-                    if monitor.is_over() {
-                        return Phase::Sweeps; // whose point needs no more than `r` and `u`
-                    }
+                self.state.go_to_best(monitor);
+                if monitor.problem.can_be_swept() && monitor.solution.work.sweeps == 0 {
+                    return self.begin_sweeps();
+                }
+                monitor.judge_best();
+                if monitor.is_over() {
+                    return Phase::Sweeps; // whose point needs no more than `r` and `u`
                 }
                 self.begin_path(monitor)
             }
@@ -319,10 +259,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             Origin::Cold | Origin::Path => {
                 self.state.sweep_for_longer();
                 Phase::Sweeps
-            }
-            Origin::LastSolution if P::CENTRAL_PATH && monitor.record.rest == RestQuestion::Pending => {
-                monitor.open_rest_question(RestQuestion::Open);
-                self.begin_newton(monitor, Newton::new())
             }
             Origin::LastSolution | Origin::Guess => {
                 if P::CENTRAL_PATH {
@@ -339,7 +275,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     }
 
     /// Begins a cold start: at a guess, with sweeps, or with Newton's method from zero impulses.
-    fn begin_cold<const N: usize, const S: usize>(
+    pub(super) fn begin_cold<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
         may_guess: bool,
@@ -354,7 +290,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     }
 
     /// Begins Newton's method at the guess that all contacts stick.
-    fn begin_guess<const N: usize, const S: usize>(
+    pub(super) fn begin_guess<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
         newton: Newton,
@@ -371,7 +307,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     }
 
     /// Begins the central path near the impulses of the point.
-    fn begin_path<const N: usize, const S: usize>(
+    pub(super) fn begin_path<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Phase {
@@ -381,7 +317,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
 
     /// Begins Newton's method at the impulses and `u` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn begin_newton<const N: usize, const S: usize>(
+    pub(super) fn begin_newton<const N: usize, const S: usize>(
         &mut self,
         monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
         newton: Newton,

@@ -133,16 +133,16 @@ fn projecting_does_not_allocate() {
 #[test]
 fn nothing_beside_contacts_allocates() {
     let mut kernel = joints::Kernel::<f64>::new();
-    let row = |entry: f64, offset: f64, law| JointRow {
+    let row = |key: u32, entry: f64, offset: f64, law| JointRow {
         row: vector![entry, 0.3],
         offset,
         law,
         compliance: 0.0,
-        key: 0,
+        key,
     };
-    let limits = [row(1.0, 0.1, RowLaw::Limit), row(-1.0, 9.0, RowLaw::Limit)];
-    let walls = [row(1.0, -1.0, RowLaw::Equality), row(1.0, 1.0, RowLaw::Equality)];
-    let motor = row(0.5, 0.2, RowLaw::Box { lower: -1.0, upper: 1.0 });
+    let limits = [row(1, 1.0, 0.1, RowLaw::Limit), row(2, -1.0, 9.0, RowLaw::Limit)];
+    let walls = [row(0, 1.0, -1.0, RowLaw::Equality), row(0, 1.0, 1.0, RowLaw::Equality)];
+    let motor = row(0, 0.5, 0.2, RowLaw::Box { lower: -1.0, upper: 1.0 });
     let hurried = Settings { budget: 1, ..Settings::new(1e-12) };
     let mut found = Vec::with_capacity(8);
     let count = allocations(|| {

@@ -396,6 +396,7 @@ fn every_error_says_which_datum_is_wrong() {
         (Error::NoSolution, "no solution of the scene"),
         (Error::InvalidRowCompliance { row: 14 }, "compliance of joint row 14"),
         (Error::InvalidLimit { limit: 14 }, "bounds or compliance of limit 14"),
+        (Error::LimitKeyTaken { limit: 16 }, "limit 16 has the key of another"),
         (Error::InvalidBounds { row: 15 }, "bounds of joint row 15"),
         (
             Error::NotFinite { input: Input::InitialRowImpulse { row: 17 }, row: 0, column: 0 },

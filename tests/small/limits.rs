@@ -183,13 +183,16 @@ fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> 
         error
     };
     let not_finite = |input, row| Some(Error::NotFinite { input, row, column: 0 });
-    let broken = limit(1, f64::NAN, 0.25, 0);
+    let broken = limit(1, f64::NAN, 0.25, 1);
     let limits = [sound.clone(), broken];
     assert_eq!(refused(&limits, [0.0, 0.0]), not_finite(Input::Limit { limit: 1 }, 1));
     let endless = [limit(1, 1.0, f64::INFINITY, 0)];
     assert_eq!(refused(&endless, [0.0, 0.0]), not_finite(Input::Limit { limit: 0 }, 2));
     assert_eq!(refused(&[], [0.0, f64::NAN]), not_finite(Input::FreeImpulse, 1));
-    let many = vec![sound; 5];
+    let taken = Some(Error::LimitKeyTaken { limit: 2 });
+    let twice = [sound, limit(0, 1.0, 1.0, 1), limit(0, -1.0, 1.0, 1)];
+    assert_eq!(refused(&twice, [0.0, 0.0]), taken);
+    let many = [0, 1, 2, 3, 4].map(|key| limit(1, 1.0, 0.25, key));
     let full = Some(Error::ListFull { list: List::Rows, capacity: 4 });
     assert_eq!(refused(&many, [0.0, -1.0]), full); // there is room for four
     assert_eq!(refused(&many, [0.0, 0.0]), None);
@@ -246,5 +249,16 @@ fn a_limit_that_is_refused_is_named() -> Result<(), Error> {
     limits[1].law = RowLaw::Box { lower: 1.0, upper: -1.0 };
     let refused = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &settings);
     assert_eq!(refused.err(), Some(Error::InvalidLimit { limit: 1 }));
+    Ok(())
+}
+
+/// A row of the scene is not to be mistaken for a limit.
+#[test]
+fn a_limit_does_not_take_the_key_of_a_row_of_the_scene() -> Result<(), Error> {
+    let (mut kernel, settings) = (pair()?, Settings::new(1e-9));
+    kernel.scene_mut().push_row(&limit(0, 1.0, 1.0, 7))?;
+    let limits = [6, 7].map(|key| limit(1, 1.0, 0.25, key));
+    let refused = kernel.solve_with_limits(&limits, &vector![0.0, 0.0], &settings);
+    assert_eq!(refused.err(), Some(Error::LimitKeyTaken { limit: 1 }));
     Ok(())
 }

@@ -1,0 +1,175 @@
+//! The rest question: can all bodies stay at rest?
+//!
+//! Coulomb's law may have two solutions where a body rests: one in which it stays, and one in which it slides. The solver returns the
+//! first if there is one ("At rest" in [`crate::guide::error`]).
+//!
+//! If all loaded contacts stick, their De Saxcé shift `mu |u_T|` is 0. Then the solution also solves the convex relaxation, provided that each
+//! contact without load separates with `u_N >= mu |u_T|`. (One that grazes slower makes the answer a false no.) The velocities of the
+//! relaxation are unique. So the question is convex: does the solution of the relaxation obey Coulomb's law? A solve that begins at
+//! rest opens the question if its solution does not solve the relaxation. The central path then solves the relaxation.
+//!
+//! The answer may be known early. If every `r_i` lies in its cone and every `u_i` in the dual, with `u = W r + q`, the duality
+//! gap `r · u` bounds the distance to the solution `r*`, `u*` of the relaxation: `½ |r - r*|_W² <= r · u`, so
+//! `alpha_i |u_i - u*_i|² <= 2 D (r · u)`.
+//!
+//! [`RestQuestion`] is the state of the question, and this file decides what follows, at three places of a solve:
+//!
+//! | state | at the start | after a piece of work | after a failure |
+//! |---|---|---|---|
+//! | closed | pending, if the last solution was at rest; centring, if a rest was disturbed and is still a solution | | |
+//! | pending | open with a solution, if the start solves the scene and leaves the rest | the same | open, if Newton's method fails from the last solution |
+//! | open, open with a solution | | closed, if not all bodies can stay, or if a solution at rest is exact | the path jams: closed. Newton's method fails: the path |
+//! | centring | | as above | closed |
+//!
+//! `monitor` evaluates points while the question is open, `motion` has the geometry.
+
+use crate::real::Real;
+use crate::solver::method::{Method, Phase};
+use crate::solver::monitor::Monitor;
+use crate::solver::newton::{Newton, Origin};
+use crate::solver::phases::Phases;
+use crate::solver::record::Record;
+use crate::solver::warm_start::WarmStart;
+
+mod monitor;
+mod motion;
+
+/// A body at rest was disturbed if the estimate of its last solution exceeds this.
+const DISTURBED: f64 = 0.01;
+
+/// The rest question, "can all bodies stay at rest?", and how far a solve is with it (see [`super::rest`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)] // so that `Closed` is zero, and a new solver takes no flash
+pub(in crate::solver) enum RestQuestion {
+    /// The last solution was not at rest, or the question is answered.
+    Closed,
+    /// The last solution was at rest. The question opens if the solve finds a solution in which a body moves.
+    Pending,
+    /// The question is open. The best impulses so far are a solution, in which a body slides or is about to.
+    OpenWithSolution,
+    /// The question is open, and no solution is known yet.
+    Open,
+    /// The last solution is at rest and still solves the scene. The solve looks for impulses farther inside the cones.
+    Centring,
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
+    /// Is the rest question open, and the relaxation solved in place of Coulomb's law?
+    pub(super) fn is_rest_question_open(&self) -> bool {
+        self.has_fallback() || self.rest == RestQuestion::Open
+    }
+
+    /// Are the best impulses a solution, to fall back on if the rest question is closed without an answer?
+    pub(super) fn has_fallback(&self) -> bool {
+        matches!(self.rest, RestQuestion::OpenWithSolution | RestQuestion::Centring)
+    }
+}
+
+impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<T, D, C, R, P> {
+    /// Asks at the start of a solve, if the last solution was at rest. Returns the first phase if the question opens at once.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn ask_at_start<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+        warm_start: &mut WarmStart<T, D, C, R>,
+    ) -> Option<Phase> {
+        let tolerance = monitor.tolerance();
+        if monitor.problem.has_spare_rows()
+            && (!monitor.is_over() || warm_start.has_crept(monitor.creeps(&self.state.point)))
+            && warm_start.is_at_rest(monitor.problem, tolerance)
+        {
+            monitor.record.rest = RestQuestion::Pending;
+            if monitor.leaves_rest(&self.state.point) {
+                return Some(self.begin_path(monitor));
+            }
+            warm_start.is_disturbed |= self.state.point.estimate > T::literal(DISTURBED);
+        }
+        if warm_start.is_disturbed && monitor.is_over() {
+            warm_start.is_disturbed = false;
+            if monitor.problem.is_likely_to_stick() && warm_start.is_at_rest(monitor.problem, tolerance) {
+                monitor.begin_centring();
+                return Some(self.begin_guess(monitor, Newton::centring()));
+            }
+        }
+        None
+    }
+
+    /// Asks after a piece of work: opens the question if the solution leaves a rest, and closes it once the answer is no.
+    #[inline]
+    pub(super) fn ask_after_piece<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        if monitor.record.rest != RestQuestion::Closed {
+            self.open_or_close(monitor);
+        }
+    }
+
+    /// The part of [`Self::ask_after_piece`] in which there is a question.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn open_or_close<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        if monitor.leaves_rest(&self.state.point) {
+            self.phase = self.begin_path(monitor);
+        } else if monitor.record.is_rest_question_open() && monitor.cannot_rest(&self.state.point) {
+            self.phase = self.close(monitor);
+        }
+    }
+
+    /// Asks after a failure, a rejected step of Newton's method that began at `origin` or a jam of the central path. Returns the next phase if the
+    /// question decides it.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn ask_after_failure<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+        origin: Option<Origin>,
+    ) -> Option<Phase> {
+        match (monitor.record.rest, origin) {
+            (RestQuestion::Pending, Some(Origin::LastSolution)) => {
+                monitor.open_rest_question(RestQuestion::Open);
+                Some(self.begin_newton(monitor, Newton::new()))
+            }
+            (RestQuestion::Closed | RestQuestion::Pending, _) => None,
+            (RestQuestion::Centring, _) | (_, None) => Some(self.close(monitor)),
+            (_, Some(Origin::Cold)) => {
+                monitor.look_for_proof();
+                Some(self.begin_path(monitor))
+            }
+            (_, Some(_)) => None,
+        }
+    }
+
+    /// Closes the question: not all bodies can stay, or the answer was not found. Returns [`Phase::Idle`] if a solution that slides is
+    /// known, otherwise the first phase of the search for one.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn close<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) -> Phase {
+        if let Some(solution) = monitor.close_rest_question() {
+            let point = &mut self.state.point;
+            point.r = solution; // the next solve starts there
+            point.evaluate_impulses(monitor.problem);
+            point.rebuild_from_velocity(monitor.problem);
+            return Phase::Idle;
+        }
+        monitor.look_for_proof();
+        self.state.point.set_zero_impulse(monitor.problem);
+        self.begin_cold(monitor, false)
+    }
+
+    /// At the end of a call: closes an open question if a solution that slides is known; otherwise lets the monitor evaluate impulses
+    /// by Coulomb's law.
+    pub(crate) fn end_rest_question<const N: usize, const S: usize>(
+        &mut self,
+        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
+    ) {
+        if monitor.record.has_fallback() && !monitor.is_over() {
+            self.phase = self.close(monitor);
+        } else if monitor.record.is_rest_question_open() {
+            monitor.problem.set_shift(true);
+        }
+    }
+}
