@@ -38,6 +38,7 @@ enum_of_the_header! {
     Infeasible = "STICTION_INFEASIBLE",
     Unsolved = "STICTION_UNSOLVED",
     Jammed = "STICTION_JAMMED",
+    OutOfRows = "STICTION_OUT_OF_ROWS",
     Unknown = "STICTION_UNKNOWN",
     Null = "STICTION_NULL",
     NotInitialised = "STICTION_NOT_INITIALISED",
@@ -154,6 +155,7 @@ impl From<stiction::Status> for Status {
             Rust::PrecisionLimit => Self::PrecisionLimit,
             Rust::Infeasible => Self::Infeasible,
             Rust::Jammed => Self::Jammed,
+            Rust::OutOfRows => Self::OutOfRows,
             _ => Self::Unknown,
         }
     }

@@ -50,6 +50,7 @@ enum stiction_status {
     STICTION_PRECISION_LIMIT = 2, /* the error is above the tolerance, and the number type allows hardly less */
     STICTION_INFEASIBLE = 3,      /* no velocity satisfies all contacts and joint rows: see their offsets, and do not use this */
     STICTION_UNSOLVED = 4,        /* nothing was solved yet, or stiction_advance has not come to an end */
+    STICTION_OUT_OF_ROWS = 7,     /* more limits are reached than there is room for: the error counts those that are left out */
     STICTION_JAMMED = 5,          /* none was found, and friction locks what is to be pushed apart: see the offsets, and do not use this */
 
     STICTION_NULL = -1,                       /* a null pointer */
@@ -342,8 +343,9 @@ enum stiction_status stiction_advance(stiction *s, const stiction_real free_impu
                                       uint32_t budget);
 
 /* Solves with as many of these limits as are reached, at most STICTION_L of them: joint rows of STICTION_LIMIT that are not added to the
-   scene, each with a key of its own. STICTION_R has to have room for those that are reached, behind the rows of the scene; they stand in
-   the solution behind them, and what does not stand there does not push. Solutions are those of a scene with all of the limits; a call
+   scene, each with a key of its own. Those that are reached take rows behind those of the scene, up to STICTION_R in all; they stand in
+   the solution behind them, and what does not stand there does not push. Solutions are those of a scene with all of the limits, but for
+   STICTION_OUT_OF_ROWS; a call
    with an error may have left STICTION_UNSOLVED in place of the last solution. A list of none may be null. Resume and advance are as without
    limits: those that the paused solve has reached have to be in the list as they were. */
 enum stiction_status stiction_solve_with_limits(stiction *s, const stiction_joint_row *limits, uint32_t limit_count,

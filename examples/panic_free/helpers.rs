@@ -60,10 +60,11 @@ pub(crate) fn call<T: Real, const N: usize, const D: usize>() {
     }
 }
 
-/// A contact without tangents, at a point in space.
-pub(crate) fn call_frictionless<T: Real, const N: usize>() {
+/// A contact without tangents, and one that resists spin and rolling, in space.
+pub(crate) fn call_spatial<T: Real, const N: usize>() {
     let normal: SVector<T, 3> = black_box(SVector::zeros());
     let jacobian: SMatrix<T, 3, N> = black_box(SMatrix::zeros());
     let contact = Contact::<T, N, 1>::at_point(&normal, &jacobian, T::ZERO, 0);
     take(contact);
+    take(Contact::<T, N, 6>::at_patch(&normal, &jacobian, &jacobian, T::ZERO, 0));
 }

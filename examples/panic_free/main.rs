@@ -85,7 +85,7 @@ mod proof {
         black_box(PENDULUM).call();
         helpers::call::<f32, 18, 3>();
         helpers::call::<f64, 6, 1>();
-        helpers::call_frictionless::<f32, 18>();
+        helpers::call_spatial::<f32, 18>();
         end()
     }
 

@@ -22,6 +22,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// [`Solution::row_by_key`] finds the reached limits: each limit has a key that no other limit and no joint row of the scene has. A row of
     /// another law than [`RowLaw::Limit`] is always appended.
     ///
+    /// If more limits are reached than there is room for, the first of the list are obeyed, and the status is [`Status::OutOfRows`].
+    ///
     /// The call does not change the scene. If the budget was used up, [`Self::resume_with_limits`] continues the solve, and [`Self::resume`]
     /// refuses to.
     ///
@@ -48,7 +50,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// ```
     ///
     /// # Errors
-    /// As [`Self::solve`]; [`Error::LimitKeyTaken`]; [`Error::ListFull`] if more limits are reached than there is room for; [`Error::NotFinite`] with [`Input::Limit`];
+    /// As [`Self::solve`]; [`Error::LimitKeyTaken`]; [`Error::ListFull`] if a row of another law finds no room; [`Error::NotFinite`] with [`Input::Limit`];
     /// [`Error::InvalidLimit`]. [`Self::solution`] is then the solution of an earlier solve, or [`Status::Unsolved`] with an infinite error
     /// and without some of the limits.
     pub fn solve_with_limits(
@@ -178,7 +180,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             (*call, earlier_work) = (Call::Resume, solver.solution().work.total());
         } else {
             let velocity = self.factor.free_velocity(free_impulse);
-            self.append(&mut reached, limits, &velocity, start == Start::Pushed)?;
+            self.append(&mut reached, limits, &velocity, (start, start == Start::Pushed))?;
         }
         loop {
             if self.scene.rows().len() > first {
@@ -199,7 +201,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             first = self.scene.rows().len();
             if is_over || writes {
                 let velocity = solution.velocity;
-                self.append(&mut reached, limits, &velocity, false)?;
+                let leaves_out = self.append(&mut reached, limits, &velocity, (start, false))?;
+                if leaves_out && self.scene.rows().len() == first {
+                    self.note_left_out(&reached, limits);
+                }
             }
             if self.scene.rows().len() == first {
                 self.solver.note_limits(&self.scene);
@@ -223,14 +228,16 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Appends the limits that a velocity violates to the joint rows, and `with_pushed` also those that pushed in the last solve. `reached`:
-    /// the index of the limit of each appended joint row.
+    /// the index of the limit of each appended joint row. Returns whether limits are left out for which there is no room; a call that starts with
+    /// those that pushed is refused instead, and starts without them.
     fn append(
         &mut self,
         reached: &mut [usize; R],
         limits: &[JointRow<T, N>],
         velocity: &SVector<T, N>,
-        with_pushed: bool,
-    ) -> Result<(), Error> {
+        (start, with_pushed): (Start, bool),
+    ) -> Result<bool, Error> {
+        let mut leaves_out = false;
         let velocity = self.scene.used(velocity, 1);
         let share = rounding_bound::<T>(velocity.len() + 1);
         for (limit, row) in limits.iter().enumerate() {
@@ -252,12 +259,42 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             if is_open || reached.contains(&limit) {
                 continue;
             }
-            let index = self.scene.place_row(row).map_err(|error| of_limit(error, limit))?;
-            if let Some(entry) = reached.get_mut(index) {
-                *entry = limit;
+            match self.scene.place_row(row) {
+                Ok(index) => {
+                    if let Some(entry) = reached.get_mut(index) {
+                        *entry = limit;
+                    }
+                }
+                Err(Error::ListFull { .. }) if row.law == RowLaw::Limit && start != Start::Pushed => {
+                    leaves_out = true;
+                }
+                Err(error) => return Err(of_limit(error, limit)),
             }
         }
-        Ok(())
+        Ok(leaves_out)
+    }
+
+    /// Adds to the error of the solution what violates the limits that are not reached: the impulses that would stop it, as a share of all impulses of
+    /// joint rows.
+    #[cold]
+    #[inline(never)]
+    fn note_left_out(&mut self, reached: &[usize; R], limits: &[JointRow<T, N>]) {
+        let solution = self.solver.solution();
+        let mut missing = T::ZERO;
+        for (limit, row) in limits.iter().enumerate() {
+            let along = |start, velocity| {
+                let pairs = row.row.iter().zip(self.scene.used(velocity, 1));
+                pairs.fold(start, |sum, (&entry, &v)| sum + entry * v)
+            };
+            let speed = along(row.offset, &solution.velocity);
+            if speed < T::ZERO && !reached.contains(&limit) {
+                let impulse = speed / along(row.compliance, &self.factor.free_velocity(&row.row));
+                missing += impulse * impulse;
+            }
+        }
+        let size = solution.rows.iter().fold(missing, |sum, row| sum + row.impulse * row.impulse);
+        let error = if size > T::ZERO { (missing / size).square_root() } else { T::ZERO };
+        self.solver.note_left_out(if error.is_finite() { error } else { T::INFINITY });
     }
 }
 

@@ -40,6 +40,9 @@ pub enum Status {
     /// No solution was found, and friction locks bodies that the offsets push apart. [`Solution::certificate`] is the proof;
     /// [`crate::guide::error`] says what it proves.
     Jammed = 5,
+    /// More limits are reached than there is room for ([`crate::Kernel::solve_with_limits`]). The solution obeys all else, and the error counts the
+    /// limits that it violates.
+    OutOfRows = 6,
 }
 
 impl fmt::Display for Status {
@@ -51,6 +54,7 @@ impl fmt::Display for Status {
             Self::PrecisionLimit => "at the limit of the number type",
             Self::Infeasible => "infeasible",
             Self::Jammed => "jammed by friction",
+            Self::OutOfRows => "out of joint rows for limits",
         })
     }
 }
@@ -141,7 +145,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
         self.status == Status::Solved
     }
 
-    /// True if the scene is solved, or if the budget or the precision ended the solve at an error of at most `error` (dimensionless).
+    /// True if the scene is solved, or if the budget, the precision or the room for limits ended the solve at an error of at most `error`
+    /// (dimensionless).
     ///
     /// It is false for [`Status::Infeasible`] and [`Status::Jammed`]: contradictory walls make impulses large, and so the error small.
     /// For the same reason it bounds no force of [`Model::ConvexRelaxation`]: large internal forces hide in their own error
@@ -150,7 +155,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> So
     pub fn is_usable(&self, error: T) -> bool {
         match self.status {
             Status::Solved => true,
-            Status::OutOfBudget | Status::PrecisionLimit => self.error <= error,
+            Status::OutOfBudget | Status::PrecisionLimit | Status::OutOfRows => self.error <= error,
             Status::Infeasible | Status::Jammed | Status::Unsolved => false,
         }
     }

@@ -284,6 +284,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         self.solution.invalidate_if_unsolved();
     }
 
+    /// Notes that the solution violates limits for which there was no room, by this much of the error.
+    pub(crate) fn note_left_out(&mut self, error: T) {
+        if self.solution.status == Status::Solved {
+            self.solution.status = Status::OutOfRows;
+        }
+        self.solution.error = self.solution.error.max(error);
+    }
+
     /// Sets the age of the factor, for the next solve that begins and those after it.
     pub(crate) const fn set_factor_age(&mut self, age: Age) {
         self.record.factor_age = age;

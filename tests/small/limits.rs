@@ -1,7 +1,7 @@
 //! Limits that stay out of `W` until they are reached.
 
 use crate::support::sizes::joints;
-use nalgebra::{Matrix2, SVector, matrix, vector};
+use nalgebra::{Matrix2, SMatrix, SVector, matrix, vector};
 use stiction::{
     Contact, Error, Factor, Input, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Solver, Status,
 };
@@ -193,9 +193,36 @@ fn what_cannot_be_is_refused_by_name_and_the_scene_stays() -> Result<(), Error> 
     let twice = [sound, limit(0, 1.0, 1.0, 1), limit(0, -1.0, 1.0, 1)];
     assert_eq!(refused(&twice, [0.0, 0.0]), taken);
     let many = [0, 1, 2, 3, 4].map(|key| limit(1, 1.0, 0.25, key));
+    let boxes = many.map(|row| JointRow { law: RowLaw::Box { lower: -1.0, upper: 1.0 }, ..row });
     let full = Some(Error::ListFull { list: List::Rows, capacity: 4 });
-    assert_eq!(refused(&many, [0.0, -1.0]), full); // there is room for four
-    assert_eq!(refused(&many, [0.0, 0.0]), None);
+    assert_eq!(refused(&boxes, [0.0, 0.0]), full); // there is room for four
+    Ok(())
+}
+
+/// Five stops and room for four: those at the end of the list are left out, which the status says, and the error measures.
+#[test]
+fn stops_without_room_are_left_out_and_counted() -> Result<(), Error> {
+    let mut kernel = Kernel::<f64, 5, 1, 0, 4>::new();
+    kernel.scene_mut().set_mass(&SMatrix::from_diagonal(&vector![1.0, 1.0, 1.0, 1.0, 2.0]))?;
+    let limits = [0, 1, 2, 3, 4].map(|key: u8| limit(key.into(), 1.0, 0.0, key.into()));
+    let settings = Settings::new(1e-9);
+    for tiny in [1e-3, 1e-1] {
+        let solution =
+            kernel.solve_with_limits(&limits, &vector![-1.0, -1.0, -1.0, -1.0, -tiny], &settings)?;
+        assert_eq!(solution.status, Status::OutOfRows);
+        assert!((solution.velocity - vector![0.0, 0.0, 0.0, 0.0, -tiny / 2.0]).norm() < 1e-9);
+        let error = tiny / tiny.hypot(2.0);
+        assert!((solution.error - error).abs() < 1e-9);
+        assert!(
+            solution.is_usable(1.01 * error) && !solution.is_usable(0.99 * error) && !solution.is_solved()
+        );
+    }
+    // In pieces as well.
+    let push = vector![-1.0, -1.0, -1.0, -1.0, -0.1];
+    while !kernel.advance_with_limits(&limits, &push, &Settings { budget: 1, ..settings })? {}
+    assert_eq!(kernel.solution().status, Status::OutOfRows);
+    let few = kernel.solve_with_limits(&limits, &vector![-1.0, -1.0, -1.0, -1.0, 0.5], &settings)?;
+    assert!(few.is_solved());
     Ok(())
 }
 
@@ -212,9 +239,9 @@ fn a_stop_that_is_left_makes_room_for_another() -> Result<(), Error> {
         assert!(solution.is_solved());
         assert!((solution.velocity - free.sup(&SVector::zeros())).norm() < 1e-9);
     }
-    // Both: there is no room, and what was found with one of them is no solution.
-    let full = kernel.solve_with_limits(&limits, &vector![-1.0, -1.0], &settings);
-    assert_eq!(full.err(), Some(Error::ListFull { list: List::Rows, capacity: 1 }));
+    // Both: there is no room, and what was found with one of them is no solution of the other.
+    let full = kernel.solve_with_limits(&limits, &vector![-1.0, -1.0], &settings)?;
+    assert!(full.status == Status::OutOfRows && !full.is_usable(0.5));
     let solution = kernel.solve_with_limits(&limits, &vector![-1.0, 0.5], &settings)?;
     assert!(solution.is_solved());
     Ok(())
@@ -222,17 +249,15 @@ fn a_stop_that_is_left_makes_room_for_another() -> Result<(), Error> {
 
 /// A lever: the first stop throws it onto the second, for which there is no room.
 #[test]
-fn a_solution_without_some_of_the_limits_is_disowned() -> Result<(), Error> {
+fn a_stop_that_another_one_hits_is_left_out_and_counted() -> Result<(), Error> {
     let mut kernel = Kernel::<f64, 2, 1, 0, 1>::new();
     kernel.scene_mut().set_mass(&matrix![2.0, 1.0; 1.0, 2.0])?;
     let limits = [limit(0, 1.0, 0.0, 0), limit(1, 1.0, 0.0, 1)];
     let settings = Settings::new(1e-9);
     let solution = kernel.solve_with_limits(&limits, &vector![2.0, 2.0], &settings)?;
     assert!(solution.is_solved());
-    let full = kernel.solve_with_limits(&limits, &vector![-1.0, -0.25], &settings);
-    assert_eq!(full.err(), Some(Error::ListFull { list: List::Rows, capacity: 1 }));
-    let solution = kernel.solution();
-    assert!(!solution.is_usable(1.0) && solution.status == Status::Unsolved);
+    let full = kernel.solve_with_limits(&limits, &vector![-1.0, -0.25], &settings)?;
+    assert!(full.status == Status::OutOfRows && !full.is_usable(0.1));
     Ok(())
 }
 
