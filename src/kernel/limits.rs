@@ -157,8 +157,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(())
     }
 
-    /// Solves and appends violated limits until none is violated. Returns whether the solve has ended, and `None` if it is to continue a
-    /// paused solve but there is none of this data.
+    /// Solves and appends violated limits until none is violated. Returns whether the solve has ended, and `None` if a paused
+    /// solve was wanted, but none has this data.
     fn solve_reached(
         &mut self,
         (limits, free_impulse, settings): Data<'_, T, N>,

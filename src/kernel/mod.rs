@@ -69,9 +69,9 @@ pub struct Kernel<
     scene: Scene<T, N, D, C, R, S>,
     factor: Factor<T, N, D, C, R>,
     solver: Solver<T, N, D, C, R, P>,
-    /// Has the last call not solved its scene? Then the factor may be to blame: its memory may have changed.
+    /// Did the last call fail to solve its scene? The factor may be to blame: its memory may have changed.
     in_doubt: bool,
-    /// Was the factor computed after the last solve began?
+    /// Was the factor computed since the last solve began?
     is_new: bool,
 }
 

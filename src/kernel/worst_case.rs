@@ -46,13 +46,18 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize, const S: us
     /// [`crate::guide::tick`] has its formula and its measurement.
     #[must_use]
     pub const fn worst_cycles(budget: usize) -> usize {
-        Self::PREPARE.saturating_add(Self::worst_slice_cycles(budget))
+        Self::PREPARE.saturating_add(Self::worst_call(budget))
     }
 
-    /// Bound on the cycles of a call of [`Self::advance`] with this budget, as [`Self::worst_cycles`], of a scene that [`Self::prepare`] has
+    /// Bound on the cycles of a call of [`Self::advance`] with this budget (0 counts as 1), as [`Self::worst_cycles`], of a scene that [`Self::prepare`] has
     /// seen. So it bounds all slices of a solve after the first, and the first if the tick has called `prepare`.
     #[must_use]
     pub const fn worst_slice_cycles(budget: usize) -> usize {
+        Self::worst_call(if budget == 0 { 1 } else { budget })
+    }
+
+    /// The bound without preparing.
+    const fn worst_call(budget: usize) -> usize {
         let mut cycles = Self::CALL;
         if budget > 0 {
             cycles = cycles.saturating_add(Self::ONCE);

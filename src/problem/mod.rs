@@ -241,6 +241,16 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.r0_norm == T::ZERO && !self.counts_stopping && !self.sets.are_least(r)
     }
 
+    /// Includes De Saxcé's shift in the contact law (Coulomb's law), or leaves it out (the relaxation).
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn set_shift(&mut self, on: bool) {
+        if self.model == Model::Coulomb {
+            for set in self.sets.contacts_mut() {
+                set.shift_factor = if on { set.cone.friction() } else { T::ZERO };
+            }
+        }
+    }
+
     /// Computes `|stop|`, and includes it in the expected impulse.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn count_stopping(&mut self) {

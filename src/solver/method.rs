@@ -9,7 +9,7 @@
 //! Newton ── rejected ──► search for a proof of infeasibility, once in a solve
 //! ```
 //!
-//! Where bodies were at rest, [the rest question](crate::solver::rest) may choose another phase: at the start, after a piece of work, and after a failure.
+//! Where bodies were at rest, [the rest question](crate::solver::rest) may choose another phase: at the start, after a piece of work, after a failure, and at the end of a call.
 //!
 //! A phase does one piece of work (a sweep, a step) and returns its outcome. [`Method::advance`] alone chooses the next phase. If the
 //! estimate of a point is within the tolerance, the monitor checks its error before the next piece ([`crate::solver::monitor`]).
@@ -136,7 +136,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 return;
             }
             if !monitor.is_over() {
-                self.phase = self.after_correction(monitor);
+                self.phase = self.after_failed_check(monitor);
             }
         } else {
             self.phase = self.work(monitor);
@@ -146,9 +146,9 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// The phase after a check in which the error exceeded the tolerance. (The check may have corrected the velocities.)
+    /// The phase after a check that found the error above the tolerance. (The check may have corrected the velocities.)
     #[cfg_attr(target_os = "none", inline(never))]
-    fn after_correction<const N: usize, const S: usize>(
+    fn after_failed_check<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) -> Phase {
@@ -248,7 +248,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 }
                 monitor.judge_best();
                 if monitor.is_over() {
-                    return Phase::Sweeps; // whose point needs no more than `r` and `u`
+                    return Phase::Sweeps; // the solve is over: of the point `r` and `u` are read
                 }
                 self.begin_path(monitor)
             }

@@ -19,8 +19,8 @@ use nalgebra::SVector;
 /// Largest number of corrections of the velocities (iterative refinement). If they are not enough, rounding is to blame.
 const CORRECTIONS: u8 = 4;
 
-/// Work that an error with twice the digits takes from the budget, and one that is computed in vain: of a solution that is refused, or above
-/// the tolerance where no better one is computed.
+/// Work that an error with twice the digits takes from the budget. A check in vain takes as much: if the solution is refused, or if a solver without
+/// such errors misses the tolerance.
 const EXACT_ERROR: usize = 20;
 
 /// Impulses above this many times the expected size are doubtful. (With a tenth of it, solved impacts would be searched for a proof; with
@@ -67,7 +67,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
             if record.counts_stopping {
                 problem.count_stopping();
             }
-            if record.is_rest_question_open() {
+            if record.solves_relaxation() {
                 problem.set_shift(false);
             }
         }
@@ -130,7 +130,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.estimate_best();
     }
 
-    /// Computes the estimate of the best impulses again, by the natural map. If it is within the tolerance, their error was not.
+    /// Computes the estimate of the best impulses again, by the natural map. One within the tolerance is not kept: their error was above it.
     pub(super) fn estimate_best(&mut self) {
         if let Some(best) = self.best() {
             let estimate = self.problem.velocities_and_estimate(&best, &mut Stacked::zero());

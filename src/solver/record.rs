@@ -126,7 +126,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
 
     /// Is a solve with joint limits paused?
     pub(crate) fn has_limits(&self) -> bool {
-        self.begun == Begun::WithLimits
+        self.begun == Begun::WithLimits && !self.is_over()
     }
 
     /// Keeps the fingerprint of the data, unless the solve has ended.

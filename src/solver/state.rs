@@ -66,7 +66,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        if monitor.record.is_rest_question_open() {
+        if monitor.record.solves_relaxation() {
             monitor.consider_rest(&self.point);
         } else {
             self.consider(monitor);
@@ -78,7 +78,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        if monitor.record.is_rest_question_open() {
+        if monitor.record.solves_relaxation() {
             monitor.judge_rest(&self.point);
         } else {
             monitor.judge::<P>(&self.point.r, &self.point.u);

@@ -3,9 +3,7 @@
 
 use crate::support::sizes::{joint, joints};
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, matrix, vector};
-use stiction::{
-    Contact, Error, Factor, JointRow, Kernel, List, RowLaw, RowMode, Scene, Settings, Status, Surface,
-};
+use stiction::{Contact, Error, Factor, JointRow, Kernel, RowLaw, RowMode, Scene, Settings, Status, Surface};
 use testbed::measure::{Law, error_of};
 
 fn row<T: stiction::Real, const N: usize>(

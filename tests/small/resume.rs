@@ -219,9 +219,13 @@ fn a_solve_with_limits_is_not_gone_on_with_without_them() -> Result<(), Error> {
     assert_eq!(kernel.advance(&push, &settings).err(), Some(Error::LimitsLeftOut));
     assert_eq!(all_of(kernel.solution()), before);
     // What begins anew, or has ended, is no solve with limits.
-    for begin in 0..3 {
+    for begin in 0..4 {
         let mut kernel = kernel.clone();
         match begin {
+            3 => {
+                let limits = std::slice::from_ref(limit);
+                assert!(kernel.resume_with_limits(limits, &push, &settings)?.is_solved());
+            }
             0 => kernel.solver_mut().reset(),
             1 => assert!(!kernel.solve(&push, &pause)?.is_solved()),
             _ => {

@@ -10,7 +10,7 @@ use crate::problem::Problem;
 use crate::real::Real;
 use crate::sets::energy::VelocityNoise;
 
-/// Share of the tolerance that a bound without sums may take. (The error is the larger of its parts, so it costs no other part anything.)
+/// Share of the tolerance that a bound without sums may take. (The error is the largest of its parts, so this bound adds to no other part.)
 const A_PRIORI: f64 = 0.5;
 
 /// The dynamics of a velocity whose momentum balances but for rounding.

@@ -97,7 +97,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Computes `u = H v + w` with the velocities of compliance, and `M v - M v_free - Hᵀ r`, again with twice the digits. It replaces
-    /// the bounds of [`Self::rounding`] by those of the new sums.
+    /// the bounds of [`Self::velocity_rounding`] and [`Self::momentum_rounding`] by those of the new sums.
     #[inline(never)]
     pub(crate) fn refine(
         &self,

@@ -12,16 +12,24 @@
 //! gap `r · u` bounds the distance to the solution `r*`, `u*` of the relaxation: `½ |r - r*|_W² <= r · u`, so
 //! `alpha_i |u_i - u*_i|² <= 2 D (r · u)`.
 //!
-//! [`RestQuestion`] is the state of the question, and this file decides what follows, at three places of a solve:
+//! [`RestQuestion`] is the state of the question. This file decides what follows, at the start of a solve, after a piece of work, after a failure, and
+//! at the end of a call:
 //!
-//! | state | at the start | after a piece of work | after a failure |
-//! |---|---|---|---|
-//! | closed | pending, if the last solution was at rest; centring, if a rest was disturbed and is still a solution | | |
-//! | pending | open with a solution, if the start solves the scene and leaves the rest | the same | open, if Newton's method fails from the last solution |
-//! | open, open with a solution | | closed, if not all bodies can stay, or if a solution at rest is exact | the path jams: closed. Newton's method fails: the path |
-//! | centring | | as above | closed |
+//! | from | when | to |
+//! |---|---|---|
+//! | closed | the solve starts, and the last solution was at rest | pending |
+//! | closed | the solve starts, and a rest that was disturbed is still a solution | centring |
+//! | pending | a solution leaves the rest | open with a solution; the central path |
+//! | pending | a solution stays | closed |
+//! | pending | Newton's method fails from the last solution | open; Newton's method from there |
+//! | open, with a solution or without | Newton's method fails from a cold start | the same; the central path |
+//! | open, with a solution or without | the path jams, or not all bodies can stay | closed |
+//! | open, with a solution or without | a solution at rest is exact enough | closed: solved |
+//! | centring | any failure, or impulses farther inside are exact enough | closed: solved |
+//! | open with a solution, centring | the call ends | closed: solved |
 //!
-//! `monitor` evaluates points while the question is open, `motion` has the geometry.
+//! `monitor` evaluates points while the question is open or impulses are centred: the relaxation is then solved in place of Coulomb's law. `motion` says
+//! what moves and what may stay.
 
 use crate::real::Real;
 use crate::solver::method::{Method, Phase};
@@ -54,8 +62,8 @@ pub(in crate::solver) enum RestQuestion {
 }
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
-    /// Is the rest question open, and the relaxation solved in place of Coulomb's law?
-    pub(super) fn is_rest_question_open(&self) -> bool {
+    /// Is the relaxation solved in place of Coulomb's law, because the question is open or impulses are centred?
+    pub(super) fn solves_relaxation(&self) -> bool {
         self.has_fallback() || self.rest == RestQuestion::Open
     }
 
@@ -113,7 +121,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     ) {
         if monitor.leaves_rest(&self.state.point) {
             self.phase = self.begin_path(monitor);
-        } else if monitor.record.is_rest_question_open() && monitor.cannot_rest(&self.state.point) {
+        } else if monitor.record.solves_relaxation() && monitor.cannot_rest(&self.state.point) {
             self.phase = self.close(monitor);
         }
     }
@@ -141,8 +149,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// Closes the question: not all bodies can stay, or the answer was not found. Returns [`Phase::Idle`] if a solution that slides is
-    /// known, otherwise the first phase of the search for one.
+    /// Closes the question: not all bodies can stay, or the answer was not found. Returns [`Phase::Idle`] if a solution is known,
+    /// otherwise the first phase of the search for one.
     #[cfg_attr(target_os = "none", inline(never))]
     fn close<const N: usize, const S: usize>(
         &mut self,
@@ -160,15 +168,15 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         self.begin_cold(monitor, false)
     }
 
-    /// At the end of a call: closes an open question if a solution that slides is known; otherwise lets the monitor evaluate impulses
-    /// by Coulomb's law.
+    /// At the end of a call: closes an open question if a solution is known; otherwise lets the monitor evaluate impulses by
+    /// Coulomb's law.
     pub(crate) fn end_rest_question<const N: usize, const S: usize>(
         &mut self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         if monitor.record.has_fallback() && !monitor.is_over() {
             self.phase = self.close(monitor);
-        } else if monitor.record.is_rest_question_open() {
+        } else if monitor.record.solves_relaxation() {
             monitor.problem.set_shift(true);
         }
     }

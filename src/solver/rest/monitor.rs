@@ -84,7 +84,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Checks the error of a point that was [considered](Self::consider_rest), and keeps its impulses if they solve Coulomb's law.
     ///
     /// Ends the solve if they are much more exact than the tolerance, or if the relaxation is solved exactly. Otherwise the
-    /// search goes on: the error of a tick must not carry a body that is at the limit of its friction beyond that limit.
+    /// search goes on. A body at the limit of its friction could slide from the error of a tick alone.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(in crate::solver) fn judge_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
         let estimate = self.coulomb_estimate(point);

@@ -7,7 +7,6 @@ use crate::linalg::zip::zip3;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::sets::point::NewtonPoint;
-use crate::solution::Model;
 use crate::solver::monitor::DOUBTFUL_IMPULSE_RATIO;
 use nalgebra::SVector;
 
@@ -38,16 +37,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
         let expected = self.expected_size * self.expected_size;
         Motion { moved, expected, size: self.sets.contact_square(r).max(expected) }
-    }
-
-    /// Includes De Saxcé's shift in the contact law (Coulomb's law), or leaves it out (the relaxation).
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(in crate::solver) fn set_shift(&mut self, on: bool) {
-        if self.model == Model::Coulomb {
-            for set in self.sets.contacts_mut() {
-                set.shift_factor = if on { set.cone.friction() } else { T::ZERO };
-            }
-        }
     }
 
     /// Does so little move that the estimate by the relaxation is surely below `limit`? (If `r` lies in its cone, its natural map is no
