@@ -66,5 +66,5 @@ pub(crate) fn call_spatial<T: Real, const N: usize>() {
     let jacobian: SMatrix<T, 3, N> = black_box(SMatrix::zeros());
     let contact = Contact::<T, N, 1>::at_point(&normal, &jacobian, T::ZERO, 0);
     take(contact);
-    take(Contact::<T, N, 6>::at_patch(&normal, &jacobian, &jacobian, T::ZERO, 0));
+    take(Contact::<T, N, 6>::at_patch(&normal, &jacobian, &jacobian, 0));
 }

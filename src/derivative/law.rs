@@ -86,7 +86,7 @@ impl<T: Real, const D: usize> LinearContact<T, D> {
             return law;
         }
         let scale = root(set.alpha);
-        if mode == ContactMode::Slip && set.pushing_rows() > 1 {
+        if mode == ContactMode::Slip {
             law.slip(set, model, (u, r), scale);
             return law;
         }

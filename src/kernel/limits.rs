@@ -16,7 +16,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ///
     /// A robot has a dozen joint limits and reaches two. The first pass appends two kinds of limits to the joint rows of the scene: those that
     /// the free motion violates, and those that pushed in the last solve (by [`JointRow::key`]). If its solution violates other limits, another
-    /// pass appends them. A limit that is not reached costs one product `row · v`. Solution, error and promise are those of a scene with
+    /// pass appends them. A limit that is not reached costs one product `row · v`, and its key is compared with those before it. Solution, error and promise are those of a scene with
     /// all limits: `row · v + offset >= 0` holds exactly for limits that are not reached.
     ///
     /// [`Solution::row_by_key`] finds the reached limits: each limit has a key that no other limit and no joint row of the scene has. A row of

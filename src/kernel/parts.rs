@@ -63,7 +63,7 @@ pub type ContactOf<K> = <K as Parts>::Contact;
 /// A [`JointRow`] of a kernel, see [`Parts`].
 pub type JointRowOf<K> = <K as Parts>::JointRow;
 
-/// A free impulse of a kernel, or a velocity, see [`Parts`].
+/// A free impulse of a kernel (N·s), or a velocity, see [`Parts`].
 pub type FreeImpulseOf<K> = <K as Parts>::Velocities;
 
 /// The [`Solution`] of a kernel, see [`Parts`].

@@ -72,10 +72,10 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
     /// A contact of a patch of a body, which resists spin (`D` = 4) and rolling as well (`D` = 6), with offset 0.
     ///
     /// - `normal`, `point_jacobian`: as for [`Self::at_point`], in space.
-    /// - `rotation_jacobian`: angular velocity of the body, minus that of the obstacle, in the same coordinates, `3 × N`.
+    /// - `rotation_jacobian`: angular velocity of the body, minus that of the obstacle (rad/s), in the same coordinates, `3 × N`.
     ///
-    /// Behind the three rows of [`Self::at_point`] stand the angular velocities about the normal and about the two tangents. It needs a
-    /// [`crate::Surface`] with `spin`, and `roll` ([`crate::guide::rows`]).
+    /// Behind the three rows of [`Self::at_point`] stand the angular velocities about the normal and about the two tangents. Its friction is all in a
+    /// [`crate::Surface`], with `spin` and `roll` ([`crate::guide::rows`]).
     ///
     /// ```
     /// use nalgebra::{Matrix3, SMatrix, vector};
@@ -87,9 +87,10 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
     /// let (mut point, mut rotation) = (SMatrix::<f64, 3, 6>::zeros(), SMatrix::<f64, 3, 6>::zeros());
     /// point.fixed_columns_mut::<3>(0).copy_from(&Matrix3::identity());
     /// rotation.fixed_columns_mut::<3>(3).copy_from(&Matrix3::identity());
-    /// let disc = Contact::at_patch(&vector![0.0, 0.0, 1.0], &point, &rotation, 0.5, 0)?;
+    /// let disc = Contact::at_patch(&vector![0.0, 0.0, 1.0], &point, &rotation, 0)?;
     /// assert_eq!(disc.jacobian.row(3), rotation.row(2)); // about the vertical
-    /// scene.push_on(&disc, &Surface { spin: 2.0 / 3.0 * 0.1, ..Surface::isotropic(0.5) })?;
+    /// // A disc with even pressure resists spin by 2/3 mu R times its load.
+    /// scene.push_on(&disc, &Surface { spin: 2.0 / 3.0 * 0.5 * 0.1, ..Surface::isotropic(0.5) })?;
     /// # Ok::<(), stiction::Error>(())
     /// ```
     ///
@@ -99,12 +100,11 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
         normal: &SVector<T, 3>,
         point_jacobian: &SMatrix<T, 3, N>,
         rotation_jacobian: &SMatrix<T, 3, N>,
-        mu: T,
         key: u32,
     ) -> Result<Self, Error> {
         const { assert!(D == 4 || D == 6, "a patch has four rows with spin, six with rolling") }
         let frame = contact_frame(normal)?;
-        let mut contact = Self { mu, key, ..Self::none() };
+        let mut contact = Self { key, ..Self::none() };
         contact.set_rows(0, &frame, point_jacobian);
         contact.set_rows(3, &frame, rotation_jacobian);
         Ok(contact)

@@ -7,8 +7,7 @@ use nalgebra::SVector;
 ///
 /// A contact without impulse is open. It slips if it moves along its tangents: faster than [`crate::Settings::still`], and faster than the larger of
 /// tolerance and error allows (`alpha |u_T|` as a share of all impulses). Otherwise it sticks, also if its impulse lies on the boundary of its cone. A
-/// contact without friction, and one with `D` = 1, slips if it pushes: nothing holds it along its tangents. [`crate::guide::loads`] says how near to
-/// slipping a contact is.
+/// contact with `D` = 1 has no tangent: it sticks if it pushes. [`crate::guide::loads`] says how near to slipping it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -17,7 +16,7 @@ pub enum ContactMode {
     Open,
     /// An impulse, and no velocity along the tangents, up to the error.
     Stick,
-    /// A velocity along the tangents, and an impulse on the boundary of the friction cone against it, up to the error; or no friction.
+    /// A velocity along the tangents, and an impulse on the boundary of the friction cone against it, up to the error.
     Slip,
 }
 

@@ -120,8 +120,7 @@ fn alart_curnier_square<T: Real, const D: usize>(
     normal * normal + tangential
 }
 
-/// The mode of a contact. It slips if nothing holds it along its tangents, or if it moves along them faster than `still`, and more than the impulse
-/// `noise` would stop it.
+/// The mode of a contact. It slips if it moves along its tangents faster than `still`, and if more than the impulse `noise` would stop it.
 #[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn mode<T: Real, const D: usize>(
     set: &ContactSet<T, D>,
@@ -132,7 +131,7 @@ pub(crate) fn mode<T: Real, const D: usize>(
         return ContactMode::Open;
     }
     let speed = norm(u.get(1..).unwrap_or_default());
-    let slips = set.pushing_rows() == 1 || speed > still && set.alpha * speed > noise;
+    let slips = speed > still && set.alpha * speed > noise;
     if slips { ContactMode::Slip } else { ContactMode::Stick }
 }
 
