@@ -87,7 +87,7 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
     /// let (mut point, mut rotation) = (SMatrix::<f64, 3, 6>::zeros(), SMatrix::<f64, 3, 6>::zeros());
     /// point.fixed_columns_mut::<3>(0).copy_from(&Matrix3::identity());
     /// rotation.fixed_columns_mut::<3>(3).copy_from(&Matrix3::identity());
-    /// let disc = Contact::at_patch(&vector![0.0, 0.0, 1.0], &point, &rotation, 0)?;
+    /// let disc = Contact::<f64, 6, 4>::at_patch(&vector![0.0, 0.0, 1.0], &point, &rotation, 0)?;
     /// assert_eq!(disc.jacobian.row(3), rotation.row(2)); // about the vertical
     /// // A disc with even pressure resists spin by 2/3 mu R times its load.
     /// scene.push_on(&disc, &Surface { spin: 2.0 / 3.0 * 0.5 * 0.1, ..Surface::isotropic(0.5) })?;
