@@ -120,7 +120,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         writes: bool,
     ) -> Result<bool, Error> {
         check_entries::<T, N>(self.scene.used(data.1, 1), Input::FreeImpulse)?;
-        self.check_keys(data.0)?;
         let may_resume = start == Start::Paused && self.solver.has_limits();
         self.prepare_to_solve(if may_resume { Call::Resume } else { Call::Begin })?;
         let (scene_rows, checkpoint) = (self.scene.rows().len(), self.factor.checkpoint());
@@ -146,7 +145,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(result? == Some(true))
     }
 
-    /// Refuses a limit whose key is that of an earlier limit or of a joint row of the scene.
+    /// Refuses a limit whose key is that of an earlier limit or of a joint row of the scene. A solve asks as it begins, and not in each piece.
     fn check_keys(&self, limits: &[JointRow<T, N>]) -> Result<(), Error> {
         for (limit, row) in limits.iter().enumerate() {
             let mut others = self.scene.rows().iter().chain(limits).take(self.scene.rows().len() + limit);
@@ -179,6 +178,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
             (*call, earlier_work) = (Call::Resume, solver.solution().work.total());
         } else {
+            self.check_keys(limits)?;
             let velocity = self.factor.free_velocity(free_impulse);
             self.append(&mut reached, limits, &velocity, (start, start == Start::Pushed))?;
         }
