@@ -1,32 +1,22 @@
 //! This crate's [`AdmmSolver`] on scenes that share out forces.
 
-use crate::counter::Counter;
-use crate::race::{C, N, Push, SHARING, run};
-use crate::records::Step;
+use crate::race::{C, Course, N, run};
+use crate::scene::{S, copy, fill};
 use crate::stack::stack_bytes;
 use cortex_m_semihosting::hprintln;
-use stiction::{AdmmFactor, AdmmSolver, Model, Scene, Settings, Surface};
+use stiction::{AdmmFactor, AdmmSolver, Model, Scene, Settings};
 
 /// `None` if something does not succeed.
 #[inline(never)]
-pub(crate) fn race(
-    step: &mut Step<f32, N, 3, C>,
-    push: &Push,
-    before: &Push,
-    counter: &mut Counter,
-) -> Option<()> {
-    static mut SCENE: Scene<f32, N, 3, C, 0, C> = Scene::new();
+pub(crate) fn race(Course { step, push, before, counter }: Course<'_>) -> Option<()> {
+    static mut SCENE: Scene<f32, N, 3, C, 0, S> = Scene::new();
     static mut FACTOR: AdmmFactor<f32, N, 3, C> = AdmmFactor::empty();
     static mut SOLVER: AdmmSolver<f32, N, 3, C> = AdmmSolver::new();
     #[allow(unsafe_code)]
     // SAFETY: called once, and no interrupt is enabled.
     let (scene, factor, solver) =
         unsafe { (&mut *&raw mut SCENE, &mut *&raw mut FACTOR, &mut *&raw mut SOLVER) };
-    scene.set_mass(step.scene.mass()).ok()?;
-    for contact in step.scene.contacts() {
-        let surface = Surface { compliance: [SHARING?; 2], ..Surface::isotropic(contact.mu) };
-        scene.push_on(contact, &surface).ok()?;
-    }
+    fill(scene, step)?;
     let mut ok = true;
     run(counter, "prepare", 0, |_| ok &= factor.prepare(scene).is_ok())?;
     for (setting, tolerance) in [("1e-3", 1e-3), ("1e-4", 1e-4), ("1e-5", 1e-5)] {
@@ -38,9 +28,7 @@ pub(crate) fn race(
             }
             run(counter, label, setting, |impulses| {
                 if let Ok(solution) = solver.solve(scene, factor, push, &settings) {
-                    for (impulse, contact) in impulses.iter_mut().zip(&solution.contacts) {
-                        *impulse = contact.impulse;
-                    }
+                    copy(solution, impulses);
                 }
             })?;
         }

@@ -1,9 +1,7 @@
 //! What an engineer writes to share out forces: ADMM on the forces, with exact projections onto the cones and `(alpha + rho + Aᵀ S A)⁻¹`
 //! by Woodbury's formula, for a fixed number of iterations. It knows no error, and no scene but this one.
 
-use crate::counter::Counter;
-use crate::race::{C, N, Push, SHARING, run};
-use crate::records::Step;
+use crate::race::{C, Course, N, Push, SHARING, run};
 use crate::stack::stack_bytes;
 use cortex_m_semihosting::hprintln;
 use nalgebra::{ComplexField, SMatrix, SVector, Vector3};
@@ -80,12 +78,7 @@ impl Admm {
 
 /// `None` if something does not succeed.
 #[inline(never)]
-pub(crate) fn race(
-    step: &mut Step<f32, N, 3, C>,
-    push: &Push,
-    before: &Push,
-    counter: &mut Counter,
-) -> Option<()> {
+pub(crate) fn race(Course { step, push, before, counter }: Course<'_>) -> Option<()> {
     static mut ADMM: Admm = Admm::new();
     #[allow(unsafe_code)]
     // SAFETY: called once, and no interrupt is enabled.

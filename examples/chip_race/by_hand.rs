@@ -1,20 +1,13 @@
 //! The loop by hand (`examples/embedded/gauss_seidel.rs`), with a fixed number of sweeps or with a test after every second.
 
-use crate::counter::Counter;
 use crate::gauss_seidel::GaussSeidel;
-use crate::race::{C, N, Push, SHARING, run};
-use crate::records::Step;
+use crate::race::{C, Course, N, SHARING, run};
 use crate::stack::stack_bytes;
 use cortex_m_semihosting::hprintln;
 
 /// `None` if something does not succeed.
 #[inline(never)]
-pub(crate) fn race(
-    step: &mut Step<f32, N, 3, C>,
-    push: &Push,
-    before: &Push,
-    counter: &mut Counter,
-) -> Option<()> {
+pub(crate) fn race(Course { step, push, before, counter }: Course<'_>) -> Option<()> {
     static mut SOLVER: GaussSeidel<f32, N, 3, C> = GaussSeidel::new(SHARING);
     #[allow(unsafe_code)]
     // SAFETY: called once, and no interrupt is enabled.

@@ -1,4 +1,4 @@
-//! A contestant of the race on the chip, on an emulated Cortex-M4F: this crate, or a Gauss-Seidel loop written by hand.
+//! A contestant of the race on the chip, on an emulated Cortex-M4F: this crate, or a loop written by hand.
 //!
 //! `.ci/chip_race` builds it for each contestant and scene (`--cfg contestant="gauss_seidel"`, `--cfg scene="box"`) and runs it. A line is
 //! a label, instructions and impulses as bits of `f32`, and stands for one call of `measured`: `examples/cycles` counts on that. What is
@@ -28,6 +28,8 @@ mod gauss_seidel;
 #[cfg(target_os = "none")]
 #[path = "../embedded/records.rs"]
 mod records;
+#[cfg(all(target_os = "none", any(contestant = "stiction", contestant = "admm")))]
+mod scene;
 #[cfg(target_os = "none")]
 #[path = "../embedded/stack.rs"]
 mod stack;
@@ -56,12 +58,7 @@ mod race {
     use crate::this_crate::race as contest;
     /// What the images of the others are compared with: reads the scene and prints.
     #[cfg(contestant = "empty")]
-    fn contest(
-        step: &mut Step<f32, N, 3, C>,
-        push: &Push,
-        before: &Push,
-        counter: &mut Counter,
-    ) -> Option<()> {
+    fn contest(Course { step, push, before, counter }: Course<'_>) -> Option<()> {
         let stack = stack_bytes(|| _ = black_box((&step.scene, push, before)));
         cortex_m_semihosting::hprintln!("bytes stack {}", stack);
         run(counter, "nothing", stack, |_| ())?;
@@ -86,6 +83,15 @@ mod race {
     } else {
         None
     };
+
+    /// What a contestant is given.
+    pub(crate) struct Course<'a> {
+        pub(crate) step: &'a mut Step<f32, N, 3, C>,
+        pub(crate) push: &'a Push,
+        /// The push of the tick before.
+        pub(crate) before: &'a Push,
+        pub(crate) counter: &'a mut Counter,
+    }
 
     /// A free impulse, N s.
     pub(crate) type Push = SVector<f32, N>;
@@ -149,7 +155,8 @@ mod race {
         } else {
             before *= 0.99;
         }
-        let done = read.and_then(|()| contest(STEP, &push, &before, &mut counter));
+        let course = Course { step: STEP, push: &push, before: &before, counter: &mut counter };
+        let done = read.and_then(|()| contest(course));
         exit(done.is_some())
     }
 }

@@ -1,29 +1,14 @@
 //! This crate: factor, and solves to three tolerances, cold and warm, of Coulomb's law and of its convex relaxation.
 
-use crate::counter::Counter;
-use crate::race::{C, Impulses, N, Push, SHARING, run};
-use crate::records::Step;
+use crate::race::{C, Course, N, SHARING, run};
+use crate::scene::{S, copy, fill};
 use crate::stack::stack_bytes;
 use cortex_m_semihosting::hprintln;
-use stiction::{Factor, Model, Scene, Settings, Solution, Solver, Surface};
-
-/// Room for surfaces: compliance is one.
-const S: usize = if SHARING.is_some() { C } else { 0 };
-
-fn copy(solution: &Solution<f32, N, 3, C>, impulses: &mut Impulses) {
-    for (impulse, contact) in impulses.iter_mut().zip(&solution.contacts) {
-        *impulse = contact.impulse;
-    }
-}
+use stiction::{Factor, Model, Scene, Settings, Solver};
 
 /// `None` if something does not succeed.
 #[inline(never)]
-pub(crate) fn race(
-    step: &mut Step<f32, N, 3, C>,
-    push: &Push,
-    before: &Push,
-    counter: &mut Counter,
-) -> Option<()> {
+pub(crate) fn race(Course { step, push, before, counter }: Course<'_>) -> Option<()> {
     static mut SCENE: Scene<f32, N, 3, C, 0, S> = Scene::new();
     static mut FACTOR: Factor<f32, N, 3, C> = Factor::empty();
     static mut SOLVER: Solver<f32, N, 3, C> = Solver::new();
@@ -31,15 +16,7 @@ pub(crate) fn race(
     // SAFETY: called once, and no interrupt is enabled.
     let (scene, factor, solver) =
         unsafe { (&mut *&raw mut SCENE, &mut *&raw mut FACTOR, &mut *&raw mut SOLVER) };
-    scene.set_mass(step.scene.mass()).ok()?;
-    for contact in step.scene.contacts() {
-        if let Some(alpha) = SHARING {
-            let surface = Surface { compliance: [alpha; 2], ..Surface::isotropic(contact.mu) };
-            scene.push_on(contact, &surface).ok()?;
-        } else {
-            scene.push(contact).ok()?;
-        }
-    }
+    fill(scene, step)?;
     let mut ok = true;
     run(counter, "prepare", 0, |_| ok &= factor.prepare(scene).is_ok())?;
     let models =

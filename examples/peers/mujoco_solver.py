@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """MuJoCo's solvers and this crate on the question that they share: elliptic cones with compliance, which is our convex relaxation.
 
-    pip install mujoco numpy ./examples/python
+    pip install mujoco numpy scipy ./examples/python
     python3 examples/peers/mujoco_solver.py
 
 States of MuJoCo's own simulation, contacts alone (no joint limits, no dry friction). MuJoCo's time is that of `mj_fwdConstraint` from the
@@ -15,6 +15,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import stiction
+
+from scene import project
 
 MODELS = Path(__file__).parents[1] / "python/models"
 BOX = '<body pos="{x} 0 {z}"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="{mass}" friction="0.5"/></body>'
@@ -84,17 +86,6 @@ class Problem:
 
         residual = force - mapped(self.delassus @ force + self.free, force)
         return float(np.linalg.norm(residual) / max(np.linalg.norm(force), np.linalg.norm(mapped(self.free, 0 * force)), 1e-300))
-
-
-def project(z: np.ndarray, mu: float) -> np.ndarray:
-    """Nearest point of the friction cone `|z_T| <= mu z_N`."""
-    size = np.hypot(z[1], z[2])
-    if size <= mu * z[0]:
-        return z
-    if mu * size <= -z[0]:
-        return np.zeros(3)
-    normal = (z[0] + mu * size) / (1 + mu * mu)
-    return np.array([normal, *(mu * normal * z[1:] / size)])
 
 
 def least(call: object, repeat: int, visits: int = 7) -> float:

@@ -82,6 +82,9 @@ pub struct Factor<T: Real, const N: usize, const D: usize, const C: usize, const
     effective_mass: [[[T; D]; D]; C],
 }
 
+/// Relative rounding of `W` up to which bounds may be derived from it.
+const CERTAIN: f64 = 0.1;
+
 /// The extent of a factor before more joint rows are appended.
 pub(crate) struct Checkpoint {
     counts: Counts,
@@ -276,7 +279,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
 
     /// Does a velocity that was computed from it balance the momentum but for rounding?
     pub(crate) fn balances(&self) -> bool {
-        !self.has_dropped_rows && self.uncertainty < T::literal(0.1)
+        !self.has_dropped_rows && self.uncertainty < T::literal(CERTAIN)
     }
 
     /// Estimate of the relative rounding of `W`.

@@ -16,8 +16,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     ///
     /// A robot has a dozen joint limits and reaches two. The first pass appends two kinds of limits to the joint rows of the scene: those that
     /// the free motion violates, and those that pushed in the last solve (by [`JointRow::key`]). If its solution violates other limits, another
-    /// pass appends them. A limit that is not reached costs one product `row · v`, and its key is compared with those before it. Solution, error and promise are those of a scene with
-    /// all limits: `row · v + offset >= 0` holds exactly for limits that are not reached.
+    /// pass appends them. A limit that is not reached costs one product `row · v`, and its key is compared with those before it.
+    /// Solution, error and promise are those of a scene with all limits: `row · v + offset >= 0` holds exactly for limits that are not reached.
     ///
     /// [`Solution::row_by_key`] finds the reached limits: each limit has a key that no other limit and no joint row of the scene has. A row of
     /// another law than [`RowLaw::Limit`] is always appended.
@@ -50,8 +50,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// ```
     ///
     /// # Errors
-    /// As [`Self::solve`]; [`Error::LimitKeyTaken`]; [`Error::ListFull`] if a row of another law finds no room; [`Error::NotFinite`] with [`Input::Limit`];
-    /// [`Error::InvalidLimit`]. [`Self::solution`] is then the solution of an earlier solve, or [`Status::Unsolved`] with an infinite error
+    /// As [`Self::solve`]; [`Error::LimitKeyTaken`]; [`Error::ListFull`] if a row of another law finds no room; [`Error::NotFinite`] with
+    /// [`Input::Limit`]; [`Error::InvalidLimit`]. [`Self::solution`] is then the solution of an earlier solve, or [`Status::Unsolved`] with an infinite error
     /// and without some of the limits.
     pub fn solve_with_limits(
         &mut self,
@@ -130,7 +130,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             self.factor.restore(&checkpoint);
             start = match (start, &result) {
                 (Start::Paused, Ok(None)) => {
-                    self.prepare()?;
+                    self.prepare_to_solve(Call::Begin)?;
                     Start::Pushed
                 }
                 // The limits that pushed in the last solve may take too many rows: try without them.
@@ -180,7 +180,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         } else {
             self.check_keys(limits)?;
             let velocity = self.factor.free_velocity(free_impulse);
-            self.append(&mut reached, limits, &velocity, (start, start == Start::Pushed))?;
+            self.append(&mut reached, limits, &velocity, start)?;
         }
         loop {
             if self.scene.rows().len() > first {
@@ -201,7 +201,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             first = self.scene.rows().len();
             if is_over || writes {
                 let velocity = solution.velocity;
-                let leaves_out = self.append(&mut reached, limits, &velocity, (start, false))?;
+                let leaves_out = self.append(&mut reached, limits, &velocity, start)?;
                 if leaves_out && self.scene.rows().len() == first {
                     self.note_left_out(&reached, limits);
                 }
@@ -227,20 +227,24 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Appends the limits that a velocity violates to the joint rows, and `with_pushed` also those that pushed in the last solve. `reached`:
-    /// the index of the limit of each appended joint row. Returns whether limits are left out for which there is no room; a call that starts with
-    /// those that pushed is refused instead, and starts without them.
+    /// Appends the limits that a velocity violates to the joint rows, and those that pushed in the last solve if the call starts with them.
+    /// `reached`: the index of the limit of each appended joint row.
+    ///
+    /// Returns whether limits are left out for which there is no room. A call that starts with those that pushed is refused instead.
     fn append(
         &mut self,
         reached: &mut [usize; R],
         limits: &[JointRow<T, N>],
         velocity: &SVector<T, N>,
-        (start, with_pushed): (Start, bool),
+        start: Start,
     ) -> Result<bool, Error> {
         let mut leaves_out = false;
         let velocity = self.scene.used(velocity, 1);
         let share = rounding_bound::<T>(velocity.len() + 1);
         for (limit, row) in limits.iter().enumerate() {
+            if reached.contains(&limit) {
+                continue;
+            }
             let (mut speed, mut size) = (row.offset, row.offset.abs());
             for (&entry, &v) in row.row.as_slice().iter().zip(velocity) {
                 // Most rows have one entry.
@@ -255,8 +259,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 && speed.is_finite()
                 && row.law == RowLaw::Limit
                 && row.compliance >= T::ZERO
-                && !(with_pushed && self.solver.has_pushed(row.key));
-            if is_open || reached.contains(&limit) {
+                && !(start == Start::Pushed && self.solver.has_pushed(row.key));
+            if is_open {
                 continue;
             }
             match self.scene.place_row(row) {
@@ -274,8 +278,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         Ok(leaves_out)
     }
 
-    /// Adds to the error of the solution what violates the limits that are not reached: the impulses that would stop it, as a share of all impulses of
-    /// joint rows.
+    /// Adds the violation of limits that are left out to the error of the solution: the impulses that would stop it, as a share of all impulses
+    /// of joint rows.
     #[cold]
     #[inline(never)]
     fn note_left_out(&mut self, reached: &[usize; R], limits: &[JointRow<T, N>]) {

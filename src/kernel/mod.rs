@@ -71,8 +71,8 @@ pub struct Kernel<
     solver: Solver<T, N, D, C, R, P>,
     /// Did the last call fail to solve its scene? The factor may be to blame: its memory may have changed.
     in_doubt: bool,
-    /// Was the factor computed since the last solve began?
-    is_new: bool,
+    /// New if the factor was computed since the last solve began.
+    factor_age: Age,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
@@ -92,7 +92,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     #[must_use]
     pub const fn with_phases(phases: P) -> Self {
         let solver = Solver::with_phases(phases);
-        Self { scene: Scene::new(), factor: Factor::empty(), solver, in_doubt: false, is_new: false }
+        Self { scene: Scene::new(), factor: Factor::empty(), solver, in_doubt: false, factor_age: Age::New }
     }
 
     /// Makes the kernel as new: `N` velocities, no mass, no contacts and joint rows, no factor, nothing solved. It works in place, without a copy on the stack.
@@ -275,8 +275,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     fn prepare_to_solve(&mut self, call: Call) -> Result<(), Error> {
         self.prepare_for(call)?;
         if call == Call::Begin {
-            let is_new = mem::replace(&mut self.is_new, false);
-            self.solver.set_factor_age(if is_new { Age::New } else { Age::Old });
+            self.solver.set_factor_age(mem::replace(&mut self.factor_age, Age::Old));
         }
         Ok(())
     }
@@ -289,7 +288,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             return Ok(());
         }
         self.in_doubt = false;
-        self.is_new = true;
+        self.factor_age = Age::New;
         self.factor.prepare(&self.scene)
     }
 }

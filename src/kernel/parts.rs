@@ -38,8 +38,8 @@ pub trait Parts {
     type Contact;
     /// Its joint rows and limits.
     type JointRow;
-    /// Its free impulses and velocities.
-    type Velocities;
+    /// Its free impulses (N·s), of the type of its velocities.
+    type FreeImpulse;
     /// Its solutions.
     type Solution;
 }
@@ -50,7 +50,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     type Scene = Scene<T, N, D, C, R, S>;
     type Contact = Contact<T, N, D>;
     type JointRow = JointRow<T, N>;
-    type Velocities = SVector<T, N>;
+    type FreeImpulse = SVector<T, N>;
     type Solution = Solution<T, N, D, C, R>;
 }
 
@@ -64,7 +64,7 @@ pub type ContactOf<K> = <K as Parts>::Contact;
 pub type JointRowOf<K> = <K as Parts>::JointRow;
 
 /// A free impulse of a kernel (N·s), or a velocity, see [`Parts`].
-pub type FreeImpulseOf<K> = <K as Parts>::Velocities;
+pub type FreeImpulseOf<K> = <K as Parts>::FreeImpulse;
 
 /// The [`Solution`] of a kernel, see [`Parts`].
 pub type SolutionOf<K> = <K as Parts>::Solution;

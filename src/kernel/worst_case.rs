@@ -49,8 +49,8 @@ impl<const N: usize, const D: usize, const C: usize, const R: usize, const S: us
         Self::PREPARE.saturating_add(Self::worst_call(budget))
     }
 
-    /// Bound on the cycles of a call of [`Self::advance`] with this budget (0 counts as 1), as [`Self::worst_cycles`], of a scene that [`Self::prepare`] has
-    /// seen. So it bounds all slices of a solve after the first, and the first if the tick has called `prepare`.
+    /// Bound on the cycles of a call of [`Self::advance`] with this budget (0 counts as 1), as [`Self::worst_cycles`], of a scene that
+    /// [`Self::prepare`] has seen. So it bounds all slices of a solve after the first, and the first if the tick has called `prepare`.
     #[must_use]
     pub const fn worst_slice_cycles(budget: usize) -> usize {
         Self::worst_call(if budget == 0 { 1 } else { budget })

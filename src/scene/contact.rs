@@ -74,8 +74,8 @@ impl<T: Real, const N: usize, const D: usize> Contact<T, N, D> {
     /// - `normal`, `point_jacobian`: as for [`Self::at_point`], in space.
     /// - `rotation_jacobian`: angular velocity of the body, minus that of the obstacle (rad/s), in the same coordinates, `3 × N`.
     ///
-    /// Behind the three rows of [`Self::at_point`] stand the angular velocities about the normal and about the two tangents. Its friction is all in a
-    /// [`crate::Surface`], with `spin` and `roll` ([`crate::guide::rows`]).
+    /// Behind the three rows of [`Self::at_point`] stand the angular velocities about the normal and about the two tangents. All its friction is
+    /// in a [`crate::Surface`], with `spin` and `roll` ([`crate::guide::rows`]).
     ///
     /// ```
     /// use nalgebra::{Matrix3, SMatrix, vector};

@@ -28,7 +28,8 @@ use crate::scene::Scene;
 pub struct Surface<T> {
     /// Friction coefficients along the two tangents.
     pub friction: [T; 2],
-    /// Coefficient of spin about the normal, a length (m): the largest torque over the load. `mu` is in it: a disc with even pressure has `2/3 mu R`.
+    /// Coefficient of spin about the normal, a length (m): the largest torque over the load. `mu` is in it: a disc with even pressure has
+    /// `2/3 mu R`.
     pub spin: T,
     /// Coefficients of roll about the two tangents, lengths (m).
     pub roll: [T; 2],

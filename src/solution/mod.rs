@@ -40,8 +40,8 @@ pub enum Status {
     /// No solution was found, and friction locks bodies that the offsets push apart. [`Solution::certificate`] is the proof;
     /// [`crate::guide::error`] says what it proves.
     Jammed = 5,
-    /// More limits are reached than there is room for ([`crate::Kernel::solve_with_limits`]). The solution obeys all else, and the error counts the
-    /// limits that it violates.
+    /// More limits are reached than there is room for ([`crate::Kernel::solve_with_limits`]). The solution obeys all else, and the error counts
+    /// the limits that it violates.
     OutOfRows = 6,
 }
 

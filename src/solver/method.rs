@@ -9,7 +9,8 @@
 //! Newton ── rejected ──► search for a proof of infeasibility, once in a solve
 //! ```
 //!
-//! Where bodies were at rest, [the rest question](crate::solver::rest) may choose another phase: at the start, after a piece of work, after a failure, and at the end of a call.
+//! Where bodies were at rest, [the rest question](crate::solver::rest) may choose another phase: at the start, after a piece of work, after a
+//! failure, and at the end of a call.
 //!
 //! A phase does one piece of work (a sweep, a step) and returns its outcome. [`Method::advance`] alone chooses the next phase. If the
 //! estimate of a point is within the tolerance, the monitor checks its error before the next piece ([`crate::solver::monitor`]).

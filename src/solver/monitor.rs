@@ -19,8 +19,8 @@ use nalgebra::SVector;
 /// Largest number of corrections of the velocities (iterative refinement). If they are not enough, rounding is to blame.
 const CORRECTIONS: u8 = 4;
 
-/// Work that an error with twice the digits takes from the budget. A check in vain takes as much: if the solution is refused, or if a solver without
-/// such errors misses the tolerance.
+/// Work that an error with twice the digits takes from the budget. A check in vain takes as much: if the solution is refused, or if a solver
+/// without such errors misses the tolerance.
 const EXACT_ERROR: usize = 20;
 
 /// Impulses above this many times the expected size are doubtful. (With a tenth of it, solved impacts would be searched for a proof; with

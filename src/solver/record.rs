@@ -5,7 +5,6 @@ use crate::problem::Age;
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Model, Settings, Status};
-use crate::solver::rest::RestQuestion;
 use nalgebra::SVector;
 
 /// What a call does with the last solve.
@@ -17,6 +16,22 @@ pub(crate) enum Call {
     Append,
     /// It continues the solve.
     Resume,
+}
+
+/// The rest question, "can all bodies stay at rest?", and how far a solve is with it (see [`super::rest`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)] // so that `Closed` is zero, and a new solver takes no flash
+pub(super) enum RestQuestion {
+    /// The last solution was not at rest, or the question is answered.
+    Closed,
+    /// The last solution was at rest. The question opens if the solve finds a solution in which a body moves.
+    Pending,
+    /// The question is open. The best impulses so far are a solution, in which a body slides or is about to.
+    OpenWithSolution,
+    /// The question is open, and no solution is known yet.
+    Open,
+    /// The last solution is at rest and still solves the scene. The solve looks for impulses farther inside the cones.
+    Centring,
 }
 
 /// The check of the error that is due before the search continues.

@@ -81,26 +81,22 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let enough = enough * enough;
         let is_safe = size > tiny && trace * largest * tiny < T::ONE;
         let is_small = plain <= enough * size && (!is_mixed || weighted <= enough * weighted_size);
-        (is_safe && is_small).then(|| Balance {
-            moved,
-            dynamics: Dynamics {
-                plain: Norms::balanced(size),
-                weighted: is_mixed.then(|| Norms::balanced(weighted_size)),
-            },
-            momentum: [plain, weighted],
-        })
+        if !is_safe || !is_small {
+            return None;
+        }
+        let weighted_norms = is_mixed.then(|| Norms::balanced(weighted_size));
+        let mut dynamics = Dynamics { plain: Norms::balanced(size), weighted: weighted_norms };
+        self.set_least_sizes(&mut dynamics);
+        Some(Balance { moved, dynamics, momentum: [plain, weighted] })
     }
 
     /// Do the sums of momenta confirm that `v` balances? With the factor of `M` they do. In the memory of an old factor a bit may have flipped.
     #[cold]
     #[inline(never)]
     pub(crate) fn is_confirmed(&self, v: &[T; N], written: &Stacked<T, D, C, R>, tolerance: T) -> bool {
-        let [free] = &self.free_impulse.data.0;
-        let (mut dynamics, mut rounding) =
-            (self.scene.dynamics(free, v, written), Rounding::<T, C, R>::unset());
-        self.set_least_sizes(&mut dynamics);
-        self.momentum_rounding(&mut dynamics, &mut rounding);
-        dynamics.error(&rounding) <= tolerance
+        let mut rounding = Rounding::<T, C, R>::unset();
+        let dynamics = self.sum_momenta(v, written, &mut rounding);
+        rounding.momentum_error(&dynamics) <= tolerance
     }
 
     /// Bounds on velocities without sums, from the diagonals of `M` and `W` alone: `moved` is a bound on `S²`, see [`Self::momentum_balance`].

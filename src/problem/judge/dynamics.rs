@@ -5,7 +5,6 @@ use crate::linalg::sparsity::{GROUP, add_columns, add_columns_and_sizes, add_pro
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::{at_least, larger, quotient, root_sum};
 use crate::linalg::zip::{zip3, zip4, zip5};
-use crate::problem::judge::rounding::Rounding;
 use crate::real::Real;
 use crate::scene::{JointRow, Scene};
 use nalgebra::ComplexField;
@@ -132,12 +131,6 @@ impl<T: Real> Norms<T> {
 }
 
 impl<T: Real> Dynamics<T> {
-    /// Second part of the error, the larger of both norms.
-    pub(crate) fn error<const C: usize, const R: usize>(&self, rounding: &Rounding<T, C, R>) -> T {
-        let plain = self.plain.error(rounding.momentum);
-        self.weighted.as_ref().map_or(plain, |weighted| plain.max(weighted.error(rounding.weighted)))
-    }
-
     /// Replaces the residuals by those of the differences `M v - M v_free - Hᵀ r`.
     pub(crate) fn replace_residual<const N: usize>(&mut self, mass: &[[T; N]; N], differences: &[T]) {
         self.plain.replace_residual(differences, |_| T::ONE);

@@ -52,6 +52,12 @@ impl<T: Real, const C: usize, const R: usize> Rounding<T, C, R> {
         let velocities = VelocityNoise { contacts: [[T::ONE; 2]; C], rows: [T::ONE; R] };
         Self { momentum: T::ONE, weighted: T::ONE, velocities }
     }
+
+    /// Second part of the error, the larger of both norms of a momentum.
+    pub(crate) fn momentum_error(&self, dynamics: &Dynamics<T>) -> T {
+        let plain = dynamics.plain.error(self.momentum);
+        dynamics.weighted.as_ref().map_or(plain, |weighted| plain.max(weighted.error(self.weighted)))
+    }
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>

@@ -12,8 +12,8 @@
 //! gap `r · u` bounds the distance to the solution `r*`, `u*` of the relaxation: `½ |r - r*|_W² <= r · u`, so
 //! `alpha_i |u_i - u*_i|² <= 2 D (r · u)`.
 //!
-//! [`RestQuestion`] is the state of the question. This file decides what follows, at the start of a solve, after a piece of work, after a failure, and
-//! at the end of a call:
+//! [`RestQuestion`] is the state of the question. This file decides what follows, at the start of a solve, after a piece of work, after a
+//! failure, and at the end of a call:
 //!
 //! | from | when | to |
 //! |---|---|---|
@@ -28,15 +28,15 @@
 //! | centring | any failure, or impulses farther inside are exact enough | closed: solved |
 //! | open with a solution, centring | the call ends | closed: solved |
 //!
-//! `monitor` evaluates points while the question is open or impulses are centred: the relaxation is then solved in place of Coulomb's law. `motion` says
-//! what moves and what may stay.
+//! `monitor` evaluates points while the question is open or impulses are centred: the relaxation is then solved in place of Coulomb's law.
+//! `motion` says what moves and what may stay.
 
 use crate::real::Real;
 use crate::solver::method::{Method, Phase};
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin};
 use crate::solver::phases::Phases;
-use crate::solver::record::Record;
+use crate::solver::record::{Record, RestQuestion};
 use crate::solver::warm_start::WarmStart;
 
 mod monitor;
@@ -44,22 +44,6 @@ mod motion;
 
 /// A body at rest was disturbed if the estimate of its last solution exceeds this.
 const DISTURBED: f64 = 0.01;
-
-/// The rest question, "can all bodies stay at rest?", and how far a solve is with it (see [`super::rest`]).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)] // so that `Closed` is zero, and a new solver takes no flash
-pub(in crate::solver) enum RestQuestion {
-    /// The last solution was not at rest, or the question is answered.
-    Closed,
-    /// The last solution was at rest. The question opens if the solve finds a solution in which a body moves.
-    Pending,
-    /// The question is open. The best impulses so far are a solution, in which a body slides or is about to.
-    OpenWithSolution,
-    /// The question is open, and no solution is known yet.
-    Open,
-    /// The last solution is at rest and still solves the scene. The solve looks for impulses farther inside the cones.
-    Centring,
-}
 
 impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R> {
     /// Is the relaxation solved in place of Coulomb's law, because the question is open or impulses are centred?
@@ -126,8 +110,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         }
     }
 
-    /// Asks after a failure, a rejected step of Newton's method that began at `origin` or a jam of the central path. Returns the next phase if the
-    /// question decides it.
+    /// Asks after a failure: a rejected step of Newton's method that began at `origin`, or without one a jam of the central path. Returns the next
+    /// phase if the question decides it.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn ask_after_failure<const N: usize, const S: usize>(
         &mut self,

@@ -5,8 +5,7 @@ use crate::real::Real;
 use crate::sets::point::NewtonPoint;
 use crate::solution::Status;
 use crate::solver::monitor::Monitor;
-use crate::solver::record::Check;
-use crate::solver::rest::RestQuestion;
+use crate::solver::record::{Check, RestQuestion};
 use core::mem;
 
 /// A solution leaves a rest if its estimate by the relaxation exceeds this share of the tolerance.
