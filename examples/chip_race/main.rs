@@ -10,8 +10,6 @@ fn main() {
     println!("races on an emulated board: run .ci/chip_race");
 }
 
-#[cfg(all(target_os = "none", contestant = "admm"))]
-mod admm;
 #[cfg(all(target_os = "none", contestant = "admm_by_hand"))]
 mod admm_by_hand;
 #[cfg(target_os = "none")]
@@ -28,12 +26,10 @@ mod gauss_seidel;
 #[cfg(target_os = "none")]
 #[path = "../embedded/records.rs"]
 mod records;
-#[cfg(all(target_os = "none", any(contestant = "stiction", contestant = "admm")))]
-mod scene;
 #[cfg(target_os = "none")]
 #[path = "../embedded/stack.rs"]
 mod stack;
-#[cfg(all(target_os = "none", contestant = "stiction"))]
+#[cfg(all(target_os = "none", any(contestant = "stiction", contestant = "admm")))]
 mod this_crate;
 
 #[cfg(target_os = "none")]
@@ -46,15 +42,13 @@ mod race {
     use cortex_m_semihosting::{hprint, hprintln};
     use nalgebra::SVector;
 
-    #[cfg(contestant = "admm")]
-    use crate::admm::race as contest;
     #[cfg(contestant = "admm_by_hand")]
     use crate::admm_by_hand::race as contest;
     #[cfg(contestant = "gauss_seidel")]
     use crate::by_hand::race as contest;
     #[cfg(contestant = "empty")]
     use crate::stack::stack_bytes;
-    #[cfg(contestant = "stiction")]
+    #[cfg(any(contestant = "stiction", contestant = "admm"))]
     use crate::this_crate::race as contest;
     /// What the images of the others are compared with: reads the scene and prints.
     #[cfg(contestant = "empty")]

@@ -181,7 +181,7 @@ def contestants(scene: str) -> list[Contestant]:
     loop = "Gauss-Seidel by hand, f32"
     if scene in ALPHA:
         ours = [Contestant("stiction", "this crate, f32", "convex_cold", "convex_warm", "relaxed", True),
-                Contestant("admm", "this crate's `AdmmSolver`, f32", "cold", "warm", "relaxed", True),
+                Contestant("admm", "this crate's `AdmmSolver`, f32", "convex_cold", "convex_warm", "relaxed", True),
                 Contestant("admm_by_hand", "ADMM by hand, f32, iterations known beforehand", "cold", "warm", "relaxed")]
         law = "relaxed"
     else:

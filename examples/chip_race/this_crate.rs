@@ -1,10 +1,17 @@
-//! This crate: factor, and solves to three tolerances, cold and warm, of Coulomb's law and of its convex relaxation.
+//! This crate: factor, and solves to three tolerances, cold and warm, of Coulomb's law and of its convex relaxation. Its solver, or its
+//! [`stiction::AdmmSolver`].
 
 use crate::race::{C, Course, N, SHARING, run};
-use crate::scene::{S, copy, fill};
 use crate::stack::stack_bytes;
 use cortex_m_semihosting::hprintln;
-use stiction::{Factor, Model, Scene, Settings, Solver};
+#[cfg(contestant = "admm")]
+use stiction::{AdmmFactor as Factor, AdmmSolver as Solver};
+#[cfg(not(contestant = "admm"))]
+use stiction::{Factor, Solver};
+use stiction::{Model, Scene, Settings, Surface};
+
+/// Room for surfaces: compliance is one.
+const S: usize = if SHARING.is_some() { C } else { 0 };
 
 /// `None` if something does not succeed.
 #[inline(never)]
@@ -16,7 +23,15 @@ pub(crate) fn race(Course { step, push, before, counter }: Course<'_>) -> Option
     // SAFETY: called once, and no interrupt is enabled.
     let (scene, factor, solver) =
         unsafe { (&mut *&raw mut SCENE, &mut *&raw mut FACTOR, &mut *&raw mut SOLVER) };
-    fill(scene, step)?;
+    scene.set_mass(step.scene.mass()).ok()?;
+    for contact in step.scene.contacts() {
+        if let Some(alpha) = SHARING {
+            let surface = Surface { compliance: [alpha; 2], ..Surface::isotropic(contact.mu) };
+            scene.push_on(contact, &surface).ok()?;
+        } else {
+            scene.push(contact).ok()?;
+        }
+    }
     let mut ok = true;
     run(counter, "prepare", 0, |_| ok &= factor.prepare(scene).is_ok())?;
     let models =
@@ -32,7 +47,9 @@ pub(crate) fn race(Course { step, push, before, counter }: Course<'_>) -> Option
                 }
                 run(counter, label, setting, |impulses| {
                     if let Ok(solution) = solver.solve(scene, factor, push, &settings) {
-                        copy(solution, impulses);
+                        for (impulse, contact) in impulses.iter_mut().zip(&solution.contacts) {
+                            *impulse = contact.impulse;
+                        }
                     }
                 })?;
             }

@@ -180,7 +180,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         } else {
             self.check_keys(limits)?;
             let velocity = self.factor.free_velocity(free_impulse);
-            self.append(&mut reached, limits, &velocity, start)?;
+            self.append(&mut reached, limits, &velocity, (start, start == Start::Pushed))?;
         }
         loop {
             if self.scene.rows().len() > first {
@@ -201,7 +201,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             first = self.scene.rows().len();
             if is_over || writes {
                 let velocity = solution.velocity;
-                let leaves_out = self.append(&mut reached, limits, &velocity, start)?;
+                let leaves_out = self.append(&mut reached, limits, &velocity, (start, false))?;
                 if leaves_out && self.scene.rows().len() == first {
                     self.note_left_out(&reached, limits);
                 }
@@ -227,8 +227,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// Appends the limits that a velocity violates to the joint rows, and those that pushed in the last solve if the call starts with them.
-    /// `reached`: the index of the limit of each appended joint row.
+    /// Appends the limits that a velocity violates to the joint rows, and `with_pushed` also those that pushed in the last solve: a first pass
+    /// asks for them, and a later one need not look. `reached`: the index of the limit of each appended joint row.
     ///
     /// Returns whether limits are left out for which there is no room. A call that starts with those that pushed is refused instead.
     fn append(
@@ -236,15 +236,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         reached: &mut [usize; R],
         limits: &[JointRow<T, N>],
         velocity: &SVector<T, N>,
-        start: Start,
+        (start, with_pushed): (Start, bool),
     ) -> Result<bool, Error> {
         let mut leaves_out = false;
         let velocity = self.scene.used(velocity, 1);
         let share = rounding_bound::<T>(velocity.len() + 1);
         for (limit, row) in limits.iter().enumerate() {
-            if reached.contains(&limit) {
-                continue;
-            }
             let (mut speed, mut size) = (row.offset, row.offset.abs());
             for (&entry, &v) in row.row.as_slice().iter().zip(velocity) {
                 // Most rows have one entry.
@@ -259,8 +256,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
                 && speed.is_finite()
                 && row.law == RowLaw::Limit
                 && row.compliance >= T::ZERO
-                && !(start == Start::Pushed && self.solver.has_pushed(row.key));
-            if is_open {
+                && !(with_pushed && self.solver.has_pushed(row.key));
+            if is_open || reached.contains(&limit) {
                 continue;
             }
             match self.scene.place_row(row) {
