@@ -112,9 +112,11 @@ impl<T: Real> EnergyScale<T> {
         noise: Option<&VelocityNoise<T, C, R>>,
     ) -> T {
         let (mut residual, mut noises) = (T::ZERO, T::ZERO);
+        let mut is_violated = false;
         for (j, set, &u, &r) in zip4(0..R, sets.rows(), &u.rows, &r.rows) {
             let row = set.residual(r, u);
             if row.value != T::ZERO {
+                is_violated = true;
                 residual += square(&[row.value * self.unit]) / set.alpha;
             }
             let noise = noise.and_then(|noise| noise.rows.get(j));
@@ -124,6 +126,10 @@ impl<T: Real> EnergyScale<T> {
             if !stays {
                 noises += noise * (set.alpha * self.unit) * self.unit;
             }
+        }
+        if is_violated && self.floor == T::ZERO {
+            // Nothing moves without impulses, so none is needed. Squares of those that remain may vanish.
+            return contacts.max(T::ONE);
         }
         if residual + noises == T::ZERO {
             return contacts;
@@ -170,3 +176,6 @@ impl<T: Real> EnergyScale<T> {
         work - (noises + noises) - rounding * size
     }
 }
+
+#[cfg(test)]
+mod tests;

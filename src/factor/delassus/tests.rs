@@ -1,8 +1,8 @@
 //! `W` against a computation with dense matrices.
 #![allow(clippy::indexing_slicing, clippy::expect_used)]
 
-use crate::{Contact, Error, Factor, Scene};
-use nalgebra::{Matrix3, SMatrix, SVector};
+use crate::{Contact, Error, Factor, Real, Scene};
+use nalgebra::{Matrix3, SMatrix, SVector, matrix};
 
 const N: usize = 18;
 
@@ -48,4 +48,30 @@ fn the_delassus_operator_is_that_of_dense_matrices() -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// The estimate of the rounding of `W` covers it for a mass that single precision hardly tells from a singular one, although its pivots
+/// do not say so.
+#[test]
+fn a_mass_that_is_nearly_singular_leaves_w_uncertain() -> Result<(), Error> {
+    let mass: Matrix3<f32> = matrix![
+        0.00026551797, -0.0065695215, -0.009640205;
+        -0.0065695215, 0.31880343, 0.46596348;
+        -0.009640205, 0.46596348, 0.681064];
+    let jacobian = matrix![0.0, 0.0, 1.0];
+    let single = factor::<f32>(&mass, &jacobian)?;
+    let double = factor::<f64>(&mass.cast(), &jacobian.cast())?;
+    let (w, wanted) = (f64::from(single.delassus().trace(0)), double.delassus().trace(0));
+    let off = (w / wanted - 1.0).abs();
+    assert!(off > 0.5 && f64::from(single.uncertainty()) > off, "{off} {}", single.uncertainty());
+    assert!(double.uncertainty() < 1e-5, "{}", double.uncertainty());
+    Ok(())
+}
+
+/// The factor of a mass and one row without tangents.
+fn factor<T: Real>(mass: &Matrix3<T>, jacobian: &SMatrix<T, 1, 3>) -> Result<Factor<T, 3, 1, 1>, Error> {
+    let mut scene = Scene::<T, 3, 1, 1>::new();
+    scene.set_mass(mass)?;
+    scene.push(&Contact { jacobian: *jacobian, offset: SVector::zeros(), mu: T::ZERO, key: 0 })?;
+    Factor::new(&scene)
 }

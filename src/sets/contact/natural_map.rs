@@ -269,7 +269,9 @@ impl<T: Real> Sums<T> {
         self.residual += residual;
         if let Some(&[noise, normal]) = noise {
             let mut change = reach * reach * noise;
-            if let Some(boundary) = boundary {
+            if is_free(set, r) && u.first().is_some_and(|&normal| normal >= T::ZERO) {
+                change = normal; // `|Π_K(-alpha û)|` is at most `alpha max(0, -u_N)`
+            } else if let Some(boundary) = boundary {
                 let slope = boundary.sensitivity(set, &scaled);
                 // `(a + b)² <= 2 (a² + b²)`
                 change = change.min((normal + slope * slope * noise) * T::literal(2.0));
@@ -305,13 +307,18 @@ fn separates<T: Real, const D: usize>(set: &ContactSet<T, D>, u: &[T; D], noise:
     let [normal, tangent @ ..] = u.as_slice() else {
         return false;
     };
-    let mut margin = *normal;
-    if set.shift_factor != mu {
-        margin += (set.shift_factor - mu) * norm(tangent);
+    if set.shift_factor == mu {
+        return *normal >= T::ZERO && noise.is_none_or(|&[_, noise]| *normal * *normal > noise);
     }
+    let margin = *normal + (set.shift_factor - mu) * norm(tangent);
     let reach = T::ONE + mu;
-    margin >= T::ZERO
-        && noise.is_none_or(|&[noise, _]| margin > T::ZERO && margin * margin > reach * reach * noise)
+    margin >= T::ZERO && noise.is_none_or(|&[noise, _]| margin * margin > reach * reach * noise)
+}
+
+/// Is there no impulse under Coulomb's law? Then the law asks for `u_N >= 0` alone.
+#[inline]
+fn is_free<T: Real, const D: usize>(set: &ContactSet<T, D>, r: &[T; D]) -> bool {
+    *r == [T::ZERO; D] && set.shift_factor == set.cone.friction()
 }
 
 #[cfg(test)]
