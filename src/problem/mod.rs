@@ -39,7 +39,10 @@ pub(crate) struct Problem<
     pub(crate) factor: &'a Factor<T, N, D, C, R>,
     /// `p = M v_free`, minus the `f` of the note.
     pub(crate) free_impulse: &'a SVector<T, N>,
+    /// The law that a solution has to obey.
     pub(crate) model: Model,
+    /// The law that is solved at present: `model`, or the relaxation while bodies may stay at rest (`src/solver/rest`).
+    law: Model,
     /// [`Settings::still`] (m/s).
     pub(crate) still: T,
     pub(crate) factor_age: Age,
@@ -100,6 +103,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             factor,
             free_impulse,
             model,
+            law: model,
             still: T::ZERO,
             factor_age: Age::New,
             whitened: [T::ZERO; N],
@@ -241,14 +245,28 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.r0_norm == T::ZERO && !self.counts_stopping && !self.sets.are_least(r)
     }
 
-    /// Includes De Saxcé's shift in the contact law (Coulomb's law), or leaves it out (the relaxation).
+    /// Solves this law from now on. The model is Coulomb's law.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn set_shift(&mut self, on: bool) {
-        if self.model == Model::Coulomb {
-            for set in self.sets.contacts_mut() {
-                set.shift_factor = if on { set.cone.friction() } else { T::ZERO };
-            }
+    pub(crate) fn set_law(&mut self, law: Model) {
+        self.law = law;
+        for set in self.sets.contacts_mut() {
+            set.set_law(law);
         }
+    }
+
+    /// Is the relaxation solved in place of Coulomb's law?
+    pub(crate) fn is_relaxed(&self) -> bool {
+        self.law != self.model
+    }
+
+    /// [`Self::error_estimate`] by another law than the one that is solved. The model is Coulomb's law.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(crate) fn estimate_by(&mut self, law: Model, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
+        let solved = self.law;
+        self.set_law(law);
+        let estimate = self.error_estimate(r, u);
+        self.set_law(solved);
+        estimate
     }
 
     /// Computes `|stop|`, and includes it in the expected impulse.

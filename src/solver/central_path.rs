@@ -49,7 +49,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         self.path.jams = 0;
         // A solution that slides is far from one that rests.
-        let is_near = !monitor.record.solves_relaxation();
+        let is_near = !monitor.problem.is_relaxed();
         let share = if is_near { self.point.estimate * tuning::tau_share() } else { T::ONE };
         self.enter_path(monitor, far_tau(monitor) * share.min(T::ONE), tuning::first_gain(), T::ONE);
         self.back_to_path(monitor);
@@ -99,7 +99,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
         self.path.steps += 1;
         self.back_to_path(monitor);
-        self.consider_with_rest(monitor);
+        self.consider(monitor);
         if monitor.must_return() {
             return Progress::Far;
         }
@@ -115,7 +115,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         if self.point.estimate < tuning::near() {
             self.point.rebuild_from_velocity(monitor.problem);
             let (merit, tried) = (self.point.merit, self.path.tried);
-            let fall = if monitor.record.solves_relaxation() { FALL_AT_REST } else { FALL };
+            let fall = if monitor.problem.is_relaxed() { FALL_AT_REST } else { FALL };
             if tried.is_none_or(|tried| merit * T::literal(fall) < tried) {
                 self.path.tried = Some(merit);
                 return Progress::Near;

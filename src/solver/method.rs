@@ -83,7 +83,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         let start = (monitor.tolerance(), monitor.is_first_call());
         let (problem, point) = (&*monitor.problem, &mut self.state.point);
         let kind = warm_start.start(problem, start, self.phases, point);
-        self.state.consider(monitor);
+        monitor.consider(&self.state.point.r, &self.state.point.u, self.state.point.estimate);
         self.phase =
             if monitor.must_return() { Phase::Start(kind) } else { self.start(monitor, warm_start, kind) };
     }
@@ -235,14 +235,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
         origin: Origin,
     ) -> Phase {
-        if P::CENTRAL_PATH
-            && let Some(phase) = self.ask_after_failure(monitor, Some(origin))
-        {
-            return phase;
+        if P::CENTRAL_PATH {
+            if let Some(phase) = self.ask_after_failure(monitor, Some(origin)) {
+                return phase;
+            }
+            if !matches!(origin, Origin::Path) {
+                monitor.look_for_proof();
+            }
         }
         match origin {
             Origin::Cold if P::CENTRAL_PATH => {
-                monitor.look_for_proof();
                 self.state.go_to_best(monitor);
                 if monitor.problem.can_be_swept() && monitor.solution.work.sweeps == 0 {
                     return self.begin_sweeps();
@@ -262,9 +264,6 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 Phase::Sweeps
             }
             Origin::LastSolution | Origin::Guess => {
-                if P::CENTRAL_PATH {
-                    monitor.look_for_proof();
-                }
                 if monitor.problem.can_be_swept() {
                     self.state.go_to_best(monitor);
                     return self.begin_sweeps();

@@ -9,7 +9,7 @@ use crate::linalg::stacked::Stacked;
 use crate::linalg::zip::{zip3, zip4};
 use crate::problem::Problem;
 use crate::real::Real;
-use crate::solution::{Settings, Solution, Status, Work};
+use crate::solution::{Model, Settings, Solution, Status, Work};
 use crate::solver::phases::Phases;
 use crate::solver::record::{Call, Check, Milestone, Record};
 use crate::solver::tuning;
@@ -68,7 +68,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
                 problem.count_stopping();
             }
             if record.solves_relaxation() {
-                problem.set_shift(false);
+                problem.set_law(Model::ConvexRelaxation);
             }
         }
         if call == Call::Begin {
@@ -242,9 +242,13 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         self.solution.has_numbers() && self.problem.sets.contact_square(r).is_finite()
     }
 
-    /// Ends the solve if the best impulses solve the scene although their estimate is above the tolerance: it may be that of rounding.
+    /// Ends the solve if the best impulses solve the scene although their estimate is above the tolerance: it may be that of rounding. After a
+    /// proof of infeasibility the solve has ended.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn judge_best(&mut self) {
+        if self.is_over() {
+            return;
+        }
         let (r, mut u) = (self.record.best, Stacked::zero());
         if self.evaluate(&r, false) && self.has_numbers(&r) {
             self.problem.velocities(&r, &mut u);

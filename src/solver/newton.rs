@@ -271,7 +271,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     ) {
         self.point.z = Stacked::along(start, step, length);
         self.point.update(monitor.problem);
-        self.consider_with_rest(monitor);
+        self.consider(monitor);
     }
 
     /// Moves the point back to an earlier `z`.

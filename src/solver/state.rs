@@ -52,24 +52,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         }
     }
 
-    /// Shows the point to the monitor.
+    /// Shows the point to the monitor, as a solution or as an answer to the rest question.
     pub(super) fn consider<const N: usize, const S: usize>(
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         let point = &self.point;
-        monitor.consider(&point.r, &point.u, point.estimate);
-    }
-
-    /// Shows the point to the monitor, also as an answer to the rest question. (Sweeps are never made while it is open.)
-    pub(super) fn consider_with_rest<const N: usize, const S: usize>(
-        &self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        if monitor.record.solves_relaxation() {
-            monitor.consider_rest(&self.point);
+        if monitor.problem.is_relaxed() {
+            monitor.consider_rest(point);
         } else {
-            self.consider(monitor);
+            monitor.consider(&point.r, &point.u, point.estimate);
         }
     }
 
@@ -78,7 +70,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
-        if monitor.record.solves_relaxation() {
+        if P::CENTRAL_PATH && monitor.problem.is_relaxed() {
             monitor.judge_rest(&self.point);
         } else {
             monitor.judge::<P>(&self.point.r, &self.point.u);

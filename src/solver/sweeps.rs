@@ -93,7 +93,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
                 let (r, u) = (&self.point.r, &self.point.u);
                 self.point.estimate = monitor.problem.error_estimate(r, u);
             }
-            self.consider(monitor);
+            // No rest question is open: its phases are Newton's method and the central path.
+            monitor.consider(&self.point.r, &self.point.u, self.point.estimate);
             if monitor.must_return() {
                 return Pace::Continue;
             }

@@ -50,21 +50,23 @@ impl<T: Real, const D: usize> ContactSet<T, D> {
     #[inline]
     pub(crate) fn new<const N: usize>(
         contact: &Contact<T, N, D>,
-        model: Model,
+        law: Model,
         alpha: T,
         q: SVector<T, D>,
     ) -> Self {
-        let mu = contact.mu;
-        Self {
-            shift_factor: match model {
-                Model::Coulomb => mu,
-                Model::ConvexRelaxation => T::ZERO,
-            },
-            cone: FrictionCone::new(mu).unwrap_or(FrictionCone::frictionless()),
-            alpha,
-            q,
-            base: q,
-        }
+        let cone = FrictionCone::new(contact.mu).unwrap_or(FrictionCone::frictionless());
+        let mut set = Self { shift_factor: T::ZERO, cone, alpha, q, base: q };
+        set.set_law(law);
+        set
+    }
+
+    /// Includes the De Saxcé shift (Coulomb's law), or leaves it out (the relaxation).
+    #[inline]
+    pub(crate) fn set_law(&mut self, law: Model) {
+        self.shift_factor = match law {
+            Model::Coulomb => self.cone.friction(),
+            Model::ConvexRelaxation => T::ZERO,
+        };
     }
 
     /// Number of rows along which impulses may act.

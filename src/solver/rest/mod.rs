@@ -32,6 +32,7 @@
 //! `motion` says what moves and what may stay.
 
 use crate::real::Real;
+use crate::solution::Model;
 use crate::solver::method::{Method, Phase};
 use crate::solver::monitor::Monitor;
 use crate::solver::newton::{Newton, Origin};
@@ -105,7 +106,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     ) {
         if monitor.leaves_rest(&self.state.point) {
             self.phase = self.begin_path(monitor);
-        } else if monitor.record.solves_relaxation() && monitor.cannot_rest(&self.state.point) {
+        } else if monitor.problem.is_relaxed() && monitor.cannot_rest(&self.state.point) {
             self.phase = self.close(monitor);
         }
     }
@@ -160,8 +161,8 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     ) {
         if monitor.record.has_fallback() && !monitor.is_over() {
             self.phase = self.close(monitor);
-        } else if monitor.record.solves_relaxation() {
-            monitor.problem.set_shift(true);
+        } else if monitor.problem.is_relaxed() {
+            monitor.problem.set_law(Model::Coulomb);
         }
     }
 }

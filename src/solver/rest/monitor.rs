@@ -3,7 +3,7 @@
 use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::sets::point::NewtonPoint;
-use crate::solution::Status;
+use crate::solution::{Model, Status};
 use crate::solver::monitor::Monitor;
 use crate::solver::record::{Check, RestQuestion};
 use core::mem;
@@ -26,7 +26,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Opens the rest question as `question`: the relaxation is solved from now on.
     pub(super) fn open_rest_question(&mut self, question: RestQuestion) {
         self.record.rest = question;
-        self.problem.set_shift(false);
+        self.problem.set_law(Model::ConvexRelaxation);
     }
 
     /// Does the last solution solve the scene, but move loaded contacts?
@@ -45,9 +45,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if self.problem.hardly_moves(point, limit) {
             return false;
         }
-        self.problem.set_shift(false);
-        let relaxed = self.problem.error_estimate(&point.r, &point.u);
-        self.problem.set_shift(true);
+        let relaxed = self.problem.estimate_by(Model::ConvexRelaxation, &point.r, &point.u);
         let leaves = relaxed > limit;
         if leaves {
             self.record.status = Status::Unsolved;
@@ -67,17 +65,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         if point.estimate > tolerance || is_centring && !is_farther_inside() {
             return;
         }
-        if self.coulomb_estimate(point) <= tolerance {
+        if self.problem.estimate_by(Model::Coulomb, &point.r, &point.u) <= tolerance {
             self.record.check = Check::Error;
         }
-    }
-
-    /// The estimate by Coulomb's law, while the relaxation is solved.
-    fn coulomb_estimate(&mut self, point: &NewtonPoint<T, D, C, R>) -> T {
-        self.problem.set_shift(true);
-        let estimate = self.problem.error_estimate(&point.r, &point.u);
-        self.problem.set_shift(false);
-        estimate
     }
 
     /// Checks the error of a point that was [considered](Self::consider_rest), and keeps its impulses if they solve Coulomb's law.
@@ -86,8 +76,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// search goes on. A body at the limit of its friction could slide from the error of a tick alone.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(in crate::solver) fn judge_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
-        let estimate = self.coulomb_estimate(point);
-        self.problem.set_shift(true);
+        self.problem.set_law(Model::Coulomb);
+        let estimate = self.problem.error_estimate(&point.r, &point.u);
         let exactly = self.record.check == Check::ExactError;
         let is_solved = self.evaluate(&point.r, exactly)
             && self.solution.has_numbers()
@@ -108,7 +98,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         } else if check == Check::Error {
             self.record.check = Check::ExactError;
         }
-        self.problem.set_shift(false);
+        self.problem.set_law(Model::ConvexRelaxation);
     }
 
     /// Begins to look for impulses farther inside the cones than those of the last solution, which solves the scene.
@@ -133,7 +123,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let has_fallback = self.record.has_fallback();
         self.record.rest = RestQuestion::Closed;
         self.record.check = Check::None;
-        self.problem.set_shift(true);
+        self.problem.set_law(Model::Coulomb);
         if has_fallback {
             let (best, tolerance) = (self.record.best, self.tolerance());
             self.problem.evaluate(&best, (tolerance, true), self.solution);
