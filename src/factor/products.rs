@@ -5,7 +5,6 @@
 use super::Factor;
 use crate::linalg::blocks::diagonal_of;
 use crate::linalg::cholesky::{axpy, dot};
-use crate::linalg::sparsity::{GROUP, add_columns, add_products};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::substitution::{solve_lower, solve_upper};
 use crate::linalg::zip::zip3;
@@ -66,16 +65,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         for (u, whitened) in u.rows.iter_mut().zip(self.whitened_rows()) {
             *u = dot(whitened, in_use);
         }
-        let (scaled, last) = scaled.as_chunks::<GROUP>();
         for (u, whitened, support) in zip3(&mut u.contacts, self.whitened_contacts(), &self.supports) {
-            let (columns, rest) = whitened.as_chunks::<GROUP>();
             let mut sums = [T::ZERO; D];
-            for group in support.groups::<N>(self.velocities()) {
-                if let (Some(columns), Some(g)) = (columns.get(group), scaled.get(group)) {
-                    add_columns(columns, g, &mut sums);
-                }
-            }
-            add_columns(rest, last, &mut sums);
+            support.add_product((whitened, self.velocities()), &scaled, &mut sums);
             *u = sums;
         }
         energy
@@ -112,18 +104,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
                 axpy(r, whitened, g);
             }
         }
-        let (g, last) = g.as_chunks_mut::<GROUP>();
         for (&r, whitened, support) in zip3(&r.contacts, self.whitened_contacts(), &self.supports) {
-            if r == [T::ZERO; D] {
-                continue;
+            if r != [T::ZERO; D] {
+                support.add_transposed_product((whitened, self.velocities()), r, g);
             }
-            let (columns, rest) = whitened.as_chunks::<GROUP>();
-            for group in support.groups::<N>(self.velocities()) {
-                if let (Some(columns), Some(g)) = (columns.get(group), g.get_mut(group)) {
-                    add_products(columns, r, g);
-                }
-            }
-            add_products(rest, r, last);
         }
     }
 

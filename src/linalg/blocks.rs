@@ -172,10 +172,10 @@ pub(crate) fn product<T: Real, const D: usize>(x: &[T; D], y: &[T; D]) -> T {
     x.iter().zip(y).fold(T::ZERO, |sum, (&x, &y)| sum + x * y)
 }
 
-/// `xᵀ A` for the block of one contact.
+/// `xᵀ A` for rows of one contact.
 #[inline]
-pub(crate) fn row_times<T: Real, const D: usize>(x: &[T; D], block: &[[T; D]; D]) -> [T; D] {
-    let mut sums = [T::ZERO; D];
+pub(crate) fn row_times<T: Real, const D: usize, const L: usize>(x: &[T; D], block: &[[T; L]; D]) -> [T; L] {
+    let mut sums = [T::ZERO; L];
     for (&x, row) in x.iter().zip(block) {
         for (sum, &entry) in sums.iter_mut().zip(row) {
             *sum += x * entry;

@@ -1,6 +1,7 @@
 //! Sums of products in twice the digits: they carry their rounding errors along (T. Ogita, S. M. Rump, S. Oishi, *Accurate Sum and
 //! Dot Product*, 2005).
 
+use crate::linalg::sum::Sum;
 use crate::real::Real;
 
 /// A sum of `n` products. Its error is at most `eps / 2` of its value plus `γ²` of the sum of the magnitudes of its terms, with
@@ -19,9 +20,19 @@ impl<T: Real> Dot2<T> {
         Self { sum: number, error: T::ZERO }
     }
 
+    /// The sum, corrected by its error and rounded.
+    pub(crate) fn value(self) -> T {
+        self.sum + self.error
+    }
+}
+
+impl<T: Real> Sum<T> for Dot2<T> {
     /// Adds `x y`, with the errors of Knuth's sum and of Dekker's product.
     #[inline]
-    pub(crate) fn add(&mut self, x: T, y: T) {
+    fn add(&mut self, x: T, y: T) {
+        if x == T::ZERO {
+            return; // saves the operations: half of the entries of a robot's matrices are zero
+        }
         let product = x * y;
         let sum = self.sum + product;
         let added = sum - self.sum;
@@ -30,11 +41,6 @@ impl<T: Real> Dot2<T> {
         let product_error = ((x * y - product) + x * y_low + x_low * y) + x_low * y_low;
         self.error += sum_error + product_error;
         self.sum = sum;
-    }
-
-    /// The sum, corrected by its error and rounded.
-    pub(crate) fn value(self) -> T {
-        self.sum + self.error
     }
 }
 

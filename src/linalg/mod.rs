@@ -10,5 +10,6 @@ pub(crate) mod lu;
 pub(crate) mod sparsity;
 pub(crate) mod stacked;
 pub(crate) mod substitution;
+pub(crate) mod sum;
 pub(crate) mod vector;
 pub(crate) mod zip;

@@ -4,7 +4,7 @@
 //! quadruped. Products with the Jacobian take groups of three columns, because joints and bodies come in threes, and skip groups of
 //! zeros.
 
-use crate::linalg::zip::zip3;
+use crate::linalg::sum::Sum;
 use crate::real::Real;
 use core::iter::from_fn;
 
@@ -64,73 +64,63 @@ impl Support {
         let end = if count > KNOWN { count.min(n.div_ceil(GROUP)) } else { count };
         known.chain(KNOWN..end)
     }
+
+    /// Adds `J g` to `sums`. `J` has these columns, of which `n` are in use.
+    #[inline]
+    pub(crate) fn add_product<T: Real, A: Sum<T>, const N: usize, const D: usize>(
+        self,
+        (columns, n): (&[[T; D]; N], usize),
+        g: &[T; N],
+        sums: &mut [A; D],
+    ) {
+        let (columns, rest) = columns.as_chunks::<GROUP>();
+        let (g, last) = g.as_chunks::<GROUP>();
+        for group in self.groups::<N>(n) {
+            if let (Some(columns), Some(g)) = (columns.get(group), g.get(group)) {
+                add_columns(columns, g, sums);
+            }
+        }
+        add_columns(rest, last, sums);
+    }
+
+    /// Adds `Jᵀ r` to `sums`. `J` has these columns, of which `n` are in use.
+    #[inline]
+    pub(crate) fn add_transposed_product<T: Real, A: Sum<T>, const N: usize, const D: usize>(
+        self,
+        (columns, n): (&[[T; D]; N], usize),
+        r: [T; D],
+        sums: &mut [A; N],
+    ) {
+        let (columns, rest) = columns.as_chunks::<GROUP>();
+        let (sums, last) = sums.as_chunks_mut::<GROUP>();
+        for group in self.groups::<N>(n) {
+            if let (Some(columns), Some(sums)) = (columns.get(group), sums.get_mut(group)) {
+                add_products(columns, r, sums);
+            }
+        }
+        add_products(rest, r, last);
+    }
 }
 
 /// `sums += Σ_j g_j column_j`
 #[inline]
-pub(crate) fn add_columns<T: Real, const D: usize>(columns: &[[T; D]], g: &[T], sums: &mut [T; D]) {
+fn add_columns<T: Real, A: Sum<T>, const D: usize>(columns: &[[T; D]], g: &[T], sums: &mut [A; D]) {
     for (column, &g) in columns.iter().zip(g) {
         for (sum, &entry) in sums.iter_mut().zip(column) {
-            *sum += entry * g;
-        }
-    }
-}
-
-/// `sums += Σ_j |g_j| |column_j|`
-#[inline]
-pub(crate) fn add_sizes<T: Real, const D: usize>(columns: &[[T; D]], g: &[T], sums: &mut [T; D]) {
-    for (column, &g) in columns.iter().zip(g) {
-        for (sum, &entry) in sums.iter_mut().zip(column) {
-            *sum += (entry * g).abs();
+            sum.add(entry, g);
         }
     }
 }
 
 /// `g_j += r · column_j`
 #[inline]
-pub(crate) fn add_products<T: Real, const D: usize>(columns: &[[T; D]], r: [T; D], g: &mut [T]) {
+fn add_products<T: Real, A: Sum<T>, const D: usize>(columns: &[[T; D]], r: [T; D], g: &mut [A]) {
     for (g, column) in g.iter_mut().zip(columns) {
         let mut sum = *g;
         for (r, &entry) in r.into_iter().zip(column) {
-            sum += r * entry;
+            sum.add(entry, r);
         }
         *g = sum;
-    }
-}
-
-/// [`add_columns`], and adds the magnitudes of the terms to `sizes`.
-#[inline]
-pub(crate) fn add_columns_and_sizes<T: Real, const D: usize>(
-    columns: &[[T; D]],
-    g: &[T],
-    sums: &mut [T; D],
-    sizes: &mut [T; D],
-) {
-    for (column, &g) in columns.iter().zip(g) {
-        for (sum, size, &entry) in zip3(&mut *sums, &mut *sizes, column) {
-            let product = entry * g;
-            *sum += product;
-            *size += product.abs();
-        }
-    }
-}
-
-/// [`add_products`], and adds the magnitudes of the terms to `sizes`.
-#[inline]
-pub(crate) fn add_products_and_sizes<T: Real, const D: usize>(
-    columns: &[[T; D]],
-    r: [T; D],
-    g: &mut [T],
-    sizes: &mut [T],
-) {
-    for (g, size, column) in zip3(g, sizes, columns) {
-        let (mut sum, mut terms) = (*g, *size);
-        for (r, &entry) in r.into_iter().zip(column) {
-            let product = r * entry;
-            sum += product;
-            terms += product.abs();
-        }
-        (*g, *size) = (sum, terms);
     }
 }
 

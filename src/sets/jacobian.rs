@@ -14,12 +14,11 @@ use crate::linalg::stacked::{Counts, Stacked, StackedMatrix};
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use crate::sets::Sets;
-use crate::sets::contact::frame::{Frame, Kind};
+use crate::sets::assembly::assemble;
+use crate::sets::contact::frame::{Damped, Frame, Kind};
 use crate::sets::point::NewtonPoint;
 use core::array::from_fn;
 use nalgebra::SVector;
-
-mod assembly;
 
 /// Indices of the contacts and joint rows of a scene in an earlier list; `C` and `R` for new ones.
 #[derive(Clone, Debug)]
@@ -93,13 +92,19 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Jacobian<T, D, C, 
         let unknown_rows = self.holding_rows().count();
         self.elimination.lay_out(frames.iter().map(Frame::count), unknown_rows);
         let symmetric = frames.iter().all(|frame| frame.kind != Kind::Slip);
-        self.assemble_contacts(delassus, symmetric, matrix)?;
-        self.assemble_rows(sets, delassus, symmetric, matrix)?;
+        let contacts = frames.iter().map(|frame| Damped { frame, damping });
+        // `δ A⁻¹ / (1 + δ)`, as for contacts that stick.
+        let add_own = |j: usize, entry: &mut T| {
+            *entry += damping / (sets.rows().get(j)?.alpha * (T::ONE + damping));
+            Some(())
+        };
+        let rows = (self.holding_rows(), add_own);
+        assemble((delassus, matrix), &self.elimination, &contacts, rows, symmetric)?;
         self.elimination.factorise(matrix, symmetric)
     }
 
     /// Indices of the joint rows that hold.
-    fn holding_rows(&self) -> impl Iterator<Item = usize> {
+    fn holding_rows(&self) -> impl Iterator<Item = usize> + Clone {
         let holds = self.holds.iter().enumerate().take(self.counts.rows);
         holds.filter(|&(_, &holds)| holds).map(|(j, _)| j)
     }

@@ -20,6 +20,7 @@ use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
 use contact::natural_map;
 
+mod assembly;
 pub(crate) mod contact;
 pub(crate) mod energy;
 pub(crate) mod jacobian;

@@ -7,10 +7,11 @@ use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::linalg::vector::zeros;
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::real::Real;
-use crate::sets::Sets;
+use crate::sets::assembly::{Linear, assemble};
 use crate::sets::contact::lorentz::{first, joined};
 use crate::sets::contact::pair::{Pair, Part, Scaling, widen, width};
 use crate::sets::pairs::Pairs;
+use crate::sets::{ContactSet, Sets};
 use core::array::from_fn;
 use nalgebra::SVector;
 
@@ -42,6 +43,50 @@ pub(crate) struct PathSystem<'a, T: Real, const D: usize, const C: usize, const 
     velocities: Stacked<T, D, C, R>,
     matrix: &'a mut StackedMatrix<T, D, C, R>,
     elimination: &'a mut Elimination<T, D, C, R>,
+}
+
+/// The unknowns and equations of a contact on the central path.
+struct OnPath<'a, T: Real, const D: usize> {
+    set: &'a ContactSet<T, D>,
+    pair: &'a Pair<T, D>,
+    scaling: &'a Scaling<T, D>,
+    /// Factor by which the diagonal of `W` is enlarged.
+    regular: T,
+}
+
+impl<T: Real, const D: usize> Linear<T, D> for OnPath<'_, T, D> {
+    fn count(&self) -> usize {
+        self.pair.count()
+    }
+
+    #[inline]
+    fn tested(&self, velocities: &[T; D]) -> [T; D] {
+        let wide = widen(self.set, &(*velocities).into());
+        let wide = if self.pair.part == Part::Normal { joined(first(&wide), zeros()) } else { wide };
+        wide.into()
+    }
+
+    #[inline]
+    fn pushed<const L: usize>(&self, k: usize, velocities: &[[T; L]; D]) -> [T; L] {
+        let mut wide = velocities.get(k).copied().unwrap_or([T::ZERO; L]);
+        if k > 0 {
+            let width = width(self.set, k);
+            for wide in &mut wide {
+                *wide *= width;
+            }
+        }
+        wide
+    }
+
+    #[inline]
+    fn add_own(&self, k: usize, entries: &mut [T; D]) {
+        if let Some(diagonal) = entries.get_mut(k) {
+            *diagonal *= self.regular;
+        }
+        for (entry, &own) in entries.iter_mut().zip(&self.scaling.column(self.pair, k)) {
+            *entry += own;
+        }
+    }
 }
 
 impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a, T, D, C, R> {
@@ -79,90 +124,16 @@ impl<'a, T: Real, const D: usize, const C: usize, const R: usize> PathSystem<'a,
         let rows = pairs.rows.iter().filter(|pair| pair.is_free).count();
         self.elimination.lay_out(pairs.contacts.iter().map(Pair::count), rows);
         let regular = T::ONE + T::literal(REGULAR) * T::EPSILON;
-        self.assemble_contacts(sets, delassus, regular)?;
-        self.assemble_rows(sets, delassus, regular)?;
-        self.elimination.factorise(self.matrix, false)
-    }
-
-    /// Writes the unknowns of contacts in the equations of contacts.
-    #[inline]
-    fn assemble_contacts(
-        &mut self,
-        sets: &Sets<T, D, C, R>,
-        delassus: &Delassus<T, D, C, R>,
-        regular: T,
-    ) -> Option<()> {
-        let pairs = &self.pairs.contacts;
-        for (j, set, pair) in zip3(0..C, sets.contacts(), pairs) {
-            let (start, count) = (self.elimination.columns(j).start, pair.count());
-            for (i, rows, sources, row_set, row_pair) in
-                zip5(0..C, &mut self.matrix.contacts, &delassus.contacts, sets.contacts(), pairs)
-            {
-                if count == 0 || row_pair.count() == 0 {
-                    continue;
-                }
-                for (k, row, source) in zip3(0..D, rows, sources) {
-                    let mut entries = [T::ZERO; D];
-                    if k < row_pair.count() {
-                        let mut wide = widen(set, &(*source.get(j)?).into());
-                        if k > 0 {
-                            wide *= width(row_set, k);
-                        }
-                        if i == j {
-                            if let Some(diagonal) = wide.as_mut_slice().get_mut(k) {
-                                *diagonal *= regular;
-                            }
-                            wide += self.scalings.get(i)?.column(pair, k);
-                        }
-                        for (entry, &wide) in entries.iter_mut().zip(wide.iter()).take(count) {
-                            *entry = wide;
-                        }
-                    }
-                    // Zeros behind the columns of the contact: the next contact overwrites them.
-                    let target = row.contacts.as_flattened_mut().get_mut(start..)?;
-                    *target.first_chunk_mut()? = entries;
-                }
-            }
-        }
-        Some(())
-    }
-
-    /// Writes the unknowns of joint rows, and those of contacts in the equations of joint rows.
-    #[inline]
-    fn assemble_rows(
-        &mut self,
-        sets: &Sets<T, D, C, R>,
-        delassus: &Delassus<T, D, C, R>,
-        regular: T,
-    ) -> Option<()> {
-        let pairs = self.pairs;
-        let free = || {
-            let rows = pairs.rows.iter().enumerate();
-            rows.filter(|(_, pair)| pair.is_free).map(|(j, _)| j)
+        let contacts = sets.contacts().iter().zip(&pairs.contacts).zip(&self.scalings);
+        let contacts = contacts.map(|((set, pair), scaling)| OnPath { set, pair, scaling, regular });
+        let add_own = |j: usize, entry: &mut T| {
+            *entry = *entry * regular + pairs.rows.get(j)?.response(sets.rows().get(j)?.alpha);
+            Some(())
         };
-        for (index, j) in free().enumerate() {
-            let (pair, sources) = (pairs.rows.get(j)?, delassus.rows.get(j)?);
-            let target = self.matrix.rows.get_mut(index)?;
-            for (entry, k) in target.rows.iter_mut().zip(free()) {
-                *entry = *sources.rows.get(k)?;
-            }
-            let alpha = sets.rows().get(j)?.alpha;
-            let diagonal = target.rows.get_mut(index)?;
-            *diagonal = *diagonal * regular + pair.response(alpha);
-            for (i, set, pair, &source) in zip4(0..C, sets.contacts(), &pairs.contacts, &sources.contacts) {
-                let wide = widen(set, &source.into());
-                let columns = self.elimination.columns(i);
-                let entries = target.contacts.as_flattened_mut().get_mut(columns)?;
-                for (entry, &wide) in entries.iter_mut().zip(wide.iter()) {
-                    *entry = wide;
-                }
-                for (k, row, &wide) in zip3(0..D, self.matrix.contacts.get_mut(i)?, &wide) {
-                    let used = k < pair.count();
-                    *row.rows.get_mut(index)? = if used { wide } else { T::ZERO };
-                }
-            }
-        }
-        Some(())
+        let free = pairs.rows.iter().enumerate().filter(|(_, pair)| pair.is_free);
+        let rows = (free.map(|(j, _)| j), add_own);
+        assemble((delassus, self.matrix), self.elimination, &contacts, rows, false)?;
+        self.elimination.factorise(self.matrix, false)
     }
 
     /// Solves the linearised equations with the right-hand sides `goals`, and fills in the step; `None` if `dx` or `dw` is not finite.

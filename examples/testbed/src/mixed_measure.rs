@@ -4,8 +4,9 @@ use crate::judge::{self, Wide};
 use crate::mixed::{Friction, Joint, MixedFile};
 use nalgebra::DVector;
 
-/// A scene of contacts and joint rows, to be judged.
-fn judged(file: &MixedFile) -> judge::Scene {
+/// A scene of contacts and joint rows, to be judged at the impulses `lambda`. (A limit that is given to the solve and does not push is no row
+/// of the scene.)
+fn judged(file: &MixedFile, lambda: &[f64]) -> judge::Scene {
     let d = file.dim;
     let contact = |(i, mu): (usize, &Friction)| {
         let mut scales = vec![Wide::from(1.0); d];
@@ -55,12 +56,15 @@ fn judged(file: &MixedFile) -> judge::Scene {
     };
     let is_soft = file.compliance.iter().flatten().any(|&soft| soft > 0.0);
     let has_shapes = file.mu.iter().any(|mu| matches!(mu, Friction::Rows(_)));
+    let mut joints = file.joints.iter().zip(lambda);
+    let has_rows =
+        joints.any(|(joint, &impulse)| file.limits_inside || joint.kind != "limit" || impulse != 0.0);
     judge::Scene {
         mass: file.mass.iter().map(|row| judge::wide(row)).collect(),
         push: file.f.iter().map(|&f| Wide::from(-f)).collect(),
         contacts: file.mu.iter().enumerate().map(contact).collect(),
         rows: file.joints.iter().map(row).collect(),
-        is_mixed: is_soft || has_shapes || !file.joints.is_empty(),
+        is_mixed: is_soft || has_shapes || has_rows,
     }
 }
 
@@ -68,7 +72,7 @@ fn judged(file: &MixedFile) -> judge::Scene {
 /// `src/guide/error.md` defines them.) Infinite if an impulse is outside of its bounds.
 pub fn error(file: &MixedFile, v: &[f64], r: &[f64], lambda: &[f64]) -> f64 {
     let r: Vec<_> = r.chunks(file.dim).map(<[f64]>::to_vec).collect();
-    judged(file).error(v, &r, lambda)
+    judged(file, lambda).error(v, &r, lambda)
 }
 
 /// Does `d`, one a contact and one a joint row, prove that there is no velocity? Not negative on rigid normals and limits, free

@@ -1,6 +1,6 @@
 //! The sum against one in twice the digits.
 
-use super::Dot2;
+use super::{Dot2, Sum};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

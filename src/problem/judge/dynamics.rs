@@ -1,13 +1,12 @@
 //! The velocities `u = H v + w`, and the second part of the error, `|M v - M v_free - Hᵀ r|`.
 
-use crate::linalg::cholesky::{BLOCK, axpy, dot};
-use crate::linalg::sparsity::{GROUP, add_columns, add_columns_and_sizes, add_products_and_sizes};
+use crate::linalg::cholesky::{BLOCK, dot};
 use crate::linalg::stacked::Stacked;
+use crate::linalg::sum::{SizedSum, Sum};
 use crate::linalg::vector::{at_least, larger, quotient, root_sum};
-use crate::linalg::zip::{zip3, zip4, zip5};
+use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::scene::{JointRow, Scene};
-use nalgebra::ComplexField;
 
 /// Bytes of registers for the sums of a block. The sums of magnitudes take as many, and the terms a quarter of all registers: 128
 /// bytes on a Cortex-M4F, 256 on a desktop (16 vectors of 16 bytes). So the sums take three eighths.
@@ -39,10 +38,8 @@ struct Momenta<'a, T, const N: usize> {
     free: &'a [T],
     /// `M v`
     inertia: [T; N],
-    /// `Hᵀ r`
-    pushed: [T; N],
-    /// Sums of the magnitudes of the terms of `M v` and `Hᵀ r`.
-    magnitudes: [T; N],
+    /// `Hᵀ r`, with the magnitudes of the terms of both.
+    pushed: [SizedSum<T>; N],
 }
 
 impl<T: Real> Norms<T> {
@@ -56,7 +53,7 @@ impl<T: Real> Norms<T> {
         // Twice the exponent of the unit: a bound on the exponent of each square.
         let mut exponent = None;
         for (k, &free, &inertia, &pushed) in zip4(0..N, momenta.free, &momenta.inertia, &momenta.pushed) {
-            let largest = larger(T::ZERO, &[free, inertia, pushed], T::ONE);
+            let largest = larger(T::ZERO, &[free, inertia, pushed.sum], T::ONE);
             if largest > T::ZERO && largest.is_finite() {
                 exponent = exponent.max(Some(2 * largest.exponent() + weight(k).exponent()));
             }
@@ -80,10 +77,9 @@ impl<T: Real> Norms<T> {
     #[cfg_attr(target_os = "none", inline(never))]
     fn in_unit<const N: usize>(momenta: &Momenta<'_, T, N>, unit: T, weight: impl Fn(usize) -> T) -> Self {
         let [mut residual, mut size_free, mut size_v, mut size_r, mut magnitude] = [T::ZERO; 5];
-        for (k, &free, &inertia, &pushed, &terms) in
-            zip5(0..N, momenta.free, &momenta.inertia, &momenta.pushed, &momenta.magnitudes)
-        {
-            let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed);
+        for (k, &free, &inertia, pushed) in zip4(0..N, momenta.free, &momenta.inertia, &momenta.pushed) {
+            let terms = pushed.size;
+            let (free, inertia, pushed) = (unit * free, unit * inertia, unit * pushed.sum);
             let (difference, weight) = (inertia - free - pushed, weight(k));
             let terms = unit * terms + free.abs();
             residual += difference * difference * weight;
@@ -154,17 +150,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Fills `u` with `H v + w`, without compliance, in a scene without joint rows.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn contact_velocities(&self, v: &[T; N], u: &mut Stacked<T, D, C, R>) {
-        let n = self.velocities();
-        let (groups, last) = v.as_chunks::<GROUP>();
         for (contact, support, u) in zip3(self.contacts(), self.supports(), &mut u.contacts) {
             let mut velocity: [T; D] = contact.offset.into();
-            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-            for group in support.groups::<N>(n) {
-                if let (Some(columns), Some(v)) = (columns.get(group), groups.get(group)) {
-                    add_columns(columns, v, &mut velocity);
-                }
-            }
-            add_columns(rest, last, &mut velocity);
+            support.add_product((&contact.jacobian.data.0, self.velocities()), v, &mut velocity);
             *u = velocity;
         }
     }
@@ -183,20 +171,12 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         for (row, u, size) in zip3(self.rows(), &mut u.rows, &mut sizes.rows) {
             (*u, *size) = row_velocity(row, in_use);
         }
-        let (groups, last) = v.as_chunks::<GROUP>();
         for (contact, support, u, size) in
             zip4(self.contacts(), self.supports(), &mut u.contacts, &mut sizes.contacts)
         {
-            let mut velocity: [T; D] = contact.offset.into();
-            let mut terms = velocity.map(ComplexField::abs);
-            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-            for group in support.groups::<N>(n) {
-                if let (Some(columns), Some(v)) = (columns.get(group), groups.get(group)) {
-                    add_columns_and_sizes(columns, v, &mut velocity, &mut terms);
-                }
-            }
-            add_columns_and_sizes(rest, last, &mut velocity, &mut terms);
-            (*u, *size) = (velocity, terms);
+            let mut velocity = <[T; D]>::from(contact.offset).map(SizedSum::of);
+            support.add_product((&contact.jacobian.data.0, n), v, &mut velocity);
+            (*u, *size) = (velocity.map(|u| u.sum), velocity.map(|u| u.size));
         }
     }
 
@@ -208,33 +188,19 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut momenta = Momenta {
             free: free.get(..n).unwrap_or_default(),
             inertia: [T::ONE; N], // all of it is overwritten, and zeros would call memset
-            pushed: [T::ZERO; N],
-            magnitudes: [T::ONE; N],
+            pushed: [SizedSum { sum: T::ZERO, size: T::ONE }; N],
         };
-        let Momenta { inertia, pushed, magnitudes, .. } = &mut momenta;
-        multiply((mass, n), v, inertia, magnitudes);
+        let Momenta { inertia, pushed, .. } = &mut momenta;
+        multiply((mass, n), v, (inertia, pushed));
         for (row, &r) in self.rows().iter().zip(&r.rows) {
             if r != T::ZERO {
-                let [entries] = &row.row.data.0;
-                axpy(r, entries, pushed);
-                for (magnitude, &entry) in magnitudes.iter_mut().zip(entries) {
-                    *magnitude += (r * entry).abs();
+                for (pushed, &entry) in pushed.iter_mut().zip(&row.row) {
+                    pushed.add(entry, r);
                 }
             }
         }
-        let (pushed, last_pushed) = pushed.as_chunks_mut::<GROUP>();
-        let (magnitudes, last_magnitudes) = magnitudes.as_chunks_mut::<GROUP>();
         for (contact, support, r) in zip3(self.contacts(), self.supports(), &r.contacts) {
-            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-            for group in support.groups::<N>(n) {
-                let (pushed, magnitudes) = (pushed.get_mut(group), magnitudes.get_mut(group));
-                if let (Some(columns), Some(pushed), Some(magnitudes)) =
-                    (columns.get(group), pushed, magnitudes)
-                {
-                    add_products_and_sizes(columns, *r, pushed, magnitudes);
-                }
-            }
-            add_products_and_sizes(rest, *r, last_pushed, last_magnitudes);
+            support.add_transposed_product((&contact.jacobian.data.0, n), *r, pushed);
         }
         let is_mixed = self.is_mixed();
         Dynamics {
@@ -255,22 +221,21 @@ fn row_velocity<T: Real, const N: usize>(row: &JointRow<T, N>, v: &[T]) -> (T, T
     (dot(entries, v) + row.offset, size)
 }
 
-/// Fills `products` with `M v`, and `magnitudes` with the sums of the magnitudes of its terms.
+/// Fills `inertia` with `M v`, and begins sums with the sizes of its terms.
 #[inline]
 fn multiply<T: Real, const N: usize>(
     (mass, n): (&[[T; N]; N], usize),
     v: &[T; N],
-    products: &mut [T; N],
-    magnitudes: &mut [T; N],
+    (inertia, begun): (&mut [T; N], &mut [SizedSum<T>; N]),
 ) {
     let mass = mass.get(..n).unwrap_or_default();
     if N * size_of::<T>() <= SUMS {
-        return multiply_rows::<T, N, N>(mass, 0, v, products, magnitudes);
+        return multiply_rows::<T, N, N>(mass, 0, v, (inertia, begun));
     }
     // The last block repeats some rows, so that all blocks have the same size.
     let (mut first, last) = (0, n.saturating_sub(BLOCK));
     while first < last + BLOCK {
-        multiply_rows::<T, N, BLOCK>(mass, first.min(last), v, products, magnitudes);
+        multiply_rows::<T, N, BLOCK>(mass, first.min(last), v, (inertia, begun));
         first += BLOCK;
     }
 }
@@ -281,25 +246,22 @@ fn multiply_rows<T: Real, const N: usize, const K: usize>(
     mass: &[[T; N]],
     first: usize,
     v: &[T; N],
-    products: &mut [T; N],
-    magnitudes: &mut [T; N],
+    (inertia, begun): (&mut [T; N], &mut [SizedSum<T>; N]),
 ) {
-    let mut sums = [[T::ZERO; 2]; K];
+    let mut sums = [SizedSum::of(T::ZERO); K];
     // A slice, since a loop over the array would be unrolled, with more sums than registers.
     for (column, &v) in mass.iter().zip(v) {
         let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<K>) else {
             break;
         };
-        for ([sum, size], &mass) in sums.iter_mut().zip(column) {
-            let product = mass * v;
-            *sum += product;
-            *size += product.abs();
+        for (sum, &mass) in sums.iter_mut().zip(column) {
+            sum.add(mass, v);
         }
     }
-    let products = products.get_mut(first..).unwrap_or_default();
-    let magnitudes = magnitudes.get_mut(first..).unwrap_or_default();
-    for (product, magnitude, [sum, size]) in zip3(products, magnitudes, sums) {
-        (*product, *magnitude) = (sum, size);
+    let inertia = inertia.get_mut(first..).unwrap_or_default();
+    let begun = begun.get_mut(first..).unwrap_or_default();
+    for (inertia, begun, SizedSum { sum, size }) in zip3(inertia, begun, sums) {
+        (*inertia, *begun) = (sum, SizedSum { sum: T::ZERO, size });
     }
 }
 

@@ -11,6 +11,7 @@
 
 use crate::linalg::dot2::Dot2;
 use crate::linalg::stacked::Stacked;
+use crate::linalg::sum::Sum;
 use crate::linalg::vector::{rounding_bound, square};
 use crate::linalg::zip::{zip3, zip4, zip5};
 use crate::problem::Problem;
@@ -19,6 +20,7 @@ use crate::real::Real;
 use crate::sets::Sets;
 use crate::sets::energy::VelocityNoise;
 use crate::solution::Model;
+use core::ops::Neg;
 
 /// Squares of bounds on rounding.
 #[derive(Clone, Copy)]
@@ -117,9 +119,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         let mut differences = free.map(|free| Dot2::of(-free));
         for (column, &v) in mass.iter().zip(v).take(n) {
             for (difference, &mass) in differences.iter_mut().zip(column) {
-                if mass != T::ZERO {
-                    difference.add(mass, v);
-                }
+                difference.add(mass, v);
             }
         }
         let bounds = &mut rounding.velocities;
@@ -154,19 +154,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         differences: &mut [Dot2<T>; N],
     ) {
         let (scene, half) = (self.scene, T::EPSILON * T::literal(0.5));
-        for (i, bound, u, contact, r) in
-            zip5(0..C, &mut bounds.contacts, &mut u.contacts, scene.contacts(), &written.contacts)
+        let contacts = scene.contacts().iter().zip(scene.supports());
+        for (i, bound, u, (contact, support), r) in
+            zip5(0..C, &mut bounds.contacts, &mut u.contacts, contacts, &written.contacts)
         {
+            let columns = (&contact.jacobian.data.0, scene.velocities());
             let mut sums = <[T; D]>::from(contact.offset).map(Dot2::of);
-            for (&v, column, difference) in zip3(v, &contact.jacobian.data.0, &mut *differences) {
-                if *column == [T::ZERO; D] {
-                    continue;
-                }
-                for (sum, &h, &r) in zip3(&mut sums, column, r) {
-                    sum.add(h, v);
-                    difference.add(-h, r);
-                }
-            }
+            support.add_product(columns, v, &mut sums);
+            support.add_transposed_product(columns, r.map(Neg::neg), differences);
             let values = sums.map(Dot2::value);
             if !values.iter().all(T::is_finite) {
                 continue; // too large for a product in twice the digits
@@ -200,10 +195,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         for (bound, u, row, &r) in zip4(&mut bounds.rows, &mut u.rows, self.scene.rows(), &written.rows) {
             let mut sum = Dot2::of(row.offset);
             for (&v, &h, difference) in zip3(v, &row.row, &mut *differences) {
-                if h != T::ZERO {
-                    sum.add(h, v);
-                    difference.add(-h, r);
-                }
+                sum.add(h, v);
+                difference.add(h, -r);
             }
             let value = sum.value();
             if value.is_finite() {

@@ -1,7 +1,7 @@
 //! Expected impulses beside `|r0|`, see [`crate::guide::error`]: `|stop|`, which stops the motion, and `carried`, which momenta ask for.
 
 use crate::linalg::blocks::diagonal_of;
-use crate::linalg::sparsity::{GROUP, add_sizes};
+use crate::linalg::sum::Size;
 use crate::linalg::vector::{at_least, larger, square, unit};
 use crate::linalg::zip::{zip3, zip5};
 use crate::real::Real;
@@ -18,21 +18,14 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// `|stop|` (N·s), [`SHARE`] of the impulse that would stop the free velocity `free`.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn stopping_impulse(&self, sets: &[ContactSet<T, D>], free: &[T; N]) -> T {
-        let (groups, last) = free.as_chunks::<GROUP>();
         let mut speeds = [[T::ZERO; D]; C];
         let mut largest = T::ZERO;
         for (i, contact, support, set, speeds) in
             zip5(0..C, self.contacts(), self.supports(), sets, &mut speeds)
         {
-            *speeds = without_gap(&contact.offset).abs().into();
-            let (columns, rest) = contact.jacobian.data.0.as_chunks::<GROUP>();
-            for group in support.groups::<N>(self.velocities()) {
-                if let (Some(columns), Some(free)) = (columns.get(group), groups.get(group)) {
-                    add_sizes(columns, free, speeds);
-                }
-            }
-            add_sizes(rest, last, speeds);
-            *speeds = self.scaled_velocity(i, *speeds).map(|speed| speed * set.alpha);
+            let mut sizes = <[T; D]>::from(without_gap(&contact.offset).abs()).map(Size);
+            support.add_product((&contact.jacobian.data.0, self.velocities()), free, &mut sizes);
+            *speeds = self.scaled_velocity(i, sizes.map(|Size(size)| size)).map(|speed| speed * set.alpha);
             largest = larger(largest, speeds, T::ONE);
         }
         let unit = unit(largest);

@@ -1,11 +1,12 @@
 //! The mode of a contact at a point of Newton's method, and its linearised equations.
 
 use crate::cone::{add_to_normal, split};
-use crate::linalg::blocks::product;
+use crate::linalg::blocks::{product, row_times};
 use crate::linalg::vector::norm;
 use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::sets::ContactSet;
+use crate::sets::assembly::Linear;
 use nalgebra::SVector;
 
 /// The mode of a contact at a point, with the derivative `DP` of the projection `P = Π_{K*}(z)` there.
@@ -159,36 +160,6 @@ impl<T: Real, const D: usize> Frame<T, D> {
         }
     }
 
-    /// The impulses of an unknown; `None` if the unknown is one impulse.
-    pub(crate) fn push(&self, unknown: usize) -> Option<&[T; D]> {
-        self.pushes.get(unknown).filter(|_| self.kind == Kind::Slip)
-    }
-
-    /// The entries of a column of the contact's rows in its equations.
-    #[inline]
-    pub(crate) fn tested(&self, source: &[T; D]) -> [T; D] {
-        if self.kind == Kind::Slip {
-            return self.equations.each_ref().map(|equation| product(source, equation));
-        }
-        let mut entries = *source;
-        if self.kind == Kind::Frictionless {
-            for entry in entries.iter_mut().skip(1) {
-                *entry = T::ZERO;
-            }
-        }
-        entries
-    }
-
-    /// The part of entry `(k, k)` of the contact's equations that comes from damping and the derivatives of the projection.
-    pub(crate) fn diagonal(&self, k: usize, damping: T) -> T {
-        match (self.kind, k) {
-            (Kind::Slip, 0) => -damping - self.skew * self.tilt,
-            (Kind::Slip, _) => self.turn + damping,
-            (Kind::Stick, 1..) => self.tangential_damping * self.step_per_impulse,
-            _ => damping * self.step_per_impulse,
-        }
-    }
-
     /// The right-hand sides of the contact's equations.
     pub(crate) fn right_sides(&self, residual: &[T; D]) -> [T; D] {
         if self.kind == Kind::Slip {
@@ -248,5 +219,55 @@ impl<T: Real, const D: usize> Frame<T, D> {
             }
         }
         step
+    }
+}
+
+/// A frame with the damping `δ` of its equations.
+pub(crate) struct Damped<'a, T: Real, const D: usize> {
+    pub(crate) frame: &'a Frame<T, D>,
+    pub(crate) damping: T,
+}
+
+impl<T: Real, const D: usize> Linear<T, D> for Damped<'_, T, D> {
+    fn count(&self) -> usize {
+        self.frame.count()
+    }
+
+    #[inline]
+    fn tested(&self, velocities: &[T; D]) -> [T; D] {
+        let frame = self.frame;
+        if frame.kind == Kind::Slip {
+            return frame.equations.each_ref().map(|equation| product(velocities, equation));
+        }
+        let mut entries = *velocities;
+        if frame.kind == Kind::Frictionless {
+            for entry in entries.iter_mut().skip(1) {
+                *entry = T::ZERO;
+            }
+        }
+        entries
+    }
+
+    #[inline]
+    fn pushed<const L: usize>(&self, k: usize, velocities: &[[T; L]; D]) -> [T; L] {
+        match self.frame.pushes.get(k) {
+            Some(push) if self.frame.kind == Kind::Slip => row_times(push, velocities),
+            _ => velocities.get(k).copied().unwrap_or([T::ZERO; L]),
+        }
+    }
+
+    /// Adds damping and the derivatives of the projection.
+    #[inline]
+    fn add_own(&self, k: usize, entries: &mut [T; D]) {
+        let (frame, damping) = (self.frame, self.damping);
+        let own = match (frame.kind, k) {
+            (Kind::Slip, 0) => -damping - frame.skew * frame.tilt,
+            (Kind::Slip, _) => frame.turn + damping,
+            (Kind::Stick, 1..) => frame.tangential_damping * frame.step_per_impulse,
+            _ => damping * frame.step_per_impulse,
+        };
+        if let Some(entry) = entries.get_mut(k) {
+            *entry += own;
+        }
     }
 }
