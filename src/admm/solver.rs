@@ -210,7 +210,7 @@ fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: us
     let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
     monitor.consider(&r, &u, estimate);
     while !monitor.is_over() && monitor.must_return() {
-        monitor.judge::<AllPhases>(&r, &u);
+        monitor.check::<AllPhases>(&r, &u);
     }
 }
 

@@ -104,7 +104,11 @@ impl Support {
 
 /// `sums += Σ_j g_j column_j`
 #[inline]
-fn add_columns<T: Real, A: Sum<T>, const D: usize>(columns: &[[T; D]], g: &[T], sums: &mut [A; D]) {
+pub(crate) fn add_columns<T: Real, A: Sum<T>, const D: usize>(
+    columns: &[[T; D]],
+    g: &[T],
+    sums: &mut [A; D],
+) {
     for (column, &g) in columns.iter().zip(g) {
         for (sum, &entry) in sums.iter_mut().zip(column) {
             sum.add(entry, g);
@@ -114,7 +118,7 @@ fn add_columns<T: Real, A: Sum<T>, const D: usize>(columns: &[[T; D]], g: &[T], 
 
 /// `g_j += r · column_j`
 #[inline]
-fn add_products<T: Real, A: Sum<T>, const D: usize>(columns: &[[T; D]], r: [T; D], g: &mut [A]) {
+pub(crate) fn add_products<T: Real, A: Sum<T>, const D: usize>(columns: &[[T; D]], r: [T; D], g: &mut [A]) {
     for (g, column) in g.iter_mut().zip(columns) {
         let mut sum = *g;
         for (r, &entry) in r.into_iter().zip(column) {

@@ -11,6 +11,7 @@
 //! | impulse while the others are held (`sweep`) | `contact::coulomb_sweep`, `contact::relaxed_sweep` | `row` |
 //! | linearisation (`jacobian`) | `contact::frame` | holds or not |
 //! | central path (`pairs`, `path_system`) | `contact::pair` | `row::pair` |
+//! | unknowns and equations of both (`assembly`) | `Linear` | one of each |
 //! | denominator of its error | `contact::natural_map`, `contact::expected` | `energy` |
 
 use crate::cone::add_to_normal;

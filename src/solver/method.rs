@@ -4,9 +4,9 @@
 //!
 //! ```text
 //! Sweeps ── enough ──► Newton ── rejected ──► CentralPath ── jam ──► CentralPath (another one)
-//! Newton ── rejected, began at the last solution or at a guess ──► Sweeps, from the best impulses
-//! CentralPath ── near the end, also after a jam ──► Newton
-//! Newton ── rejected ──► search for a proof of infeasibility, once in a solve
+//! Newton ── rejected, began without sweeps, at the last solution or at a guess ──► Sweeps, from the best impulses
+//! CentralPath ── near the end, also after a jam ──► Newton ── rejected ──► CentralPath, where it was
+//! Newton ── rejected, did not begin on the path ──► search for a proof of infeasibility, once in a solve
 //! ```
 //!
 //! Where bodies were at rest, [the rest question](crate::solver::rest) may choose another phase: at the start, after a piece of work, after a
@@ -128,7 +128,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
         warm_start: &mut WarmStart<T, D, C, R>,
     ) {
         if monitor.must_return() {
-            self.state.judge::<P, N, S>(monitor);
+            self.state.check::<P, N, S>(monitor);
             if monitor.is_check_due() {
                 return;
             }
@@ -249,7 +249,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
                 if monitor.problem.can_be_swept() && monitor.solution.work.sweeps == 0 {
                     return self.begin_sweeps();
                 }
-                monitor.judge_best();
+                monitor.check_best();
                 if monitor.is_over() {
                     return Phase::Sweeps; // the solve is over: of the point `r` and `u` are read
                 }

@@ -25,6 +25,7 @@ mod newton;
 mod phases;
 pub(crate) mod point;
 pub(crate) mod record;
+mod refinement;
 mod rest;
 mod state;
 mod sweeps;

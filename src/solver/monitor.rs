@@ -6,7 +6,6 @@
 //! tolerance.
 
 use crate::linalg::stacked::Stacked;
-use crate::linalg::zip::{zip3, zip4};
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::solution::{Model, Settings, Solution, Status, Work};
@@ -14,10 +13,6 @@ use crate::solver::phases::Phases;
 use crate::solver::record::{Call, Check, Milestone, Record};
 use crate::solver::tuning;
 use core::mem;
-use nalgebra::SVector;
-
-/// Largest number of corrections of the velocities (iterative refinement). If they are not enough, rounding is to blame.
-const CORRECTIONS: u8 = 4;
 
 /// Work that an error with twice the digits takes from the budget. A check in vain takes as much: if the solution is refused, or if a solver
 /// without such errors misses the tolerance.
@@ -140,7 +135,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         }
     }
 
-    /// Keeps impulses if their estimate is the least so far. If it is within the tolerance, a [check](Self::judge) of their error is due, and
+    /// Keeps impulses if their estimate is the least so far. If it is within the tolerance, a [check](Self::check) of their error is due, and
     /// decides whether they are kept.
     pub(crate) fn consider(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>, mut estimate: T) {
         let tolerance = self.settings.tolerance;
@@ -195,7 +190,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     /// the tolerance, too, `H v + w` and `W r + q` differ by rounding. The difference is then added to the constant terms of the velocities,
     /// and the search continues (iterative refinement).
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn judge<P: Phases>(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) {
+    pub(crate) fn check<P: Phases>(&mut self, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) {
         let exactly = P::EXACT_ERRORS && self.record.check == Check::ExactError;
         let mut is_solved = self.evaluate(r, exactly);
         if !is_solved && !self.problem.counts_stopping {
@@ -223,11 +218,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
                 if self.problem.error_estimate(r, u) <= self.settings.tolerance {
                     self.record.check = Check::ExactError;
                 }
-            } else if self.record.corrections < CORRECTIONS {
-                self.record.corrections += 1;
-                self.correct_velocities(r);
             } else {
-                self.stop(Status::PrecisionLimit);
+                self.correct_velocities(r);
             }
         }
     }
@@ -245,7 +237,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     /// Ends the solve if the best impulses solve the scene although their estimate is above the tolerance: it may be that of rounding. After a
     /// proof of infeasibility the solve has ended.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn judge_best(&mut self) {
+    pub(super) fn check_best(&mut self) {
         if self.is_over() {
             return;
         }
@@ -269,22 +261,6 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
         let wanted = (tolerance, exactly);
         self.problem.evaluate(r, wanted, self.solution);
         self.solution.error <= tolerance
-    }
-
-    /// Adds the difference of `H v + w` and `W r + q` to the constant terms of the velocities,
-    /// [`ContactSet::base`](crate::sets::ContactSet).
-    fn correct_velocities(&mut self, r: &Stacked<T, D, C, R>) {
-        let scene = self.problem.scene;
-        let mut u = Stacked::zero();
-        self.problem.velocities(r, &mut u);
-        let sets = self.problem.sets.contacts_mut();
-        for (i, set, contact, &u) in zip4(0..C, sets, &self.solution.contacts, &u.contacts) {
-            let velocity = scene.scaled_velocity(i, contact.velocity);
-            set.base += velocity - SVector::from(u);
-        }
-        for (set, row, &u) in zip3(self.problem.sets.rows_mut(), &self.solution.rows, &u.rows) {
-            set.base += row.velocity - u;
-        }
     }
 
     /// The impulses with the least estimate so far.

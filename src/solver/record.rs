@@ -76,7 +76,7 @@ pub(crate) struct Record<T, const D: usize, const C: usize, const R: usize> {
     pub(super) best_estimate: Option<T>,
     pub(super) check: Check,
     pub(super) factor_age: Age,
-    /// Number of corrections of the velocities, see [`super::monitor::Monitor::judge`].
+    /// Number of corrections of the velocities, see [`super::refinement`].
     pub(super) corrections: u8,
     /// Constant terms of the velocities, corrections included, at the last pause.
     pub(super) bases: Stacked<T, D, C, R>,

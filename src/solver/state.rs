@@ -66,14 +66,14 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Makes the check of the error that is due.
-    pub(super) fn judge<P: Phases, const N: usize, const S: usize>(
+    pub(super) fn check<P: Phases, const N: usize, const S: usize>(
         &self,
         monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
     ) {
         if P::CENTRAL_PATH && monitor.problem.is_relaxed() {
-            monitor.judge_rest(&self.point);
+            monitor.check_rest(&self.point);
         } else {
-            monitor.judge::<P>(&self.point.r, &self.point.u);
+            monitor.check::<P>(&self.point.r, &self.point.u);
         }
     }
 }

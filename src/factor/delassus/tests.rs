@@ -1,5 +1,5 @@
 //! `W` against a computation with dense matrices.
-#![allow(clippy::indexing_slicing, clippy::expect_used)]
+#![allow(clippy::indexing_slicing, clippy::expect_used, clippy::unreadable_literal)]
 
 use crate::{Contact, Error, Factor, Real, Scene};
 use nalgebra::{Matrix3, SMatrix, SVector, matrix};

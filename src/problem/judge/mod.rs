@@ -98,7 +98,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             balance.map_or_else(|| self.sum_momenta(v, written, &mut rounding), |balance| balance.dynamics);
         solution.error = self.error(&dynamics, &u, judged, &rounding);
         if exactly && solution.error > tolerance {
-            self.refine(v, written, (&mut u, &mut dynamics), &mut rounding);
+            self.sum_exactly(v, written, (&mut u, &mut dynamics), &mut rounding);
             solution.error = self.error(&dynamics, &u, judged, &rounding);
         }
         self.write(written, judged, &u, tolerance, solution);

@@ -4,12 +4,13 @@
 //! in `n + 1` operations, so the sum is off by at most `(n + 1) eps / 2` of the sum of the magnitudes of its terms (C.-P. Jeannerod and S. M.
 //! Rump, 2013). `judge/dynamics.rs` computes these sums of magnitudes beside the sums.
 //!
-//! If the error with a bound exceeds the tolerance, [`Problem::refine`] computes the sums again as dot products that carry their
+//! If the error with a bound exceeds the tolerance, [`Problem::sum_exactly`] computes the sums again as dot products that carry their
 //! error along ([`crate::linalg::dot2`]). These are off by `eps / 2` of their result, and at most
 //! `(n + 4) (n + 1 + k) (eps / 2)²` of the magnitudes of their terms, if `k` operations follow. Each of these adds `eps / 2` of
 //! the result.
 
 use crate::linalg::dot2::Dot2;
+use crate::linalg::sparsity::{add_columns, add_products};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::sum::Sum;
 use crate::linalg::vector::{rounding_bound, square};
@@ -107,7 +108,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Computes `u = H v + w` with the velocities of compliance, and `M v - M v_free - Hᵀ r`, again with twice the digits. It replaces
     /// the bounds of [`Self::velocity_rounding`] and [`Self::momentum_rounding`] by those of the new sums.
     #[inline(never)]
-    pub(crate) fn refine(
+    pub(crate) fn sum_exactly(
         &self,
         v: &[T; N],
         written: &Stacked<T, D, C, R>,
@@ -123,8 +124,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             }
         }
         let bounds = &mut rounding.velocities;
-        self.refine_contacts(v, written, u, bounds, &mut differences);
-        self.refine_rows(v, written, u, bounds, &mut differences);
+        self.sum_contacts_exactly(v, written, u, bounds, &mut differences);
+        self.sum_rows_exactly(v, written, u, bounds, &mut differences);
         let differences = differences.map(Dot2::value);
         let differences = differences.get(..n).unwrap_or_default();
         if !differences.iter().all(T::is_finite) {
@@ -143,9 +144,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         });
     }
 
-    /// The part of [`Self::refine`] for contacts. Their impulses are subtracted from `differences`.
+    /// The part of [`Self::sum_exactly`] for contacts. Their impulses are subtracted from `differences`.
     #[inline]
-    fn refine_contacts(
+    fn sum_contacts_exactly(
         &self,
         v: &[T; N],
         written: &Stacked<T, D, C, R>,
@@ -154,14 +155,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         differences: &mut [Dot2<T>; N],
     ) {
         let (scene, half) = (self.scene, T::EPSILON * T::literal(0.5));
-        let contacts = scene.contacts().iter().zip(scene.supports());
-        for (i, bound, u, (contact, support), r) in
-            zip5(0..C, &mut bounds.contacts, &mut u.contacts, contacts, &written.contacts)
+        for (i, bound, u, contact, r) in
+            zip5(0..C, &mut bounds.contacts, &mut u.contacts, scene.contacts(), &written.contacts)
         {
-            let columns = (&contact.jacobian.data.0, scene.velocities());
+            let columns = &contact.jacobian.data.0;
             let mut sums = <[T; D]>::from(contact.offset).map(Dot2::of);
-            support.add_product(columns, v, &mut sums);
-            support.add_transposed_product(columns, r.map(Neg::neg), differences);
+            add_columns(columns, v, &mut sums);
+            add_products(columns, r.map(Neg::neg), differences);
             let values = sums.map(Dot2::value);
             if !values.iter().all(T::is_finite) {
                 continue; // too large for a product in twice the digits
@@ -182,9 +182,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         }
     }
 
-    /// The part of [`Self::refine`] for joint rows. Their impulses are subtracted from `differences`.
+    /// The part of [`Self::sum_exactly`] for joint rows. Their impulses are subtracted from `differences`.
     #[inline]
-    fn refine_rows(
+    fn sum_rows_exactly(
         &self,
         v: &[T; N],
         written: &Stacked<T, D, C, R>,

@@ -21,7 +21,7 @@ fn show(monitor: &mut Monitor<'_, '_, f64, N, D, C, 0, 0>, r: &Stacked<f64, D, C
     let estimate = monitor.problem.velocities_and_estimate(r, &mut u);
     monitor.consider(r, &u, estimate);
     if monitor.must_return() {
-        monitor.judge::<AllPhases>(r, &u);
+        monitor.check::<AllPhases>(r, &u);
     }
 }
 

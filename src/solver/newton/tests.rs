@@ -30,7 +30,7 @@ fn step(
 ) -> Outcome {
     let outcome = state.step(monitor, newton);
     while monitor.must_return() && !monitor.is_over() {
-        state.judge::<AllPhases, _, _>(monitor);
+        state.check::<AllPhases, _, _>(monitor);
     }
     outcome
 }

@@ -55,7 +55,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     }
 
     /// Considers a point while the relaxation is solved. If both estimates are within the tolerance,
-    /// by the relaxation and by Coulomb's law, a [check](Self::judge_rest) of the error is due.
+    /// by the relaxation and by Coulomb's law, a [check](Self::check_rest) of the error is due.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(in crate::solver) fn consider_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
         let tolerance = self.tolerance();
@@ -75,7 +75,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
     /// Ends the solve if they are much more exact than the tolerance, or if the relaxation is solved exactly. Otherwise the
     /// search goes on. A body at the limit of its friction could slide from the error of a tick alone.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(in crate::solver) fn judge_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
+    pub(in crate::solver) fn check_rest(&mut self, point: &NewtonPoint<T, D, C, R>) {
         self.problem.set_law(Model::Coulomb);
         let estimate = self.problem.error_estimate(&point.r, &point.u);
         let exactly = self.record.check == Check::ExactError;

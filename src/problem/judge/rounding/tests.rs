@@ -69,7 +69,7 @@ proptest! {
             let off = (f64::from(dynamics.plain.residual()).sqrt() - unit * gap.norm()).abs();
             prop_assert!(off <= f64::from(bounds.momentum).sqrt() + 1e-6 * unit * gap.norm());
             let sums = (&mut u, &mut dynamics);
-            problem.refine(&v, &r, sums, &mut bounds);
+            problem.sum_exactly(&v, &r, sums, &mut bounds);
         }
     }
 }
