@@ -282,6 +282,11 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Fa
         !self.has_dropped_rows && self.uncertainty < T::literal(CERTAIN)
     }
 
+    /// Is `M` as good as singular: would it be, if one of its diagonal entries were rounded down?
+    pub(crate) fn is_uncertain(&self) -> bool {
+        self.uncertainty >= T::literal(delassus::GROWTH)
+    }
+
     /// Estimate of the relative rounding of `W`.
     pub(crate) const fn uncertainty(&self) -> T {
         self.uncertainty

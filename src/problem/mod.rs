@@ -245,7 +245,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.r0_norm == T::ZERO && !self.counts_stopping && !self.sets.are_least(r)
     }
 
-    /// Solves this law from now on. The model is Coulomb's law.
+    /// Solves this law from now on. Only if the model is Coulomb's law.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set_law(&mut self, law: Model) {
         self.law = law;
@@ -259,7 +259,7 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         self.law != self.model
     }
 
-    /// [`Self::error_estimate`] by another law than the one that is solved. The model is Coulomb's law.
+    /// [`Self::error_estimate`] by another law than the one that is solved. Only if the model is Coulomb's law.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn estimate_by(&mut self, law: Model, r: &Stacked<T, D, C, R>, u: &Stacked<T, D, C, R>) -> T {
         let solved = self.law;

@@ -172,7 +172,8 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         r: &Stacked<T, D, C, R>,
         rounding: &Rounding<T, C, R>,
     ) -> T {
-        if self.is_immovable_and_violated || self.loses_digits() {
+        let uncertainty = self.factor.uncertainty();
+        if self.is_immovable_and_violated || self.loses_digits() || self.factor.is_uncertain() {
             return T::INFINITY;
         }
         let noise = &rounding.velocities;
@@ -188,7 +189,6 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         };
         error = error.max(rounding.momentum_error(dynamics));
         if error > T::ZERO {
-            let uncertainty = self.factor.uncertainty();
             return error * (T::ONE + uncertainty) + T::literal(4.0) * T::EPSILON;
         }
         error

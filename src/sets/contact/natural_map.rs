@@ -315,7 +315,7 @@ fn separates<T: Real, const D: usize>(set: &ContactSet<T, D>, u: &[T; D], noise:
     margin >= T::ZERO && noise.is_none_or(|&[noise, _]| margin * margin > reach * reach * noise)
 }
 
-/// Is there no impulse under Coulomb's law? Then the law asks for `u_N >= 0` alone.
+/// Is Coulomb's law solved, and the impulse zero? Then the law asks for `u_N >= 0` alone.
 #[inline]
 fn is_free<T: Real, const D: usize>(set: &ContactSet<T, D>, r: &[T; D]) -> bool {
     *r == [T::ZERO; D] && set.shift_factor == set.cone.friction()

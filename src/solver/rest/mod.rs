@@ -126,8 +126,10 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             }
             (RestQuestion::Closed | RestQuestion::Pending, _) => None,
             (RestQuestion::Centring, _) | (_, None) => Some(self.close(monitor)),
-            (_, Some(Origin::Cold)) => {
-                monitor.look_for_proof();
+            (question, Some(Origin::Cold)) => {
+                if question == RestQuestion::Open {
+                    monitor.look_for_proof(); // a known solution is proof enough that there is one
+                }
                 Some(self.begin_path(monitor))
             }
             (_, Some(_)) => None,
