@@ -65,6 +65,7 @@ fn a_mass_that_is_nearly_singular_leaves_w_uncertain() -> Result<(), Error> {
     let off = (w / wanted - 1.0).abs();
     assert!(off > 0.5 && f64::from(single.uncertainty()) > off, "{off} {}", single.uncertainty());
     assert!(double.uncertainty() < 1e-5, "{}", double.uncertainty());
+    assert!(single.is_uncertain() && !double.is_uncertain());
     Ok(())
 }
 

@@ -15,5 +15,5 @@ fn an_impulse_whose_square_vanishes_is_an_error() {
         let r = Stacked { contacts: [[0.0; 3]], rows: [impulse] };
         energy.larger_error(0.0, &sets, (&Stacked { rows: [1e-30], ..r }, &r), None)
     };
-    assert_eq!([of(0.0), of(1e-30)], [0.0, 1.0]);
+    assert!(of(0.0) <= 0.0 && of(1e-30) >= 1.0);
 }
