@@ -1,5 +1,4 @@
-//! Running sums of products, of which one loop serves all: plain numbers, magnitudes, both, and sums in twice the digits
-//! ([`super::dot2`]).
+//! Running sums of products: plain numbers, magnitudes, both, and sums in twice the digits ([`super::dot2`]). One loop serves all of them.
 
 use crate::real::Real;
 

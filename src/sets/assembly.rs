@@ -23,14 +23,14 @@ pub(super) trait Linear<T, const D: usize> {
     fn add_own(&self, k: usize, entries: &mut [T; D]);
 }
 
-/// Assembles the matrix of the contacts `contact(0)`, `contact(1)`, ... and the joint rows of these indices. `add_own` adds to the diagonal entry
-/// of a joint row what does not come from `W`. The blocks below the diagonal of a `symmetric` matrix are not written.
+/// Assembles the matrix of contacts and joint rows. `rows` are the indices of the joint rows, with a function that adds to the diagonal entry of
+/// a row what does not come from `W`. The blocks below the diagonal of a `symmetric` matrix are not written.
 #[inline]
 pub(super) fn assemble<T: Real, L: Linear<T, D>, const D: usize, const C: usize, const R: usize>(
     (delassus, matrix): (&Delassus<T, D, C, R>, &mut StackedMatrix<T, D, C, R>),
     elimination: &Elimination<T, D, C, R>,
     contacts: &(impl Iterator<Item = L> + Clone),
-    rows: (impl Iterator<Item = usize> + Clone, impl Fn(usize, &mut T) -> Option<()>),
+    (rows, add_own): (impl Iterator<Item = usize> + Clone, impl Fn(usize, &mut T) -> Option<()>),
     symmetric: bool,
 ) -> Option<()> {
     for (j, equations) in contacts.clone().enumerate() {
@@ -63,7 +63,6 @@ pub(super) fn assemble<T: Real, L: Linear<T, D>, const D: usize, const C: usize,
             }
         }
     }
-    let (rows, add_own) = rows;
     for (index, j) in rows.clone().enumerate() {
         let sources = delassus.rows.get(j)?;
         let target = matrix.rows.get_mut(index)?;

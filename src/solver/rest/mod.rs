@@ -128,7 +128,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
             (RestQuestion::Centring, _) | (_, None) => Some(self.close(monitor)),
             (question, Some(Origin::Cold)) => {
                 if question == RestQuestion::Open {
-                    monitor.look_for_proof(); // a known solution is proof enough that there is one
+                    monitor.look_for_proof(); // where a solution is known there is no proof
                 }
                 Some(self.begin_path(monitor))
             }
