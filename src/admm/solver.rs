@@ -168,7 +168,10 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
 
     /// Sets the first iterates: those of the last solution, or zero without one.
     fn begin<const S: usize>(&mut self, problem: &Problem<'_, T, N, D, C, 0, S>, penalty: T) {
-        let [u, r] = self.warm_start.last(problem);
+        let _ = self.warm_start.follow(problem.scene);
+        let [mut u, mut r] = [Stacked::zero(); 2];
+        self.warm_start.recall(problem.scene, &mut u, &mut r);
+        problem.sets.project(&mut r);
         for (iterate, &u, &r) in zip3(&mut self.iterates, &u.contacts, &r.contacts) {
             *iterate = Iterate::at(u.into(), r.into(), penalty);
         }

@@ -54,6 +54,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Stacked<T, D, C, R
         Self { contacts: [[T::ZERO; D]; C], rows: [T::ZERO; R] }
     }
 
+    /// Sets all entries to those of another. (Behind two references an assignment would call `memmove`.)
+    #[inline]
+    pub(crate) fn copy_from(&mut self, source: &Self) {
+        self.contacts.copy_from_slice(&source.contacts);
+        self.rows.copy_from_slice(&source.rows);
+    }
+
     /// `start + step length`
     pub(crate) fn along(start: &Self, step: &Self, length: T) -> Self {
         let mut sum = *start;

@@ -17,8 +17,9 @@
 use crate::real::Real;
 use crate::sets::pairs::{Pairs, mean_energy};
 use crate::sets::path_system::PathSystem;
-use crate::solver::monitor::Monitor;
-use crate::solver::state::{State, Sweeps};
+use crate::solver::phases::Phases;
+use crate::solver::solve::Solve;
+use crate::solver::state::{Phase, Sweeps};
 use crate::solver::tuning;
 
 /// Fall of the merit after which Newton's method tries again to finish a path. The merit is a square: the residual has halved.
@@ -39,90 +40,75 @@ pub(super) enum Progress {
     Jammed,
 }
 
-impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
+    Solve<'_, '_, T, N, D, C, R, S, P>
+{
     /// Begins the central path near the impulses of the point, with a `tau` of 10 times the mean of `alpha |q|²`, or less if the error of
     /// the point is small.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn begin_path<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        self.path.jams = 0;
+    pub(super) fn begin_path(&mut self) -> Phase {
+        self.state.path.jams = 0;
         // A solution that slides is far from one that rests.
-        let is_near = !monitor.problem.is_relaxed();
-        let share = if is_near { self.point.estimate * tuning::tau_share() } else { T::ONE };
-        self.enter_path(monitor, far_tau(monitor) * share.min(T::ONE), tuning::first_gain(), T::ONE);
-        self.back_to_path(monitor);
+        let is_near = !self.monitor.problem.is_relaxed();
+        let share = if is_near { self.state.point.estimate * tuning::tau_share() } else { T::ONE };
+        self.enter_path(self.far_tau() * share.min(T::ONE), tuning::first_gain(), T::ONE);
+        self.back_to_path();
+        Phase::CentralPath
     }
 
     /// Sets the pairs to those of a central path near the impulses and `u` of the point.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn enter_path<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-        tau: T,
-        gain: T,
-        beta: T,
-    ) {
-        self.path.beta = beta;
-        self.path.tau = tau;
-        self.path.steps = 0;
-        self.path.tried = None;
-        let (r, u) = (&self.point.r, &self.point.u);
-        let pairs = &mut self.path.pairs;
-        pairs.enter(&monitor.problem.sets, (r, u), tau, gain, beta);
+    fn enter_path(&mut self, tau: T, gain: T, beta: T) {
+        self.state.path.beta = beta;
+        self.state.path.tau = tau;
+        self.state.path.steps = 0;
+        self.state.path.tried = None;
+        let (r, u) = (&self.state.point.r, &self.state.point.u);
+        let pairs = &mut self.state.path.pairs;
+        pairs.enter(&self.monitor.problem.sets, (r, u), tau, gain, beta);
     }
 
     /// Moves the point to the impulses of the pairs.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn back_to_path<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        let sets = &monitor.problem.sets;
-        self.path.pairs.impulses(sets, &mut self.point.r);
-        self.point.evaluate_impulses(monitor.problem);
+    pub(super) fn back_to_path(&mut self) {
+        let sets = &self.monitor.problem.sets;
+        self.state.path.pairs.impulses(sets, &mut self.state.point.r);
+        self.evaluate_impulses();
     }
 
     /// Makes a step along the central path.
     #[inline(never)]
-    pub(super) fn path_step<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> Progress {
-        monitor.solution.work.newton_steps += 1;
-        let length = self.move_pairs(monitor);
-        self.path.is_stuck = length.is_none_or(|length| length < tuning::jammed());
-        let tau = self.path.pairs.tau(self.path.beta);
+    pub(super) fn path_step(&mut self) -> Progress {
+        self.monitor.solution.work.newton_steps += 1;
+        let length = self.move_pairs();
+        self.state.path.is_stuck = length.is_none_or(|length| length < tuning::jammed());
+        let tau = self.state.path.pairs.tau(self.state.path.beta);
         if tau.is_finite() {
-            self.path.tau = tau;
+            self.state.path.tau = tau;
         }
-        self.path.steps += 1;
-        self.back_to_path(monitor);
-        self.consider(monitor);
-        if monitor.must_return() {
+        self.state.path.steps += 1;
+        self.back_to_path();
+        self.consider();
+        if self.monitor.must_return() {
             return Progress::Far;
         }
-        self.progress(monitor)
+        self.progress()
     }
 
     /// The outcome of a step that did not solve the scene.
     #[inline(never)]
-    pub(super) fn progress<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> Progress {
-        if self.point.estimate < tuning::near() {
-            self.point.rebuild_from_velocity(monitor.problem);
-            let (merit, tried) = (self.point.merit, self.path.tried);
-            let fall = if monitor.problem.is_relaxed() { FALL_AT_REST } else { FALL };
+    pub(super) fn progress(&mut self) -> Progress {
+        if self.state.point.estimate < tuning::near() {
+            self.rebuild_from_velocity();
+            let (merit, tried) = (self.state.point.merit, self.state.path.tried);
+            let fall = if self.monitor.problem.is_relaxed() { FALL_AT_REST } else { FALL };
             if tried.is_none_or(|tried| merit * T::literal(fall) < tried) {
-                self.path.tried = Some(merit);
+                self.state.path.tried = Some(merit);
                 return Progress::Near;
             }
-            self.back_to_path(monitor);
+            self.back_to_path();
         }
-        if self.path.is_stuck || self.path.steps >= tuning::longest_path() {
+        if self.state.path.is_stuck || self.state.path.steps >= tuning::longest_path() {
             Progress::Jammed
         } else {
             Progress::Far
@@ -131,15 +117,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
 
     /// Moves the pairs by a step of Mehrotra's predictor-corrector method. Returns its length; `None` if the system is singular.
     #[inline(never)]
-    fn move_pairs<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> Option<T> {
-        self.forget();
-        let (matrix, elimination) = (&mut self.matrix, &mut self.jacobian.elimination);
-        let (pairs, beta) = (&self.path.pairs, self.path.beta);
-        let (sets, delassus) = (&monitor.problem.sets, monitor.problem.factor.delassus());
-        let u = &self.point.u;
+    fn move_pairs(&mut self) -> Option<T> {
+        self.state.forget();
+        let (matrix, elimination) = (&mut self.state.matrix, &mut self.state.jacobian.elimination);
+        let (pairs, beta) = (&self.state.path.pairs, self.state.path.beta);
+        let (sets, delassus) = (&self.monitor.problem.sets, self.monitor.problem.factor.delassus());
+        let u = &self.state.point.u;
         let mut system = PathSystem::new(sets, pairs, u, matrix, elimination);
         system.factorise(sets, delassus)?;
         // Share of the way to the boundary of the cones.
@@ -148,7 +131,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let (mut step, mut corrected) = (Pairs::none(), Pairs::none());
         system.predict(&mut step)?;
         let remainder = T::ONE - pairs.max_step(&step, limit).min(T::ONE);
-        let goal = (remainder * remainder * remainder * self.path.tau, beta);
+        let goal = (remainder * remainder * remainder * self.state.path.tau, beta);
         system.correct(&step, goal, &mut corrected)?;
         let mut longest = pairs.max_step(&corrected, limit);
         if longest < tuning::correct_again() {
@@ -159,17 +142,13 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             }
         }
         let length = (fraction * longest).min(T::ONE);
-        self.path.pairs.advance(&corrected, length);
+        self.state.path.pairs.advance(&corrected, length);
         Some(length)
     }
 
     /// Sets the impulses of the point to pseudo-random ones of the expected size, seeded by the number of jams.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn restart_at_random<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-        jams: usize,
-    ) {
+    fn restart_at_random(&mut self, jams: usize) {
         let mut state = u32::try_from(jams).unwrap_or(0);
         let mut random = |size: T| {
             // The generator of Numerical Recipes; its upper half is random enough.
@@ -177,7 +156,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
             let share = T::count(usize::from((state >> 16) as u16)) / T::literal(32768.0);
             size * (share - T::ONE)
         };
-        let (problem, r) = (&*monitor.problem, &mut self.point.r);
+        let (problem, r) = (&*self.monitor.problem, &mut self.state.point.r);
         for (r, set) in r.contacts.iter_mut().zip(problem.sets.contacts()) {
             let size = problem.expected(set.alpha);
             *r = r.map(|_| random(size));
@@ -191,29 +170,24 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     /// Leaves a jam by some sweeps, and begins another central path. Returns true if Newton's method may finish from the point after the
     /// sweeps.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn leave_jam<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> bool {
-        monitor.note_failure();
-        let tau = self.path.tau;
-        let jams = self.path.jams;
-        self.path.jams = jams.wrapping_add(1);
+    pub(super) fn leave_jam(&mut self) -> bool {
+        self.monitor.note_failure();
+        let tau = self.state.path.tau;
+        let jams = self.state.path.jams;
+        self.state.path.jams = jams.wrapping_add(1);
         if jams > tuning::jams_to_anywhere() && jams % 4 == 1 {
-            self.restart_at_random(monitor, jams);
-        } else if (jams + 1).is_multiple_of(tuning::jams_to_best())
-            && let Some(best) = monitor.best()
-        {
-            self.point.r = best;
+            self.restart_at_random(jams);
+        } else if (jams + 1).is_multiple_of(tuning::jams_to_best()) {
+            self.set_best_impulses();
         }
-        self.point.evaluate_impulses(monitor.problem);
-        if !self.point.estimate.is_finite() {
-            self.point.set_zero_impulse(monitor.problem);
+        self.evaluate_impulses();
+        if !self.state.point.estimate.is_finite() {
+            self.set_zero_impulse();
         }
-        if monitor.problem.can_be_swept() {
-            self.sweeps = Sweeps::none();
+        if self.monitor.problem.can_be_swept() {
+            self.state.sweeps = Sweeps::none();
             for _ in 0..tuning::sweeps_at_jam() {
-                self.sweep_once(monitor);
+                self.sweep_once();
             }
         }
         // `map` lets the compiler round the constants.
@@ -227,22 +201,20 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
         let round = T::count(1 + jams.div_euclid(tuning::WEIGHTS.len()));
         let mut raised = tau * tuning::tau_raise() * round;
         if jams == 0 {
-            raised = raised.max(far_tau(monitor)); // the first path may have begun too near its end
+            raised = raised.max(self.far_tau()); // the first path may have begun too near its end
         }
-        self.enter_path(monitor, raised, gain, beta);
-        self.point.evaluate_impulses(monitor.problem);
-        self.consider(monitor);
-        let is_near = self.point.estimate < tuning::near() || monitor.must_return();
+        self.enter_path(raised, gain, beta);
+        self.evaluate_impulses();
+        self.consider();
+        let is_near = self.state.point.estimate < tuning::near() || self.monitor.must_return();
         if is_near {
-            self.point.rebuild_from_velocity(monitor.problem);
+            self.rebuild_from_velocity();
         }
         is_near
     }
-}
 
-/// The `tau` of a path that begins far from a solution.
-fn far_tau<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>(
-    monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-) -> T {
-    mean_energy(&monitor.problem.sets) * tuning::first_tau()
+    /// The `tau` of a path that begins far from a solution.
+    fn far_tau(&self) -> T {
+        mean_energy(&self.monitor.problem.sets) * tuning::first_tau()
+    }
 }

@@ -8,7 +8,12 @@ use crate::problem::Problem;
 use crate::scene::{Contact, Scene};
 use crate::solution::{Model, Settings, Solution};
 use crate::solver::monitor::Monitor;
+use crate::solver::phases::AllPhases;
 use crate::solver::record::{Call, Record};
+use crate::solver::solve::Solve;
+use crate::solver::state::State;
+use crate::solver::warm_start::WarmStart;
+use core::marker::PhantomData;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 
 pub(super) const N: usize = 6;
@@ -58,11 +63,32 @@ pub(super) fn with_monitor<O>(
     push: &SVector<f64, N>,
     work: impl FnOnce(&mut Monitor<'_, '_, f64, N, D, C, 0, 0>) -> O,
 ) -> Result<O, Error> {
+    with_solve(scene, push, |solve| work(&mut solve.monitor))
+}
+
+/// Calls `work` with a solve that has begun, without a last one.
+pub(super) fn with_solve<O>(
+    scene: &Scene<f64, N, D, C>,
+    push: &SVector<f64, N>,
+    work: impl FnOnce(&mut Solve<'_, '_, f64, N, D, C, 0, 0, AllPhases>) -> O,
+) -> Result<O, Error> {
+    let last = (&mut State::none(), &mut WarmStart::cold());
+    with_solve_from(last, Call::Begin, (scene, push), work)
+}
+
+/// Calls `work` with a solve that has begun from the state and the warm start of the last one.
+pub(super) fn with_solve_from<O, const N: usize, const D: usize, const C: usize, const R: usize>(
+    (state, warm_start): (&mut State<f64, D, C, R>, &mut WarmStart<f64, D, C, R>),
+    call: Call,
+    (scene, push): (&Scene<f64, N, D, C, R>, &SVector<f64, N>),
+    work: impl FnOnce(&mut Solve<'_, '_, f64, N, D, C, R, 0, AllPhases>) -> O,
+) -> Result<O, Error> {
     let settings = Settings { budget: 100, ..Settings::new(1e-9) };
     let (mut solution, mut record) = (Solution::none(), Record::none());
     record.begin();
-    with_problem(scene, push, |problem| {
-        let mut monitor = Monitor::new(problem, &settings, &mut solution, &mut record, Call::Begin);
-        work(&mut monitor)
-    })
+    let factor = Factor::new(scene)?;
+    let mut problem = Problem::new(scene, &factor, push, Model::Coulomb);
+    problem.fill(true);
+    let monitor = Monitor::new(&mut problem, &settings, &mut solution, &mut record, call);
+    Ok(work(&mut Solve { monitor, state, warm_start, phases: PhantomData }))
 }

@@ -4,7 +4,8 @@ use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::solution::Status;
 use crate::solver::monitor::Monitor;
-use crate::solver::warm_start::WarmStart;
+use crate::solver::phases::Phases;
+use crate::solver::solve::Solve;
 
 /// Least budget with which the solver looks for a proof of a jam. The search takes as long as hundreds of sweeps.
 pub(crate) const JAM_BUDGET: usize = 1_000;
@@ -47,44 +48,50 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             let _ = self.solution.row_certificate.push(d);
         }
     }
+}
 
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
+    Solve<'_, '_, T, N, D, C, R, S, P>
+{
     /// Looks for a proof that the scene is infeasible or jammed, unless it is solved with impulses that are not doubtful, or hardly larger than
     /// those that solved the last scene: so a grip is not asked in each tick.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn check_infeasibility(
-        &mut self,
-        present: &Stacked<T, D, C, R>,
-        last: &WarmStart<T, D, C, R>,
-    ) {
-        let is_known = |r| {
-            let mut borne = Stacked::zero();
-            last.impulses(self.problem, false, &mut borne);
-            last.is_solved
-                && self.is_doubtful(&borne)
-                && !self.problem.exceeds_others(r, &borne, T::literal(GROWTH))
-        };
-        let convincing = match self.record.status {
-            Status::Solved => !self.is_doubtful(&self.record.best) || is_known(&self.record.best),
+    pub(super) fn check_infeasibility(&mut self) {
+        let (monitor, present) = (&self.monitor, &self.state.point.r);
+        let convincing = match monitor.record.status {
+            Status::Solved => !monitor.is_doubtful(&monitor.record.best) || self.was_borne(),
             status => status == Status::Infeasible,
         };
         if convincing {
             return;
         }
-        let has_doubted = self.record.has_doubted || self.is_doubtful(present);
-        self.look_for_proof();
-        if self.record.status == Status::Infeasible {
-            self.solution.status = Status::Infeasible;
+        let has_doubted = monitor.record.has_doubted || monitor.is_doubtful(present);
+        let monitor = &mut self.monitor;
+        monitor.look_for_proof();
+        if monitor.record.status == Status::Infeasible {
+            monitor.solution.status = Status::Infeasible;
             return;
         }
         let may_be_jammed =
-            self.record.status != Status::Solved && self.record.has_sought_proof && has_doubted;
+            monitor.record.status != Status::Solved && monitor.record.has_sought_proof && has_doubted;
         // The proof does not end the solve, because a solution may exist.
         if may_be_jammed
-            && self.budget() >= JAM_BUDGET
-            && let Some(proof) = self.problem.jam()
+            && monitor.budget() >= JAM_BUDGET
+            && let Some(proof) = monitor.problem.jam()
         {
-            self.write_certificate(&proof);
-            self.solution.status = Status::Jammed;
+            monitor.write_certificate(&proof);
+            monitor.solution.status = Status::Jammed;
         }
+    }
+
+    /// Did doubtful impulses solve the last scene that are hardly smaller than the best?
+    fn was_borne(&self) -> bool {
+        let (monitor, problem) = (&self.monitor, &*self.monitor.problem);
+        let mut borne = Stacked::zero();
+        self.warm_start.impulses(problem.scene, false, &mut borne);
+        problem.sets.project(&mut borne);
+        self.warm_start.is_solved
+            && monitor.is_doubtful(&borne)
+            && !problem.exceeds_others(&monitor.record.best, &borne, T::literal(GROWTH))
     }
 }

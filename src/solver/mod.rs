@@ -3,15 +3,16 @@
 
 use crate::error::Error;
 use crate::factor::Factor;
-use crate::linalg::stacked::Stacked;
 use crate::problem::{Age, Problem};
 use crate::real::Real;
 use crate::scene::Scene;
 use crate::solution::{Settings, Solution, Status};
-use crate::solver::method::Method;
 use crate::solver::monitor::Monitor;
 use crate::solver::record::{Record, fingerprint};
+use crate::solver::solve::Solve;
+use crate::solver::state::State;
 use crate::solver::warm_start::WarmStart;
+use core::marker::PhantomData;
 use nalgebra::SVector;
 
 mod central_path;
@@ -23,10 +24,12 @@ mod method;
 pub(crate) mod monitor;
 mod newton;
 mod phases;
-pub(crate) mod point;
+mod point;
 pub(crate) mod record;
 mod refinement;
 mod rest;
+mod solve;
+mod start;
 mod state;
 mod sweeps;
 mod tuning;
@@ -68,7 +71,8 @@ pub struct Solver<T: Real, const N: usize, const D: usize, const C: usize, const
     solution: Solution<T, N, D, C, R>,
     warm_start: WarmStart<T, D, C, R>,
     record: Record<T, D, C, R>,
-    method: Method<T, D, C, R, P>,
+    state: State<T, D, C, R>,
+    phases: PhantomData<P>,
 }
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize> Solver<T, N, D, C, R> {
@@ -84,12 +88,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
 {
     /// A new solver with these phases.
     #[must_use]
-    pub const fn with_phases(phases: P) -> Self {
+    pub const fn with_phases(_: P) -> Self {
         Self {
             solution: Solution::none(),
             warm_start: WarmStart::cold(),
             record: Record::none(),
-            method: Method::none(phases),
+            state: State::none(),
+            phases: PhantomData,
         }
     }
 
@@ -97,7 +102,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     pub fn reset(&mut self) {
         self.warm_start = WarmStart::cold();
         self.record.forget();
-        self.method.forget();
+        self.state.forget();
     }
 
     /// Makes the solver as new, in place.
@@ -134,7 +139,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     ) -> Result<(), Error> {
         self.warm_start.set(contacts, rows)?;
         self.record.forget();
-        self.method.forget();
+        self.state.forget();
         Ok(())
     }
 
@@ -149,7 +154,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
     pub fn set_warm_start(&mut self, warm_start: WarmStart<T, D, C, R>) {
         self.warm_start = warm_start;
         self.record.forget();
-        self.method.forget();
+        self.state.forget();
     }
 
     /// Declares that nothing moved before the next solve. That solve returns a solution at rest if Coulomb's law has one.
@@ -332,38 +337,9 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, P:
         problem.factor_age = self.record.factor_age;
         problem.fill(true);
         let (solution, record) = (&mut self.solution, &mut self.record);
-        let mut monitor = Monitor::new(&mut problem, settings, solution, record, call);
-        if call != Call::Resume {
-            self.method.begin(&mut monitor, &mut self.warm_start);
-        }
-        // A check that costs nothing may find that the scene is solved.
-        while monitor.is_running() || writes && monitor.is_free_check_due() {
-            self.method.advance(&mut monitor, &mut self.warm_start);
-        }
-        let mut written = None;
-        if writes || monitor.is_over() {
-            if P::CENTRAL_PATH {
-                self.method.end_rest_question(&mut monitor);
-            }
-            written = monitor.finish::<P>();
-            // A search for a proof costs work.
-            if P::CENTRAL_PATH && settings.budget > 0 {
-                monitor.check_infeasibility(self.method.impulses(), &self.warm_start);
-            }
-        } else {
-            monitor.pause();
-        }
-        let replaces = call != Call::Begin;
-        if let Some([u, r]) = &written {
-            // The present point of a search may be far worse than the best.
-            let mut augmented = Stacked::zero();
-            problem.sets.augment(u, &mut augmented);
-            self.warm_start.keep(scene, &augmented, r, replaces);
-        } else {
-            let [u, r] = self.method.solution(&problem);
-            self.warm_start.keep(scene, u, r, replaces);
-        }
-        self.warm_start.is_solved = self.record.status == Status::Solved;
+        let monitor = Monitor::new(&mut problem, settings, solution, record, call);
+        let (state, warm_start) = (&mut self.state, &mut self.warm_start);
+        Solve { monitor, state, warm_start, phases: PhantomData::<P> }.run(call, writes);
         if call != Call::Resume {
             self.record.pause(|| fingerprint(scene, free_impulse, settings));
         }

@@ -128,7 +128,7 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     /// Computes the estimate of the best impulses again, by the natural map. One within the tolerance is not kept: their error was above it.
     pub(super) fn estimate_best(&mut self) {
         if let Some(best) = self.best() {
-            let estimate = self.problem.velocities_and_estimate(&best, &mut Stacked::zero());
+            let estimate = self.problem.velocities_and_estimate(best, &mut Stacked::zero());
             if estimate > self.settings.tolerance {
                 self.record.best_estimate = Some(estimate);
             }
@@ -264,8 +264,8 @@ impl<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const R: u
     }
 
     /// The impulses with the least estimate so far.
-    pub(crate) fn best(&self) -> Option<Stacked<T, D, C, R>> {
-        self.record.best_estimate.map(|_| self.record.best)
+    pub(crate) fn best(&self) -> Option<&Stacked<T, D, C, R>> {
+        self.record.best_estimate.map(|_| &self.record.best)
     }
 
     /// Notes that a Newton step was rejected, or that the central path has jammed.

@@ -1,27 +1,37 @@
-//! Evaluation of a [`NewtonPoint`] (`src/sets/point.rs`): the `z` of Newton's method, and the impulses, velocities, residual and
-//! merit that follow from it.
+//! Evaluation of the point of a solve ([`NewtonPoint`]): the `z` of Newton's method, and the impulses, velocities, residual and merit that
+//! follow from it.
 
 use crate::linalg::stacked::Stacked;
 use crate::linalg::vector::quotient;
 use crate::problem::Problem;
 use crate::real::Real;
-pub(crate) use crate::sets::point::NewtonPoint;
+use crate::sets::point::NewtonPoint;
+use crate::solver::phases::Phases;
+use crate::solver::solve::Solve;
 
-impl<T: Real, const D: usize, const C: usize, const R: usize> NewtonPoint<T, D, C, R> {
+impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
+    Solve<'_, 'a, T, N, D, C, R, S, P>
+{
+    /// The problem, and the point.
+    #[inline]
+    pub(super) fn problem_and_point(
+        &mut self,
+    ) -> (&Problem<'a, T, N, D, C, R, S>, &mut NewtonPoint<T, D, C, R>) {
+        (self.monitor.problem, &mut self.state.point)
+    }
+
     /// Sets `r` and `P` to 0, the start of cold sweeps. A joint row whose interval does not contain 0 gets the impulse nearest to 0. `z`,
     /// residual and merit are stale until [`Self::rebuild`].
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn set_zero_impulse<const N: usize, const S: usize>(
-        &mut self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-    ) {
-        (self.p, self.r) = (Stacked::zero(), Stacked::zero());
-        for (r, set) in self.r.rows.iter_mut().zip(problem.sets.rows()) {
+    pub(super) fn set_zero_impulse(&mut self) {
+        let (problem, point) = self.problem_and_point();
+        (point.p, point.r) = (Stacked::zero(), Stacked::zero());
+        for (r, set) in point.r.rows.iter_mut().zip(problem.sets.rows()) {
             *r = set.project(T::ZERO);
         }
-        problem.velocities_of_least(&self.r, &mut self.u);
-        self.estimate = if problem.scene.is_mixed() {
-            problem.error_estimate(&self.r, &self.u)
+        problem.velocities_of_least(&point.r, &mut point.u);
+        point.estimate = if problem.scene.is_mixed() {
+            problem.error_estimate(&point.r, &point.u)
         } else {
             quotient(problem.r0_norm, problem.expected_size)
         };
@@ -29,44 +39,39 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> NewtonPoint<T, D, 
 
     /// Computes velocities and estimate of the impulses.
     #[inline]
-    pub(crate) fn evaluate_impulses<const N: usize, const S: usize>(
-        &mut self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-    ) {
-        self.estimate = problem.velocities_and_estimate(&self.r, &mut self.u);
+    pub(super) fn evaluate_impulses(&mut self) {
+        let (problem, point) = self.problem_and_point();
+        point.estimate = problem.velocities_and_estimate(&point.r, &mut point.u);
     }
 
     /// Computes `z_i = P_i - r_i / alpha_i` from `P` and `r`, and evaluates it.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn rebuild<const N: usize, const S: usize>(
-        &mut self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-    ) {
-        problem.sets.join(&self.p, &self.r, &mut self.z);
-        self.update(problem);
+    pub(super) fn rebuild(&mut self) {
+        let (problem, point) = self.problem_and_point();
+        problem.sets.join(&point.p, &point.r, &mut point.z);
+        self.evaluate_z();
     }
 
     /// Computes `z_i = û_i - r_i / alpha_i` from `u` and `r`, and evaluates it.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn rebuild_from_velocity<const N: usize, const S: usize>(
-        &mut self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-    ) {
-        problem.sets.augment(&self.u, &mut self.p);
-        self.rebuild(problem);
+    pub(super) fn rebuild_from_velocity(&mut self) {
+        let (problem, point) = self.problem_and_point();
+        problem.sets.augment(&point.u, &mut point.p);
+        self.rebuild();
     }
 
-    /// Evaluates `z`: computes `P`, `r`, `u`, residual, merit and estimate.
+    /// Computes `P`, `r`, `u`, residual, merit and estimate of `z`.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn update<const N: usize, const S: usize>(&mut self, problem: &Problem<'_, T, N, D, C, R, S>) {
-        let sets = &problem.sets;
-        sets.split(&self.z, &mut self.p, &mut self.r, &mut self.residual);
-        self.evaluate_impulses(problem);
-        let counts = sets.counts();
-        let velocities = self.u.in_use(counts);
-        for (residual, &u) in self.residual.in_use_mut(counts).zip(velocities) {
+    pub(super) fn evaluate_z(&mut self) {
+        let (problem, point) = self.problem_and_point();
+        problem.sets.split(&point.z, &mut point.p, &mut point.r, &mut point.residual);
+        self.evaluate_impulses();
+        let (problem, point) = self.problem_and_point();
+        let counts = problem.sets.counts();
+        let velocities = point.u.in_use(counts);
+        for (residual, &u) in point.residual.in_use_mut(counts).zip(velocities) {
             *residual += u;
         }
-        self.merit = sets.merit(&self.residual);
+        point.merit = problem.sets.merit(&point.residual);
     }
 }

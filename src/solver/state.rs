@@ -4,13 +4,31 @@ use crate::linalg::stacked::StackedMatrix;
 use crate::real::Real;
 use crate::sets::jacobian::Jacobian;
 use crate::sets::pairs::Pairs;
-use crate::solver::monitor::Monitor;
-use crate::solver::phases::Phases;
-use crate::solver::point::NewtonPoint;
+use crate::sets::point::NewtonPoint;
+use crate::solver::tuning;
+use crate::solver::warm_start::WarmStartKind;
+
+/// The next piece of work.
+#[derive(Clone, Copy, Debug)]
+#[repr(u8)] // so that `Idle` is zero, and a new solver takes no flash
+pub(crate) enum Phase {
+    /// No work: no solve was begun, or the solve is over.
+    Idle,
+    /// The choice of the first phase, once the error of the start is checked.
+    Start(WarmStartKind),
+    /// A Gauss-Seidel sweep.
+    Sweeps,
+    /// A step of Newton's method.
+    Newton(Newton),
+    /// A step along the central path.
+    CentralPath,
+}
 
 /// The state of a solve, for all phases.
 #[derive(Clone, Debug)]
 pub(crate) struct State<T: Real, const D: usize, const C: usize, const R: usize> {
+    /// The next piece of work.
+    pub(super) phase: Phase,
     pub(super) point: NewtonPoint<T, D, C, R>,
     pub(super) sweeps: Sweeps<T, C>,
     pub(super) path: CentralPath<T, D, C, R>,
@@ -26,6 +44,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     /// The state before any solve.
     pub(crate) const fn none() -> Self {
         Self {
+            phase: Phase::Idle,
             point: NewtonPoint::none(),
             sweeps: Sweeps::none(),
             path: CentralPath::none(),
@@ -39,42 +58,93 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     pub(super) fn forget(&mut self) {
         self.holds_jacobian = false;
     }
+}
 
-    /// Moves the point to the best impulses so far.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn go_to_best<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        if let Some(best) = monitor.best() {
-            self.point.r = best;
-            self.point.evaluate_impulses(monitor.problem);
+/// The state of Newton's method between two steps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Newton {
+    /// Number of steps that it may still make.
+    pub(super) remaining_steps: u8,
+    /// May the next full step raise the merit?
+    pub(super) may_raise_merit: bool,
+    /// Does the next step begin with chord steps?
+    pub(super) reuse: bool,
+    /// Do sweeps come before a new Jacobian?
+    pub(super) sweeps_first: bool,
+    pub(super) origin: Origin,
+}
+
+/// The kind of point at which Newton's method began.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Origin {
+    /// At zero impulses, or after sweeps: there is no other start.
+    Cold,
+    /// On the central path.
+    Path,
+    /// At the last solution.
+    LastSolution,
+    /// At the guess that all contacts stick, where the merit tells nothing.
+    Guess,
+}
+
+impl Newton {
+    /// Begins at zero impulses, or after sweeps of a cold start.
+    pub(crate) fn new() -> Self {
+        Self {
+            remaining_steps: u8::try_from(tuning::newton_steps()).unwrap_or(u8::MAX),
+            may_raise_merit: false,
+            reuse: false,
+            sweeps_first: false,
+            origin: Origin::Cold,
         }
     }
 
-    /// Shows the point to the monitor, as a solution or as an answer to the rest question.
-    pub(super) fn consider<const N: usize, const S: usize>(
-        &self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        let point = &self.point;
-        if monitor.problem.is_relaxed() {
-            monitor.consider_rest(point);
-        } else {
-            monitor.consider(&point.r, &point.u, point.estimate);
-        }
+    /// Begins after sweeps.
+    pub(crate) fn after_sweeps() -> Self {
+        Self { reuse: true, ..Self::new() }
     }
 
-    /// Makes the check of the error that is due.
-    pub(super) fn check<P: Phases, const N: usize, const S: usize>(
-        &self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        if P::CENTRAL_PATH && monitor.problem.is_relaxed() {
-            monitor.check_rest(&self.point);
-        } else {
-            monitor.check::<P>(&self.point.r, &self.point.u);
-        }
+    /// Begins on the central path.
+    pub(crate) fn finish() -> Self {
+        Self { origin: Origin::Path, ..Self::new() }
+    }
+
+    /// Begins at the guess that all contacts stick.
+    pub(crate) fn guessed() -> Self {
+        Self { may_raise_merit: true, origin: Origin::Guess, ..Self::new() }
+    }
+
+    /// Begins at the same guess, to move impulses away from the boundaries of their cones with one Jacobian.
+    pub(crate) fn centring() -> Self {
+        Self { remaining_steps: 2, ..Self::guessed() }
+    }
+
+    /// Begins at the last solution.
+    pub(crate) fn warm(sweeps_first: bool) -> Self {
+        Self { reuse: true, sweeps_first, origin: Origin::LastSolution, ..Self::new() }
+    }
+
+    /// Newton's method with one remaining step.
+    #[cfg(test)]
+    pub(super) fn with_one_step() -> Self {
+        Self { remaining_steps: 1, ..Self::new() }
+    }
+
+    /// Damping `δ` after Levenberg and Marquardt. It falls with the estimate of the error to a floor of 1e-12 (f32: 64 eps),
+    /// about the rounding of a well-conditioned `W`, so that the last steps are hardly damped.
+    pub(super) fn damping<T: Real>(self, estimate: T, centred: bool) -> T {
+        let share: T = match self.origin {
+            Origin::Path => tuning::finish_damping(),
+            // The null space of a hyperstatic scene changes from solve to solve.
+            _ if centred => tuning::hyperstatic_damping(),
+            _ => tuning::damping(),
+        };
+        share * estimate.min(T::ONE) + T::literal(1e-12).max(T::EPSILON * T::literal(64.0))
+    }
+
+    /// May it make no more steps?
+    pub(crate) const fn is_spent(self) -> bool {
+        self.remaining_steps == 0
     }
 }
 

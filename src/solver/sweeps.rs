@@ -11,8 +11,8 @@ use crate::problem::Problem;
 use crate::real::Real;
 use crate::sets::sweep;
 use crate::solution::Model;
-use crate::solver::monitor::Monitor;
-use crate::solver::state::State;
+use crate::solver::phases::Phases;
+use crate::solver::solve::Solve;
 use crate::solver::tuning;
 use core::mem;
 
@@ -27,48 +27,41 @@ pub(crate) enum Pace {
     Enough,
 }
 
-impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
+    Solve<'_, '_, T, N, D, C, R, S, P>
+{
     /// Begins sweeps after a rejected Newton step: a few, and twice as many each next time.
     pub(super) fn sweep_for_longer(&mut self) {
         let first = u16::try_from(tuning::sweeps_at_jam()).unwrap_or(u16::MAX);
-        self.sweeps.at_least = self.sweeps.at_least.saturating_mul(2).max(first);
-        self.sweeps.done = 0;
+        self.state.sweeps.at_least = self.state.sweeps.at_least.saturating_mul(2).max(first);
+        self.state.sweeps.done = 0;
     }
 
     /// Computes the velocities again if a check of the error may have corrected their constant terms.
-    pub(super) fn apply_correction<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        if self.point.estimate <= monitor.tolerance() {
-            self.point.evaluate_impulses(monitor.problem);
+    pub(super) fn apply_correction(&mut self) {
+        if self.state.point.estimate <= self.monitor.tolerance() {
+            self.evaluate_impulses();
         }
     }
 
     /// Makes one sweep, and counts its work.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn sweep_once<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        monitor.solution.work.sweeps += 1;
-        let (r, u) = (&mut self.point.r, &mut self.point.u);
-        let Problem { sets, factor, model, .. } = &*monitor.problem;
-        sweep::sweep(sets, factor, *model, r, u, &mut self.sweeps.multipliers);
+    pub(super) fn sweep_once(&mut self) {
+        self.monitor.solution.work.sweeps += 1;
+        let (r, u) = (&mut self.state.point.r, &mut self.state.point.u);
+        let Problem { sets, factor, model, .. } = &*self.monitor.problem;
+        sweep::sweep(sets, factor, *model, r, u, &mut self.state.sweeps.multipliers);
     }
 
     /// Estimate of the error after a sweep: from the slip multipliers, or from the natural map in the relaxation and in scenes with joint
     /// rows or surfaces.
-    fn estimate_after_sweep<const N: usize, const S: usize>(
-        &self,
-        monitor: &Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> T {
-        let problem = &*monitor.problem;
-        let (r, u) = (&self.point.r, &self.point.u);
+    fn estimate_after_sweep(&self) -> T {
+        let problem = &*self.monitor.problem;
+        let (r, u) = (&self.state.point.r, &self.state.point.u);
         if problem.scene.is_mixed() || problem.model == Model::ConvexRelaxation {
             return problem.error_estimate(r, u);
         }
-        let residual = sweep::residual_square(&problem.sets, r, u, &self.sweeps.multipliers);
+        let residual = sweep::residual_square(&problem.sets, r, u, &self.state.sweeps.multipliers);
         let reference = problem.expected_size;
         let size = problem.sets.contact_square(r).max(reference * reference);
         quotient(residual, size).square_root()
@@ -76,33 +69,30 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
 
     /// Makes one sweep, and decides whether another one pays.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn sweep<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> Pace {
-        self.sweep_once(monitor);
-        let tolerance = monitor.tolerance();
-        let mut estimate = self.estimate_after_sweep(monitor);
-        if estimate > tolerance && monitor.problem.may_be_within(estimate, tolerance) {
-            monitor.count_stopping();
-            estimate = self.estimate_after_sweep(monitor);
+    pub(super) fn sweep(&mut self) -> Pace {
+        self.sweep_once();
+        let tolerance = self.monitor.tolerance();
+        let mut estimate = self.estimate_after_sweep();
+        if estimate > tolerance && self.monitor.problem.may_be_within(estimate, tolerance) {
+            self.monitor.count_stopping();
+            estimate = self.estimate_after_sweep();
         }
-        let last = mem::replace(&mut self.point.estimate, estimate);
+        let last = mem::replace(&mut self.state.point.estimate, estimate);
         if estimate <= tolerance {
             if estimate > tolerance * T::literal(CLEAR) {
-                let (r, u) = (&self.point.r, &self.point.u);
-                self.point.estimate = monitor.problem.error_estimate(r, u);
+                let (r, u) = (&self.state.point.r, &self.state.point.u);
+                self.state.point.estimate = self.monitor.problem.error_estimate(r, u);
             }
             // No rest question is open: its phases are Newton's method and the central path.
-            monitor.consider(&self.point.r, &self.point.u, self.point.estimate);
-            if monitor.must_return() {
+            self.monitor.consider(&self.state.point.r, &self.state.point.u, self.state.point.estimate);
+            if self.monitor.must_return() {
                 return Pace::Continue;
             }
-            estimate = estimate.max(self.point.estimate);
+            estimate = estimate.max(self.state.point.estimate);
         } else {
-            monitor.keep(&self.point.r, &self.point.u, estimate);
+            self.monitor.keep(&self.state.point.r, &self.state.point.u, estimate);
         }
-        let sweeps = &mut self.sweeps;
+        let sweeps = &mut self.state.sweeps;
         sweeps.done = sweeps.done.saturating_add(1);
         let (rate, least) = (estimate / last, tuning::sweeps());
         let after_as_many = (0..least).fold(estimate, |estimate, _| estimate * rate);
@@ -116,15 +106,12 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> State<T, D, C, R> 
     }
 
     /// Compares the point after sweeps with the best impulses by the natural map, as later points are.
-    pub(super) fn end_sweeps<const N: usize, const S: usize>(
-        &self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        monitor.estimate_best();
-        let (r, u) = (&self.point.r, &self.point.u);
-        let estimate = monitor.problem.error_estimate(r, u);
-        if estimate > monitor.tolerance() {
-            monitor.keep(r, u, estimate);
+    pub(super) fn end_sweeps(&mut self) {
+        self.monitor.estimate_best();
+        let (r, u) = (&self.state.point.r, &self.state.point.u);
+        let estimate = self.monitor.problem.error_estimate(r, u);
+        if estimate > self.monitor.tolerance() {
+            self.monitor.keep(r, u, estimate);
         }
     }
 }

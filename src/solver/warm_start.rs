@@ -6,22 +6,15 @@
 use crate::error::{Error, Input, List};
 use crate::linalg::stacked::Stacked;
 use crate::linalg::zip::{zip3, zip4};
-use crate::problem::Problem;
 use crate::real::Real;
 use crate::scene::{Scene, check_finite};
 use crate::sets::jacobian::EarlierIndices;
-use crate::solution::Model;
-use crate::solver::phases::Phases;
-use crate::solver::point::NewtonPoint;
 use core::array::from_fn;
 use nalgebra::SVector;
 use table::{Entry, Table};
 
 mod table;
 mod words;
-
-/// Impulses more than this many times the expected size are no start.
-const MAX_IMPULSE_RATIO: f64 = 1e8;
 
 /// Number of creeping ticks in a row after which a body asks the [rest question](super::rest).
 const CREEPING_TICKS: u8 = 4;
@@ -55,7 +48,7 @@ pub struct WarmStart<T, const D: usize, const C: usize, const R: usize> {
     /// Was the last solve solved?
     pub(super) is_solved: bool,
     /// Did the caller declare that nothing moved before the next solve?
-    presumes_rest: bool,
+    pub(super) presumes_rest: bool,
     /// Was a rest disturbed, and were the internal forces not centred since?
     pub(super) is_disturbed: bool,
     /// Number of creeping ticks in a row.
@@ -112,7 +105,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
     }
 
     /// Is there no last solve?
-    fn is_cold(&self) -> bool {
+    pub(super) fn is_cold(&self) -> bool {
         self.contacts.known().next().is_none() && self.rows.known().next().is_none()
     }
 
@@ -169,7 +162,7 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
 
     /// Fills `u` with `ũ` and `r` with the impulses of the last solve, in scaled rows. A new contact or joint row gets zeros.
     #[inline]
-    fn recall<const N: usize, const S: usize>(
+    pub(crate) fn recall<const N: usize, const S: usize>(
         &self,
         scene: &Scene<T, N, D, C, R, S>,
         u: &mut Stacked<T, D, C, R>,
@@ -187,84 +180,17 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
         }
     }
 
-    /// `ũ` and `r` of the last solve in the order of the scene, for ADMM. Impulses are projected onto their cones and intervals.
-    pub(crate) fn last<const N: usize, const S: usize>(
-        &mut self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-    ) -> [Stacked<T, D, C, R>; 2] {
-        let _ = self.follow(problem.scene);
-        let [mut u, mut r] = [Stacked::zero(); 2];
-        self.recall(problem.scene, &mut u, &mut r);
-        problem.sets.project(&mut r);
-        [u, r]
-    }
-
-    /// Moves the point to the start of a solve: to the last solution if its estimate now is less than that of zero impulses, otherwise to
-    /// zero impulses. [`Self::follow`] comes before. (Estimates are relative to the impulses, so huge impulses are no start.)
-    ///
-    /// Unique impulses are extrapolated if the solve goes `onwards` to the next tick. Hyperstatic impulses are not: they can change without
-    /// moving a body, and would reach the boundaries of their cones tick by tick.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn start<P: Phases, const N: usize, const S: usize>(
-        &self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-        (tolerance, onwards): (T, bool),
-        _: P,
-        point: &mut NewtonPoint<T, D, C, R>,
-    ) -> WarmStartKind {
-        point.set_zero_impulse(problem);
-        let rest = point.estimate;
-        if !self.is_cold() && rest > tolerance {
-            self.impulses(problem, false, &mut point.r);
-            let unique =
-                problem.can_be_swept() && !problem.is_hyperstatic(&point.r, problem.sets.free_rows(&point.r));
-            if unique && onwards {
-                self.extrapolate(problem, tolerance, point);
-            } else if unique || !P::NEWTON {
-                point.evaluate_impulses(problem);
-            } else {
-                self.choose_hyperstatic(problem, tolerance, point);
-            }
-            let ratio = T::literal(MAX_IMPULSE_RATIO);
-            if point.estimate < rest && !problem.exceeds(&point.r, ratio) {
-                return if unique { WarmStartKind::Isostatic } else { WarmStartKind::Hyperstatic };
-            }
-            point.set_zero_impulse(problem);
-        }
-        WarmStartKind::None
-    }
-
-    /// Extrapolates the impulses of the point. If the estimates of the extrapolated and of the last impulses are both within the tolerance,
-    /// keeps the last: a body at rest must not drift with the errors of its impulses.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn extrapolate<const N: usize, const S: usize>(
-        &self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-        tolerance: T,
-        point: &mut NewtonPoint<T, D, C, R>,
-    ) {
-        let (r, mut u) = (point.r, Stacked::zero());
-        self.impulses(problem, true, &mut point.r);
-        point.evaluate_impulses(problem);
-        if point.estimate <= tolerance {
-            let last = problem.velocities_and_estimate(&r, &mut u);
-            if last <= tolerance {
-                (point.r, point.u, point.estimate) = (r, u, last);
-            }
-        }
-    }
-
-    /// Fills `r` with the last impulses, or the extrapolated ones if `onwards`, projected onto their cones and intervals.
-    #[cfg_attr(target_os = "none", inline(never))]
+    /// Fills `r` with the last impulses, or the extrapolated ones if `onwards`, in scaled rows. A new contact or joint row keeps what it has.
+    #[inline]
     pub(super) fn impulses<const N: usize, const S: usize>(
         &self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
+        scene: &Scene<T, N, D, C, R, S>,
         onwards: bool,
         r: &mut Stacked<T, D, C, R>,
     ) {
         for (i, r, entry) in zip3(0..C, &mut r.contacts, &self.contacts.entries) {
             if let Some(entry) = entry {
-                *r = problem.scene.scaled_impulse(i, entry.impulse(onwards));
+                *r = scene.scaled_impulse(i, entry.impulse(onwards));
             }
         }
         for (r, entry) in r.rows.iter_mut().zip(&self.rows.entries) {
@@ -272,69 +198,16 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> WarmStart<T, D, C,
                 [*r] = entry.impulse(onwards);
             }
         }
-        problem.sets.project(r);
     }
 
-    /// Moves the point from the last impulses to the better of two `z`: `û - r / alpha` with the last impulses and the velocities that they
-    /// cause now, or the last `z`.
-    ///
-    /// The estimate decides. (The merit is a poor measure: if a heavy body stands on a light one, it sees only the light one.)
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn choose_hyperstatic<const N: usize, const S: usize>(
-        &self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-        tolerance: T,
-        point: &mut NewtonPoint<T, D, C, R>,
-    ) {
-        let (r, mut u) = (point.r, Stacked::zero());
-        let last = problem.velocities_and_estimate(&r, &mut u);
-        let mut of_last_z = None;
-        if last > tolerance && self.is_a_solution() {
-            self.move_to_last_z(problem, point);
-            of_last_z = Some(point.estimate);
-        }
-        if of_last_z.is_none_or(|estimate| estimate * T::literal(3.0) > last) {
-            (point.r, point.u, point.estimate) = (r, u, last);
-            problem.sets.augment(&u, &mut point.p);
-            if let Some(estimate) = of_last_z {
-                point.rebuild(problem);
-                if estimate < point.estimate {
-                    self.move_to_last_z(problem, point);
-                }
-            }
-        }
-    }
-
-    /// Was the last solution at rest: did its loaded contacts move by at most 8 tolerances?
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn is_at_rest<const N: usize, const S: usize>(
-        &self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-        tolerance: T,
-    ) -> bool {
-        let [mut u, mut r] = [Stacked::zero(); 2];
-        self.recall(problem.scene, &mut u, &mut r);
-        let mut known = self.contacts.known();
-        let pushed = known.any(|entry| entry.solves > 0 && entry.r != [T::ZERO; D]);
-        let share = tolerance * T::literal(8.0);
-        problem.model == Model::Coulomb
-            && (self.presumes_rest || pushed && !problem.loaded_contacts_move(&r, &u, share))
+    /// Did a contact push in the last solve?
+    pub(super) fn has_contact_pushed(&self) -> bool {
+        self.contacts.known().any(|entry| entry.solves > 0 && entry.r != [T::ZERO; D])
     }
 
     /// Do all `ũ` and `r` come from a solve? (Given impulses have no `ũ`.)
-    fn is_a_solution(&self) -> bool {
+    pub(super) fn is_a_solution(&self) -> bool {
         self.contacts.known().all(|entry| entry.solves > 0) && self.rows.known().all(|entry| entry.solves > 0)
-    }
-
-    /// Moves the point to the last `z = ũ - r / alpha`.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn move_to_last_z<const N: usize, const S: usize>(
-        &self,
-        problem: &Problem<'_, T, N, D, C, R, S>,
-        point: &mut NewtonPoint<T, D, C, R>,
-    ) {
-        self.recall(problem.scene, &mut point.p, &mut point.r);
-        point.rebuild(problem);
     }
 }
 

@@ -6,7 +6,7 @@ extern crate std;
 use super::Jacobian;
 use crate::linalg::stacked::{Stacked, StackedMatrix};
 use crate::problem::Problem;
-use crate::solver::point::NewtonPoint;
+use crate::sets::point::NewtonPoint;
 use crate::{Contact, Error, Factor, Model, Scene, Surface};
 use nalgebra::{SMatrix, SVector};
 use proptest::collection::vec;
@@ -44,7 +44,11 @@ fn point_at<const D: usize>(
 ) -> NewtonPoint<f64, D, C, R> {
     let mut point = NewtonPoint::none();
     point.z = *z;
-    point.update(problem);
+    problem.sets.split(&point.z, &mut point.p, &mut point.r, &mut point.residual);
+    problem.velocities(&point.r, &mut point.u);
+    for (residual, &u) in point.residual.iter_mut().zip(point.u.iter()) {
+        *residual += u;
+    }
     point
 }
 

@@ -3,10 +3,9 @@
 
 use crate::linalg::stacked::Stacked;
 use crate::solver::AllPhases;
-use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
+use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor, with_solve};
 use crate::solver::monitor::Monitor;
 use crate::solver::tuning;
-use crate::solver::warm_start::WarmStart;
 use crate::{Error, Status};
 use nalgebra::vector;
 
@@ -90,10 +89,11 @@ fn walls_that_close_are_proved() -> Result<(), Error> {
     for contact in 0..2 {
         scene.set_offset(contact, &vector![-0.1, 0.0, 0.0])?;
     }
-    with_monitor(&scene, &pressed(0.0), |monitor| {
-        show(monitor, &carried(0.0));
-        monitor.finish::<AllPhases>();
-        monitor.check_infeasibility(&carried(0.0), &WarmStart::cold());
+    with_solve(&scene, &pressed(0.0), |solve| {
+        show(&mut solve.monitor, &carried(0.0));
+        solve.monitor.finish::<AllPhases>();
+        solve.check_infeasibility();
+        let monitor = &solve.monitor;
         assert_eq!(monitor.solution.status, Status::Infeasible);
         assert_eq!(monitor.solution.work.proof_searches, 1);
         let d = &monitor.solution.certificate;

@@ -33,12 +33,10 @@
 
 use crate::real::Real;
 use crate::solution::Model;
-use crate::solver::method::{Method, Phase};
-use crate::solver::monitor::Monitor;
-use crate::solver::newton::{Newton, Origin};
 use crate::solver::phases::Phases;
 use crate::solver::record::{Record, RestQuestion};
-use crate::solver::warm_start::WarmStart;
+use crate::solver::solve::Solve;
+use crate::solver::state::{Newton, Origin, Phase};
 
 mod monitor;
 mod motion;
@@ -58,30 +56,27 @@ impl<T: Real, const D: usize, const C: usize, const R: usize> Record<T, D, C, R>
     }
 }
 
-impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<T, D, C, R, P> {
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
+    Solve<'_, '_, T, N, D, C, R, S, P>
+{
     /// Asks at the start of a solve, if the last solution was at rest. Returns the first phase if the question opens at once.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn ask_at_start<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-        warm_start: &mut WarmStart<T, D, C, R>,
-    ) -> Option<Phase> {
-        let tolerance = monitor.tolerance();
-        if monitor.problem.has_spare_rows()
-            && (!monitor.is_over() || warm_start.has_crept(monitor.creeps(&self.state.point)))
-            && warm_start.is_at_rest(monitor.problem, tolerance)
+    pub(super) fn ask_at_start(&mut self) -> Option<Phase> {
+        if self.monitor.problem.has_spare_rows()
+            && (!self.monitor.is_over() || self.warm_start.has_crept(self.monitor.creeps(&self.state.point)))
+            && self.was_at_rest()
         {
-            monitor.record.rest = RestQuestion::Pending;
-            if monitor.leaves_rest(&self.state.point) {
-                return Some(self.begin_path(monitor));
+            self.monitor.record.rest = RestQuestion::Pending;
+            if self.monitor.leaves_rest(&self.state.point) {
+                return Some(self.begin_path());
             }
-            warm_start.is_disturbed |= self.state.point.estimate > T::literal(DISTURBED);
+            self.warm_start.is_disturbed |= self.state.point.estimate > T::literal(DISTURBED);
         }
-        if warm_start.is_disturbed && monitor.is_over() {
-            warm_start.is_disturbed = false;
-            if monitor.problem.is_likely_to_stick() && warm_start.is_at_rest(monitor.problem, tolerance) {
-                monitor.begin_centring();
-                return Some(self.begin_guess(monitor, Newton::centring()));
+        if self.warm_start.is_disturbed && self.monitor.is_over() {
+            self.warm_start.is_disturbed = false;
+            if self.monitor.problem.is_likely_to_stick() && self.was_at_rest() {
+                self.monitor.begin_centring();
+                return Some(self.begin_guess(Newton::centring()));
             }
         }
         None
@@ -89,48 +84,38 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
 
     /// Asks after a piece of work: opens the question if the solution leaves a rest, and closes it once the answer is no.
     #[inline]
-    pub(super) fn ask_after_piece<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        if monitor.record.rest != RestQuestion::Closed {
-            self.open_or_close(monitor);
+    pub(super) fn ask_after_piece(&mut self) {
+        if self.monitor.record.rest != RestQuestion::Closed {
+            self.open_or_close();
         }
     }
 
     /// The part of [`Self::ask_after_piece`] in which there is a question.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn open_or_close<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        if monitor.leaves_rest(&self.state.point) {
-            self.phase = self.begin_path(monitor);
-        } else if monitor.problem.is_relaxed() && monitor.cannot_rest(&self.state.point) {
-            self.phase = self.close(monitor);
+    fn open_or_close(&mut self) {
+        if self.monitor.leaves_rest(&self.state.point) {
+            self.state.phase = self.begin_path();
+        } else if self.monitor.problem.is_relaxed() && self.monitor.cannot_rest(&self.state.point) {
+            self.state.phase = self.close();
         }
     }
 
     /// Asks after a failure: a rejected step of Newton's method that began at `origin`, or without one a jam of the central path. Returns the next
     /// phase if the question decides it.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub(super) fn ask_after_failure<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-        origin: Option<Origin>,
-    ) -> Option<Phase> {
-        match (monitor.record.rest, origin) {
+    pub(super) fn ask_after_failure(&mut self, origin: Option<Origin>) -> Option<Phase> {
+        match (self.monitor.record.rest, origin) {
             (RestQuestion::Pending, Some(Origin::LastSolution)) => {
-                monitor.open_rest_question(RestQuestion::Open);
-                Some(self.begin_newton(monitor, Newton::new()))
+                self.monitor.open_rest_question(RestQuestion::Open);
+                Some(self.begin_newton(Newton::new()))
             }
             (RestQuestion::Closed | RestQuestion::Pending, _) => None,
-            (RestQuestion::Centring, _) | (_, None) => Some(self.close(monitor)),
+            (RestQuestion::Centring, _) | (_, None) => Some(self.close()),
             (question, Some(Origin::Cold)) => {
                 if question == RestQuestion::Open {
-                    monitor.look_for_proof(); // where a solution is known there is no proof
+                    self.monitor.look_for_proof(); // where a solution is known there is no proof
                 }
-                Some(self.begin_path(monitor))
+                Some(self.begin_path())
             }
             (_, Some(_)) => None,
         }
@@ -139,32 +124,25 @@ impl<T: Real, const D: usize, const C: usize, const R: usize, P: Phases> Method<
     /// Closes the question: not all bodies can stay, or the answer was not found. Returns [`Phase::Idle`] if a solution is known,
     /// otherwise the first phase of the search for one.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn close<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) -> Phase {
-        if let Some(solution) = monitor.close_rest_question() {
-            let point = &mut self.state.point;
-            point.r = solution; // the next solve starts there
-            point.evaluate_impulses(monitor.problem);
-            point.rebuild_from_velocity(monitor.problem);
+    fn close(&mut self) -> Phase {
+        if self.monitor.close_rest_question() {
+            self.state.point.r.copy_from(&self.monitor.record.best); // the next solve starts there
+            self.evaluate_impulses();
+            self.rebuild_from_velocity();
             return Phase::Idle;
         }
-        monitor.look_for_proof();
-        self.state.point.set_zero_impulse(monitor.problem);
-        self.begin_cold(monitor, false)
+        self.monitor.look_for_proof();
+        self.set_zero_impulse();
+        self.begin_cold(false)
     }
 
     /// At the end of a call: closes an open question if a solution is known; otherwise lets the monitor evaluate impulses by
     /// Coulomb's law.
-    pub(crate) fn end_rest_question<const N: usize, const S: usize>(
-        &mut self,
-        monitor: &mut Monitor<'_, '_, T, N, D, C, R, S>,
-    ) {
-        if monitor.record.has_fallback() && !monitor.is_over() {
-            self.phase = self.close(monitor);
-        } else if monitor.problem.is_relaxed() {
-            monitor.problem.set_law(Model::Coulomb);
+    pub(crate) fn end_rest_question(&mut self) {
+        if self.monitor.record.has_fallback() && !self.monitor.is_over() {
+            self.state.phase = self.close();
+        } else if self.monitor.problem.is_relaxed() {
+            self.monitor.problem.set_law(Model::Coulomb);
         }
     }
 }

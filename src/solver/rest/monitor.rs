@@ -1,6 +1,5 @@
 //! The monitor while [the rest question](super) is open: a point is an answer if it solves the relaxation and Coulomb's law.
 
-use crate::linalg::stacked::Stacked;
 use crate::real::Real;
 use crate::sets::point::NewtonPoint;
 use crate::solution::{Model, Status};
@@ -118,17 +117,17 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
         self.is_exact(point) || self.problem.must_slide(&point.r, &point.u)
     }
 
-    /// Closes the rest question. If a solution is known, writes it, ends the solve, and returns its impulses.
-    pub(super) fn close_rest_question(&mut self) -> Option<Stacked<T, D, C, R>> {
+    /// Closes the rest question. If a solution is known, writes it, ends the solve, and returns true.
+    pub(super) fn close_rest_question(&mut self) -> bool {
         let has_fallback = self.record.has_fallback();
         self.record.rest = RestQuestion::Closed;
         self.record.check = Check::None;
         self.problem.set_law(Model::Coulomb);
         if has_fallback {
-            let (best, tolerance) = (self.record.best, self.tolerance());
-            self.problem.evaluate(&best, (tolerance, true), self.solution);
+            let wanted = (self.tolerance(), true);
+            self.problem.evaluate(&self.record.best, wanted, self.solution);
             self.stop(Status::Solved);
         }
-        has_fallback.then_some(self.record.best)
+        has_fallback
     }
 }

@@ -3,32 +3,28 @@
 
 use crate::linalg::stacked::Stacked;
 use crate::problem::Problem;
-use crate::sets::sweep;
-use crate::solver::fixtures::{C, D, N, cube, pressed, with_monitor};
-use crate::solver::method::{Method, Phase};
-use crate::solver::phases::AllPhases;
-use crate::solver::point::NewtonPoint;
-use crate::solver::state::{State, Sweeps};
+use crate::solver::fixtures::{C, D, N, cube, pressed, with_solve, with_solve_from};
+use crate::solver::record::Call;
+use crate::solver::state::{Phase, State};
 use crate::solver::sweeps::Pace;
 use crate::solver::tuning;
-use crate::{Error, Factor, JointRow, Model, RowLaw, Scene};
+use crate::solver::warm_start::WarmStart;
+use crate::{Error, JointRow, RowLaw, Scene};
 use nalgebra::SVector;
 
 /// Sweeps from zero impulses until the solve is over or another sweep does not pay. Returns their number and the kind of end.
 fn swept(corners: usize, mu: f64, sideways: f64) -> Result<(usize, &'static str), Error> {
     let scene = cube(corners, mu)?;
-    with_monitor(&scene, &pressed(sideways), |monitor| {
-        let mut state = State::<f64, D, C, 0>::none();
-        state.point.set_zero_impulse(monitor.problem);
-        state.sweeps = Sweeps::none();
+    with_solve(&scene, &pressed(sideways), |solve| {
+        solve.set_zero_impulse();
         loop {
-            let pace = state.sweep(monitor);
+            let pace = solve.sweep();
             let end = match pace {
-                Pace::Continue if !monitor.must_return() => continue,
+                Pace::Continue if !solve.monitor.must_return() => continue,
                 Pace::Continue => "over",
                 Pace::Enough => "enough",
             };
-            return (monitor.solution.work.sweeps, end);
+            return (solve.monitor.solution.work.sweeps, end);
         }
     })
 }
@@ -62,15 +58,13 @@ fn sweeps_that_slow_down_near_the_end_are_enough() -> Result<(), Error> {
 /// A warm start keeps `û` of a sliding contact, after sweeps as after Newton's method.
 #[test]
 fn sweeps_leave_augmented_velocities() -> Result<(), Error> {
-    with_monitor(&cube(1, 0.5)?, &pressed(2.0), |monitor| {
-        let mut method = Method::none(AllPhases);
-        method.state.point.set_zero_impulse(monitor.problem);
-        method.state.sweeps = Sweeps::none();
-        method.phase = Phase::Sweeps;
-        method.state.sweep_once(monitor);
-        let [u, r] = method.solution(monitor.problem);
-        let u = SVector::from(u.contacts[0]);
-        assert!(r.contacts[0][0] > 0.0 && u.yz().norm() > 0.1);
+    with_solve(&cube(1, 0.5)?, &pressed(2.0), |solve| {
+        solve.set_zero_impulse();
+        solve.state.phase = Phase::Sweeps;
+        solve.sweep_once();
+        solve.complete_point();
+        let u = SVector::from(solve.state.point.p.contacts[0]);
+        assert!(solve.state.point.r.contacts[0][0] > 0.0 && u.yz().norm() > 0.1);
         assert!((u.x - 0.5 * u.yz().norm()).abs() < 1e-6);
     })
 }
@@ -114,31 +108,24 @@ fn sweeps_keep_the_velocities_of_their_impulses() -> Result<(), Error> {
                 key,
             })?;
         }
-        let (factor, push) = (Factor::new(&scene)?, pressed(0.3));
-        let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
-        problem.fill(true);
-        let mut point = NewtonPoint::none();
-        point.set_zero_impulse(&problem);
-        let (mut multipliers, mut last) = ([0.0; C], 0.0);
-        for _ in 0..10 {
-            sweep::sweep(
-                &problem.sets,
-                problem.factor,
-                problem.model,
-                &mut point.r,
-                &mut point.u,
-                &mut multipliers,
-            );
-            let mut u = Stacked::zero();
-            problem.velocities(&point.r, &mut u);
-            for (kept, u) in point.u.iter().zip(u.iter()) {
-                assert!((kept - u).abs() < 1e-14, "{kept} {u}");
+        let last = (&mut State::none(), &mut WarmStart::cold());
+        let rows = with_solve_from(last, Call::Begin, (&scene, &pressed(0.3)), |solve| {
+            solve.set_zero_impulse();
+            let mut last = 0.0;
+            for _ in 0..10 {
+                solve.sweep_once();
+                let (problem, point) = solve.problem_and_point();
+                let mut u = Stacked::zero();
+                problem.velocities(&point.r, &mut u);
+                for (kept, u) in point.u.iter().zip(u.iter()) {
+                    assert!((kept - u).abs() < 1e-14, "{kept} {u}");
+                }
+                let energy = energy(problem, &point.r, &u);
+                assert!(mu > 0.0 || energy <= last, "{energy} {last}");
+                last = energy;
             }
-            let energy = energy(&problem, &point.r, &u);
-            assert!(mu > 0.0 || energy <= last, "{energy} {last}");
-            last = energy;
-        }
-        let rows = point.r.rows;
+            solve.state.point.r.rows
+        })?;
         assert!(rows[0] > 0.0 && rows[1] != 0.0 && (rows[2] - 0.01).abs() < 1e-15, "{rows:?}");
     }
     Ok(())

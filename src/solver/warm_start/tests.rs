@@ -5,10 +5,10 @@ extern crate std;
 
 use super::WarmStart;
 use crate::linalg::stacked::Stacked;
-use crate::problem::Problem;
-use crate::solver::phases::AllPhases;
-use crate::solver::point::NewtonPoint;
-use crate::{Contact, Error, Factor, JointRow, Model, RowLaw, Scene};
+use crate::solver::fixtures::with_solve_from;
+use crate::solver::record::Call;
+use crate::solver::state::State;
+use crate::{Contact, Error, JointRow, RowLaw, Scene};
 use nalgebra::{Matrix1, Vector1};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -122,19 +122,19 @@ proptest! {
 #[test]
 fn impulses_are_extrapolated_once_a_tick() -> Result<(), Error> {
     let scene = scene::<0>(&[0], &[])?;
-    let (factor, push) = (Factor::new(&scene)?, Vector1::new(-4.0));
-    let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
-    problem.fill(true);
     let mut state = WarmStart::<f64, 1, C, 0>::cold();
     for r in [1.0, 2.0] {
         let mut last = Stacked::zero();
         last.contacts[0] = [r];
         state.keep(&scene, &Stacked::zero(), &last, false);
     }
-    for (onwards, r) in [(true, 3.0), (false, 2.0)] {
-        let mut point = NewtonPoint::none();
-        state.start(&problem, (1e-9, onwards), AllPhases, &mut point);
-        assert_eq!(point.r.contacts[0], [r]);
+    for (call, r) in [(Call::Begin, 3.0), (Call::Append, 2.0)] {
+        let last = (&mut State::none(), &mut state);
+        let start = with_solve_from(last, call, (&scene, &Vector1::new(-4.0)), |solve| {
+            solve.go_to_start();
+            solve.state.point.r
+        })?;
+        assert_eq!(start.contacts[0], [r]);
     }
     Ok(())
 }
@@ -143,19 +143,19 @@ fn impulses_are_extrapolated_once_a_tick() -> Result<(), Error> {
 #[test]
 fn impulses_of_joint_rows_are_extrapolated_once_a_tick() -> Result<(), Error> {
     let scene = scene::<R>(&[], &[0])?;
-    let (factor, push) = (Factor::new(&scene)?, Vector1::new(-4.0));
-    let mut problem = Problem::new(&scene, &factor, &push, Model::Coulomb);
-    problem.fill(true);
     let mut state = WarmStart::<f64, 1, C, R>::cold();
     for r in [1.0, 2.0] {
         let mut last = Stacked::zero();
         last.rows[0] = r;
         state.keep(&scene, &Stacked::zero(), &last, false);
     }
-    for (onwards, r) in [(true, 3.0), (false, 2.0)] {
-        let mut point = NewtonPoint::none();
-        state.start(&problem, (1e-9, onwards), AllPhases, &mut point);
-        assert_eq!(point.r.rows[0], r);
+    for (call, r) in [(Call::Begin, 3.0), (Call::Append, 2.0)] {
+        let last = (&mut State::none(), &mut state);
+        let start = with_solve_from(last, call, (&scene, &Vector1::new(-4.0)), |solve| {
+            solve.go_to_start();
+            solve.state.point.r
+        })?;
+        assert_eq!(start.rows[0], r);
     }
     Ok(())
 }

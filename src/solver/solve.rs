@@ -1,0 +1,126 @@
+//! A solve under way in one call: the problem, the state of the method, and the monitor.
+//!
+//! The phases ([`super::sweeps`], [`super::newton`], [`super::central_path`]) do pieces of work, [`super::method`] chooses among them, and
+//! [`super::rest`], [`super::refinement`] and [`super::infeasible`] are asked beside them. All are methods of [`Solve`], by file.
+
+use crate::linalg::stacked::Stacked;
+use crate::real::Real;
+use crate::solution::Status;
+use crate::solver::monitor::Monitor;
+use crate::solver::phases::Phases;
+use crate::solver::record::Call;
+use crate::solver::state::{Phase, State};
+use crate::solver::warm_start::{WarmStart, WarmStartKind};
+use core::marker::PhantomData;
+
+/// A solve under way in one call.
+pub(crate) struct Solve<
+    's,
+    'a,
+    T: Real,
+    const N: usize,
+    const D: usize,
+    const C: usize,
+    const R: usize,
+    const S: usize,
+    P,
+> {
+    /// The problem, the best impulses so far, the work, and the end of the solve.
+    pub(crate) monitor: Monitor<'s, 'a, T, N, D, C, R, S>,
+    /// The point of the search, and what the phases keep.
+    pub(super) state: &'s mut State<T, D, C, R>,
+    pub(super) warm_start: &'s mut WarmStart<T, D, C, R>,
+    pub(super) phases: PhantomData<P>,
+}
+
+impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize, P: Phases>
+    Solve<'_, '_, T, N, D, C, R, S, P>
+{
+    /// Moves the point to the best impulses so far.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn go_to_best(&mut self) {
+        self.set_best_impulses();
+        self.evaluate_impulses();
+    }
+
+    /// Sets the impulses of the point to the best so far, if there are any.
+    pub(super) fn set_best_impulses(&mut self) {
+        if let Some(best) = self.monitor.best() {
+            self.state.point.r.copy_from(best);
+        }
+    }
+
+    /// Shows the point to the monitor, as a solution or as an answer to the rest question.
+    pub(super) fn consider(&mut self) {
+        let point = &self.state.point;
+        if self.monitor.problem.is_relaxed() {
+            self.monitor.consider_rest(point);
+        } else {
+            self.monitor.consider(&point.r, &point.u, point.estimate);
+        }
+    }
+
+    /// Makes the check of the error that is due.
+    pub(super) fn check(&mut self) {
+        let point = &self.state.point;
+        if P::CENTRAL_PATH && self.monitor.problem.is_relaxed() {
+            self.monitor.check_rest(point);
+        } else {
+            self.monitor.check::<P>(&point.r, &point.u);
+        }
+    }
+
+    /// Works until the end of the solve or of the budget. Writes the solution at the end of the solve, with `writes` also at the end of the
+    /// budget, and keeps the impulses for the next start.
+    pub(super) fn run(&mut self, call: Call, writes: bool) {
+        if call != Call::Resume {
+            self.begin();
+        }
+        // A check that costs nothing may find that the scene is solved.
+        while self.monitor.is_running() || writes && self.monitor.is_free_check_due() {
+            self.advance();
+        }
+        let scene = self.monitor.problem.scene;
+        let written = if writes || self.monitor.is_over() {
+            self.finish()
+        } else {
+            self.monitor.pause();
+            None
+        };
+        if let Some([u, r]) = &written {
+            // The present point of a search may be far worse than the best.
+            let mut augmented = Stacked::zero();
+            self.monitor.problem.sets.augment(u, &mut augmented);
+            self.warm_start.keep(scene, &augmented, r, call != Call::Begin);
+        } else {
+            self.complete_point();
+            let point = &self.state.point;
+            self.warm_start.keep(scene, &point.p, &point.r, call != Call::Begin);
+        }
+        self.warm_start.is_solved = self.monitor.record.status == Status::Solved;
+    }
+
+    /// Writes the solution. Unless the solve has ended, returns the velocities and impulses that are written.
+    fn finish(&mut self) -> Option<[Stacked<T, D, C, R>; 2]> {
+        if P::CENTRAL_PATH {
+            self.end_rest_question();
+        }
+        let written = self.monitor.finish::<P>();
+        // A search for a proof costs work.
+        if P::CENTRAL_PATH && self.monitor.budget() > 0 {
+            self.check_infeasibility();
+        }
+        written
+    }
+
+    /// Computes `P` of the point from `u`, where the last piece of work has updated only `r` and `u`: a sweep, or a step along the central path.
+    pub(super) fn complete_point(&mut self) {
+        match self.state.phase {
+            Phase::Start(WarmStartKind::Hyperstatic) | Phase::Newton(_) | Phase::Idle => {}
+            Phase::Start(_) | Phase::Sweeps | Phase::CentralPath => {
+                let (problem, point) = self.problem_and_point();
+                problem.sets.augment(&point.u, &mut point.p);
+            }
+        }
+    }
+}
