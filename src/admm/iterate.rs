@@ -10,7 +10,6 @@ use crate::factor::resolvent::Resolvent;
 use crate::linalg::blocks::ContactVector;
 use crate::linalg::vector::{norm, square, zeros};
 use crate::linalg::zip::zip3;
-use crate::problem::Problem;
 use crate::real::Real;
 use crate::sets::ContactSet;
 use nalgebra::SVector;
@@ -114,8 +113,8 @@ impl<T: Real> Extrapolation<T> {
 
 /// One iteration over all contacts: steps 2-4 and the extrapolation.
 #[inline(never)]
-pub(crate) fn iterate<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>(
-    problem: &Problem<'_, T, N, D, C, 0, S>,
+pub(crate) fn iterate<T: Real, const D: usize, const C: usize>(
+    sets: &[ContactSet<T, D>],
     resolvent: &Resolvent<T, D, C>,
     iterates: &mut [Iterate<T, D>; C],
     extrapolation: &mut Extrapolation<T>,
@@ -124,7 +123,6 @@ pub(crate) fn iterate<T: Real, const N: usize, const D: usize, const C: usize, c
     // Ones, since zeros would call memset; all entries in use are overwritten.
     let mut rhs: ContactVector<T, D, C> = [[T::ONE; D]; C];
     let mut product: ContactVector<T, D, C> = [[T::ONE; D]; C];
-    let sets = problem.sets.contacts();
     let contacts = ..sets.len();
     let iterates = iterates.get_mut(contacts).unwrap_or_default();
     let rhs = rhs.get_mut(contacts).unwrap_or_default();

@@ -140,25 +140,13 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
             self.record.begin();
             self.begin(&problem, resolvent.penalty);
         }
-        let (iterates, extrapolation) = (&mut self.iterates, &mut self.extrapolation);
         let (solution, record) = (&mut self.solution, &mut self.record);
-        let mut monitor = Monitor::new(&mut problem, settings, solution, record, call);
-        if call == Call::Begin {
-            monitor.count_stopping();
-            consider(&mut monitor, iterates);
-        }
-        while monitor.is_running() {
-            step(&mut monitor, resolvent, iterates, extrapolation, self.slip_update);
-        }
-        let r = impulses(iterates);
-        if !monitor.is_over() {
-            let mut u = Stacked::zero();
-            let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
-            monitor.keep(&r, &u, estimate);
-        }
-        monitor.finish::<AllPhases>();
+        let monitor = Monitor::new(&mut problem, settings, solution, record, call);
+        let (iterates, extrapolation) = (&mut self.iterates, &mut self.extrapolation);
+        let mut solve = Solve { monitor, resolvent, iterates, extrapolation, slip_update: self.slip_update };
+        let r = solve.run(call);
         let mut u = Stacked::zero();
-        for (u, iterate) in u.contacts.iter_mut().zip(&*iterates) {
+        for (u, iterate) in u.contacts.iter_mut().zip(&self.iterates) {
             *u = iterate.u.into();
         }
         self.warm_start.keep(scene, &u, &r, call != Call::Begin);
@@ -179,41 +167,64 @@ impl<T: Real, const N: usize, const D: usize, const C: usize> AdmmSolver<T, N, D
     }
 }
 
-/// One iteration. If the iterates may be within the tolerance, they are shown to the monitor.
-#[inline]
-fn step<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>(
-    monitor: &mut Monitor<'_, '_, T, N, D, C, 0, S>,
-    resolvent: &Resolvent<T, D, C>,
-    iterates: &mut [Iterate<T, D>; C],
-    extrapolation: &mut Extrapolation<T>,
+/// A solve under way in one call.
+struct Solve<'s, 'a, T: Real, const N: usize, const D: usize, const C: usize, const S: usize> {
+    monitor: Monitor<'s, 'a, T, N, D, C, 0, S>,
+    resolvent: &'s Resolvent<T, D, C>,
+    iterates: &'s mut [Iterate<T, D>; C],
+    extrapolation: &'s mut Extrapolation<T>,
     slip_update: SlipUpdate,
-) {
-    monitor.solution.work.iterations += 1;
-    let problem = &*monitor.problem;
-    let change = iterate(problem, resolvent, iterates, extrapolation, slip_update);
-    // Squares are compared, without a root.
-    let size = problem.expected_size * problem.expected_size;
-    let estimate = quotient(change.error, size.max(change.impulse));
-    let tolerance = monitor.tolerance() * monitor.tolerance();
-    if slip_update == SlipUpdate::OuterLoop && estimate <= tolerance {
-        iterates.iter_mut().for_each(Iterate::update_slip);
-        extrapolation.start();
-    }
-    if estimate <= tolerance * T::literal(4.0) {
-        consider(monitor, iterates);
-    }
 }
 
-/// Shows the iterates to the monitor.
-fn consider<T: Real, const N: usize, const D: usize, const C: usize, const S: usize>(
-    monitor: &mut Monitor<'_, '_, T, N, D, C, 0, S>,
-    iterates: &[Iterate<T, D>; C],
-) {
-    let (r, mut u) = (impulses(iterates), Stacked::zero());
-    let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
-    monitor.consider(&r, &u, estimate);
-    while !monitor.is_over() && monitor.must_return() {
-        monitor.check::<AllPhases>(&r, &u);
+impl<T: Real, const N: usize, const D: usize, const C: usize, const S: usize> Solve<'_, '_, T, N, D, C, S> {
+    /// Iterates until the end of the solve or of the budget, and writes the solution. Returns the last impulses.
+    fn run(&mut self, call: Call) -> Stacked<T, D, C, 0> {
+        if call == Call::Begin {
+            self.monitor.count_stopping();
+            self.consider();
+        }
+        while self.monitor.is_running() {
+            self.step();
+        }
+        let r = impulses(self.iterates);
+        if !self.monitor.is_over() {
+            let mut u = Stacked::zero();
+            let estimate = self.monitor.problem.velocities_and_estimate(&r, &mut u);
+            self.monitor.keep(&r, &u, estimate);
+        }
+        self.monitor.finish::<AllPhases>();
+        r
+    }
+
+    /// Makes one iteration. If the iterates may be within the tolerance, shows them to the monitor.
+    #[inline]
+    fn step(&mut self) {
+        self.monitor.solution.work.iterations += 1;
+        let problem = &*self.monitor.problem;
+        let sets = problem.sets.contacts();
+        let change = iterate(sets, self.resolvent, self.iterates, self.extrapolation, self.slip_update);
+        // Squares are compared, without a root.
+        let size = problem.expected_size * problem.expected_size;
+        let estimate = quotient(change.error, size.max(change.impulse));
+        let tolerance = self.monitor.tolerance() * self.monitor.tolerance();
+        if self.slip_update == SlipUpdate::OuterLoop && estimate <= tolerance {
+            self.iterates.iter_mut().for_each(Iterate::update_slip);
+            self.extrapolation.start();
+        }
+        if estimate <= tolerance * T::literal(4.0) {
+            self.consider();
+        }
+    }
+
+    /// Shows the iterates to the monitor.
+    fn consider(&mut self) {
+        let (r, mut u) = (impulses(self.iterates), Stacked::zero());
+        let monitor = &mut self.monitor;
+        let estimate = monitor.problem.velocities_and_estimate(&r, &mut u);
+        monitor.consider(&r, &u, estimate);
+        while !monitor.is_over() && monitor.must_return() {
+            monitor.check::<AllPhases>(&r, &u);
+        }
     }
 }
 

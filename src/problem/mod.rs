@@ -14,6 +14,7 @@ use crate::solution::{Model, Settings};
 use core::cell::Cell;
 use nalgebra::SVector;
 
+mod expected_size;
 mod hyperstatic;
 mod infeasibility;
 pub(crate) mod judge;
@@ -158,35 +159,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         }
     }
 
-    /// Is an impulse needed that is so close to the least normal number that it loses digits or vanishes?
-    fn loses_digits(&self) -> bool {
-        self.expected_size * T::EPSILON < T::least_normal() && self.needs_impulses()
-    }
-
-    /// Does the free motion violate the law of any contact?
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn needs_impulses(&self) -> bool {
-        let mut contacts = self.sets.contacts().iter();
-        contacts.any(|set| set.is_violated(&set.q))
-    }
-
-    /// May this error come within the tolerance once `|stop|` counts in its denominator? `|stop|` costs as much as a sweep, so it is
-    /// computed late. Without it an error is too large, unless there is [an unexpected impulse](Self::has_unexpected_impulse).
-    ///
-    /// The estimate of `|stop|` uses `|H_i v|² <= trace(W_ii) v·M v` of the free motion. `stop` has `abs(H_i) abs(v)` instead,
-    /// which may be larger; a factor of 4 allows for it. If that is too little, `|stop|` counts only at the end of the call.
-    pub(crate) fn may_be_within(&self, error: T, tolerance: T) -> bool {
-        let four = T::literal(4.0 * expected::SHARE);
-        let residual = error * self.expected_size;
-        !self.counts_stopping
-            && residual * residual <= self.stopping_bound * (four * tolerance) * (four * tolerance)
-    }
-
-    /// Is there an impulse although `|r0|` is 0 and `|stop|` does not count yet? Its error would be relative to itself alone.
-    pub(crate) fn has_unexpected_impulse(&self, r: &Stacked<T, D, C, R>) -> bool {
-        self.r0_norm == T::ZERO && !self.counts_stopping && !self.sets.are_least(r)
-    }
-
     /// Solves this law from now on. Only if the model is Coulomb's law.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn set_law(&mut self, law: Model) {
@@ -209,16 +181,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
         let estimate = self.error_estimate(r, u);
         self.set_law(solved);
         estimate
-    }
-
-    /// Computes `|stop|`, and includes it in the expected impulse.
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn count_stopping(&mut self) {
-        let mut free = [T::ZERO; N];
-        self.factor.velocity(&self.whitened, &Stacked::zero(), &mut free);
-        let stopping = self.scene.stopping_impulse(self.sets.contacts(), &free);
-        self.expected_size = self.r0_norm.max(stopping);
-        self.counts_stopping = true;
     }
 
     /// Fills `u` with the velocities `W r + q` of contacts and joint rows.
@@ -297,34 +259,6 @@ impl<'a, T: Real, const N: usize, const D: usize, const C: usize, const R: usize
             })
         };
         self.sets.contact_error(self.expected_size, u, r, noise, &carried)
-    }
-
-    /// Are impulses more than `times` times as large as expected?
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub(crate) fn exceeds(&self, r: &Stacked<T, D, C, R>, times: T) -> bool {
-        if self.scene.is_mixed() {
-            return self.energy.ratio(&self.sets, r) > times;
-        }
-        let bound = self.expected_size * times;
-        self.sets.contact_square(r) > bound * bound
-    }
-
-    /// Are impulses more than `times` times as large as others?
-    pub(crate) fn exceeds_others(
-        &self,
-        r: &Stacked<T, D, C, R>,
-        others: &Stacked<T, D, C, R>,
-        times: T,
-    ) -> bool {
-        if self.scene.is_mixed() {
-            return self.energy.ratio(&self.sets, r) > times * self.energy.ratio(&self.sets, others);
-        }
-        self.sets.contact_square(r) > times * times * self.sets.contact_square(others)
-    }
-
-    /// Expected impulse (N·s) of a contact or joint row with the effective mass `alpha`.
-    pub(crate) fn expected(&self, alpha: T) -> T {
-        if self.scene.is_mixed() { self.energy.expected(alpha) } else { self.expected_size }
     }
 
     /// Can Gauss-Seidel sweeps solve the problem? They solve Coulomb's law, and the relaxation with up to two tangents.

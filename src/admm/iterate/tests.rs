@@ -153,7 +153,7 @@ fn follows_for(
     let free = -f;
     let mut problem = Problem::new(scene, factor.factor(), &free, model);
     problem.fill(false);
-    let resolvent = factor.resolvent();
+    let (sets, resolvent) = (problem.sets.contacts(), factor.resolvent());
     let start = Iterate::at(SVector::zeros(), SVector::zeros(), factor.penalty());
     let mut iterates = [start; C];
     let mut extrapolation = Extrapolation::none(acceleration);
@@ -161,7 +161,7 @@ fn follows_for(
     let mut note = Note::new(scene, f, factor.penalty());
     for k in 0..200 {
         note.start_from(&iterates);
-        iterate(&problem, resolvent, &mut iterates, &mut extrapolation, SlipUpdate::EveryIteration);
+        iterate(sets, resolvent, &mut iterates, &mut extrapolation, SlipUpdate::EveryIteration);
         note.step(acceleration, model);
         let pairs = [
             ("u", iterates.map(|iterate| iterate.u), &note.u),

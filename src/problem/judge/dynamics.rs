@@ -1,16 +1,12 @@
 //! The velocities `u = H v + w`, and the second part of the error, `|M v - M v_free - Hᵀ r|`.
 
-use crate::linalg::cholesky::{BLOCK, dot};
+use crate::linalg::cholesky::dot;
 use crate::linalg::stacked::Stacked;
-use crate::linalg::sum::{SizedSum, Sum};
+use crate::linalg::sum::{SizedSum, Sum, multiply_sized};
 use crate::linalg::vector::{at_least, larger, quotient, root_sum};
 use crate::linalg::zip::{zip3, zip4};
 use crate::real::Real;
 use crate::scene::{JointRow, Scene};
-
-/// Bytes of registers for the sums of a block. The sums of magnitudes take as many, and the terms a quarter of all registers: 128
-/// bytes on a Cortex-M4F, 256 on a desktop (16 vectors of 16 bytes). So the sums take three eighths.
-const SUMS: usize = if cfg!(target_os = "none") { 48 } else { 96 };
 
 /// Norms of the momenta of a solution.
 pub(crate) struct Dynamics<T: Real> {
@@ -191,7 +187,7 @@ impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, co
             pushed: [SizedSum { sum: T::ZERO, size: T::ONE }; N],
         };
         let Momenta { inertia, pushed, .. } = &mut momenta;
-        multiply((mass, n), v, (inertia, pushed));
+        multiply_sized((mass, n), v, (inertia, pushed));
         for (row, &r) in self.rows().iter().zip(&r.rows) {
             if r != T::ZERO {
                 for (pushed, &entry) in pushed.iter_mut().zip(&row.row) {
@@ -219,50 +215,6 @@ fn row_velocity<T: Real, const N: usize>(row: &JointRow<T, N>, v: &[T]) -> (T, T
         size += (entry * v).abs();
     }
     (dot(entries, v) + row.offset, size)
-}
-
-/// Fills `inertia` with `M v`, and begins sums with the sizes of its terms.
-#[inline]
-fn multiply<T: Real, const N: usize>(
-    (mass, n): (&[[T; N]; N], usize),
-    v: &[T; N],
-    (inertia, begun): (&mut [T; N], &mut [SizedSum<T>; N]),
-) {
-    let mass = mass.get(..n).unwrap_or_default();
-    if N * size_of::<T>() <= SUMS {
-        return multiply_rows::<T, N, N>(mass, 0, v, (inertia, begun));
-    }
-    // The last block repeats some rows, so that all blocks have the same size.
-    let (mut first, last) = (0, n.saturating_sub(BLOCK));
-    while first < last + BLOCK {
-        multiply_rows::<T, N, BLOCK>(mass, first.min(last), v, (inertia, begun));
-        first += BLOCK;
-    }
-}
-
-/// `K` entries of [`multiply`] from row `first` on.
-#[inline]
-fn multiply_rows<T: Real, const N: usize, const K: usize>(
-    mass: &[[T; N]],
-    first: usize,
-    v: &[T; N],
-    (inertia, begun): (&mut [T; N], &mut [SizedSum<T>; N]),
-) {
-    let mut sums = [SizedSum::of(T::ZERO); K];
-    // A slice, since a loop over the array would be unrolled, with more sums than registers.
-    for (column, &v) in mass.iter().zip(v) {
-        let Some(column) = column.get(first..).and_then(<[T]>::first_chunk::<K>) else {
-            break;
-        };
-        for (sum, &mass) in sums.iter_mut().zip(column) {
-            sum.add(mass, v);
-        }
-    }
-    let inertia = inertia.get_mut(first..).unwrap_or_default();
-    let begun = begun.get_mut(first..).unwrap_or_default();
-    for (inertia, begun, SizedSum { sum, size }) in zip3(inertia, begun, sums) {
-        (*inertia, *begun) = (sum, SizedSum { sum: T::ZERO, size });
-    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::linalg::zip::zip3;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::sets::point::NewtonPoint;
-use crate::solver::monitor::DOUBTFUL_IMPULSE_RATIO;
+use crate::solver::check::DOUBTFUL_IMPULSE_RATIO;
 use nalgebra::SVector;
 
 impl<T: Real, const N: usize, const D: usize, const C: usize, const R: usize, const S: usize>
